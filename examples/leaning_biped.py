@@ -1,7 +1,7 @@
 """A robot on two legs that lean, by contact modes: it walks on friction.
 
-The legs of a walker (`ts.Walker`) are springs upward and along the ground, each by itself. These lean, so that a push down
-is one forward as well, and a foot's mass ties its two ways. Mass, damping and stiffness of such a robot are matrices
+The legs of a walker (`ts.Walker`) are springs upward and along the ground, each by itself. These lean, so that a push
+down is one forward as well, and a foot's mass ties its two ways. Mass, damping and stiffness of such a robot are matrices
 (`ts.Lumped`); ``along`` says which point of the structure is a foot's way along the ground, and friction acts there.
 """
 
@@ -20,7 +20,10 @@ HALF, BELOW = 1e-3, -1e-4  # [m] hips before and behind the centre of mass, and 
 
 
 def scene(lean: float = 0.4, tied: float = 0.2, **laws: Any) -> ts.Scene:
-    """The robot on a ground with friction; lean [rad]: of the legs, inward; tied: share of a foot's mass that ties its ways."""
+    """The robot on a ground with friction.
+
+    lean [rad]: of the legs, inward; tied: share of a foot's mass that ties its ways.
+    """
     surge, heave, pitch, *feet = np.eye(7)
     mass = np.diag([BODY, BODY, TURN, *[FOOT] * 4])
     stiffness, damping = np.zeros((2, 7, 7))

@@ -168,10 +168,17 @@ def sliding_scene(seed: int, ranges: Ranges = PLAIN) -> Scene:
     friction = {"kind": kind, "coefficient": dice.log(*ranges.friction)}
     field = "shapes" if isinstance(structure, ts.Modal) else "weights"
     robot = scene.robot.model_copy(
-        update={"structure": ts.with_values(structure, {field: {**getattr(structure, field), **ways}}), "feet": feet}
+        update={
+            "structure": ts.with_values(structure, {field: {**getattr(structure, field), **ways}}),
+            "feet": feet,
+        }
     )
     made = scene.model_dump() | {"robot": robot.model_dump()}
-    ground = scene.ground.model_dump() | {"friction": friction, "impact": None, "own": dict(scene.ground.laws)}
+    ground = scene.ground.model_dump() | {
+        "friction": friction,
+        "impact": None,
+        "own": dict(scene.ground.laws),
+    }
     return _valid(made | {"ground": ground})
 
 

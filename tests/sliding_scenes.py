@@ -1,4 +1,4 @@
-"""Robots by contact modes whose feet slide and stick: blocks, walkers as matrices, a cantilever, a robot on two legs."""
+"""Robots by contact modes whose feet slide and stick: blocks, walkers as matrices, a cantilever, a biped."""
 
 from __future__ import annotations
 

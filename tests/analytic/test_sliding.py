@@ -1,4 +1,4 @@
-"""Closed forms of feet that slide and stick under contact modes: blocks, impacts with friction, friction that bears on itself."""
+"""Closed forms of feet that slide and stick under contact modes: blocks, impacts, friction that bears on itself."""
 
 from __future__ import annotations
 
@@ -75,7 +75,9 @@ def test_a_driven_block_slips_and_sticks_at_the_times_of_its_closed_form() -> No
     begin = math.asin(MU * PRESS / size) / omega
 
     def speed(t: float) -> float:
-        return size / (MASS * omega) * (math.cos(omega * begin) - math.cos(omega * t)) - MU * GRAVITY * (t - begin)
+        return size / (MASS * omega) * (math.cos(omega * begin) - math.cos(omega * t)) - MU * GRAVITY * (
+            t - begin
+        )
 
     end = brentq(speed, 0.3 / hz, 0.9 / hz, xtol=1e-16)
     assert of_kind(run, EventKind.SLIP_BEGINS)["time"][0] == pytest.approx(begin, rel=1e-11)
@@ -121,7 +123,7 @@ def test_an_impact_with_friction_takes_energy_however_the_two_ways_are_coupled()
 
 @pytest.mark.parametrize("coupling", [0.6, -0.6])
 def test_friction_bears_on_the_push_that_bears_it(coupling: float) -> None:
-    """m a + mu s N = 0 and N = m g + c a: the block stops with a = -s mu g / (1 + s mu c/m), sooner one way than the other."""
+    """m a + mu N = 0 and N = m g + c a: the block stops with a = -mu g / (1 + mu c/m)."""
     run = ts.simulate(slider(speed=SPEED, coupling=coupling))
     braking = MU * GRAVITY / (1.0 + MU * coupling)
     assert of_kind(run, EventKind.STICK_BEGINS)["time"] == pytest.approx([SPEED / braking], rel=1e-11)

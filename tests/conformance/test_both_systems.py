@@ -10,9 +10,9 @@ import pytest
 
 import tarsus as ts
 from example_laws import OWN
+from sliding_scenes import by_modes
 from tarsus.base.events import CONTACT_BEGINS, SLIDING, EventKind
 from tarsus.model.scene import Drive, Foot, Ground, PointLoad, Robot, Scene
-from sliding_scenes import by_modes
 from walking_scenes import sticky, trotter
 
 FILM = {"coefficient": 1e-23, "thickness": 1e-6}

@@ -47,7 +47,9 @@ def compare(scene: Scene, accuracy: ts.Accuracy | None = None, least: float = LE
     assert run.ok, run.code
     length, rate = run.plan.length, run.plan.rate
     moved = ts.simulate(nudged(scene, NUDGE * length), accuracy=accuracy)
-    found = simulate(scene, max(length, *(foot.gap for foot in scene.robot.feet.values())))  # no flights: by the widest
+    found = simulate(
+        scene, max(length, *(foot.gap for foot in scene.robot.feet.values()))
+    )  # no flights: by the widest
     events, others = run.events, moved.events
     known = len(found.events)
     for i, event in enumerate(events):

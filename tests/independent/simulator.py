@@ -141,8 +141,8 @@ class Simulator:
         return dict(zip(which, reaction.tolist(), strict=True))
 
     def loaded(self, t: float, z: np.ndarray) -> np.ndarray:
-        """`applied` with the friction of feet that slide, which bears on the margin that bears it: all laws are straight
-        lines of the margin, and that is one of all friction forces."""
+        """`applied` with the friction of feet that slide, which bears on the margin that bears it: all laws are
+        straight lines of the margin, and that is one of all friction forces."""
         push = self.applied(t, z)
         slides = [i for i in range(self.m) if self.contact[i] == SLIPPING and self.sense[i] != 0.0]
         if not slides:
@@ -383,7 +383,9 @@ class Simulator:
         kind = self.decide(i, speed, after, pull, mobility, small)
         if kind == BOUNCE:
             self.note(i, BOUNCE)
-            self.z[self.n :] = v + self.answer(i, speed, after, rows, response, mobility) + self.rubbed(i, after)
+            self.z[self.n :] = (
+                v + self.answer(i, speed, after, rows, response, mobility) + self.rubbed(i, after)
+            )
             self.fresh[i] = True
             return self.slides_on()
         over = (
@@ -395,7 +397,7 @@ class Simulator:
         return self.slides_on()
 
     def impulses(self, i: int, after: float) -> tuple[float, float]:
-        """Impulses of an impact from which foot i departs with the speed ``after``: along its normal, and of friction."""
+        """Impulses of an impact from which foot i departs with the speed ``after``: normal, and of friction."""
         v, normal, tangent = self.z[self.n :], self.robot.normals[:, i], self.robot.tangents[:, i]
         rows = self.held()[0]
         _, pushed = self.struck(normal, rows)
@@ -405,7 +407,9 @@ class Simulator:
         if most == 0.0 or not tangent.any():
             return straight, 0.0
         _, rubbed = self.struck(tangent, rows)
-        less = float(normal @ rubbed) / float(normal @ pushed)  # of the normal impulse, by one along the ground
+        less = float(normal @ rubbed) / float(
+            normal @ pushed
+        )  # of the normal impulse, by one along the ground
         # |p_t| <= most (straight - less p_t)
         low, high = -math.inf, math.inf
         if 1.0 + most * less > 0.0:
@@ -433,7 +437,7 @@ class Simulator:
     def broken(
         self, i: int, rows: np.ndarray, which: list[tuple[int, bool]], straight: float, along: float
     ) -> tuple[int, bool] | None:
-        """What an impact breaks first: no adhesion carries an impulse, and friction one by its share of the impact alone.
+        """What an impact breaks first: no adhesion carries an impulse, friction one by its share of the impact alone.
         Says which foot, and whether it slides."""
         carried = straight * self.struck(self.robot.normals[:, i], rows)[0]
         carried = carried + along * self.struck(self.robot.tangents[:, i], rows)[0]
@@ -527,7 +531,7 @@ class Simulator:
             self.sense[i] = math.copysign(1.0, along) if self.rubs(i) else 0.0
 
     def pull_if_held(self, i: int, whole: bool = True) -> float:
-        """Pull on a foot if it were stopped on the ground now, its smooth force there included if it is the ``whole``."""
+        """Pull on a foot if it were stopped on the ground now; ``whole``: with its smooth force there."""
         normal = self.robot.normals[:, i]
         rows, _which = self.held()
         z = self.z.copy()

@@ -30,7 +30,9 @@ def test_a_scene_nobody_chose_ends_well_or_says_what_failed(seed: int) -> None:
 SLIDING = (5, 9, 24, 35)
 
 
-@pytest.mark.parametrize("seed", [*SLIDING, *(pytest.param(s, marks=pytest.mark.slow) for s in range(100, 250))])
+@pytest.mark.parametrize(
+    "seed", [*SLIDING, *(pytest.param(s, marks=pytest.mark.slow) for s in range(100, 250))]
+)
 def test_feet_that_slide_do_so_too(seed: int) -> None:
     """Friction along ways that the structure couples with the normals as it will: no run stalls."""
     found = look_at(sliding_scene(seed))

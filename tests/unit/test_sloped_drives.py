@@ -14,7 +14,9 @@ from tarsus.model.drive.law import Cubic
 from tarsus.model.drive.laws import LinearForce, TwoBranch
 from tarsus.model.drive.lower import lower
 from tarsus.model.drive.pieces import evaluate
+from tarsus.model.standing import equilibrium
 from tarsus.plan.channels import sloped_drives
+from tarsus.plan.lowering import lower_scene
 from tarsus.solve import tangents
 
 LEVELS = (6.0, -3.5, 7.5, 2.0, -7.0, -1.5)
@@ -202,3 +204,30 @@ def test_samples_in_one_line_can_be_moved():
     assert run.event_gradients[path]["time"][0] == pytest.approx(wanted, rel=1e-6)
     backwards = ts.gradient(lambda events: events["time"][0], scene, [path], 0.06, tight)
     assert backwards[path] == pytest.approx(wanted, rel=1e-6)
+
+
+def test_a_walker_that_stands_otherwise_starts_otherwise():
+    """What a drive exerts at rest moves the start of a walker that stands; what its volts are to be does not."""
+    scene = ts.with_values(ts.load_scene("millipede"), {"robot.drives.L1.law.offset": -1e-7})
+    assert scene.initial.standing is not None and not scene.initial.standing.driven
+    plan, paths = (
+        lower_scene(scene),
+        ["robot.drives.L1.law.offset", "gait.high", "ground.gravity.acceleration"],
+    )
+    moved = tangents.entering(scene, plan, paths, 0.01).data.initial
+    for p, path in enumerate(paths):
+        value = ts.get_value(scene, path)
+        step = 1e-3 * abs(value)
+        there = [equilibrium(ts.with_values(scene, {path: value + k * step})) for k in (-2.0, -1.0, 1.0, 2.0)]
+        wanted = np.array([1.0, -8.0, 8.0, -1.0]) @ there / (12.0 * step)
+        assert moved[: len(wanted), p] == pytest.approx(wanted, rel=1e-9, abs=1e-9 * np.abs(wanted).max() + 1e-18)
+    assert moved[:, 0].any() and not moved[:, 1].any()
+
+
+@pytest.mark.parametrize("law", ["linear", "plays"])
+def test_an_edge_at_the_very_start_is_told(law):
+    """A phase that moves the edge at t = 0: on one side alone it acts there, with and without memory."""
+    wave = ts.Square(amplitude=6.0, frequency=40.0, phase=0.0)
+    run = ts.simulate(driven(LAWS[law], wave), 0.1, gradients=["signals.pull.phase"])
+    told = run.gradient("impact_speed").flags["signals.pull.phase"]
+    assert any("at the very start" in text for text in np.atleast_1d(told).tolist())

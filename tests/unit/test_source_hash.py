@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import tarsus
-from tarsus.plan.lowering import SHOWING, told_sources
+from tarsus.plan.source_hash import SHOWING, result_sources
 
 ROOT = Path(tarsus.__file__).parent
 
@@ -24,4 +24,4 @@ def test_every_source_that_a_run_and_its_measures_load_is_in_the_hash() -> None:
     loaded = {Path(line).relative_to(ROOT) for line in done.stdout.splitlines()}
     assert Path("model/drive/laws/prandtl_ishlinskii.py") in loaded and Path("solve/engine.py") in loaded
     needed = {path for path in loaded if path.parts[0] not in SHOWING}
-    assert needed <= {path.relative_to(ROOT) for path in told_sources()}
+    assert needed <= {path.relative_to(ROOT) for path in result_sources()}

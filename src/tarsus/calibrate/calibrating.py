@@ -28,7 +28,7 @@ from tarsus.calibrate.studyfile import Described, frozen_texts, load_study
 from tarsus.files.store import package_version
 from tarsus.files.sweepstore import PER_FOLDER, SweepStore
 from tarsus.model.laws import Law
-from tarsus.plan.lowering import source_hash
+from tarsus.plan.source_hash import source_hash
 
 __all__ = ["Calibrated", "Solution", "calibrate", "solve"]
 

@@ -288,8 +288,9 @@ def unbiased_mode(system: LinearSystem, mask: int, basis: Floats | None = None) 
     constant = -product(system.stiffness, particular)  # forces per unit of every source
     constant[:, m] = system.weight
     leading, spanned = np.zeros(0, np.int64), np.zeros((m, 0))
-    if own:
-        leading, share = _leading(solve(cholesky(mz), product(z.T, system.normals[:, free])).T)
+    if own and free:
+        moves = product(z.T, system.normals[:, free])
+        leading, share = _leading(solve(cholesky(mz), moves).T if len(free) > 1 else moves.T)
         spanned = np.zeros((m, len(leading)))
         spanned[free] = share
     both = np.zeros((2 * nz, 2 * n), kind)
@@ -342,6 +343,8 @@ def _nothing(system: LinearSystem, nz: int, kind: np.dtype[np.floating]) -> dict
 def _add_free(mode: ContactMode, system: LinearSystem, free: list[int], force_in: Floats, particular: Floats) -> None:
     """What free feet do to the structure, and how they move with it."""
     m, n = len(mode.beta), len(system.mass)
+    if not free:
+        return
     feet, normals = np.array(free, dtype=np.intp), system.normals[:, free]
     beta, gap, rate = product(force_in, normals).T, product(normals.T, mode.to_physical[:n]), product(normals.T, mode.to_physical[n:])
     drift, mobility = _apply(mode.blocks, beta), product(rate, beta.T).diagonal().copy()
@@ -437,6 +440,8 @@ def _leading(rows: Floats) -> tuple[NDArray[np.int64], Floats]:
     Of many feet on few modes only so many move by themselves. Each next one is that which the ones before leave most of, so
     that no share is large. What is below 1e-13 of the largest row is rounding.
     """
+    if len(rows) == 1 and rows.any():
+        return np.zeros(1, dtype=np.int64), np.eye(1)
     rest, size = rows.copy(), length(rows.T).max(initial=0.0)
     chosen: list[int] = []
     ways = np.zeros((0, rows.shape[1]))

@@ -71,7 +71,7 @@ def integrate(
     """Energies of a recorded run.
 
     trace (nr, width): rows as the engine records them; acting: the engine's signals and laws, and the run's row of data,
-    by which laws that act together have their shares.
+    by which it is known what drives and laws there are, and laws that act together have their shares.
     """
     n, m = system.normals.shape
     parts = (system.damping, system.normals.T, system.loads.T, system.constant, system.constraints.T[m:].reshape(-1, n))

@@ -18,7 +18,7 @@ from tarsus.files.store import package_version
 from tarsus.files.sweepstore import UNIT_FILES, SweepStore
 from tarsus.files.toml import scene_text
 from tarsus.model.scene import Scene
-from tarsus.plan.lowering import source_hash
+from tarsus.plan.source_hash import source_hash
 
 __all__ = ["KEPT_FILES", "Kept", "store_of"]
 

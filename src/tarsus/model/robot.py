@@ -84,8 +84,8 @@ class Drive(Description):
 class Foot(Description):
     """A point of the structure that can touch the ground.
 
-    Its gap is ``gap + normal * displacement``, with the displacement of the point along +z. Friction acts on a foot whose
-    way along the ground is known: on every foot of a walker, and on one of another structure that says `along`.
+    Its gap is ``gap + normal * displacement``, with the displacement of the point along +z. Friction acts on feet
+    whose way along the ground is known: on those of a walker, and on one of another structure that says `along`.
     """
 
     point: str = Field(description="name of a point of the structure")

@@ -162,10 +162,12 @@ class Scene(Description):
         elif self.slides:
             faults += _strength_faults(self.ground)
             if self.ground.impact is not None and not isinstance(self.ground.impact, MassWeighted):
-                text = "goes with the mass-weighted impact map alone: leave out ground.impact, or the friction"
+                text = (
+                    "goes with the mass-weighted impact map alone: leave out ground.impact, or the friction"
+                )
                 faults.append(("ground.friction", f"friction along the ground {text}"))
         elif self.ground.acting_on("friction"):
-            text = "acts on no foot: say which point of the structure is each foot's way along the ground, feet.NAME.along"
+            text = "acts on no foot: give a foot its way along the ground, feet.NAME.along, a point of the structure"
             faults.append(("ground.friction", text))
         if not faults and self.ground.impact is not None:
             faults += self._impact_faults(self.ground.impact)
@@ -177,7 +179,7 @@ class Scene(Description):
 
     @property
     def slides(self) -> bool:
-        """Whether friction acts on feet along the ground: of a walker, or of a structure whose feet say `Foot.along`."""
+        """Whether friction acts on feet along the ground: of a walker, or of feet that say `Foot.along`."""
         feet = self.robot.feet.values()
         known = isinstance(self.robot.structure, Walker) or any(foot.along is not None for foot in feet)
         return known and bool(self.ground.acting_on("friction"))
@@ -306,7 +308,9 @@ def _strength_faults(ground: Ground) -> list[tuple[str, str]]:
         return []
     text = "needs adhesion: give ground.adhesion or a latch of your own"
     return [
-        (f"ground.{path}", f"{law.title} {text}") for path, law in ground.by_path().items() if law.needs_strength
+        (f"ground.{path}", f"{law.title} {text}")
+        for path, law in ground.by_path().items()
+        if law.needs_strength
     ]
 
 

@@ -11,7 +11,6 @@ from tarsus.base.linear import eigh, product, solve
 from tarsus.base.spec import described, with_values
 from tarsus.base.units import format_quantity
 from tarsus.model.drive.lower import evaluate, lower
-from tarsus.model.drive.waveforms import Constant
 from tarsus.model.scene import Ground, Initial, Provenance, Scene, Source
 from tarsus.model.structure import Walker
 from tarsus.model.structure.base import Array
@@ -93,9 +92,12 @@ def _drives(scene: Scene, driven: bool) -> tuple[dict[str | None, float], Array]
     load = np.zeros(scene.robot.structure.size)
     signals = scene.actuator_volts if driven else {}
     for name, drive in scene.robot.drives.items():
-        force, volt = lower(signals.get(name) or Constant(level=0.0), drive.law, drive.history)
-        volts[name] = float(evaluate(volt, 0.0))
-        load += float(evaluate(force, 0.0)) * drive.load.vector(scene.robot.structure)
+        if (signal := signals.get(name)) is None:
+            volts[name], exerted = 0.0, float(drive.law.force([0.0], drive.history)[0])
+        else:
+            force, volt = lower(signal, drive.law, drive.history)
+            volts[name], exerted = float(evaluate(volt, 0.0)), float(evaluate(force, 0.0))
+        load += exerted * drive.load.vector(scene.robot.structure)
     return volts, load
 
 

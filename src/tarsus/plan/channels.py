@@ -83,7 +83,7 @@ def drive_courses(scene: Scene, values: Mapping[str, Floats], charged: Collectio
         track = _track(scene.robot.drives[name], wave, drive, len(rows))
         law = with_columns(scene.robot.drives[name], drive)
         force, volts = lower_track(track, law.law, law.history, volts=name in charged)
-        period = np.broadcast_to(np.nan if wave.period is None else wave.period, len(rows))
+        period = np.broadcast_to(wave.periods(), len(rows))
         out[name] = Course(force, volts, which, period[which])
     return out
 
@@ -249,15 +249,12 @@ def _moved_by(scene: Scene, path: str, found: Collection[str]) -> list[str]:
 def _sloped(wave: Signal, drive: Drive, count: int, charged: bool) -> SlopedDrive:
     """A drive of numbers that carry derivatives, by so many numbers."""
     force, volts = lower_track(wave.track(), drive.law, drive.history, volts=charged)
-    period, by_period = wave.period, np.zeros(count)
-    if period is None or np.isnan(value_of(period)).all():
-        period = None
-    else:
-        by_period = slope_of(period, count).reshape(-1)
-        period = float(np.ravel(value_of(period))[0])
+    periods = wave.periods()
+    period, by_period = float(value_of(periods)[0]), slope_of(periods, count)[0]
     return SlopedDrive(
-        _channel(force, count), _channel(volts, count) if volts and charged else None, period, by_period
-    )
+        _channel(force, count), _channel(volts, count) if volts and charged else None,
+        *((None, 0.0 * by_period) if np.isnan(period) else (period, by_period)),
+    )  # fmt: skip
 
 
 def _channel(channels: Channels, count: int) -> Sloped:

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
-from importlib.machinery import EXTENSION_SUFFIXES
+from functools import cached_property
 from itertools import accumulate
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -31,26 +28,6 @@ from tarsus.model.standing import equilibrium
 from tarsus.model.structure import Walker
 from tarsus.model.structure.base import Matrices
 from tarsus.plan.walker import Legs, lower_legs, without_native
-
-SHOWING = ("cli", "cluster", "report")
-"""Rooms that no result depends on: they ask for results and show them."""
-
-
-def told_sources() -> list[Path]:
-    """Files that results depend on: the engine, and all code of the package but what shows results."""
-    package = Path(__file__).parents[1]
-    code = [path for path in package.rglob("*") if path.name.endswith((".py", *EXTENSION_SUFFIXES))]
-    told = {path for path in code if path.relative_to(package).parts[0] not in SHOWING}
-    return sorted(told | {Path(_native.__file__)})
-
-
-@lru_cache(maxsize=1)
-def source_hash() -> str:
-    """Hash of all that results depend on: what one version has made never goes on in another."""
-    digest = hashlib.sha256()
-    for path in told_sources():
-        digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
 
 
 @dataclass(frozen=True)
@@ -81,12 +58,6 @@ class FootLaws:
     def remembers(self) -> bool:
         """Whether what a contact holds goes by those before it."""
         return any(hook == _native.HOOKS.index("remaining") for hook, *_ in self.terms)
-
-    @property
-    def together(self) -> bool:
-        """Whether laws of a kind act together on a foot, each with a share of their work."""
-        hooks = [law.hook for law in self.acting.values()]
-        return any(hooks.count(hook) > 1 for hook in ("momentum", "force"))
 
     @cached_property
     def native(self) -> _native.Laws:
@@ -353,7 +324,11 @@ def scales(
     for name, law in laws.acting.items():
         first, fields = laws.columns[name], law.names()
         rows, which = distinct(parameters[:, 0, first : first + len(fields)])
-        changed = [law.model_copy(update=dict(zip(fields, row, strict=True))) for row in rows.tolist()]
+        given = list(law.parameters())  # most runs of a plan have its own
+        changed = [
+            law if row == given else law.model_copy(update=dict(zip(fields, row, strict=True)))
+            for row in rows.tolist()
+        ]
         own = np.array([(one.length_scale(), one.force_scale()) for one in changed])[which]
         lengths.append(own[:, :1])
         forces.append(own[:, 1:])

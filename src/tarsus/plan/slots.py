@@ -27,7 +27,18 @@ from tarsus.model.standing import equilibrium
 from tarsus.plan.channels import drive_courses
 from tarsus.plan.lowering import Plan, distinct, initial_column, law_column, pack, scales
 
-__all__ = ["Kind", "Place", "Rows", "check_bounds", "rows_for", "rows_of", "slot", "slots", "unit_of"]
+__all__ = [
+    "Kind",
+    "Place",
+    "Rows",
+    "bears",
+    "check_bounds",
+    "rows_for",
+    "rows_of",
+    "slot",
+    "slots",
+    "unit_of",
+]
 
 Floats = NDArray[np.float64]
 
@@ -61,8 +72,7 @@ class Rows:
     """The data of nr runs of one plan, a row a run, as the engine takes them.
 
     pool: channels that runs are driven by, signals: the same for the engine; channels (nr, nc): those of each run, in
-    the plan's order, and changes (nr, nc, 3): factor, offset and delay [s] by which the run has them,
-    factor * value(t + delay) + offset.
+    the plan's order.
     parameters (nr, m, np) of the laws; initial (nr, 2n); sources (nr, m + 1): rest gaps [m] and gravity [m/s^2];
     scales (nr, 3): length [m] and force [N] that tolerances refer to, and period [s] of the marks.
     """
@@ -74,7 +84,6 @@ class Rows:
     sources: Floats
     scales: Floats
     channels: NDArray[np.int64]
-    changes: Floats
 
     def __len__(self) -> int:
         return len(self.initial)
@@ -87,8 +96,7 @@ class Rows:
 
     def drive(self, channel: int, time: ArrayLike, run: int = 0) -> Floats:
         """Values of a channel of the plan in a run at times [s], any shape: a drive's force [N], or volts."""
-        factor, offset, delay = self.changes[run, channel]
-        return factor * evaluate(self.pool[self.channels[run, channel]], np.asarray(time) + delay) + offset
+        return evaluate(self.pool[self.channels[run, channel]], time)
 
     def starting(self, state: Floats) -> Rows:
         """The one run of these rows from another initial state (2n,)."""
@@ -110,7 +118,6 @@ def rows_of(plan: Plan, count: int = 1, period: float = math.inf) -> Rows:
     return Rows(
         plan.channels, plan.signals, each(plan.laws.parameters), each(plan.initial), each(plan.system.sources),
         each([plan.length, plan.force, period]), np.repeat(np.arange(channels)[None], count, axis=0),
-        each(np.tile([1.0, 0.0, 0.0], (channels, 1))),
     )  # fmt: skip
 
 
@@ -206,7 +213,7 @@ def rows_for(
     rows = _driven(scene, plan, by_kind, base, duration)
     if not scaled:
         return rows
-    spans = np.asarray(rows.signals.span)[rows.channels] * np.abs(rows.changes[:, :, 0])
+    spans = np.asarray(rows.signals.span)[rows.channels]
     length, force = scales(
         plan.laws, plan.system, spans[:, : plan.drives], rows.parameters, rows.initial, rows.sources
     )
@@ -214,15 +221,20 @@ def rows_for(
     return rows
 
 
+def bears(scene: Scene, path: str) -> bool:
+    """Whether a number has a part in how a walker stands that starts so: the film, restitution and friction bear
+    nothing at rest, and volts nothing before they come."""
+    idle: tuple[str, ...] = ("ground.film.", "ground.restitution.", "ground.friction.", "initial.")
+    if scene.initial.standing is not None and not scene.initial.standing.driven:
+        idle += ("gait.", "signals.")
+    return not path.startswith(idle)
+
+
 def _stand(scene: Scene, values: Mapping[str, Floats], initial: Floats) -> None:
     """Where a walker starts standing, the equilibrium of every run."""
     if scene.initial.standing is None:
         return
-    # the film, restitution and friction bear nothing at rest, and volts nothing before they come
-    idle = ("ground.film.", "ground.restitution.", "ground.friction.", "initial.")
-    if not scene.initial.standing.driven:
-        idle += ("gait.", "signals.")
-    bearing = {path: column for path, column in values.items() if not path.startswith(idle)}
+    bearing = {path: column for path, column in values.items() if bears(scene, path)}
     if not bearing:
         return
     rows, which = distinct(np.stack(list(bearing.values()), axis=1))

@@ -63,17 +63,17 @@ def swept(
     )  # fmt: skip
     if refused:
         return None
-    by_groups, initial, sources, coef, first, last, loops, changes, period = found
+    by_groups, initial, sources, coef, first, last, loops, period = found
     coef = np.ascontiguousarray(np.asarray(coef).reshape(-1, TERMS)[:, : data.coef.shape[1]])
     period += seeds.period if np.isfinite(seeds.period) else 0.0
     pairs = (
         (by_groups, moves), (initial, data.initial), (sources, data.sources), (coef, data.coef), (first, data.begin),
-        (last, data.end), (loops, data.loops), (changes, data.changes), (np.array([period]), data.period),
+        (last, data.end), (loops, data.loops), (np.array([period]), data.period),
     )  # fmt: skip
     values = sum((np.asarray(by).ravel() @ moved.reshape(-1, count) for by, moved in pairs), np.zeros(count))
     told = [(int(event), int(reason), -1) for event, reason, _ in np.asarray(flags).reshape(-1, 3)]
     for piece, turns, c in np.asarray(edges).reshape(-1, 3):
-        moved = data.begin[piece] + data.loops[row.channels[0, c]] * turns - data.changes[c, 2]
+        moved = data.begin[piece] + data.loops[row.channels[0, c]] * turns
         told += [(0, int(Doubt.EDGE_AT_START), int(p)) for p in np.flatnonzero(moved)]
     return values, sorted(set(told))
 
@@ -100,9 +100,9 @@ def _degrees(row: Rows, data: DataTangents) -> NDArray[np.int64]:
     out = np.where(used, np.arange(used.shape[1]), 0).max(axis=1, initial=0).astype(np.int64)
     moves = np.logical_or.reduce([by_term.any(axis=1), data.begin.any(axis=1), data.end.any(axis=1)])
     still = np.ones(len(out), dtype=bool)
-    for c, channel in enumerate(row.channels[0]):
+    for channel in row.channels[0]:
         pieces = slice(first[channel], first[channel + 1])
-        if moves[pieces].any() or data.loops[channel].any() or data.changes[c].any():
+        if moves[pieces].any() or data.loops[channel].any():
             still[pieces] = False
     out[still] = -1
     return out

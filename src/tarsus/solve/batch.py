@@ -26,7 +26,7 @@ from tarsus.solve.simulate import changed_run, seconds_of
 if TYPE_CHECKING:
     from concurrent.futures import Executor
 
-    from tarsus.solve.gradients import GradientBatch, GradientRun
+    from tarsus.solve.gradients import GradientRun
 
 __all__ = ["Batch", "simulate_batch"]
 
@@ -107,21 +107,18 @@ def simulate_batch(
     count = len(next(iter(values.values()))) if values else 1
     if is_executor(threads) and count > 1 and not ledger and gradients is None:
         return _elsewhere(scene, values, axes, seconds, accuracy, track, threads)
+    shared = Shared() if shared is None else shared
     data, rest = _divided(scene, values)
+    if ledger or gradients is not None:
+        local = None if is_executor(threads) else threads  # runs with accounts or derivatives do not travel
+        paths = None if gradients is None else tuple(gradients)
+        return _run_by_run(scene, values, axes, seconds, accuracy, local, shared, paths)
     groups: dict[tuple[float, ...], list[int]] = {}
     for i, chosen in enumerate(
         zip(*(values[path].tolist() for path in rest), strict=True) if rest else [()] * count
     ):
         groups.setdefault(chosen, []).append(i)
-    shared = Shared() if shared is None else shared
     periods = np.zeros(count)
-    local = None if is_executor(threads) else threads  # runs with accounts or derivatives do not travel
-    if gradients is not None:
-        return _with_gradients(
-            scene, values, axes, seconds, periods, accuracy, local, shared, tuple(gradients)
-        )
-    if ledger:
-        return _with_accounts(scene, values, axes, seconds, periods, accuracy, local, shared)
 
     def work(job: tuple[tuple[float, ...], NDArray[np.int64]]) -> Part:
         chosen, members = job
@@ -187,51 +184,36 @@ def _divided(scene: Scene, values: Mapping[str, np.ndarray]) -> tuple[list[str],
     ]
 
 
-def _with_accounts(
+def _run_by_run(
     scene: Scene,
     values: Mapping[str, np.ndarray],
     axes: Mapping[str, np.ndarray],
     seconds: float,
-    periods: NDArray[np.float64],
     accuracy: Accuracy | None,
     threads: Workers,
     shared: Shared,
+    paths: tuple[str, ...] | None,
 ) -> Batch:
-    """The batch made of single runs, each with its energy account."""
+    """The batch made of single runs, each with its energy account, or with its derivatives by the numbers at paths."""
 
-    def work(i: int) -> tuple[Part, bool]:
-        run = changed_run(scene, {path: float(v[i]) for path, v in values.items()}, seconds, accuracy, shared)
-        periods[i] = run.period
-        return Part.of(run.log, np.array([i])), run.code is ResultCode.LEDGER_OPEN
+    def work(i: int) -> tuple[Part, float, bool, GradientRun | None]:
+        own = {path: float(v[i]) for path, v in values.items()}
+        if paths is None:
+            run = changed_run(scene, own, seconds, accuracy, shared)
+            return Part.of(run.log, np.array([i])), run.period, run.code is ResultCode.LEDGER_OPEN, None
+        from tarsus.solve.gradients import gradient_run
 
-    found = list(spread(work, range(len(periods)), threads))
-    unclosed = frozenset(i for i, (_, open_) in enumerate(found) if open_)
-    return Batch(scene, values, seconds, periods, [part for part, _ in found], unclosed, axes, accuracy)
+        made = gradient_run(with_values(scene, own), paths, seconds, accuracy, shared)
+        return Part.of(made.log, np.array([i])), made.period, False, made
 
+    count = len(next(iter(values.values()))) if values else 1
+    parts, periods, opened, made = zip(*spread(work, range(count), threads), strict=True)
+    common = (scene, values, seconds, np.array(periods), parts)
+    if paths is None:
+        return Batch(*common, frozenset(np.flatnonzero(opened).tolist()), axes, accuracy)
+    from tarsus.solve.gradients import GradientBatch
 
-def _with_gradients(
-    scene: Scene,
-    values: Mapping[str, np.ndarray],
-    axes: Mapping[str, np.ndarray],
-    seconds: float,
-    periods: NDArray[np.float64],
-    accuracy: Accuracy | None,
-    threads: Workers,
-    shared: Shared,
-    paths: tuple[str, ...],
-) -> GradientBatch:
-    """The batch made of single runs, each with its derivatives."""
-    from tarsus.solve.gradients import GradientBatch, gradient_run
-
-    def work(i: int) -> GradientRun:
-        variant = with_values(scene, {path: float(v[i]) for path, v in values.items()})
-        run = gradient_run(variant, paths, seconds, accuracy, shared)
-        periods[i] = run.period
-        return run
-
-    made = tuple(spread(work, range(len(periods)), threads))
-    parts = [Part.of(run.log, np.array([i])) for i, run in enumerate(made)]
-    return GradientBatch(scene, values, seconds, periods, parts, None, axes, accuracy, made=made)
+    return GradientBatch(*common, None, axes, accuracy, made=made)
 
 
 def _combined(axes: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:

@@ -25,8 +25,8 @@ class ResultCode(Enum):
         "The run stopped: a number became infinite or undefined; a law or the structure is unbounded."
     )
     JAMMED = (
-        "The run stopped: friction presses a sliding foot to the ground harder than it bears it, so that rigid feet have no "
-        "motion, or two; a lower coefficient of friction or a more yielding structure has one."
+        "The run stopped: friction presses a sliding foot to the ground harder than the ground bears it, so that rigid "
+        "feet have no motion, or two; a lower coefficient of friction or a more yielding structure has one."
     )
     DIVERGED = (
         "The run stopped: the motion grew without bound; its impact map creates energy "
@@ -98,7 +98,11 @@ def apex_rows(foot: np.ndarray, kind: np.ndarray, apex: np.ndarray) -> np.ndarra
     if not len(foot):
         return np.zeros(0, dtype=np.intp)
     order = np.argsort(foot, kind="stable")
-    foot, ends, apex = foot[order], kind[order] != EventKind.PERIOD_MARK, np.nan_to_num(apex[order], nan=-np.inf)
+    foot, ends, apex = (
+        foot[order],
+        kind[order] != EventKind.PERIOD_MARK,
+        np.nan_to_num(apex[order], nan=-np.inf),
+    )
     begin = np.flatnonzero(np.concatenate([[True], ends[:-1] | (np.diff(foot) != 0)]))
     length = np.diff(begin, append=len(apex))
     top = np.repeat(np.maximum.reduceat(apex, begin), length)

@@ -25,10 +25,9 @@ def energy_slopes(run: GradientRun, given: Entering, found: Tangents) -> Mapping
 
     found: with a sample at the run's end, and with energies.
     """
-    work, damping, resistive, smooth, *rubbed = found.energies
+    work, damping, resistive, smooth, friction = found.energies
     if run.plan.legs is not None:
         resistive = -resistive
-    friction = rubbed[0] if rubbed else np.zeros(len(given.paths))
     losses = found.events[:, E_ENERGY], found.events[:, E_ADHESION]
     impacts, adhesion = (one.sum(axis=0) if len(one) else np.zeros(len(work)) for one in losses)
     kinetic, elastic = _stored(run, given, found)

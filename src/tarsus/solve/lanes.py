@@ -36,7 +36,7 @@ class Tangents:
 
     events (ne, 12, P): of the event rows; samples (nt, 2n + 5m, P): of displacements, velocities, gaps, gap rates,
     resistive and smooth forces and pulls at sample times; flags (nf, 3): number of an event, reason, number of a path
-    or -1 for all; energies, where they were asked for: of recorded runs (4, P) [J], by drives and weight, taken by
+    or -1 for all; energies, where they were asked for: of recorded runs (5, P) [J], by drives and weight, taken by
     dampers, and by resistive and smooth forces, of walkers (5, P) as in samples of a run. Of walkers: marks
     (nm, 3 + nb + 2 m, P): of their rows; since (m, P) [s]: begins of the contacts at the end.
     """

@@ -37,7 +37,7 @@ def account_of(acting: Acting, energy: Floats) -> Account:
 
 
 class Way(NamedTuple):
-    """What a robot does along the way: a walker's body's coordinates (nb, nt) [m, rad]; of feet (m, nt) their places [m]
+    """What a robot does along the way: coordinates of a walker's body (nb, nt) [m, rad]; of feet (m, nt) places [m]
     and speeds [m/s], not negative, states as in `tarsus.base.events.FootState`, senses of sliding, and the structure's
     force along the way [N]."""
 
@@ -74,8 +74,7 @@ class Replayed:
     def energies(self) -> Integrals:
         """Energy integrals up to the end of every step; the work of laws that act together told apart."""
         book, rows, laws = self.log.book, self.acting.rows, self.acting.plan.laws
-        acting = (rows.signals, laws.native, rows) if laws.together else None
-        return replay.integrate(book.system, book.book, self.log.trace, acting)
+        return replay.integrate(book.system, book.book, self.log.trace, (rows.signals, laws.native, rows))
 
     def states(self, times: Floats) -> Sampled:
         """States and contact forces at times [s], increasing."""
@@ -86,7 +85,9 @@ class Replayed:
         knots = np.concatenate([[0.0], self.energies.time])
         energy = [np.interp(times, knots, np.concatenate([[0.0], row])) for row in self.energies.rows]
         state = self.states(times)
-        return Seen(state, account_of(self.acting, np.array(energy)), _way(self.acting.plan.system.tangents, state))
+        return Seen(
+            state, account_of(self.acting, np.array(energy)), _way(self.acting.plan.system.tangents, state)
+        )
 
     @cached_property
     def account(self) -> Account:

@@ -80,15 +80,14 @@ def _parts(run: GradientRun, objective: str | NumberOf, times: Floats | None) ->
     log = Log(rows, np.zeros((*rows.shape, 1)), run.end_time, run.period, by_period)
     if isinstance(objective, str):
         data = run.entered.data
-        edges_move = any(one.any() for one in (data.begin, data.end, data.loops, data.changes[:, 2]))
+        edges_move = any(one.any() for one in (data.begin, data.end, data.loops))
         seeds = measure_seeds(log, run.foot_names, objective, edges_move)
     elif times is None:
         seeds = number_seeds(log, objective, np.zeros(0), None)
     else:
         seeds = number_seeds(log, objective, times, run.states(times))
-    if (
-        seeds is None or run.plan.laws.remembers
-    ):  # what feet bring along from contact to contact has no way back
+    # what feet bring along from contact to contact, and what slides, has no way back
+    if seeds is None or run.plan.laws.remembers or run.plan.system.tangents is not None:
         return [_forwards(run, objective, times)]
     moved = by_period != 0.0
     if np.isnan(seeds.period):

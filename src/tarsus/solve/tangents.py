@@ -22,7 +22,7 @@ from tarsus.model.scene import Scene
 from tarsus.model.standing import equilibrium
 from tarsus.plan.channels import SlopedDrive, sloped_drives
 from tarsus.plan.lowering import Plan, lower_system, pack
-from tarsus.plan.slots import Rows, check_bounds, rows_for, slot, unit_of
+from tarsus.plan.slots import Rows, bears, check_bounds, rows_for, slot, unit_of
 from tarsus.plan.walker import lower_legs
 from tarsus.solve.engine import SharedBook
 
@@ -73,9 +73,8 @@ class Stencil:
 
     @classmethod
     def of(
-        cls, scene: Scene, direction: Direction, part: float, plan: Plan | None = None, *, drives: bool = True,
-        order: int = 4,
-    ) -> Stencil:  # fmt: skip
+        cls, scene: Scene, direction: Direction, part: float, plan: Plan | None = None, *, order: int = 4
+    ) -> Stencil:
         """To both sides of a scene, or to the one where it may vary; steps are that part of the number that moves most
         for its size (where it is zero, of one unit, or of the length in a plan)."""
         base = {path: float(get_value(scene, path)) for path in direction}
@@ -84,7 +83,7 @@ class Stencil:
         for places, weights in _STENCILS[order]:
             found = cls(base, direction, places * size, weights / size)
             try:
-                found.check(scene, drives)
+                found.check(scene)
             except InputError as error:
                 problem = problem or error
                 continue
@@ -92,14 +91,14 @@ class Stencil:
         assert problem is not None
         raise problem
 
-    def check(self, scene: Scene, drives: bool) -> None:
-        """Raise InputError unless the scene takes the outermost places; what drives do is looked at where asked for."""
+    def check(self, scene: Scene) -> None:
+        """Raise InputError unless the scene takes the outermost places."""
         ends = np.array([self.places.min(), self.places.max()])
         for path, w in self.direction.items():
             place = slot(scene, path)
             if place is not None and place.bounded:
                 check_bounds(scene, path, self.base[path] + w * ends)
-            elif place is None or drives:
+            else:
                 for end in ends:
                     with_values(scene, {path: self.base[path] + w * float(end)})
 
@@ -139,8 +138,7 @@ class DataTangents:
     """Derivatives of one row of data by P numbers, last axis: as `tarsus.plan.slots.Rows`, and of its signals' pieces.
 
     coef (pieces, 12 or fewer terms, P), begin, end (pieces, P) [s]: at fixed numbers in the pieces; loops (channels, P)
-    [s]; changes (driven channels, 3, P); since (m, P) [s]: begin of the contacts at the start; period (1, P) [s] of the
-    marks.
+    [s]; since (m, P) [s]: begin of the contacts at the start; period (1, P) [s] of the marks.
     """
 
     parameters: Floats
@@ -151,7 +149,6 @@ class DataTangents:
     begin: Floats
     end: Floats
     loops: Floats
-    changes: Floats
     period: Floats
 
     @classmethod
@@ -161,7 +158,7 @@ class DataTangents:
         pieces, m = len(np.asarray(signals.start)), rows.sources.shape[1] - 1
         shapes = (
             rows.parameters.shape[1:], rows.initial.shape[1:], rows.sources.shape[1:], (m,), (pieces, terms), (pieces,),
-            (pieces,), (len(np.asarray(signals.loop)),), rows.changes.shape[1:], (1,),
+            (pieces,), (len(np.asarray(signals.loop)),), (1,),
         )  # fmt: skip
         return cls(*(np.zeros((*shape, count)) for shape in shapes))
 
@@ -215,10 +212,10 @@ class Entering:
 
 
 NO_FRICTION = (
-    "there are no derivatives of a run with friction along the ground but of a walker's: leave out feet.NAME.along or "
-    "ground.friction"
+    "with friction along the ground there are no derivatives by numbers of the structure, and no orbits, but of a "
+    "walker: leave out feet.NAME.along or ground.friction"
 )
-"""Why a robot by contact modes that slides is refused."""
+"""What of a robot by contact modes that slides is refused."""
 
 
 def entering(
@@ -227,21 +224,17 @@ def entering(
     """What enters a run of a plan over ``duration`` [s], with derivatives along any directions of its scene.
 
     Raises InputError for a path that is none, a number that cannot vary, where a drive changes the number of its
-    pieces, and for friction along the ground of a robot that is no walker.
+    pieces, and for a number of the structure of a robot that slides and is no walker.
     """
-    if plan.system.tangents is not None:
-        raise InputError(NO_FRICTION)
     found = directions_of(gradients)
     names = list(scene.robot.drives)
     lines, rest = sloped_drives(scene, list(found.values()), [names[d] for d in plan.charged])
     parts = [_apart(scene, one) for one in rest]
     structure = {p: _structure_slope(scene, plan, one) for p, (_, one) in enumerate(parts) if one}
+    if structure and plan.system.tangents is not None:
+        raise InputError(NO_FRICTION)
     own = [p for p, (moved, _) in enumerate(parts) if moved]
-    stepped = [parts[p][0] for p in own]
-    try:  # what drives refuse is found where they are lowered; then some step to one side alone
-        steps, rows = _stepped(scene, plan, stepped, duration, drives=False)
-    except InputError:
-        steps, rows = _stepped(scene, plan, stepped, duration, drives=True)
+    steps, rows = _stepped(scene, plan, [parts[p][0] for p in own], duration)
     row = _driven_by(_one_row(rows), scene, plan, lines)
     used = np.asarray(rows.signals.coef).any(axis=0)
     terms = max(
@@ -258,6 +251,12 @@ def entering(
             data.period[0] += one.by_period
     _drop_rounding(data, row)
     changed = {p: one for p, (_, one) in enumerate(parts) if one and plan.legs is not None}
+    if scene.initial.standing is not None:
+        for p, one in enumerate(found.values()):
+            moved = {path: weight for path, weight in one.items() if path not in rest[p]}
+            if any(bears(scene, path) for path in moved):
+                stencil = Stencil.of(scene, moved, STEP, plan)
+                data.initial[..., p] += _standing(scene, plan, stencil)
     beside = {p: _walkers(scene, plan, one, data.initial[..., p]) for p, one in changed.items()}
     return Entering(tuple(found), row, data, structure, beside)
 
@@ -270,8 +269,7 @@ def _walkers(
     stencil = Stencil.of(scene, direction, STEP)
     changed = [stencil.scene(scene, float(place)) for place in stencil.places]
     if scene.initial.standing is not None:
-        driven, n = scene.initial.standing.driven, len(initial) // 2
-        initial[:n] += stencil.slope(plan.initial[:n], [equilibrium(one, driven=driven) for one in changed])
+        initial += _standing(scene, plan, stencil)
     systems = [lower_system(one) for one in changed]
     plans = [
         replace(plan, system=system, legs=lower_legs(one.robot, system))
@@ -284,27 +282,36 @@ def _walkers(
     )
 
 
+def _standing(scene: Scene, plan: Plan, stencil: Stencil) -> Floats:
+    """Derivative (2n,) of the state in which a walker stands."""
+    assert scene.initial.standing is not None
+    n, driven, out = len(plan.initial) // 2, scene.initial.standing.driven, np.zeros(len(plan.initial))
+    there = [equilibrium(stencil.scene(scene, float(place)), driven=driven) for place in stencil.places]
+    out[:n] = stencil.slope(plan.initial[:n], there)
+    return out
+
+
 def _channels_of(plan: Plan, drive: int) -> list[int]:
     """Number of the channel of a drive's force, and of that of its volts where laws see them."""
     return [drive, *(plan.drives + k for k, d in enumerate(plan.charged) if d == drive)]
 
 
 def _driven_by(row: Rows, scene: Scene, plan: Plan, lines: Mapping[str, SlopedDrive]) -> Rows:
-    """A run with drives of lines in place of its own."""
+    """A run with those drives in place of its own."""
     if not lines:
         return row
-    pool, channels, changes = list(row.pool), row.channels.copy(), row.changes.copy()
+    pool, channels = list(row.pool), row.channels.copy()
     for name, one in lines.items():
         drive = list(scene.robot.drives).index(name)
         for c, channel in zip(_channels_of(plan, drive), (one.force, one.volts), strict=False):
             assert channel is not None
-            channels[0, c], changes[0, c] = len(pool), (1.0, 0.0, 0.0)
+            channels[0, c] = len(pool)
             pool.append(channel.pieces)
-    return _one_row(replace(row, pool=tuple(pool), channels=channels, changes=changes))
+    return _one_row(replace(row, pool=tuple(pool), channels=channels))
 
 
 def _add_drive(data: DataTangents, row: Rows, plan: Plan, drive: int, of: SlopedDrive) -> None:
-    """Add the derivatives of a drive of lines."""
+    """Add the derivatives of a drive."""
     for c, one in zip(_channels_of(plan, drive), (of.force, of.volts), strict=False):
         assert one is not None
         channel = row.channels[0, c]
@@ -333,10 +340,10 @@ def _drop_rounding(data: DataTangents, row: Rows) -> None:
 
 
 def _stepped(
-    scene: Scene, plan: Plan, directions: Sequence[Direction], duration: float, *, drives: bool
+    scene: Scene, plan: Plan, directions: Sequence[Direction], duration: float
 ) -> tuple[list[Stencil], Rows]:
     """The stencils along directions of data, and rows of a run and of those beside it, four for each direction."""
-    steps = [Stencil.of(scene, one, STEP, plan, drives=drives) for one in directions]
+    steps = [Stencil.of(scene, one, STEP, plan) for one in directions]
     base = {path: value for one in steps for path, value in one.base.items()}
     columns = {path: np.full(1 + 4 * len(steps), value) for path, value in base.items()}
     for k, one in enumerate(steps):
@@ -357,7 +364,7 @@ def _one_row(rows: Rows) -> Rows:
     pool = tuple(rows.pool[c] for c in used)
     return replace(
         rows, parameters=rows.parameters[:1], initial=rows.initial[:1], sources=rows.sources[:1],
-        scales=rows.scales[:1].copy(), channels=channels.reshape(1, -1).astype(np.int64), changes=rows.changes[:1],
+        scales=rows.scales[:1].copy(), channels=channels.reshape(1, -1).astype(np.int64),
         pool=pool, signals=pack(pool),
     )  # fmt: skip
 
@@ -426,15 +433,10 @@ def _differences(
         for to, values in zip((out.coef, out.begin, out.end), parts, strict=True):
             to[to_place] = slopes(values[place])
         out.loops[channel] = slopes(np.asarray(signals.period)[own])
-    changes, periods = rows.changes.copy(), np.asarray(signals.period)[rows.channels]
-    # a phase beside a whole turn is lowered to a delay on either side of a period
-    late = changes[:, :, 2] - changes[0, :, 2]
-    turns = np.divide(late, periods, out=np.zeros_like(periods), where=periods > 0.0)
-    changes[:, :, 2] -= np.round(turns) * periods
     marks = np.where(np.isfinite(rows.periods), rows.periods, 0.0)
     return replace(
         out, parameters=slopes(rows.parameters), initial=slopes(rows.initial), sources=slopes(rows.sources),
-        changes=slopes(changes), period=slopes(marks)[None],
+        period=slopes(marks)[None],
     )  # fmt: skip
 
 

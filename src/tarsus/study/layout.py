@@ -14,7 +14,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.units import parse_quantity
 from tarsus.files.store import package_version
 from tarsus.files.sweepstore import MOST_UNITS, SweepStore
-from tarsus.plan.lowering import source_hash
+from tarsus.plan.source_hash import source_hash
 from tarsus.study.studyfile import frozen_texts
 from tarsus.study.sweep import Sweep
 from tarsus.study.workunit import OUTCOMES, work_unit

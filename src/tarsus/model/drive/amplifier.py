@@ -95,10 +95,9 @@ class Amplified(Signal):
     amplifier: Amplifier
     start: Amount = quantity("V", "output until t = 0", default=0.0)
 
-    @property
-    def period(self) -> float | None:
+    def periods(self) -> Any:
         """Period [s] of the command."""
-        return self.command.period
+        return self.command.periods()
 
     def volts(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
         """Voltage [V] at the actuator at `time` [s], any shape."""

@@ -43,7 +43,7 @@ def remembered(history: Any, thresholds: Any) -> Any:
     """States (nr, n) [V] of plays that have been through a history (H,), or (nr, H), from 0 V on; thresholds (n,) or
     (nr, n) [V]."""
     r = thresholds if np.ndim(thresholds) > 1 else thresholds[None]
-    past = columns(history) if len(history) else np.zeros(0)
+    past: Any = columns(history) if len(history) else np.zeros(0)
     past = past if np.ndim(past) > 1 else past[None]
     state = np.zeros(r.shape)
     for k in range(past.shape[1]):

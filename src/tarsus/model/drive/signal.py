@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.base.dual import Dual
 from tarsus.base.spec import Description
 from tarsus.model.drive.track import Track
 
@@ -19,11 +19,13 @@ class Signal(Description, ABC):
 
     @property
     def period(self) -> float | None:
-        """Period [s], None if the waveform does not repeat; (nr,) of numbers that are one a run, NaN there."""
-        periods = self.track().periods
-        if len(periods) > 1 or isinstance(periods, Dual):
-            return periods
-        return None if np.isnan(periods[0]) else float(periods[0])
+        """Period [s], None if the waveform does not repeat."""
+        period = float(self.periods()[0])
+        return None if np.isnan(period) else period
+
+    def periods(self) -> Any:
+        """The same of every run (nr,), where numbers are one a run; NaN where one does not repeat."""
+        return self.track().periods
 
     @abstractmethod
     def volts(self, time: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -79,7 +79,9 @@ class Track:
     def plain(self) -> Track:
         """The track without the derivatives that its numbers may carry."""
         parts = {one.name: getattr(self, one.name) for one in fields(self)}
-        return replace(self, **{name: value_of(part) for name, part in parts.items() if isinstance(part, Dual)})
+        return replace(
+            self, **{name: value_of(part) for name, part in parts.items() if isinstance(part, Dual)}
+        )
 
     @property
     def start(self) -> Floats:
@@ -109,7 +111,11 @@ class Track:
 
     def of_run(self, values: Any) -> Any:
         """Numbers (k,), or of every run (nr, k), for each stretch: (S, k)."""
-        return np.broadcast_to(values, (self.count, *np.shape(values))) if np.ndim(values) < 2 else values[self.run]
+        return (
+            np.broadcast_to(values, (self.count, *np.shape(values)))
+            if np.ndim(values) < 2
+            else values[self.run]
+        )
 
     def direction(self) -> Floats:
         """(S,): +1 rising, -1 falling, 0 constant."""
@@ -126,15 +132,19 @@ class Track:
 
     def solve(self, stretch: Ints, volts: Floats) -> Floats:
         """Local coordinate (Q,) at which each stretch (Q,) reaches `volts` (Q,), a value it takes."""
+        if not len(stretch):
+            return np.zeros(0)
         rows, first, last = self.inner[stretch], self.first[stretch], self.last[stretch]
         target, run = volts, self.run[stretch]
         sine = np.zeros(len(stretch), dtype=bool)
         if self.amplitude is not None:
             scale = self.amplitude[stretch]
             sine = ~np.isnan(scale)
-            target = np.where(sine, np.arcsin(np.clip((volts - self.offset[stretch]) / scale, -1.0, 1.0)), volts)
+            target = np.where(
+                sine, np.arcsin(np.clip((volts - self.offset[stretch]) / scale, -1.0, 1.0)), volts
+            )
 
-        def of_runs(bent: NDArray[np.bool_], runs: Ints) -> NDArray[np.bool_]:
+        def of_runs(bent: Any, runs: Ints) -> NDArray[np.bool_]:
             """Which of the stretches are of runs where any of these is a curve."""
             return (np.bincount(runs[bent], minlength=len(self.loops)) > 0)[run]
 
@@ -142,7 +152,8 @@ class Track:
         linear = np.clip((target - rows[:, 0]) / rows[:, 1], -1.0, 1.0)
         found = np.where(lines, np.clip(2.0 * (volts - first) / (last - first) - 1.0, -1.0, 1.0), linear)
         curved = np.flatnonzero(of_runs(rows[:, 2:].any(axis=1), run))
-        found[curved] = _solve_monotone(rows[curved], target[curved], run[curved])
+        if len(curved):
+            found[curved] = _solve_monotone(rows[curved], target[curved], run[curved])
         return found
 
     def picked(self, runs: Ints) -> Track:
@@ -192,7 +203,10 @@ def joined(tracks: Sequence[Track]) -> Track:
     sines = [one.amplitude for one in tracks]
     amplitude = None
     if any(one is not None for one in sines):
-        none = [np.full(track.count, np.nan) if one is None else one for one, track in zip(sines, tracks, strict=True)]
+        none = [
+            np.full(track.count, np.nan) if one is None else one
+            for one, track in zip(sines, tracks, strict=True)
+        ]
         amplitude = np.concatenate(none)
     return Track(
         np.concatenate([[0], np.cumsum(counts)]), all_of("begin"), all_of("end"), inner, amplitude, all_of("offset"),
@@ -209,11 +223,13 @@ def chosen(condition: Any, one: Callable[[], Track], other: Callable[[], Track])
     tracks = (one(),) if holds.all() else (one(), other())
     count = max(len(holds), *(len(track.loops) for track in tracks))
     of_each = np.zeros(count, dtype=np.intp)
-    one, other = (track if len(track.loops) == count else track.picked(of_each) for track in (tracks[0], tracks[-1]))
+    first, second = (
+        track if len(track.loops) == count else track.picked(of_each) for track in (tracks[0], tracks[-1])
+    )
     holds = holds if len(holds) == count else np.repeat(holds, count)
     if len(tracks) == 1:
-        return one
-    return joined([one, other]).picked(np.arange(len(holds)) + np.where(holds, 0, len(holds)))
+        return first
+    return joined([first, second]).picked(np.arange(len(holds)) + np.where(holds, 0, len(holds)))
 
 
 def polynomial(*terms: Any, width: int = 4) -> Any:

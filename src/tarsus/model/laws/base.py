@@ -22,6 +22,7 @@ from __future__ import annotations
 import inspect
 import re
 from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 from types import FunctionType
 from typing import Any, ClassVar
 
@@ -93,7 +94,7 @@ class Law(Description):
     @classmethod
     def name(cls) -> str:
         """Name of the law in files and on the command line: the class name in snake_case."""
-        return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", cls.__name__).lower()
+        return _in_snake_case(cls.__name__)
 
     @classmethod
     def function(cls) -> Callable[..., float] | None:
@@ -138,6 +139,11 @@ class Law(Description):
     def force_scale(self) -> float:
         """Force [N] of the law, as a scale of forces beside those of the structure; 0 for none."""
         return 0.0
+
+
+@lru_cache
+def _in_snake_case(name: str) -> str:
+    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", name).lower()
 
 
 def _check_arguments(

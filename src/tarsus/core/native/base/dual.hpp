@@ -209,7 +209,7 @@ TARSUS_DUAL_FUNCTION(complementary_error_function, -1.1283791670955126 * exponen
 TARSUS_DUAL power(const Dual<Real, P>& a, const Dual<Real, P>& b) {
   const Real value = power(a.value, b.value);
   const Real by_base = b.value * power(a.value, b.value - 1.0);
-  const Real by_exponent = value * logarithm(a.value);
+  const Real by_exponent = select(value, value * logarithm(a.value), Real(0.0));  // of 0^b it is 0
   Dual<Real, P> out;
   out.value = value;
   for (int p = 0; p < P; p++) {

@@ -33,15 +33,19 @@ class Lens : public ModalTangent {
        const RunData& run, const Beginning& start, const DataTangents& data, size_t channels, const Directions& of, int first)
       : ModalTangent(book, nodes, halves, signals, laws, settings, run, start, data, channels, {}), of_(of), first_(first) {}
 
-  static DataTangents data(const DataTangents& nothing, const Directions& of, int first, const std::vector<int64_t>& groups) {
+  static DataTangents data(const DataTangents& nothing, const Directions& of, int first, const Signals& signals,
+                           const int64_t* channels, const std::vector<int64_t>& groups) {
     DataTangents out = nothing;
-    const auto mark = [&](std::vector<Row>& rows, int begin, int stride, int offset) {
-      for (size_t k = 0; k * stride + offset < rows.size(); k++) rows[k * stride + offset] = unit(begin + int(k) - first);
+    const auto mark = [&](std::vector<Row>& rows, int begin) {
+      for (size_t k = 0; k < rows.size(); k++) rows[k] = unit(begin + int(k) - first);
     };
-    mark(out.initial, Directions::STATE, 1, 0);
-    mark(out.since, of.since, 1, 0);
-    mark(out.changes, of.channels, 3, 1);  // an offset moves the value alone
-    mark(out.sources, of.sources, 1, 0);
+    mark(out.initial, Directions::STATE);
+    mark(out.since, of.since);
+    mark(out.sources, of.sources);
+    for (int c = of.channels; c < of.sources; c++) {  // what is constant of every piece moves the value alone
+      const int64_t channel = channels[c - of.channels];
+      for (int64_t p = signals.first[channel]; p < signals.first[channel + 1]; p++) out.coef[DEGREE * p] += unit(c - first);
+    }
     for (size_t k = 0; k < groups.size(); k++) {
       if (groups[k] >= 0) out.parameters[k] = unit(of.groups + int(groups[k]) - first);
     }
@@ -177,7 +181,6 @@ class ModalAdjoint {
     to.begin.assign(signals.start.size(), 0.0);
     to.end = to.begin;
     to.loops.assign(signals.loop.size(), 0.0);
-    to.changes.assign(3 * channels, 0.0);
     by_state_ = nothing_ = std::vector<double>(sizes_.state(), 0.0);
     for (auto* one : {&by_since_, &apex_, &apex_time_, &integral_}) one->assign(m, 0.0);
     by_gap_.assign(m, Row(0.0));
@@ -499,8 +502,8 @@ class ModalAdjoint {
   }
 
   void sampled(size_t n) {
-    const double* from = objective_->samples + n * (sample_width(sizes_) - sizes_.feet);
-    if (std::all_of(from, from + sample_width(sizes_) - sizes_.feet, [](double x) { return x == 0.0; })) return;
+    const double* from = objective_->samples + n * (tangent_width(sizes_));
+    if (std::all_of(from, from + tangent_width(sizes_), [](double x) { return x == 0.0; })) return;
     for (auto part : PARTS) {
       std::vector<double>& to = seed_.*part.second;
       std::copy_n(from, to.size(), to.begin());
@@ -624,7 +627,7 @@ inline AdjointResult adjoint(Book& book, const Nodes& nodes, const Halves& halve
   const int64_t most = groups.empty() ? -1 : *std::max_element(groups.begin(), groups.end());
   const Directions of(book.sizes, channels, int(most + 1));
   std::vector<DataTangents> data;
-  for (int b = 0; b < of.blocks(); b++) data.push_back(Lens::data(nothing, of, b * LANES, groups));
+  for (int b = 0; b < of.blocks(); b++) data.push_back(Lens::data(nothing, of, b * LANES, signals, run.channels, groups));
   ModalAdjoint march(of, signals, degrees, channels, [&](int b) {
     return std::make_unique<Lens>(book, nodes, halves, signals, laws, settings, run, start, data[b], channels, of, b * LANES);
   });

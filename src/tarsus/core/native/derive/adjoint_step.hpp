@@ -9,7 +9,7 @@ namespace tarsus::modal {
 // Derivatives of one number by the data of a run, sizes as in DataTangents; those by the laws' parameters are by groups of
 // parameters that move together.
 struct DataAdjoint {
-  std::vector<double> groups, initial, sources, coef, begin, end, loops, changes;
+  std::vector<double> groups, initial, sources, coef, begin, end, loops;
   double period = 0.0;
 };
 
@@ -70,19 +70,17 @@ class DrivesBack {
   void value(int c, const Cursor& at, double time, double by, DataAdjoint& to) const {
     const int64_t p = at.piece;
     if (degrees_[p] < 0) return;
-    const double a = signals_.start[p], length = signals_.end[p] - a, scaled = by * at.change.factor;
+    const double a = signals_.start[p], length = signals_.end[p] - a;
     const double x = degrees_[p] == 0 ? 0.0 : 2.0 * (time - at.shift - a) / length - 1.0;
     const double* k = signals_.coef.data() + DEGREE * p;
-    double u = 0.0, slope = 0.0, power = scaled;
+    double u = 0.0, slope = 0.0, power = by;
     for (int n = int(degrees_[p]); n >= 0; n--) {
       slope = slope * x + u;
       u = u * x + k[n];
     }
     for (int n = 0; n <= degrees_[p]; n++, power *= x) to.coef[DEGREE * p + n] += power;
-    to.changes[3 * c] += by * u;
-    to.changes[3 * c + 1] += by;
     if (slope == 0.0) return;
-    const double moved = scaled * 2.0 / length * slope, part = 0.5 * (x + 1.0);
+    const double moved = by * 2.0 / length * slope, part = 0.5 * (x + 1.0);
     edge(c, at, to.begin[p], moved * (part - 1.0), to);
     edge(c, at, to.end[p], -moved * part, to);
   }
@@ -94,10 +92,7 @@ class DrivesBack {
     };
     double from = t - at.shift - signals_.start[at.piece];
     if (!over(N - 1, from) && degrees_[at.piece] == 0) {  // a level
-      const double sum = total(load(by));
-      to.coef[DEGREE * at.piece] += sum * at.change.factor;
-      to.changes[3 * c] += sum * signals_.coef[DEGREE * at.piece];
-      to.changes[3 * c + 1] += sum;
+      to.coef[DEGREE * at.piece] += total(load(by));
       return;
     }
     for (int j = 0; j < N; j++) {
@@ -121,7 +116,6 @@ class DrivesBack {
   void edge(int c, const Cursor& at, double& own, double by, DataAdjoint& to) const {
     own += by;
     to.loops[run_.channels[c]] += by * double(at.turns);
-    to.changes[3 * c + 2] -= by;
   }
 };
 

@@ -61,7 +61,6 @@ inline DataTangents data_tangents(nb::handle from, size_t coordinates, const Law
   out.begin = lanes(from, "begin", pieces);
   out.end = lanes(from, "end", pieces);
   out.loops = lanes(from, "loops", size_t(signals.channels()));
-  out.changes = lanes(from, "changes", 3 * channels);
   out.period = lanes(from, "period", 1)[0];
   return out;
 }

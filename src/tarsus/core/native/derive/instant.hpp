@@ -30,6 +30,9 @@ class Instant {
 
   // Project the displacements and velocities ``physical`` on a contact mode.
   void enter(const ContactMode& to) {
+    for (int i : to.stuck) {
+      if (mode == nullptr || !mode->is_stuck[i]) places[i] = book.place_along(i, physical);
+    }
     set_mode(to);
     project(*this);
     remove_film_momenta(*this, [](int, const Jet&) {});
@@ -62,7 +65,12 @@ class Instant {
     for (int k = 0; k < sizes.state(); k++) w[k] = w[k] + product(rows, size_t(row) * sizes.state() + k, by);
   }
   // A foot that lands is at the ground at its own moment.
-  Jet gap_of(int i) const { return i == landing_ ? Jet(0.0) : along(&ContactMode::outputs, i) + feed_bias(i); }
+  Jet gap_of(int i) const {
+    if (i == landing_) return Jet(0.0);
+    Jet gap = along(&ContactMode::outputs, i) + feed_bias(i);
+    for (int k : mode->stuck) gap = gap + product(&ContactMode::feed, size_t(i) * sizes.inputs() + sizes.feet + k, places[k]);
+    return gap;
+  }
   Jet rate_of(int i) const { return along(&ContactMode::outputs, sizes.feet + i); }
   Jet feed_bias(int i) const { return biased(&ContactMode::bias_feed, 2 * sizes.feet, i); }
   Jet place_of(int i) const { return places[i]; }
@@ -107,8 +115,12 @@ class Instant {
     modal([&] {
       for (int i : acting) {
         values[i] = i < m ? film(i, gaps[i]).value
-                    : i < 2 * m ? force_now(i - m, gaps[i - m], rate_of(i - m)).value : drives[i - 2 * m].value;
+                    : i < 2 * m && !mode->is_held[i - m] ? force_now(i - m, gaps[i - m], rate_of(i - m)).value
+                    : i >= 2 * m ? drives[i - 2 * m].value : 0.0;
       }
+      const std::vector<Jet> friction = sizes.ways > 0 ? moment_of(*this).friction : std::vector<Jet>();
+      for (int i : mode->sliding) values[m + i] = friction[i].value;
+      for (int i : mode->stuck) values[m + i] = places[i].value;
       return 0.0;
     });
     rate_of_state(*mode, acting, plain, values, sources, rate);
@@ -126,21 +138,25 @@ class Instant {
   EventNumbers apply(EventKind kind, int foot, bool told) {
     EventNumbers out;
     out.when = time;
+    if (kind == SLIP_BEGINS || kind == STICK_BEGINS) return slide(kind, foot, told);
     if (kind == RELEASE) {
       if (told) out.pull = out.strength = laws.strength(foot, time - since[foot]);
       aged[foot] = time - since[foot];
       parted[foot] = time;
       add_film_momenta(*this);
-    } else if (kind == CONTACT_AT_START) {
+      senses[foot] = 0.0;
+      go(foot, false, false);
+      return out;
+    }
+    if (kind == CONTACT_AT_START) {
       add_film_momenta(*this);
       out.pull = pull_if_held(*this, foot);
       out.strength = new_strength(*this, foot);
       since[foot] = time - age_brought(foot);
-    } else {
-      return land(kind, foot);
+      put_down(foot);
+      return out;
     }
-    toggle(foot);
-    return out;
+    return land(kind, foot);
   }
 
  private:
@@ -166,10 +182,53 @@ class Instant {
     return out;
   }
 
-  // From the modal state to the contact mode with one foot more or less on the ground.
-  void toggle(int foot) {
+  // From the modal state to the contact mode in which a foot is on the ground or not, and sticks there or not.
+  void go(int foot, bool held, bool sticks) {
     find_physical(*this);
-    enter(book.toggled(*mode, foot));
+    enter(book.with_foot(*mode, foot, held, sticks));
+  }
+
+  // To the one with a foot on the ground, which sticks if it has nothing along it: what braking leaves of that is rounding.
+  void put_down(int foot) {
+    constexpr double SLOW = 1e5, LEFT = 1e-10;  // of a speed that is zero for a run, and of the speeds that it is made of
+    bool sticks = false;
+    if (rubs[foot]) {
+      const Mobilities<Jet> by = mobilities_of(*this, foot);
+      const double own = along(&ContactMode::slide_rate, foot).value;
+      const double stopped = by.normal.value > 0.0 ? by.across.value / by.normal.value * rate_of(foot).value : 0.0, rate = own - stopped;
+      sticks = std::fabs(rate) <= SLOW * settings.speed_zero + LEFT * (std::fabs(own) + std::fabs(stopped));
+      senses[foot] = sticks ? 0.0 : rate > 0.0 ? 1.0 : -1.0;
+    }
+    go(foot, true, sticks);
+  }
+
+  // A slide begins, ends or turns. Untold it is an impact's, which has no numbers of its own.
+  EventNumbers slide(EventKind kind, int foot, bool told) {
+    EventNumbers out;
+    out.when = time;
+    add_film_momenta(*this);
+    const bool stuck = mode->is_stuck[foot];
+    if (!stuck && kind == SLIP_BEGINS && !told) {  // turned by an impact
+      senses[foot] = -senses[foot];
+      remove_film_momenta(*this, [](int, const Jet&) {});
+      return out;
+    }
+    if (!stuck) {
+      go(foot, true, true);
+      add_film_momenta(*this);
+    }
+    if (told) {
+      const Bearing<Jet> at = bearing_of(*this, foot);
+      out.pull = at.along;
+      out.strength = at.most;
+      senses[foot] = kind == STICK_BEGINS ? 0.0 : at.along.value > 0.0 ? 1.0 : -1.0;
+    }
+    if (kind == SLIP_BEGINS) {
+      go(foot, true, false);
+    } else {
+      remove_film_momenta(*this, [](int, const Jet&) {});
+    }
+    return out;
   }
 
   EventNumbers land(EventKind kind, int foot) {
@@ -181,16 +240,16 @@ class Instant {
     out.before = at.speed;
     out.pull = at.pull;
     out.strength = at.strength;
-    out.doubtful = landing_in_doubt(laws, foot, at);
+    out.doubtful = landing_in_doubt(laws, foot, at) || braking_of(*this, foot, at.speed, kind == BOUNCE ? at.after : Jet(0.0)).doubtful;
     if (kind == BOUNCE) {
       out.after = at.after;
       out.energy = bounce(*this, foot, at);
       remove_film_momenta(*this, [](int, const Jet&) {});
     } else {
       if (kind == CAPTURE && laws.has(foot, HAS_LATCH)) out.adhesion = at.kept();
-      out.energy = at.lost() + at.kept();
+      out.energy = stop_at_ground(*this, foot, at);
       since[foot] = time - age_brought(foot);
-      toggle(foot);
+      put_down(foot);
     }
     landing_ = -1;
     return out;

@@ -461,8 +461,9 @@ class LeggedTangent : public LeggedMarch {
       return strength - laws_.force(foot, Jet(0.0), Jet(0.0), volts_at(foot, j), Jet(times[j]));
     });
     if (!f.slides) return;
-    // beyond a stop, where the step goes on, what is linear goes on as it was, mirrored: its nodes see nothing sudden
+    // beyond a stop, where the step goes on, as ``sliding_bound``
     const Row speed = r.w[ALONG] * feet[i].sense, forward = larger(speed, Row(0.0));
+    const bool mirror = f.speeds && mirrored(*this, i);
     const auto bound = [&](int j, double at) { return laws_.friction(foot, Jet(r.margin[j]), Jet(r.strength[j]), Jet(at)); };
     const auto slopes = [&](const Row& at, Row& by_margin, Row& by_strength) {
       const Row arguments[FRICTION_ARGUMENTS] = {r.margin, r.strength, at};
@@ -470,16 +471,20 @@ class LeggedTangent : public LeggedMarch {
     };
     slopes(forward, f.by_margin, f.by_strength);
     own_rows(i, &OwnPart::bound, [&](int j) {
-      return speed[j] < 0.0 && f.speeds ? bound(j, 0.0) * 2.0 - bound(j, -speed[j]) : bound(j, forward[j]);
+      return speed[j] < 0.0 && mirror ? bound(j, 0.0) * 2.0 - bound(j, -speed[j]) : bound(j, forward[j]);
     });
     if (!f.speeds) return;
-    if (any_less(speed, Row(0.0))) {
+    if (mirror && any_less(speed, Row(0.0))) {
       Row by_margin, by_strength;
       slopes(magnitude(speed), by_margin, by_strength);
-      f.by_margin = f.by_margin * 2.0 - by_margin;
-      f.by_strength = f.by_strength * 2.0 - by_strength;
+      for (int j = 0; j < N; j++) {
+        if (!(speed[j] < 0.0)) continue;
+        f.by_margin.set(j, 2.0 * f.by_margin[j] - by_margin[j]);
+        f.by_strength.set(j, 2.0 * f.by_strength[j] - by_strength[j]);
+      }
     }
-    f.by_speed = each(laws.friction_by_speed(foot, r.margin, r.strength, forward).slope[0], [](double by) { return std::isfinite(by) ? by : 0.0; });
+    Row most;
+    sliding_bound(*this, i, r, speed, most, f.by_speed);
     if (!invert_friction(tables.of(step_class, body.legs[i].kind[ALONG]), f)) lose();
   }
 

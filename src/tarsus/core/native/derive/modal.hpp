@@ -45,6 +45,9 @@ class ModalTangent {
       now_.since[i] = jet(start.since[i], data.since[i]);
       now_.parted[i] = Jet(start.time);
     }
+    for (int i = 0; i < sizes_.feet; i++) {
+      now_.rubs[i] = book.has_way(i) && laws_.plain().friction(i, 1.0, 1.0, 0.0) != 0.0;
+    }
     for (size_t c = 0; c < channels; c++) drives_.player.seek(int(c), start.time);
     now_.time = Jet(start.time);
     note_drives();
@@ -55,7 +58,7 @@ class ModalTangent {
   // powers: whose sums are asked for, or none.
   TangentResult run(const RunRecord& record, const double* times, size_t count, PowerSlopes* powers) {
     told_.events.assign(record.count * EVENT_WIDTH, Row(0.0));
-    samples_.assign(count * (sample_width(sizes_) - sizes_.feet), Row(0.0));
+    samples_.assign(count * tangent_width(sizes_), Row(0.0));
     record_ = &record;
     powers_ = powers;
     size_t sample = 0;
@@ -124,7 +127,9 @@ class ModalTangent {
   mutable Shown<Row> shown_;  // see shown_at
   mutable std::vector<Row> inside_;
   std::vector<double> flown_;  // the state somewhere within the step
-  std::vector<int> acting_, smooth_;  // inputs that act; of these the smooth ones
+  std::vector<int> acting_, smooth_;  // inputs that act; of these the smooth ones of feet in the air
+  std::vector<int> rubbing_;          // feet that slide with friction
+  std::vector<double> friction_end_;  // on each foot, as the last step ended [N]
   const ContactMode* acting_in_ = nullptr;
   bool ended_ = true;           // whether ``end_`` and ``rate_`` are those of the step
   std::vector<double> moved_;   // what the state at the end of the step has of a number of the structure
@@ -173,7 +178,11 @@ class ModalTangent {
       acting_ = acting_inputs(mode, laws_.plain());
       smooth_.clear();
       for (int i : acting_) {
-        if (i < 2 * sizes_.feet) smooth_.push_back(i);
+        if (i < 2 * sizes_.feet && !mode.is_held[i % sizes_.feet]) smooth_.push_back(i);
+      }
+      rubbing_.clear();
+      for (int i : mode.sliding) {
+        if (now_.rubs[i]) rubbing_.push_back(i);
       }
       list_unknown(mode);
       std::fill(slope_.inputs.begin(), slope_.inputs.end(), Row(0.0));
@@ -182,6 +191,10 @@ class ModalTangent {
     std::copy(step.state, step.state + nb, value_.state.begin());
     std::copy(step.state + nb, step.state + 2 * nb, value_.state.begin() + ns);
     std::copy(step.inputs, step.inputs + value_.inputs.size(), value_.inputs.begin());
+    for (int i : rubbing_) {  // at the start, where the foot is held still
+      const double force = value_.input(sizes_.feet + i)[0];
+      if (force != 0.0) now_.senses[i] = force < 0.0 ? 1.0 : -1.0;
+    }
   }
 
   // Inputs and state at the start of a step; an instant ends, and kinks whose time moves pass.
@@ -231,6 +244,8 @@ class ModalTangent {
       for (int k = 0; k < sizes_.state(); k++) to(k, row[k] * by);
     };
     if (c < sizes_.drives) push(2 * m + c, before - after);
+    // friction jumps with the pulls that drives make
+    for (int i : rubbing_) push(m + i, friction_end_[i] - value_.input(m + i)[0]);
     for (int i : mode.free) {
       if (!laws_.has(i, HAS_FORCE) || channel_of(i) != c) continue;
       Shown<double> shown(sizes_);
@@ -247,6 +262,10 @@ class ModalTangent {
       if (laws_.has(i, HAS_MOMENTUM) || laws_.has(i, HAS_FORCE)) unknown_.push_back(i);
       if (laws_.has(i, HAS_FORCE) && laws_.has(i, USES_RATE)) unknown_.push_back(m + i);
     }
+    for (int i : rubbing_) {  // the pull that bears friction, and the speed of the slide
+      unknown_.push_back(i);
+      if (laws_.laws.friction_by_speed) unknown_.push_back(m + i);
+    }
   }
 
   // Tangents of the nodal inputs: the drives' own, and the smooth forces'. What these depend on, gaps and rates y, follow from
@@ -257,9 +276,11 @@ class ModalTangent {
     slope_.state = dw_;
     for (int d = 0; d < sizes_.drives; d++) std::copy_n(&channel_slopes_[N * d], N, slope_.input(2 * m + d));
     for (int i : smooth_) std::fill_n(slope_.input(i), N, Row(0.0));
+    for (int i : rubbing_) std::fill_n(slope_.input(m + i), N, Row(0.0));
+    for (int i : now_.mode->stuck) std::fill_n(slope_.input(m + i), N, slope_of(now_.places[i]));
     gap_slopes_.assign(size_t(m) * N, Row(0.0));
     for (int i : now_.mode->free) output_slopes(i, &gap_slopes_[N * i]);
-    if (!smooth_.empty()) solve_smooth(step);
+    if (!smooth_.empty() || !rubbing_.empty()) solve_smooth(step);
   }
 
   // The tables of the step, and the gaps of the free feet at its nodes.
@@ -284,10 +305,11 @@ class ModalTangent {
       solved_.push_back(smooth_input(step, i));
       add_own(solved_.back());
     }
+    for (int i : rubbing_) solved_.push_back(friction_input(step, i));
     right_.resize(size);
     for (size_t a = 0; a < unknown_.size(); a++) {
       const int output = unknown_[a];
-      if (output < m) {
+      if (output < m && !now_.mode->is_held[output]) {
         std::copy_n(&gap_slopes_[N * output], N, &right_[N * a]);
       } else {
         output_slopes(output, &right_[N * a]);
@@ -301,7 +323,7 @@ class ModalTangent {
     for (size_t a = 0; a < unknown_.size(); a++) {
       const int foot = unknown_[a] % m;
       const Row* found = &right_[N * a];
-      if (unknown_[a] < m) std::copy_n(found, N, &gap_slopes_[N * foot]);
+      if (unknown_[a] < m && !now_.mode->is_held[foot]) std::copy_n(found, N, &gap_slopes_[N * foot]);
       for (Smooth& one : solved_) {
         if (!one.feels(unknown_[a], m)) continue;
         for (int j = 0; j < N; j++) one.own[j] += found[j] * one.by(unknown_[a], m)[j];
@@ -310,7 +332,7 @@ class ModalTangent {
     for (const Smooth& one : solved_) std::copy_n(one.own, N, slope_.input(one.input));
     for (int o : now_.mode->free) {
       if (laws_.has(o, HAS_MOMENTUM) || laws_.has(o, HAS_FORCE)) continue;
-      for (int i : smooth_) add_input(*tables_, o, i, slope_.input(i), &gap_slopes_[N * o]);
+      for (const Smooth& one : solved_) add_input(*tables_, o, one.input, slope_.input(one.input), &gap_slopes_[N * o]);
     }
   }
 
@@ -345,6 +367,39 @@ class ModalTangent {
     out.arguments[3] = nodes_.times() * step.length + step.time;
     laws_.slopes(out.hook(m), foot, out.arguments, out.count(m), out.by_gap, out.by_rate);
     std::fill_n(out.own, N, Row(0.0));
+    return out;
+  }
+
+  // Friction on a foot that slides, -sense bound(margin, f_a, speed): what it depends on are the pull and the rate along the ground.
+  Smooth friction_input(const Recorded& step, int i) {
+    const int m = sizes_.feet, c = channel_of(i);
+    const double sense = now_.senses[i];
+    Smooth out = {m + i, i, -1, laws_.laws.friction_by_speed, true, Row(0.0), Row(0.0), {}, {}};
+    const Row times = nodes_.times() * step.length + step.time, ages = times - now_.since[i].value;
+    const Row strength = laws_.plain().strength(i, ages);
+    Row margin = strength - output_row(*tables_, acting_, value_, i);
+    const Row volts = c < 0 ? Row(0.0) : load(&channel_values_[N * c]);
+    if (laws_.has(i, HAS_FORCE)) margin -= laws_.plain().force(i, Row(0.0), Row(0.0), volts, times);
+    const Row rate = output_row(*tables_, acting_, value_, m + i) * sense, speed = larger(rate, Row(0.0));
+    const Row arguments[FRICTION_ARGUMENTS] = {margin, strength, speed};
+    Row by_margin, by_strength;
+    laws_.slopes(FRICTION, i, arguments, FRICTION_ARGUMENTS, by_margin, by_strength);
+    out.by_gap = by_margin * sense;
+    if (out.rated) {
+      const auto found = laws_.plain().friction_by_speed(i, margin, strength, speed);
+      out.by_rate = each(found.slope[0], rate, [](double by, double at) { return at > 0.0 && std::isfinite(by) ? -by : 0.0; });
+    }
+    std::fill_n(out.own, N, Row(0.0));
+    laws_.add_explicit(FRICTION, i, arguments, FRICTION_ARGUMENTS, nullptr, out.own);
+    for (int j = 0; j < N; j++) {
+      const Jet time(times[j]), held = laws_.strength(i, time - now_.since[i]);
+      Jet breaking = held;
+      if (laws_.has(i, HAS_FORCE)) {
+        const Jet at = c < 0 ? Jet(0.0) : jet(volts[j], channel_slopes_[N * c + j]);
+        breaking = breaking - laws_.force(i, Jet(0.0), Jet(0.0), at, time);
+      }
+      out.own[j] = (out.own[j] + slope_of(breaking) * by_margin[j] + slope_of(held) * by_strength[j]) * -sense;
+    }
     return out;
   }
 
@@ -413,7 +468,7 @@ class ModalTangent {
 
   void take_sample(const Recorded& step, double s, size_t n) {
     const Shown<Row>& shown = shown_at(step, s);
-    Row* to = samples_.data() + n * (sample_width(sizes_) - sizes_.feet);
+    Row* to = samples_.data() + n * tangent_width(sizes_);
     to = std::copy(shown.place.begin(), shown.place.end(), to);
     for (const auto* part : {&shown.gap, &shown.rate, &shown.resistive, &shown.smooth, &shown.pull}) {
       to = std::copy(part->begin(), part->end(), to);
@@ -478,6 +533,8 @@ class ModalTangent {
     }
     dw_ = flowed_;
     now_.time = Jet(step.time + step.length * step.fraction);
+    friction_end_.assign(sizes_.feet, 0.0);
+    for (int i : rubbing_) friction_end_[i] = weighted(Weights(nodes_, step.fraction).value, value_.input(sizes_.feet + i));
   }
 
   // And, where something happens there, the state itself and its rate, inputs as they are just before it.
@@ -535,7 +592,8 @@ class ModalTangent {
     const int foot = int(record_->events[event].foot);
     // an impact may have torn this foot off first, and others: then it is the impact's moment
     size_t after = event;
-    while (same_instant(after, steps) && record_->events[after].kind == RELEASE) after++;
+    const auto torn = [](const Event& e) { return e.kind == RELEASE || (e.kind == SLIP_BEGINS && !is_told(e)); };
+    while (same_instant(after, steps) && torn(record_->events[after])) after++;
     if (after > event && same_instant(after, steps)) {
       const Event& next = record_->events[after];
       const int other = int(next.foot);
@@ -545,12 +603,17 @@ class ModalTangent {
     return foot;
   }
 
+  // Whether the contact tells a strength, or what friction bears: one torn off by an impact has none.
+  static bool is_told(const Event& e) { return e.strength != 0.0 || (e.kind != RELEASE && e.pull != 0.0); }
+
   // Whether an instant shares the moment of the last one, or of a kink.
   bool at_shared() const { return step_.fraction == 0.0 && told_.shared_at >= now_.time.value - settings_.least_progress; }
 
   // How the moment of an event moves with what it tells: the tangents, at a fixed time, of the gap or the pull.
   void meet(size_t event, int foot, const Row& shown) {
-    const Margin found = now_.mode->is_held[foot] ? hold_margin(foot, shown) : gap_margin(foot, shown);
+    const double kind = record_->events[event].kind;
+    const Margin found = kind == SLIP_BEGINS || kind == STICK_BEGINS ? along_margin(foot)
+                         : now_.mode->is_held[foot] ? hold_margin(foot, shown) : gap_margin(foot, shown);
     told_.meet(event, found, now_.time.value);
     // a foot that settles inside a step does so without a speed that would tell when
     if (!found.grazes && record_->events[event].kind == CONTACT_AT_START) told_.flag(event, GRAZING);
@@ -568,6 +631,10 @@ class ModalTangent {
   // The first event of an instant: how its moment moves, and the state with it.
   void begin_instant(size_t event, size_t steps) {
     first_foot_ = first_foot(event, steps);
+    const double kind = record_->events[event].kind;
+    if (!at_shared() && step_.fraction == 0.0 && (kind == SLIP_BEGINS || kind == STICK_BEGINS)) {
+      told_.stay(now_.time.value);  // what pulls the foot along has jumped as the run began
+    }
     if (!at_shared()) {
       const Shown<Row>& shown = shown_at_end();
       meet(event, first_foot_, now_.mode->is_held[first_foot_] ? shown.pull[first_foot_] : shown.gap[first_foot_]);
@@ -577,7 +644,9 @@ class ModalTangent {
   }
 
   double plain_gap(int i) const {
-    return dot(now_.mode->outputs + size_t(i) * sizes_.state(), end_) + now_.feed_bias(i).value;
+    double gap = dot(now_.mode->outputs + size_t(i) * sizes_.state(), end_) + now_.feed_bias(i).value;
+    for (int k : now_.mode->stuck) gap += now_.mode->feed[i * sizes_.inputs() + sizes_.feet + k] * now_.places[k].value;
+    return gap;
   }
   bool at_ground(int i) const { return std::fabs(plain_gap(i)) <= 10.0 * (settings_.gap_zero + settings_.gap); }
 
@@ -588,15 +657,47 @@ class ModalTangent {
     return {shown, rate, told_.gap_grazes(rate, curve)};
   }
 
-  // What still holds a held foot: strength less smooth force less pull.
-  Margin hold_margin(int i, const Row& shown) {
+  // How fast an output changes at the end of the step.
+  double output_rate(int output) const {
     const int ni = sizes_.inputs();
-    double pulling = dot(now_.mode->outputs + size_t(i) * sizes_.state(), rate_);
+    double out = dot(now_.mode->outputs + size_t(output) * sizes_.state(), rate_);
     const Weights weights(nodes_, step_.fraction);
     for (int k : acting_) {
       const double v1 = weighted(weights.slope, value_.input(k)), v2 = weighted(weights.bend, value_.input(k));
-      pulling += (v1 * now_.mode->feed[i * ni + k] + v2 * now_.mode->feed_rate[i * ni + k] / step_.length) / step_.length;
+      out += (v1 * now_.mode->feed[output * ni + k] + v2 * now_.mode->feed_rate[output * ni + k] / step_.length) / step_.length;
     }
+    return out;
+  }
+
+  // Of a foot that slides its rate, whither it slides; of one that sticks what friction bears less what pulls it along.
+  Margin along_margin(int i) {
+    const int m = sizes_.feet, n = sizes_.coordinates;
+    const Shown<Row>& shown = shown_at_end();
+    if (!now_.mode->is_stuck[i]) {
+      Row by = Row(0.0);
+      for (int r = 0; r < n; r++) by += shown.place[n + r] * book_.tangents[size_t(i) * n + r];
+      const double rate = output_rate(m + i);
+      return {by, rate, rate == 0.0};
+    }
+    Shown<double>& value = by_structure_;
+    show(*now_.mode, nodes_, step_.length, step_.fraction, acting_, value_, end_, value);
+    const double sign = value.friction[i] < 0.0 ? 1.0 : -1.0;  // of the force along the ground, which friction holds back
+    const int c = channel_of(i);
+    const Jet at(now_.time.value), later = jet(at.value, Row(1.0)), volts = drive_at(c, at);
+    const Jet rising = jet(volts.value, slope_of(drive_at(c, later)) - slope_of(volts));
+    const Jet age = jet(at.value - now_.since[i].value, Row(1.0));
+    const auto bound = [&](LawTangents& laws, const Jet& aged, const Jet& driven, const Jet& time, const Row& pull) {
+      const Jet held = laws.has(i, HAS_LATCH) ? laws.value(STRENGTH, i, {aged}) : Jet(0.0);
+      return slope_of(laws.friction(i, holds(laws, i, aged, driven, time) - jet(value.pull[i], pull), held, Jet(0.0)));
+    };
+    const Row by = bound(laws_, at - now_.since[i], volts, at, shown.pull[i]) + shown.friction[i] * sign;
+    const double rate = bound(fixed_laws_, age, rising, later, Row(output_rate(i)))[0] - sign * output_rate(m + i);
+    return {by, rate, told_.force_grazes(rate)};
+  }
+
+  // What still holds a held foot: strength less smooth force less pull.
+  Margin hold_margin(int i, const Row& shown) {
+    const double pulling = output_rate(i);
     const int c = channel_of(i);
     const Jet at(now_.time.value), later = jet(at.value, Row(1.0)), volts = drive_at(c, at);
     const Row by = slope_of(holds(laws_, i, at - now_.since[i], volts, at)) - shown;
@@ -635,7 +736,7 @@ class ModalTangent {
         if (off[lane] != 0.0) told_.flag(event, SIMULTANEOUS, lane);
       }
     }
-    const EventNumbers found = now_.apply(kind, foot, e.strength != 0.0);
+    const EventNumbers found = now_.apply(kind, foot, is_told(e));
     told_.put(event, foot, found);
     told_.restart(foot, slope_of(now_.time));
     if (found.doubtful) told_.flag(event, AT_THRESHOLD);

@@ -1,12 +1,12 @@
 // How powers of a modal robot's forces change with the numbers that it has derivatives by: of drives and weight, of dampers, and of
-// resistive and smooth forces at the feet.
+// resistive and smooth forces at the feet, and what friction takes.
 #pragma once
 #include "derive/tangent.hpp"
 #include "record/replay.hpp"
 
 namespace tarsus::modal {
 
-constexpr int POWERS = 4;
+constexpr int POWERS = 5;
 
 // Points of Gauss's quadrature on [0, 1], and the part of a step that they are good for: of products of modes that turn or decay
 // by no more than TURN in it they leave 1e-13.
@@ -25,8 +25,10 @@ class PowerSlopes {
   Row sums[POWERS] = {};  // derivatives of the energies [J], of all steps so far
 
   // by: of the numbers of the structure, each with its lane; gravity [m/s^2], and its derivatives.
-  PowerSlopes(const Sizes& s, GaussPoints points, PowerArrays own, std::vector<std::pair<int, PowerArrays>> by, const Jet& gravity)
-      : sizes_(s), points_(std::move(points)), own_(std::move(own)), by_(std::move(by)), gravity_(gravity) {}
+  // tangents (ways, n): of feet that know their way along the ground.
+  PowerSlopes(const Sizes& s, GaussPoints points, PowerArrays own, std::vector<std::pair<int, PowerArrays>> by, const Jet& gravity,
+              std::vector<double> tangents)
+      : sizes_(s), points_(std::move(points)), own_(std::move(own)), by_(std::move(by)), gravity_(gravity), tangents_(std::move(tangents)) {}
 
   // Add what a step gives whose moments at scaled time s are seen by at(s) -> values and their tangents; rate [1/s]: of the
   // fastest mode.
@@ -52,7 +54,9 @@ class PowerSlopes {
       resisted += at.resistive[i] * at.rate[i];
       smoothed += at.smooth[i] * at.rate[i];
     }
-    const double powers[POWERS] = {pushed, damped, resisted, smoothed};
+    double rubbed = 0.0;
+    for (int i = 0; i < sizes_.ways; i++) rubbed -= at.friction[i] * along(tangents_, i, &at.place[sizes_.coordinates]);
+    const double powers[POWERS] = {pushed, damped, resisted, smoothed, rubbed};
     for (int e = 0; e < POWERS; e++) sums[e] += by * powers[e];
   }
 
@@ -62,6 +66,7 @@ class PowerSlopes {
   const PowerArrays own_;
   const std::vector<std::pair<int, PowerArrays>> by_;
   const Jet gravity_;
+  const std::vector<double> tangents_;
 
   double speed(const Shown<double>& at, int r) const { return at.place[sizes_.coordinates + r]; }
   template <class Real>
@@ -93,6 +98,10 @@ class PowerSlopes {
     for (int i = 0; i < sizes_.feet; i++) {
       sums[2] += (by.resistive[i] * at.rate[i] + by.rate[i] * at.resistive[i]) * share;
       sums[3] += (by.smooth[i] * at.rate[i] + by.rate[i] * at.smooth[i]) * share;
+    }
+    for (int i = 0; i < sizes_.ways; i++) {
+      const double rate = along(tangents_, i, &at.place[n]);
+      sums[4] -= (by.friction[i] * rate + along(tangents_, i, &by.place[n]) * at.friction[i]) * share;
     }
   }
 };

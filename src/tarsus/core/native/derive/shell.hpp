@@ -55,6 +55,12 @@ class EventShell {
     if (found.grazes) flag(event, GRAZING);
   }
 
+  // A moment that does not move.
+  void stay(double time) {
+    shared = Row(0.0);
+    shared_at = time;
+  }
+
   // A kink of a drive that moves by so much. False where that moves nothing.
   bool meet_kink(size_t event, const Row& by, double time) {
     for (int lane = 0; lane < LANES && shared_at == time; lane++) {

@@ -31,27 +31,27 @@ struct TangentFlag {
 };
 
 // Derivatives of the data of one run. coef (pieces, 12), begin and end (pieces) [s]: of the pieces of all channels, at fixed
-// numbers in them; loops (channels) [s]: of their periods; changes (driven channels, 3); period [s]: of the marks.
+// numbers in them; loops (channels) [s]: of their periods; period [s]: of the marks.
 struct DataTangents {
-  std::vector<Row> parameters, initial, sources, since, coef, begin, end, loops, changes;
+  std::vector<Row> parameters, initial, sources, since, coef, begin, end, loops;
   Row period;
 
   // Of the same data, by numbers that nothing depends on.
   DataTangents nothing() const {
     DataTangents out = *this;
-    for (auto* part : {&out.parameters, &out.initial, &out.sources, &out.since, &out.coef, &out.begin, &out.end, &out.loops, &out.changes}) {
+    for (auto* part : {&out.parameters, &out.initial, &out.sources, &out.since, &out.coef, &out.begin, &out.end, &out.loops}) {
       std::fill(part->begin(), part->end(), Row(0.0));
     }
     out.period = Row(0.0);
     return out;
   }
 
-  // The same of a size; coordinates: of the structure, channels: that the run is driven by.
-  static DataTangents none(size_t coordinates, const Laws& laws, const Signals& signals, size_t channels) {
+  // The same of a size; coordinates: of the structure.
+  static DataTangents none(size_t coordinates, const Laws& laws, const Signals& signals) {
     const size_t feet = laws.feet, pieces = signals.start.size();
     const auto rows = [](size_t count) { return std::vector<Row>(count, Row(0.0)); };
     return {rows(feet * laws.columns), rows(2 * coordinates), rows(feet + 1), rows(feet), rows(pieces * DEGREE), rows(pieces),
-            rows(pieces), rows(signals.loop.size()), rows(3 * channels), Row(0.0)};
+            rows(pieces), rows(signals.loop.size()), Row(0.0)};
   }
 };
 
@@ -64,7 +64,7 @@ struct DriveTangents {
 
   DriveTangents(const Signals& s, const Nodes& n, const DataTangents& d, const RunData& run, size_t channels)
       : signals(s), data(d), player(s, n, channels), chosen_(run.channels, run.channels + channels) {
-    player.restart(run.channels, run.changes);
+    player.restart(run.channels);
     for (size_t p = 0; p < s.start.size(); p++) {
       int most = DEGREE - 1;
       while (most > 0 && s.coef[DEGREE * p + most] == 0.0 && !any_less(Row(0.0), magnitude(d.coef[DEGREE * p + most]))) most--;
@@ -98,8 +98,7 @@ struct DriveTangents {
       du = du * x + data.coef[DEGREE * p + n];
     }
     if (slope != 0.0) du += (slope_of(time) - da - (db - da) * (0.5 * (x + 1.0))) * (2.0 / length * slope);
-    const Row* change = &data.changes[3 * c];
-    return jet(u * at.change.factor + at.change.offset, du * at.change.factor + change[0] * u + change[1]);
+    return jet(u, du);
   }
 
   // Values at the nodes of the step [t, t + h], continued beyond kinks as the player does. Moves on to the piece at t.
@@ -136,7 +135,7 @@ struct DriveTangents {
     for (size_t c = 0; c < chosen_.size(); c++) {
       const Cursor& at = player.cursor[c];
       if (std::fabs(at.shift + s.start[at.piece] - time) > 1e-12 * (s.end[at.piece] - s.start[at.piece]) + 1e-14 * time) continue;
-      const bool first = at.piece == at.first + std::max<int64_t>(at.loop, 0);
+      const bool first = at.piece == at.first || at.piece == at.first + at.loop;  // before either, the end of a period
       if (first && at.loop < 0) continue;
       double jump = 0.0;  // from the end of the piece before to the start of this one
       for (int k = 0; k < DEGREE; k++) {
@@ -151,7 +150,7 @@ struct DriveTangents {
   std::vector<int> degrees_;  // of the pieces' values and their derivatives
 
   Row moved(int c, const Cursor& at, const Row& end) const {
-    return end + data.loops[chosen_[c]] * double(at.turns) - data.changes[3 * c + 2];
+    return end + data.loops[chosen_[c]] * double(at.turns);
   }
 };
 

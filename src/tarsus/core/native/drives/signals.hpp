@@ -11,7 +11,7 @@ constexpr int DEGREE = 12;  // coefficients of a piece, in xi = 2 (t - start) / 
 // Pieces of channel c are first[c] .. first[c + 1] - 1. flat: a constant piece; sharp: its end is a kink; until [s]: from
 // its start to the next kink (infinite: none); over [s]: how far the piece before that kink may be continued beyond it.
 // loop: piece to go on with after the last one, or -1; period [s] of the loop; span: range of a channel's values.
-// A run is driven by some of the channels, each as it is or changed (see Change).
+// A run is driven by some of the channels.
 struct Signals {
   std::vector<int64_t> first, loop;
   std::vector<double> start, end, coef, until, over, period, span;
@@ -19,16 +19,10 @@ struct Signals {
   int channels() const { return int(loop.size()); }
 };
 
-// How a channel of a run differs from the one it is taken from: factor * value(t + delay) + offset.
-struct Change {
-  double factor, offset, delay;
-};
-
 // A channel as a run has it, and where the run is in it: shift [s], when the pieces' time began in this turn of the loop.
 struct Cursor {
   int64_t piece, turns, first, behind, loop;
   double shift, period, span;
-  Change change;
 };
 
 // Where a run is in the channels it is driven by. Times only grow.
@@ -44,14 +38,12 @@ struct Player {
   int channels() const { return int(cursor.size()); }
 
   // Start a run with channels of its own.
-  void restart(const int64_t* chosen, const Change* changes) {
+  void restart(const int64_t* chosen) {
     same_until = flat_until = -INF;
     moves++;
     for (int c = 0; c < channels(); c++) {
       const int64_t of = chosen[c], first = signals.first[of];
-      const Change& change = changes[c];
-      cursor[c] = {first, 0, first, signals.first[of + 1], signals.loop[of], -change.delay, signals.period[of],
-                   signals.span[of] * std::fabs(change.factor), change};
+      cursor[c] = {first, 0, first, signals.first[of + 1], signals.loop[of], 0.0, signals.period[of], signals.span[of]};
     }
   }
 
@@ -73,7 +65,7 @@ struct Player {
     } else if (at.loop >= 0) {
       at.piece = at.first + at.loop;
       at.turns++;
-      at.shift = at.turns * at.period - at.change.delay;
+      at.shift = at.turns * at.period;
     } else {
       return false;
     }
@@ -91,11 +83,11 @@ struct Player {
   }
 
   template <class Real>
-  TARSUS_INLINE Real polynomial(const Change& change, int64_t p, const Real& xi) const {
+  TARSUS_INLINE Real polynomial(int64_t p, const Real& xi) const {
     const double* k = signals.coef.data() + DEGREE * p;
     Real value = Real(k[DEGREE - 1]);
     for (int c = DEGREE - 2; c >= 0; c--) value = value * xi + k[c];
-    return value * change.factor + change.offset;
+    return value;
   }
 
   // Value at time t within the cursor's piece (from the left at a kink).
@@ -104,7 +96,7 @@ struct Player {
     const int64_t p = at.piece;
     if (signals.flat[p]) return level(at);
     const double begun = t - at.shift - signals.start[p];
-    return polynomial(at.change, p, 2.0 * begun / (signals.end[p] - signals.start[p]) - 1.0);
+    return polynomial(p, 2.0 * begun / (signals.end[p] - signals.start[p]) - 1.0);
   }
 
   // Values at the nodes of the step [t, t + h]; true where they are constant. A step may reach beyond a kink: the
@@ -120,7 +112,7 @@ struct Player {
     // times from the start of the piece: those from t = 0 would round each node differently, which a short piece shows
     const double begun = t - now.shift - s.start[p], length = s.end[p] - s.start[p];
     if (s.sharp[p] || begun + h <= length) {
-      store(out, polynomial(now.change, p, (begun + nodes.times() * h) * (2.0 / length) - 1.0));
+      store(out, polynomial(p, (begun + nodes.times() * h) * (2.0 / length) - 1.0));
       return false;
     }
     Cursor at = now;
@@ -130,7 +122,7 @@ struct Player {
         if (!next_piece(at)) break;
         from = t - at.shift - s.start[at.piece];
       }
-      out[j] = polynomial(at.change, at.piece, 2.0 * (from + nodes.tau[j] * h) / (s.end[at.piece] - s.start[at.piece]) - 1.0);
+      out[j] = polynomial(at.piece, 2.0 * (from + nodes.tau[j] * h) / (s.end[at.piece] - s.start[at.piece]) - 1.0);
     }
     return false;
   }
@@ -139,7 +131,7 @@ struct Player {
   double same_until = -INF;        // end of the first piece to end
   double kink = INF, reach = INF;  // times of the next kink, and up to which a step may reach beyond it
 
-  double level(const Cursor& at) const { return signals.coef[DEGREE * at.piece] * at.change.factor + at.change.offset; }
+  double level(const Cursor& at) const { return signals.coef[DEGREE * at.piece]; }
 
   TARSUS_APART void move(double t) {
     const Signals& s = signals;

@@ -68,7 +68,7 @@ struct LeggedMarch : Legged {
     put_on_ground(run.sources);
     clock = Clock();
     clock.mark = 0.0;
-    player.restart(run.channels, run.changes);
+    player.restart(run.channels);
     for (int b = 0; b < nb; b++) {
       x[b] = initial[b];
       v[b] = initial[n + b];

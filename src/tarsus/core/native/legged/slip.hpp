@@ -17,13 +17,27 @@ inline bool slips_by_speed(const Legged& s, int i) {
   return s.laws.laws.friction_by_speed && s.feet[i].contact == SLIPPING && s.feet[i].sense != 0.0;
 }
 
+// Whether the bound of friction beyond a stop, where the speed in the sense of the slip is negative, is that of its mirror image,
+// 2 b(0) - b(-v), so that the nodes of a step in which a slip stops see little of it. Under a foot that begins to slide it stays
+// what it is at rest: friction that falls with the speed would else push it backwards, the other motion from an unstable rest.
+inline bool mirrored(const Legged& s, int i) { return s.feet[i].start != JUST_SLIDING; }
+
 // The bound of friction [N] on a sliding foot at the nodes, and its slope by the slip speed [N s/m]; speed [m/s]: in the sense of
-// the slip. Where it is negative, beyond a stop, the bound stays what it is at rest: friction that falls with the speed would
-// else push a foot backwards from its unstable rest.
+// the slip.
 inline void sliding_bound(const Legged& s, int i, const LegRows& r, const Row& speed, Row& bound, Row& slope) {
-  const auto found = s.laws.friction_by_speed(s.body.legs[i].foot, r.margin, r.strength, larger(speed, Row(0.0)));
+  const int f = s.body.legs[i].foot;
+  const auto found = s.laws.friction_by_speed(f, r.margin, r.strength, magnitude(speed));
   bound = found.value;
-  slope = each(found.slope[0], speed, [](double by, double at) { return at > 0.0 && std::isfinite(by) ? by : 0.0; });
+  slope = found.slope[0];
+  if (!any_less(speed, Row(0.0)) && finite(slope)) return;
+  const Row rest = s.laws.friction(f, r.margin, r.strength, Row(0.0));
+  const bool mirror = mirrored(s, i);
+  for (int j = 0; j < N; j++) {
+    if (!std::isfinite(slope[j])) slope.set(j, 0.0);
+    if (!(speed[j] < 0.0)) continue;
+    bound.set(j, mirror ? 2.0 * rest[j] - bound[j] : rest[j]);
+    if (!mirror) slope.set(j, 0.0);
+  }
 }
 
 // Solve w = ``alone`` - force matrix sense bound(sense w) at the nodes, by rows of what a force at one node does to w, from the

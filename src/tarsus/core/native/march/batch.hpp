@@ -13,8 +13,7 @@ struct RunData {
   const double* initial;     // displacements and velocities (2 n)
   const double* sources;     // rest gaps of the feet [m], gravity [m/s^2]
   const double* scales;      // length [m] and force [N] that tolerances refer to, period of the marks [s]
-  const int64_t* channels;   // by channel: number of the one it is taken from
-  const Change* changes;     // by channel
+  const int64_t* channels;   // numbers of the signals that drive it
 };
 
 // Of all runs; widths: numbers of one run.
@@ -24,7 +23,7 @@ struct Batch {
 
   RunData of(size_t run) const {
     return {first.parameters + run * parameters, first.initial + run * initial,   first.sources + run * sources,
-            first.scales + run * 3,              first.channels + run * channels, first.changes + run * channels};
+            first.scales + run * 3,              first.channels + run * channels};
   }
 };
 

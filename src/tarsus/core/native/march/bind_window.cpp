@@ -22,22 +22,24 @@ PowerArrays power_arrays(nb::handle system, const Sizes& sizes) {
 }
 
 // given: nothing, or the run's structure, and derivatives of its arrays by the lane of each of its numbers.
-std::unique_ptr<PowerSlopes> power_slopes(nb::tuple given, nb::handle module, const Sizes& sizes, const RunData& run,
+std::unique_ptr<PowerSlopes> power_slopes(nb::tuple given, nb::handle module, const Book& book, const RunData& run,
                                           const DataTangents& data) {
   if (given.size() == 0) return nullptr;
+  const Sizes& sizes = book.sizes;
   const auto [own, changes] = nb::cast<std::tuple<nb::object, nb::dict>>(given);
   std::vector<std::pair<int, PowerArrays>> by;
   for (auto [lane, change] : changes) by.emplace_back(nb::cast<int>(lane), power_arrays(change, sizes));
   const size_t gravity = size_t(sizes.feet);
   return std::make_unique<PowerSlopes>(sizes, GaussPoints{field<double>(module, "GAUSS"), field<double>(module, "GAUSS_WEIGHTS")},
-                                       power_arrays(own, sizes), std::move(by), jet(run.sources[gravity], data.sources[gravity]));
+                                       power_arrays(own, sizes), std::move(by), jet(run.sources[gravity], data.sources[gravity]),
+                                       book.tangents);
 }
 
 // Derivatives of a recorded window in eight lanes; ``laws`` by programs alone, ``data`` those of what enters; structural:
 // the derived book and the lane of every number of the structure.
 //
 // Returns derivatives of the event rows (events, 12, 8), of samples at ``times`` (times, width, 8), of the energies of
-// drives and weight, dampers, resistive and smooth forces (4, 8) where ``powers`` are given (see power_slopes), and flags
+// drives and weight, dampers, resistive and smooth forces, friction (5, 8) where ``powers`` are given (see power_slopes), and flags
 // (flags, 3): event, reason, lane.
 nb::tuple tangents_modal(Book& book, const Nodes& nodes, nb::handle module, const Signals& signals, const Laws& laws,
                          const Settings& settings, nb::handle rows, nb::handle start, nb::handle data, nb::list structural,
@@ -54,7 +56,7 @@ nb::tuple tangents_modal(Book& book, const Nodes& nodes, nb::handle module, cons
     numbers.push_back({by, lane});
   }
   const Halves halves = halves_of(module);
-  const auto sums = power_slopes(powers, module, sizes, given.batch.of(0), tangents);
+  const auto sums = power_slopes(powers, module, book, given.batch.of(0), tangents);
   TangentResult result;
   {
     nb::gil_scoped_release released;

@@ -51,7 +51,7 @@ struct Watched {
   }
   bool resolve_contacts() {
     const bool changed = system.resolve_contacts();
-    note(DUE_NOW);
+    if (changed) note(DUE_NOW);  // what changes nothing is no event
     return changed;
   }
   Code step() {

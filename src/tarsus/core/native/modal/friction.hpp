@@ -8,6 +8,7 @@
 // the run ends as JAMMED.
 #pragma once
 #include "base/dense.hpp"
+#include "march/rules.hpp"
 #include "modal/flow.hpp"
 
 namespace tarsus::modal {
@@ -357,10 +358,11 @@ inline Mobilities<typename M::Real> mobilities_of(const M& m, int foot) {
 }
 
 // Friction impulse [N s] along the ground on a foot that an impact throws back, and the kinetic energy [J] that it takes beyond
-// what restitution takes.
+// what restitution takes; doubtful: whether it stops the foot is within CLOSE of its threshold.
 template <class Real>
 struct Braking {
   Real impulse, lost;
+  bool doubtful = false;
 };
 
 // Of all impulses that Coulomb's law allows, |p_t| <= ratio p_n, the one that leaves the least kinetic energy where the foot departs
@@ -377,6 +379,7 @@ inline Braking<Real> braking(const Mobilities<Real>& by, const Real& speed, cons
   const Real turned = forward ? -ratio : ratio, room = by.normal + turned * by.across;  // p_t = turned p_n
   if (value_of(room) > 0.0) {
     const Real most = turned * (speed + after) / room;
+    out.doubtful = is_close(out.impulse, most);
     if (forward ? value_of(out.impulse) < value_of(most) : value_of(most) < value_of(out.impulse)) out.impulse = most;
   }
   out.lost = -out.impulse * (slip + 0.5 * out.impulse * mobility);

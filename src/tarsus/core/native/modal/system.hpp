@@ -110,7 +110,7 @@ struct ModalSystem : Modal {
       foot = Foot();
       foot.apex.integral = settings.track ? 0.0 : NOT_A_NUMBER;
     }
-    player.restart(run.channels, run.changes);
+    player.restart(run.channels);
     clock = Clock();
     clock.mark = settings.period;
     step_class = int(settings.first_class);

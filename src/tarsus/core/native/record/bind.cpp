@@ -32,7 +32,8 @@ nb::object sample_modal(Book& book, const Nodes& nodes, nb::handle module, const
 }
 
 // Energies up to the end of each recorded step (see EnergySums). carriers: damping (n, n), normals (m, n), loads (nd, n), constant
-// forces (n), tangents (ways, n); acting: signals, laws and the row of the run where laws that act together have shares, or None.
+// forces (n), tangents (ways, n); acting: signals, laws and the row of the run, or None: then any drive may move, and laws have no
+// shares.
 nb::tuple energies_modal(Book& book, const Nodes& nodes, nb::handle carriers, const Doubles& sources,
                          const Doubles& trace, nb::handle acting) {
   const Sizes& s = book.sizes;

@@ -298,11 +298,12 @@ class ModeEnergies {
   Motion last_;
 
   void add_input(int energy, int number, const std::vector<int>& count) {
+    const int columns = energy == PLACES ? 1 : energy == FRICTION_WORK ? N : count[number];
     Part& part = parts_[energy];
     if (part.count == 0) part.first = width_;
-    if (count[number]) inputs_.push_back({number, energy, width_, count[number]});
-    part.count += count[number];
-    width_ += count[number];
+    if (columns) inputs_.push_back({number, energy, width_, columns});
+    part.count += columns;
+    width_ += columns;
   }
 
   // Rows of the contact mode without the room that states have, and the constant input as these sources make it.
@@ -686,9 +687,25 @@ class LawShares {
   }
 
   int count() const { return int(laws_.shares()); }
+  // Columns of each input (see ModeEnergies): of momenta and smooth forces where there are such laws; of drives that hold their values
+  // between kinks one.
+  std::vector<int> columns(const Sizes& s) const {
+    std::vector<int> out(s.inputs(), N);
+    std::fill_n(out.begin(), s.feet, laws_.laws.terms[MOMENTUM].empty() ? 0 : N);
+    // friction, and the places of feet that stick, have the places of smooth forces
+    std::fill_n(out.begin() + s.feet, s.feet, laws_.laws.terms[FORCE].empty() && s.ways == 0 ? 0 : N);
+    for (int d = 0; d < s.drives; d++) {
+      const Signals& from = player_.signals;
+      const int64_t channel = run_.channels[d];
+      const auto flat = from.flat.begin();
+      const bool steps = std::all_of(flat + from.first[channel], flat + from.first[channel + 1], [](uint8_t one) { return one; });
+      if (steps) out[2 * s.feet + d] = 1;
+    }
+    return out;
+  }
   int resistive() const { return std::max(int(laws_.laws.terms[MOMENTUM].size()) - 1, 0); }
   // Steps that follow are in order again.
-  void begin() { player_.restart(run_.channels, run_.changes); }
+  void begin() { player_.restart(run_.channels); }
 
   // Coefficients of each share in a recorded step, of resistive laws first.
   void fill(const Recorded& r, const StepClass& step, const ModeEnergies& energies, Shares& shares) {
@@ -739,30 +756,10 @@ struct EnergySums {
   std::vector<double> rows, swing;
 };
 
-// The steps of one contact mode, and the columns of their inputs (see ModeEnergies).
+// The steps of one contact mode, and the shortest class of whole ones.
 struct StepsOfMode {
   std::vector<size_t> rows;
-  std::vector<int> columns;
-  int shortest = -1;  // class of a whole step
-
-  void add(const Sizes& s, size_t r, const double* row) {
-    rows.push_back(r);
-    if (row[2] == 1.0) shortest = std::max(shortest, int(row[4]));
-    columns.resize(s.inputs(), 0);
-    const double* nodal = row + TRACE_HEAD + 2 * s.coordinates;
-    for (int i = 0; i < s.inputs(); i++, nodal += N) {
-      if (columns[i] == N) continue;
-      if (any_less(Row(0.0), magnitude(load(nodal) - nodal[0]))) columns[i] = N;
-      if (columns[i] == 0 && nodal[0] != 0.0 && i >= s.feet) columns[i] = i < 2 * s.feet ? N : 1;
-    }
-  }
-  // Of feet that lead others each stands for some: all have columns where one has.
-  void level(int feet) {
-    for (int first : {0, feet}) {
-      const auto own = columns.begin() + first;
-      if (feet) std::fill(own, own + feet, *std::max_element(own, own + feet));
-    }
-  }
+  int shortest = -1;
 };
 
 // Whole steps of one class that wait for the others with which their energies are found.
@@ -814,10 +811,16 @@ inline EnergySums energies_of(Book& book, const Legendre& legendre, const Carrie
   std::vector<double> low(s.feet, INF), high(s.feet, -INF);
   Recording recording(book, trace);
   std::map<int, StepsOfMode> by_mode;
-  for (size_t r = 0; r < count; r++) by_mode[int(recording.row(r)[3])].add(s, r, recording.row(r));
+  for (size_t r = 0; r < count; r++) {
+    const double* row = recording.row(r);
+    StepsOfMode& steps = by_mode[int(row[3])];
+    steps.rows.push_back(r);
+    if (row[2] == 1.0) steps.shortest = std::max(steps.shortest, int(row[4]));
+  }
+  std::vector<int> columns = laws == nullptr ? std::vector<int>(s.inputs(), N) : laws->columns(s);
+  columns[s.last()] = 1;
   for (auto& [number, steps] : by_mode) {
-    steps.level(s.feet);
-    ModeEnergies energies(book, book.numbered(number), by, legendre, sources, steps.columns);
+    ModeEnergies energies(book, book.numbered(number), by, legendre, sources, columns);
     if (steps.shortest >= 0) energies.form(steps.shortest);
     add_steps(book, recording, steps, energies, laws, out, low.data(), high.data());
   }

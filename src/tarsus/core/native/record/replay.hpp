@@ -21,11 +21,6 @@ struct Recorded {
   const double *state, *inputs;
 };
 
-inline Recorded recorded(Book& book, const double* row) {
-  const double* state = row + TRACE_HEAD;
-  return {row[0], row[1], row[2], &book.numbered(int(row[3])), int(row[4]), state, state + 2 * book.sizes.coordinates};
-}
-
 // Recorded steps one after the other: contact modes are asked for but once.
 class Recording {
  public:
@@ -301,6 +296,9 @@ struct Shown {
 // Room for one moment: displacements and velocities; gap, rate, resistive and smooth force, pull, contact (see march/kinds.hpp), of
 // each foot; and friction where feet know their way along the ground.
 inline size_t sample_width(const Sizes& s) { return 2 * size_t(s.coordinates) + 6 * size_t(s.feet) + size_t(s.ways); }
+
+// And for its derivatives: those of all but contact and friction.
+inline size_t tangent_width(const Sizes& s) { return 2 * size_t(s.coordinates) + 5 * size_t(s.feet); }
 
 // What constant parts of a contact mode's rows come to with these sources.
 template <class Real>

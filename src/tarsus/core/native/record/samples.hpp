@@ -26,6 +26,7 @@ inline std::vector<double> sample_steps(Book& book, const Nodes& nodes, const Ha
   const Sizes& sizes = book.sizes;
   const size_t width = recorded_width(sizes);
   std::vector<double> out(count * sample_width(sizes)), state;
+  Recording recording(book, trace);
   Entering<double> entering(sizes);
   Inside<double> room(sizes);
   Shown<double> shown(sizes);
@@ -33,7 +34,7 @@ inline std::vector<double> sample_steps(Book& book, const Nodes& nodes, const Ha
   size_t last = rows;
   for (size_t n = 0; rows > 0 && n < count; n++) {
     const Place at = place_of(trace, width, rows, times[n]);
-    const Recorded step = recorded(book, trace + at.row * width);
+    const Recorded step = recording.step(at.row);
     if (at.row != last) {
       enter_recorded(step, sources, entering);
       acting.clear();

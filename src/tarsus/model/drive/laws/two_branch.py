@@ -38,7 +38,8 @@ class TwoBranch(VoltageLaw):
         v = np.atleast_1d(np.asarray(volts, dtype=np.float64))
         way = np.concatenate([past, v])
         steps, ends = np.diff(way), np.full(len(way) - 1, np.abs(way).max())
-        branch = last_directions(steps, -np.ones(len(steps)), ends, np.zeros(len(steps)))[len(past) - 1 :]
+        since = np.zeros(len(steps), dtype=np.intp)
+        branch = last_directions(steps, -np.ones(len(steps)), ends, since)[len(past) - 1 :]
         return np.where(branch > 0.0, self.rising(v), self.falling(v))
 
     def parts(self, track: Track, history: Sequence[float]) -> Parts:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.dual import alike
 from tarsus.base.spec import Amount, quantity
 from tarsus.model.drive.signal import Signal
 
@@ -27,6 +29,10 @@ class Periodic(Signal):
     def period(self) -> float:
         """Period [s]."""
         return 1.0 / self.frequency
+
+    def periods(self) -> Any:
+        """Of every run (nr,) [s]."""
+        return alike(self.period)[0]
 
     def cycles(self, time: Floats) -> Floats:
         """Position within the cycle, in [0, 1)."""

@@ -1,0 +1,77 @@
+"""Exact derivatives of runs whose feet slide under contact modes: through slips, sticks and impacts with friction."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+import tarsus as ts
+from sliding_scenes import MASS, biped, cantilever, slider
+from tarsus.base.errors import InputError
+from tarsus.base.spec import get_value
+from tarsus.model.scene import Scene
+from walking_scenes import GRAVITY
+
+TIGHT = ts.Accuracy(gap=1e-11, drive=1e-11)
+SIZE = 1e-6
+
+
+def knocked() -> Scene:
+    """A slider that a square force moves to and fro, whose friction jumps with the push that it makes."""
+    wave = ts.Square(amplitude=1.3 * 0.3 * MASS * GRAVITY, frequency=60.0, phase=0.7, duty=0.4)
+    return ts.with_values(slider(coupling=0.3), {"signals": {"along": wave}})
+
+
+SCENES: dict[str, tuple[Callable[[], Scene], float, list[str]]] = {
+    "block": (lambda: slider(speed=0.05, coupling=0.4), 0.03, ["ground.friction.coefficient", "initial.velocity.1"]),
+    "knocked": (knocked, 0.05, ["ground.friction.coefficient", "signals.along.phase", "signals.along.amplitude"]),
+    "thrown": (
+        lambda: slider(speed=0.3, fall=0.1, gap=1e-6, coupling=0.3),
+        0.02, ["ground.friction.coefficient", "initial.velocity.0", "ground.restitution.coefficient"],
+    ),
+    "stribeck": (
+        lambda: slider(speed=0.05, friction={"kind": "stribeck", "static": 0.4, "dynamic": 0.2, "speed": 0.02}),
+        0.03, ["ground.friction.static", "ground.friction.speed"],
+    ),
+    "cantilever": (cantilever, 0.004, ["ground.friction.coefficient", "ground.adhesion.rate", "robot.feet.tip.gap"]),
+    "biped": (biped, 0.005, ["ground.friction.coefficient", "signals.a.amplitude"]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_events_states_and_energies_move_as_their_differences_say(name: str) -> None:
+    make, duration, paths = SCENES[name]
+    scene = make()
+    run = ts.simulate(scene, duration, accuracy=TIGHT, gradients=paths)
+    when = np.array([0.35, 0.95]) * duration
+    for path in paths:
+        at = float(get_value(scene, path))
+        step = SIZE * abs(at)
+        above, below = (
+            ts.simulate(ts.with_values(scene, {path: at + sign * step}), duration, accuracy=TIGHT)
+            for sign in (1.0, -1.0)
+        )
+        assert len(above.events) == len(below.events) == len(run.events) > 1
+        for field in ("time", "pull", "strength", "energy", "speed_before"):
+            wanted = (above.events[field] - below.events[field]) / (2.0 * step)
+            rounding = 1e-9 * np.abs(run.events[field]).max() / abs(at)
+            np.testing.assert_allclose(
+                run.event_gradients[path][field], wanted, atol=3e-5 * np.abs(wanted).max() + rounding, err_msg=field
+            )
+        for term in ("friction", "work_in", "impacts", "kinetic"):
+            wanted = (getattr(above.ledger, term) - getattr(below.ledger, term)) / (2.0 * step)
+            size = max(abs(one) for one in (run.ledger.friction, run.ledger.work_in)) / abs(at)
+            assert run.gradient(f"ledger.{term}")[path] == pytest.approx(wanted, rel=2e-4, abs=1e-7 * size)
+        moved = (above.at(when).state.v - below.at(when).state.v) / (2.0 * step)
+        found = run.state_gradients(when)[path].v
+        np.testing.assert_allclose(found, moved, atol=3e-5 * np.abs(moved).max() + 1e-12 / abs(at))
+
+
+def test_backwards_is_forwards_and_what_is_not_there_is_refused() -> None:
+    scene, path = cantilever(), "ground.friction.coefficient"
+    run = ts.simulate(scene, 0.004, gradients=[path])
+    assert ts.gradient("hardest_impact", scene, [path], 0.004)[path] == run.gradient("hardest_impact")[path]
+    with pytest.raises(InputError, match="along the ground there are no derivatives by numbers of the structure"):
+        ts.simulate(scene, 0.004, gradients=["robot.structure.modal_masses.0"])
