@@ -332,7 +332,7 @@ def test_a_wrong_gait_in_a_file_with_other_faults() -> None:
     assert places == ["ground.friction.coefficient", "duration", "gait.phases.d", "gait.phases"]
 
 
-def test_friction_and_gaits_are_for_walkers() -> None:
+def test_gaits_are_for_walkers_and_friction_for_feet_with_a_way_along_the_ground() -> None:
     tables = table()
     tables["robot"] = {
         "structure": {"kind": "lumped", "coordinates": ["a"], "mass": ["1 ug"], "stiffness": ["1 N/m"]},
@@ -342,7 +342,7 @@ def test_friction_and_gaits_are_for_walkers() -> None:
         parse_scene(tomlkit.dumps(tables))
     assert caught.value.problems == [
         "gait: needs the legs of a walker; this structure is of kind 'lumped'",
-        "ground.friction: only the feet of a walker slide; this structure is of kind 'lumped'",
+        "ground.friction: acts on no foot: give a foot its way along the ground, feet.NAME.along, a point of the structure",
     ]
 
 

@@ -112,7 +112,7 @@ class Run:
     @cached_property
     def code(self) -> ResultCode:
         """How the run ended; its value is a sentence. Of a run that reached its end this asks for the ledger, once:
-        by contact modes that takes 0.15 to 0.45 of the run, of a walker nothing. Of a run of a batch it is
+        by contact modes that takes 0.15 to 0.5 of the run, of a walker nothing. Of a run of a batch it is
         what `tarsus.solve.Batch.codes` says."""
         if self.told is not None:
             return self.told

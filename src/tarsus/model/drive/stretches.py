@@ -132,6 +132,8 @@ class Track:
 
     def solve(self, stretch: Ints, volts: Floats) -> Floats:
         """Local coordinate (Q,) at which each stretch (Q,) reaches `volts` (Q,), a value it takes."""
+        if not len(stretch):
+            return np.zeros(0)
         rows, first, last = self.inner[stretch], self.first[stretch], self.last[stretch]
         target, run = volts, self.run[stretch]
         sine = np.zeros(len(stretch), dtype=bool)
@@ -150,7 +152,8 @@ class Track:
         linear = np.clip((target - rows[:, 0]) / rows[:, 1], -1.0, 1.0)
         found = np.where(lines, np.clip(2.0 * (volts - first) / (last - first) - 1.0, -1.0, 1.0), linear)
         curved = np.flatnonzero(of_runs(rows[:, 2:].any(axis=1), run))
-        found[curved] = _solve_monotone(rows[curved], target[curved], run[curved])
+        if len(curved):
+            found[curved] = _solve_monotone(rows[curved], target[curved], run[curved])
         return found
 
     def picked(self, runs: Ints) -> Track:

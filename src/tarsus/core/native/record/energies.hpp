@@ -692,7 +692,8 @@ class LawShares {
   std::vector<int> columns(const Sizes& s) const {
     std::vector<int> out(s.inputs(), N);
     std::fill_n(out.begin(), s.feet, laws_.laws.terms[MOMENTUM].empty() ? 0 : N);
-    std::fill_n(out.begin() + s.feet, s.feet, laws_.laws.terms[FORCE].empty() ? 0 : N);
+    // friction, and the places of feet that stick, have the places of smooth forces
+    std::fill_n(out.begin() + s.feet, s.feet, laws_.laws.terms[FORCE].empty() && s.ways == 0 ? 0 : N);
     for (int d = 0; d < s.drives; d++) {
       const Signals& from = player_.signals;
       const int64_t channel = run_.channels[d];
