@@ -1,8 +1,9 @@
 """A robot on two legs that lean, by contact modes: it walks on friction.
 
-The legs of a walker (`ts.Walker`) are springs upward and along the ground, each by itself. These lean, so that a push
-down is one forward as well, and a foot's mass ties its two ways. Mass, damping and stiffness of such a robot are matrices
-(`ts.Lumped`); ``along`` says which point of the structure is a foot's way along the ground, and friction acts there.
+The legs of a walker (`ts.Walker`) are springs upward and along the ground, each by itself. These lean, so that a
+push down is one forward as well, and a foot's mass ties its two ways. Mass, damping and stiffness of such a robot are
+matrices (`ts.Lumped`); ``along`` says which point of the structure is a foot's way along the ground, and friction acts
+there.
 """
 
 from __future__ import annotations

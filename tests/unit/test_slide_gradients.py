@@ -58,7 +58,10 @@ def test_events_states_and_energies_move_as_their_differences_say(name: str) -> 
             wanted = (above.events[field] - below.events[field]) / (2.0 * step)
             rounding = 1e-9 * np.abs(run.events[field]).max() / abs(at)
             np.testing.assert_allclose(
-                run.event_gradients[path][field], wanted, atol=3e-5 * np.abs(wanted).max() + rounding, err_msg=field
+                run.event_gradients[path][field],
+                wanted,
+                atol=3e-5 * np.abs(wanted).max() + rounding,
+                err_msg=field,
             )
         for term in ("friction", "work_in", "impacts", "kinetic"):
             wanted = (getattr(above.ledger, term) - getattr(below.ledger, term)) / (2.0 * step)
@@ -73,5 +76,7 @@ def test_backwards_is_forwards_and_what_is_not_there_is_refused() -> None:
     scene, path = cantilever(), "ground.friction.coefficient"
     run = ts.simulate(scene, 0.004, gradients=[path])
     assert ts.gradient("hardest_impact", scene, [path], 0.004)[path] == run.gradient("hardest_impact")[path]
-    with pytest.raises(InputError, match="along the ground there are no derivatives by numbers of the structure"):
+    with pytest.raises(
+        InputError, match="along the ground there are no derivatives by numbers of the structure"
+    ):
         ts.simulate(scene, 0.004, gradients=["robot.structure.modal_masses.0"])

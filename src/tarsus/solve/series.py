@@ -93,7 +93,7 @@ def sample(run: Run, time: Floats) -> Series:
 
 
 def along_the_way(run: Run, way: Way, strength: Floats, margin: Floats) -> dict[str, Any]:
-    """What series have besides where feet know their way along the ground; margin (m, nt) [N]: what presses feet down."""
+    """What series also have where feet know their way along the ground; margin (m, nt) [N]: what presses feet down."""
     friction = np.where(way.contact == FootState.STUCK, -way.along, 0.0)
     sliding = way.contact == FootState.SLIPPING
     if sliding.any():

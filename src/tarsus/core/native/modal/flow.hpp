@@ -22,7 +22,9 @@ TARSUS_INLINE Row flowing_output(const Modal& m, const StepClass& step, int outp
       odd += combine(step.from_input(output, i), m.values[i]);
     }
   }
-  for (int k : m.mode->stuck) even += step.from_constant(output, m.sizes.feet + k) * m.feet[k].place;
+  if (__builtin_expect(m.sizes.ways > 0, 0)) {
+    for (int k : m.mode->stuck) even += step.from_constant(output, m.sizes.feet + k) * m.feet[k].place;
+  }
   return even + odd;
 }
 

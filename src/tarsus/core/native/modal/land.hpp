@@ -284,20 +284,20 @@ inline int first_in_order(Modal& m, const StepClass& step, double t, const Locat
 
 // Whether nothing pulls a foot along the ground that it could slide by: what friction bears passes 0 because it is about to leave.
 inline bool nothing_along(const Modal& m, const Margin& margin, double s) {
-  return margin.slips && std::fabs(margin.output(0, s)) <= no_margin(m, margin.foot) + ROUNDING * force_parts(m, m.sizes.feet + margin.foot);
+  return std::fabs(margin.output(0, s)) <= no_margin(m, margin.foot) + ROUNDING * force_parts(m, m.sizes.feet + margin.foot);
 }
 
 inline Located locate(Modal& m, const StepClass& step, double t, double limit, int terms) {
   Located out;
   int found = 0;
-  for (int i = 0; i < m.events(); i++) {
+  for (int i = 0, events = m.events(); i < events; i++) {
     Doubt& doubt = m.doubts[i];
     if (doubt.last == 0) continue;
     if (doubt.zero == 0.0) doubt.zero = no_event(m, i);
     const Margin margin = expanded(m, step, i, t, terms);
     const double s = doubt.at = margin.first_root(doubt, limit, doubt.zero, terms);
     if (s > limit) continue;
-    if (nothing_along(m, margin, s)) {
+    if (margin.slips && nothing_along(m, margin, s)) {
       doubt.last = 0;
       continue;
     }

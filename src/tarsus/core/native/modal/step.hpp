@@ -80,7 +80,7 @@ inline int next_class(const Modal& m, int k, int wanted, double error, double h,
   wanted = std::min(wanted, last);
   const double dt = (m.nodes.tau[N - 1] - m.nodes.tau[N - 2]) * h;
   double ahead = event ? 0.0 : INF, drops = 1.0;  // time to the event, as a fraction
-  for (int i = 0; i < m.events(); i++) {
+  for (int i = 0, events = m.events(); i < events; i++) {
     const Row& margin = m.margin[i];
     const double drop = margin[N - 2] - margin[N - 1];
     if (!(drop > 0.0)) continue;
@@ -175,8 +175,8 @@ TARSUS_INLINE bool advance(Modal& m, const StepClass& step, const Located& at, c
   if (fraction > 0.0) {
     for (int i = 0; i < m.sizes.feet; i++) {
       if (i != at.foot) m.feet[i].departure = UNDER_WAY;
-      m.feet[i].slide = UNDER_WAY;
     }
+    for (int i = 0; i < m.sizes.ways; i++) m.feet[i].slide = UNDER_WAY;
   }
   return finite;
 }
