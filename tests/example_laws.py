@@ -5,6 +5,7 @@ from __future__ import annotations
 import tarsus as ts
 from scene_files import SCENES
 from tarsus.model.laws import Law
+from tarsus.model.laws.ageing_adhesion import AgeingAdhesion
 from tarsus.model.laws.rate_friction import RateWeakeningFriction, StribeckFriction
 
 OWN = ts.load_laws(SCENES / "squeeze.py")
@@ -24,4 +25,5 @@ EXAMPLES: list[Law] = [
     OWN["own_latch"](initial=1e-6, rate=1e-3),
     OWN["drag"](coefficient=1e-4, height=1e-6),
     OWN["magnet"](strength=1e-26, depth=1e-6),
+    AgeingAdhesion(initial=1e-6, gain=4e-6, ageing=5e-3, fading=1e-3),
 ]
