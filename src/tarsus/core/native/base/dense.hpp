@@ -71,13 +71,16 @@ inline bool invert_columns(Row* left, Row* inverse) {
 alignas(64) constexpr double BEHIND[2 * N] = {0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1};
 alignas(64) constexpr double AHEAD[2 * N] = {1, 1, 1, 1, 1, 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0};
 
-// Solve a system of 8 x 8 given by its columns, which are used up, without pivots: ``rest`` becomes the solution. False where a
-// pivot is small beside 1.
+// Least pivot of an elimination without row exchanges: each digit that a pivot lies below 1 costs the solution one, two at most here.
+constexpr double LEAST_PIVOT = 1e-2;
+
+// Solve a system of 8 x 8 given by its columns, which are used up, without row exchanges: ``rest`` becomes the solution. False
+// where a pivot is small compared with 1.
 TARSUS_INLINE bool solve_columns(Row* column, Row& rest) {
   double pivots[N];
 #pragma GCC unroll 8
   for (int c = 0; c < N; c++) {
-    if (!(std::fabs(column[c][c]) > 1e-2)) return false;
+    if (!(std::fabs(column[c][c]) > LEAST_PIVOT)) return false;
     pivots[c] = 1.0 / column[c][c];
     const Row factor = column[c] * (load(BEHIND + N - 1 - c) * pivots[c]);
 #pragma GCC unroll 8

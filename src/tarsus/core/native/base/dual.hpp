@@ -25,7 +25,7 @@ struct Dual {
   }
 };
 
-// A number without its derivatives, and what is left of it without its value.
+// A number without its derivatives, and the derivatives without the value.
 inline double value_of(double a) { return a; }
 template <int P>
 TARSUS_INLINE double value_of(const Dual<double, P>& a) {

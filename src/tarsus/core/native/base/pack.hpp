@@ -1,4 +1,5 @@
-// A pack: the values of some modes of a structure as one machine vector, beside the rows of nodes.
+// A pack: the values of some modes of a structure as one machine vector (a row holds the values at the nodes
+// of a step instead).
 #pragma once
 #include "base/simd.hpp"
 
