@@ -1,8 +1,8 @@
 // What acts between a foot and the ground: seven functions of plain numbers, each a sum of terms.
 //
 // A term is a law: one of the twins written here in C++ (the law files of tarsus.model.laws are their only other home, and a
-// conformance test holds them together), or the program made of a law's plain Python. A foot's parameters are one row;
-// a term knows where its own begin. What terms there are is data, so a new law needs nothing here.
+// conformance test compares the two), or the program made of a law's plain Python. The parameters of a foot are one row; a term
+// has the column at which its own begin. The list of terms is data, so a new law needs no change here.
 #pragma once
 #include <vector>
 
@@ -183,14 +183,14 @@ struct ActingLaws {
     return by_program(foot, term, arguments);
   }
 
-  // How many laws have a share of the work of those that act together, that of the last being the rest: all but one of
-  // the resistive, and of the smooth ones.
+  // Number of laws whose part of the work is integrated: all but one of the resistive laws and all but one of the smooth ones. The
+  // part of the one that is left is the rest of the sum.
   size_t shares() const {
     const size_t resistive = laws.terms[MOMENTUM].size(), smooth = laws.terms[FORCE].size();
     return (resistive > 0 ? resistive - 1 : 0) + (smooth > 0 ? smooth - 1 : 0);
   }
 
-  // Departing speed [m/s] after an impact.
+  // Speed [m/s] of departure after an impact.
   double rebound(int foot, double speed) const {
     double out = 0.0;
     for (const Term& term : laws.terms[REBOUND]) {
@@ -200,7 +200,7 @@ struct ActingLaws {
     return out;
   }
 
-  // Largest pull [N] that a contact of that age [s] holds.
+  // Largest pull [N] that a contact of a given age [s] holds.
   template <class Real>
   Real strength(int foot, const Real& age) const {
     Real sum = Real(0.0);
@@ -211,7 +211,7 @@ struct ActingLaws {
     return sum;
   }
 
-  // What is left [s] of the age [s] of a contact after so long in the air [s]; none by any law that does not say.
+  // Age [s] that a contact keeps of the age [s] of the one before, after a time in the air [s]; 0 where no law defines it.
   double remaining(int foot, double age, double away) const {
     double sum = 0.0;
     const double arguments[2] = {age, away};
@@ -219,8 +219,8 @@ struct ActingLaws {
     return sum;
   }
 
-  // Largest friction force [N] of a contact of that strength f_a [N] with the margin N + f_a [N], at the slip speed [m/s], not
-  // negative: 0 where the foot sticks, and what it holds then.
+  // Largest friction force [N] of a contact of strength ``held`` = f_a [N] and margin N + f_a [N], at a slip speed [m/s] >= 0. At
+  // speed 0 it is the largest force along the ground under which the foot sticks.
   template <class Real>
   Real friction(int foot, const Real& margin, const Real& held, const Real& speed) const {
     Real sum = Real(0.0);
@@ -248,7 +248,7 @@ struct ActingLaws {
     return sum;
   }
 
-  // How much faster [m/s] a foot departs than one that may be held.
+  // Speed of departure [m/s] above the largest one at which a foot may be held.
   double excess(int foot, double departing) const {
     double out = 0.0;
     for (const Term& term : laws.terms[EXCESS]) {
@@ -259,7 +259,7 @@ struct ActingLaws {
   }
 
  private:
-  // The momentum's derivative by its laws' own.
+  // Derivative of the momentum by the gap, from derivatives of its laws.
   TARSUS_APART Row program_slope(int foot, const Row& gap) const {
     Dual<Row, 1> sum(Row(0.0));
     const Dual<Row, 1> at = Dual<Row, 1>::variable(gap, 0);
@@ -271,15 +271,17 @@ struct ActingLaws {
   }
   double program_slope(int foot, double gap) const { return program_slope(foot, Row(gap))[0]; }
 
-  // The momentum less its value ``base`` at the gap ``from``. Where it is less than a thousandth of that, its rounding is that of
-  // the momentum's slope, integrated by two Gauss points: to 1e-13 of it for a power of the gap. That must agree with the plain
-  // difference as far as its rounding tells, or the law bends in between.
+  // The momentum less its value ``base`` at the gap ``from``. Where that difference is SLIGHT_PART of the base or more it is taken
+  // plainly. A smaller one is the integral of the momentum's slope by two Gauss points, whose rounding is that of the slope and
+  // whose truncation is 1e-13 of the difference for a power of the gap. Where the two differ by more than DIFFERENCE_ROUNDING of the
+  // base, the rounding of the plain one, the law bends between the two gaps and the plain one stands.
+  static constexpr double SLIGHT_PART = 1e-3, DIFFERENCE_ROUNDING = 1e-14, GAUSS_PLACE = 0.57735026918962576;  // 1 / sqrt(3)
   TARSUS_APART Row slight_difference(int foot, double from, double base, const Row& gap) const {
     const Row plain = momentum(foot, gap) - base;
-    if (any_less(Row(1e-3 * std::fabs(base)), magnitude(plain))) return plain;
-    const Row half = (gap - from) * 0.5, middle = half + from, aside = half * 0.57735026918962576;
+    if (any_less(Row(SLIGHT_PART * std::fabs(base)), magnitude(plain))) return plain;
+    const Row half = (gap - from) * 0.5, middle = half + from, aside = half * GAUSS_PLACE;
     const Row found = half * (program_slope(foot, middle - aside) + program_slope(foot, middle + aside));
-    return any_not_below(magnitude(found - plain), Row(1e-14 * std::fabs(base))) ? plain : found;
+    return any_not_below(magnitude(found - plain), Row(DIFFERENCE_ROUNDING * std::fabs(base))) ? plain : found;
   }
   double slight_difference(int foot, double from, double base, double gap) const {
     return gap == from ? 0.0 : slight_difference(foot, from, base, Row(gap))[0];

@@ -37,7 +37,7 @@ namespace tarsus {
   X(POWER) X(FLOOR_DIVIDE) X(MODULO) X(FMOD) X(HYPOT) X(ATAN2) X(COPYSIGN) X(EXP) X(EXPM1) X(LOG)      \
   X(LOG1P) X(LOG2) X(LOG10) X(SIN) X(COS) X(TAN) X(ASIN) X(ACOS) X(ATAN) X(SINH) X(COSH) X(TANH)       \
   X(ASINH) X(ACOSH) X(ATANH) X(ERF) X(ERFC) X(ISFINITE) X(ISNAN) X(ISINF)
-// Forms with a fixed operand (F beside a value V), which then need not be spread over a row; and with the
+// Forms with a fixed operand (F) and a value (V), which then need not be spread over a row; and with the
 // result of the instruction before (L), which is still in a register: memory would add its delay to every
 // link of a chain.
 #define TARSUS_FORMS(X)                                                                                \
