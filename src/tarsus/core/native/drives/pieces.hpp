@@ -1,4 +1,4 @@
-// From piecewise polynomials to drive channels: what a player needs to know of every piece.
+// From piecewise polynomials to drive channels: the properties of every piece that a player looks up.
 #pragma once
 #include <cmath>
 
@@ -31,7 +31,7 @@ inline double continued(double length, double longest, const double* coef, doubl
   return over;
 }
 
-// Lay a channel behind those that are there.
+// Append a channel to the signals.
 inline void add_channel(Signals& out, const Pieces& from) {
   if (out.first.empty()) out.first.push_back(0);
   const size_t begin = out.start.size();
@@ -60,7 +60,7 @@ inline void add_channel(Signals& out, const Pieces& from) {
     if (out.end[p] - out.start[p] < FOREVER / 2.0) longest = std::max(longest, out.end[p] - out.start[p]);
   }
   const double span = top - bottom;
-  // rounded instants leave small high terms in a sliver, which would be all that is seen of it where it is continued
+  // rounded instants leave small terms of high degree in a sliver, and these would dominate where it is continued
   for (size_t p = begin; p < begin + count; p++) {
     if (!(out.end[p] - out.start[p] < SLIVER * longest)) continue;
     for (double* term = &out.coef[DEGREE * p + 1]; term < &out.coef[DEGREE * p] + DEGREE; term++) {
@@ -69,7 +69,7 @@ inline void add_channel(Signals& out, const Pieces& from) {
   }
   out.until.resize(begin + count, INF);
   out.over.resize(begin + count, INF);
-  for (int round = 0; round < 2; round++) {  // twice round the loop
+  for (int round = 0; round < 2; round++) {  // a second time round the loop, for pieces before its end
     double next = from.loop >= 0 ? out.until[begin + from.loop] : INF, over = from.loop >= 0 ? out.over[begin + from.loop] : INF;
     for (size_t p = begin + count; p-- > begin;) {
       const double length = out.end[p] - out.start[p];

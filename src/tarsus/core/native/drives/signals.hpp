@@ -6,6 +6,9 @@
 
 namespace tarsus {
 
+constexpr double PIECE_ROUNDING = 1e-12;  // part of a piece that instants computed from its length may be off by
+constexpr double TIME_ROUNDING = 1e-15;   // and part of a time, some units in the last place
+
 constexpr int DEGREE = 12;  // coefficients of a piece, in xi = 2 (t - start) / (end - start) - 1
 
 // Pieces of channel c are first[c] .. first[c + 1] - 1. flat: a constant piece; sharp: its end is a kink; until [s]: from
@@ -19,13 +22,14 @@ struct Signals {
   int channels() const { return int(loop.size()); }
 };
 
-// A channel as a run has it, and where the run is in it: shift [s], when the pieces' time began in this turn of the loop.
+// A channel of a run, and the piece that the run is in: shift [s], the time of the run at which the pieces' own time is 0 in this turn
+// of the loop.
 struct Cursor {
   int64_t piece, turns, first, behind, loop;
   double shift, period, span;
 };
 
-// Where a run is in the channels it is driven by. Times only grow.
+// The piece of every channel that a run is in. Times only grow.
 struct Player {
   const Signals& signals;
   const Nodes& nodes;
@@ -52,8 +56,8 @@ struct Player {
     const Signals& s = signals;
     for (Cursor& at = cursor[c];;) {
       const int64_t p = at.piece;
-      // within the rounding of the time itself the piece has ended: no step could reach its end
-      if (t < at.shift + s.end[p] - 1e-12 * (s.end[p] - s.start[p]) - 1e-15 * t) return;
+      // a time within rounding of a piece's end counts as past it: no step could reach that end
+      if (t < at.shift + s.end[p] - PIECE_ROUNDING * (s.end[p] - s.start[p]) - TIME_ROUNDING * t) return;
       if (!next_piece(at)) return;
     }
   }
@@ -78,7 +82,7 @@ struct Player {
 
   // Move all channels to t. What is ahead stays the same until one of them changes its piece.
   TARSUS_INLINE Kink next_kink(double t) {
-    if (!(t < same_until - 1e-15 * t)) move(t);
+    if (!(t < same_until - TIME_ROUNDING * t)) move(t);
     return {kink - t, reach - t};
   }
 
@@ -143,7 +147,7 @@ struct Player {
       const int64_t p = at.piece;
       const double next = at.shift + s.start[p] + s.until[p];
       const bool last = p + 1 == at.behind && at.loop < 0;
-      if (!last) same_until = std::min(same_until, at.shift + s.end[p] - 1e-12 * (s.end[p] - s.start[p]));
+      if (!last) same_until = std::min(same_until, at.shift + s.end[p] - PIECE_ROUNDING * (s.end[p] - s.start[p]));
       kink = std::min(kink, next);
       if (!s.sharp[p]) flat_until = std::min(flat_until, at.shift + s.end[p]);
       if (!s.flat[p]) flat_until = -INF;
