@@ -1,4 +1,4 @@
-// How old a contact counts: what it holds goes by its age, to which a foot may bring what is left of that of its contacts before.
+// The age of a contact, by which its strength goes. A foot may keep a part of the age of its contact before.
 #pragma once
 #include "laws/laws.hpp"
 

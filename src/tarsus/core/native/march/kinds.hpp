@@ -1,11 +1,11 @@
-// Numbers that cross to Python: kinds of events, result codes, states of a foot. The same as in
-// tarsus/base/events.py and tarsus/core/arrays.py, which a test holds.
+// Numbers that are handed to Python: kinds of events, result codes, states of a foot. A test compares them with
+// tarsus/base/events.py and tarsus/core/arrays.py.
 #pragma once
 
 namespace tarsus {
 
 enum EventKind {
-  BOUNCE = 1,            // reaches the ground and departs
+  BOUNCE = 1,            // reaches the ground and leaves it again
   CAPTURE = 2,           // reaches the ground and is held
   RELEASE = 3,           // its pull outgrows what holds it
   REST = 4,              // its remaining flights are lower than any that matters, and accumulate

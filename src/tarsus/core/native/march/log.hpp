@@ -1,4 +1,4 @@
-// The one event log: what happened at the feet, and the highest gap since.
+// The one event log: the events of the feet, and the highest gap since the last of each.
 #pragma once
 #include <vector>
 

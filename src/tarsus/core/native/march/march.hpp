@@ -6,9 +6,9 @@
 
 namespace tarsus {
 
-// What rounding may leave of a sum, as a part of the sizes of what was added up: 45 units in the last place. What is at a foot
-// is a product of rows after a projection and a shift, of some tens of terms each, by arrays that a linear algebra library
-// has left as many units of. Whether that is zero is asked for in every contact mode and wherever an impact has taken speed.
+// Rounding error of a sum, as a part of the sum of its terms' sizes: 45 units in the last place. A gap, rate or pull of a foot is a
+// product of rows after a projection and a shift, of some tens of terms each, by arrays in which a linear algebra library has left
+// as many units. The bound decides whether such a number is zero: in every contact mode, and wherever an impact has taken speed.
 constexpr double ROUNDING = 1e-14;
 
 // What relative tolerances become for one plan, and what a run is asked for. Lengths [m], forces [N], times [s].
@@ -16,14 +16,15 @@ struct Settings {
   double end, period;               // duration; period of the marks (infinite: none)
   double gap, drive;                // local error of a gap, and of a drive relative to its span, per step
   double gap_zero, force_zero, speed_zero;  // below which a gap, a force, a rate is zero by the scales of a scene
-  double rest_height, least_flight; // lower flights are none: of the widest gap, and in any case [m]
-  double least_progress;            // of time, that is some
+  double rest_height, least_flight; // flights lower than these do not count: relative to the widest gap, and in any case [m]
+  double least_progress;            // [s] a smaller step of time is no progress
   double probe;                     // gap over which a slope is taken by differences
   int64_t most_steps, first_class;
   double widest = 1.0;              // gap at rest
   bool track, record;               // find the apex of every flight; keep every step
 
-  // Of these for a length and a force of one, those of a run of so many feet. What is zero, or no flight, goes by its widest gap.
+  // The settings of a run of so many feet, from these, which are for a length and a force of one. Its widest gap scales the bounds
+  // below which a number is zero and a flight does not count.
   Settings of(const RunData& run, int feet) const {
     Settings out = *this;
     out.widest = run.scales[0];
@@ -55,13 +56,13 @@ struct Clock {
   }
 };
 
-// A System has: settings, clock; enter() -> whether something had to be made first (a contact mode); mark(): note the
-// period's heights; resolve_contacts() -> whether a contact changed at this very moment; step() -> GOING_ON or a code,
-// having advanced to the end of a step or to the first event inside it and applied it.
+// A System has: settings, clock; enter(): go over to the contact mode that an event has asked for; mark(): note the period's
+// heights; resolve_contacts() -> whether a contact changed at the present time; step() -> GOING_ON or a code, having advanced to
+// the end of a step, or to the first event inside it and applied that.
 
-// What is due before the next step: marks, and contacts at this very moment. GOING_ON where a step comes next.
+// Do what comes before the next step: marks, and contacts that change at the present time. GOING_ON where a step comes next.
 template <class System>
-TARSUS_INLINE Code due(System& system) {
+TARSUS_INLINE Code before_step(System& system) {
   Clock& clock = system.clock;
   const Settings& settings = system.settings;
   for (;;) {
@@ -80,19 +81,19 @@ TARSUS_INLINE Code due(System& system) {
   return ++clock.steps > settings.most_steps ? STEP_LIMIT : GOING_ON;
 }
 
-// Asked by a run every `UNASKED` steps; throws where the run is to be given up (Ctrl-C in Python).
+// Called by a run every `STEPS_PER_CALL` steps; throws where the run is to be given up (Ctrl-C in Python).
 inline void (*give_way)() = nullptr;
-constexpr int64_t UNASKED = 1 << 15;  // some 50 ms: soon for who waits, and nothing beside the steps
+constexpr int64_t STEPS_PER_CALL = 1 << 15;  // some 50 ms: short for a user who waits, and a call costs nothing compared with the steps
 
 // Run a system from its start to its end or to what stops it.
 template <class System>
 Code march(System& system) {
   for (;;) {
-    Code code = due(system);
+    Code code = before_step(system);
     if (code == GOING_ON) code = system.step();
     if (code != GOING_ON) return code;
     if (!system.clock.progressed(system.settings)) return STALL;
-    if (system.clock.steps % UNASKED == 0 && give_way != nullptr) give_way();
+    if (system.clock.steps % STEPS_PER_CALL == 0 && give_way != nullptr) give_way();
   }
 }
 

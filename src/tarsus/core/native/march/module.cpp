@@ -13,8 +13,8 @@ void bind_record(nanobind::module_&);
 void bind_adjoint(nanobind::module_&);
 void bind_flights(nanobind::module_&);
 
-// What Python heard meanwhile (Ctrl-C), which its main thread alone is told.
-static void hear() {
+// Raise what arrived in Python meanwhile (Ctrl-C); only its main thread receives signals.
+static void raise_signals() {
   nanobind::gil_scoped_acquire python;
   if (PyErr_CheckSignals() != 0) throw nanobind::python_error();
 }
@@ -24,7 +24,7 @@ NB_MODULE(_native, m) {
   // The command line ends without searching for garbage: what is alive then goes with the process, and is no leak.
   nanobind::set_leak_warnings(false);
   m.attr("built") = tarsus::built();
-  tarsus::give_way = tarsus::hear;
+  tarsus::give_way = tarsus::raise_signals;
   tarsus::bind_plan(m);
   tarsus::bind_program(m);
   tarsus::bind_modal(m);

@@ -8,8 +8,8 @@ namespace tarsus {
 constexpr double INVERSE[N + 1] = {0.0, 1.0, 1.0 / 2.0, 1.0 / 3.0, 1.0 / 4.0, 1.0 / 5.0, 1.0 / 6.0, 1.0 / 7.0, 1.0 / 8.0};
 
 // Keep the highest gap [m] of a flight, its time and the gap's integral [m s], up to scaled time ``limit`` of the step
-// [t, t + h]. Between the nodes the gap is the polynomial through them; its slope is searched on the two intervals beside
-// the highest node.
+// [t, t + h]. Between the nodes the gap is the polynomial through them; its slope is searched on the two intervals next
+// to the highest node.
 inline void raise_apex(const Nodes& nodes, Apex& apex, const double* gap, double limit, double t, double h) {
   int best = 0;
   for (int j = 1; j < N && nodes.tau[j] <= limit; j++) {
@@ -23,7 +23,7 @@ inline void raise_apex(const Nodes& nodes, Apex& apex, const double* gap, double
   double sum = line[N - 1] * INVERSE[N];
   for (int c = N - 2; c >= 0; c--) sum = sum * limit + line[c] * INVERSE[c + 1];
   apex.integral += sum * limit * h;
-  // a flight that begins in this step is as high as nothing yet, whatever rounding makes of its first node
+  // a flight that begins in this step has no height yet, whatever the rounding of its first node
   if ((top > 0.5 * apex.gap || apex.gap == 0.0) && high > low) {
     const double last = horner_slope(line, 0, N, high);
     if (last < 0.0 && horner_slope(line, 0, N, low) > 0.0) {

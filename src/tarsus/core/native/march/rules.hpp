@@ -1,30 +1,31 @@
-// Whether a foot that lands bounces, is captured or rests, and what an impact takes: once for every system, on numbers as a march
-// has them and, but for the decision itself, on numbers with derivatives (Real is double or a Jet, with laws of the same).
+// Whether a foot that lands bounces, is captured or rests, and the energy of an impact: once for every system. All but the decision
+// itself is a template over the number type: Real is double in a march, or a Jet (a number with derivatives) with laws of Jets.
 #pragma once
 #include "march/kinds.hpp"
 #include "laws/laws.hpp"
 
 namespace tarsus {
 
-// A foot at the ground that approaches it. speed [m/s] of approach; after [m/s] of departure; pull [N] of the structure on
+// A foot at the ground that approaches it. speed [m/s]: of approach; after [m/s]: of departure; pull [N] of the structure on
 // the foot stopped there, smooth forces included; strength [N] of the new contact; printed [N]: pull by (2.13) as printed,
-// where that is the rule; mobility [1/kg] of the foot along its normal; none [N]: pull that is none, of one that departs with
-// no speed.
+// where that is the rule; mobility [1/kg] of the foot along its normal; none [N]: bound below which the pull on a
+// foot without speed after the impact counts as zero.
 template <class Real>
 struct Landing {
   Real speed, after, pull, strength, printed, mobility, none;
 
   Real lost() const { return 0.5 / mobility * (speed * speed - after * after); }  // [J] by restitution
-  Real kept() const { return 0.5 / mobility * after * after; }                    // [J] that departs, or adhesion takes
+  Real kept() const { return 0.5 / mobility * after * after; }                    // [J] after it, which adhesion takes in a capture
 };
 
-// Share of its speed that an impact leaves, above which flights take more than a thousand of their own to come to rest: what
-// presses them may change meanwhile, so that no series tells when. A power of two, which no coefficient is by chance.
+// Ratio of the speeds after and before an impact above which a foot takes more than a thousand flights to come to rest: the force
+// that presses it down may change meanwhile, so that the series of the flights does not determine when it rests. The bound differs
+// from 1 by a power of two, which no coefficient does by chance.
 constexpr double HARDLY_LESS = 1.0 - 1.0 / 1024.0;
 
 // BOUNCE, CAPTURE, REST or AVERAGED_CONTACT; height [m] below which a flight is none.
 inline EventKind landing_kind(const ActingLaws& laws, int foot, const Landing<double>& at, double height) {
-  // it is pressed down, and all flights that are left are lower than that
+  // the foot is pressed down, and all its remaining flights are lower than that height
   const bool stopped = at.after == 0.0 && at.pull <= at.none;
   bool low = stopped || (at.pull < 0.0 && at.after * at.after < -2.0 * at.pull * at.mobility * height);
   bool held;
@@ -41,7 +42,7 @@ inline EventKind landing_kind(const ActingLaws& laws, int foot, const Landing<do
   return at.after <= HARDLY_LESS * at.speed ? REST : AVERAGED_CONTACT;
 }
 
-// Part of a force or speed within which a decision is in doubt: a run itself knows them to some 1e-9.
+// Part of a force or speed within which a decision is in doubt: a run itself determines them to some 1e-9.
 constexpr double CLOSE = 1e-7;
 
 template <class Real>
@@ -64,15 +65,15 @@ inline bool landing_in_doubt(AnyLaws& laws, int foot, const Landing<Real>& at) {
   return is_close(at.pull, at.strength);
 }
 
-// Time [s] at which a foot that comes to rest has made its flights, a geometric series under its pull.
+// Time [s] at which the remaining flights of a foot that comes to rest are over, a geometric series under its pull.
 template <class Real>
 inline Real rest_time(const Real& t, const Landing<Real>& at) {
   return t - 2.0 * at.after / (at.pull * at.mobility) / (1.0 - at.after / at.speed);
 }
 
 // Coulomb friction of an impact that changes the normal velocity by ``change`` [m/s]: it brakes the velocity ``along`` the
-// ground by mu times as much at most, mu being that of the slip speed before the impact. What adhesion adds is a force, which
-// brakes nothing in no time. Returns the kinetic energy [J] that takes.
+// ground by mu times as much at most, mu being that of the slip speed before the impact. Adhesion adds a
+// finite force, whose impulse during an impact is zero. Returns the kinetic energy [J] that friction takes.
 template <class AnyLaws, class Real>
 inline Real impact_friction(AnyLaws& laws, int foot, const Real& mass, const Real& change, Real& along) {
   const Real before = along, most = laws.friction(foot, change, Real(0.0), magnitude(along));
@@ -85,7 +86,7 @@ inline Real impact_friction(AnyLaws& laws, int foot, const Real& mass, const Rea
   return 0.5 * mass * (before * before - along * along);
 }
 
-// Whether ``impact_friction`` stops a foot, or leaves it some speed, within rounding of the one and the other.
+// Whether it is within rounding that ``impact_friction`` stops a foot or leaves it a speed along the ground.
 template <class AnyLaws, class Real>
 inline bool impact_friction_in_doubt(AnyLaws& laws, int foot, const Real& change, const Real& along) {
   const double most = value_of(laws.friction(foot, change, Real(0.0), magnitude(along)));

@@ -1,4 +1,4 @@
-// A run from any moment on: where it starts, and to what each of its events belongs.
+// A run from any moment on: where it starts, and to which step each of its events belongs.
 #pragma once
 #include <cmath>
 #include <cstdint>
@@ -10,17 +10,17 @@
 namespace tarsus {
 
 // Where a run starts, foot by foot. held: on the ground; since [s]: begin of that contact; leaving: a free foot at the
-// ground has just been let go, whatever would hold it.
+// ground has just been released, even where its contact would hold it.
 struct Beginning {
   double time;
   const uint8_t *held, *leaving;
   const double* since;
 };
 
-// How an event came about: found inside a step, at its end; due at that very moment by what happened before; or a mark.
-enum Origin { LOCATED, DUE_NOW, MARKED };
+// Origin of an event: located inside a step, which ends there; a consequence, at the same time, of an event before; or a mark.
+enum Origin { LOCATED, CONSEQUENT, MARKED };
 
-// What an event of the log belongs to: the number of steps recorded when it happened, and how it came about.
+// To which step an event of the log belongs: the number of steps recorded before it, and its origin.
 struct Note {
   double steps, origin;
 };
@@ -33,8 +33,8 @@ inline void start_clock(Clock& clock, const Settings& settings, double time) {
   clock.mark = (clock.marks + 1) * settings.period;
 }
 
-// A system as the march takes it, that also notes what its events belong to where it records its steps. recorded() -> number of them
-// so far.
+// A system for the march that also notes, where it records its steps, to which of them its events belong. recorded() -> number of
+// steps so far.
 template <class System>
 struct Watched {
   System& system;
@@ -51,7 +51,7 @@ struct Watched {
   }
   bool resolve_contacts() {
     const bool changed = system.resolve_contacts();
-    if (changed) note(DUE_NOW);  // what changes nothing is no event
+    if (changed) note(CONSEQUENT);  // without a change there is no event
     return changed;
   }
   Code step() {
