@@ -1,8 +1,8 @@
-// Where the energy of recorded steps went: what drives and weight, dampers, resistive and smooth laws did, law by law.
+// The energies of recorded steps: the work of drives and weight, of dampers, of resistive and smooth laws, law by law.
 //
 // Within a step the motion is linear in its vector z: the state at its start and the Legendre coefficients of its inputs. The
-// energy that something passes on over a whole step is therefore a form z^T G l, where l is the part of z that passes it on:
-// z itself for the dampers, the coefficients of the forces for what does work. G is made by Gauss quadrature for a step that
+// energy that a force transfers over a whole step is therefore a form z^T G l, where l is the part of z that transfers it:
+// z itself for the dampers, the coefficients of the forces for those that do work. G is made by Gauss quadrature for a step that
 // resolves the fastest mode, and by doubling from there, for a step is two steps of half its length: a step costs the same however
 // many oscillations it spans. One that ended early is halved down to where it ended. Nothing is interpolated.
 #pragma once
@@ -89,13 +89,13 @@ struct Legendre {
   }
 };
 
-// What of the structure passes energy on: dampers (n, n); directions of the feet (m, n) and of the drives (nd, n), constant
+// The parts of the structure that transfer energy: dampers (n, n); directions of the feet (m, n) and of the drives (nd, n), constant
 // forces (n); the ways of feet along the ground (ways, n).
 struct Carriers {
   std::vector<double> damping, normals, loads, constant, tangents;
 };
 
-// Columns of z that pass one kind of energy on, and the first row of 8 in which they lie in l.
+// Columns of z that transfer one kind of energy, and the first row of 8 in which they lie in l.
 struct Part {
   int first = 0, count = 0, row = 0;
   int rows() const { return (count + N - 1) / N; }
@@ -104,22 +104,24 @@ struct Part {
 // Of all laws of a kind, in the order in which they are returned; places where feet stick move the structure, and do no work.
 enum Energy { WORK, DAMPING, RESISTIVE, SMOOTH, FRICTION_WORK, ENERGIES, PLACES = ENERGIES, KINDS };
 
-// An input of a step: its number, what it passes on, the first of its columns, how many: 8, or 1 where it is constant in every step.
+// An input of a step: its number, the kind of energy it transfers, the first of its columns and their number: 8, or 1 where it is
+// constant in every step.
 struct Input {
   int number, energy, first, count;
 };
 
-typedef std::vector<std::vector<double>> Shares;  // of laws that act together, in one step: coefficients of each
+typedef std::vector<std::vector<double>> Shares;  // coefficients, in one step, of each of the laws that act at once
 
 // The vectors of the steps of one contact mode, and the forms of their energies.
 //
 // Columns of z: the state (2 blocks); momenta and smooth forces of the feet that lead (see ContactMode::leading); friction on feet
-// that slide, places of those that stick; drives; the constant input. The state is counted from where the means of forces would hold it at rest: there it does not move, which of a
-// stiff mode were a small difference of large numbers.
+// that slide, places of those that stick; drives; the constant input. The state is counted from the place at which the mean forces
+// would hold it at rest, where its velocity is exactly zero: computed from the whole state of a stiff mode, that velocity would be a
+// small difference of large numbers.
 class ModeEnergies {
  public:
-  typedef std::vector<Row> Form;  // (width, rows): G, or a map of vectors: what becomes of each column
-  static constexpr int TOGETHER = 4;  // steps that share the loading of a form
+  typedef std::vector<Row> Form;  // (width, rows): G, or a map of vectors, with the image of each column
+  static constexpr int STEPS_AT_ONCE = 4;  // steps that share the loading of a form
 
   // count: columns of each input, by its number, 0 where it is zero in every step; of feet, of those that lead.
   ModeEnergies(Book& book, const ContactMode& mode, const Carriers& by, const Legendre& legendre, const double* sources,
@@ -142,7 +144,7 @@ class ModeEnergies {
     copy_mode(sources);
     find_rest();
     one_.assign(room(), 0.0);
-    done_.assign(std::max(TOGETHER * rows_, wide()), Row(0.0));
+    done_.assign(std::max(STEPS_AT_ONCE * rows_, wide()), Row(0.0));
     first_.assign(room(), 0.0);
     series_.assign(size_t(SERIES + 1) * state_, 0.0);
     flowing_.assign(state_, Row(0.0));
@@ -154,14 +156,14 @@ class ModeEnergies {
   void fill(const Recorded& r, double* z, double* low, double* high) const {
     std::copy(r.state, r.state + state_, z);
     std::fill(z + state_, z + room(), 0.0);
-    if (parts_[RESISTIVE].count) {  // momenta count from the start of the step, so that little motion is no difference of large numbers
+    if (parts_[RESISTIVE].count) {  // momenta count from the start of the step, or a small motion would be a difference of large numbers
       for (int i : mode_.free) {
         for (int k = 0; k < state_; k++) z[k] += beta_[i * state_ + k] * r.inputs[N * i];
       }
       collect(r.inputs, true, z + parts_[RESISTIVE].first);
     }
     for (int i : mode_.free) {
-      Row parts = Row(0.0);  // the inputs have not come to z yet, or have no part in it
+      Row parts = Row(0.0);  // the columns of inputs in z are still zero
       for (int k = 0; k < state_; k += N) parts += load(gaps_.data() + i * size_t(room()) + k) * load(z + k);
       double gap = at_rest_[i] + total(parts);
       for (int k : mode_.stuck) {
@@ -187,8 +189,8 @@ class ModeEnergies {
     }
   }
 
-  // Add the coefficients (leading, 8) of what acts at the feet, given at the nodes (feet, 8): of many feet on few modes as those that
-  // lead have to have it to move the structure, and to do work on it, as all do.
+  // Add the coefficients (leading, 8) of the inputs at the feet, given at the nodes (feet, 8). Where many feet move few modes, the
+  // leading feet get inputs that move the structure, and do work on it, as those of all feet do.
   void collect(const double* nodal, bool momenta, double* to) const {
     const int lead = int(mode_.leading.size());
     for (size_t f = 0; f < mode_.free.size(); f++) {
@@ -201,12 +203,12 @@ class ModeEnergies {
     }
   }
 
-  // Add the energies of whole steps of class k, up to TOGETHER of them whose vectors lie ``room`` apart, to ``out`` (ENERGIES) of each,
+  // Add the energies of whole steps of class k, up to STEPS_AT_ONCE of them whose vectors lie ``room`` apart, to ``out`` (ENERGIES) of each,
   // and the work of laws that have a share of it behind: each share by its coefficients, of resistive laws first.
   void add_whole(int k, const double* z, const Shares* shares, int count, int resistive, double* const* out) {
     const Form& g = form(k);
     if (count > 1) {
-      apply<TOGETHER>(g, z);
+      apply<STEPS_AT_ONCE>(g, z);
     } else {
       apply<1>(g, z);
     }
@@ -219,7 +221,7 @@ class ModeEnergies {
     }
   }
 
-  // The same of a step up to its scaled time ``along``; z and the shares become those of the part that is left.
+  // The same of a step up to its scaled time ``along``; z and the shares become those of the remaining part.
   void add_ended(int k, double along, double* z, Shares& shares, int resistive, double* out) {
     while (along * book_.lengths[k] * rate_ > RESOLVED && k + 1 < book_.classes()) {
       const std::array<Form, 2>& halves = this->halves(++k);
@@ -259,10 +261,12 @@ class ModeEnergies {
 
  private:
   static constexpr double RESOLVED = 1.0;  // |T| h up to which Taylor polynomials and Gauss points resolve every mode
-  static constexpr double STEADY = 1e-8;   // least product of a block's rates, of the sum of squares, for which it has a place of rest
+  // Least determinant of a block, relative to the sum of its squared entries, for which it has a place of rest.
+  static constexpr double STEADY = 1e-8;
+  static constexpr double NO_TERM = 1e-17;  // size of a Taylor term, relative to the sum, that no longer changes the last digit
 
-  // Where a column that is the mean of an input holds the blocks at rest that have such a place; what it does to velocities by the
-  // other blocks alone, which those at rest would take back; and its push on the other blocks (state).
+  // For a column that is the mean of an input: the place at which it holds the blocks that have a place of rest; the velocities that
+  // it causes by the other blocks alone; and its push on those other blocks (state).
   struct Rest {
     int column;
     std::vector<double> place, drift, push;
@@ -422,7 +426,7 @@ class ModeEnergies {
     return halves_.emplace(k, std::move(out)).first->second;
   }
 
-  // What each Legendre polynomial of an input makes of the state at the end of a step (8, state).
+  // State at the end of a step under each Legendre polynomial of an input (8, state).
   void respond(const StepClass& step, const Input& input, std::vector<double>& out) const {
     const Sizes& s = mode_.sizes;
     std::fill(out.begin(), out.end(), 0.0);
@@ -440,12 +444,12 @@ class ModeEnergies {
     }
   }
 
-  // An input by one of the matrices of Legendre, in place; a constant one stays what it is.
+  // Multiply an input by one of the matrices of Legendre, in place; a constant one is unchanged.
   static void transform(const double* matrix, int count, double* x) {
     if (count == N) store(x, combine(matrix, load(x)));
   }
 
-  // z and the shares of a step to those of one of its halves.
+  // Turn z and the shares of a step into those of one of its halves.
   void to_half(const std::array<Form, 2>& maps, int side, double* z, Shares& shares) {
     std::fill(done_.begin(), done_.begin() + wide(), Row(0.0));
     const Row* map = maps[side].data();
@@ -557,7 +561,7 @@ class ModeEnergies {
     for (Row& slope : out.slope) slope *= 1.0 / length;
     const int terms = fill_series(z, out.span, along);
     std::fill(flowing_.begin(), flowing_.end(), Row(0.0));
-    for (int c = terms; c >= 0; c--) {  // sums side by side do not wait for each other
+    for (int c = terms; c >= 0; c--) {  // independent sums, which the machine works on at the same time
       for (int k = 0; k < state_; k++) flowing_[k] = flowing_[k] * legendre_.at + series_[size_t(c) * state_ + k];
     }
     out.velocity.assign(coordinates_, Row(0.0));
@@ -587,7 +591,7 @@ class ModeEnergies {
     std::copy(z, z + state_, series_.begin());
     double power = 1.0, size = 1.0;
     int c = 0;
-    for (; c < SERIES && (c <= N || size > 1e-17); c++, power *= along) {
+    for (; c < SERIES && (c <= N || size > NO_TERM); c++, power *= along) {
       size *= span * rate_ / (c + 1);
       const double* term = series_.data() + size_t(c) * state_;
       double* next = series_.data() + size_t(c + 1) * state_;
@@ -611,7 +615,7 @@ class ModeEnergies {
     return c;
   }
 
-  // What the dampers take of motion with these velocities.
+  // Forces of the dampers under these velocities.
   void damp(const std::vector<Row>& velocity, std::vector<Row>& out) const {
     out.assign(coordinates_, Row(0.0));
     for (int c = 0; c < coordinates_; c++) {
@@ -676,8 +680,8 @@ class ModeEnergies {
   }
 };
 
-// What single laws put into a step, of those that act together: the inputs as the engine has applied them, law by law; of the last
-// law of a kind the rest is.
+// The inputs of a step law by law, where several laws act at once, as the engine has applied them. The last law of a kind has the
+// rest of their sum.
 class LawShares {
  public:
   LawShares(const Sizes& s, const Nodes& nodes, const Signals& signals, const Laws& laws, const RunData& run, size_t channels)
@@ -704,7 +708,7 @@ class LawShares {
     return out;
   }
   int resistive() const { return std::max(int(laws_.laws.terms[MOMENTUM].size()) - 1, 0); }
-  // Steps that follow are in order again.
+  // The steps that follow are in order of time again.
   void begin() { player_.restart(run_.channels); }
 
   // Coefficients of each share in a recorded step, of resistive laws first.
@@ -762,16 +766,16 @@ struct StepsOfMode {
   int shortest = -1;
 };
 
-// Whole steps of one class that wait for the others with which their energies are found.
+// Whole steps of one class, collected until there are enough to find their energies at once.
 struct Waiting {
-  static constexpr int MOST = ModeEnergies::TOGETHER;
-  std::vector<double> z;  // (MOST, room)
-  Shares shares[MOST];
-  double* to[MOST];
+  static constexpr int ROOM = ModeEnergies::STEPS_AT_ONCE;
+  std::vector<double> z;  // (ROOM, room)
+  Shares shares[ROOM];
+  double* to[ROOM];
   int count = 0;
 };
 
-// Add what each step of a contact mode passes on to its row of ``out``.
+// Add the energies of each step of a contact mode to its row of ``out``.
 inline void add_steps(Book& book, Recording& trace, const StepsOfMode& steps, ModeEnergies& energies, LawShares* laws,
                       EnergySums& out, double* low, double* high) {
   const int parts = laws == nullptr ? 0 : laws->count(), resistive = parts ? laws->resistive() : 0, width = 1 + ENERGIES + parts;
@@ -786,7 +790,7 @@ inline void add_steps(Book& book, Recording& trace, const StepsOfMode& steps, Mo
     const Recorded step = trace.step(r);
     Waiting& some = waiting[step.step_class];
     if (some.z.empty()) {
-      some.z.assign(Waiting::MOST * energies.room(), 0.0);
+      some.z.assign(Waiting::ROOM * energies.room(), 0.0);
       for (Shares& shares : some.shares) shares.resize(parts);
     }
     double *z = some.z.data() + some.count * energies.room(), *to = out.rows.data() + r * width;
@@ -798,7 +802,7 @@ inline void add_steps(Book& book, Recording& trace, const StepsOfMode& steps, Mo
       continue;
     }
     some.to[some.count] = to + 1;
-    if (++some.count == Waiting::MOST) finish(step.step_class);
+    if (++some.count == Waiting::ROOM) finish(step.step_class);
   }
   for (int k = 0; k < book.classes(); k++) finish(k);
 }
@@ -826,7 +830,7 @@ inline EnergySums energies_of(Book& book, const Legendre& legendre, const Carrie
   }
   for (size_t r = 0; r < count; r++) {
     double* own = out.rows.data() + r * width + 1;
-    // what momenta do as they jump into the next step, their laws dissipate by their shares in this one
+    // the work of momenta as they jump into the next step is dissipated by their laws, in the shares of this step
     const double jumps = recording.row(r)[T_JUMPS], whole = own[RESISTIVE];
     for (int p = 0; p < resistive && whole != 0.0; p++) own[ENERGIES + p] *= 1.0 + jumps / whole;
     own[RESISTIVE] += jumps;

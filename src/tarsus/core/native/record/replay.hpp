@@ -1,7 +1,7 @@
-// Recorded steps of a run gone through again: outputs at the nodes of a step, its end, and any moment inside it.
+// Replay of the recorded steps of a run: outputs at the nodes of a step, its end, and any moment inside it.
 //
 // All of it is linear in what enters a step: its start state, its nodal inputs, the sources (rest gaps, gravity). ``Real`` is
-// a number, or a Row of eight tangents, which take the same way.
+// a number, or a Row of eight tangents, to which the same linear maps apply.
 #pragma once
 #include "laws/laws.hpp"
 #include "modal/tables.hpp"
@@ -21,7 +21,7 @@ struct Recorded {
   const double *state, *inputs;
 };
 
-// Recorded steps one after the other: contact modes are asked for but once.
+// Recorded steps one after the other; each contact mode is looked up once.
 class Recording {
  public:
   Recording(Book& book, const double* trace) : book_(book), trace_(trace), width_(recorded_width(book.sizes)) {}
@@ -43,7 +43,7 @@ class Recording {
   std::vector<const ContactMode*> modes_;
 };
 
-// What values at the nodes of a step make of its moment s: weights of the value and of its derivatives by s.
+// Weights of the nodal values of a step in the value at its scaled time s, and in the derivatives there by s.
 struct Weights {
   Row value = Row(0.0), slope = Row(0.0), bend = Row(0.0);
 
@@ -74,7 +74,7 @@ TARSUS_INLINE Real weighted(const Row& weights, const Real* values) {
   return even + odd;
 }
 
-// What enters a step, and with it the values of its inputs anywhere.
+// What enters a step: start state, inputs, sources; from these follow the inputs' values at any moment of it.
 template <class Real>
 struct Entering {
   std::vector<Real> state, inputs, sources;  // (2 stride), (inputs, 8), (feet + 1)
@@ -86,7 +86,7 @@ struct Entering {
   Real* input(int i) { return inputs.data() + N * i; }
 };
 
-// The state of a recorded step with momenta counted from its start, so that little motion is no difference of large numbers.
+// The state of a recorded step with momenta counted from its start, or a small motion would be a difference of large numbers.
 inline void enter_recorded(const Recorded& r, const double* sources, Entering<double>& to) {
   const Sizes& s = r.mode->sizes;
   const int nb = r.mode->blocks_used, ns = s.stride;
@@ -111,7 +111,7 @@ TARSUS_INLINE Real dot(const double* rows, const std::vector<Real>& x) {
   return sum;
 }
 
-// What nodal inputs add to an output at the nodes of a step (8).
+// The part of an output at the nodes of a step (8) that its nodal inputs make.
 template <class Real>
 TARSUS_INLINE void add_input(const StepClass& step, int output, int input, const Real* values, Real* to) {
   const double* rows = step.from_input(output, input);
@@ -185,7 +185,7 @@ inline void end_of_step(const StepClass& step, const std::vector<int>& acting, c
   }
 }
 
-// How fast the flowing state changes under given values of the inputs (by number), w' = T w + inputs.
+// Rate of change of the flowing state under given values of the inputs (by number), w' = T w + inputs.
 template <class Real>
 inline void rate_of_state(const ContactMode& mode, const std::vector<int>& acting, const std::vector<Real>& state,
                           const std::vector<Real>& values, const std::vector<Real>& sources, std::vector<Real>& to) {
@@ -204,7 +204,7 @@ inline void rate_of_state(const ContactMode& mode, const std::vector<int>& actin
   }
 }
 
-// Room for going to a moment inside a step.
+// Work space for the state at a moment inside a step.
 template <class Real>
 struct Inside {
   Entering<Real> part, left;
@@ -232,7 +232,7 @@ inline void halve(const StepClass& half, const Halves& halves, const std::vector
   s = late ? 2.0 * s - 1.0 : 2.0 * s;
 }
 
-// The state at scaled time s of a step of class k, by halving it until its Taylor polynomial carries, and that.
+// The state at scaled time s of a step of class k: the step is halved until a Taylor polynomial resolves the rest.
 template <class Real>
 inline void within_step(Book& book, const Nodes& nodes, const Halves& halves, const ContactMode& mode, int k, double s,
                         const std::vector<int>& acting, const Entering<Real>& whole, Inside<Real>& room, std::vector<Real>& to) {
@@ -280,13 +280,13 @@ inline void within_step(Book& book, const Nodes& nodes, const Halves& halves, co
   }
 }
 
-// Where the structure is at one moment: displacements and velocities (2 n); of each foot gap [m], its rate [m/s] (a held foot
+// The structure at one moment: displacements and velocities (2 n); of each foot gap [m], its rate [m/s] (a held foot
 // has neither), the force [N] of resistive and of smooth laws in the air, the structure's pull [N] on a held foot, and friction [N]
 // along the ground.
 template <class Real>
 struct Shown {
   std::vector<Real> place, gap, rate, resistive, smooth, pull, friction;
-  std::vector<Real> modal, value, slope;  // what they are made of: the modal state; the inputs, and their rates
+  std::vector<Real> modal, value, slope;  // from which the others follow: the modal state; the inputs, and their rates
 
   explicit Shown(const Sizes& s)
       : place(2 * s.coordinates, Real(0.0)), gap(s.feet, Real(0.0)), rate(gap), resistive(gap), smooth(gap), pull(gap),
@@ -300,7 +300,7 @@ inline size_t sample_width(const Sizes& s) { return 2 * size_t(s.coordinates) + 
 // And for its derivatives: those of all but contact and friction.
 inline size_t tangent_width(const Sizes& s) { return 2 * size_t(s.coordinates) + 5 * size_t(s.feet); }
 
-// What constant parts of a contact mode's rows come to with these sources.
+// The constant parts of a contact mode's rows under these sources.
 template <class Real>
 TARSUS_INLINE Real with_sources(const std::vector<Real>& sources, const double* unit, int count, int row) {
   Real sum = Real(0.0);

@@ -1,4 +1,4 @@
-// Samples of recorded steps: where a structure was at any times.
+// Samples of recorded steps: the state of a structure at given times.
 #pragma once
 #include "record/replay.hpp"
 
