@@ -48,7 +48,7 @@ struct BesideWalker {
     s.clock.time = run.clock.time;
     s.step_class = k;
     load_feet(s);
-    gather(s);
+    assemble_coupling(s);
     clear_body(s);
     for (int i = 0; i < s.legs(); i++) {
       if (s.feet[i].contact == AIR) {

@@ -114,7 +114,7 @@ class Acting {
   Jet rate(int i) const { return w(i, UP) + film(i, u(i, UP) + gap(i)) / mass(i); }
 
   // The function that vanishes at an event.
-  Jet function(int i, Happening kind) const {
+  Jet function(int i, FootEvent kind) const {
     switch (kind) {
       case TOUCH: return u(i, UP) + gap(i);
       case STOP: return w(i, ALONG) * s_.feet[i].sense;
@@ -146,7 +146,7 @@ class Acting {
   // A foot reaches the ground: its state after what the log says of it, or, ``kind`` 0, after it has just left.
   EventNumbers land(int i, int kind) {
     const int f = leg(i).foot;
-    Landing<Jet> at = meet_ground(*this, i);
+    Landing<Jet> at = pre_impact(*this, i);
     EventNumbers out;
     out.when = at_->time;
     if (kind == 0) {
@@ -160,7 +160,7 @@ class Acting {
       w(i, UP) = Jet(0.0);
       return out;
     }
-    find_rebound(*this, i, at);
+    post_impact(*this, i, at);
     out.before = at.speed;
     out.doubtful = landing_in_doubt(laws, f, at) ||
                    impact_friction_in_doubt(laws, f, kind == BOUNCE ? at.speed + at.after : at.speed, w(i, ALONG));

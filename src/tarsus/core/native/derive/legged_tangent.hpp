@@ -101,7 +101,7 @@ class LeggedTangent : public LeggedMarch {
   }
 
   // An event, before and after the run's state is changed by it.
-  void happens(int i, Happening kind) {
+  void before_event(int i, FootEvent kind) {
     known_ = log.events.size();
     place_ = place();
     before_ = still_.on(place_).rates();
@@ -119,7 +119,7 @@ class LeggedTangent : public LeggedMarch {
     shift(place_, before_, told.shared);
   }
 
-  void happened(int i, Happening kind) {
+  void after_event(int i, FootEvent kind) {
     const bool logged = log.events.size() > known_;
     const int what = logged ? int(log.events.back().kind) : 0;
     EventNumbers out;
@@ -302,7 +302,7 @@ class LeggedTangent : public LeggedMarch {
         if (feet[i].contact == STUCK) foot.w[ALONG] = 0.0;
       }
     }
-    gather(t);
+    assemble_coupling(t);
   }
 
   // The state of the run with the derivatives of the lanes.
@@ -371,7 +371,7 @@ class LeggedTangent : public LeggedMarch {
         foot.contact = feet[i].contact;
         foot.sense = feet[i].sense;
       }
-      gather(t);
+      assemble_coupling(t);
     }
   }
 
@@ -566,7 +566,7 @@ class LeggedTangent : public LeggedMarch {
   int resolving() const {
     double rate = 0.0;
     for (int b = 0; b < coordinates(); b++) {
-      rate = std::max({rate, std::sqrt(together.stiffness[b][b] / body.mass[b]), together.damping[b][b] / body.mass[b]});
+      rate = std::max({rate, std::sqrt(coupling.stiffness[b][b] / body.mass[b]), coupling.damping[b][b] / body.mass[b]});
     }
     int k = 0;
     while (k + 1 < tables.classes() && tables.lengths[k] * rate > RESOLVED) k++;
@@ -575,7 +575,7 @@ class LeggedTangent : public LeggedMarch {
   static constexpr double RESOLVED = 0.75;  // radians in a step: polynomials of degree 7 leave 1e-10 of a sine
 
   // Rate [1/s] of an event's function as the state moves on.
-  double rate_of(int i, Happening kind) {
+  double rate_of(int i, FootEvent kind) {
     JetPlace on = place_;
     const auto still = [](std::vector<Jet>& values) {
       for (Jet& one : values) one = Jet(one.value);
@@ -588,7 +588,7 @@ class LeggedTangent : public LeggedMarch {
 
   // Whether an event at the start of a step comes with what happened just before it: a jump beyond rounding, or a foot that
   // lies there from the start.
-  bool shares_moment(int i, Happening kind, double value) const {
+  bool shares_moment(int i, FootEvent kind, double value) const {
     if (kind == TOUCH) return clock.time == begun_ || -place_.of(place_.w, i, UP).value <= no_rate(*this, i, 0.0);
     if (kind == STOP) return clock.time == begun_;
     return clock.time == begun_ || value < -JUMP * run_.scales[1];
@@ -604,7 +604,7 @@ class LeggedTangent : public LeggedMarch {
   }
 
   // A touchdown that would dip below the ground by less than GRAZE errors of a gap; a force or speed that hardly passes zero.
-  bool grazes(int i, Happening kind, double rate) const {
+  bool grazes(int i, FootEvent kind, double rate) const {
     if (kind == TOUCH) return told.gap_grazes(rate, before_.w[DIRECTIONS * size_t(i) + UP]);
     return kind == STOP ? !(std::fabs(rate) > settings.gap / (settings.end * settings.end)) : told.force_grazes(rate);
   }

@@ -139,7 +139,7 @@ inline bool body_matrix(const Legged& s, int k, double h, const LegTangents& of,
     for (int b = 0; b < nb; b++) {
       matrix[size_t(b * N + l) * size + b * N + l] += s.body.mass[b];
       for (int c = 0; c < nb; c++) {
-        const Row made = combine(once, place) * (h * s.together.stiffness[b][c]) + place * s.together.damping[b][c];
+        const Row made = combine(once, place) * (h * s.coupling.stiffness[b][c]) + place * s.coupling.damping[b][c];
         for (int j = 0; j < N; j++) matrix[size_t(b * N + j) * size + c * N + l] += made[j];
       }
     }

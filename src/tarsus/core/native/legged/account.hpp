@@ -1,15 +1,15 @@
-// Energy that every force passes on within a step, each integrated for itself.
+// Energy that every force transfers within a step, each integrated separately.
 #pragma once
 #include "legged/motion.hpp"
 
 namespace tarsus::legged {
 
-constexpr double UNSEEN = 1e-9;  // relative truncation that an account, which closes to 1e-8, may pass over
-constexpr double UNSEEN_SHARE = 1e-3;  // and the share of one of several films, whose sum is as exact as ever
+constexpr double UNSEEN = 1e-9;  // relative truncation that is negligible in an account, which closes to 1e-8
+constexpr double UNSEEN_SHARE = 1e-3;  // the same for the share of one of several films, whose sum keeps the bound above
 
-// Integral of rate dP over a stretch of scaled time whose nodes do not see how a film P changes, from its values ``low`` to
+// Integral of rate dP over a stretch of scaled time whose nodes do not resolve the change of a film's momentum P, from its values ``low`` to
 // ``high`` at the ends; w: the rate without it at the nodes. By parts, with p = P - high: p^2/2m - rate p at the start, and
-// - int p dw, for w hardly changes in so short a time.
+// - int p dw, since w hardly changes in so short a time.
 inline double film_by_parts(const Between& between, const Row& w, const Row& film, double mass, double low, double high) {
   const double first = low - high;
   return first * (0.5 * first / mass - w[0] - low / mass) -
@@ -40,7 +40,7 @@ struct Path {
   double low, high;
 };
 
-// How integrals of a step were taken, in order, where they are to be taken again beside it as they were.
+// How the integrals of a step were taken, in order, so that those of a perturbed copy of the step are taken the same way.
 struct Choices {
   std::vector<uint8_t> made;
   size_t next = 0;
@@ -64,7 +64,7 @@ struct Account {
 
   // Integral of rate dP, with w and the film's momentum P at the nodes, ``low`` and ``high`` at the ends.
   //
-  // A film much thinner than the way of the foot changes P where the nodes do not see it: then by parts.
+  // The nodes do not resolve the change of P in a film much thinner than the way of the foot: then by parts.
   double by_film(const Row& w, const Row& film, const Row& rate, double mass, double low, double high,
                  double unseen = UNSEEN) const {
     const double* slope = &s.between.slope[0][0];
@@ -73,8 +73,8 @@ struct Account {
     return film_by_parts(s.between, w, film, mass, low, high);
   }
 
-  // The same law by law, of a foot in the air; see ActingLaws::shares. Where a film of several laws is thinner than the
-  // way of the foot the nodes do not see how they share its work.
+  // The same law by law, of a foot in the air; see ActingLaws::shares. Where a film of several laws is thinner than the way of the
+  // foot, the nodes do not resolve the shares of the laws in its work.
   void add_shares(int i, const Stretch& over, const Path& path, const Row& rate) {
     const Leg& leg = s.body.legs[i];
     const LegRows& r = s.rows[i];
@@ -84,7 +84,7 @@ struct Account {
       const Row film = over.of(s.laws.momentum_of(resistive[n], leg.foot, r.gap));
       const double low = s.laws.momentum_of(resistive[n], leg.foot, leg.clearance(path.low));
       const double high = s.laws.momentum_of(resistive[n], leg.foot, leg.clearance(path.high));
-      const Row without = rate - film * (1.0 / leg.mass);  // what the other films put into the rate is in it
+      const Row without = rate - film * (1.0 / leg.mass);  // with the part of the rate that the other films make
       s.shares[share++] += by_film(without, film, rate, leg.mass, low, high, UNSEEN_SHARE);
     }
     const Row now = s.nodes.times() * h + s.clock.time;
@@ -94,7 +94,7 @@ struct Account {
     }
   }
 
-  // What a foot that nothing holds in direction d passes on over a stretch.
+  // Energies of a foot that nothing holds in direction d, over a stretch.
   void add(int i, int d, const Stretch& over, const Path& path) {
     const Leg& leg = s.body.legs[i];
     const LeggedFoot& foot = s.feet[i];
@@ -152,7 +152,7 @@ struct Account {
     }
     const Row& w = s.rows[i].w[d];
     if (chosen(seen(w))) return add(i, d, over, {over.of(w), foot.u[d], end});
-    // a fast decay at the start that the nodes do not see is taken on stretches that halve towards it
+    // a fast decay at the start that the nodes do not resolve is integrated on stretches that halve towards the start
     const double fast = s.tables.rate[leg.kind[d]] * h;
     Stretch rest = over;
     Path here = path(i, d, rest);

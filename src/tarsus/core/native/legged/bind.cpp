@@ -157,8 +157,8 @@ nb::tuple run_legged(const Body& body, const LegTables& tables, const Nodes& nod
 }
 
 // Derivatives of one run in eight lanes, of which the first ``count`` have a number; ``programs``: the laws by programs alone;
-// ``data``: derivatives of what enters; beside: bodies and tables of other structures, each with its weight in the difference of
-// a lane; the rest as for run_legged.
+// ``data``: derivatives of what enters; copies: bodies and tables of perturbed structures, each with its weight in the
+// difference of a lane; the rest as for run_legged.
 //
 // Returns of event rows (events, 12, 8), marks (marks, width, 8), samples (times, width, 8), begins of contacts (feet, 8) and
 // energies (5, 8) at the end, and flags (flags, 3): event, reason, lane.
@@ -173,7 +173,7 @@ nb::tuple tangents_legged(const Body& body, const LegTables& tables, const Nodes
   for (nb::handle item : beside) {
     const auto [other, legs, weight, lane] = nb::cast<std::tuple<Body*, LegTables*, double, int>>(item);
     if (other->legs.size() != body.legs.size() || legs->lengths != tables.lengths || lane < 0 || lane >= count) {
-      throw std::invalid_argument("walkers beside each other have the same legs and steps");
+      throw std::invalid_argument("perturbed copies of a walker have its legs and steps");
     }
     others.push_back({other, legs, weight, lane});
   }

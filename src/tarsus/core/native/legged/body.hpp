@@ -5,9 +5,9 @@
 //
 //   u' = w + P/m,   w' = (-k u - c w + Q)/m - c P/m^2,   Q = k a + c a' + load,
 //
-// so w = u' - P/m [m/s] stays smooth where a film changes P fast. A constant in P changes w by a constant and nothing else:
-// P counts from where a step begins, or little motion in a strong film were a difference of large numbers. Legs of equal mass, stiffness and damping
-// are of one kind and share tables.
+// so w = u' - P/m [m/s] stays smooth where a film changes P fast. A constant in P changes w by a constant and nothing else. P is
+// therefore counted from the start of each step: a small motion in a strong film would otherwise be a difference of large numbers.
+// Legs of equal mass, stiffness and damping are of one kind and share tables.
 #pragma once
 #include <vector>
 
@@ -19,7 +19,7 @@ enum Direction { UP, ALONG, DIRECTIONS };
 
 constexpr int MOST_COORDINATES = 6;  // of a rigid body
 
-// How a hip follows the body's coordinates; those that do not move it are left out.
+// How a hip follows the body's coordinates; those that do not move it are excluded.
 struct Hip {
   int count = 0, at[MOST_COORDINATES];
   double by[MOST_COORDINATES];
@@ -54,7 +54,7 @@ struct Leg {
   Hip hip[DIRECTIONS];
 
   // The ground below a foot, which is level: the clearance [m] of a foot displaced by ``up``, and the displacement of one that
-  // stands on the ground. All that a march knows of the ground's shape is said here.
+  // stands on the ground. The shape of the ground is defined here alone.
   template <class Real>
   TARSUS_INLINE Real clearance(const Real& up) const {
     return up + gap;

@@ -7,23 +7,26 @@ namespace tarsus::legged {
 
 constexpr int FILM_ROUNDS = 40;
 
-// Whether the film changes the gap by more than a fraction of what changes the film, where it is thinnest; reach: how far a unit
-// of momentum moves the gap [s/kg].
+// A film that moves the gap by more than this part of the change of the gap that causes it, is solved by Newton's method: repetition
+// would gain less than a digit a round.
+constexpr double STIFF_FILM = 0.1;
+
+// Whether it is so at the least gap of the rows; reach: how far a unit of momentum moves the gap [s/kg].
 inline bool is_stiff(const Legged& s, double reach, int f, const Row& gap) {
   const double probe = s.settings.probe, least = lowest(gap);
   const double change = s.laws.momentum(f, least + probe) - s.laws.momentum(f, least);
-  return !(std::fabs(change) * reach < 0.1 * probe);
+  return !(std::fabs(change) * reach < STIFF_FILM * probe);
 }
 
 // Solve gap = ``alone`` + film matrix P(gap) at the nodes, by rows of what the momentum at one node does, from the gap of the
 // rows; the film's momentum there becomes P.
 //
 // A step of Newton's method uses up half of the way to where a film P ~ 1/(g + g0)^2 is infinite, -2 P/P', at most. False
-// where it does not settle.
+// where it does not converge.
 TARSUS_APART inline bool stiff_film(const Legged& s, const double* film_matrix, int i, const Row& alone, LegRows& r) {
   const int f = s.body.legs[i].foot;
   const double base = s.feet[i].base;
-  const double tolerance = SETTLED * s.settings.gap;
+  const double tolerance = CONVERGED * s.settings.gap;
   Row gap = r.gap;
   gap.set(0, alone[0]);
   Row columns[N];

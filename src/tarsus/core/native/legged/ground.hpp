@@ -1,7 +1,7 @@
-// What happens to a foot of a legged robot at the ground: impact, capture, release, slip and stick.
+// The events of a foot of a legged robot at the ground: impact, capture, release, slip and stick.
 //
 // A foot is a point mass between springs, so an impact changes its own velocity and nothing else: the
-// mass-weighted map is exact, and feet that touch at the same moment do not know of each other.
+// mass-weighted map is exact, and feet that touch at the same moment do not act on each other.
 #pragma once
 #include "legged/scan.hpp"
 #include "march/rules.hpp"
@@ -58,18 +58,18 @@ inline typename P::Real leaving_rate(const P& p, int i, const typename P::Real& 
   return rate - p.film(i, typename P::Real(0.0)) / p.mass(i);
 }
 
-// A foot is put on the ground: all but how it departs, and `Landing::none`.
+// A foot reaches the ground: its gap becomes zero. Returns the state before the impact, all but `Landing::after`, `printed` and `none`.
 template <class P>
-inline Landing<typename P::Real> meet_ground(P& p, int i) {
+inline Landing<typename P::Real> pre_impact(P& p, int i) {
   typedef typename P::Real Real;
   const Real speed = -(p.w(i, UP) + p.film(i, p.landing_gap(i)) / p.mass(i));
   p.u(i, UP) = -p.gap(i);
   return {speed, Real(0.0), pull_on(p, i), p.laws.strength(p.leg(i).foot, p.age_brought(i)), Real(0.0), 1.0 / p.mass(i), Real(0.0)};
 }
 
-// How one that approaches the ground departs.
+// The state after the impact of a foot that approaches: the speed of departure.
 template <class P>
-inline void find_rebound(const P& p, int i, Landing<typename P::Real>& at) {
+inline void post_impact(const P& p, int i, Landing<typename P::Real>& at) {
   const int f = p.leg(i).foot;
   at.after = p.laws.rebound(f, at.speed);
   if (!p.laws.has(f, PULL_AS_PRINTED)) return;
@@ -87,9 +87,9 @@ inline typename P::Real impact(P& p, int i, EventKind kind, const Landing<typena
   return lost + impact_friction(p.laws, p.leg(i).foot, p.mass(i), change, p.w(i, ALONG));
 }
 
-// ---- on numbers alone: what is decided, noted and told
+// ---- on numbers alone: decisions, and the events that are logged
 
-// Pull [N] on a foot on the ground that is none: of the scene's scale, or what rounding leaves of `pull_on`.
+// Bound [N] below which the pull on a foot on the ground counts as zero: by the scale of the scene, or the rounding of `pull_on`.
 inline double no_pull(const Legged& s, int i) {
   const Leg& leg = s.body.legs[i];
   double parts = leg.stiffness[UP] * (leg.hip[UP].parts(s.x) + std::fabs(leg.standing())) + leg.damping[UP] * leg.hip[UP].parts(s.v) + std::fabs(leg.weight);
@@ -100,8 +100,8 @@ inline double no_pull(const Legged& s, int i) {
   return s.settings.force_zero + ROUNDING * parts;
 }
 
-// Rate [m/s] of a foot at the ground that is none: of the scene's scale, or what rounding leaves of it beside its film's
-// momentum, and of the gap in which that film takes speed.
+// Bound [m/s] below which the rate of a foot at the ground counts as zero: by the scale of the scene, or the rounding of the rate, of
+// its film's momentum, and of the gap in which that film takes speed.
 inline double no_rate(const Legged& s, int i, double momentum) {
   const Leg& leg = s.body.legs[i];
   double parts = std::fabs(momentum);
@@ -117,7 +117,7 @@ inline void begin_flight(Legged& s, int i) {
   foot.apex.restart(s.clock.time);
 }
 
-// Put a foot on the ground; what it has along the ground stays.
+// Put a foot on the ground; its motion along the ground is unchanged.
 inline void begin_contact(Legged& s, int i) {
   LeggedFoot& foot = s.feet[i];
   foot.u[UP] = s.body.legs[i].standing();
@@ -127,21 +127,21 @@ inline void begin_contact(Legged& s, int i) {
   foot.apex.restart(s.clock.time);
   double& along = foot.w[ALONG];
   const auto bound = [&](double speed) { return s.laws.friction(s.body.legs[i].foot, 1.0, 1.0, speed); };
-  const bool rubs = bound(0.0) != 0.0 || bound(std::fabs(along)) != 0.0;
-  const bool stands = rubs && std::fabs(along) <= s.settings.speed_zero;
+  const bool frictional = bound(0.0) != 0.0 || bound(std::fabs(along)) != 0.0;
+  const bool stands = frictional && std::fabs(along) <= s.settings.speed_zero;
   if (stands) along = 0.0;
   foot.contact = stands ? STUCK : SLIPPING;
-  foot.sense = !rubs || stands ? 0.0 : along > 0.0 ? 1.0 : -1.0;
+  foot.sense = !frictional || stands ? 0.0 : along > 0.0 ? 1.0 : -1.0;
 }
 
-// A foot is at the ground: bounce, capture, rest, or it lies there already.
+// A foot reaches the ground: it bounces, is captured, comes to rest, or has no speed and lies there already.
 inline void land(Legged& s, int i) {
   LeggedFoot& foot = s.feet[i];
   const int f = s.body.legs[i].foot;
   const double t = s.clock.time;
   Present present(s);
   const double momentum = present.film(i, present.landing_gap(i));
-  Landing<double> at = meet_ground(present, i);
+  Landing<double> at = pre_impact(present, i);
   at.none = no_pull(s, i) + ROUNDING * std::fabs(at.strength);
   if (at.speed <= no_rate(s, i, momentum)) {
     if (at.pull <= at.strength + at.none) {
@@ -153,7 +153,7 @@ inline void land(Legged& s, int i) {
     }
     return;
   }
-  find_rebound(present, i, at);
+  post_impact(present, i, at);
   const EventKind kind = landing_kind(s.laws, f, at, s.settings.rest_height);
   const double lost = impact(present, i, kind, at);
   if (kind == BOUNCE) {
@@ -167,8 +167,8 @@ inline void land(Legged& s, int i) {
   begin_contact(s, i);
 }
 
-// Change the state of a foot by what happens to it at the present time.
-inline void apply_event(Legged& s, int i, Happening kind) {
+// Change the state of a foot by its event at the present time.
+inline void apply_event(Legged& s, int i, FootEvent kind) {
   if (kind == TOUCH) return land(s, i);
   LeggedFoot& foot = s.feet[i];
   const int f = s.body.legs[i].foot;

@@ -13,11 +13,11 @@
 
 namespace tarsus::legged {
 
-// How a foot leaves the start of a step: as it comes; with an exact zero from which it has just left; or with
-// one from which it has just begun to slide.
+// How a foot starts a step: as its state says; with a gap of exactly zero, having just left the ground; or with a slip speed of
+// exactly zero, having just begun to slide.
 enum Start { AS_IT_COMES, JUST_LEFT, JUST_SLIDING };
 
-// A foot, and what it has been doing.
+// State and history of a foot.
 struct LeggedFoot : Grip<double> {
   double u[DIRECTIONS], w[DIRECTIONS];  // displacement [m], rate without the film's momentum [m/s]
   double sense;                         // of sliding, +-1, 0 without friction
@@ -32,8 +32,7 @@ struct LeggedFoot : Grip<double> {
   bool filmed() const { return film && contact == AIR; }
 };
 
-// A leg at the nodes of the step: drive and weight, all forces but the film's, motion; then what its foot
-// feels.
+// A leg at the nodes of the step: drive and weight, all forces but the film's, motion; then the forces at its foot.
 struct LegRows {
   Row load[DIRECTIONS], q[DIRECTIONS], u[DIRECTIONS], w[DIRECTIONS];
   Row film, gap, rate;                 // in the air: momentum [N s], gap [m] and its rate
@@ -50,29 +49,29 @@ struct BodyRows {
   Row film[MOST_COORDINATES];                               // the films' momentum
 };
 
-// What all feet do to the body together. Held ones push and drag it through spring and damper: push = offset - stiffness x,
+// The sum of all feet's forces on the body. Held feet push and drag it through spring and damper: push = offset - stiffness x,
 // drag = - damping (x - x(0)); those that nothing holds in a direction follow with their mass.
-struct Together {
+struct Coupling {
   double stiffness[MOST_COORDINATES][MOST_COORDINATES], damping[MOST_COORDINATES][MOST_COORDINATES];
   double mass[DIRECTIONS][MOST_COORDINATES][MOST_COORDINATES];
   double offset[MOST_COORDINATES];
 };
 
-// What the body's answer to its legs is taken out by, for steps of one class (see Answer): inverses for each coordinate alone,
-// and which coordinates take from each other.
+// The solvers of Projection for steps of one class: inverses for each coordinate alone, and which coordinates the legs link to
+// others.
 struct Solvers {
   Row inverse[MOST_COORDINATES][N];
   bool linked[MOST_COORDINATES];
 };
-// Of all classes, each made when first asked for. They depend on what is held alone, and a robot of few legs returns to the same
-// contacts again and again: so many sets of them are kept.
+// Of all classes, each made when first needed. They depend on the contacts alone, and a robot of few legs returns to the same
+// contacts again and again: MOST_CONTACT_SETS sets of solvers are kept.
 typedef std::vector<std::shared_ptr<const Solvers>> SolversByClass;
 constexpr size_t MOST_CONTACT_SETS = 64;
 
-// Share of a step's tolerance that its repetition may leave. On 30 random walkers, against a run a thousand times as exact, events
+// Share of a step's tolerance at which its repetition has converged. On 30 random walkers, against a run a thousand times as exact, events
 // are off by 3e-11 rad in the median (5e-12 with 1e-3, the worst alike) and accounts open by 1e-13, at worst 7e-11.
-constexpr double SETTLED = 1e-2;
-constexpr int GUESSED = 5;  // powers of time in which a motion is guessed to go on into the next step
+constexpr double CONVERGED = 1e-2;
+constexpr int GUESSED = 5;  // powers of time by which the motion of a step is extrapolated into the next one
 
 // Work [J] done on the robot by its drives and weight, and by dampers, films, smooth forces and friction.
 struct Energies {
@@ -80,7 +79,7 @@ struct Energies {
 };
 constexpr int ENERGIES = sizeof(Energies) / sizeof(double);
 
-// Constant matrices that legs need beside those of the nodes.
+// Constant matrices that legs need in addition to those of the nodes.
 struct Between {
   static constexpr int LINES = 3;
   double powers[N][N];         // [j]: coefficients of powers of s of the Lagrange polynomial of node j
@@ -156,7 +155,7 @@ struct Legged {
   std::vector<LegRows> rows;
   BodyRows at;
   double length = 0.0, origin = 0.0;  // of the step that the rows are of [s], 0 for none; scaled time of the present in it
-  Together together;
+  Coupling coupling;
   std::map<std::vector<bool>, SolversByClass> kept_solvers;  // by what is held, of every leg upward and along
   SolversByClass* solvers = nullptr;                         // of the present contacts
 
@@ -174,7 +173,7 @@ struct Legged {
   TARSUS_INLINE Real film(int i, const Real& gap) const {
     return laws.momentum_from(body.legs[i].foot, feet[i].from, feet[i].base, gap);
   }
-  // Let the momentum under every foot in the air count from where it is now.
+  // Count the momentum of the film under every foot in the air from the present gap on.
   void rebase() {
     for (int i : body.leg) {
       LeggedFoot& foot = feet[i];

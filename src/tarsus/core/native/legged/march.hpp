@@ -8,12 +8,12 @@
 
 namespace tarsus::legged {
 
-// The error of a step falls by 2^ORDER with its length halved: the highest coefficient of a polynomial of degree 7 by 2^7, and
-// what it moves by 2 at least.
+// The error of a step falls by 2^ORDER when its length is halved: the highest coefficient of a polynomial of degree 7 by 2^7, and
+// the displacement that it causes by 2 at least.
 constexpr int ORDER = N;
-// Of the tolerance, what the error of a step of another class is to stay below: one power of two for what changes from step to step.
+// Part of the tolerance at which the error of the next step aims: a factor of two below it, since errors change from step to step.
 constexpr double AIM = 0.5;
-constexpr int MOST_LONGER = 4;  // classes at once: a smaller error is rounding and tells no more
+constexpr int MOST_LONGER = 4;  // classes at once: an error that would allow more is rounding and determines nothing
 // Sweeps of a step above which the next is shorter, and up to which it may be longer: parts of those that a step may take.
 constexpr int MANY_SWEEPS = SWEEPS / 2, FEW_SWEEPS = SWEEPS / 3;
 
@@ -31,7 +31,7 @@ inline int classes_up(double error) {
   return up;
 }
 
-// What is noted on the way beside events: marks (time; body; per foot place along the way and path slid;
+// What is noted on the way in addition to events: marks (time; body; per foot place along the way and path slid;
 // lowest and highest of the body since the last mark), and samples at given times (see LeggedMarch::sample).
 struct Notes {
   std::vector<double> marks;
@@ -92,7 +92,7 @@ struct LeggedMarch : Legged {
     energy = {};
     std::fill(shares.begin(), shares.end(), 0.0);
     length = 0.0;
-    gather(*this);
+    assemble_coupling(*this);
     lowest_body = INF;
     highest_body = -INF;
     step_class = int(settings.first_class);
@@ -172,10 +172,11 @@ struct LeggedMarch : Legged {
     notes.sampled++;
   }
 
-  // How low and high the body has been. Nodes are less than 0.22 of a step apart: between two it rises above both by less than
-  // half of that times its largest speed, and by twice as much where that, too, lies between nodes.
+  // Lowest and highest place of the body. Nodes are less than NODE_SPACING of a step apart: between two of them the body rises above
+  // both by less than half of that times its largest speed, and by twice as much where that, too, lies between nodes.
+  static constexpr double NODE_SPACING = 0.22;
   void note_heights(double h, double fraction) {
-    const double margin = 0.22 * h * highest(magnitude(at.v[1]));
+    const double margin = NODE_SPACING * h * highest(magnitude(at.v[1]));
     lowest_at = highest_at = -1.0;
     if (lowest(at.x[1]) - margin < lowest_body) {
       const Extreme low = extreme(nodes, at.x[1], -1.0, fraction);
@@ -239,7 +240,7 @@ struct LeggedMarch : Legged {
   Chosen choose(double left, double reach, int coarsest, Try&& tried) {
     int k = std::max(step_class, coarsest);
     if (launching)
-      k = std::max(k, launch_class[launched]);  // what has just changed asks for a step as short as the last time
+      k = std::max(k, launch_class[launched]);  // after an event of this kind: the step class that fitted after the last one
     Chosen out = {GOING_ON, k, k, {0.0, 0}};
     while (k + 1 < tables.classes() && tables.lengths[k + 1] >= left) k++;
     for (;;) {
@@ -277,13 +278,13 @@ struct LeggedMarch : Legged {
     step_class = std::max(wanted, 0);
   }
 
-  // Who follows a run: told of every step that is made before the state moves on and after, and of what happens to a foot
-  // before and after it does.
+  // The observer of a run that has none: called with every step that is made, before the state moves on and after, and with every
+  // event of a foot, before and after it is applied.
   struct Nobody {
     void made(int, double, double, double) {}
     void moved(double, double) {}
-    void happens(int, Happening) {}
-    void happened(int, Happening) {}
+    void before_event(int, FootEvent) {}
+    void after_event(int, FootEvent) {}
   };
 
   Code step() {
@@ -312,8 +313,8 @@ struct LeggedMarch : Legged {
     follower.moved(h, fraction);
     int kind = 0;
     if (first <= limit) {
-      kind = happen(first, follower);
-      gather(*this);
+      kind = apply_events(first, follower);
+      assemble_coupling(*this);
     }
     adapt(chosen, fraction < 1.0 || first <= limit, kind);
     return GOING_ON;
@@ -327,16 +328,16 @@ struct LeggedMarch : Legged {
     if (first <= limit) return clock.time + first * h;
     return h <= left ? clock.time + h : left == goal - clock.time ? goal : clock.time + left;
   }
-  // Have the events of the step happen, at scaled time ``first``. Returns the kind of the one after which steps are shortest.
+  // Apply the events of the step, at scaled time ``first``. Returns the kind of the one after which steps are shortest.
   template <class Follower>
-  int happen(double first, Follower& follower) {
+  int apply_events(double first, Follower& follower) {
     const size_t before = log.events.size();
     int kind = 0;
     for (int f = 0; f < body.feet(); f++) {
       if (!now(f, first)) continue;
-      follower.happens(body.leg[f], events[f].kind);
+      follower.before_event(body.leg[f], events[f].kind);
       apply_event(*this, body.leg[f], events[f].kind);
-      follower.happened(body.leg[f], events[f].kind);
+      follower.after_event(body.leg[f], events[f].kind);
     }
     for (size_t e = before; e < log.events.size(); e++) {
       const int what = int(log.events[e].kind);
@@ -344,8 +345,9 @@ struct LeggedMarch : Legged {
     }
     return kind;
   }
-  // Whether the event of a foot is the step's, the first of all at scaled time ``first``.
-  bool now(int f, double first) const { return events[f].kind != NOTHING && events[f].high <= first * (1.0 + 1e-13); }
+  // Whether the event of a foot comes at scaled time ``first``, that of the first of all, to the rounding of both.
+  static constexpr double SAME_TIME = 1.0 + 1e-13;
+  bool now(int f, double first) const { return events[f].kind != NOTHING && events[f].high <= first * SAME_TIME; }
 
  private:
   std::vector<double> shares_before;

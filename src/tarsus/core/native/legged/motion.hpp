@@ -104,9 +104,10 @@ inline Row lagrange(const Nodes& nodes, double s) {
   return out;
 }
 
-// Whether the polynomials through the nodes are the leg's own motion, to far less than a step's tolerance.
+// Whether the polynomials through the nodes represent the leg's own motion, to far less than a step's tolerance.
+constexpr double REPRESENTED = 1e-5;
 inline bool smooth(const Legged& s, const LegRows& r, int d, double h) {
-  return s.nodes.truncation(r.u[d]) + s.nodes.truncation(r.w[d]) * h <= 1e-5 * s.settings.gap;
+  return s.nodes.truncation(r.u[d]) + s.nodes.truncation(r.w[d]) * h <= REPRESENTED * s.settings.gap;
 }
 
 // The integral from 0 to s of the polynomial through nodal values, once or twice.

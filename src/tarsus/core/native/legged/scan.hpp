@@ -4,25 +4,25 @@
 
 namespace tarsus::legged {
 
-enum Happening { NOTHING, TOUCH, PULL_OFF, SLIP_UP, SLIP_DOWN, STOP };
+enum FootEvent { NOTHING, TOUCH, PULL_OFF, SLIP_UP, SLIP_DOWN, STOP };
 
 // Where a foot may have an event, in scaled time; in the end low = high is its time.
 struct Bracket {
   double low, high;
-  Happening kind;
+  FootEvent kind;
 };
 
 struct Candidates {
   int count = 0;
   Bracket some[3];
 
-  void note(double low, double high, Happening kind, double limit) {
+  void note(double low, double high, FootEvent kind, double limit) {
     if (low < limit) some[count++] = {low, high, kind};
   }
 };
 
 // Note where the polynomial through nodal values first falls below ``level``.
-inline void falls_below(const Legged& s, const Row& values, double level, double limit, Happening kind,
+inline void falls_below(const Legged& s, const Row& values, double level, double limit, FootEvent kind,
                         Candidates& out) {
   if (values[0] < level) return out.note(0.0, 0.0, kind, 1.0);
   const double least = lowest(values), most = highest(values);
@@ -95,7 +95,7 @@ void touches(const Legged& s, int i, double h, double limit, Candidates& out, Fl
   for (int j = 1; j < N && tau[j - 1] < limit; j++) {
     if (r.gap[j] < -settings.gap_zero) return out.note(tau[j - 1], tau[j], TOUCH, limit);
     if (!(r.rate[j - 1] < 0.0 && 0.0 < r.rate[j])) continue;
-    // the parabola of the two rates tells how far below its ends the flight may dip
+    // the parabola of the two rates bounds how far below its ends the flight may dip
     const double width = (tau[j] - tau[j - 1]) * h;
     const double drop = 0.5 * width * r.rate[j - 1] * r.rate[j - 1] / (r.rate[j] - r.rate[j - 1]);
     if (std::min(r.gap[j - 1], r.gap[j]) >= 2.0 * drop) continue;
@@ -115,7 +115,7 @@ inline void stops(const Legged& s, int i, double limit, Candidates& out) {
   }
 }
 
-// What can be the first event of a foot; gap_at: see ``touches``.
+// The candidates for the first event of a foot; gap_at: see ``touches``.
 template <class Flight>
 Candidates candidates(Legged& s, int i, double h, double limit, Flight&& gap_at) {
   Candidates out;
@@ -137,16 +137,15 @@ Candidates candidates(Legged& s, int i, double h, double limit, Flight&& gap_at)
   return out;
 }
 
-// The event function of a foot, positive while nothing happens, and its slope by the scaled time where it is
-// at hand.
+// The event function of a foot, positive before its event, and its slope by the scaled time where that is known.
 struct EventFunction {
   const Legged& s;
   const int i;
-  const Happening kind;
+  const FootEvent kind;
   const double h;
   double powers[N];
 
-  EventFunction(const Legged& state, int leg, Happening k, double step) : s(state), i(leg), kind(k), h(step) {
+  EventFunction(const Legged& state, int leg, FootEvent k, double step) : s(state), i(leg), kind(k), h(step) {
     const LegRows& r = s.rows[i];
     if (kind == TOUCH || kind == STOP) return;
     store(powers, s.powers(kind == PULL_OFF  ? r.margin
@@ -169,7 +168,7 @@ template <class Function>
 TARSUS_APART double refine(const Legged& s, int i, const Bracket& bracket, Function& function) {
   double low = bracket.low, high = bracket.high, slope = 0.0;
   if (low == 0.0 && s.feet[i].start != AS_IT_COMES && (bracket.kind == TOUCH || bracket.kind == STOP)) {
-    low = high;  // it starts from an exact zero: find a place after it where nothing has happened yet
+    low = high;  // it starts from an exact zero: find a place after it at which the event is still to come
     for (int n = 0; n < 50; n++) {
       low *= 0.5;
       if (function.at(low, slope) > 0.0) break;
@@ -204,8 +203,7 @@ TARSUS_APART double refine(const Legged& s, int i, const Bracket& bracket, Funct
   return at;
 }
 
-// Whether no force along the ground is there to slip by: the bound passes 0 because the foot is about to
-// leave.
+// Whether there is no force along the ground by which the foot could slip: the bound passes 0 because the foot is about to leave.
 inline bool nothing_along(const Legged& s, int i, double fraction) {
   return std::fabs(s.polynomial_at(s.rows[i].along, fraction)) <= s.settings.force_zero;
 }

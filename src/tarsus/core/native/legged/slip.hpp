@@ -45,7 +45,7 @@ inline void sliding_bound(const Legged& s, int i, const LegRows& r, const Row& s
 // with the speed that the step is too long to follow the foot.
 TARSUS_APART inline bool slide(const Legged& s, const LegStep& table, int i, double h, const Row& alone, LegRows& r) {
   const Leg& leg = s.body.legs[i];
-  const double sense = s.feet[i].sense, tolerance = SETTLED * s.settings.gap / h;
+  const double sense = s.feet[i].sense, tolerance = CONVERGED * s.settings.gap / h;
   Row w = r.w[ALONG], bound, slope, columns[N];
   w.set(0, s.feet[i].w[ALONG]);
   for (int round = 0; round < SLIP_ROUNDS; round++) {

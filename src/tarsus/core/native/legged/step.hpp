@@ -10,21 +10,24 @@
 // so that whatever a leg does within a step, however fast, reaches the body exactly. Both are repeated until
 // they agree.
 #pragma once
-#include "legged/answer.hpp"
+#include "legged/projection.hpp"
 #include "legged/film.hpp"
 #include "legged/slip.hpp"
 
 namespace tarsus::legged {
 
-constexpr int SWEEPS = 24, ROUNDS = 4;  // of all legs, and of one leg alone in one of them
-// After so many sweeps, which may still find their way, each must leave less than that share of what the one before left: more
-// would not settle in those that a step may take.
+constexpr int SWEEPS = 24, ROUNDS = 4;  // sweeps over all legs, and rounds of one leg alone within a sweep
+// After the first WILD_SWEEPS, in which the change may still grow, each sweep must change less than CONTRACTING times what the one
+// before changed: a slower one would not converge within SWEEPS.
 constexpr int WILD_SWEEPS = SWEEPS / 4;
 constexpr double CONTRACTING = 0.8;
-constexpr double UNSETTLED = -1.0,
-                 UNDEFINED = -INF;  // errors of steps that did not settle, or hold no numbers
+constexpr double NOT_CONVERGED = -1.0,
+                 UNDEFINED = -INF;  // errors of steps that did not converge, or whose numbers are not finite
+// A first sweep starts from a guess of the body's motion that is some thousand times less exact than the tolerance: legs need be no
+// more exact in it.
+constexpr double GUESS_TOLERANCE = 1e3;
 
-// What drives and weight put on every foot at the nodes of the step.
+// Forces of drives and weight on every foot at the nodes of the step.
 inline void load_feet(Legged& s) {
   for (int i = 0; i < s.legs(); i++) {
     const Leg& leg = s.body.legs[i];
@@ -39,7 +42,7 @@ inline void load_feet(Legged& s) {
   }
 }
 
-// Drives at the nodes of the step, and what they do.
+// Drives at the nodes of the step, and their forces on the feet.
 inline void fill_drives(Legged& s, double h) {
   for (int c = 0; c < s.player.channels(); c++) {
     s.player.fill(c, s.clock.time, h, reinterpret_cast<double*>(&s.channels[c]));
@@ -47,7 +50,7 @@ inline void fill_drives(Legged& s, double h) {
   load_feet(s);
 }
 
-// What the contact of a held foot holds at the nodes: f_a, and f_a less the smooth force.
+// Strength of the contact of a held foot at the nodes: f_a, and f_a less the smooth force.
 inline void held_strength(Legged& s, int i, double h) {
   const int f = s.body.legs[i].foot;
   LegRows& r = s.rows[i];
@@ -57,8 +60,9 @@ inline void held_strength(Legged& s, int i, double h) {
   if (s.feet[i].force) r.smooth -= s.laws.force(f, Row(0.0), Row(0.0), s.volts(f), now);
 }
 
-// Values at the nodes of a step of length h from those of the last one: each polynomial goes on in its first powers.
-inline void going_on(const Legged& s, double h, Row* matrix) {
+// Matrix of the values at the nodes of a step of length h from those of the last one: each polynomial is extrapolated by its first
+// powers.
+inline void extrapolation(const Legged& s, double h, Row* matrix) {
   Row powers[N];
   for (int c = 0; c < N; c++) powers[c] = load(s.nodes.monomial[c]);
   for (int n = 0; n < GUESSED; n++) {
@@ -71,11 +75,11 @@ inline void going_on(const Legged& s, double h, Row* matrix) {
   }
 }
 
-// First motion of the body and of the feet in the air, which go on as before, and first forces at the feet.
+// First guess of the motion of the body and of the feet in the air, extrapolated from the last step, and of the forces at the feet.
 inline void first_guess(Legged& s, int k, double h) {
   Row matrix[N];
   const bool known = s.length > 0.0;
-  if (known) going_on(s, h, matrix);
+  if (known) extrapolation(s, h, matrix);
   const auto on = [&](const Row& values) { return combine(reinterpret_cast<const double*>(matrix), values); };
   for (int b = 0; b < s.coordinates(); b++) {
     s.at.v[b] = known ? on(s.at.v[b]) : Row(s.v[b]);
@@ -106,19 +110,19 @@ inline void first_guess(Legged& s, int k, double h) {
   s.origin = 0.0;
 }
 
-// Loads on the body itself and what held feet put on it; nothing carried yet.
+// Start the sums on the body: loads on itself and forces of held feet; those of free feet are still zero.
 inline void clear_body(Legged& s) {
   const int nb = s.coordinates();
   for (int b = 0; b < nb; b++) {
-    Row push = Row(s.together.offset[b] - s.body.weight[b]), drag = Row(0.0);
+    Row push = Row(s.coupling.offset[b] - s.body.weight[b]), drag = Row(0.0);
     for (int d = 0; d < s.body.drives; d++) {
       const double load = s.body.load[d * nb + b];
       if (load != 0.0) push += s.channels[d] * load;
     }
     for (int c = 0; c < nb; c++) {
-      if (s.together.stiffness[b][c] == 0.0 && s.together.damping[b][c] == 0.0) continue;
-      push -= s.at.x[c] * s.together.stiffness[b][c];
-      drag -= (s.at.x[c] - s.x[c]) * s.together.damping[b][c];
+      if (s.coupling.stiffness[b][c] == 0.0 && s.coupling.damping[b][c] == 0.0) continue;
+      push -= s.at.x[c] * s.coupling.stiffness[b][c];
+      drag -= (s.at.x[c] - s.x[c]) * s.coupling.damping[b][c];
     }
     s.at.push[b] = push;
     s.at.drag[b] = drag;
@@ -132,8 +136,7 @@ TARSUS_INLINE void free_motion(const LegStep& table, double u0, double w0, const
   w = load(table.state[2]) * u0 + load(table.state[3]) * w0 + combine(&table.force[1][0][0], q);
 }
 
-// What a foot that nothing holds in direction d does to the body; ``own``: its load without spring and
-// damper.
+// Forces on the body of a foot that nothing holds in direction d; ``own``: its load without spring and damper.
 TARSUS_INLINE void carry_free(Legged& s, int i, int d, const Row& own, double h, const LegRows& r) {
   const Leg& leg = s.body.legs[i];
   const LeggedFoot& foot = s.feet[i];
@@ -150,8 +153,8 @@ TARSUS_INLINE Row spring(const Legged& s, const Leg& leg, int d) {
   return leg.hip[d].motion(s.at.x) * leg.stiffness[d] + leg.hip[d].motion(s.at.v) * leg.damping[d];
 }
 
-// What a sweep has still to settle: how far feet would move [m] if their forces were as they are now, what is undefined where
-// ``sum`` is not finite, and whether a stiff film failed to settle. A leg is repeated alone while that is more than ``enough``.
+// What a sweep leaves open. change: how far feet would move [m] under the present forces; sum: not finite where a number of the sweep
+// is not; failed: a stiff film did not converge. A leg is repeated alone while its change is more than ``enough``.
 struct Sweep {
   double enough;
   Row change = Row(0.0), sum = Row(0.0);
@@ -185,7 +188,7 @@ TARSUS_INLINE void fly(Legged& s, int i, int k, double h, Sweep& sweep) {
       r.u[UP] += combine(&table.film[0][0][0], used);
       r.gap = leg.clearance(r.u[UP]);
       r.film = s.film(i, r.gap);
-      // Newton's method has settled a stiff one, whose momentum magnifies what rounding leaves of the gap
+      // a stiff film has converged by Newton's method; its momentum would only magnify the rounding of the gap
       change = stiff ? Row(0.0) : magnitude(r.film - used) * table.reach_film;
     } else {
       r.gap = leg.clearance(r.u[UP]);
@@ -263,8 +266,8 @@ inline void move_legs(Legged& s, int k, double h, Sweep& sweep) {
   }
 }
 
-// Part of a bound that depends on the slip speed which the nodes may miss in a step, well above its rounding: by its bend where a
-// slip stops, which moves a foot by less than any tolerance, the moment of the stop and its derivatives hang on it.
+// Part of a bound that depends on the slip speed which the nodes may miss in a step, well above its rounding. The bend of the bound
+// where a slip stops moves a foot by less than any tolerance, but the moment of the stop and its derivatives depend on it.
 constexpr double BEND = 1e-9;
 constexpr double AT_ONCE = 1e-12;  // part of a run in which it does not matter when a slip stops
 
@@ -306,21 +309,21 @@ inline double error_of(const Legged& s, int k, double h) {
 }
 
 struct Attempt {
-  double error;  // over the tolerance, or UNSETTLED, UNDEFINED
+  double error;  // over the tolerance, or NOT_CONVERGED, UNDEFINED
   int sweeps;
 };
 
 // Make the nodes of a step of class k.
 inline Attempt attempt(Legged& s, int k) {
-  const double h = s.tables.lengths[k], tolerance = SETTLED * s.settings.gap;
+  const double h = s.tables.lengths[k], tolerance = CONVERGED * s.settings.gap;
   fill_drives(s, h);
   first_guess(s, k, h);
   double before = INF;
   for (int n = 0; n < SWEEPS; n++) {
     clear_body(s);
-    Sweep sweep{n == 0 ? 1e3 * tolerance : tolerance};  // the body's first guess is no better
+    Sweep sweep{n == 0 ? GUESS_TOLERANCE * tolerance : tolerance};
     move_legs(s, k, h, sweep);
-    if (sweep.failed) return {UNSETTLED, n};
+    if (sweep.failed) return {NOT_CONVERGED, n};
     const double moved = finite(sweep.sum) ? follow(s, k, h) : NOT_A_NUMBER;
     if (!std::isfinite(moved)) {
       s.length = 0.0;
@@ -328,10 +331,10 @@ inline Attempt attempt(Legged& s, int k) {
     }
     const double change = std::max(highest(sweep.change), moved);
     if (n > 0 && change <= tolerance) return {find_held(s) ? error_of(s, k, h) : UNDEFINED, n + 1};
-    if (n > WILD_SWEEPS && change > CONTRACTING * before) return {UNSETTLED, n};
+    if (n > WILD_SWEEPS && change > CONTRACTING * before) return {NOT_CONVERGED, n};
     before = change;
   }
-  return {UNSETTLED, SWEEPS};
+  return {NOT_CONVERGED, SWEEPS};
 }
 
 }  // namespace tarsus::legged

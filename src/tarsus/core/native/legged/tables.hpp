@@ -29,8 +29,8 @@ struct alignas(64) LegStep {
 };
 
 // What a polynomial of degree 7 through the nodes misses begins with the Legendre polynomials above it, and what these move is
-// less than under one of degree 6 of the same size: oscillating faster, it integrates to less. (That of degree 7 integrates to
-// zero at the very nodes and tells nothing there.)
+// less than under one of degree 6 of the same size: oscillating faster, it integrates to less. (The integral of
+// that of degree 7 is zero at the very nodes, so it shows nothing there.)
 inline Row missed_shape(const Nodes& nodes) {
   const Row x = nodes.times() * 2.0 - 1.0;
   Row before = Row(1.0), value = x;

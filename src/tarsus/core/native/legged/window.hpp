@@ -5,7 +5,7 @@
 
 namespace tarsus::legged {
 
-// Put a run that has just begun to where it starts: held feet stand still or slide as they move along the ground.
+// Set a run that has just begun to its start: held feet stand still, or slide where they move along the ground.
 inline void begin_at(LeggedMarch& s, const Beginning& start) {
   start_clock(s.clock, s.settings, start.time);
   for (int i : s.body.leg) {
@@ -19,7 +19,7 @@ inline void begin_at(LeggedMarch& s, const Beginning& start) {
       if (start.leaving[f]) s.feet[i].start = JUST_LEFT;
     }
   }
-  gather(s);
+  assemble_coupling(s);
 }
 
 }  // namespace tarsus::legged

@@ -1,13 +1,14 @@
-// How the body of a legged robot answers its own legs within a step: what lets the repetition of legged/step.hpp settle fast.
+// The body of a legged robot under the forces of its own legs within a step: a projection that includes the legs' first-order
+// response to the body, so that the repetition of legged/step.hpp converges fast.
 #pragma once
 #include "base/dense.hpp"
 #include "legged/legged.hpp"
 
 namespace tarsus::legged {
 
-// Sum up what all feet do to the body, anew after a contact changed.
-inline void gather(Legged& s) {
-  s.together = {};
+// Sum up the forces of all feet on the body (Coupling), once more after each change of a contact.
+inline void assemble_coupling(Legged& s) {
+  s.coupling = {};
   std::vector<bool> contacts;
   for (int i = 0; i < s.legs(); i++) {
     const Leg& leg = s.body.legs[i];
@@ -17,15 +18,15 @@ inline void gather(Legged& s) {
       contacts.push_back(held);
       for (int n = 0; n < hip.count; n++) {
         const int b = hip.at[n];
-        if (held) s.together.offset[b] += hip.by[n] * leg.stiffness[d] * s.feet[i].u[d];
+        if (held) s.coupling.offset[b] += hip.by[n] * leg.stiffness[d] * s.feet[i].u[d];
         for (int l = 0; l < hip.count; l++) {
           const int c = hip.at[l];
           const double by = hip.by[n] * hip.by[l];
           if (held) {
-            s.together.stiffness[b][c] += by * leg.stiffness[d];
-            s.together.damping[b][c] += by * leg.damping[d];
+            s.coupling.stiffness[b][c] += by * leg.stiffness[d];
+            s.coupling.damping[b][c] += by * leg.damping[d];
           } else {
-            s.together.mass[d][b][c] += by * leg.mass;
+            s.coupling.mass[d][b][c] += by * leg.mass;
           }
         }
       }
@@ -36,20 +37,22 @@ inline void gather(Legged& s) {
   s.solvers->resize(s.tables.classes());
 }
 
-// What the legs take from the body that is displaced by rows x over a step of class k: held ones through spring and damper,
-// those in the air by following with their mass. All that are in the air are taken to move as the first leg would.
-struct Answer {
-  const Together& all;
+// The response of the legs to rows x of the body's displacement over a step of class k: held legs push back through spring and
+// damper, those in the air follow with their mass. All legs in the air are assumed to move as the first leg would.
+struct Projection {
+  static constexpr double LINK = 1e-3;
+
+  const Coupling& all;
   const Nodes& nodes;
   const LegStep* leg[DIRECTIONS];
   const double h;
   const int size;
 
-  Answer(const Legged& s, int k) : all(s.together), nodes(s.nodes), h(s.tables.lengths[k]), size(s.coordinates()) {
+  Projection(const Legged& s, int k) : all(s.coupling), nodes(s.nodes), h(s.tables.lengths[k]), size(s.coordinates()) {
     for (int d = 0; d < DIRECTIONS; d++) leg[d] = &s.tables.of(k, s.body.legs[0].kind[d]);
   }
 
-  // The momentum of b [N s] under a push and a drag, less what displacements of all coordinates take from it.
+  // The momentum of b [N s] under a push and a drag, less the legs' response to displacements of all coordinates.
   Row momentum(int b, Row push, Row drag, const Row* x) const {
     for (int c = 0; c < size; c++) {
       push -= x[c] * all.stiffness[b][c];
@@ -58,7 +61,7 @@ struct Answer {
     return combine(&nodes.once[0][0], push) * h + drag - following(b, x, 1, -1);
   }
 
-  // What displacements of the other coordinates take from the integral of b's momentum [kg m].
+  // The legs' response to displacements of the other coordinates, in the integral of b's momentum [kg m].
   Row place(int b, const Row* x) const {
     Row push = Row(0.0), drag = Row(0.0);
     for (int c = 0; c < size; c++) {
@@ -69,7 +72,8 @@ struct Answer {
     return combine(&nodes.twice[0][0], push) * (h * h) + combine(&nodes.once[0][0], drag) * h + following(b, x, 0, b);
   }
 
-  // Whether other coordinates take more of b than is lost on the repetition, as a share of what moves a hip.
+  // Whether the legs couple other coordinates to b by more than LINK of its inertia, weighted by what moves a hip: a weaker coupling
+  // is left to the repetition, each sweep of which leaves that share of its error.
   bool linked(int b, const Body& body) const {
     double share = 0.0;
     for (int c = 0; c < size; c++) {
@@ -78,10 +82,10 @@ struct Answer {
       for (int d = 0; d < DIRECTIONS; d++) mass += std::fabs(all.mass[d][b][c]);
       share += mass * body.lever[b] / (body.mass[b] * body.lever[c]);
     }
-    return share > 1e-3;
+    return share > LINK;
   }
 
-  // Columns of (mass + what b takes from its own place)^-1; false where there is none.
+  // Columns of (mass + the legs' response to b's own displacement)^-1; false where the matrix is singular.
   bool invert(int b, double mass, Row* solver) const {
     Row columns[N];
     for (int r = 0; r < N; r++) {
@@ -93,7 +97,7 @@ struct Answer {
   }
 
  private:
-  // Of the feet in the air, by their rate (1) or displacement (0).
+  // Momentum of the feet in the air, by their rate (v = 1) or displacement (0); ``but``: a coordinate excluded.
   TARSUS_INLINE Row following(int b, const Row* x, int v, int but) const {
     Row out = Row(0.0);
     for (int d = 0; d < DIRECTIONS; d++) {
@@ -110,11 +114,11 @@ struct Answer {
 
 TARSUS_APART inline std::shared_ptr<const Solvers> make_solvers(const Legged& s, int k) {
   auto out = std::make_shared<Solvers>();
-  const Answer answer(s, k);
+  const Projection projection(s, k);
   for (int b = 0; b < s.coordinates(); b++) {
-    out->linked[b] = answer.linked(b, s.body);
-    if (answer.invert(b, s.body.mass[b], out->inverse[b])) continue;
-    for (int r = 0; r < N; r++) {  // taken as if no leg were there
+    out->linked[b] = projection.linked(b, s.body);
+    if (projection.invert(b, s.body.mass[b], out->inverse[b])) continue;
+    for (int r = 0; r < N; r++) {  // as if there were no legs
       out->inverse[b][r] = Row(0.0);
       out->inverse[b][r].set(r, 1.0 / s.body.mass[b]);
     }
@@ -129,13 +133,13 @@ inline const Solvers& solvers_of(Legged& s, int k) {
   return *place;
 }
 
-constexpr int ROUNDS_OF_ANSWERS = 2;
-constexpr double ALONE = 30.0;  // a coordinate taken alone leaves less than this share of a change to the others, inverted
+constexpr int PROJECTION_ROUNDS = 2;
+constexpr double ALONE = 30.0;  // inverse of the largest share of a change that solving a coordinate alone leaves to the others
 
-// The body's motion at the nodes from what the legs did. Returns the largest change of a hip [m].
+// The body's motion at the nodes under the forces of the legs. Returns the largest change of a hip [m].
 inline double follow(Legged& s, int k, double h) {
   BodyRows& at = s.at;
-  const Answer answer(s, k);
+  const Projection projection(s, k);
   const Solvers& solvers = solvers_of(s, k);
   const auto solve = [&](int b, const Row& right) { return combine(reinterpret_cast<const double*>(solvers.inverse[b]), right); };
   const double* once = &s.nodes.once[0][0];
@@ -151,21 +155,21 @@ inline double follow(Legged& s, int k, double h) {
   for (int b = 0; b < s.coordinates(); b++) {
     const double mass = s.body.mass[b];
     const Row place = combine(&s.nodes.twice[0][0], at.push[b]) * (h * h) + combine(once, at.drag[b] + at.film[b]) * h - at.place[b];
-    // the new place first: what rounding leaves of its difference from the old is then nothing, or more than it can hold
+    // the new place is rounded first, so that its difference from the old one is exactly zero or above rounding
     misfit[b] = (place * (1.0 / mass) + s.nodes.times() * (h * s.v[b]) + s.x[b] - at.x[b]) * mass;
     step[b] = solve(b, misfit[b]);
   }
   double moved = change();
-  if (moved > ALONE * SETTLED * s.settings.gap) {
-    for (int n = 0; n < ROUNDS_OF_ANSWERS; n++) {
+  if (moved > ALONE * CONVERGED * s.settings.gap) {
+    for (int n = 0; n < PROJECTION_ROUNDS; n++) {
       for (int b = 0; b < s.coordinates(); b++) {
-        if (solvers.linked[b]) step[b] = solve(b, misfit[b] - answer.place(b, step));
+        if (solvers.linked[b]) step[b] = solve(b, misfit[b] - projection.place(b, step));
       }
     }
     moved = change();
   }
   for (int b = 0; b < s.coordinates(); b++) {
-    at.v[b] = (answer.momentum(b, at.push[b], at.drag[b], step) - at.momentum[b]) * (1.0 / s.body.mass[b]) + s.v[b];
+    at.v[b] = (projection.momentum(b, at.push[b], at.drag[b], step) - at.momentum[b]) * (1.0 / s.body.mass[b]) + s.v[b];
     at.x[b] += step[b];
   }
   return moved;
