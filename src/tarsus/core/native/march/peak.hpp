@@ -7,6 +7,27 @@ namespace tarsus {
 
 constexpr double INVERSE[N + 1] = {0.0, 1.0, 1.0 / 2.0, 1.0 / 3.0, 1.0 / 4.0, 1.0 / 5.0, 1.0 / 6.0, 1.0 / 7.0, 1.0 / 8.0};
 
+// Where a polynomial of the scaled time has its peak, between ``low``, where it rises, and ``high``, where it falls: a zero of its
+// slope by Newton's method, kept between the two. A height errs by the square of what the time errs by.
+inline double peak_time(const double* line, double low, double high) {
+  constexpr double SAME_TIME = 1e-10;  // of a step: what it errs by in height is rounding
+  constexpr int MOST = 60;             // halvings of a step leave nothing of it
+  double s = 0.5 * (low + high);
+  for (int n = 0; n < MOST; n++) {
+    double slope = (N - 1) * line[N - 1], bend = 0.0;
+    for (int c = N - 2; c >= 1; c--) {
+      bend = bend * s + slope;
+      slope = slope * s + c * line[c];
+    }
+    (slope > 0.0 ? low : high) = s;
+    double next = s - slope / bend;
+    if (!(low < next && next < high)) next = 0.5 * (low + high);
+    if (std::fabs(next - s) <= SAME_TIME) return next;
+    s = next;
+  }
+  return s;
+}
+
 // Keep the highest gap [m] of a flight, its time and the gap's integral [m s], up to scaled time ``limit`` of the step
 // [t, t + h]. Between the nodes the gap is the polynomial through them; its slope is searched on the two intervals next
 // to the highest node.
@@ -27,10 +48,7 @@ inline void raise_apex(const Nodes& nodes, Apex& apex, const double* gap, double
   if ((top > 0.5 * apex.gap || apex.gap == 0.0) && high > low) {
     const double last = horner_slope(line, 0, N, high);
     if (last < 0.0 && horner_slope(line, 0, N, low) > 0.0) {
-      for (int n = 0; n < 30; n++) {
-        s = 0.5 * (low + high);
-        (horner_slope(line, 0, N, s) > 0.0 ? low : high) = s;
-      }
+      s = peak_time(line, low, high);
     } else if (last >= 0.0) {
       s = high;
     }
@@ -54,14 +72,11 @@ inline Extreme extreme(const Nodes& nodes, const Row& values, double sense, doub
   }
   double low = best > 0 ? nodes.tau[best - 1] : 0.0, high = std::min(best < N - 1 ? nodes.tau[best + 1] : 1.0, limit);
   double line[N];
-  store(line, powers_of(nodes, reinterpret_cast<const double*>(&values)));
-  const auto rising = [&](double s) { return sense * horner_slope(line, 0, N, s) > 0.0; };
+  store(line, powers_of(nodes, reinterpret_cast<const double*>(&values)) * sense);
+  const auto rising = [&](double s) { return horner_slope(line, 0, N, s) > 0.0; };
   if (!(low < high && rising(low) && !rising(high))) return {values[best], nodes.tau[best]};
-  for (int n = 0; n < 40; n++) {
-    const double middle = 0.5 * (low + high);
-    (rising(middle) ? low : high) = middle;
-  }
-  return {horner(line, 0, N, low), low};
+  const double at = peak_time(line, low, high);
+  return {sense * horner(line, 0, N, at), at};
 }
 
 }  // namespace tarsus
