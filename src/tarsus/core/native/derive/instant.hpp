@@ -20,12 +20,12 @@ class Instant {
   std::vector<Jet> aged, parted;                         // as in Grip
   std::vector<Jet> gaps, physical, from_offset, places;  // as in Modal, and Foot::place
   std::vector<double> senses;
-  std::vector<uint8_t> rubs;  // as Foot::sense and Modal::rubs
+  std::vector<uint8_t> frictional;  // as Foot::sense and Modal::frictional
 
   Instant(Book& b, LawTangents& l, const Settings& set, std::vector<Jet> sources, const std::vector<Structural>& structural)
       : book(b), sizes(b.sizes), laws(l), settings(set), w(sizes.state(), Jet(0.0)), since(sizes.feet, Jet(0.0)), aged(since), parted(since),
         gaps(sizes.feet, Jet(0.0)), physical(2 * sizes.coordinates, Jet(0.0)), from_offset(physical), places(gaps),
-        senses(sizes.feet, 0.0), rubs(sizes.feet, 0), sources_(std::move(sources)),
+        senses(sizes.feet, 0.0), frictional(sizes.feet, 0), sources_(std::move(sources)),
         structural_(structural) {}
 
   // Project the displacements and velocities ``physical`` on a contact mode.
@@ -192,7 +192,7 @@ class Instant {
   void put_down(int foot) {
     constexpr double SLOW = 1e5, LEFT = 1e-10;  // of a speed that is zero for a run, and of the speeds that it is made of
     bool sticks = false;
-    if (rubs[foot]) {
+    if (frictional[foot]) {
       const Mobilities<Jet> by = mobilities_of(*this, foot);
       const double own = along(&ContactMode::slide_rate, foot).value;
       const double stopped = by.normal.value > 0.0 ? by.across.value / by.normal.value * rate_of(foot).value : 0.0, rate = own - stopped;

@@ -46,7 +46,7 @@ class ModalTangent {
       now_.parted[i] = Jet(start.time);
     }
     for (int i = 0; i < sizes_.feet; i++) {
-      now_.rubs[i] = book.has_way(i) && laws_.plain().friction(i, 1.0, 1.0, 0.0) != 0.0;
+      now_.frictional[i] = book.has_way(i) && laws_.plain().friction(i, 1.0, 1.0, 0.0) != 0.0;
     }
     for (size_t c = 0; c < channels; c++) drives_.player.seek(int(c), start.time);
     now_.time = Jet(start.time);
@@ -182,7 +182,7 @@ class ModalTangent {
       }
       rubbing_.clear();
       for (int i : mode.sliding) {
-        if (now_.rubs[i]) rubbing_.push_back(i);
+        if (now_.frictional[i]) rubbing_.push_back(i);
       }
       list_unknown(mode);
       std::fill(slope_.inputs.begin(), slope_.inputs.end(), Row(0.0));

@@ -1,7 +1,7 @@
-// What rest gaps and gravity do to a structure: the constant part of its motion, combined once a run from tables per unit.
+// The effect of rest gaps and gravity on a structure: the constant part of its motion, combined once a run from tables per unit.
 //
 // Tables are made per unit of each source (rest gaps of the feet, gravity), so that runs that differ in them share the tables.
-// The combination for a contact mode and for a step of it is made when a run first meets them, and stays while the data do.
+// The combination for a contact mode and for a step of it is made when a run first needs it, and kept until the data change.
 #pragma once
 #include "modal/tables.hpp"
 

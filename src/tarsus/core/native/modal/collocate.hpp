@@ -7,14 +7,22 @@ namespace tarsus::modal {
 
 constexpr int SWEEPS = 14;
 constexpr double DEEP = 0.9;  // share of a foot's room to the ground (or the film's own singularity) that no step may use up
-constexpr double UNSETTLED = -1.0;  // error of a step whose smooth forces do not settle
+constexpr double DEEP_ENOUGH = 0.8;  // and that a step shortened for it may use up: less, for the gap by which it is shortened is an estimate
+constexpr double NOT_CONVERGED = -1.0;  // error of a step whose smooth forces do not converge
+
+// A film that changes the gap by more than this share of the change of the gap that causes it is too stiff for sweeps: each would
+// leave more than half of the change of the one before.
+constexpr double STIFFNESS = 0.5;
+// From the fourth sweep on each must change less than this share of what the one before changed: a slower one would not converge
+// within SWEEPS, and Newton's method or a shorter step takes less time.
+constexpr double SLOWEST = 0.7;
 
 // Whether a foot would come close to where its film is infinite: a film P ~ 1/(g + g0)^2 is -2 P/P' away from it. Then
-// room[foot] = s - 1, with s the scaled time at which 0.8 of that way is used up.
+// room[foot] = s - 1, with s the scaled time at which DEEP_ENOUGH of that way is used up.
 inline bool runs_deep(Modal& m, int foot, const Row& gap) {
   double& room = m.room[foot];
   if (!(lowest(gap) < gap[0] - DEEP * room)) return false;
-  const double level = gap[0] - 0.8 * room;
+  const double level = gap[0] - DEEP_ENOUGH * room;
   int j = 1;
   while (j < N - 1 && gap[j] >= level) j++;
   const double* tau = m.nodes.tau;
@@ -23,11 +31,10 @@ inline bool runs_deep(Modal& m, int foot, const Row& gap) {
 }
 
 // Sweeps for the smooth forces of the free feet from those of the first node, held constant; ``linear`` holds the outputs
-// without them. SETTLED, FAILED where the step is too long, STIFF where the film changes the gap by more than a fraction
-// of what changes the film.
-enum Settled { SETTLED, FAILED, STIFF };
+// without them. CONVERGED; FAILED where the step is too long; STIFF where the film is too stiff for sweeps.
+enum Convergence { CONVERGED, FAILED, STIFF };
 
-inline Settled start_sweeps(Modal& m, const StepClass& step, double t) {
+inline Convergence start_sweeps(Modal& m, const StepClass& step, double t) {
   const ContactMode& mode = *m.mode;
   const int feet = m.sizes.feet;
   for (int i : mode.free) {
@@ -39,7 +46,7 @@ inline Settled start_sweeps(Modal& m, const StepClass& step, double t) {
     const double gap = m.linear[i][0];
     if (m.laws.has(i, HAS_MOMENTUM)) {
       const double p = m.laws.momentum(i, gap), slope = m.laws.momentum_slope(i, gap, m.settings.probe);
-      if (std::fabs(slope * step.from_constant(i, i)[N - 1]) > 0.5) return STIFF;
+      if (std::fabs(slope * step.from_constant(i, i)[N - 1]) > STIFFNESS) return STIFF;
       m.room[i] = slope < 0.0 ? 2.0 * p / -slope : 0.0;
       m.values[i] = Row(m.strong ? m.film(i, gap) : p);
     }
@@ -47,8 +54,8 @@ inline Settled start_sweeps(Modal& m, const StepClass& step, double t) {
       m.values[feet + i] = Row(m.laws.force(i, gap, m.linear[feet + i][0], m.volts[i][0], t));
     }
   }
-  gather(m);
-  const std::vector<Row>& values = mode.shares() ? m.gathered : m.values;
+  collect_inputs(m);
+  const std::vector<Row>& values = mode.shares() ? m.collected : m.values;
   for (int o : mode.leading) {
     for (int i : m.pushing) m.outputs[o] += step.from_constant(o, i) * values[i][0];
   }
@@ -56,24 +63,24 @@ inline Settled start_sweeps(Modal& m, const StepClass& step, double t) {
   for (int i : mode.free) {
     if (m.room[i] > 0.0 && runs_deep(m, i, m.outputs[i])) return FAILED;
   }
-  return SETTLED;
+  return CONVERGED;
 }
 
-inline Settled sweeps(Modal& m, const StepClass& step, double t) {
-  const Settled started = start_sweeps(m, step, t);
-  if (started != SETTLED) return started;
-  const double tolerance = 0.05 * m.settings.gap;
+inline Convergence sweeps(Modal& m, const StepClass& step, double t) {
+  const Convergence started = start_sweeps(m, step, t);
+  if (started != CONVERGED) return started;
+  const double tolerance = CONVERGED_SHARE * m.settings.gap;
   double before = INF;
   for (int n = 0; n < SWEEPS; n++) {
     evaluate_laws(m, t, step.length);
     const double change = sweep(m, step);
     if (!std::isfinite(change)) return FAILED;
     if (change <= tolerance || (n > 0 && change * change <= tolerance * std::max(before - change, 0.0))) {
-      evaluate_laws(m, t, step.length);  // the momenta that flow on are those of the final gaps, or the ledger would drift
-      gather(m);
-      return SETTLED;
+      evaluate_laws(m, t, step.length);  // the momenta carried on must be those of the final gaps, or the ledger would drift
+      collect_inputs(m);
+      return CONVERGED;
     }
-    if (n > 2 && change > 0.7 * before) return FAILED;
+    if (n > 2 && change > SLOWEST * before) return FAILED;
     before = change;
   }
   return FAILED;
@@ -91,15 +98,16 @@ inline double drive_error(const Modal& m) {
   return error * m.per_drive;
 }
 
-// Least slope of a film's momentum over a step, where it goes one way: what a foot that hardly moves shows of it is rounding.
+// Least slope of a film's momentum over a step in which that is monotonous. The differences over a step of a foot that hardly moves
+// would be rounding.
 inline double least_slope(const Modal& m, int foot, const Row& gap) {
   const double first = m.laws.momentum_slope(foot, gap[0], m.settings.probe);
   return std::min(std::fabs(first), std::fabs(m.laws.momentum_slope(foot, gap[N - 1], m.settings.probe)));
 }
 
 // Estimated error of a step relative to what it may be. A stiff film holds the gap: an error of its momentum moves it by
-// no more than the film's own slope lets it. At half an oscillation a force has moved the gap nowhere by the end of the
-// step, so it is weighed where it moves it most.
+// no more than the film's own slope allows. After half an oscillation a force has not moved the gap at the end of the step, so it is
+// weighted by the largest motion of the gap at any node.
 inline double step_error(Modal& m, const StepClass& step) {
   double worst = 0.0;
   m.growth_before = m.growth_after = 1.0;
@@ -129,15 +137,15 @@ inline double step_error(Modal& m, const StepClass& step) {
   return std::max(worst * m.per_gap, drive_error(m));
 }
 
-// Gaps, pulls and rates with the smooth forces of the free feet, from ``linear``. False where they do not settle.
-inline bool settle_smooth(Modal& m, const StepClass& step, double t) {
+// Gaps, pulls and rates with the smooth forces of the free feet, from ``linear``. False where they do not converge.
+inline bool converge_smooth(Modal& m, const StepClass& step, double t) {
   const ContactMode& mode = *m.mode;
   const int feet = m.sizes.feet;
   const bool smooth = !m.acting.empty() && m.acting[0] < 2 * feet;
   if (smooth) {
-    Settled settled = sweeps(m, step, t);
-    if (settled == STIFF) settled = newton(m, step, t) ? SETTLED : FAILED;
-    if (settled != SETTLED) return false;
+    Convergence converged = sweeps(m, step, t);
+    if (converged == STIFF) converged = newton(m, step, t) ? CONVERGED : FAILED;
+    if (converged != CONVERGED) return false;
   } else {
     for (int i : mode.free) {
       m.room[i] = 0.0;
@@ -151,7 +159,7 @@ inline bool settle_smooth(Modal& m, const StepClass& step, double t) {
   return true;
 }
 
-// Collocate one step. Returns its error relative to what it may be, or UNSETTLED.
+// Collocate one step. Returns its error relative to what it may be, or NOT_CONVERGED.
 template <class S>
 TARSUS_APART double attempt(Modal& m, const StepClass& step, double t) {
   const ContactMode& mode = *m.mode;
@@ -161,10 +169,10 @@ TARSUS_APART double attempt(Modal& m, const StepClass& step, double t) {
     m.linear[i] = flowing_output<S>(m, step, i);
     if (mode.is_held[i] ? m.sizes.ways > 0 : m.rated) m.linear[feet + i] = flowing_output<S>(m, step, feet + i);
   }
-  const auto settle = [&] { return settle_smooth(m, step, t); };
-  if (m.rubbing.empty()) return settle() ? step_error(m, step) : UNSETTLED;
+  const auto converge = [&] { return converge_smooth(m, step, t); };
+  if (m.rubbing.empty()) return converge() ? step_error(m, step) : NOT_CONVERGED;
   m.flowing = m.linear;
-  return settle_friction(m, step, t, settle) ? step_error(m, step) : UNSETTLED;
+  return settle_friction(m, step, t, converge) ? step_error(m, step) : NOT_CONVERGED;
 }
 
 }  // namespace tarsus::modal

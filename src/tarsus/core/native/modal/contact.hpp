@@ -261,7 +261,7 @@ inline void turn_over(Modal& m, int foot, int departure, double t) {
 // Whether a foot put on the ground sticks there: once stopped it has nothing along the ground. If not, it slides whither it
 // moves.
 inline bool sticks_at_once(Modal& m, int foot) {
-  if (!m.rubs[foot]) return false;
+  if (!m.frictional[foot]) return false;
   const Mobilities<double> by = mobilities_of(m, foot);
   double rate = m.along(&ContactMode::slide_rate, foot);
   if (by.normal > 0.0) rate -= by.across / by.normal * m.rate_of(foot);
@@ -386,7 +386,7 @@ TARSUS_APART inline void release(Modal& m, int foot) {
   add_film_momenta(m);
   turn_over(m, foot, FROM_REST, t);
   m.feet[foot].sense = 0.0;
-  if (m.rubs[foot]) m.jammed = pull_beside_friction(m, foot) < -CLOSE * force_parts(m, foot);
+  if (m.frictional[foot]) m.jammed = pull_beside_friction(m, foot) < -CLOSE * force_parts(m, foot);
   leave_mode(m, foot, false);
 }
 

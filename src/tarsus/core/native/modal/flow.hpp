@@ -4,7 +4,7 @@
 
 namespace tarsus::modal {
 
-// What state and drives make of an output at the nodes of a step.
+// The part of an output at the nodes of a step that state and drives make.
 template <class S>
 TARSUS_INLINE Row flowing_output(const Modal& m, const StepClass& step, int output) {
   const int ns = S::stride(m.sizes.stride), nb = S::COUNT * S::WIDTH == 2 ? 2 : m.mode->blocks_used;

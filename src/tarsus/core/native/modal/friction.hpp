@@ -390,7 +390,7 @@ inline Braking<Real> braking(const Mobilities<Real>& by, const Real& speed, cons
 template <class M>
 inline Braking<typename M::Real> braking_of(M& m, int foot, const typename M::Real& speed, const typename M::Real& after) {
   typedef typename M::Real Real;
-  if (!m.rubs[foot]) return {Real(0.0), Real(0.0)};
+  if (!m.frictional[foot]) return {Real(0.0), Real(0.0)};
   const Real along = m.along(&ContactMode::slide_rate, foot), change = speed + after;
   const Real ratio = m.laws.friction(foot, change, Real(0.0), magnitude(along)) / change;
   return braking(mobilities_of(m, foot), speed, after, along, ratio);

@@ -74,7 +74,8 @@ TARSUS_INLINE Row powers_to_seven(double x) {
   return (one * x + (1.0 - one)) * (two * x2 + (1.0 - two)) * (four * x4 + (1.0 - four));
 }
 
-// The margin of one event as a function of s on the step at hand: an output, or of a held foot what holds it less an output.
+// The margin of one event as a function of s on the present step: an output, or for a held foot the strength that holds it less an
+// output.
 struct Margin {
   const Modal& m;
   int event, foot, rows;
@@ -120,7 +121,7 @@ struct Margin {
     return m.laws.friction(foot, breaking - value_of(m.pull_line, s), m.laws.strength(foot, t + s * h - m.feet[foot].since), 0.0);
   }
   double operator()(int first, double s) const { return held ? holds(s) - output(first, s) : output(first, s); }
-  // By a central difference what holds a held foot.
+  // The slope of the strength that holds a foot is taken by a central difference.
   double slope(int first, double s) const {
     double out;
     output(first, s, out);
@@ -141,8 +142,8 @@ struct Margin {
     return sum / (d01 * d02 * d03 * d12 * d13 * d23);
   }
 
-  // Zero in [a, b], f(a) > 0 > f(b): Newton's method kept inside the bracket. What holds against the pull hardly bends
-  // within the bracket: its slope is that of its chord.
+  // Zero in [a, b], f(a) > 0 > f(b): Newton's method kept inside the bracket. The strength against the pull hardly bends within
+  // the bracket: its slope is that of its chord.
   double root(int first, double a, double b, double fa, double fb, double guess) const {
     const double chord = !held ? 0.0 : straight ? gain : (holds(b) - holds(a)) / (b - a);
     double s = a < guess && guess < b ? guess : b - fb * (b - a) / (fb - fa), last = 1.0;
@@ -157,9 +158,9 @@ struct Margin {
       if (!(a <= after && after <= b)) after = 0.5 * (a + b);
       const double change = std::fabs(after - s);
       // the rounding of the polynomial; or convergence is quadratic, and the next change would be (change / last)^2 of this
-      const bool settled = change <= 1e-15 * b || (change < 1e-10 && change > 0.25 * last);
+      const bool converged = change <= 1e-15 * b || (change < 1e-10 && change > 0.25 * last);
       const bool quadratic = last < 1e-2 && change < 1e-2 * last;
-      if (settled || (quadratic && change * change * change <= 1e-17 * last * last)) return after;
+      if (converged || (quadratic && change * change * change <= 1e-17 * last * last)) return after;
       last = change;
       s = after;
     }
@@ -189,8 +190,8 @@ struct Margin {
     value = (*this)(first, s);
   }
 
-  // Power, ``from`` at least, that leads the rise of a foot let go at s = 0: a coefficient at rounding level of the others is none. A pull
-  // that only just outgrows its hold leaves no acceleration to start with: the foot rises with s^3.
+  // Lowest power of s, ``from`` at least, in the rise of a foot released at s = 0: a coefficient at rounding level of the others counts
+  // as zero. Where the pull has only just exceeded the strength there is no acceleration at first: the foot rises with s^3.
   int lowest_power(int from, int terms, double b) const {
     int first = from;
     double size = 0.0, power = 1.0;
@@ -229,7 +230,7 @@ struct Margin {
       }
       if (!(fb < -zero)) continue;
       if (first > 0) {
-        fa = m.line[first];  // it never rises where that is negative
+        fa = m.line[first];  // where that is negative the foot never rises
         fb = output(first, b);
         if (fb >= 0.0) return b;
       }
@@ -245,7 +246,7 @@ struct Located {
   double s = 2.0;
 };
 
-// The margin's output along the ground: whither the foot slides, or is pulled.
+// The margin's output along the ground, in the direction in which the foot slides or is pulled.
 TARSUS_APART inline void expand_along(Modal& m, const StepClass& step, const Margin& margin) {
   const int feet = m.sizes.feet, foot = margin.foot;
   expand_output(m, step, feet + foot, margin.rows, m.line);
@@ -268,10 +269,10 @@ TARSUS_INLINE Margin expanded(Modal& m, const StepClass& step, int event, double
   return margin;
 }
 
-// Of events that come together the first in the order of their feet, of a foot that it leaves the ground: those whose margin is zero,
-// as far as it is known, when that of the first one is.
+// Of simultaneous events the first in the order of the feet, and of one foot's that it leaves the ground. Simultaneous are events
+// whose margin is zero, within rounding, at the time of the earliest one.
 inline int first_in_order(Modal& m, const StepClass& step, double t, const Located& at, int terms) {
-  constexpr double APART = 1e-6;  // of a step: farther apart no two are together
+  constexpr double APART = 1e-6;  // part of a step: events farther apart are not simultaneous
   const int feet = m.sizes.feet;
   for (int i = 0; i <= at.foot; i++) {
     for (int e = i; e < m.events() && e != at.event; e += feet) {
@@ -282,7 +283,8 @@ inline int first_in_order(Modal& m, const StepClass& step, double t, const Locat
   return at.event;
 }
 
-// Whether nothing pulls a foot along the ground that it could slide by: what friction bears passes 0 because it is about to leave.
+// Whether there is no force along the ground by which a foot could slide: the friction bound passes 0 because the foot is about to
+// leave.
 inline bool nothing_along(const Modal& m, const Margin& margin, double s) {
   return std::fabs(margin.output(0, s)) <= no_margin(m, margin.foot) + ROUNDING * force_parts(m, m.sizes.feet + margin.foot);
 }

@@ -54,7 +54,7 @@ inline double largest_row(double x, double y, const Matrix2* matrices, int count
   return out;
 }
 
-// How far outputs can go for ever under constant inputs, from y' = T y + inputs now: c y(t) = c y - c T^-1 y' +
+// Bounds of outputs at all later times under constant inputs, from y' = T y + inputs now: c y(t) = c y - c T^-1 y' +
 // c T^-1 exp(T t) y'. level is c T^-1, and sway the largest norm of c T^-1 exp(T t) in each block, infinite for one without
 // a place of rest.
 inline void fill_levels(ContactMode& mode) {
@@ -84,7 +84,7 @@ inline void fill_levels(ContactMode& mode) {
   }
 }
 
-// What of a contact mode is the same for all its steps: rate, terms, and the tables for landing.
+// The data of a contact mode that are the same for all its steps: rate, terms, and the tables for events inside a step.
 inline void finish_mode(ContactMode& mode, const std::vector<double>& lengths) {
   const Sizes& sizes = mode.sizes;
   const int ns = sizes.stride, ni = sizes.inputs();
@@ -173,7 +173,7 @@ inline Duhamel doubled(Duhamel& half, const ContactMode& mode, const Nodes& node
   return out;
 }
 
-// Bound of what an output does between two nodes beyond their chord, per |y'| of a block. With z = y', which flows by
+// Bound of an output's deviation from the chord of two nodes, per |y'| of a block. With z = y', which flows by
 // exp(T t) under constant inputs, that is at most sup |c T exp(T t)| d^2 / 8 |z| over a spacing d, and at most
 // 2 sup |c T^-1 exp(T t)| |z|.
 inline void fill_envelope(StepClass& step, const ContactMode& mode, const Nodes& nodes, double spacing) {
@@ -201,7 +201,7 @@ inline void fill_envelope(StepClass& step, const ContactMode& mode, const Nodes&
   }
 }
 
-// What inputs do to the state over [0, tau_j h], and at the end of the step, and with that to the outputs.
+// Effect of inputs on the state over [0, tau_j h] and at the end of the step, and with it on the outputs.
 inline void fill_inputs(StepClass& step, const ContactMode& mode, Duhamel& phi, const Quadrature& q) {
   const Sizes& sizes = mode.sizes;
   const int ns = sizes.stride, ni = sizes.inputs(), nb = mode.blocks_used;
@@ -233,7 +233,7 @@ inline void fill_inputs(StepClass& step, const ContactMode& mode, Duhamel& phi, 
   }
 }
 
-// What a unit of every source does over [0, tau_j h]: the state at the end, and the outputs.
+// Effect of a unit of every source over [0, tau_j h]: the state at the end, and the outputs.
 inline void fill_bias(StepClass& step, const ContactMode& mode, Duhamel& phi) {
   const Sizes& sizes = mode.sizes;
   const int ns = sizes.stride, nb = mode.blocks_used;

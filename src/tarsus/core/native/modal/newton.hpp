@@ -5,7 +5,10 @@
 
 namespace tarsus::modal {
 
-constexpr int ITERATIONS = 40;
+constexpr int ITERATIONS = 40, HALVINGS = 12;  // Newton steps at most, and how often each may be halved
+// Share of the tolerance of a gap below which sweeps and Newton steps change it once they have converged: the rest of the tolerance is
+// for the truncation of the step.
+constexpr double CONVERGED_SHARE = 0.05;
 
 // Nodal momentum and force of every free foot from the nodal gaps and gap rates.
 inline void evaluate_laws(Modal& m, double t, double h) {
@@ -21,19 +24,20 @@ inline void evaluate_laws(Modal& m, double t, double h) {
   }
 }
 
-// Smooth inputs that move the structure as all of them do: of the leading feet alone where the others' are sums of theirs.
-inline void gather(Modal& m) {
+// Collect the smooth inputs of all feet in those of the leading feet, where the other feet's gaps are sums of the leading ones': the
+// structure moves as under all of them.
+inline void collect_inputs(Modal& m) {
   if (!m.mode->shares()) return;
   const int feet = m.sizes.feet, lead = int(m.mode->leading.size());
-  for (int i : m.pushing) m.gathered[i] = Row(0.0);
+  for (int i : m.pushing) m.collected[i] = Row(0.0);
   for (int i : m.acting) {
     if (i >= 2 * feet) break;
     const double* share = m.mode->spanned + i % feet * lead;
-    for (int l = 0; l < lead; l++) m.gathered[m.mode->leading[l] + (i < feet ? 0 : feet)] += m.values[i] * share[l];
+    for (int l = 0; l < lead; l++) m.collected[m.mode->leading[l] + (i < feet ? 0 : feet)] += m.values[i] * share[l];
   }
 }
 
-// What the smooth forces do to the pull on a held foot: what of them moves nothing is carried there as well.
+// Effect of the smooth forces on the pull of a held foot, which carries the parts of them that move nothing, too.
 inline Row effect_on_held(const Modal& m, const StepClass& step, int output) {
   Row sum = Row(0.0);
   for (int i : m.acting) {
@@ -43,15 +47,15 @@ inline Row effect_on_held(const Modal& m, const StepClass& step, int output) {
   return sum;
 }
 
-// What the smooth forces do to an output of a free foot at the nodes, once gathered.
+// Effect of the smooth forces, once collected, on an output of a free foot at the nodes.
 inline Row smooth_effect(const Modal& m, const StepClass& step, int output) {
-  const std::vector<Row>& values = m.mode->shares() ? m.gathered : m.values;
+  const std::vector<Row>& values = m.mode->shares() ? m.collected : m.values;
   Row sum = Row(0.0);
   for (int i : m.pushing) sum += combine(step.from_input(output, i), values[i]);
   return sum;
 }
 
-// Let outputs follow those of the leading feet: gaps, or (first = feet) gap rates.
+// Find outputs of the other feet from those of the leading ones: gaps, or (first = feet) gap rates.
 inline void follow_leading(Modal& m, int first) {
   const ContactMode& mode = *m.mode;
   if (!mode.shares()) return;
@@ -71,7 +75,7 @@ inline double sweep(Modal& m, const StepClass& step) {
   const int feet = m.sizes.feet;
   double change = 0.0;
   bool fine = true;
-  gather(m);
+  collect_inputs(m);
   for (int i : m.mode->leading) {
     const Row gap = m.linear[i] + smooth_effect(m, step, i), moved = magnitude(gap - m.outputs[i]);
     change = std::max(change, highest(moved));
@@ -87,7 +91,7 @@ inline double sweep(Modal& m, const StepClass& step) {
 // Largest misfit [m] of the leading feet's nodal gaps, which stay as they are.
 inline double misfit_of(Modal& m, const StepClass& step) {
   double misfit = 0.0;
-  gather(m);
+  collect_inputs(m);
   for (int i : m.mode->leading) {
     misfit = std::max(misfit, highest(magnitude(m.linear[i] - m.outputs[i] + smooth_effect(m, step, i))));
   }
@@ -105,8 +109,8 @@ inline Row input_slope(const Modal& m, int input, double t, double h) {
   return slope / (2.0 * probe);
 }
 
-// Take off the matrix what an input of the leading foot number ``from`` does to all of them, per unit of the gap of number
-// ``by`` that it changes with by ``slope``.
+// Subtract from the matrix the effect of an input on all leading feet, per unit of the gap of leading foot number ``by``, with which
+// the input changes by ``slope``.
 inline void subtract_slope(Modal& m, const StepClass& step, int width, int input, int by, const Row& slope) {
   const std::vector<int>& leading = m.mode->leading;
   for (int o = 0; o < int(leading.size()); o++) {
@@ -158,9 +162,9 @@ inline void assemble(Modal& m, const StepClass& step, double t, int width) {
 inline bool newton(Modal& m, const StepClass& step, double t) {
   const std::vector<int>& leading = m.mode->leading;
   const int size = int(leading.size()) * N, width = size + 2;  // the last column keeps where a step starts
-  const double tolerance = 0.05 * m.settings.gap;
+  const double tolerance = CONVERGED_SHARE * m.settings.gap;
   m.matrix.resize(size_t(size) * width);
-  bool settled = false;
+  bool converged = false;
   for (int i : m.mode->free) m.outputs[i] = Row(m.linear[i][0]);
   for (int n = 0; n < ITERATIONS; n++) {
     evaluate_laws(m, t, step.length);
@@ -179,7 +183,7 @@ inline bool newton(Modal& m, const StepClass& step, double t) {
     }
     if (!std::isfinite(change) || !std::isfinite(sum)) return false;
     double damp = 1.0;
-    for (int d = 0; d < 12; d++, damp *= 0.5) {
+    for (int d = 0; d < HALVINGS; d++, damp *= 0.5) {
       for (int r = 0; r < size; r++) {
         m.outputs[leading[r / N]].set(r % N, m.matrix[r * width + size + 1] + damp * m.matrix[r * width + size]);
       }
@@ -187,12 +191,12 @@ inline bool newton(Modal& m, const StepClass& step, double t) {
       evaluate_laws(m, t, step.length);
       if (change * damp <= tolerance || misfit_of(m, step) < misfit) break;
     }
-    // what a strong film's gaps leave open its momenta magnify: once more, which squares it
-    if (change * damp <= tolerance && (settled || !m.strong)) {
-      gather(m);
+    // the momenta of a strong film magnify the remaining error of its gaps: one more step, which squares that error
+    if (change * damp <= tolerance && (converged || !m.strong)) {
+      collect_inputs(m);
       return true;
     }
-    settled = change * damp <= tolerance;
+    converged = change * damp <= tolerance;
   }
   return false;
 }

@@ -56,7 +56,7 @@ TARSUS_APART inline bool newton_one(const OneFoot& foot, const double* effect, c
     if (any_not_below(magnitude(rest), Row(1e300))) return false;
     const Row from = gap;
     double damp = 1.0;
-    for (int d = 0; d < 12; d++, damp *= 0.5) {
+    for (int d = 0; d < HALVINGS; d++, damp *= 0.5) {
       gap = from + rest * damp;
       inverse = 1.0 / (gap + foot.thickness);
       film = foot.half * inverse * inverse;
@@ -67,7 +67,7 @@ TARSUS_APART inline bool newton_one(const OneFoot& foot, const double* effect, c
   return false;
 }
 
-// linear + sum_j rows[j] x[j] in four short chains: what a sweep waits for. Rows of a table and the values at the nodes, or
+// linear + sum_j rows[j] x[j] in four short chains, since each sweep waits for the result. Rows of a table and the values at the nodes, or
 // for eight runs at once numbers of a table and rows of values.
 template <class Table, class Values>
 TARSUS_INLINE Row combined(const Row& linear, const Table& rows, const Values& x) {
@@ -82,7 +82,7 @@ TARSUS_INLINE Row film_after(const Row& film, const Row& inverse, const Row& cha
   return film * (1.0 + x * (3.0 * x - 2.0));
 }
 
-// A change of the gap by this part of what the film is inverse to: its momentum follows by the series above to 4e-6 of itself.
+// For a change of the gap by this part of g + g0 the series above has the momentum to 4e-6 of itself.
 constexpr double SLIGHT = 0.01;
 
 // Sweeps for the nodal gaps from those under the first node's film, held constant; reach: how far a unit of momentum moves
@@ -111,7 +111,7 @@ TARSUS_INLINE bool sweep_one(const OneFoot& foot, const double* effect, const Ro
       film = scaled * inverse;
       return true;
     }
-    if (n > 2 && most > 0.7 * before) return false;
+    if (n > 2 && most > SLOWEST * before) return false;
     before = most;
   }
   return false;
@@ -120,7 +120,7 @@ TARSUS_INLINE bool sweep_one(const OneFoot& foot, const double* effect, const Ro
 // The gaps where the film is too stiff for sweeps.
 TARSUS_INLINE bool solve_stiff(Modal& m, const OneFoot& foot, const StepClass& step, double t, const Row& linear, Row& gap,
                                Row& film) {
-  if (newton_one(foot, step.from_input(0, 0), linear, 0.05 * m.settings.gap, gap, film)) return true;
+  if (newton_one(foot, step.from_input(0, 0), linear, CONVERGED_SHARE * m.settings.gap, gap, film)) return true;
   m.linear[0] = linear;
   if (!newton(m, step, t)) return false;
   gap = m.outputs[0];
@@ -128,29 +128,26 @@ TARSUS_INLINE bool solve_stiff(Modal& m, const OneFoot& foot, const StepClass& s
   return true;
 }
 
-// A film changes the gap by more than this share of what changes the film: too stiff for sweeps.
-constexpr double STIFFNESS = 0.5;
-
 template <class S>
 TARSUS_INLINE double attempt_free(Modal& m, const OneFoot& foot, const StepClass& step, double t) {
   m.drive(t, step.length);
   const Row linear = flowing_output<S>(m, step, 0), constant = step.from_constant(0, 0);
   const double *effect = step.from_input(0, 0), last = step.node_constant[N - 1];
-  const double first = linear[0], height = first + foot.thickness, tolerance = 0.05 * m.settings.gap;
+  const double first = linear[0], height = first + foot.thickness, tolerance = CONVERGED_SHARE * m.settings.gap;
   if (!(m.film_now >= 0.0)) m.film_now = foot.half / (height * height);
   m.linear[0] = linear;
   m.room[0] = 0.0;
   Row gap, film;
   if (2.0 * m.film_now * std::fabs(last) > STIFFNESS * std::fabs(height)) {
-    if (!solve_stiff(m, foot, step, t, linear, gap, film)) return UNSETTLED;
+    if (!solve_stiff(m, foot, step, t, linear, gap, film)) return NOT_CONVERGED;
   } else {
     gap = linear + constant * m.film_now;
     if (foot.half > 0.0 && any_less(gap, Row(first - DEEP * height))) {
       m.room[0] = height;
       runs_deep(m, 0, gap);
-      return UNSETTLED;
+      return NOT_CONVERGED;
     }
-    if (!sweep_one(foot, effect, linear, tolerance, step.reach[0], gap, film)) return UNSETTLED;
+    if (!sweep_one(foot, effect, linear, tolerance, step.reach[0], gap, film)) return NOT_CONVERGED;
   }
   m.outputs[0] = gap;
   m.values[0] = film;
@@ -174,7 +171,7 @@ TARSUS_INLINE double attempt_held(Modal& m, const OneFoot& foot, const StepClass
   return drive_error(m);
 }
 
-// Whether the foot may have its event by a bound of what its margin does between nodes.
+// Whether the foot may have its event, by a bound of its margin's deviation from a straight line between nodes.
 inline Scan scan_bounded(Modal& m, double bound, double limit) {
   const bool held = m.mode->is_held[0];
   const double* margin = reinterpret_cast<const double*>(&m.margin[0]);

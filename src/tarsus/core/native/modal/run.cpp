@@ -24,7 +24,7 @@ struct Begun : ModalSystem<S> {
       if (start.held[i]) {
         on.toggle(i);
         foot.since = start.since[i];
-        if (this->rubs[i]) begin_along(run, i, on);
+        if (this->frictional[i]) begin_along(run, i, on);
       } else {
         foot.parted = start.time;
         if (start.leaving[i]) foot.departure = FROM_REST;
@@ -46,8 +46,8 @@ struct Begun : ModalSystem<S> {
   }
 };
 
-// Where the last run ended. What a step has left of its momenta shows the velocities at its end: they do not jump once more where
-// no step follows.
+// Where the last run ended. The momenta at the end of the last step determine the velocities there: they do not jump once more, as no
+// step follows.
 void note_end(Modal& m, ModalResult& out) {
   if (!m.entering) {
     if (m.settings.record && !m.trace.empty()) {

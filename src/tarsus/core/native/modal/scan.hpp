@@ -1,15 +1,15 @@
-// Whether a foot may have an event inside a step: touchdown of a free one, break-off of a held one, slip and stick.
+// Whether a foot may have an event inside a step: touchdown of a free one, detachment of a held one, slip and stick.
 //
-// Each foot has a margin that is positive while nothing happens: the gap of a free foot; of a held one the strength of its
+// Each foot has a margin that is positive until its event: the gap of a free foot; of a held one the strength of its
 // contact less the structure's pull and its own smooth force. A foot that has just left the ground starts at zero. Along the
-// ground a foot that slides has its rate, whither it slides; one that sticks has two, what friction bears less what pulls it
-// forward and backward. Margins lie kind by kind (see Modal::events), those of the ground first.
+// ground a foot that slides has its rate in the direction of sliding; one that sticks has two, the largest friction force less the
+// pull forward and backward. Margins lie kind by kind (see Modal::events), those of the ground first.
 #pragma once
 #include "modal/friction.hpp"
 
 namespace tarsus::modal {
 
-// Below which an event's margin is zero.
+// Bound below which an event's margin counts as zero.
 inline double no_event(const Modal& m, int event) {
   const int feet = m.sizes.feet, foot = event % feet;
   if (event < feet) return no_margin(m, foot);
@@ -18,8 +18,8 @@ inline double no_event(const Modal& m, int event) {
   return no_margin(m, foot) + ROUNDING * (force_parts(m, feet + foot) + steepest);
 }
 
-// Node intervals in which an event may lie before the scaled time ``limit``; bound: what its margin may do between two nodes
-// beyond their chord; departure: how the foot begins the step. Returns whether there is any.
+// Node intervals in which an event may lie before the scaled time ``limit``; bound: of its margin's deviation from the chord
+// of two nodes; departure: how the foot begins the step. Returns whether there is any.
 inline bool find_doubt(const Modal& m, int event, const double* margin, double bound, double limit, int departure, Doubt& doubt) {
   const double* tau = m.nodes.tau;
   doubt = Doubt();
@@ -46,11 +46,14 @@ inline bool find_doubt(const Modal& m, int event, const double* margin, double b
   return doubt.last > 0;
 }
 
-// True where what lies between the nodes could hide more than 1e-4 of a new highest gap.
+// Part of a new highest gap that the nodes may miss: a highest gap is reported, and decides nothing.
+constexpr double MISSED_PEAK = 1e-4;
+
+// Whether the gap between the nodes could exceed theirs by more than that part of a new highest gap.
 inline bool hides_peak(const Modal& m, int foot, double bound, double limit) {
   double top = 0.0;
   for (int j = 0; j < N && m.nodes.tau[j] <= limit; j++) top = std::max(top, m.outputs[foot][j]);
-  return bound > 1e-4 * top && top + bound > m.feet[foot].apex.gap;
+  return bound > MISSED_PEAK * top && top + bound > m.feet[foot].apex.gap;
 }
 
 struct Scan {
@@ -60,7 +63,7 @@ struct Scan {
   double far = 0.0;     // end of the last one, in scaled time
 };
 
-// Note an event's margin with the bound of what it does between nodes.
+// Note the intervals in which an event may lie, by its margin and the bound of that between nodes.
 inline void look(Modal& m, int event, double bound, double limit, int departure, Scan& out) {
   Doubt& doubt = m.doubts[event];
   if (!find_doubt(m, event, reinterpret_cast<const double*>(&m.margin[event]), bound, limit, departure, doubt)) return;
@@ -69,7 +72,8 @@ inline void look(Modal& m, int event, double bound, double limit, int departure,
   out.far = std::max(out.far, m.nodes.tau[doubt.last]);
 }
 
-// The margins of a foot along the ground; bounds: what its pull, and what it does along, may do between nodes.
+// The margins of a foot along the ground; of_pull, of_along: bounds, between nodes, of its
+// pull and of its motion or force along the ground.
 inline void look_along(Modal& m, const StepClass& step, int foot, double t, double of_pull, double of_along, double limit, Scan& out) {
   const int feet = m.sizes.feet, forward = feet + foot, backward = 2 * feet + foot;
   m.margin[forward] = m.margin[backward] = Row(0.0);

@@ -1,4 +1,4 @@
-// What a run by contact modes carries from step to step, and the rows a step works on.
+// The state of a run by contact modes from step to step, and the rows of the present step.
 #pragma once
 #include "laws/laws.hpp"
 #include "march/grip.hpp"
@@ -11,20 +11,21 @@
 namespace tarsus::modal {
 
 // How a free foot begins a step. At the ground its gap starts at zero and rises with the first power of time after a
-// bounce, with a higher one after a release; DUE: at the ground, its impact waits until another foot is let go.
+// bounce, with a higher one after a release; DUE: at the ground, its impact is applied after the release of another foot.
 enum Departure { DUE = -1, UNDER_WAY = 0, RISING = 1, FROM_REST = 2 };
 
 struct Foot : Grip<double> {
   double from = 0.0, base = 0.0;  // gap [m] at which its film's momentum counts as 0, and what it is there [N s]
-  double momentum = 0.0;  // [N s] of its film as the last step has left it
-  double jumped = 0.0;    // and as the gap has it, with which the next step begins
-  double left = -INF;  // [s] when its pull last outgrew one
+  double momentum = 0.0;  // [N s] of its film at the end of the last step, by the polynomial of that step
+  double jumped = 0.0;    // and by the gap, with which the next step begins
+  double left = -INF;  // [s] when its pull last exceeded the strength of a contact
   double rose = 0.0;   // [s] when it last came to the ground or left it
-  double speeds = 0.0, places = 0.0;  // [m/s], [m] the most that has added up to its rate and its gap at this moment
+  double speeds = 0.0, places = 0.0;  // [m/s], [m] largest sums of the sizes of the terms of its rate and gap at this time
   double slides = 0.0;                // [m/s] and to its rate along the ground
   int low = 0;         // flights in a row that are lost in the error of a step
   int departure = UNDER_WAY;
-  // along the ground: where it sticks [m]; whither it slides (+-1), 0 without friction; how a slide begins, as a departure
+  // along the ground: the place at which it sticks [m]; the direction in which it slides (+-1), 0 without friction; how a slide begins,
+  // as a Departure
   double place = 0.0, sense = 0.0;
   int slide = UNDER_WAY;
   Apex apex;
@@ -37,16 +38,16 @@ struct Doubt {
   double at = 2.0, zero = 0.0;
 };
 
-// What was refused where a run tried longer steps than its last: what an error of h^9 promises is not there where a film bends
-// within a step, or where a foot hovers so that no long step can tell whether it lands. Each time that it is refused again, twice
-// as many steps pass before it is tried.
+// Longer steps that were rejected. The estimate of the next step's error assumes a truncation that goes with h^9, which fails where a
+// film bends within a step, and where a foot hovers so close to the ground that a long step cannot exclude a landing. Each time that
+// a longer step is rejected again, twice as many steps pass before the next trial.
 struct Refused {
-  static constexpr int MOST = 31;
+  static constexpr int MOST_WAIT = 31;
   int k = -1, wait = 0, left = 0, since = 0;  // the shortest class refused; steps to wait, and left of them; steps since then
 
   void refuse(int by) {
     const bool again = k >= 0 && since <= 2 * wait + 2;
-    wait = again ? std::min(2 * wait + 1, MOST) : 0;
+    wait = again ? std::min(2 * wait + 1, MOST_WAIT) : 0;
     k = again ? std::max(k, by) : by;
     left = wait;
     since = 0;
@@ -80,7 +81,7 @@ struct Modal {
   BiasMode* bias = nullptr;                            // what rest gaps and gravity do in it
   const BiasStep* bias_step = nullptr;                 // and in the step being made
   int step_class = 0;
-  int last_launch = 0;     // class that the film let pass at the last start
+  int last_launch = 0;     // class that the film allowed at the last start
   bool launching = false;  // the first step in a contact mode
   Refused refused;
   bool check = true;       // contacts may be due at this very moment
@@ -95,16 +96,16 @@ struct Modal {
   std::vector<int> acting;        // inputs that act in this contact mode: smooth forces of free feet, drives
   std::vector<int> inputs;        // the same, then friction of feet that slide, and the places of those that stick
   std::vector<int> rubbing;       // feet that slide with friction
-  std::vector<uint8_t> rubs;      // whether a foot knows its way along the ground, and friction bears something
-  int stopping = -1;              // a foot that has come to a stop in its slide, and sticks now, unless more pulls it on
-  bool jammed = false;            // friction has no answer: see modal/friction.hpp
+  std::vector<uint8_t> frictional;  // whether a foot has a direction along the ground, and a friction that is not zero
+  int stopping = -1;              // a foot that has come to a stop in its slide, and sticks now unless the pull exceeds its friction
+  bool jammed = false;            // friction has no solution: see modal/friction.hpp
   std::vector<double> room;       // of a foot to where its film is infinite [m]; negative: see runs_deep
   std::vector<double> gaps;       // [m]
   std::vector<Doubt> doubts;
   double film_now = NOT_A_NUMBER;  // one foot's film at the start of the step, where the last one has left it
   double noted = -INF;             // [s] the moment of `Foot::speeds`
-  double jumped = 0.0;             // [J] what films will have done as their momenta jump: see end_record
-  double rounding = 0.0;           // [m] of the gaps of feet in strong films, which is no error of a step
+  double jumped = 0.0;             // [J] work of the films as their momenta jump: see end_record
+  double rounding = 0.0;           // [m] of the gaps of feet in strong films, excluded from the error of a step
   double growth_before = 1.0, growth_after = 1.0;  // of the smooth force that makes the error, over the step
   bool steady = true;                              // drives and volts are constant over the step
   int64_t filled = -1;                             // state of the player for which they hold constants
@@ -119,9 +120,9 @@ struct Modal {
   int degree = 1;
 
   std::vector<double> matrix;  // of Newton's method
-  // Where feet follow others (see ContactMode::leading): the smooth inputs of those others with all shares of them, and room to
-  // work in; in every contact mode the inputs that sweeps go through, and whether any asks for gap rates.
-  std::vector<Row> gathered, moved, slopes;
+  // Where feet follow others (see ContactMode::leading): the smooth inputs of the leading feet with the shares of all others, and work
+  // space; in every contact mode the inputs that sweeps go through, and whether a law of any takes gap rates.
+  std::vector<Row> collected, moved, slopes;
   std::vector<int> pushing;
   bool rated = false;
 
@@ -130,22 +131,25 @@ struct Modal {
         biases(sizes, b.classes()), physical(2 * sizes.coordinates), from_offset(2 * sizes.coordinates),
         values(sizes.inputs(), Row(0.0)),
         volts(sizes.feet, Row(0.0)), linear(2 * sizes.feet, Row(0.0)), outputs(2 * sizes.feet, Row(0.0)),
-        margin(events(), Row(0.0)), constant(sizes.inputs(), 0), rubs(sizes.feet, 0), room(sizes.feet), gaps(sizes.feet),
+        margin(events(), Row(0.0)), constant(sizes.inputs(), 0), frictional(sizes.feet, 0), room(sizes.feet), gaps(sizes.feet),
         doubts(events()), per_gap(1.0 / s.gap), per_drive(1.0 / s.drive), powers(sizes.inputs(), Row(0.0)), shares(sizes.inputs(), Row(0.0)),
-        volt_powers(sizes.feet, Row(0.0)), gathered(2 * sizes.feet, Row(0.0)), moved(sizes.feet, Row(0.0)), memory_(4 * rows(), Row(0.0)), state_(numbers(0)), ahead_(numbers(1)),
+        volt_powers(sizes.feet, Row(0.0)), collected(2 * sizes.feet, Row(0.0)), moved(sizes.feet, Row(0.0)), memory_(4 * rows(), Row(0.0)), state_(numbers(0)), ahead_(numbers(1)),
         chain_(numbers(2)) {
-    for (int j = 1; j < N; j++) chord[j] = (n.tau[j] - n.tau[j - 1]) * (n.tau[j] - n.tau[j - 1]) / (0.2092 * 0.2092);
+    constexpr double WIDEST_INTERVAL = 0.2092;  // of the node intervals, in scaled time
+    for (int j = 1; j < N; j++) {
+      chord[j] = (n.tau[j] - n.tau[j - 1]) * (n.tau[j] - n.tau[j - 1]) / (WIDEST_INTERVAL * WIDEST_INTERVAL);
+    }
     values[sizes.last()] = Row(1.0);
     constant[sizes.last()] = 1;
   }
 
-  // Events that feet may have: of every foot that it reaches or leaves the ground, and then, where feet know their way along it,
+  // Number of event functions: for every foot that it reaches or leaves the ground, and then, where feet have a direction along it,
   // that it slides forward or stops, and that it slides backward.
   int events() const { return sizes.feet + 2 * sizes.ways; }
 
-  // Whether a foot's pull has outgrown what held it at this very moment.
   // Age [s] that a contact of a foot would begin with now.
   double age_brought(int foot) const { return feet[foot].brought(laws, foot, clock.time); }
+  // Whether a foot's pull has exceeded the strength of its contact at the present time.
   bool just_let_go(int foot) const { return clock.time - feet[foot].left <= settings.least_progress; }
 
   // Flowing state (2 stride): the modal state less beta P of the film momenta; and the one at the end of a step.
@@ -155,7 +159,7 @@ struct Modal {
   TARSUS_INLINE double* chain() { return chain_; }  // room for two states
   void accept() { std::swap(state_, ahead_); }
 
-  // A step of one class in the contact mode a run is in, and what rest gaps and gravity do in it.
+  // A step of one class in the present contact mode, with the effect of rest gaps and gravity in it.
   TARSUS_INLINE const StepClass& take_class(int k) {
     const StepClass& step = book.step(*mode, k);
     bias_step = &biases.of(*bias, step);
@@ -167,14 +171,14 @@ struct Modal {
 
   double along(const double* rows, int row) const { return dot(rows + row * sizes.state(), state()); }
   double gap_of(int foot) const { return along(mode->outputs, foot) + bias->feed[foot] + of_places(foot); }
-  // What the places where feet stick do to an output.
+  // Effect of the places at which feet stick on an output.
   double of_places(int output) const {
     double sum = 0.0;
     for (int k : mode->stuck) sum += mode->feed[output * sizes.inputs() + sizes.feet + k] * feet[k].place;
     return sum;
   }
   double rate_of(int foot) const { return along(mode->outputs, sizes.feet + foot); }
-  // Sizes of what adds up to a row times the state.
+  // Sum of the sizes of the terms of a row times the state.
   double parts(const double* rows, int row) const {
     const double *r = rows + row * sizes.state(), *w = state();
     double even = 0.0, odd = 0.0;  // state() is even
@@ -186,8 +190,8 @@ struct Modal {
   }
   double gap_parts(int foot) const { return parts(mode->outputs, foot) + std::fabs(bias->feed[foot]); }
   double rate_parts(int foot) const { return parts(mode->outputs, sizes.feet + foot); }
-  // Note what adds up to the gaps and rates of the free feet: of that an impact, or another contact mode, leaves rounding. A foot
-  // alone is not looked at again before it has moved on.
+  // Note the sums of the sizes of the terms of the free feet's gaps and rates, which bound the rounding that an impact, or a change of
+  // the contact mode, leaves. A single foot is not asked for them again before it has moved.
   void note_parts() {
     if (sizes.feet == 1 && sizes.ways == 0) return;
     if (clock.time - noted > settings.least_progress) {
@@ -200,11 +204,11 @@ struct Modal {
       feet[i].places = std::max(feet[i].places, gap_parts(i));
     }
   }
-  // Gap [m] and rate [m/s] of a free foot that are zero: by the scene's scales, or for all that rounding leaves of them.
+  // Bounds below which the gap [m] and the rate [m/s] of a free foot count as zero: by the scales of the scene, or their rounding.
   double no_gap(int foot) const { return settings.gap_zero + ROUNDING * std::max(feet[foot].places, gap_parts(foot)); }
   double no_rate(int foot) const {
     double parts = std::max(feet[foot].speeds, rate_parts(foot));
-    if (strong) {  // a film takes as much speed as it has momentum in what rounding leaves of its gap
+    if (strong) {  // the rounding of the gap is one of the film's momentum, and so of the speed that the film takes
       for (int k : mode->free) {
         if (!laws.has(k, HAS_MOMENTUM)) continue;
         const double taken = mode->feed[(sizes.feet + foot) * sizes.inputs() + k] * laws.momentum_slope(k, std::max(gaps[k], 0.0), settings.probe);
@@ -225,8 +229,8 @@ struct Modal {
   TARSUS_INLINE Real film(int foot, const Real& gap) const {
     return strong ? laws.momentum_from(foot, feet[foot].from, feet[foot].base, gap) : laws.momentum(foot, gap);
   }
-  // Let film momenta count from the present gaps (``gaps``), which shifts the flowing state and changes nothing else: in
-  // a strong film little motion were a difference of large numbers.
+  // Count film momenta from the present gaps (``gaps``), which shifts the flowing state and changes nothing else: a small motion in a
+  // strong film would otherwise be a difference of large numbers.
   void rebase() {
     for (int i : mode->free) {
       if (!laws.has(i, HAS_MOMENTUM)) continue;
@@ -236,7 +240,7 @@ struct Modal {
   }
 
   // Work [J] of the films on the structure where their momenta jump: each at the mean of its foot's rates before and after, so
-  // that it is all that the structure's energy changes by.
+  // that it equals the change of the structure's energy.
   template <class Before, class After>
   double work_of_jumps(const Before& before, const After& after) const {
     const double* feed = mode->feed + size_t(sizes.feet) * sizes.inputs();
@@ -253,7 +257,7 @@ struct Modal {
     return work;
   }
 
-  // What the maps of modal/contact.hpp ask for at the present moment, of whoever they change the state of.
+  // The interface that the maps of modal/contact.hpp need of the state that they change.
   double entry(ModeArray array, size_t at) const { return (mode->*array)[at]; }
   double product(ModeArray array, size_t at, double by) const { return (mode->*array)[at] * by; }
   double along(ModeArray rows, int row) const { return along(mode->*rows, row); }
@@ -269,7 +273,7 @@ struct Modal {
   double held_bias(int foot) const { return bias->held[foot]; }
   double printed_bias(int foot) const { return bias->printed[foot]; }
   double place_bias(int row) const { return bias->offset[row]; }
-  double rate_by_jump(int struck, int foot) const { return mode->rate_by_jump(struck, foot); }
+  double rate_by_jump(int impacted, int foot) const { return mode->rate_by_jump(impacted, foot); }
   double drive_now(int d) const { return player.value(d, clock.time); }
   double force_now(int foot, double gap, double rate) const {
     return laws.force(foot, gap, rate, foot_volts(foot, clock.time), clock.time);
@@ -282,7 +286,7 @@ struct Modal {
 
   // Values of drives and volts at the nodes of the step [t, t + h].
   TARSUS_INLINE void drive(double t, double h) {
-    if (filled == player.moves && t + h <= player.flat_until) return;  // as they were
+    if (filled == player.moves && t + h <= player.flat_until) return;  // unchanged
     steady = true;
     for (int d = 0; d < sizes.drives; d++) {
       const int i = 2 * sizes.feet + d;
@@ -296,7 +300,7 @@ struct Modal {
     filled = steady ? player.moves : -1;
   }
 
-  // Keep a step: what ``sample`` and the energy integrals of a run are made of.
+  // Record a step, from which samples and the energy integrals of a run are made.
   void record(const StepClass& step, double fraction) {
     if (!settings.record) return;
     const int n = sizes.coordinates, nb = mode->blocks_used;
@@ -325,7 +329,7 @@ struct Modal {
     for (int i : mode->free) {
       if (!laws.has(i, HAS_MOMENTUM)) continue;
       feet[i].momentum = values[i][N - 1];
-      if (fraction != 1.0) {  // of what it changes by, which leaves it the least rounding
+      if (fraction != 1.0) {  // from its change, which has the least rounding
         const Row change = values[i] - values[i][0], powers = powers_of(nodes, reinterpret_cast<const double*>(&change));
         feet[i].momentum = values[i][0] + horner(reinterpret_cast<const double*>(&powers), 0, N, fraction);
       }

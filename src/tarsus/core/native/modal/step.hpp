@@ -1,4 +1,4 @@
-// One step, and how long the next one is: what a rejected or an accepted step, the film and the next event ask for.
+// One step, and the length of the next one: by the error of a rejected or an accepted step, by the film and by the next event.
 #pragma once
 #include "modal/collocate.hpp"
 #include "modal/land.hpp"
@@ -13,9 +13,23 @@ inline int halvings(double fraction) {
   return rest > 0.5 ? -exponent : 1 - exponent;
 }
 
-// Classes to go down after a step with that error. A step that was not tried for where it leads (negative room) is cut
-// down to what may be used of it. One that runs into the ground fails for what lies below it: one class down often ends
-// above.
+// A step class is half as long as the one before, and the truncation of a step goes with the ninth power of its length: it is 2^9 times
+// less in the next class.
+constexpr double ERROR_PER_CLASS = 512.0;
+constexpr int MOST_DOWN = 10;  // classes to go down at once: an error that asks for more is no truncation, and is estimated anew
+
+// Errors, relative to the tolerance, below which the next step may be one, two and three classes longer: 1e-3 a class, which is 2^-9
+// with half of it to spare, so that the longer step is seldom rejected.
+constexpr double ONE_LONGER = 1e-3, TWO_LONGER = 1e-6, THREE_LONGER = 1e-9;
+constexpr double AIM = 0.5;  // error, relative to the tolerance, above which the next step is a class shorter: errors change by some such factor
+
+// Least part to which a step is shortened at once, by three classes, where an event may lie in it: where it may lie is an estimate, which
+// the shorter step makes anew.
+constexpr double LEAST_PART = 0.125;
+
+// Classes to go down after a step with that error. A step that was not completed because a foot would come too close to where its film
+// is infinite (negative room) is cut to the part that may be used. One that ends below the ground is rejected for its motion there, to
+// which laws do not apply: one class down often ends above.
 inline int classes_down(const Modal& m, double error) {
   for (int i : m.mode->free) {
     if (m.room[i] < 0.0) return 1 + halvings(1.0 + m.room[i]);
@@ -24,13 +38,13 @@ inline int classes_down(const Modal& m, double error) {
     if (m.linear[i][N - 1] < 0.0) return 1;
   }
   if (!(error > 1.0)) return 2;
-  int down = 1;  // the error goes with h^9
-  for (double most = 512.0; error > most && down < 10; most *= 512.0) down++;
+  int down = 1;
+  for (double most = ERROR_PER_CLASS; error > most && down < MOST_DOWN; most *= ERROR_PER_CLASS) down++;
   return down;
 }
 
-// First step class in a contact mode: one to land in, or what the film let pass at the last start; shorter by a class for every
-// time that a foot now let go rose by less than the error of a step, which showed it pressed down again at once.
+// First step class in a contact mode: one in which an event can be located, or the one that the film allowed at the last start. It is
+// a class shorter for each time that a foot released now has risen by less than the error of a step and was pressed down again at once.
 inline int launch_class(const Modal& m) {
   int k = m.mode->landing_class, lost = 0;
   if (!m.acting.empty() && m.acting[0] < 2 * m.sizes.feet) k = std::max(k, m.last_launch);
@@ -54,28 +68,28 @@ inline int landing_terms(const ContactMode& mode, const std::vector<double>& len
   return mode.terms[n];
 }
 
-// How much a film has grown over the last node interval of a step, as it grows at the end of it: by the parabola through
-// three nodes.
+// Growth of a film's momentum over the last node interval of a step, at its rate of growth at the end: by the parabola through three
+// nodes.
 inline double growth_at_end(const Nodes& nodes, const Row& film) {
   const double last = nodes.tau[N - 1] - nodes.tau[N - 2], before = nodes.tau[N - 2] - nodes.tau[N - 3];
   const double grown = film[N - 1] - film[N - 2];
   return grown + (grown - (last / before) * (film[N - 2] - film[N - 3])) * (last / (last + before));
 }
 
-// Class to try next. The tail of a step goes with h^9 and with the growth of the forces that caused it: a class longer for
-// every ten powers of two that are left. An event that linear motion puts inside the next step needs one to land in.
+// Class to try next. The truncation of the next step goes with ERROR_PER_CLASS and with the growth of the force that causes it. Where
+// linear motion puts an event inside the next step, that must be of a class in which an event can be located.
 inline int next_class(const Modal& m, int k, int wanted, double error, double h, bool event) {
   const std::vector<double>& lengths = m.book.lengths;
   const int last = int(lengths.size()) - 1;
-  double expected = error, one = 1.0;  // compared without a division
+  double expected = error, one = 1.0;  // expected error: their ratio, compared without a division
   if (!event) {
     expected = error * m.growth_after * m.growth_after;
     one = m.growth_before * m.growth_before;
   }
-  if (expected > 0.5 * one) {
+  if (expected > AIM * one) {
     wanted = std::max(wanted, k + 1);
   } else if (k <= wanted) {
-    wanted = std::max(k - (expected < 1e-3 * one) - (expected < 1e-6 * one) - (expected < 1e-9 * one), 0);
+    wanted = std::max(k - (expected < ONE_LONGER * one) - (expected < TWO_LONGER * one) - (expected < THREE_LONGER * one), 0);
   }
   wanted = std::min(wanted, last);
   const double dt = (m.nodes.tau[N - 1] - m.nodes.tau[N - 2]) * h;
@@ -97,7 +111,7 @@ inline int next_class(const Modal& m, int k, int wanted, double error, double h,
   return wanted;
 }
 
-// What a step came to.
+// Result of a step.
 struct Taken {
   Code code = GOING_ON;
   int foot = -1, event = -1;  // with an event at its end, and that, as Modal::events counts them
@@ -114,7 +128,7 @@ inline Ahead look_ahead(Modal& m) {
   return {goal, std::min(kink.left, goal - t), kink.reach};
 }
 
-// A step being tried: its class, and the class after it that its failures ask for.
+// A step being tried: its class, and the class of the one after it, which rejected trials make shorter.
 struct Trial {
   int k, wanted;
 };
@@ -141,7 +155,7 @@ inline bool rejects(Modal& m, double error, Trial& trial) {
 TARSUS_INLINE void end_step(Modal& m, const Trial& trial, double error, double h, bool event) {
   if (m.launching) {
     m.launching = false;
-    if (error > 0.0) m.last_launch = error < 1e-3 ? trial.k - 1 : trial.k;
+    if (error > 0.0) m.last_launch = error < ONE_LONGER ? trial.k - 1 : trial.k;
   }
   if (event) m.refused = {};
   m.step_class = m.refused.next(next_class(m, trial.k, trial.wanted, error, h, event), trial.k);
@@ -181,11 +195,11 @@ TARSUS_INLINE bool advance(Modal& m, const StepClass& step, const Located& at, c
   return finite;
 }
 
-// How far of a step counts: up to what is ahead.
+// Part of a step that counts: up to the next kink, mark or end.
 TARSUS_INLINE double limit_of(const StepClass& step, const Ahead& ahead) { return std::min(1.0, ahead.left / step.length); }
 
-// After an attempt of that error, and a look at what may happen in it: take the step, or its part up to the first event or to
-// what is ahead. False where the next trial is a shorter one.
+// Take a step whose attempt had that error and whose events are bounded by ``seen``: all of it, or its part up to the first event or
+// to the next kink, mark or end. False where a shorter one is to be tried.
 template <class S>
 TARSUS_INLINE bool take(Modal& m, const StepClass& step, const Scan& seen, double error, const Ahead& ahead, Trial& trial,
                         Taken& taken) {
@@ -197,7 +211,7 @@ TARSUS_INLINE bool take(Modal& m, const StepClass& step, const Scan& seen, doubl
   if (far > 0.0 && terms == 0) {
     m.clock.rejected++;
     m.refused.refuse(trial.k);
-    trial.k = shorter_class(lengths, k, std::max(seen.interval < N ? m.nodes.tau[seen.interval - 1] : 0.0, 0.125));
+    trial.k = shorter_class(lengths, k, std::max(seen.interval < N ? m.nodes.tau[seen.interval - 1] : 0.0, LEAST_PART));
     return false;
   }
   if (seen.coarse && m.mode->terms[k] == 0) {

@@ -28,7 +28,7 @@ struct OneHeld {
   TARSUS_INLINE Scan scan(Modal& m, const StepClass& step, double, double limit) const { return scan_one<S>(m, step, limit); }
 };
 
-// Whether feet that are all held stay so for ``left`` at least, under drives that do not change. Each pull sways about its
+// Whether feet that are all held stay so for ``left`` at least, under drives that do not change. Each pull deviates from its
 // value at rest by no more than its modal amplitudes: with y = state, c y(t) = c y - c T^-1 y' + c T^-1 exp(T t) y', where
 // ``level`` is c T^-1 and ``sway`` the largest norm of c T^-1 exp(T t) in each block.
 template <class S>
@@ -69,8 +69,8 @@ bool stays_held(Modal& m, double left) {
   return true;
 }
 
-// Where nothing can happen until the drives change: the longest step that fits, by its flow alone. False where something
-// can happen or the rest is short enough to be cut from a landing step.
+// Where no event is possible until the drives change: the longest step that fits, by its flow alone. False where an event is possible,
+// or where the rest is short enough to be cut from a step in which events can be located.
 template <class S>
 TARSUS_APART bool glide(Modal& m, double left) {
   const std::vector<double>& lengths = m.book.lengths;
@@ -103,7 +103,7 @@ struct ModalSystem : Modal {
     laws.take(run.parameters);
     stopping = -1;
     jammed = false;
-    for (int i = 0; i < sizes.feet; i++) rubs[i] = book.has_way(i) && laws.friction(i, 1.0, 1.0, 0.0) != 0.0;
+    for (int i = 0; i < sizes.feet; i++) frictional[i] = book.has_way(i) && laws.friction(i, 1.0, 1.0, 0.0) != 0.0;
     biases.take(run.sources);
     physical.assign(run.initial, run.initial + 2 * sizes.coordinates);
     for (Foot& foot : feet) {
@@ -121,7 +121,7 @@ struct ModalSystem : Modal {
     one.begin(*this);
   }
 
-  // Count film momenta as they are, as those do who go through recorded steps with laws of their own.
+  // Count film momenta from zero, not from where a step begins: derivatives replay the recorded steps with their own laws.
   void count_from_zero(const RunData& run) {
     strong = false;
     allow(units.of(run, sizes.feet).gap);
@@ -166,12 +166,12 @@ struct ModalSystem : Modal {
     return glides(ahead) ? GOING_ON : go_on(ahead, {step_class, step_class});
   }
 
-  // Whether nothing can happen ahead, and a long step has been made.
+  // Whether no event is possible ahead, and a long step has been made.
   TARSUS_INLINE bool glides(const Ahead& ahead) {
     return mode->free.empty() && rubbing.empty() && ahead.reach == INF && !launching && glide<S>(*this, ahead.left);
   }
 
-  // One step, trying first the class of a trial, and what happens at its end.
+  // One step, trying first the class of a trial, and the event at its end.
   TARSUS_INLINE Code go_on(const Ahead& ahead, const Trial& trial) {
     const bool all_held = mode->free.empty();
     return end(all_held && one.in_line    ? take_step<S>(*this, OneHeld<S>{one}, ahead, trial)
@@ -199,8 +199,8 @@ struct ModalSystem : Modal {
 
  private:
   // A film is strong where it could bring its foot to rest many times within a run. Its momentum per mass is then as many times
-  // what the foot gets around, and would round it (at 1e10 times accounts were open by 1e-5); and what the foot moves is as
-  // many times less than lengths that tolerances refer to: down to a thousandth of them. Not with many feet that move by
+  // the distance that the foot moves, and would round it (at 1e10 times accounts were open by 1e-5). The distance is as many times less
+  // than the lengths that tolerances refer to, so the tolerance is reduced: down to a thousandth. Not with many feet that move by
   // themselves: Newton's method has 8 rows for each, and its steps take seconds.
   void take_films(const RunData& run) {
     constexpr double MANY = 1e4, least = 1e-3;
@@ -223,10 +223,11 @@ struct ModalSystem : Modal {
     per_gap = 1.0 / gap;
   }
 
-  // A gap is a sum over the modes: its nodes, and through a strong film its momentum, show the rounding of their largest parts.
-  // That is no error of a step, or steps would never grow; and Newton's method settles to no less.
+  // A gap is a sum over the modes: its nodal values, and through a strong film the momenta, have the rounding of the largest terms. Of
+  // these, GAP_ROUNDING is the least tolerance to which Newton's method converges, and TAIL_ROUNDING, the rounding of the highest
+  // Legendre coefficient, is excluded from the error of a step, or steps would never grow.
   void allow_for_rounding() {
-    constexpr double ROUNDED = 4e-14;
+    constexpr double GAP_ROUNDING = 4e-14, TAIL_ROUNDING = 2e-15;
     double most = 0.0;
     for (int i : mode->free) {
       if (!laws.has(i, HAS_MOMENTUM)) continue;
@@ -235,8 +236,8 @@ struct ModalSystem : Modal {
       for (int r = 0; r < sizes.state(); r++) sum += std::fabs(row[r] * state()[r]);
       most = std::max(most, sum);
     }
-    allow(std::max(strong_gap, ROUNDED * most));
-    rounding = 2e-15 * most;
+    allow(std::max(strong_gap, GAP_ROUNDING * most));
+    rounding = TAIL_ROUNDING * most;
   }
 
   TARSUS_APART Taken any_step(const Ahead& ahead, const Trial& trial) {

@@ -115,11 +115,11 @@ typedef double* ContactMode::*ModeArray;  // one of its arrays
 // The structure with some constraints held; rows are per foot or output, states (2 stride) or inputs wide.
 struct ContactMode {
   const Sizes& sizes;
-  int number = 0;         // in the order in which contact modes were met
+  int number = 0;         // in the order in which contact modes were made
   FootSet feet;
   std::vector<int> held, free;
   std::vector<int> stuck, sliding;  // held feet that stick; and those that know their way along the ground, and do not
-  std::vector<int> leading;  // free feet whose gaps tell those of all others; all of them where they move by themselves
+  std::vector<int> leading;  // free feet whose gaps determine those of all others; all of them where they are independent
   std::vector<uint8_t> is_held, is_stuck;
   int blocks_used = 0;
   double rate = 0.0;      // [1/s] largest norm of a block
@@ -129,7 +129,7 @@ struct ContactMode {
   double *blocks, *inputs, *input_norm, *beta, *outputs, *feed, *feed_rate, *to_physical, *from_physical;
   double *held_rows, *held_feed, *jump, *mobility, *reaction, *side, *side_rate, *skew, *level, *sway;
   double *printed, *printed_feed, *printed_damping;
-  double* spanned;  // (feet, leading): gap of a free foot per unit of those, beside what it is at rest
+  double* spanned;  // (feet, leading): gap of a free foot per unit of those, in addition to its gap at rest
   // per unit of a source, source by source: inputs (state), direct parts of outputs (2 feet), place (2 n), direct parts of
   // the pulls if held and as printed (feet), and outputs (T / rate)^c inputs (constraints, MARKOV)
   double *bias_inputs, *bias_feed, *bias_offset, *bias_held, *bias_printed, *bias_markov;
@@ -142,11 +142,11 @@ struct ContactMode {
   std::vector<Row> memory;
 
   mutable std::unique_ptr<std::atomic<const StepClass*>[]> steps;
-  mutable std::unique_ptr<std::atomic<const ContactMode*>[]> beside;  // the contact mode with one constraint more or less
+  mutable std::unique_ptr<std::atomic<const ContactMode*>[]> neighbours;  // the contact mode with one constraint more or less
 
   ContactMode(const Sizes& s, FootSet on, std::vector<int> lead, int classes)
       : sizes(s), feet(std::move(on)), leading(std::move(lead)), is_held(s.feet), is_stuck(s.feet),
-        steps(new std::atomic<const StepClass*>[classes]()), beside(new std::atomic<const ContactMode*>[s.constraints() + 1]()),
+        steps(new std::atomic<const StepClass*>[classes]()), neighbours(new std::atomic<const ContactMode*>[s.constraints() + 1]()),
         classes_(classes) {
     const size_t m = s.feet, ni = s.inputs(), st = s.state(), n2 = 2 * s.coordinates, ns = s.stride, sr = s.sources();
     const size_t ways = s.ways, all = s.constraints();
@@ -168,15 +168,15 @@ struct ContactMode {
   }
   ContactMode(const ContactMode&) = delete;
 
-  // Change of a free foot's gap rate per unit change of that of ``struck`` by an impulse there.
-  double rate_by_jump(int struck, int foot) const {
-    const double *row = outputs + size_t(sizes.feet + foot) * sizes.state(), *by = jump + size_t(struck) * sizes.state();
+  // Change of a free foot's gap rate per unit change of that of ``impacted`` by an impulse there.
+  double rate_by_jump(int impacted, int foot) const {
+    const double *row = outputs + size_t(sizes.feet + foot) * sizes.state(), *by = jump + size_t(impacted) * sizes.state();
     double sum = 0.0;
     for (int k = 0; k < sizes.state(); k++) sum += row[k] * by[k];
     return sum;
   }
 
-  // Whether feet are sums of others.
+  // Whether gaps of feet are sums of others'.
   bool shares() const { return leading.size() < free.size(); }
   ~ContactMode() {
     for (int k = 0; k < classes_; k++) delete steps[k].load();
@@ -186,7 +186,7 @@ struct ContactMode {
   int classes_;
 };
 
-// The contact modes that runs have met; shared by threads. Modes and steps stay where they are until the book goes.
+// The contact modes that runs have needed so far; shared by threads. Modes and steps stay where they are until the book goes.
 class Book {
  public:
   const Sizes sizes;
@@ -200,19 +200,19 @@ class Book {
 
   int classes() const { return int(lengths.size()); }
 
-  // The contact mode with these feet on the ground, made now if none has met it.
+  // The contact mode with these feet on the ground, made now if no run has needed it before.
   const ContactMode& require(const FootSet& feet) {
     if (const ContactMode* known = find(feet)) return *known;
     return make(feet);
   }
 
-  // The one beside a contact mode: a constraint held where it was free, or free where it was held.
+  // The neighbour of a contact mode: a constraint held where it was free, or free where it was held.
   const ContactMode& toggled(const ContactMode& mode, int constraint) {
-    if (const ContactMode* known = mode.beside[constraint].load(std::memory_order_acquire)) return *known;
+    if (const ContactMode* known = mode.neighbours[constraint].load(std::memory_order_acquire)) return *known;
     FootSet feet = mode.feet;
     feet.toggle(constraint);
     const ContactMode& found = require(feet);
-    mode.beside[constraint].store(&found, std::memory_order_release);
+    mode.neighbours[constraint].store(&found, std::memory_order_release);
     return found;
   }
 
@@ -245,7 +245,7 @@ class Book {
     return __builtin_expect(known != nullptr, 1) ? *known : make_step(mode, k);
   }
 
-  // The contact mode of that number, which a run has met.
+  // The contact mode of that number, which has been made.
   const ContactMode& numbered(int q) {
     std::lock_guard<std::mutex> lock(mutex_);
     return *modes_.at(q);
