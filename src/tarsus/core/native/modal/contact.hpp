@@ -1,4 +1,4 @@
-// What happens at the ground: impact, capture, release, rest, slip and stick; and changing from one contact mode to another.
+// The events at the ground: impact, capture, release, rest, slip and stick; and changing from one contact mode to another.
 #pragma once
 #include "modal/friction.hpp"
 #include "march/rules.hpp"
@@ -6,7 +6,7 @@
 namespace tarsus::modal {
 
 // What follows up to `landing_of` and `bounce` is written once for numbers and for numbers with derivatives. M is a Modal, or an
-// Instant of a run that is gone through again with derivatives (derive/instant.hpp); M::Real is what its state is made of.
+// Instant of a run that is replayed with derivatives (derive/instant.hpp); M::Real is the number type of its state.
 
 // Gaps [m] of the free feet; the flowing state becomes the modal one: w + sum beta_i P_i.
 template <class M>
@@ -17,7 +17,7 @@ inline void add_film_momenta(M& m) {
   }
 }
 
-// And back, at the gaps as they are known: take(foot, momentum).
+// And back, at the gaps found by add_film_momenta: take(foot, momentum).
 template <class M, class Take>
 inline void remove_film_momenta(M& m, Take&& take) {
   for (int i : m.mode->free) {
@@ -53,7 +53,7 @@ inline void project(M& m) {
   for (int i = 0; i < m.sizes.feet; i++) m.gaps[i] = m.mode->is_held[i] ? typename M::Real(0.0) : m.gap_of(i);
 }
 
-// What ``ask`` finds of the modal state in another contact mode, projected on it.
+// The result of ``ask`` for the modal state projected on another contact mode.
 template <class M, class Ask>
 inline typename M::Real in_mode(M& m, const ContactMode& other, Ask&& ask) {
   const ContactMode& here = *m.mode;
@@ -69,20 +69,20 @@ inline typename M::Real in_mode(M& m, const ContactMode& other, Ask&& ask) {
 }
 
 // `pull_if_held` where feet slide or stick, of a foot that has no sense of sliding: friction at the others goes by the pulls on
-// them once the foot is held. Its own does not count: whether a foot is held does not hang on a force that its contact bears.
+// them once the foot is held. Its own friction does not count: whether a foot is held does not depend on a force that its contact bears.
 template <class M>
-inline typename M::Real pull_beside_friction(M& m, int foot) {
+inline typename M::Real pull_without_own_friction(M& m, int foot) {
   typedef typename M::Real Real;
   const Real pull = in_mode(m, m.book.with_foot(*m.mode, foot, true, false), [&] { return moment_of(m).pull[foot]; });
   return m.laws.has(foot, HAS_FORCE) ? pull + m.force_now(foot, Real(0.0), Real(0.0)) : pull;
 }
 
-// Structure's pull on a free foot if it were stopped on the ground now, smooth force at contact included. What acts at the
-// other feet goes by their rates once it is stopped.
+// Structure's pull on a free foot if it were stopped on the ground now, smooth force at contact included. Film forces at the
+// other feet are those at their rates after it is stopped.
 template <class M>
 inline typename M::Real pull_if_held(M& m, int foot) {
   typedef typename M::Real Real;
-  if (m.sizes.ways > 0) return pull_beside_friction(m, foot);
+  if (m.sizes.ways > 0) return pull_without_own_friction(m, foot);
   const Real stop = -m.rate_of(foot);
   Real pull = robot_pull(m, &ContactMode::held_rows, &ContactMode::held_feed, m.held_bias(foot), foot);
   if (m.laws.has(foot, HAS_FORCE)) pull = pull + m.force_now(foot, Real(0.0), Real(0.0));
@@ -155,15 +155,15 @@ inline typename M::Real stop_at_ground(M& m, int foot, const Landing<typename M:
   return at.lost() + at.kept() + friction.lost;
 }
 
-// ---- on numbers alone: what is decided, noted and told
+// ---- on numbers alone: decisions, and the events that are logged
 
 inline void remove_film_momenta(Modal& m) {
   remove_film_momenta(m, [&](int i, double momentum) { m.feet[i].momentum = m.feet[i].jumped = momentum; });
   m.jumped = 0.0;
 }
 
-// Pull [N] on a free foot at the ground that is none: of the scene's scale, or what rounding leaves of `pull_if_held`, whose
-// dampers and films multiply rates that are known to rounding.
+// Bound [N] below which the pull on a free foot at the ground counts as zero: by the scale of the scene, or the rounding of
+// `pull_if_held`, whose dampers and films multiply rates that are known to rounding.
 inline double no_pull(const Modal& m, int foot, double t) {
   const double* feed = m.mode->held_feed + foot * m.sizes.inputs();
   double parts = m.parts(m.mode->held_rows, foot) + std::fabs(m.bias->held[foot]);
@@ -181,7 +181,7 @@ inline double no_pull(const Modal& m, int foot, double t) {
   return m.settings.force_zero + ROUNDING * parts;
 }
 
-// Go over to another contact mode: keep the physical state for ``enter_mode``.
+// Leave the present contact mode for another: keep the physical state for ``enter_mode``.
 inline void leave_mode(Modal& m, const ContactMode& to) {
   find_physical(m);
   for (int i : to.stuck) {
@@ -191,7 +191,7 @@ inline void leave_mode(Modal& m, const ContactMode& to) {
   m.entering = true;
 }
 
-// To the one in which a foot is held, along the ground too where it sticks, or let go.
+// For the one in which a foot is held, along the ground too where it sticks, or released.
 inline void leave_mode(Modal& m, int foot, bool held, bool sticks = false) {
   leave_mode(m, m.book.with_foot(*m.mode, foot, held, sticks));
 }
@@ -258,8 +258,8 @@ inline void turn_over(Modal& m, int foot, int departure, double t) {
   m.feet[foot].apex.restart(t);
 }
 
-// Whether a foot put on the ground sticks there: once stopped it has nothing along the ground. If not, it slides whither it
-// moves.
+// Whether a foot put on the ground sticks there: once stopped it has nothing along the ground. If not, it slides in the
+// direction in which it moves.
 inline bool sticks_at_once(Modal& m, int foot) {
   if (!m.frictional[foot]) return false;
   const Mobilities<double> by = mobilities_of(m, foot);
@@ -278,13 +278,15 @@ inline void hold(Modal& m, int foot, double t) {
   leave_mode(m, foot, true, sticks_at_once(m, foot));
 }
 
+// Share of an impulse below which a part of it counts as zero: some thousand times the rounding of the sums it is made of.
+constexpr double NO_IMPULSE = 1e-12;
+
 // A constraint that an impact with these impulses breaks, or -1: a foot pulled off, for no finite adhesion carries an impulse; or
-// one that sticks (feet + foot), driven along harder than friction holds by its share of the impulse, which slides then whither
-// it is driven. Of feet that slide already an impact on another takes nothing along the ground.
+// one that sticks (feet + foot) and takes a larger impulse along the ground than friction holds under its share of the normal one; it
+// then slides in that direction. An impact on another foot takes nothing along the ground from feet that slide already.
 inline int broken_by(Modal& m, int foot, double normal, double along) {
-  constexpr double NONE = 1e-12;  // of the impulse, what rounding leaves of one that is none
-  const int feet = m.sizes.feet, ni = m.sizes.inputs();
-  const double none = NONE * (normal + std::fabs(along));
+    const int feet = m.sizes.feet, ni = m.sizes.inputs();
+  const double none = NO_IMPULSE * (normal + std::fabs(along));
   const auto carried = [&](int c) {
     return -m.mode->feed[c * ni + feet + foot] * normal - m.mode->slide_feed[c * m.sizes.ways + foot] * along;
   };
@@ -300,22 +302,22 @@ inline int broken_by(Modal& m, int foot, double normal, double along) {
   return -1;
 }
 
-// A constraint that this impact breaks, or -1: no finite adhesion carries an impulse. A rocking body hands ever smaller impacts
-// from foot to foot: a blow that could not throw its foot as high as a flight that counts lets none go.
-inline int torn_off(Modal& m, int foot, const Landing<double>& at) {
+// A constraint that this impact breaks, or -1: no finite adhesion carries an impulse. The impacts of a rocking body go from foot to
+// foot and become ever smaller: an impact after which its foot could not rise as high as a flight that counts releases none.
+inline int detached_by_impact(Modal& m, int foot, const Landing<double>& at) {
   if (at.pull < 0.0 && at.speed * at.speed < -2.0 * at.pull * at.mobility * m.settings.rest_height) return -1;
   if (m.sizes.ways > 0) {
     const double along = braking_of(m, foot, at.speed, at.after).impulse;
     return broken_by(m, foot, (at.speed + at.after - mobilities_of(m, foot).across * along) / at.mobility, along);
   }
   for (int k : m.mode->held) {
-    if (m.mode->reaction[foot * m.sizes.feet + k] < -1e-12) return k;
+    if (m.mode->reaction[foot * m.sizes.feet + k] < -NO_IMPULSE) return k;
   }
   return -1;
 }
 
-// A foot is pulled off by an impact on another, or driven along the ground where it stuck.
-inline void let_go_by_impact(Modal& m, int constraint) {
+// A foot is detached by an impact on another, or slides where it stuck.
+inline void release_by_impact(Modal& m, int constraint) {
   const int foot = constraint % m.sizes.feet;
   const bool leaves = constraint < m.sizes.feet;
   m.log.add(m.clock.time, foot, leaves ? RELEASE : SLIP_BEGINS, m.feet[foot].apex);
@@ -327,17 +329,18 @@ inline void let_go_by_impact(Modal& m, int constraint) {
   leave_mode(m, foot, !leaves);
 }
 
-// Count flights in a row that are over in no time and lost in the error of a step. A blow moves feet under strong films, whose
-// forces pull the struck one off again for as long as they take to relax; then it is back, up to millions of times.
+// Count consecutive flights that are too short to count and lower than the error of a step. An impact moves feet under strong films,
+// whose forces detach the impacted one again for as long as they relax; then it lands again, up to millions of times.
 inline void count_low(Modal& m, int foot, double speed, double t) {
   Foot& f = m.feet[foot];
-  const double hidden = 0.1 * m.units.gap * m.settings.widest;
-  const bool low = t - f.rose < 1e-5 * m.settings.end && speed * (t - f.rose) < hidden;
+  constexpr double HIDDEN = 0.1, SHORT = 1e-5;  // parts of the error of a step, and of a run
+  const double hidden = HIDDEN * m.units.gap * m.settings.widest;
+  const bool low = t - f.rose < SHORT * m.settings.end && speed * (t - f.rose) < hidden;
   f.low = low ? f.low + 1 : 0;
 }
 
-// A foot at the ground approaches: it bounces, is captured or rests. False if it does not approach, or cannot: what others
-// hold as well has rows of zeros.
+// A foot at the ground approaches: it bounces, is captured or rests. False if it does not approach, or cannot, since
+// other held feet hold it as well (its rows are zero).
 TARSUS_APART inline bool impact(Modal& m, int foot) {
   const ContactMode& mode = *m.mode;
   if (mode.mobility[foot] == 0.0) return false;
@@ -352,10 +355,10 @@ TARSUS_APART inline bool impact(Modal& m, int foot) {
   }
   m.gaps[foot] = 0.0;
   Landing<double> at = landing_of(m, foot);
-  const int torn = torn_off(m, foot, at);
-  if (torn >= 0) {
+  const int detached = detached_by_impact(m, foot, at);
+  if (detached >= 0) {
     m.feet[foot].departure = DUE;
-    let_go_by_impact(m, torn);
+    release_by_impact(m, detached);
     return true;
   }
   if (at.after == 0.0) at.none = no_pull(m, foot, t);
@@ -374,8 +377,8 @@ TARSUS_APART inline bool impact(Modal& m, int foot) {
   return true;
 }
 
-// A held foot's pull has outgrown the strength of its contact. Where it is friction alone that pulls it off, and without it the foot
-// is pressed down, nothing is consistent (see modal/friction.hpp).
+// The pull on a held foot has exceeded the strength of its contact. Where friction alone pulls the foot off, and without friction it
+// is pressed down, no motion is consistent (see modal/friction.hpp).
 TARSUS_APART inline void release(Modal& m, int foot) {
   const double t = m.clock.time;
   const double strength = m.laws.has(foot, HAS_LATCH) ? m.laws.strength(foot, t - m.feet[foot].since) : 0.0;
@@ -386,11 +389,11 @@ TARSUS_APART inline void release(Modal& m, int foot) {
   add_film_momenta(m);
   turn_over(m, foot, FROM_REST, t);
   m.feet[foot].sense = 0.0;
-  if (m.frictional[foot]) m.jammed = pull_beside_friction(m, foot) < -CLOSE * force_parts(m, foot);
+  if (m.frictional[foot]) m.jammed = pull_without_own_friction(m, foot) < -CLOSE * force_parts(m, foot);
   leave_mode(m, foot, false);
 }
 
-// A foot that sticks begins to slide, by what pulls it along, forward or backward.
+// A foot that sticks begins to slide, forward or backward, by the pull along the ground.
 inline void begin_to_slide(Modal& m, int foot, double sense, const Bearing<double>& at) {
   m.log.add(m.clock.time, foot, SLIP_BEGINS, m.feet[foot].apex, 0.0, 0.0, at.along, at.most);
   m.feet[foot].sense = sense;
@@ -398,15 +401,16 @@ inline void begin_to_slide(Modal& m, int foot, double sense, const Bearing<doubl
   leave_mode(m, foot, true, false);
 }
 
-// More pulls a foot that sticks than its contact bears: off the ground, or along it. Where more pulls it off because it sticks, it
-// slides: its contact holds it without friction. Where friction bears even that, it leaves.
+// The pull on a foot that sticks exceeds the strength of its contact, normal to the ground or along it. Where it does so along the
+// normal only because the foot sticks, the foot slides: without friction its contact holds it. Where friction bears that pull along the
+// ground, it leaves.
 TARSUS_APART inline void unstick(Modal& m, int foot, bool leaves) {
   m.note_parts();
   add_film_momenta(m);
   const Bearing<double> at = bearing_of(m, foot);
   const double none = no_margin(m, foot);
   if (at.margin < -none) {
-    const double pull = pull_beside_friction(m, foot);
+    const double pull = pull_without_own_friction(m, foot);
     leaves = std::fabs(at.along) <= at.most || m.strength_now(foot) - pull < none;
   }
   if (!leaves) return begin_to_slide(m, foot, at.along > 0.0 ? 1.0 : -1.0, at);
@@ -420,7 +424,7 @@ inline void stop(Modal& m, int foot) {
   leave_mode(m, foot, true, true);
 }
 
-// It does where friction bears what pulls it along, or it slides on that way.
+// It stays so where friction bears the pull along the ground; else it slides on in the direction of that pull.
 TARSUS_APART inline void stick_or_turn(Modal& m, int foot) {
   add_film_momenta(m);
   const Bearing<double> at = bearing_of(m, foot);
@@ -470,16 +474,16 @@ inline void reconsider_departures(Modal& m) {
   remove_film_momenta(m);
 }
 
-// A foot at the ground that does not approach it: held where nothing pulls it off, or where it has just been seen to be
-// ``pressed`` down from rest. Returns whether it is.
+// A foot at the ground that does not approach it: held where no pull exceeds its strength, or where it has just been
+// ``pressed`` down again from rest. Returns whether it is held.
 inline bool rest_on_ground(Modal& m, int foot, bool pressed = false) {
   add_film_momenta(m);
   int& departure = m.feet[foot].departure;
   departure = RISING;
   if (m.rate_of(foot) <= m.no_rate(foot)) {
     const double t = m.clock.time, pull = pull_if_held(m, foot), strength = new_strength(m, foot);
-    // a pull of rounding, as at the moment at which it changes its sign, holds no foot that has just been let go, and
-    // lets no other go
+    // a pull within rounding of zero, as at the time at which it changes its sign, holds no foot that has just been released, and
+    // releases no other
     const bool let_go = m.just_let_go(foot);
     const double none = no_pull(m, foot, t) + ROUNDING * std::fabs(strength);
     if (pressed && let_go) m.feet[foot].low++;
@@ -488,20 +492,20 @@ inline bool rest_on_ground(Modal& m, int foot, bool pressed = false) {
       hold(m, foot, t);
       return true;
     }
-    // one that others hold as well, and that would be pulled off with its share of what they carry, just lies there
+    // a foot that other held feet hold as well, and that would be pulled off by its share of their load, lies there without a contact
     departure = m.mode->mobility[foot] > 0.0 ? FROM_REST : UNDER_WAY;
   }
   remove_film_momenta(m);
   return false;
 }
 
-// Contacts that are due at this very moment: feet on the ground that approach, or rest there and are held. Returns whether
-// one has changed.
+// Contacts that change at the present time: feet on the ground that approach, or rest there and are held. Returns whether one has
+// changed.
 TARSUS_APART inline bool resolve_due_contacts(Modal& m) {
   m.note_parts();
   if (m.sizes.feet > 1) reconsider_departures(m);
   if (m.sizes.ways > 0 && reconsider_slides(m)) return true;
-  for (const bool first : {true, false}) {  // an impact that has torn another foot off comes before any of that foot
+  for (const bool first : {true, false}) {  // an impact that has detached another foot comes before any impact of that foot
     for (int i : m.mode->free) {
       int& departure = m.feet[i].departure;
       if ((departure == DUE) != first) continue;
