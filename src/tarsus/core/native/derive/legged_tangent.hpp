@@ -517,8 +517,7 @@ class LeggedTangent : public LeggedMarch {
     if (highest_at >= 0.0) t.highest_body = height_at(lane, h, highest_at);
     for (int i = 0; i < legs(); i++) {
       LeggedFoot& foot = t.feet[i];
-      const double way = moment.of(i, ALONG).u - foot.u[ALONG];
-      if (feet[i].contact == SLIPPING) foot.slipped += feet[i].u[ALONG] < ways_[i] ? -way : way;
+      if (feet[i].contact == SLIPPING) foot.slipped += path_of_lane(lane, i, h);
       for (int d = 0; d < DIRECTIONS; d++) {
         foot.u[d] = moment.of(i, d).u;
         foot.w[d] = moment.of(i, d).w;
@@ -527,6 +526,24 @@ class LeggedTangent : public LeggedMarch {
     std::copy_n(moment.x, coordinates(), t.x);
     std::copy_n(moment.v, coordinates(), t.v);
     t.clock.time = clock.time;
+  }
+
+  // How the path moves that a foot slides in the step: with its ends and with the places where it turns back, the moments of which
+  // count for nothing, for it stands still there. The lane's motion at the end of the step is in ``moment``.
+  double path_of_lane(int lane, int i, double h) {
+    double path = 0.0, place = ways_[i], from = lanes_[lane].feet[i].u[ALONG];
+    const auto reach = [&](double next, double to) {
+      path += next < place ? from - to : to - from;
+      place = next;
+      from = to;
+    };
+    for (const Turn& turn : turns[i]) {
+      turning_.legs.resize(DIRECTIONS * body.legs.size());
+      lane_at(lane, h, turn.at, turning_);
+      reach(turn.place, turning_.of(i, ALONG).u);
+    }
+    reach(feet[i].u[ALONG], moment.of(i, ALONG).u);
+    return path;
   }
 
   // Height of a lane's body within the step: it rings with the legs, and no polynomial through the nodes follows that.
