@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.core import _native, nodes
-from tarsus.core.book import NODES, ModeBook
-from tarsus.core.modes import LinearSystem
+from tarsus.core.modes import NODES, ModeBook
 
 Floats = NDArray[np.float64]
 
@@ -65,14 +64,13 @@ class Integrals:
         return np.vstack([self.work, self.damping, -self.resistive, self.smooth, -self.friction, *self.parts])
 
 
-def integrate(
-    system: LinearSystem, book: ModeBook, trace: Floats, acting: tuple[Any, Any, Any] | None = None
-) -> Integrals:
-    """Energies of a recorded run.
+def integrate(book: ModeBook, trace: Floats, acting: tuple[Any, Any, Any] | None = None) -> Integrals:
+    """Energies of a recorded run of the structure of a book, with its rest gaps and gravity.
 
     trace (nr, width): rows as the engine records them; acting: the engine's signals and laws, and the run's row of data,
     by which it is known what drives and laws there are, and laws that act together have their shares.
     """
+    system = book.system
     n, m = system.normals.shape
     parts = (system.damping, system.normals.T, system.loads.T, system.constant, system.constraints.T[m:].reshape(-1, n))
     carriers = tuple(np.ascontiguousarray(one, dtype=float) for one in parts)

@@ -12,7 +12,7 @@ import numpy as np
 
 from tarsus.base.spec import get_value, with_values
 from tarsus.core import _native
-from tarsus.core.book import step_lengths
+from tarsus.core.modes import ModeBook
 from tarsus.measure import scene_period
 from tarsus.model.drive.law import VoltageLaw
 from tarsus.model.drive.lower import lower
@@ -22,7 +22,17 @@ from tarsus.model.scene import Scene
 from tarsus.plan.lowering import Plan, lower_scene
 from tarsus.plan.slots import Floats, Rows, rows_for, rows_of, slot
 from tarsus.solve.acting import Acting
-from tarsus.solve.engine import Accuracy, Log, SharedBook, execute, row_bytes, structure_key, tables_of, walk
+from tarsus.solve.engine import (
+    Accuracy,
+    Log,
+    book_of,
+    execute,
+    row_bytes,
+    step_lengths,
+    structure_key,
+    tables_of,
+    walk,
+)
 from tarsus.solve.motion import Marched, Motion, Replayed
 
 __all__ = ["RECORDED", "Engine", "Shared", "motion_of", "prepared"]
@@ -86,7 +96,7 @@ class ByModes:
 
     plan: Plan
     duration: float
-    book: SharedBook
+    book: ModeBook
 
     def run(self, rows: Rows, accuracy: Accuracy | None, track: bool) -> Log:
         """All rows of the plan's data."""
@@ -192,4 +202,4 @@ def _engine(scene: Scene, duration: float, shared: Shared) -> Engine:
         key = (float(step_lengths(duration)[0]), plan.legs.blocks.tobytes())
         return ByLegs(plan, duration, shared.get(key, lambda: tables_of(plan, duration)))
     key = structure_key(plan, duration)
-    return ByModes(plan, duration, shared.get(key, lambda: SharedBook(plan, duration)))
+    return ByModes(plan, duration, shared.get(key, lambda: book_of(plan, duration)))

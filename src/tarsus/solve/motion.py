@@ -73,12 +73,12 @@ class Replayed:
     @cached_property
     def energies(self) -> Integrals:
         """Energy integrals up to the end of every step; the work of laws that act together told apart."""
-        book, rows, laws = self.log.book, self.acting.rows, self.acting.plan.laws
-        return replay.integrate(book.system, book.book, self.log.trace, (rows.signals, laws.native, rows))
+        rows, laws = self.acting.rows, self.acting.plan.laws
+        return replay.integrate(self.log.book, self.log.trace, (rows.signals, laws.native, rows))
 
     def states(self, times: Floats) -> Sampled:
         """States and contact forces at times [s], increasing."""
-        return replay.sample(self.acting.rows.sources[0], self.log.book.book, self.log.trace, times)
+        return replay.sample(self.acting.rows.sources[0], self.log.book, self.log.trace, times)
 
     def seen(self, times: Floats) -> Seen:
         """The same with energies."""
@@ -99,7 +99,7 @@ class Replayed:
     def last(self) -> Floats:
         """Displacements and velocities (2n,) at the end, events at its last moment included."""
         raw, system = self.log, self.log.book.system
-        if raw.pending == raw.book.book.modes[raw.mode].mask:
+        if raw.pending == raw.book.modes[raw.mode].mask:
             return raw.physical
         mode = contact_mode(system, raw.pending)  # a contact was made or broken and not yet moved on from
         return mode.at_rest_there(system.tangents, raw.physical)

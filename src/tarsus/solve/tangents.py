@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from tarsus.base.errors import InputError
 from tarsus.base.spec import get_value, with_values
 from tarsus.core import _native
-from tarsus.core.modes import LinearSystem, derived_mode
+from tarsus.core.modes import LinearSystem, ModeBook, derived_mode
 from tarsus.model.drive.pieces import TERMS
 from tarsus.model.scene import Scene
 from tarsus.model.standing import equilibrium
@@ -24,7 +24,6 @@ from tarsus.plan.channels import SlopedDrive, sloped_drives
 from tarsus.plan.lowering import Plan, lower_system, pack
 from tarsus.plan.slots import Rows, bears, check_bounds, rows_for, slot, unit_of
 from tarsus.plan.walker import lower_legs
-from tarsus.solve.engine import SharedBook
 
 __all__ = [
     "DataTangents",
@@ -193,11 +192,11 @@ class Entering:
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "made": {}}
 
-    def derived(self, number: int, book: SharedBook) -> Any:
+    def derived(self, number: int, book: ModeBook) -> Any:
         """The derivatives of a run's book by the structure along a direction, as the engine holds them."""
         if number not in self.made:
             change = self.structure[number]
-            made = _native.DerivedBook(book.book.native, partial(derived_mode, book.system, change))
+            made = _native.DerivedBook(book.native, partial(derived_mode, book.system, change))
             return self.made.setdefault(number, made)  # of threads that make it at once the first one's stays
         return self.made[number]
 
@@ -333,8 +332,12 @@ def _drop_rounding(data: DataTangents, row: Rows) -> None:
     """Leave nothing of derivatives of terms that a piece does not have, where they are rounding alone: they would grow
     with the powers of time where a step goes on beyond a piece."""
     terms = data.coef.shape[1]
-    used = np.where(np.asarray(row.signals.coef)[:, :terms] != 0.0, np.arange(terms), 0).max(axis=1, initial=0)
-    from_here = np.maximum.accumulate(np.abs(data.coef)[:, ::-1], axis=1)[:, ::-1]  # most of a term and all above
+    used = np.where(np.asarray(row.signals.coef)[:, :terms] != 0.0, np.arange(terms), 0).max(
+        axis=1, initial=0
+    )
+    from_here = np.maximum.accumulate(np.abs(data.coef)[:, ::-1], axis=1)[
+        :, ::-1
+    ]  # most of a term and all above
     beyond = (np.arange(terms) > used[:, None])[..., None]
     data.coef[beyond & (from_here <= ROUNDED * from_here[:, :1])] = 0.0
 

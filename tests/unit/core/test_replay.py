@@ -9,8 +9,7 @@ from scipy.integrate import solve_ivp
 import tarsus as ts
 from scene_files import SCENES
 from tarsus.core.arrays import T_CLASS, T_FRACTION, T_JUMPS, T_LENGTH, T_MODE, T_TIME, TRACE_HEAD
-from tarsus.core.book import ModeBook
-from tarsus.core.modes import LinearSystem
+from tarsus.core.modes import LinearSystem, ModeBook
 from tarsus.core.nodes import TAU, N
 from tarsus.core.replay import integrate, sample
 
@@ -77,7 +76,7 @@ def test_energies_and_states_of_a_step(stiff, damping, k, fraction):
         rtol=1e-9 if damping > 100 else 1e-12, atol=1e-13, dense_output=True,
     )  # fmt: skip
     tolerance = 3e-6 if damping > 100 else 1e-9
-    integrals = integrate(plan, book, trace)
+    integrals = integrate(book, trace)
     got = [integrals.work[0], integrals.damping[0], integrals.resistive[0], integrals.smooth[0]]
     np.testing.assert_allclose(got, exact.y[4:, -1], rtol=0, atol=tolerance * np.abs(exact.y[4:, -1]).max())
     assert integrals.time[0] == end and integrals.parts.shape == (0, 1)
@@ -106,7 +105,7 @@ def test_energy_balance_of_a_step_over_a_hundred_thousand_oscillations(fraction)
     def energy(z):
         return 0.5 * z[2:] @ plan.mass @ z[2:] + 0.5 * z[:2] @ plan.stiffness @ z[:2]
 
-    terms = integrate(plan, book, trace)
+    terms = integrate(book, trace)
     gained = terms.work[0] - terms.damping[0] + terms.resistive[0] + terms.smooth[0]
     assert gained == pytest.approx(energy(last) - energy(START), rel=1e-9)
 
@@ -135,9 +134,9 @@ def test_laws_that_act_together_share_their_work():
 def test_work_of_a_momentum_that_jumps_is_that_of_resistive_laws():
     plan = system(90.0, 0.2)
     book, trace = recorded(plan, 3, 1.0)
-    before = integrate(plan, book, trace)
+    before = integrate(book, trace)
     trace[0, T_JUMPS] = 0.3 * before.resistive[0]
-    after = integrate(plan, book, trace)
+    after = integrate(book, trace)
     assert after.resistive[0] == pytest.approx(1.3 * before.resistive[0], rel=1e-14)
     for kind in ("work", "damping", "smooth"):
         assert getattr(after, kind) == getattr(before, kind)
@@ -150,8 +149,8 @@ def test_energies_are_those_of_each_step(steps):
     book, one = recorded(plan, 3, 1.0)
     _, other = recorded(plan, 5, 0.6)
     trace = np.concatenate([np.tile(one, (steps, 1)), other, one])
-    alone = [integrate(plan, book, row) for row in (one, other)]
-    found = integrate(plan, book, trace)
+    alone = [integrate(book, row) for row in (one, other)]
+    found = integrate(book, trace)
     for kind in ("work", "damping", "resistive", "smooth"):
         whole, part = (getattr(each, kind)[0] for each in alone)
         expected = np.cumsum([whole] * steps + [part, whole])
