@@ -10,7 +10,7 @@ from tarsus.model.drive.signal import Signal
 from tarsus.model.scene import Scene
 from tarsus.plan.slots import Kind, slot, slots
 from tarsus.solve import Accuracy
-from tarsus.solve.engines import Shared
+from tarsus.solve.simulate import Shared
 from tarsus.study import bench
 
 VOLTS = 8.0

@@ -24,8 +24,8 @@ from tarsus.plan.lowering import Plan, lower_scene
 from tarsus.plan.slots import Rows, rows_for, rows_of, slot
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.engine import Accuracy, ModeBook, book_of, execute, settings_of, structure_key
-from tarsus.solve.engines import Shared
 from tarsus.solve.lanes import tangents
+from tarsus.solve.simulate import Shared
 from tarsus.solve.tangents import NO_FRICTION, DataTangents, Entering
 from tarsus.solve.window import Contacts, Window, simulate_window
 

@@ -171,7 +171,13 @@ def check_bounds(scene: Scene, path: str, values: Floats) -> None:
 
 
 def rows_for(
-    scene: Scene, plan: Plan, values: Mapping[str, Floats], duration: float, *, scaled: bool = True
+    scene: Scene,
+    plan: Plan,
+    values: Mapping[str, Floats],
+    duration: float,
+    *,
+    scaled: bool = True,
+    count: int = 1,
 ) -> Rows:
     """Runs of a plan of a scene that differ in slots.
 
@@ -185,14 +191,17 @@ def rows_for(
         Of every run [s]: periods longer than that are none.
     scaled
         Whether tolerances refer to the lengths and forces of every run, not to those of the plan.
+    count
+        How many runs there are where no value differs.
 
     Raises
     ------
     InputError
         Where a run would start below the ground or does not stand, and for drives that cannot be lowered.
     """
-    count = len(next(iter(values.values()), np.zeros(1)))
-    base = rows_of(plan, count)
+    if not values:
+        return rows_of(plan, count, float(_marked(plan.periods, duration)))
+    base = rows_of(plan, len(next(iter(values.values()))))
     by_kind: dict[Kind, dict[str, tuple[int, Floats]]] = {kind: {} for kind in Kind}
     for path, column in values.items():
         place = slot(scene, path)
@@ -259,7 +268,7 @@ def _driven(
 ) -> Rows:
     """The rows with the channels and the period of every run."""
     names = list(scene.robot.drives)
-    periods = {name: np.full(len(base), wave.period or np.nan) for name, wave in scene.waveforms.items()}
+    periods = np.repeat(plan.periods[:, None], len(base), axis=1)
     varied = {path: column for kind in (Kind.GAIT, Kind.DRIVE) for path, (_, column) in by_kind[kind].items()}
     courses = drive_courses(scene, varied, [names[d] for d in plan.charged])
     pool = [Channels.of(base.pool)]
@@ -270,14 +279,17 @@ def _driven(
             assert channels is not None
             base.channels[:, c] = sum(map(len, pool)) + course.which
             pool.append(channels)
-        if name in periods:
-            periods[name] = course.periods
+        periods[d] = course.periods
     channels = Channels.joined(pool)
     signals = pack(channels) if courses else base.signals
-    every = np.array(list(periods.values())).reshape(len(periods), len(base))
-    within = np.where(every <= duration, every, 0.0).max(axis=0, initial=0.0)
-    base.scales[:, 2] = np.where(within > 0.0, within, duration)
+    base.scales[:, 2] = _marked(periods, duration)
     return replace(base, pool=channels, signals=signals)
+
+
+def _marked(periods: Floats, duration: float) -> Floats:
+    """Period [s] of the marks of each run: the longest of its drives' periods (nd, ...) within it, or all of it."""
+    within = np.where(periods <= duration, periods, 0.0).max(axis=0, initial=0.0)
+    return np.where(within > 0.0, within, duration)
 
 
 def _check_starts(scene: Scene, plan: Plan, rows: Rows) -> None:

@@ -14,7 +14,7 @@ from tarsus.core import arrays as a
 from tarsus.core import replay
 from tarsus.core.modes import contact_mode
 from tarsus.core.replay import Integrals, Sampled
-from tarsus.plan.walker import without_native
+from tarsus.plan.lowering import without_native
 from tarsus.solve.acting import Acting
 from tarsus.solve.engine import Accuracy, RawRuns, RawWalks, walk
 

@@ -98,7 +98,7 @@ class Run:
     @cached_property
     def motion(self) -> Motion:
         """What the run knows of its motion."""
-        from tarsus.solve.engines import Shared, motion_of
+        from tarsus.solve.simulate import Shared, motion_of
 
         if self.kept is not None:
             return self.kept

@@ -21,9 +21,8 @@ from tarsus.model.drive.pieces import TERMS
 from tarsus.model.scene import Scene
 from tarsus.model.standing import equilibrium
 from tarsus.plan.channels import SlopedDrive, sloped_drives
-from tarsus.plan.lowering import Plan, lower_system, pack
+from tarsus.plan.lowering import Plan, lower_legs, lower_system, pack
 from tarsus.plan.slots import Rows, bears, check_bounds, rows_for, slot, unit_of
-from tarsus.plan.walker import lower_legs
 
 __all__ = [
     "DataTangents",

@@ -18,15 +18,12 @@ from tarsus.plan.lowering import Plan
 from tarsus.plan.slots import Rows, rows_of
 from tarsus.solve.acting import Acting
 from tarsus.solve.codes import ResultCode, structured_events, without_marks
-from tarsus.solve.engine import Accuracy, book_of, execute, tables_of, walk
+from tarsus.solve.engine import RECORDED, Accuracy, book_of, execute, tables_of, walk
 from tarsus.solve.motion import unpacked
 
 __all__ = ["Contacts", "Window", "simulate_window"]
 
 Floats = npt.NDArray[np.float64]
-
-FINE = Accuracy(gap=1e-10)
-"""That of a single run."""
 
 
 @dataclass(frozen=True)
@@ -116,7 +113,7 @@ def simulate_window(
     *,
     rows: Rows | None = None,
     shared: ModeBook | _native.LegTables | None = None,
-    accuracy: Accuracy = FINE,
+    accuracy: Accuracy = RECORDED,
 ) -> Window:
     """Run a plan from a given state, with all its laws, drives and rules, and give outputs at any times.
 
