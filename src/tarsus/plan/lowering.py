@@ -22,7 +22,6 @@ from tarsus.model.laws.base import Law, SmoothLaw
 from tarsus.model.laws.impact_map import Body, MassWeighted
 from tarsus.model.laws.landing import PullAsPrinted
 from tarsus.model.laws.program import Program
-from tarsus.model.laws.registry import is_built_in
 from tarsus.model.laws.translate import translate
 from tarsus.model.robot import Robot
 from tarsus.model.scene import Ground, Scene
@@ -309,8 +308,14 @@ def _columns(acting: Mapping[str, Law]) -> dict[str, int]:
 
 
 def _twin(law: type[Law]) -> int:
-    """Number of the law's function among those that the engine has written out; -1 where it carries out a program."""
-    return _native.TWINS.get(f"{law.__name__}.{law.function_name}", -1) if is_built_in(law) else -1
+    """Number of the law's function among those that the engine has written out; -1 where it carries out a program, as of
+    a user's law, whatever its name."""
+    comes_along = law.__module__.startswith(_LAWS)
+    return _native.TWINS.get(f"{law.__name__}.{law.function_name}", -1) if comes_along else -1
+
+
+_LAWS = Law.__module__.removesuffix("base")
+"""Package of the laws that come with the library, a file each."""
 
 
 def program_of(law: type[Law], hook: str | None = None) -> Program:
