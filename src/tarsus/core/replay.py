@@ -41,27 +41,16 @@ class Sampled:
 
 @dataclass(frozen=True)
 class Integrals:
-    """Energies up to the end of each recorded step, cumulative [J]; time (nr,).
+    """Energies up to the end of each recorded step, cumulative.
 
-    work: of drive forces and of constant ones (weight); damping: vᵀ C v dissipated; resistive, smooth, friction: work
-    of the ground's forces on the structure; parts (np, nr): what of it single laws have done, of those that act together all but
-    the last, resistive ones first. swing (m,) [m]: between the lowest and the highest gap of each foot at the starts of the
-    steps.
+    time (nr,) [s]; energies (ENERGIES + np, nr) [J]: as the account of a walker has them (`tarsus.core.arrays`), and what of
+    them single laws have done, of those that act together all but the last, resistive ones first. swing (m,) [m]: between
+    the lowest and the highest gap of each foot at the starts of the steps.
     """
 
     time: Floats
-    work: Floats
-    damping: Floats
-    resistive: Floats
-    smooth: Floats
-    friction: Floats
-    parts: Floats
+    energies: Floats
     swing: Floats
-
-    @property
-    def rows(self) -> Floats:
-        """(ENERGIES + np, nr): as the account of a walker has them, see `tarsus.core.arrays`."""
-        return np.vstack([self.work, self.damping, -self.resistive, self.smooth, -self.friction, *self.parts])
 
 
 def integrate(book: ModeBook, trace: Floats, acting: tuple[Any, Any, Any] | None = None) -> Integrals:
@@ -78,7 +67,7 @@ def integrate(book: ModeBook, trace: Floats, acting: tuple[Any, Any, Any] | None
         book.native, NODES, carriers, np.ascontiguousarray(system.sources), np.ascontiguousarray(trace), acting
     )
     time, work, damping, resistive, smooth, friction, *shares = rows.T
-    return Integrals(time, work, damping, resistive, smooth, friction, np.reshape(shares, (-1, len(trace))), swing)
+    return Integrals(time, np.vstack([work, damping, -resistive, smooth, -friction, *shares]), swing)
 
 
 def sample(sources: Floats, book: ModeBook, trace: Floats, times: Floats) -> Sampled:

@@ -16,7 +16,6 @@ from tarsus.core.modes import NODES, ModeBook
 from tarsus.core.nodes import N
 from tarsus.plan.lowering import Plan, without_native
 from tarsus.plan.slots import Rows, rows_of
-from tarsus.solve.codes import EventLog
 
 if TYPE_CHECKING:
     from tarsus.solve.simulate import Shared
@@ -119,11 +118,6 @@ class Log:
         end, mark_end = np.array([len(events)]), None if marks is None else np.array([len(marks)])
         one = slice(run, run + 1)
         return Log(self.codes[one], self.finish[one], events, end, marks, mark_end)
-
-    @cached_property
-    def structured(self) -> EventLog:
-        """Events of the runs, one by one."""
-        return EventLog(self.events, self.event_end)
 
     def __getstate__(self) -> dict[str, Any]:
         return without_native(self)

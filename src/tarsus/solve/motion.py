@@ -71,7 +71,7 @@ class Replayed:
         return without_native(self)
 
     @cached_property
-    def energies(self) -> Integrals:
+    def integrals(self) -> Integrals:
         """Energy integrals up to the end of every step; the work of laws that act together told apart."""
         rows, laws = self.acting.rows, self.acting.plan.laws
         return replay.integrate(self.log.book, self.log.trace, (rows.signals, laws.native, rows))
@@ -82,8 +82,8 @@ class Replayed:
 
     def seen(self, times: Floats) -> Seen:
         """The same with energies."""
-        knots = np.concatenate([[0.0], self.energies.time])
-        energy = [np.interp(times, knots, np.concatenate([[0.0], row])) for row in self.energies.rows]
+        knots = np.concatenate([[0.0], self.integrals.time])
+        energy = [np.interp(times, knots, np.concatenate([[0.0], row])) for row in self.integrals.energies]
         state = self.states(times)
         return Seen(
             state, account_of(self.acting, np.array(energy)), _way(self.acting.plan.system.tangents, state)
@@ -92,7 +92,7 @@ class Replayed:
     @cached_property
     def account(self) -> Account:
         """Energies of the whole run."""
-        rows = self.energies.rows
+        rows = self.integrals.energies
         return account_of(self.acting, rows[:, -1] if rows.shape[1] else np.zeros(len(rows)))
 
     @property
@@ -108,7 +108,7 @@ class Replayed:
     def swing(self) -> Floats | None:
         """Way (m,) [m] of each foot between its lowest and its highest gap, where its length limits how exactly the
         account closes (`tarsus.solve.series.RESOLVED`)."""
-        return self.energies.swing
+        return self.integrals.swing
 
 
 def _way(tangents: Floats | None, state: Sampled) -> Way | None:

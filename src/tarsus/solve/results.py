@@ -26,7 +26,7 @@ from tarsus.measure import (
 from tarsus.model.scene import Scene
 from tarsus.plan.lowering import initial_column, law_column
 from tarsus.solve import shown
-from tarsus.solve.codes import EventColumns, ResultCode, structured_marks
+from tarsus.solve.codes import EventColumns, ResultCode, structured_events, structured_marks, without_marks
 from tarsus.solve.engine import Accuracy, Log
 from tarsus.solve.run import Run
 
@@ -155,7 +155,7 @@ class Batch:
     def events(self, i: int | tuple[int, ...]) -> np.ndarray:
         """Events of run number ``i``; see `tarsus.solve.codes.EVENT_TYPE`."""
         part, place = self._at(i)
-        return part.log.structured.of(place)
+        return without_marks(structured_events(part.log.of(place)))
 
     def measures(self, i: int | tuple[int, ...], **options: Any) -> Measures:
         """Measures of run number ``i``; options as for `tarsus.measure.measures_of`."""

@@ -169,13 +169,9 @@ class Run:
         return tuple(self.base.robot.feet)
 
     @cached_property
-    def _all_events(self) -> np.ndarray:
-        return structured_events(self.log.events)
-
-    @property
     def all_events(self) -> np.ndarray:
         """Events with the period marks (kind 6) between them; apexes are those since a foot's last event or mark."""
-        return self._all_events
+        return structured_events(self.log.events)
 
     @cached_property
     def events(self) -> np.ndarray:
