@@ -84,6 +84,12 @@ class LinearSystem:
         """What tables are made per unit of (m + 1,): rest gaps [m], gravity [m/s^2]."""
         return np.append(self.rest_gap, self.gravity)
 
+    @property
+    def arrays(self) -> dict[str, Floats]:
+        """What tables depend on, by name: all there is but the sources."""
+        given = {name: getattr(self, name) for name in self.__dataclass_fields__ if name not in ("rest_gap", "gravity")}
+        return {name: array for name, array in given.items() if array is not None}
+
     def at(self, sources: Floats) -> LinearSystem:
         """The same structure with other sources (m + 1,): rest gaps [m], gravity [m/s^2]."""
         return replace(self, rest_gap=sources[:-1], gravity=float(sources[-1]))
@@ -505,9 +511,7 @@ def derived_mode(system: LinearSystem, change: LinearSystem, mode: ContactMode) 
     With coordinates that stay, modes need neither be told apart nor be derived, and may coincide. ``change``: derivatives
     of the structure's arrays.
     """
-    names = ("mass", "damping", "stiffness", "normals", "loads", "weight", "directions", "alone", "tangents")
-    pairs = {name: (getattr(system, name), getattr(change, name)) for name in names}
-    moved = {name: a if a is None else a + 1j * TINY * b for name, (a, b) in pairs.items()}
+    moved = {name: array + 1j * TINY * change.arrays[name] for name, array in system.arrays.items()}
     found = unbiased_mode(replace(system, **moved), mode.mask, mode.basis)
 
     def slopes(of: ContactMode | Bias) -> dict[str, Floats]:

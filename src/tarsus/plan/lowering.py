@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from enum import Enum
 from functools import cached_property
 from itertools import accumulate
 from typing import Any
@@ -129,6 +130,10 @@ class Plan:
     @property
     def drives(self) -> int:
         return self.system.loads.shape[1]
+
+    def channels_of(self, drive: int) -> list[int]:
+        """Number of the channel of a drive's force, and of that of its volts where laws see them."""
+        return [drive, *(self.drives + k for k, d in enumerate(self.charged) if d == drive)]
 
     @cached_property
     def signals(self) -> _native.Signals:
@@ -329,7 +334,52 @@ def program_of(law: type[Law], hook: str | None = None) -> Program:
     return translate(*functions[hook or law.hook or ""])
 
 
-def law_column(scene: Scene, path: str) -> int | None:
+class Kind(Enum):
+    """What a slot is a number of."""
+
+    LAW = "parameter of a ground law"
+    INITIAL = "initial state"
+    GAP = "rest gap of a foot"
+    GRAVITY = "gravity"
+    DRIVE = "what one drive does"
+    GAIT = "what the drives of a gait do"
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a slot is. at: column of the law parameters or of the initial state, or number of the foot or drive."""
+
+    kind: Kind
+    at: int = 0
+
+    @property
+    def bounded(self) -> bool:
+        """Whether its bounds are an interval of its own, whatever else varies; what drives do is checked as a whole."""
+        return self.kind not in (Kind.DRIVE, Kind.GAIT)
+
+
+def slot(scene: Scene, path: str) -> Place | None:
+    """The slot of the number at a path, or None where its value enters a plan's structure."""
+    keys = path.split(".")
+    if (column := _law_column(scene, path)) is not None:
+        return Place(Kind.LAW, column)
+    if (column := _initial_column(scene, path)) is not None:
+        return Place(Kind.INITIAL, column)
+    if path == "ground.gravity.acceleration" and scene.ground.gravity is not None:
+        return Place(Kind.GRAVITY)
+    if keys[:2] == ["robot", "feet"] and len(keys) == 4 and keys[3] == "gap" and keys[2] in scene.robot.feet:
+        return Place(Kind.GAP, list(scene.robot.feet).index(keys[2]))
+    if keys[0] == "gait" and scene.gait is not None:
+        return Place(Kind.GAIT)
+    drives = list(scene.robot.drives)
+    if keys[0] == "signals" and len(keys) > 2 and keys[1] in drives and keys[1] in scene.signals:
+        return Place(Kind.DRIVE, drives.index(keys[1]))
+    if keys[:2] == ["robot", "drives"] and len(keys) > 3 and keys[2] in drives and keys[3] != "load":
+        return Place(Kind.DRIVE, drives.index(keys[2]))
+    return None
+
+
+def _law_column(scene: Scene, path: str) -> int | None:
     """Column of a foot's parameter row that holds the value at ``path``; None if it is no parameter of a law.
 
     Such values vary from run to run without lowering the scene again.
@@ -345,7 +395,7 @@ def law_column(scene: Scene, path: str) -> int | None:
     return paths.get(path)
 
 
-def initial_column(scene: Scene, path: str) -> int | None:
+def _initial_column(scene: Scene, path: str) -> int | None:
     """Place in the initial state (2n,) of the value at ``path``; None if it is none that the scene gives."""
     keys = path.split(".")
     if len(keys) != 3 or keys[0] != "initial" or keys[1] not in ("displacement", "velocity"):

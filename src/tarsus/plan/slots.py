@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from enum import Enum
 from typing import Any
 
 import numpy as np
@@ -25,7 +24,7 @@ from tarsus.model.drive.pieces import Channels, Pieces, evaluate
 from tarsus.model.scene import Scene
 from tarsus.model.standing import equilibrium
 from tarsus.plan.channels import drive_courses
-from tarsus.plan.lowering import Plan, distinct, initial_column, law_column, pack, scales
+from tarsus.plan.lowering import Kind, Place, Plan, distinct, pack, scales, slot
 
 __all__ = [
     "Kind",
@@ -41,30 +40,6 @@ __all__ = [
 ]
 
 Floats = NDArray[np.float64]
-
-
-class Kind(Enum):
-    """What a slot is a number of."""
-
-    LAW = "parameter of a ground law"
-    INITIAL = "initial state"
-    GAP = "rest gap of a foot"
-    GRAVITY = "gravity"
-    DRIVE = "what one drive does"
-    GAIT = "what the drives of a gait do"
-
-
-@dataclass(frozen=True)
-class Place:
-    """Where a slot is. at: column of the law parameters or of the initial state, or number of the foot or drive."""
-
-    kind: Kind
-    at: int = 0
-
-    @property
-    def bounded(self) -> bool:
-        """Whether its bounds are an interval of its own, whatever else varies; what drives do is checked as a whole."""
-        return self.kind not in (Kind.DRIVE, Kind.GAIT)
 
 
 @dataclass(frozen=True)
@@ -125,27 +100,6 @@ def slots(scene: Scene) -> dict[str, Place]:
     """Every slot of a scene by path, in file order."""
     found = {path: slot(scene, path) for path in float_paths(scene)}
     return {path: place for path, place in found.items() if place is not None}
-
-
-def slot(scene: Scene, path: str) -> Place | None:
-    """The slot of the number at a path, or None where its value enters a plan's structure."""
-    keys = path.split(".")
-    if (column := law_column(scene, path)) is not None:
-        return Place(Kind.LAW, column)
-    if (column := initial_column(scene, path)) is not None:
-        return Place(Kind.INITIAL, column)
-    if path == "ground.gravity.acceleration" and scene.ground.gravity is not None:
-        return Place(Kind.GRAVITY)
-    if keys[:2] == ["robot", "feet"] and len(keys) == 4 and keys[3] == "gap" and keys[2] in scene.robot.feet:
-        return Place(Kind.GAP, list(scene.robot.feet).index(keys[2]))
-    if keys[0] == "gait" and scene.gait is not None:
-        return Place(Kind.GAIT)
-    drives = list(scene.robot.drives)
-    if keys[0] == "signals" and len(keys) > 2 and keys[1] in drives and keys[1] in scene.signals:
-        return Place(Kind.DRIVE, drives.index(keys[1]))
-    if keys[:2] == ["robot", "drives"] and len(keys) > 3 and keys[2] in drives and keys[3] != "load":
-        return Place(Kind.DRIVE, drives.index(keys[2]))
-    return None
 
 
 def unit_of(path: str, plan: Plan | None) -> float:
@@ -274,8 +228,7 @@ def _driven(
     pool = [Channels.of(base.pool)]
     for name, course in courses.items():
         d = names.index(name)
-        places = [d, *(plan.drives + k for k, of in enumerate(plan.charged) if of == d)]
-        for c, channels in zip(places, (course.force, course.volts), strict=False):
+        for c, channels in zip(plan.channels_of(d), (course.force, course.volts), strict=False):
             assert channels is not None
             base.channels[:, c] = sum(map(len, pool)) + course.which
             pool.append(channels)

@@ -79,11 +79,8 @@ def book_of(plan: Plan, duration: float) -> ModeBook:
 def structure_key(plan: Plan, duration: float) -> tuple[object, ...]:
     """What the tables of a plan's structure depend on: all of it but rest gaps and gravity."""
     system = plan.system
-    parts = (system.mass, system.damping, system.stiffness, system.normals, system.loads, system.weight)
-    chosen = (system.directions, system.alone, system.tangents)
-    arrays = [np.asarray(part, dtype=float).tobytes() for part in parts]
-    given = [None if part is None else np.asarray(part, dtype=float).tobytes() for part in chosen]
-    return (float(step_lengths(duration)[0]), system.normals.shape, plan.laws.use_rates, *arrays, *given)
+    arrays = ((name, np.asarray(array, dtype=float).tobytes()) for name, array in system.arrays.items())
+    return (float(step_lengths(duration)[0]), system.normals.shape, plan.laws.use_rates, *arrays)
 
 
 @dataclass(frozen=True)

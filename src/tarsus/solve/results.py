@@ -24,7 +24,7 @@ from tarsus.measure import (
     no_measure,
 )
 from tarsus.model.scene import Scene
-from tarsus.plan.lowering import initial_column, law_column
+from tarsus.plan.slots import Kind, slot
 from tarsus.solve import shown
 from tarsus.solve.codes import EventColumns, ResultCode, structured_events, structured_marks, without_marks
 from tarsus.solve.engine import Accuracy, Log
@@ -226,11 +226,8 @@ class Batch:
     def _variants(self) -> tuple[NDArray[np.intp], list[dict[str, float]]]:
         """Number (nr,) of the description that each run has, parameters of ground laws and start aside, and what each
         changes in the batch's scene."""
-        paths = [
-            p
-            for p in self.vary
-            if law_column(self.scene, p) is None and initial_column(self.scene, p) is None
-        ]
+        places = {path: slot(self.scene, path) for path in self.vary}
+        paths = [p for p, at in places.items() if at is None or at.kind not in (Kind.LAW, Kind.INITIAL)]
         if not paths:
             return np.zeros(len(self), dtype=np.intp), [{}]
         rows, number = np.unique(

@@ -289,11 +289,6 @@ def _standing(scene: Scene, plan: Plan, stencil: Stencil) -> Floats:
     return out
 
 
-def _channels_of(plan: Plan, drive: int) -> list[int]:
-    """Number of the channel of a drive's force, and of that of its volts where laws see them."""
-    return [drive, *(plan.drives + k for k, d in enumerate(plan.charged) if d == drive)]
-
-
 def _driven_by(row: Rows, scene: Scene, plan: Plan, lines: Mapping[str, SlopedDrive]) -> Rows:
     """A run with those drives in place of its own."""
     if not lines:
@@ -301,7 +296,7 @@ def _driven_by(row: Rows, scene: Scene, plan: Plan, lines: Mapping[str, SlopedDr
     pool, channels = list(row.pool), row.channels.copy()
     for name, one in lines.items():
         drive = list(scene.robot.drives).index(name)
-        for c, channel in zip(_channels_of(plan, drive), (one.force, one.volts), strict=False):
+        for c, channel in zip(plan.channels_of(drive), (one.force, one.volts), strict=False):
             assert channel is not None
             channels[0, c] = len(pool)
             pool.append(channel.pieces)
@@ -310,7 +305,7 @@ def _driven_by(row: Rows, scene: Scene, plan: Plan, lines: Mapping[str, SlopedDr
 
 def _add_drive(data: DataTangents, row: Rows, plan: Plan, drive: int, of: SlopedDrive) -> None:
     """Add the derivatives of a drive."""
-    for c, one in zip(_channels_of(plan, drive), (of.force, of.volts), strict=False):
+    for c, one in zip(plan.channels_of(drive), (of.force, of.volts), strict=False):
         assert one is not None
         channel = row.channels[0, c]
         first = int(np.asarray(row.signals.first)[channel])
@@ -376,7 +371,7 @@ def _structure_slope(scene: Scene, plan: Plan, direction: Direction) -> LinearSy
 
     Raises InputError where the structure changes its size.
     """
-    own, best, least = _arrays(plan.system), {}, np.inf
+    own, best, least = plan.system.arrays, {}, np.inf
     for part in WIDTHS:
         try:
             stencil = Stencil.of(scene, direction, part, order=8)
@@ -384,7 +379,7 @@ def _structure_slope(scene: Scene, plan: Plan, direction: Direction) -> LinearSy
             if part == WIDTHS[-1]:
                 raise
             continue
-        there = [_arrays(lower_system(stencil.scene(scene, place))) for place in stencil.places]
+        there = [lower_system(stencil.scene(scene, place)).arrays for place in stencil.places]
         if any(one["mass"].shape != own["mass"].shape for one in there):
             path = next(iter(direction))
             raise InputError(f"{path}: there is no derivative by it, for the structure changes its size")
@@ -399,13 +394,6 @@ def _structure_slope(scene: Scene, plan: Plan, direction: Direction) -> LinearSy
         if off <= AGREED:
             break
     return replace(plan.system, rest_gap=np.zeros_like(plan.system.rest_gap), gravity=0.0, **best)
-
-
-def _arrays(system: LinearSystem) -> dict[str, Floats]:
-    """What structures differ in, by name."""
-    names = ("mass", "damping", "stiffness", "normals", "loads", "weight", "directions", "alone")
-    given = {name: getattr(system, name) for name in names}
-    return {name: array for name, array in given.items() if array is not None}
 
 
 def _differences(
