@@ -21,7 +21,7 @@ from tarsus.base.events import EventKind
 from tarsus.model.scene import Scene
 from tarsus.plan.lowering import lower_scene
 from tarsus.solve.codes import structured_events
-from tarsus.solve.engine import SharedBook, execute, tables_of, walk
+from tarsus.solve.engine import book_of, execute, tables_of, walk
 from tarsus.solve.simulate import RECORDED
 from tarsus_reproduce.legs import millipede_leg
 from tarsus_reproduce.millipede_parameters import millipede_parameters
@@ -53,7 +53,7 @@ def beside_modes(scene: Scene, duration: float, repeats: int) -> tuple[float, fl
     """CPU seconds a second of both engines on a walker without friction, after comparing every event."""
     smooth = ts.with_values(scene, {"ground.friction": None})
     plan = lower_scene(smooth)
-    tables, book = tables_of(plan, duration), SharedBook(plan, duration)
+    tables, book = tables_of(plan, duration), book_of(plan, duration)
 
     def by_legs() -> np.ndarray:
         return structured_events(walk(plan, duration, tables=tables, accuracy=RECORDED).events)

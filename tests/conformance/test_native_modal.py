@@ -15,7 +15,7 @@ from tarsus.core.arrays import E_FOOT, E_KIND
 from tarsus.files.toml import parse_scene
 from tarsus.plan.lowering import lower_scene
 from tarsus.plan.slots import rows_of
-from tarsus.solve.engine import Accuracy, SharedBook, execute
+from tarsus.solve.engine import Accuracy, book_of, execute
 from tarsus.study import bench
 
 BENCH = Path(str(bench._data()))
@@ -166,13 +166,13 @@ def test_more_feet_than_a_word_has_bits():
     raw = execute(plan, made.duration, accuracy=LOOSE)
     assert raw.codes[0] == 0
     touched = set(raw.events[np.isin(raw.events[:, E_KIND], (1, 2, 4)), E_FOOT].astype(int))
-    assert touched and max(mode.mask for mode in raw.book.book.modes) >= 0
+    assert touched and max(mode.mask for mode in raw.book.modes) >= 0
     assert all(0 <= foot < 70 for foot in touched)
 
 
 def test_a_batch_is_its_runs_one_by_one():
     plan = lower_scene(bench.chain(2))
-    book = SharedBook(plan, 0.1)
+    book = book_of(plan, 0.1)
     parameters = np.repeat(plan.laws.parameters[None], 5, axis=0)
     parameters[:, :, plan.laws.columns["restitution"]] = np.linspace(0.2, 0.6, 5)[:, None]
     rows = replace(rows_of(plan, 5), parameters=parameters)

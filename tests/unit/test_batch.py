@@ -8,6 +8,7 @@ import multiprocessing
 import os
 import pickle
 import sys
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ import tarsus as ts
 from tarsus.base.errors import InputError
 from tarsus.base.workers import spread, workers
 from tarsus.plan.lowering import lower_scene
-from tarsus.solve import Batch, ResultCode, engines
+from tarsus.solve import Batch, ResultCode
 from tarsus.study import bench
 from walking_devices import creeping_millipede
 
@@ -286,7 +287,11 @@ def test_every_run_is_a_run(grid):
 
 def test_a_session_lowers_its_scene_once_for_runs_that_differ_in_slots(scene, monkeypatch):
     lowered = []
-    monkeypatch.setattr(engines, "lower_scene", lambda *of: lowered.append(of) or lower_scene(*of))
+    monkeypatch.setattr(
+        import_module("tarsus.solve.simulate"),
+        "lower_scene",
+        lambda *of: lowered.append(of) or lower_scene(*of),
+    )
     session = ts.Session(scene)
     for gap in ("60 um", 6.5e-5):
         run = session.run({"robot.feet.tip.gap": gap, VOLTS: 8.0}, DURATION)

@@ -36,7 +36,7 @@ def test_the_session_on_the_page_of_slots_runs():
     names: dict = {}
     exec(text, names)
     assert names["first"].ok and names["second"].scene.robot.feet["tip"].gap == 65e-6
-    assert names["second"].motion.log.book.book.native is names["first"].motion.log.book.book.native
+    assert names["second"].motion.log.book.native is names["first"].motion.log.book.native
     assert len(names["batch"]) == 3
     slots = names["session"].slots
     assert {"robot.feet.tip.gap", "signals.pzt.phase", "ground.film.coefficient"} <= set(slots)

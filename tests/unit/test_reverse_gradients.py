@@ -15,7 +15,7 @@ from tarsus.plan.slots import slots
 from tarsus.solve import objective as module
 from tarsus.solve.adjoint import Seeds, swept
 from tarsus.solve.engine import settings_of
-from tarsus.solve.engines import RECORDED
+from tarsus.solve.simulate import RECORDED
 
 
 @pytest.fixture
@@ -147,7 +147,12 @@ def test_measures_backwards_as_forwards(name, duration):
     for measure in (*PER_WINDOW, *WHOLE_RUN):
         wanted, got = run.gradient(measure), ts.gradient(measure, scene, paths, duration)
         assert list(got) == paths and set(got.flags) == set(wanted.flags)
-        if measure.removeprefix("total_") in ("bounces", "rebounds", "rebounds_any_height", "impacts"):  # counts
+        if measure.removeprefix("total_") in (
+            "bounces",
+            "rebounds",
+            "rebounds_any_height",
+            "impacts",
+        ):  # counts
             assert all(got[path] == 0.0 for path in paths if path not in got.flags)
             continue
         for path in paths:

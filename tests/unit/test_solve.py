@@ -14,7 +14,7 @@ from tarsus.base.events import EventKind
 from tarsus.core import arrays as a
 from tarsus.measure import Flights
 from tarsus.solve import Accuracy, ResultCode
-from tarsus.solve.codes import EventLog, structured_events
+from tarsus.solve.codes import structured_events
 
 SCENES = Path(__file__).parent.parent / "scenes"
 
@@ -114,27 +114,6 @@ def test_dataset_has_dimensions_units_and_names(run):
     assert set(data.data_vars) == set(units) - {"time"}
     assert data["gap"].dims == ("foot", "time") and data["displacement"].dims == ("point", "time")
     assert data.attrs["title"] == "two sticky feet" and data.attrs["duration_s"] == 0.02
-
-
-def test_events_of_runs_made_together_are_those_of_each():
-    runs = [
-        [
-            _row(1.0, 0, 1),
-            _row(3.0, 0, EventKind.REST),
-            _row(2.0, 1, 1),
-            _row(2.5, 1, EventKind.PERIOD_MARK),
-            _row(2.7, 0, EventKind.RELEASE),
-        ],
-        [],
-        [_row(0.5, 1, 1), _row(0.5, 0, EventKind.PERIOD_MARK)],
-        [_row(4.0, 0, EventKind.REST), _row(3.0, 1, 1)],
-    ]
-    rows = np.array([row for run in runs for row in run])
-    log = EventLog(rows, np.cumsum([len(run) for run in runs]))
-    for i, run in enumerate(runs):
-        alone = structured_events(np.array(run).reshape(-1, rows.shape[1]))
-        np.testing.assert_array_equal(log.all_of(i), alone)
-        np.testing.assert_array_equal(log.of(i), alone[alone["kind"] != EventKind.PERIOD_MARK])
 
 
 def test_result_codes_are_sentences():
@@ -294,7 +273,9 @@ def test_devices_files_and_durations_are_taken_as_files_say_them(tmp_path):
         assert run.duration == 0.01 and np.array_equal(run.events, plain.events)
     batch = ts.simulate_batch("cantilever", {"signals.pzt.amplitude": [8.0]}, "10 ms")
     assert batch.events(0)["time"] == pytest.approx(plain.events["time"], rel=1e-7)
-    assert ts.Session("cantilever").run({}, "10 ms").events["time"][0] == pytest.approx(plain.events["time"][0])
+    assert ts.Session("cantilever").run({}, "10 ms").events["time"][0] == pytest.approx(
+        plain.events["time"][0]
+    )
     with pytest.raises(InputError, match="no device is called 'cantlever'; did you mean 'cantilever'"):
         ts.simulate("cantlever")
     with pytest.raises(InputError, match=r"duration: .*'10 mm'"):

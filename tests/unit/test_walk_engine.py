@@ -11,7 +11,7 @@ from scipy.linalg import expm
 
 import tarsus as ts
 from tarsus.core import _native
-from tarsus.core.book import NODES
+from tarsus.core.modes import NODES
 from tarsus.core.nodes import TAU
 from tarsus.model.laws import Friction, SmoothLaw
 from tarsus.model.structure import Walker
@@ -183,9 +183,9 @@ def test_a_sliding_block_is_pulled_off_where_the_ground_lets_go() -> None:
     )
     assert run.events["kind"][1:].tolist() == [RELEASE]
     speed = 0.1 - 0.5 * MU * GRAVITY * 0.01  # friction falls evenly to nothing
-    assert run.at(np.array([0.01])).state.v[run.scene.robot.structure.row("block_x") != 0.0, 0] == pytest.approx(
-        speed, rel=1e-9
-    )
+    assert run.at(np.array([0.01])).state.v[
+        run.scene.robot.structure.row("block_x") != 0.0, 0
+    ] == pytest.approx(speed, rel=1e-9)
 
 
 def test_a_step_of_half_an_oscillation_still_feels_a_constant_force():

@@ -1,4 +1,5 @@
-"""Contact modes: the linear structure with some feet held on the ground, in a fixed order of operations.
+"""Contact modes: the linear structure with some feet held on the ground, in a fixed order of operations; and the book of those
+that runs of one structure have met.
 
 A foot on the ground is held along its normal; one that knows the way along the ground (`LinearSystem.tangents`) slides
 there, or sticks and is held along it too. With a set S of such constraints the structure is again linear. Its exact flow over a step of length h,
@@ -25,16 +26,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
+from threading import Lock
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.linear import cholesky, inverse, length, product, pseudoinverse, rank_of, solve, svd
+from tarsus.core import _native, nodes
 from tarsus.core.blocks import split_modes
 
 Floats = NDArray[np.float64]
+
+NODES = _native.Nodes(nodes)
 
 REDUNDANT = 1e-13
 """A foot whose mobility falls below this part by others that are held is held by them: rounding leaves 1e-16 of it."""
@@ -78,6 +83,12 @@ class LinearSystem:
     def sources(self) -> Floats:
         """What tables are made per unit of (m + 1,): rest gaps [m], gravity [m/s^2]."""
         return np.append(self.rest_gap, self.gravity)
+
+    @property
+    def arrays(self) -> dict[str, Floats]:
+        """What tables depend on, by name: all there is but the sources."""
+        given = {name: getattr(self, name) for name in self.__dataclass_fields__ if name not in ("rest_gap", "gravity")}
+        return {name: array for name, array in given.items() if array is not None}
 
     def at(self, sources: Floats) -> LinearSystem:
         """The same structure with other sources (m + 1,): rest gaps [m], gravity [m/s^2]."""
@@ -500,9 +511,7 @@ def derived_mode(system: LinearSystem, change: LinearSystem, mode: ContactMode) 
     With coordinates that stay, modes need neither be told apart nor be derived, and may coincide. ``change``: derivatives
     of the structure's arrays.
     """
-    names = ("mass", "damping", "stiffness", "normals", "loads", "weight", "directions", "alone", "tangents")
-    pairs = {name: (getattr(system, name), getattr(change, name)) for name in names}
-    moved = {name: a if a is None else a + 1j * TINY * b for name, (a, b) in pairs.items()}
+    moved = {name: array + 1j * TINY * change.arrays[name] for name, array in system.arrays.items()}
     found = unbiased_mode(replace(system, **moved), mode.mask, mode.basis)
 
     def slopes(of: ContactMode | Bias) -> dict[str, Floats]:
@@ -513,3 +522,59 @@ def derived_mode(system: LinearSystem, change: LinearSystem, mode: ContactMode) 
     coupling = own["blocks"]
     own["blocks"] = np.zeros_like(mode.blocks)
     return replace(found, **own, bias=Bias(**slopes(found.bias))), coupling
+
+
+class ModeBook:
+    """Contact modes of a linear structure with their step tables, made when a run first meets them; safe between threads.
+
+    lengths (nk,) [s] halve from entry to entry. rates: whether a law asks for gap rates at the nodes of a step.
+    shared: the book of a structure that differs in rest gaps and gravity at most, whose tables serve this one as well.
+    A pickle holds no tables but which modes were met, in their order: recorded steps number them so.
+    """
+
+    def __init__(
+        self, system: LinearSystem, lengths: Floats, rates: bool = True, *, shared: ModeBook | None = None
+    ) -> None:
+        self.__setstate__((system, np.ascontiguousarray(lengths, dtype=float), rates, []))
+        if shared is not None:
+            self.__dict__["native"] = shared.native
+        _ = self.native  # now, not when threads first meet there
+
+    def __getstate__(self) -> tuple[Any, ...]:
+        return self.system, self.lengths, self._rates, [mode.mask for mode in self.modes]
+
+    def __setstate__(self, state: tuple[Any, ...]) -> None:
+        self.system, self.lengths, self._rates, self._met = state
+        self._modes: list[ContactMode] = []
+        self._lock = Lock()
+
+    @cached_property
+    def native(self) -> Any:
+        """The modes and tables as the engine holds them."""
+        n, m = self.system.normals.shape
+        given = self.system.tangents
+        tangents = np.zeros((0, n)) if given is None else np.ascontiguousarray(given.T)
+        made = _native.Book(
+            self.lengths, m, self.system.loads.shape[1], n, self._rates, tangents, NODES, nodes,
+            partial(unbiased_mode, self.system),
+        )  # fmt: skip
+        for mask in self._met:
+            made.require(mask)
+        return made
+
+    @property
+    def slides(self) -> bool:
+        """Whether feet know their way along the ground."""
+        return self.system.tangents is not None
+
+    @property
+    def modes(self) -> list[ContactMode]:
+        """The contact modes in the order in which they were met, by which recorded steps number them."""
+        with self._lock:  # each is added once, whoever asks first
+            met = self.native.modes
+            self._modes += [mode.biased(self.system.sources) for mode in met[len(self._modes) :]]
+            return self._modes
+
+    def require(self, mask: int) -> int:
+        """Number of the contact mode whose held constraints are the bits of ``mask``; made now if no run has met it."""
+        return self.native.require(mask)

@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.core import _native, nodes
-from tarsus.core.book import NODES, ModeBook
-from tarsus.core.modes import LinearSystem
+from tarsus.core.modes import NODES, ModeBook
 
 Floats = NDArray[np.float64]
 
@@ -42,37 +41,25 @@ class Sampled:
 
 @dataclass(frozen=True)
 class Integrals:
-    """Energies up to the end of each recorded step, cumulative [J]; time (nr,).
+    """Energies up to the end of each recorded step, cumulative.
 
-    work: of drive forces and of constant ones (weight); damping: vᵀ C v dissipated; resistive, smooth, friction: work
-    of the ground's forces on the structure; parts (np, nr): what of it single laws have done, of those that act together all but
-    the last, resistive ones first. swing (m,) [m]: between the lowest and the highest gap of each foot at the starts of the
-    steps.
+    time (nr,) [s]; energies (ENERGIES + np, nr) [J]: as the account of a walker has them (`tarsus.core.arrays`), and what of
+    them single laws have done, of those that act together all but the last, resistive ones first. swing (m,) [m]: between
+    the lowest and the highest gap of each foot at the starts of the steps.
     """
 
     time: Floats
-    work: Floats
-    damping: Floats
-    resistive: Floats
-    smooth: Floats
-    friction: Floats
-    parts: Floats
+    energies: Floats
     swing: Floats
 
-    @property
-    def rows(self) -> Floats:
-        """(ENERGIES + np, nr): as the account of a walker has them, see `tarsus.core.arrays`."""
-        return np.vstack([self.work, self.damping, -self.resistive, self.smooth, -self.friction, *self.parts])
 
-
-def integrate(
-    system: LinearSystem, book: ModeBook, trace: Floats, acting: tuple[Any, Any, Any] | None = None
-) -> Integrals:
-    """Energies of a recorded run.
+def integrate(book: ModeBook, trace: Floats, acting: tuple[Any, Any, Any] | None = None) -> Integrals:
+    """Energies of a recorded run of the structure of a book, with its rest gaps and gravity.
 
     trace (nr, width): rows as the engine records them; acting: the engine's signals and laws, and the run's row of data,
     by which it is known what drives and laws there are, and laws that act together have their shares.
     """
+    system = book.system
     n, m = system.normals.shape
     parts = (system.damping, system.normals.T, system.loads.T, system.constant, system.constraints.T[m:].reshape(-1, n))
     carriers = tuple(np.ascontiguousarray(one, dtype=float) for one in parts)
@@ -80,7 +67,7 @@ def integrate(
         book.native, NODES, carriers, np.ascontiguousarray(system.sources), np.ascontiguousarray(trace), acting
     )
     time, work, damping, resistive, smooth, friction, *shares = rows.T
-    return Integrals(time, work, damping, resistive, smooth, friction, np.reshape(shares, (-1, len(trace))), swing)
+    return Integrals(time, np.vstack([work, damping, -resistive, smooth, -friction, *shares]), swing)
 
 
 def sample(sources: Floats, book: ModeBook, trace: Floats, times: Floats) -> Sampled:

@@ -13,7 +13,7 @@ from tarsus.base.spec import with_values
 from tarsus.fit.readers import Reader, Told
 from tarsus.model.scene import Scene
 from tarsus.solve import Accuracy, GradientRun, simulate
-from tarsus.solve.engines import Shared
+from tarsus.solve.simulate import Shared
 
 __all__ = ["Case", "directions"]
 

@@ -20,8 +20,7 @@ from tarsus.fit.terms import Term
 from tarsus.fit.unknowns import Unknown, Unknowns
 from tarsus.model.scene import Scene
 from tarsus.solve import Accuracy, Batch, simulate_batch
-from tarsus.solve.engines import RECORDED, Shared
-from tarsus.solve.simulate import seconds_of
+from tarsus.solve.simulate import RECORDED, Shared, seconds_of
 
 __all__ = ["Problem"]
 

@@ -221,6 +221,9 @@ def reference_faults(
                 faults.append(
                     (f"feet.{name}.{key}", f"the structure has no point '{point}'{nearest(point, points)}")
                 )
+        if along is not None and along == at:
+            text = f"'{along}' is the foot's own point, whose displacement is up: name another for its way along the ground"
+            faults.append((f"feet.{name}.along", text))
         if electrode is not None and electrode not in drives:
             faults.append(
                 (f"feet.{name}.electrode", f"there is no drive '{electrode}'{nearest(electrode, drives)}")

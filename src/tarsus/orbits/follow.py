@@ -20,7 +20,7 @@ from tarsus.orbits.orbit import CLOSED, Orbit
 from tarsus.orbits.returns import Returned, ReturnMap, middle_of_flight
 from tarsus.orbits.walking import WalkMap
 from tarsus.solve.codes import ResultCode
-from tarsus.solve.engines import Shared
+from tarsus.solve.simulate import Shared
 
 __all__ = ["Follower", "Point", "sequence"]
 

@@ -23,9 +23,9 @@ from tarsus.model.scene import Scene
 from tarsus.plan.lowering import Plan, lower_scene
 from tarsus.plan.slots import Rows, rows_for, rows_of, slot
 from tarsus.solve.codes import ResultCode
-from tarsus.solve.engine import Accuracy, SharedBook, execute, settings_of, structure_key
-from tarsus.solve.engines import Shared
+from tarsus.solve.engine import Accuracy, ModeBook, book_of, execute, settings_of, structure_key
 from tarsus.solve.lanes import tangents
+from tarsus.solve.simulate import Shared
 from tarsus.solve.tangents import NO_FRICTION, DataTangents, Entering
 from tarsus.solve.window import Contacts, Window, simulate_window
 
@@ -109,7 +109,7 @@ class ReturnMap:
     """
 
     plan: Plan
-    book: SharedBook
+    book: ModeBook
     rows: Rows
     period: float
     start: float
@@ -215,7 +215,7 @@ def return_map(
     if plan.system.tangents is not None:
         raise InputError(NO_FRICTION)
     check_memory(plan)
-    book = shared.get(structure_key(plan, horizon), lambda: SharedBook(plan, horizon))
+    book = shared.get(structure_key(plan, horizon), lambda: book_of(plan, horizon))
     return ReturnMap(plan, book, rows, period, start * period, contacts)
 
 

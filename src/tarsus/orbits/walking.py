@@ -33,9 +33,9 @@ from tarsus.orbits.returns import (
 from tarsus.plan.lowering import Plan, lower_scene
 from tarsus.plan.slots import rows_of
 from tarsus.solve.engine import tables_of
-from tarsus.solve.engines import Shared
 from tarsus.solve.lanes import Tangents, walk_tangents
 from tarsus.solve.run import Run
+from tarsus.solve.simulate import Shared
 from tarsus.solve.tangents import DataTangents, Entering
 from tarsus.solve.window import Contacts, Window, simulate_window
 

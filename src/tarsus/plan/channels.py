@@ -20,7 +20,7 @@ from tarsus.model.drive.signal import Signal
 from tarsus.model.drive.track import NoSlopeError, Track, joined
 from tarsus.model.drive.waveforms import Constant
 from tarsus.model.scene import Drive, Scene
-from tarsus.plan.lowering import distinct
+from tarsus.plan.lowering import Kind, distinct, slot
 
 __all__ = ["Course", "Sloped", "SlopedDrive", "drive_courses", "felt", "sloped_drives"]
 
@@ -229,21 +229,16 @@ def sloped_drives(
 
 def _drives(scene: Scene, path: str) -> bool:
     """Whether a number is one of what drives do."""
-    keys = path.split(".")
-    if keys[0] == "gait":
-        return scene.gait is not None
-    if keys[0] == "signals":
-        return len(keys) > 2 and keys[1] in scene.robot.drives and keys[1] in scene.signals
-    drives = keys[:2] == ["robot", "drives"] and len(keys) > 3 and keys[2] in scene.robot.drives
-    return drives and keys[3] != "load" and felt(path)
+    place = slot(scene, path)
+    return place is not None and not place.bounded and felt(path)
 
 
 def _moved_by(scene: Scene, path: str, found: Collection[str]) -> list[str]:
     """Drives that a number of what drives do has a part in."""
-    keys = path.split(".")
-    if keys[0] == "gait":
+    place = slot(scene, path)
+    if place is None or place.kind is Kind.GAIT:
         return [name for name in found if name not in scene.signals]
-    return [keys[1] if keys[0] == "signals" else keys[2]]
+    return [list(scene.robot.drives)[place.at]]
 
 
 def _sloped(wave: Signal, drive: Drive, count: int, charged: bool) -> SlopedDrive:

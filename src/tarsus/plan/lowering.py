@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from enum import Enum
 from functools import cached_property
 from itertools import accumulate
 from typing import Any
@@ -14,6 +15,7 @@ import numpy as np
 from tarsus.base.errors import InputError
 from tarsus.base.linear import largest_of, product, solve
 from tarsus.core import _native
+from tarsus.core.arrays import Body as LeggedBody
 from tarsus.core.modes import Floats, LinearSystem
 from tarsus.model.drive.lower import lower
 from tarsus.model.drive.pieces import Channels, Pieces
@@ -21,13 +23,17 @@ from tarsus.model.laws.base import Law, SmoothLaw
 from tarsus.model.laws.impact_map import Body, MassWeighted
 from tarsus.model.laws.landing import PullAsPrinted
 from tarsus.model.laws.program import Program
-from tarsus.model.laws.registry import is_built_in
 from tarsus.model.laws.translate import translate
+from tarsus.model.robot import Robot
 from tarsus.model.scene import Ground, Scene
 from tarsus.model.standing import equilibrium
 from tarsus.model.structure import Walker
 from tarsus.model.structure.base import Matrices
-from tarsus.plan.walker import Legs, lower_legs, without_native
+
+
+def without_native(of: Any) -> dict[str, Any]:
+    """What is pickled: the fields; what the native engine holds of them is made again where it is needed."""
+    return {name: of.__dict__[name] for name in of.__dataclass_fields__}
 
 
 @dataclass(frozen=True)
@@ -74,13 +80,33 @@ class FootLaws:
 
 
 @dataclass(frozen=True)
+class Legs:
+    """A walker's body and legs as arrays.
+
+    body: see `tarsus.core.arrays`; blocks (nt, 3): mass, stiffness and damping of the different legs, upward
+    and along the way.
+    """
+
+    body: LeggedBody
+    blocks: np.ndarray
+
+    def __getstate__(self) -> dict[str, Any]:
+        return without_native(self)
+
+    @cached_property
+    def native(self) -> _native.LeggedBody:
+        """The body as the engine holds it: its weights are those of unit gravity, its gaps those of no run."""
+        return _native.LeggedBody(self.body)
+
+
+@dataclass(frozen=True)
 class Plan:
     """A scene as arrays, ready for the engine.
 
-    system: the linear structure; laws: flags, parameters and volts channel per foot;
-    channels: forces of the drives, then volts of those of ``charged``; initial (2n,): displacements and velocities at
-    t = 0. length [m], force [N], rate [1/s]: scales that turn relative tolerances into absolute ones. legs: of a
-    structure that walks, its body and legs; None for any other.
+    system: the linear structure; laws: flags, parameters and volts channel per foot; channels: forces of the drives,
+    then volts of those of ``charged``; initial (2n,): displacements and velocities at t = 0; periods (nd,) [s]: of the
+    signals, NaN where one does not repeat. length [m], force [N], rate [1/s]: scales that turn relative tolerances into
+    absolute ones. legs: of a structure that walks, its body and legs; None for any other.
     """
 
     system: LinearSystem
@@ -88,6 +114,7 @@ class Plan:
     channels: tuple[Pieces, ...]
     charged: tuple[int, ...]
     initial: np.ndarray
+    periods: np.ndarray
     length: float
     force: float
     rate: float
@@ -104,6 +131,10 @@ class Plan:
     def drives(self) -> int:
         return self.system.loads.shape[1]
 
+    def channels_of(self, drive: int) -> list[int]:
+        """Number of the channel of a drive's force, and of that of its volts where laws see them."""
+        return [drive, *(self.drives + k for k, d in enumerate(self.charged) if d == drive)]
+
     @cached_property
     def signals(self) -> _native.Signals:
         """The drive channels as the engine holds them."""
@@ -117,11 +148,12 @@ def lower_scene(scene: Scene, drive: Callable[..., tuple[Pieces, Pieces]] = lowe
     """
     system = lower_system(scene)
     names = list(scene.robot.drives)
-    forces, volts, signals = [], [], scene.actuator_volts
+    forces, volts, periods, signals = [], [], [], scene.actuator_volts
     for name, one in scene.robot.drives.items():
         force, volt = drive(signals[name], one.law, one.history)
         forces.append(force)
         volts.append(volt)
+        periods.append(signals[name].period or np.nan)
     feet = list(scene.robot.feet.values())
     laws = lower_laws(scene.ground, len(feet))
     if scene.ground.makes_energy:
@@ -148,8 +180,8 @@ def lower_scene(scene: Scene, drive: Callable[..., tuple[Pieces, Pieces]] = lowe
         initial[None], system.sources[None],
     )  # fmt: skip
     return Plan(
-        system, laws, channels, tuple(used), initial, float(length[0]), float(force[0]), _rate(system),
-        lower_legs(scene.robot, system),
+        system, laws, channels, tuple(used), initial, np.array(periods), float(length[0]), float(force[0]),
+        _rate(system), lower_legs(scene.robot, system),
     )  # fmt: skip
 
 
@@ -177,13 +209,47 @@ def lower_system(scene: Scene) -> LinearSystem:
     )  # fmt: skip
 
 
+def lower_legs(robot: Robot, system: LinearSystem) -> Legs | None:
+    """Body and legs of a robot with the linear structure ``system``; None where that does not walk."""
+    walker = robot.structure
+    if not isinstance(walker, Walker):
+        return None
+    names, nb = list(walker.legs), walker.body_size
+    nl, nd = len(names), system.loads.shape[1]
+    values = np.array(
+        [
+            [(one.mass, one.stiffness_v, one.damping_v), (one.mass, one.stiffness_l, one.damping_l)]
+            for one in walker.legs.values()
+        ]
+    )
+    blocks, kind = np.unique(values.reshape(2 * nl, 3), axis=0, return_inverse=True)
+    hip = np.array([[walker.hip_row_z(leg), walker.hip_row_x(leg)] for leg in names])
+    leg = np.array([names.index(one.point) for one in robot.feet.values()], dtype=np.int64)
+    foot, gap = np.full(nl, -1, dtype=np.int64), np.zeros(nl)
+    foot[leg], gap[leg] = np.arange(len(leg)), system.rest_gap
+    onto = system.loads[nb:].reshape(nl, 2, nd)[:, ::-1]  # upward, then along the way
+    touched = np.any(onto != 0.0, axis=1)
+    of_leg, driven_by = np.nonzero(touched)
+    body = LeggedBody(
+        body_mass=walker.body_mass(), body_weight=-system.weight[:nb],
+        lever=np.maximum(np.abs(hip).max(axis=(0, 1)), 1e-300), mass=values[:, 0, 0].copy(),
+        stiffness=values[:, :, 1].copy(), damping=values[:, :, 2].copy(), hip=hip, gap=gap, foot=foot, leg=leg,
+        kind=kind.reshape(nl, 2).astype(np.int64), weight=-system.weight[nb + 1 :: 2],
+        first=np.concatenate([[0], np.cumsum(touched.sum(axis=1))]).astype(np.int64), drive=driven_by,
+        gain=onto[of_leg, :, driven_by].reshape(-1, 2), body_load=np.ascontiguousarray(system.loads[:nb].T),
+    )  # fmt: skip
+    return Legs(body, blocks)
+
+
 def _tangents(scene: Scene) -> np.ndarray | None:
     """Rows (n, m) of the feet's places along the ground, zeros for those that slide freely; None where all do, and of a
     walker, whose legs say it."""
     if not scene.slides or isinstance(scene.robot.structure, Walker):
         return None
     row, feet = scene.robot.structure.row, scene.robot.feet.values()
-    return np.stack([row(foot.along) if foot.along else np.zeros_like(row(foot.point)) for foot in feet], axis=1)
+    return np.stack(
+        [row(foot.along) if foot.along else np.zeros_like(row(foot.point)) for foot in feet], axis=1
+    )
 
 
 def _alone(scene: Scene) -> np.ndarray | None:
@@ -247,8 +313,14 @@ def _columns(acting: Mapping[str, Law]) -> dict[str, int]:
 
 
 def _twin(law: type[Law]) -> int:
-    """Number of the law's function among those that the engine has written out; -1 where it carries out a program."""
-    return _native.TWINS.get(f"{law.__name__}.{law.function_name}", -1) if is_built_in(law) else -1
+    """Number of the law's function among those that the engine has written out; -1 where it carries out a program, as of
+    a user's law, whatever its name."""
+    comes_along = law.__module__.startswith(_LAWS)
+    return _native.TWINS.get(f"{law.__name__}.{law.function_name}", -1) if comes_along else -1
+
+
+_LAWS = Law.__module__.removesuffix("base")
+"""Package of the laws that come with the library, a file each."""
 
 
 def program_of(law: type[Law], hook: str | None = None) -> Program:
@@ -262,7 +334,52 @@ def program_of(law: type[Law], hook: str | None = None) -> Program:
     return translate(*functions[hook or law.hook or ""])
 
 
-def law_column(scene: Scene, path: str) -> int | None:
+class Kind(Enum):
+    """What a slot is a number of."""
+
+    LAW = "parameter of a ground law"
+    INITIAL = "initial state"
+    GAP = "rest gap of a foot"
+    GRAVITY = "gravity"
+    DRIVE = "what one drive does"
+    GAIT = "what the drives of a gait do"
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a slot is. at: column of the law parameters or of the initial state, or number of the foot or drive."""
+
+    kind: Kind
+    at: int = 0
+
+    @property
+    def bounded(self) -> bool:
+        """Whether its bounds are an interval of its own, whatever else varies; what drives do is checked as a whole."""
+        return self.kind not in (Kind.DRIVE, Kind.GAIT)
+
+
+def slot(scene: Scene, path: str) -> Place | None:
+    """The slot of the number at a path, or None where its value enters a plan's structure."""
+    keys = path.split(".")
+    if (column := _law_column(scene, path)) is not None:
+        return Place(Kind.LAW, column)
+    if (column := _initial_column(scene, path)) is not None:
+        return Place(Kind.INITIAL, column)
+    if path == "ground.gravity.acceleration" and scene.ground.gravity is not None:
+        return Place(Kind.GRAVITY)
+    if keys[:2] == ["robot", "feet"] and len(keys) == 4 and keys[3] == "gap" and keys[2] in scene.robot.feet:
+        return Place(Kind.GAP, list(scene.robot.feet).index(keys[2]))
+    if keys[0] == "gait" and scene.gait is not None:
+        return Place(Kind.GAIT)
+    drives = list(scene.robot.drives)
+    if keys[0] == "signals" and len(keys) > 2 and keys[1] in drives and keys[1] in scene.signals:
+        return Place(Kind.DRIVE, drives.index(keys[1]))
+    if keys[:2] == ["robot", "drives"] and len(keys) > 3 and keys[2] in drives and keys[3] != "load":
+        return Place(Kind.DRIVE, drives.index(keys[2]))
+    return None
+
+
+def _law_column(scene: Scene, path: str) -> int | None:
     """Column of a foot's parameter row that holds the value at ``path``; None if it is no parameter of a law.
 
     Such values vary from run to run without lowering the scene again.
@@ -278,7 +395,7 @@ def law_column(scene: Scene, path: str) -> int | None:
     return paths.get(path)
 
 
-def initial_column(scene: Scene, path: str) -> int | None:
+def _initial_column(scene: Scene, path: str) -> int | None:
     """Place in the initial state (2n,) of the value at ``path``; None if it is none that the scene gives."""
     keys = path.split(".")
     if len(keys) != 3 or keys[0] != "initial" or keys[1] not in ("displacement", "velocity"):

@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from enum import Enum
 from typing import Any
 
 import numpy as np
@@ -25,7 +24,7 @@ from tarsus.model.drive.pieces import Channels, Pieces, evaluate
 from tarsus.model.scene import Scene
 from tarsus.model.standing import equilibrium
 from tarsus.plan.channels import drive_courses
-from tarsus.plan.lowering import Plan, distinct, initial_column, law_column, pack, scales
+from tarsus.plan.lowering import Kind, Place, Plan, distinct, pack, scales, slot
 
 __all__ = [
     "Kind",
@@ -41,30 +40,6 @@ __all__ = [
 ]
 
 Floats = NDArray[np.float64]
-
-
-class Kind(Enum):
-    """What a slot is a number of."""
-
-    LAW = "parameter of a ground law"
-    INITIAL = "initial state"
-    GAP = "rest gap of a foot"
-    GRAVITY = "gravity"
-    DRIVE = "what one drive does"
-    GAIT = "what the drives of a gait do"
-
-
-@dataclass(frozen=True)
-class Place:
-    """Where a slot is. at: column of the law parameters or of the initial state, or number of the foot or drive."""
-
-    kind: Kind
-    at: int = 0
-
-    @property
-    def bounded(self) -> bool:
-        """Whether its bounds are an interval of its own, whatever else varies; what drives do is checked as a whole."""
-        return self.kind not in (Kind.DRIVE, Kind.GAIT)
 
 
 @dataclass(frozen=True)
@@ -127,27 +102,6 @@ def slots(scene: Scene) -> dict[str, Place]:
     return {path: place for path, place in found.items() if place is not None}
 
 
-def slot(scene: Scene, path: str) -> Place | None:
-    """The slot of the number at a path, or None where its value enters a plan's structure."""
-    keys = path.split(".")
-    if (column := law_column(scene, path)) is not None:
-        return Place(Kind.LAW, column)
-    if (column := initial_column(scene, path)) is not None:
-        return Place(Kind.INITIAL, column)
-    if path == "ground.gravity.acceleration" and scene.ground.gravity is not None:
-        return Place(Kind.GRAVITY)
-    if keys[:2] == ["robot", "feet"] and len(keys) == 4 and keys[3] == "gap" and keys[2] in scene.robot.feet:
-        return Place(Kind.GAP, list(scene.robot.feet).index(keys[2]))
-    if keys[0] == "gait" and scene.gait is not None:
-        return Place(Kind.GAIT)
-    drives = list(scene.robot.drives)
-    if keys[0] == "signals" and len(keys) > 2 and keys[1] in drives and keys[1] in scene.signals:
-        return Place(Kind.DRIVE, drives.index(keys[1]))
-    if keys[:2] == ["robot", "drives"] and len(keys) > 3 and keys[2] in drives and keys[3] != "load":
-        return Place(Kind.DRIVE, drives.index(keys[2]))
-    return None
-
-
 def unit_of(path: str, plan: Plan | None) -> float:
     """What a number that is zero varies by: a gap by the plan's length, a displacement so as to move a foot by that."""
     if plan is not None and path.startswith("initial.displacement."):
@@ -171,7 +125,13 @@ def check_bounds(scene: Scene, path: str, values: Floats) -> None:
 
 
 def rows_for(
-    scene: Scene, plan: Plan, values: Mapping[str, Floats], duration: float, *, scaled: bool = True
+    scene: Scene,
+    plan: Plan,
+    values: Mapping[str, Floats],
+    duration: float,
+    *,
+    scaled: bool = True,
+    count: int = 1,
 ) -> Rows:
     """Runs of a plan of a scene that differ in slots.
 
@@ -185,14 +145,17 @@ def rows_for(
         Of every run [s]: periods longer than that are none.
     scaled
         Whether tolerances refer to the lengths and forces of every run, not to those of the plan.
+    count
+        How many runs there are where no value differs.
 
     Raises
     ------
     InputError
         Where a run would start below the ground or does not stand, and for drives that cannot be lowered.
     """
-    count = len(next(iter(values.values()), np.zeros(1)))
-    base = rows_of(plan, count)
+    if not values:
+        return rows_of(plan, count, float(_marked(plan.periods, duration)))
+    base = rows_of(plan, len(next(iter(values.values()))))
     by_kind: dict[Kind, dict[str, tuple[int, Floats]]] = {kind: {} for kind in Kind}
     for path, column in values.items():
         place = slot(scene, path)
@@ -259,25 +222,27 @@ def _driven(
 ) -> Rows:
     """The rows with the channels and the period of every run."""
     names = list(scene.robot.drives)
-    periods = {name: np.full(len(base), wave.period or np.nan) for name, wave in scene.waveforms.items()}
+    periods = np.repeat(plan.periods[:, None], len(base), axis=1)
     varied = {path: column for kind in (Kind.GAIT, Kind.DRIVE) for path, (_, column) in by_kind[kind].items()}
     courses = drive_courses(scene, varied, [names[d] for d in plan.charged])
     pool = [Channels.of(base.pool)]
     for name, course in courses.items():
         d = names.index(name)
-        places = [d, *(plan.drives + k for k, of in enumerate(plan.charged) if of == d)]
-        for c, channels in zip(places, (course.force, course.volts), strict=False):
+        for c, channels in zip(plan.channels_of(d), (course.force, course.volts), strict=False):
             assert channels is not None
             base.channels[:, c] = sum(map(len, pool)) + course.which
             pool.append(channels)
-        if name in periods:
-            periods[name] = course.periods
+        periods[d] = course.periods
     channels = Channels.joined(pool)
     signals = pack(channels) if courses else base.signals
-    every = np.array(list(periods.values())).reshape(len(periods), len(base))
-    within = np.where(every <= duration, every, 0.0).max(axis=0, initial=0.0)
-    base.scales[:, 2] = np.where(within > 0.0, within, duration)
+    base.scales[:, 2] = _marked(periods, duration)
     return replace(base, pool=channels, signals=signals)
+
+
+def _marked(periods: Floats, duration: float) -> Floats:
+    """Period [s] of the marks of each run: the longest of its drives' periods (nd, ...) within it, or all of it."""
+    within = np.where(periods <= duration, periods, 0.0).max(axis=0, initial=0.0)
+    return np.where(within > 0.0, within, duration)
 
 
 def _check_starts(scene: Scene, plan: Plan, rows: Rows) -> None:

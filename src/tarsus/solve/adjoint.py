@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.core import _native, nodes
-from tarsus.core.book import NODES
+from tarsus.core.modes import NODES, ModeBook
 from tarsus.model.drive.pieces import TERMS
 from tarsus.plan.lowering import Plan
 from tarsus.plan.slots import Rows
-from tarsus.solve.engine import RawRuns, SharedBook
+from tarsus.solve.engine import RawRuns
 from tarsus.solve.lanes import Doubt
 from tarsus.solve.tangents import DataTangents, Entering
 from tarsus.solve.window import Contacts
@@ -40,7 +40,7 @@ class Seeds:
 
 def swept(
     plan: Plan,
-    book: SharedBook,
+    book: ModeBook,
     given: Entering,
     recorded: RawRuns,
     settings: _native.Settings,
@@ -58,7 +58,7 @@ def swept(
     begin = Contacts().begin(plan.feet, 0.0)
     asked = tuple(np.ascontiguousarray(one) for one in (seeds.events, seeds.times, seeds.samples))
     found, flags, edges, refused = _native.adjoint_modal(
-        book.book.native, NODES, nodes, row.signals, plan.laws.by_programs, settings, row, begin, groups,
+        book.native, NODES, nodes, row.signals, plan.laws.by_programs, settings, row, begin, groups,
         _degrees(row, data), recorded, asked,
     )  # fmt: skip
     if refused:

@@ -19,9 +19,8 @@ from tarsus.model.scene import Scene
 from tarsus.plan.slots import check_bounds, slot
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.engine import Accuracy
-from tarsus.solve.engines import Shared, prepared
 from tarsus.solve.results import Batch, Part
-from tarsus.solve.simulate import changed_run, seconds_of
+from tarsus.solve.simulate import Shared, changed_run, prepared, seconds_of
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor

@@ -112,11 +112,11 @@ def apex_rows(foot: np.ndarray, kind: np.ndarray, apex: np.ndarray) -> np.ndarra
     return found
 
 
-def without_marks(found: np.ndarray, own: np.ndarray | None = None) -> np.ndarray:
-    """Events (structured, each foot's in order) without the period marks, which cut the flights that they put together
-    again: apexes are those of whole flights. own (ne,): a number for every foot of every run; of one run its feet."""
+def without_marks(found: np.ndarray) -> np.ndarray:
+    """Events of a run (structured) without the period marks, which cut the flights that they put together again:
+    apexes are those of whole flights."""
     kept = found["kind"] != EventKind.PERIOD_MARK
-    seen = found[apex_rows(found["foot"] if own is None else own, found["kind"], found["apex"])[kept]]
+    seen = found[apex_rows(found["foot"], found["kind"], found["apex"])[kept]]
     out = found[kept]
     out["apex"], out["apex_time"] = seen["apex"], seen["apex_time"]
     return out
@@ -155,35 +155,6 @@ def structured_marks(rows: np.ndarray, feet: int) -> np.ndarray:
          ("slipped", "f8", (feet,)), ("lowest", "f8"), ("highest", "f8")]
     )  # fmt: skip
     return np.ascontiguousarray(rows).view(kind).reshape(len(rows))
-
-
-class EventLog:
-    """Events of runs made together: as `structured_events`, but of all runs at once.
-
-    rows (ne, 12): those of run i end at ends[i].
-    """
-
-    def __init__(self, rows: np.ndarray, ends: np.ndarray) -> None:
-        self._all = _as_events(rows)
-        late = np.flatnonzero(rows[1:, a.E_TIME] < rows[:-1, a.E_TIME]) + 1
-        late = late[~np.isin(late, ends)]  # the first event of a run may well come before the last of another
-        for run in np.unique(np.searchsorted(ends, late, side="right")):
-            part = slice(ends[run - 1] if run else 0, ends[run])
-            self._all[part] = structured_events(rows[part])
-        kept = self._all["kind"] != EventKind.PERIOD_MARK
-        run = np.searchsorted(ends, np.arange(len(rows)), side="right")
-        feet = int(self._all["foot"].max(initial=0)) + 1
-        self._events = without_marks(self._all, run * feet + self._all["foot"])
-        self._ends = ends
-        self._events_end = np.concatenate([[0], np.cumsum(kept)])[ends]
-
-    def all_of(self, run: int) -> np.ndarray:
-        """Events of one run with its period marks, apexes in pieces between them."""
-        return self._all[self._ends[run - 1] if run else 0 : self._ends[run]]
-
-    def of(self, run: int) -> np.ndarray:
-        """Events of one run without its period marks."""
-        return self._events[self._events_end[run - 1] if run else 0 : self._events_end[run]]
 
 
 def _as_events(rows: np.ndarray) -> np.ndarray:

@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.core import _native
 from tarsus.core import arrays as a
-from tarsus.core.book import NODES, ModeBook, step_lengths
+from tarsus.core.modes import NODES, ModeBook
 from tarsus.core.nodes import N
-from tarsus.plan.lowering import Plan
+from tarsus.plan.lowering import Plan, without_native
 from tarsus.plan.slots import Rows, rows_of
-from tarsus.plan.walker import without_native
-from tarsus.solve.codes import EventLog
+
+if TYPE_CHECKING:
+    from tarsus.solve.simulate import Shared
 
 BUILT: dict[str, str] = _native.built
 """How the engine was made: compiler, target (native or a processor), rows (vector instructions), checks at run time."""
@@ -54,50 +55,32 @@ class Accuracy:
             raise InputError(f"flight: expected a height of 0 m or more, got {self.flight!r}")
 
 
-class SharedBook:
-    """Contact modes of one linear structure for runs of one duration, made when first met; safe between threads.
+RECORDED = Accuracy(gap=1e-10)
+"""Accuracy of a single run: a hundred times finer than a batch's, so that its energy ledger closes to 1e-8 of the
+largest term through stiff films as well. It costs about half as many steps again."""
 
-    shared: that of a plan of equal `structure_key`, whose tables serve this one too; sources (m + 1,): rest gaps [m]
-    and gravity [m/s^2] instead of the plan's own.
-    """
+MEMORY = 2**30
+"""Bytes of recorded steps that a run keeps at most, unless its accuracy asks for a number of steps."""
 
-    def __init__(
-        self,
-        plan: Plan,
-        duration: float,
-        *,
-        shared: SharedBook | None = None,
-        sources: np.ndarray | None = None,
-    ) -> None:
-        self.system = plan.system if sources is None else plan.system.at(sources)
-        lengths = step_lengths(duration) if shared is None else shared.book.lengths
-        self._made_of = self.system, lengths, plan.laws.use_rates
-        self._met: list[int] = []
-        if shared is not None:
-            self.__dict__["book"] = ModeBook(*self._made_of, shared=shared.book)
-        _ = self.book  # now, not when threads first meet there
+CLASSES = 48
+"""Step lengths halve so often: a time within a run is known to 1e-16 of its end, and 2^-47 is 7e-15."""
 
-    @cached_property
-    def book(self) -> ModeBook:
-        """The contact modes, those of a pickle in the order in which its runs met them: recorded steps number them."""
-        book = ModeBook(*self._made_of)
-        for mask in self._met:
-            book.require(mask)
-        return book
 
-    def __getstate__(self) -> dict[str, Any]:
-        met = [mode.mask for mode in self.book.modes]
-        return {"system": self.system, "_made_of": self._made_of, "_met": met}
+def step_lengths(horizon: float) -> np.ndarray:
+    """Step lengths (CLASSES,) [s]: the power of two at or above ``horizon`` and its halvings."""
+    return 2.0 ** (math.ceil(math.log2(horizon)) - np.arange(CLASSES))
+
+
+def book_of(plan: Plan, duration: float) -> ModeBook:
+    """Contact modes of a plan's structure for runs of one duration: of all plans of equal `structure_key`."""
+    return ModeBook(plan.system, step_lengths(duration), plan.laws.use_rates)
 
 
 def structure_key(plan: Plan, duration: float) -> tuple[object, ...]:
     """What the tables of a plan's structure depend on: all of it but rest gaps and gravity."""
     system = plan.system
-    parts = (system.mass, system.damping, system.stiffness, system.normals, system.loads, system.weight)
-    chosen = (system.directions, system.alone, system.tangents)
-    arrays = [np.asarray(part, dtype=float).tobytes() for part in parts]
-    given = [None if part is None else np.asarray(part, dtype=float).tobytes() for part in chosen]
-    return (float(step_lengths(duration)[0]), system.normals.shape, plan.laws.use_rates, *arrays, *given)
+    arrays = ((name, np.asarray(array, dtype=float).tobytes()) for name, array in system.arrays.items())
+    return (float(step_lengths(duration)[0]), system.normals.shape, plan.laws.use_rates, *arrays)
 
 
 @dataclass(frozen=True)
@@ -133,11 +116,6 @@ class Log:
         one = slice(run, run + 1)
         return Log(self.codes[one], self.finish[one], events, end, marks, mark_end)
 
-    @cached_property
-    def structured(self) -> EventLog:
-        """Events of the runs, one by one."""
-        return EventLog(self.events, self.event_end)
-
     def __getstate__(self) -> dict[str, Any]:
         return without_native(self)
 
@@ -155,15 +133,23 @@ class RawRuns(Log):
     that very moment, 2 for a mark.
 
     Of the last run: mode, number of the contact mode it ended in; pending, mask of the one in which it would go on from
-    the physical state (2n,), or -1 where there was no run.
+    the physical state (2n,), or -1 where there was no run. sources (m + 1,): its rest gaps [m] and gravity [m/s^2];
+    tables: contact modes, whose own may be others.
     """
 
     trace: np.ndarray = field(kw_only=True)
     notes: np.ndarray = field(kw_only=True)
-    book: SharedBook = field(kw_only=True)
+    tables: ModeBook = field(kw_only=True)
+    sources: np.ndarray = field(kw_only=True)
     mode: int = field(kw_only=True)
     pending: int = field(kw_only=True)
     physical: np.ndarray = field(kw_only=True)
+
+    @cached_property
+    def book(self) -> ModeBook:
+        """The contact modes with the rest gaps and the gravity of the run."""
+        own = self.tables
+        return ModeBook(own.system.at(self.sources), own.lengths, shared=own)
 
 
 def execute(
@@ -171,7 +157,7 @@ def execute(
     duration: float,
     *,
     rows: Rows | None = None,
-    book: SharedBook | None = None,
+    book: ModeBook | None = None,
     accuracy: Accuracy | None = None,
     period: float = math.inf,
     track: bool = True,
@@ -185,16 +171,15 @@ def execute(
     begins, as time [s] and held, leaving, since of the feet (see `tarsus.solve.window`).
     """
     rows = rows_of(plan, 1, period) if rows is None else rows
-    if book is None or record:
-        book = SharedBook(plan, duration, shared=book, sources=rows.sources[0])
+    book = book_of(plan, duration) if book is None else book
     settings = settings_of(plan, duration, accuracy, track=track, record=record)
     begin = None if start is None else (np.array([start[0]]), *start[1:])
     codes, events, event_end, finish, trace, mode, pending, physical, notes = _native.run_modal(
-        book.book.native, NODES, rows.signals, plan.laws.native, settings, rows, begin
+        book.native, NODES, rows.signals, plan.laws.native, settings, rows, begin
     )
     return RawRuns(
-        codes, finish, events, event_end, trace=trace, notes=notes, book=book, mode=mode, pending=pending,
-        physical=physical,
+        codes, finish, events, event_end, trace=trace, notes=notes, tables=book, sources=rows.sources[0],
+        mode=mode, pending=pending, physical=physical,
     )  # fmt: skip
 
 
@@ -275,3 +260,36 @@ def settings_of(
         out.first_class = int(np.searchsorted(-step_lengths(duration), -0.5 / plan.rate))
     out.track, out.record = track, record
     return out
+
+
+@dataclass(frozen=True)
+class Engine:
+    """Runs a plan over ``duration`` [s] for rows of its data: a walker leg by leg, everything else by contact modes.
+
+    shared: keeps what is made for the plan's structure.
+    """
+
+    plan: Plan
+    duration: float
+    shared: Shared
+
+    @cached_property
+    def tables(self) -> ModeBook | _native.LegTables:
+        """Step tables of a walker's legs, or contact modes with theirs."""
+        plan, duration = self.plan, self.duration
+        if plan.legs is None:
+            return self.shared.get(structure_key(plan, duration), lambda: book_of(plan, duration))
+        key = (float(step_lengths(duration)[0]), plan.legs.blocks.tobytes())
+        return self.shared.get(key, lambda: tables_of(plan, duration))
+
+    def run(
+        self, rows: Rows, accuracy: Accuracy | None, track: bool, *, keep: bool = False
+    ) -> RawRuns | RawWalks:
+        """All rows of the plan's data; or the one row there is with its motion and its energy account, by default at
+        the accuracy of `RECORDED` and in as many steps as memory is given for."""
+        given = {"rows": rows, "accuracy": accuracy or (RECORDED if keep else None), "track": track}
+        if self.plan.legs is not None:
+            return walk(self.plan, self.duration, **given, tables=self.tables, account=keep)
+        if keep and accuracy is None:
+            given["accuracy"] = replace(RECORDED, steps=min(RECORDED.steps, MEMORY // row_bytes(self.plan)))
+        return execute(self.plan, self.duration, **given, book=self.tables, record=keep)

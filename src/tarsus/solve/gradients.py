@@ -20,12 +20,12 @@ from tarsus.model.scene import Scene
 from tarsus.solve.acting import Acting
 from tarsus.solve.codes import EVENT_TYPE, apex_rows, event_order, structured_events, structured_marks
 from tarsus.solve.directional import Log, Ways, directional_slopes, measure_slopes, table_of
-from tarsus.solve.engine import Accuracy, RawRuns, execute, settings_of
-from tarsus.solve.engines import RECORDED, ByLegs, Shared, prepared
+from tarsus.solve.engine import RECORDED, Accuracy, RawRuns, execute, settings_of
 from tarsus.solve.lanes import Doubt, Tangents, tangents, walk_tangents
 from tarsus.solve.motion import Replayed
 from tarsus.solve.results import Batch
 from tarsus.solve.run import Run, increasing
+from tarsus.solve.simulate import Shared, kept, prepared
 from tarsus.solve.tangents import Direction, Entering, directions_of, entering
 from tarsus.solve.window import Contacts
 
@@ -312,12 +312,11 @@ def gradient_run(
     given = entering(scene, plan, paths, seconds)
     given.row.scales[:, 2] = period
     moving = {"entered": given, "directions": tuple(directions_of(paths).values())}
-    if isinstance(engine, ByLegs):
-        kept = engine.keep(Acting(plan, given.row), accuracy, True)
-        log = kept.log
+    if plan.legs is not None:
+        motion = kept(engine, given.row, accuracy)
     else:
         begin = Contacts().begin(plan.feet, 0.0)
         log = execute(plan, seconds, rows=given.row, accuracy=accuracy, record=True, start=begin)
-        kept = Replayed(Acting(plan, given.row), log)
+        motion = Replayed(Acting(plan, given.row), log)
     spent = time.perf_counter() - start
-    return GradientRun(scene, seconds, period, log, {}, accuracy, kept=kept, wall_s=spent, **moving)
+    return GradientRun(scene, seconds, period, motion.log, {}, accuracy, kept=motion, wall_s=spent, **moving)

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.core import _native, nodes
-from tarsus.core.book import NODES
+from tarsus.core.modes import NODES, ModeBook
 from tarsus.plan.lowering import Plan
-from tarsus.solve.engine import Accuracy, RawRuns, SharedBook, settings_of, tables_of
+from tarsus.solve.engine import Accuracy, RawRuns, settings_of, tables_of
 from tarsus.solve.tangents import LANES, Entering
 from tarsus.solve.window import Contacts
 
@@ -80,7 +80,7 @@ def _in_lanes(given: Entering, widths: Mapping[str, int], engine: Callable[[int]
 
 def tangents(
     plan: Plan,
-    book: SharedBook,
+    book: ModeBook,
     given: Entering,
     recorded: RawRuns,
     settings: _native.Settings,
@@ -100,7 +100,7 @@ def tangents(
         structural = [(given.derived(p, book), p - first) for p in own]
         powers = (plan.system, {p - first: given.structure[p] for p in own}) if energies else ()
         return _native.tangents_modal(
-            book.book.native, NODES, nodes, given.row.signals, laws, settings, given.row, begin,
+            book.native, NODES, nodes, given.row.signals, laws, settings, given.row, begin,
             given.data.lanes(first), structural, recorded, when, powers,
         )  # fmt: skip
 

@@ -14,7 +14,7 @@ from tarsus.core import arrays as a
 from tarsus.core import replay
 from tarsus.core.modes import contact_mode
 from tarsus.core.replay import Integrals, Sampled
-from tarsus.plan.walker import without_native
+from tarsus.plan.lowering import without_native
 from tarsus.solve.acting import Acting
 from tarsus.solve.engine import Accuracy, RawRuns, RawWalks, walk
 
@@ -71,19 +71,19 @@ class Replayed:
         return without_native(self)
 
     @cached_property
-    def energies(self) -> Integrals:
+    def integrals(self) -> Integrals:
         """Energy integrals up to the end of every step; the work of laws that act together told apart."""
-        book, rows, laws = self.log.book, self.acting.rows, self.acting.plan.laws
-        return replay.integrate(book.system, book.book, self.log.trace, (rows.signals, laws.native, rows))
+        rows, laws = self.acting.rows, self.acting.plan.laws
+        return replay.integrate(self.log.book, self.log.trace, (rows.signals, laws.native, rows))
 
     def states(self, times: Floats) -> Sampled:
         """States and contact forces at times [s], increasing."""
-        return replay.sample(self.acting.rows.sources[0], self.log.book.book, self.log.trace, times)
+        return replay.sample(self.acting.rows.sources[0], self.log.book, self.log.trace, times)
 
     def seen(self, times: Floats) -> Seen:
         """The same with energies."""
-        knots = np.concatenate([[0.0], self.energies.time])
-        energy = [np.interp(times, knots, np.concatenate([[0.0], row])) for row in self.energies.rows]
+        knots = np.concatenate([[0.0], self.integrals.time])
+        energy = [np.interp(times, knots, np.concatenate([[0.0], row])) for row in self.integrals.energies]
         state = self.states(times)
         return Seen(
             state, account_of(self.acting, np.array(energy)), _way(self.acting.plan.system.tangents, state)
@@ -92,14 +92,14 @@ class Replayed:
     @cached_property
     def account(self) -> Account:
         """Energies of the whole run."""
-        rows = self.energies.rows
+        rows = self.integrals.energies
         return account_of(self.acting, rows[:, -1] if rows.shape[1] else np.zeros(len(rows)))
 
     @property
     def last(self) -> Floats:
         """Displacements and velocities (2n,) at the end, events at its last moment included."""
         raw, system = self.log, self.log.book.system
-        if raw.pending == raw.book.book.modes[raw.mode].mask:
+        if raw.pending == raw.book.modes[raw.mode].mask:
             return raw.physical
         mode = contact_mode(system, raw.pending)  # a contact was made or broken and not yet moved on from
         return mode.at_rest_there(system.tangents, raw.physical)
@@ -108,7 +108,7 @@ class Replayed:
     def swing(self) -> Floats | None:
         """Way (m,) [m] of each foot between its lowest and its highest gap, where its length limits how exactly the
         account closes (`tarsus.solve.series.RESOLVED`)."""
-        return self.energies.swing
+        return self.integrals.swing
 
 
 def _way(tangents: Floats | None, state: Sampled) -> Way | None:

@@ -13,11 +13,10 @@ from tarsus.solve.adjoint import swept
 from tarsus.solve.codes import structured_events
 from tarsus.solve.directional import STEPS, Log, directional_slopes
 from tarsus.solve.engine import Accuracy, settings_of
-from tarsus.solve.engines import RECORDED
 from tarsus.solve.gradients import Gradient, GradientRun
 from tarsus.solve.numbers import STATES, NumberOf, measure_seeds, number_seeds
 from tarsus.solve.run import increasing
-from tarsus.solve.simulate import simulate
+from tarsus.solve.simulate import RECORDED, simulate
 
 __all__ = ["gradient"]
 

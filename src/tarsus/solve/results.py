@@ -24,9 +24,9 @@ from tarsus.measure import (
     no_measure,
 )
 from tarsus.model.scene import Scene
-from tarsus.plan.lowering import initial_column, law_column
+from tarsus.plan.slots import Kind, slot
 from tarsus.solve import shown
-from tarsus.solve.codes import EventColumns, ResultCode, structured_marks
+from tarsus.solve.codes import EventColumns, ResultCode, structured_events, structured_marks, without_marks
 from tarsus.solve.engine import Accuracy, Log
 from tarsus.solve.run import Run
 
@@ -155,7 +155,7 @@ class Batch:
     def events(self, i: int | tuple[int, ...]) -> np.ndarray:
         """Events of run number ``i``; see `tarsus.solve.codes.EVENT_TYPE`."""
         part, place = self._at(i)
-        return part.log.structured.of(place)
+        return without_marks(structured_events(part.log.of(place)))
 
     def measures(self, i: int | tuple[int, ...], **options: Any) -> Measures:
         """Measures of run number ``i``; options as for `tarsus.measure.measures_of`."""
@@ -226,11 +226,8 @@ class Batch:
     def _variants(self) -> tuple[NDArray[np.intp], list[dict[str, float]]]:
         """Number (nr,) of the description that each run has, parameters of ground laws and start aside, and what each
         changes in the batch's scene."""
-        paths = [
-            p
-            for p in self.vary
-            if law_column(self.scene, p) is None and initial_column(self.scene, p) is None
-        ]
+        places = {path: slot(self.scene, path) for path in self.vary}
+        paths = [p for p, at in places.items() if at is None or at.kind not in (Kind.LAW, Kind.INITIAL)]
         if not paths:
             return np.zeros(len(self), dtype=np.intp), [{}]
         rows, number = np.unique(

@@ -98,7 +98,7 @@ class Run:
     @cached_property
     def motion(self) -> Motion:
         """What the run knows of its motion."""
-        from tarsus.solve.engines import Shared, motion_of
+        from tarsus.solve.simulate import Shared, motion_of
 
         if self.kept is not None:
             return self.kept
@@ -169,13 +169,9 @@ class Run:
         return tuple(self.base.robot.feet)
 
     @cached_property
-    def _all_events(self) -> np.ndarray:
-        return structured_events(self.log.events)
-
-    @property
     def all_events(self) -> np.ndarray:
         """Events with the period marks (kind 6) between them; apexes are those since a foot's last event or mark."""
-        return self._all_events
+        return structured_events(self.log.events)
 
     @cached_property
     def events(self) -> np.ndarray:

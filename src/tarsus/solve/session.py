@@ -12,9 +12,8 @@ from tarsus.model.scene import Scene
 from tarsus.plan.slots import Place, slots
 from tarsus.solve.batch import Batch, simulate_batch
 from tarsus.solve.engine import Accuracy
-from tarsus.solve.engines import Shared
 from tarsus.solve.run import Run
-from tarsus.solve.simulate import changed_run, seconds_of
+from tarsus.solve.simulate import Shared, changed_run, seconds_of
 
 __all__ = ["Session"]
 
@@ -52,6 +51,8 @@ class Session:
         """
         return changed_run(self.scene, values or {}, seconds_of(self.scene, duration), accuracy, self._shared)
 
-    def batch(self, vary: Mapping[str, ArrayLike], duration: float | str | None = None, **options: Any) -> Batch:
+    def batch(
+        self, vary: Mapping[str, ArrayLike], duration: float | str | None = None, **options: Any
+    ) -> Batch:
         """Many runs, as `simulate_batch` makes them; options as there. Raises InputError as it does."""
         return simulate_batch(self.scene, vary, duration, shared=self._shared, **options)

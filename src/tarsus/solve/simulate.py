@@ -1,24 +1,81 @@
-"""One run of one scene."""
+"""The way of a scene to its run, each stage once: lowered to a plan and its rows, run; and what runs share."""
 
 from __future__ import annotations
 
 import math
+import threading
 import time
-from collections.abc import Mapping, Sequence
+from collections import OrderedDict
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, overload
 
+import numpy as np
+
 from tarsus.base.errors import InputError
+from tarsus.base.spec import get_value, with_values
 from tarsus.base.units import parse_quantity
 from tarsus.files.library import SceneLike, as_scene
+from tarsus.model.drive.law import VoltageLaw
+from tarsus.model.drive.lower import lower
+from tarsus.model.drive.pieces import Pieces
+from tarsus.model.drive.signal import Signal
 from tarsus.model.scene import Scene
-from tarsus.solve.engine import Accuracy
-from tarsus.solve.engines import RECORDED, Shared, motion_of
+from tarsus.plan.lowering import lower_scene
+from tarsus.plan.slots import Floats, Rows, rows_for, slot
+from tarsus.solve.acting import Acting
+from tarsus.solve.engine import RECORDED, Accuracy, Engine, RawWalks
+from tarsus.solve.motion import Marched, Motion, Replayed
 from tarsus.solve.run import Run
 
 if TYPE_CHECKING:
     from tarsus.solve.gradients import GradientRun
 
-__all__ = ["RECORDED", "changed_run", "seconds_of", "simulate"]
+__all__ = ["RECORDED", "Shared", "changed_run", "kept", "motion_of", "prepared", "seconds_of", "simulate"]
+
+MOST_KEPT = 32
+"""So many tables of structures and drives are kept for later runs."""
+
+
+class Shared:
+    """What engines have made that others can use, by what it depends on: tables of structures, drives; those last used.
+
+    resident: a scene that is run again and again, whose plans are kept as well. Safe between threads.
+    """
+
+    def __init__(self, resident: Scene | None = None, most: int = MOST_KEPT) -> None:
+        self.resident = resident
+        self._most = most
+        self._made: OrderedDict[Any, Any] = OrderedDict()
+        self._lock = threading.Lock()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """In another process everything is made again."""
+        return Shared, (self.resident, self._most)
+
+    @property
+    def keys(self) -> list[Any]:
+        """What is kept, by what it depends on; the last one used comes last."""
+        with self._lock:
+            return list(self._made)
+
+    def drive(self, signal: Signal, law: VoltageLaw, history: tuple[float, ...]) -> tuple[Pieces, Pieces]:
+        """Pieces of a drive, lowered once."""
+        return self.get((signal, law, history), lambda: lower(signal, law, history))
+
+    def get(self, key: Any, make: Callable[[], Any]) -> Any:
+        """What belongs to a key; made if it is not there, outside of the lock: of two the first made stays."""
+        with self._lock:
+            found = self._made.get(key)
+            if found is not None:
+                self._made.move_to_end(key)
+                return found
+        made = make()
+        with self._lock:
+            made = self._made.setdefault(key, made)
+            self._made.move_to_end(key)
+            while len(self._made) > self._most:
+                self._made.popitem(last=False)
+        return made
 
 
 @overload
@@ -109,6 +166,62 @@ def changed_run(
     period = float(motion.acting.rows.periods[0])
     wall = time.perf_counter() - start
     return Run(scene, seconds, period, motion.log, values, accuracy, kept=motion, wall_s=wall)
+
+
+def motion_of(
+    scene: Scene,
+    values: Mapping[str, Any],
+    duration: float,
+    accuracy: Accuracy | None,
+    shared: Shared,
+    *,
+    track: bool = True,
+) -> Motion:
+    """One run of a scene that has some values instead of its own, with its motion and its energy account.
+
+    Raises
+    ------
+    InputError
+        As `tarsus.with_values` and `prepared` do.
+    """
+    changed = with_values(scene, values) if values else scene
+    given = {path: get_value(changed, path) for path in values}
+    data = {path for path, one in given.items() if isinstance(one, float) and slot(scene, path) is not None}
+    rest = {path: one for path, one in values.items() if path not in data}
+    variant = with_values(scene, rest) if rest else scene
+    engine, rows = prepared(
+        variant, {path: np.array([given[path]]) for path in values if path in data}, duration, shared
+    )
+    return kept(engine, rows, accuracy, track)
+
+
+def prepared(
+    scene: Scene, values: Mapping[str, Floats], duration: float, shared: Shared, count: int = 1
+) -> tuple[Engine, Rows]:
+    """The engine for runs of a scene over ``duration`` [s], and the rows of runs that differ in slots.
+
+    values (nr,) by path: each of a slot and within its bounds; without any there are ``count`` runs of the scene as it
+    is. shared: what earlier engines have made; what this one makes is added.
+
+    Raises
+    ------
+    InputError
+        Where a law of the user cannot be compiled, and as `tarsus.plan.slots.rows_for` does.
+    """
+
+    def made() -> Engine:
+        return Engine(lower_scene(scene, shared.drive), duration, shared)
+
+    engine = shared.get(("resident", duration), made) if scene is shared.resident else made()
+    return engine, rows_for(scene, engine.plan, values, duration, count=count)
+
+
+def kept(engine: Engine, rows: Rows, accuracy: Accuracy | None, track: bool = True) -> Motion:
+    """The run of the one row, with its motion and its energy account."""
+    acting, log = Acting(engine.plan, rows), engine.run(rows, accuracy, track, keep=True)
+    if isinstance(log, RawWalks):
+        return Marched(acting, log, engine.duration, accuracy or RECORDED, track)
+    return Replayed(acting, log)
 
 
 def seconds_of(scene: Scene, duration: float | str | None) -> float:

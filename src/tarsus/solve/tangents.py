@@ -16,15 +16,13 @@ from numpy.typing import NDArray
 from tarsus.base.errors import InputError
 from tarsus.base.spec import get_value, with_values
 from tarsus.core import _native
-from tarsus.core.modes import LinearSystem, derived_mode
+from tarsus.core.modes import LinearSystem, ModeBook, derived_mode
 from tarsus.model.drive.pieces import TERMS
 from tarsus.model.scene import Scene
 from tarsus.model.standing import equilibrium
 from tarsus.plan.channels import SlopedDrive, sloped_drives
-from tarsus.plan.lowering import Plan, lower_system, pack
+from tarsus.plan.lowering import Plan, lower_legs, lower_system, pack
 from tarsus.plan.slots import Rows, bears, check_bounds, rows_for, slot, unit_of
-from tarsus.plan.walker import lower_legs
-from tarsus.solve.engine import SharedBook
 
 __all__ = [
     "DataTangents",
@@ -193,11 +191,11 @@ class Entering:
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "made": {}}
 
-    def derived(self, number: int, book: SharedBook) -> Any:
+    def derived(self, number: int, book: ModeBook) -> Any:
         """The derivatives of a run's book by the structure along a direction, as the engine holds them."""
         if number not in self.made:
             change = self.structure[number]
-            made = _native.DerivedBook(book.book.native, partial(derived_mode, book.system, change))
+            made = _native.DerivedBook(book.native, partial(derived_mode, book.system, change))
             return self.made.setdefault(number, made)  # of threads that make it at once the first one's stays
         return self.made[number]
 
@@ -291,11 +289,6 @@ def _standing(scene: Scene, plan: Plan, stencil: Stencil) -> Floats:
     return out
 
 
-def _channels_of(plan: Plan, drive: int) -> list[int]:
-    """Number of the channel of a drive's force, and of that of its volts where laws see them."""
-    return [drive, *(plan.drives + k for k, d in enumerate(plan.charged) if d == drive)]
-
-
 def _driven_by(row: Rows, scene: Scene, plan: Plan, lines: Mapping[str, SlopedDrive]) -> Rows:
     """A run with those drives in place of its own."""
     if not lines:
@@ -303,7 +296,7 @@ def _driven_by(row: Rows, scene: Scene, plan: Plan, lines: Mapping[str, SlopedDr
     pool, channels = list(row.pool), row.channels.copy()
     for name, one in lines.items():
         drive = list(scene.robot.drives).index(name)
-        for c, channel in zip(_channels_of(plan, drive), (one.force, one.volts), strict=False):
+        for c, channel in zip(plan.channels_of(drive), (one.force, one.volts), strict=False):
             assert channel is not None
             channels[0, c] = len(pool)
             pool.append(channel.pieces)
@@ -312,7 +305,7 @@ def _driven_by(row: Rows, scene: Scene, plan: Plan, lines: Mapping[str, SlopedDr
 
 def _add_drive(data: DataTangents, row: Rows, plan: Plan, drive: int, of: SlopedDrive) -> None:
     """Add the derivatives of a drive."""
-    for c, one in zip(_channels_of(plan, drive), (of.force, of.volts), strict=False):
+    for c, one in zip(plan.channels_of(drive), (of.force, of.volts), strict=False):
         assert one is not None
         channel = row.channels[0, c]
         first = int(np.asarray(row.signals.first)[channel])
@@ -333,8 +326,12 @@ def _drop_rounding(data: DataTangents, row: Rows) -> None:
     """Leave nothing of derivatives of terms that a piece does not have, where they are rounding alone: they would grow
     with the powers of time where a step goes on beyond a piece."""
     terms = data.coef.shape[1]
-    used = np.where(np.asarray(row.signals.coef)[:, :terms] != 0.0, np.arange(terms), 0).max(axis=1, initial=0)
-    from_here = np.maximum.accumulate(np.abs(data.coef)[:, ::-1], axis=1)[:, ::-1]  # most of a term and all above
+    used = np.where(np.asarray(row.signals.coef)[:, :terms] != 0.0, np.arange(terms), 0).max(
+        axis=1, initial=0
+    )
+    from_here = np.maximum.accumulate(np.abs(data.coef)[:, ::-1], axis=1)[
+        :, ::-1
+    ]  # most of a term and all above
     beyond = (np.arange(terms) > used[:, None])[..., None]
     data.coef[beyond & (from_here <= ROUNDED * from_here[:, :1])] = 0.0
 
@@ -374,7 +371,7 @@ def _structure_slope(scene: Scene, plan: Plan, direction: Direction) -> LinearSy
 
     Raises InputError where the structure changes its size.
     """
-    own, best, least = _arrays(plan.system), {}, np.inf
+    own, best, least = plan.system.arrays, {}, np.inf
     for part in WIDTHS:
         try:
             stencil = Stencil.of(scene, direction, part, order=8)
@@ -382,7 +379,7 @@ def _structure_slope(scene: Scene, plan: Plan, direction: Direction) -> LinearSy
             if part == WIDTHS[-1]:
                 raise
             continue
-        there = [_arrays(lower_system(stencil.scene(scene, place))) for place in stencil.places]
+        there = [lower_system(stencil.scene(scene, place)).arrays for place in stencil.places]
         if any(one["mass"].shape != own["mass"].shape for one in there):
             path = next(iter(direction))
             raise InputError(f"{path}: there is no derivative by it, for the structure changes its size")
@@ -397,13 +394,6 @@ def _structure_slope(scene: Scene, plan: Plan, direction: Direction) -> LinearSy
         if off <= AGREED:
             break
     return replace(plan.system, rest_gap=np.zeros_like(plan.system.rest_gap), gravity=0.0, **best)
-
-
-def _arrays(system: LinearSystem) -> dict[str, Floats]:
-    """What structures differ in, by name."""
-    names = ("mass", "damping", "stiffness", "normals", "loads", "weight", "directions", "alone")
-    given = {name: getattr(system, name) for name in names}
-    return {name: array for name, array in given.items() if array is not None}
 
 
 def _differences(

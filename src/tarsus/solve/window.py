@@ -12,20 +12,18 @@ import numpy.typing as npt
 
 from tarsus.base.errors import InputError
 from tarsus.core import _native
+from tarsus.core.modes import ModeBook
 from tarsus.core.replay import Sampled, sample
 from tarsus.plan.lowering import Plan
 from tarsus.plan.slots import Rows, rows_of
 from tarsus.solve.acting import Acting
 from tarsus.solve.codes import ResultCode, structured_events, without_marks
-from tarsus.solve.engine import Accuracy, SharedBook, execute, tables_of, walk
+from tarsus.solve.engine import RECORDED, Accuracy, book_of, execute, tables_of, walk
 from tarsus.solve.motion import unpacked
 
 __all__ = ["Contacts", "Window", "simulate_window"]
 
 Floats = npt.NDArray[np.float64]
-
-FINE = Accuracy(gap=1e-10)
-"""That of a single run."""
 
 
 @dataclass(frozen=True)
@@ -114,8 +112,8 @@ def simulate_window(
     contacts: Contacts | None = None,
     *,
     rows: Rows | None = None,
-    shared: SharedBook | _native.LegTables | None = None,
-    accuracy: Accuracy = FINE,
+    shared: ModeBook | _native.LegTables | None = None,
+    accuracy: Accuracy = RECORDED,
 ) -> Window:
     """Run a plan from a given state, with all its laws, drives and rules, and give outputs at any times.
 
@@ -155,9 +153,9 @@ def simulate_window(
         walked = walk(plan, end, rows=rows, tables=tables, accuracy=accuracy, times=when, start=begin)
         states = unpacked(acts, walked.samples, when)[0]
         return Window(acts, when, states, ResultCode.of(int(walked.codes[0])), walked.events)
-    book = shared if isinstance(shared, SharedBook) else SharedBook(plan, end)
+    book = shared if isinstance(shared, ModeBook) else book_of(plan, end)
     made = execute(plan, end, rows=rows, book=book, accuracy=accuracy, record=True, start=begin)
-    states = sample(rows.sources[0], book.book, made.trace, when)
+    states = sample(rows.sources[0], book, made.trace, when)
     return Window(acts, when, states, ResultCode.of(int(made.codes[0])), made.events)
 
 

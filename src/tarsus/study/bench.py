@@ -31,7 +31,7 @@ from tarsus.model.structure import Lumped
 from tarsus.plan.lowering import Plan, lower_scene
 from tarsus.plan.slots import rows_of
 from tarsus.solve.batch import simulate_batch
-from tarsus.solve.engine import Accuracy, SharedBook, execute
+from tarsus.solve.engine import Accuracy, book_of, execute
 
 Floats = NDArray[np.float64]
 Progress = Callable[[int, int, str], None]
@@ -148,7 +148,7 @@ class Chain:
         self.duration = horizon(n) if duration is None else duration
         self.accuracy = accuracy
         self.plan: Plan = lower_scene(chain(n))
-        self.book = SharedBook(self.plan, self.duration)
+        self.book = book_of(self.plan, self.duration)
         self.rows = rows_of(self.plan)
 
     def impacts(self) -> Floats:
@@ -271,7 +271,7 @@ def _hysteresis_figures(repeats: int, duration: float = 1.0) -> dict[str, Any]:
     best = {}
     for wave in ("square", "sine"):
         plan = lower_scene(load_scene(_scene_file("hysteresis"), volts=8.0, hz=50.0, wave=wave))
-        book = SharedBook(plan, duration)
+        book = book_of(plan, duration)
         execute(plan, duration, book=book, accuracy=ACCURACY)
         seconds = []
         for _ in range(repeats):
@@ -292,7 +292,7 @@ def _robot_figures(repeats: int, chain_ms_per_impact: float, seeds: int = 64) ->
 
     scene = load_scene(_scene_file("hexapod"))
     plan, duration = lower_scene(scene), 1.0
-    book = SharedBook(plan, duration)
+    book = book_of(plan, duration)
     raw = execute(plan, duration, book=book)
     best = np.inf
     for _ in range(repeats):

@@ -18,7 +18,7 @@ import numpy as np
 from tarsus.base.errors import InputError
 from tarsus.base.workers import places
 from tarsus.files.sweepstore import SweepStore
-from tarsus.solve.engines import Shared
+from tarsus.solve.simulate import Shared
 from tarsus.study.layout import Layout, digest_of, versions
 from tarsus.study.studyfile import frozen_sweep, frozen_texts
 from tarsus.study.sweep import Sweep
@@ -33,6 +33,7 @@ AHEAD = 3
 
 FEWEST = 16
 """Units handed out at least: an executor that grows must see that there is work."""
+
 
 class Crew(Protocol):
     """Does units.

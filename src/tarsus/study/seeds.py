@@ -21,7 +21,7 @@ from tarsus.plan.lowering import lower_scene
 from tarsus.plan.slots import rows_of
 from tarsus.solve import Accuracy, Batch
 from tarsus.solve.codes import ResultCode
-from tarsus.solve.engine import SharedBook, execute
+from tarsus.solve.engine import book_of, execute
 from tarsus.solve.results import Part
 
 Floats = NDArray[np.float64]
@@ -99,7 +99,7 @@ def foot_statistics(
     name = foot if foot is not None else next(iter(scene.robot.feet))
     whole = settle + duration
     plan = lower_scene(scene)
-    book = SharedBook(plan, whole)
+    book = book_of(plan, whole)
     period = scene_period(scene, whole)
     still = np.zeros(len(plan.system.mass))
 

@@ -16,7 +16,7 @@ import numpy as np
 from tarsus.base.errors import InputError
 from tarsus.base.workers import Workers, is_executor, spread, workers
 from tarsus.files.sweepstore import SweepStore
-from tarsus.solve.engines import Shared
+from tarsus.solve.simulate import Shared
 from tarsus.study.beats import Beats
 from tarsus.study.collecting import collect
 from tarsus.study.crew import Arrays, Crew, Remote, Threads

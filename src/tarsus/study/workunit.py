@@ -9,7 +9,7 @@ import numpy as np
 from tarsus.base.errors import InputError
 from tarsus.solve import Batch, simulate_batch
 from tarsus.solve.codes import ResultCode
-from tarsus.solve.engines import Shared
+from tarsus.solve.simulate import Shared
 from tarsus.study.axes import Floats
 from tarsus.study.sweep import Sweep
 

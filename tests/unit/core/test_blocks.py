@@ -8,8 +8,8 @@ from scipy.linalg import expm
 
 import tarsus as ts
 from tarsus.core.blocks import _least_moved, split_modes
-from tarsus.core.book import ModeBook, step_lengths
-from tarsus.core.modes import LinearSystem
+from tarsus.core.modes import LinearSystem, ModeBook
+from tarsus.solve.engine import step_lengths
 
 
 @pytest.mark.parametrize(

@@ -12,8 +12,7 @@ from scipy.linalg import expm
 
 from divergence import moved
 from random_scenes import wide_scene
-from tarsus.core.book import ModeBook
-from tarsus.core.modes import LinearSystem, contact_mode
+from tarsus.core.modes import LinearSystem, ModeBook, contact_mode
 from tarsus.core.nodes import TAU, N
 from tarsus.plan.lowering import lower_scene
 

@@ -8,9 +8,21 @@ from scipy.integrate import solve_ivp
 
 import tarsus as ts
 from scene_files import SCENES
-from tarsus.core.arrays import T_CLASS, T_FRACTION, T_JUMPS, T_LENGTH, T_MODE, T_TIME, TRACE_HEAD
-from tarsus.core.book import ModeBook
-from tarsus.core.modes import LinearSystem
+from tarsus.core.arrays import (
+    DAMPING,
+    ENERGIES,
+    FILM,
+    SMOOTH,
+    T_CLASS,
+    T_FRACTION,
+    T_JUMPS,
+    T_LENGTH,
+    T_MODE,
+    T_TIME,
+    TRACE_HEAD,
+    WORK,
+)  # fmt: skip
+from tarsus.core.modes import LinearSystem, ModeBook
 from tarsus.core.nodes import TAU, N
 from tarsus.core.replay import integrate, sample
 
@@ -77,10 +89,10 @@ def test_energies_and_states_of_a_step(stiff, damping, k, fraction):
         rtol=1e-9 if damping > 100 else 1e-12, atol=1e-13, dense_output=True,
     )  # fmt: skip
     tolerance = 3e-6 if damping > 100 else 1e-9
-    integrals = integrate(plan, book, trace)
-    got = [integrals.work[0], integrals.damping[0], integrals.resistive[0], integrals.smooth[0]]
+    integrals = integrate(book, trace)
+    got = integrals.energies[[WORK, DAMPING, FILM, SMOOTH], 0] * [1.0, 1.0, -1.0, 1.0]
     np.testing.assert_allclose(got, exact.y[4:, -1], rtol=0, atol=tolerance * np.abs(exact.y[4:, -1]).max())
-    assert integrals.time[0] == end and integrals.parts.shape == (0, 1)
+    assert integrals.time[0] == end and integrals.energies.shape == (ENERGIES, 1)
     times = np.linspace(0.0, end, 9)
     states = sample(plan.sources, book, trace, times)
     for values, rows in ((states.x, slice(0, 2)), (states.v, slice(2, 4))):
@@ -106,8 +118,8 @@ def test_energy_balance_of_a_step_over_a_hundred_thousand_oscillations(fraction)
     def energy(z):
         return 0.5 * z[2:] @ plan.mass @ z[2:] + 0.5 * z[:2] @ plan.stiffness @ z[:2]
 
-    terms = integrate(plan, book, trace)
-    gained = terms.work[0] - terms.damping[0] + terms.resistive[0] + terms.smooth[0]
+    terms = integrate(book, trace)
+    gained = np.dot([1.0, -1.0, -1.0, 1.0], terms.energies[[WORK, DAMPING, FILM, SMOOTH], 0])
     assert gained == pytest.approx(energy(last) - energy(START), rel=1e-9)
 
 
@@ -124,9 +136,9 @@ def test_laws_that_act_together_share_their_work():
     )  # fmt: skip
     scene = ts.load_scene("cantilever", volts=8, hz=50, wave="sine")
     motion = ts.simulate(scene.model_copy(update={"ground": together}), "45 ms").motion
-    found = motion.energies
-    assert found.parts.shape == (2, len(motion.log.trace)) and len(motion.log.events) > 20
-    for part, whole in zip(found.parts, (found.resistive, found.smooth), strict=True):
+    found = motion.integrals.energies
+    assert found.shape == (ENERGIES + 2, len(motion.log.trace)) and len(motion.log.events) > 20
+    for part, whole in zip(found[ENERGIES:], (-found[FILM], found[SMOOTH]), strict=True):
         np.testing.assert_allclose(part, 0.25 * whole, rtol=0, atol=1e-10 * np.abs(whole).max())
     works = motion.account.works
     assert works["rest_film"] == pytest.approx(3.0 * works["film"], rel=1e-9)
@@ -135,12 +147,12 @@ def test_laws_that_act_together_share_their_work():
 def test_work_of_a_momentum_that_jumps_is_that_of_resistive_laws():
     plan = system(90.0, 0.2)
     book, trace = recorded(plan, 3, 1.0)
-    before = integrate(plan, book, trace)
-    trace[0, T_JUMPS] = 0.3 * before.resistive[0]
-    after = integrate(plan, book, trace)
-    assert after.resistive[0] == pytest.approx(1.3 * before.resistive[0], rel=1e-14)
-    for kind in ("work", "damping", "smooth"):
-        assert getattr(after, kind) == getattr(before, kind)
+    before = integrate(book, trace)
+    trace[0, T_JUMPS] = -0.3 * before.energies[FILM, 0]
+    after = integrate(book, trace)
+    assert after.energies[FILM, 0] == pytest.approx(1.3 * before.energies[FILM, 0], rel=1e-14)
+    for kind in (WORK, DAMPING, SMOOTH):
+        assert after.energies[kind] == before.energies[kind]
 
 
 @pytest.mark.parametrize("steps", [1, 4, 7])
@@ -150,9 +162,9 @@ def test_energies_are_those_of_each_step(steps):
     book, one = recorded(plan, 3, 1.0)
     _, other = recorded(plan, 5, 0.6)
     trace = np.concatenate([np.tile(one, (steps, 1)), other, one])
-    alone = [integrate(plan, book, row) for row in (one, other)]
-    found = integrate(plan, book, trace)
-    for kind in ("work", "damping", "resistive", "smooth"):
-        whole, part = (getattr(each, kind)[0] for each in alone)
+    alone = [integrate(book, row) for row in (one, other)]
+    found = integrate(book, trace)
+    for kind in (WORK, DAMPING, FILM, SMOOTH):
+        whole, part = (each.energies[kind, 0] for each in alone)
         expected = np.cumsum([whole] * steps + [part, whole])
-        np.testing.assert_allclose(getattr(found, kind), expected, rtol=1e-13)
+        np.testing.assert_allclose(found.energies[kind], expected, rtol=1e-13)

@@ -23,7 +23,7 @@ from tarsus.base.linear import product, solve
 from tarsus.model.drive.crossings import crossing, turns, value
 from tarsus.model.drive.parts import IDENTITY, to_pieces, whole_parts
 from tarsus.model.drive.pieces import TERMS, Pieces
-from tarsus.model.drive.stretches import Floats, Track, shifted
+from tarsus.model.drive.track import Floats, Track, shifted
 
 __all__ = ["Stage", "amplified"]
 

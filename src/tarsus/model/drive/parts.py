@@ -14,7 +14,7 @@ from tarsus.base.dual import Dual, value_of
 from tarsus.base.errors import InputError
 from tarsus.base.linear import product
 from tarsus.model.drive.pieces import TERMS, Channels
-from tarsus.model.drive.stretches import Floats, Ints, Track, shifted
+from tarsus.model.drive.track import Floats, Ints, Track, shifted
 
 _NODES = 16
 _ANGLE = (np.arange(_NODES) + 0.5) * np.pi / _NODES

@@ -13,7 +13,7 @@ from pydantic import BeforeValidator, Field
 from tarsus.base.discover import classes_beside
 from tarsus.model.laws.base import Law
 
-__all__ = ["Slot", "built_in", "is_built_in", "slots"]
+__all__ = ["Slot", "built_in", "slots"]
 
 
 class Slot(NamedTuple):
@@ -31,11 +31,6 @@ def built_in() -> Mapping[str, type[Law]]:
 
 def _name(law: type[Law]) -> str | None:
     return law.name() if law.model_fields or law.function() is not None else None
-
-
-def is_built_in(law: type[Law]) -> bool:
-    """Whether a law is one of those that come with the library, and not a user's of the same name."""
-    return built_in().get(law.name()) is law
 
 
 _TOLD = ("rebound", "excess", "strength", "momentum", "force", None, "friction")

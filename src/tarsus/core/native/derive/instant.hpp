@@ -20,12 +20,12 @@ class Instant {
   std::vector<Jet> aged, parted;                         // as in Grip
   std::vector<Jet> gaps, physical, from_offset, places;  // as in Modal, and Foot::place
   std::vector<double> senses;
-  std::vector<uint8_t> frictional;  // as Foot::sense and Modal::frictional
+  std::vector<uint8_t> frictional, begins;  // as Foot::sense and Modal::frictional; whether a slide begins from rest
 
   Instant(Book& b, LawTangents& l, const Settings& set, std::vector<Jet> sources, const std::vector<Structural>& structural)
       : book(b), sizes(b.sizes), laws(l), settings(set), w(sizes.state(), Jet(0.0)), since(sizes.feet, Jet(0.0)), aged(since), parted(since),
         gaps(sizes.feet, Jet(0.0)), physical(2 * sizes.coordinates, Jet(0.0)), from_offset(physical), places(gaps),
-        senses(sizes.feet, 0.0), frictional(sizes.feet, 0), sources_(std::move(sources)),
+        senses(sizes.feet, 0.0), frictional(sizes.feet, 0), begins(frictional), sources_(std::move(sources)),
         structural_(structural) {}
 
   // Project the displacements and velocities ``physical`` on a contact mode.
@@ -191,13 +191,15 @@ class Instant {
   // To the one with a foot on the ground, which sticks if it has nothing along it: what braking leaves of that is rounding.
   void put_down(int foot) {
     constexpr double SLOW = 1e5, LEFT = 1e-10;  // of a speed that is zero for a run, and of the speeds that it is made of
+    begins[foot] = 0;
     bool sticks = false;
     if (frictional[foot]) {
       const Mobilities<Jet> by = mobilities_of(*this, foot);
       const double own = along(&ContactMode::slide_rate, foot).value;
-      const double stopped = by.normal.value > 0.0 ? by.across.value / by.normal.value * rate_of(foot).value : 0.0, rate = own - stopped;
-      sticks = std::fabs(rate) <= SLOW * settings.speed_zero + LEFT * (std::fabs(own) + std::fabs(stopped));
-      senses[foot] = sticks ? 0.0 : rate > 0.0 ? 1.0 : -1.0;
+      const double stopped = by.normal.value > 0.0 ? by.across.value / by.normal.value * rate_of(foot).value : 0.0;
+      const Footing on(true, own - stopped, SLOW * settings.speed_zero + LEFT * (std::fabs(own) + std::fabs(stopped)));
+      sticks = on.sticks;
+      senses[foot] = on.sense;
     }
     go(foot, true, sticks);
   }
@@ -221,8 +223,9 @@ class Instant {
       const Bearing<Jet> at = bearing_of(*this, foot);
       out.pull = at.along;
       out.strength = at.most;
-      senses[foot] = kind == STICK_BEGINS ? 0.0 : at.along.value > 0.0 ? 1.0 : -1.0;
+      senses[foot] = kind == STICK_BEGINS ? 0.0 : sense_of_slip(at.along.value);
     }
+    begins[foot] = told && kind == SLIP_BEGINS;
     if (kind == SLIP_BEGINS) {
       go(foot, true, false);
     } else {

@@ -102,14 +102,9 @@ class Acting {
     add_own(out, [&](const Body& b) { return b.legs[i].hip[d].motion(plain); });
     return out;
   }
-  Jet along(int i) const { return structure_force(*this, i, ALONG, u(i, ALONG)); }
   Jet strength(int i) const { return laws.strength(leg(i).foot, at_->time - at_->grip[i].since); }
   Jet age_brought(int i) const { return at_->grip[i].brought(laws, leg(i).foot, at_->time); }
-  // Largest friction of a held foot at a slip speed.
-  Jet bound(int i, const Jet& speed) const {
-    const Jet most = strength(i);
-    return laws.friction(leg(i).foot, most - pull_on(*this, i), most, speed);
-  }
+  Bearing<Jet> bearing(int i) const { return bearing_of(*this, i, strength(i)); }
   // Gap rate [m/s] of a free foot.
   Jet rate(int i) const { return w(i, UP) + film(i, u(i, UP) + gap(i)) / mass(i); }
 
@@ -119,8 +114,10 @@ class Acting {
       case TOUCH: return u(i, UP) + gap(i);
       case STOP: return w(i, ALONG) * s_.feet[i].sense;
       case PULL_OFF: return strength(i) - pull_on(*this, i);
-      default: return bound(i, Jet(0.0)) + along(i) * (kind == SLIP_UP ? -1.0 : 1.0);
+      default: break;
     }
+    const Bearing<Jet> at = bearing(i);
+    return at.most + at.along * (kind == SLIP_UP ? -1.0 : 1.0);
   }
 
   Rates rates() const {
@@ -162,9 +159,9 @@ class Acting {
     }
     post_impact(*this, i, at);
     out.before = at.speed;
-    out.doubtful = landing_in_doubt(laws, f, at) ||
-                   impact_friction_in_doubt(laws, f, kind == BOUNCE ? at.speed + at.after : at.speed, w(i, ALONG));
-    out.energy = impact(*this, i, EventKind(kind), at);
+    const Braking<Jet> friction = impact(*this, i, EventKind(kind), at);
+    out.doubtful = landing_in_doubt(laws, f, at) || friction.doubtful;
+    out.energy = friction.lost;
     if (kind == BOUNCE) out.after = at.after;
     if (kind == CAPTURE && laws.has(f, HAS_LATCH)) out.adhesion = at.kept();
     if (kind == REST) out.when = rest_time(at_->time, at);
@@ -210,9 +207,10 @@ class Acting {
       if (d == ALONG && foot.contact == SLIPPING) {
         out.slipped[i] = std::fabs(rate);
         if (foot.sense != 0.0) {
-          const double rubs = bound(i, Jet(std::fabs(w))).value * foot.sense;
-          force -= rubs;
-          out.power.friction += rubs * rate;
+          const Jet most = strength(i);
+          const double frictional = laws.friction(leg.foot, most - pull_on(*this, i), most, Jet(std::fabs(w))).value * foot.sense;
+          force -= frictional;
+          out.power.friction += frictional * rate;
         }
       }
       out.power.work += own * rate;

@@ -136,9 +136,10 @@ class LeggedTangent : public LeggedMarch {
       place_.grip[i].end(place_.time);
       acting_.w(i, UP) = leaving_rate(acting_, i, Jet(0.0));
     } else {
-      out.pull = acting_.along(i);
-      out.strength = acting_.bound(i, Jet(0.0));
-      out.doubtful = kind == STOP && is_close(Jet(std::fabs(out.pull.value)), out.strength);
+      const Bearing<Jet> at = acting_.bearing(i);
+      out.pull = at.along;
+      out.strength = at.most;
+      out.doubtful = kind == STOP && is_close(Jet(std::fabs(at.along.value)), at.most);
       along = Jet(0.0);
     }
     if (out.doubtful) told.flag(known_, AT_THRESHOLD);
@@ -223,7 +224,7 @@ class LeggedTangent : public LeggedMarch {
           own.air[0] += f.by_gap[0] * r.u[UP] * one.weight;
           own.air[1] += (f.by_gap[1] * r.u[UP] + f.by_rate * r.rate) * one.weight;
         } else if (f.slides) {
-          own.bound += (f.by_margin * r.margin + f.by_speed * r.w[ALONG] * feet[i].sense) * one.weight;
+          own.bound += (f.by[MARGIN] * r.margin + f.by[SLIP_SPEED] * r.w[ALONG] * feet[i].sense) * one.weight;
         }
       }
       one.finish(h);
@@ -403,7 +404,7 @@ class LeggedTangent : public LeggedMarch {
       f.acts[1] = foot.contact == AIR && foot.force;
       f.slides = foot.contact == SLIPPING && foot.sense != 0.0;
       f.speeds = f.slides && laws.laws.friction_by_speed;
-      f.by_gap[0] = f.by_gap[1] = f.by_rate = f.by_margin = f.by_strength = f.by_speed = Row(0.0);
+      f.by_gap[0] = f.by_gap[1] = f.by_rate = f.by[MARGIN] = f.by[HELD_STRENGTH] = f.by[SLIP_SPEED] = Row(0.0);
       if (foot.contact != AIR) linearise_held(i, times);
       if (!f.acts[0] && !f.acts[1]) continue;
       linearise_free(i, times);
@@ -461,31 +462,10 @@ class LeggedTangent : public LeggedMarch {
       return strength - laws_.force(foot, Jet(0.0), Jet(0.0), volts_at(foot, j), Jet(times[j]));
     });
     if (!f.slides) return;
-    // beyond a stop, where the step goes on, as ``sliding_bound``
-    const Row speed = r.w[ALONG] * feet[i].sense, forward = larger(speed, Row(0.0));
-    const bool mirror = f.speeds && mirrored(*this, i);
-    const auto bound = [&](int j, double at) { return laws_.friction(foot, Jet(r.margin[j]), Jet(r.strength[j]), Jet(at)); };
-    const auto slopes = [&](const Row& at, Row& by_margin, Row& by_strength) {
-      const Row arguments[FRICTION_ARGUMENTS] = {r.margin, r.strength, at};
-      laws_.slopes(FRICTION, foot, arguments, FRICTION_ARGUMENTS, by_margin, by_strength);
-    };
-    slopes(forward, f.by_margin, f.by_strength);
-    own_rows(i, &OwnPart::bound, [&](int j) {
-      return speed[j] < 0.0 && mirror ? bound(j, 0.0) * 2.0 - bound(j, -speed[j]) : bound(j, forward[j]);
-    });
-    if (!f.speeds) return;
-    if (mirror && any_less(speed, Row(0.0))) {
-      Row by_margin, by_strength;
-      slopes(magnitude(speed), by_margin, by_strength);
-      for (int j = 0; j < N; j++) {
-        if (!(speed[j] < 0.0)) continue;
-        f.by_margin.set(j, 2.0 * f.by_margin[j] - by_margin[j]);
-        f.by_strength.set(j, 2.0 * f.by_strength[j] - by_strength[j]);
-      }
-    }
-    Row most;
-    sliding_bound(*this, i, r, speed, most, f.by_speed);
-    if (!invert_friction(tables.of(step_class, body.legs[i].kind[ALONG]), f)) lose();
+    const SlidingTangent found = sliding_tangent(laws_, foot, r.margin, r.strength, r.w[ALONG] * feet[i].sense, feet[i].start == JUST_SLIDING);
+    std::copy_n(found.by, FRICTION_ARGUMENTS, f.by);
+    for (int lane = 0; lane < LANES; lane++) linear_.own[size_t(i) * LANES + lane].bound = found.own[lane];
+    if (f.speeds && !invert_friction(tables.of(step_class, body.legs[i].kind[ALONG]), f)) lose();
   }
 
   // Drives over the step; one that has jumped where its kink's time moves shifts the state by the difference of its rates.
@@ -517,8 +497,7 @@ class LeggedTangent : public LeggedMarch {
     if (highest_at >= 0.0) t.highest_body = height_at(lane, h, highest_at);
     for (int i = 0; i < legs(); i++) {
       LeggedFoot& foot = t.feet[i];
-      const double way = moment.of(i, ALONG).u - foot.u[ALONG];
-      if (feet[i].contact == SLIPPING) foot.slipped += feet[i].u[ALONG] < ways_[i] ? -way : way;
+      if (feet[i].contact == SLIPPING) foot.slipped += path_of_lane(lane, i, h);
       for (int d = 0; d < DIRECTIONS; d++) {
         foot.u[d] = moment.of(i, d).u;
         foot.w[d] = moment.of(i, d).w;
@@ -527,6 +506,24 @@ class LeggedTangent : public LeggedMarch {
     std::copy_n(moment.x, coordinates(), t.x);
     std::copy_n(moment.v, coordinates(), t.v);
     t.clock.time = clock.time;
+  }
+
+  // How the path moves that a foot slides in the step: with its ends and with the places where it turns back, the moments of which
+  // count for nothing, for it stands still there. The lane's motion at the end of the step is in ``moment``.
+  double path_of_lane(int lane, int i, double h) {
+    double path = 0.0, place = ways_[i], from = lanes_[lane].feet[i].u[ALONG];
+    const auto reach = [&](double next, double to) {
+      path += next < place ? from - to : to - from;
+      place = next;
+      from = to;
+    };
+    for (const Turn& turn : turns[i]) {
+      turning_.legs.resize(DIRECTIONS * body.legs.size());
+      lane_at(lane, h, turn.at, turning_);
+      reach(turn.place, turning_.of(i, ALONG).u);
+    }
+    reach(feet[i].u[ALONG], moment.of(i, ALONG).u);
+    return path;
   }
 
   // Height of a lane's body within the step: it rings with the legs, and no polynomial through the nodes follows that.

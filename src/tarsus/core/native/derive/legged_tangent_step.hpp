@@ -16,7 +16,7 @@ namespace tarsus::legged {
 // the rate, of friction by its arguments; and columns of the inverse of what makes momentum and force consistent, and of what
 // makes friction so that depends on the speed.
 struct LinearFoot {
-  Row by_gap[2], by_rate, by_margin, by_strength, by_speed;
+  Row by_gap[2], by_rate, by[FRICTION_ARGUMENTS];
   Row inverse[2][2][N], rubbing[N];
   bool acts[2], slides, speeds;  // whether a momentum and a smooth force act in the air; sliding with friction; with such by speed
 };
@@ -71,7 +71,7 @@ inline bool invert_foot(const LegStep& table, double mass, LinearFoot& f) {
 inline bool invert_friction(const LegStep& table, LinearFoot& f) {
   std::vector<double> matrix(N * N);
   for (int j = 0; j < N; j++) {
-    for (int l = 0; l < N; l++) matrix[j * N + l] = (j == l) + f.by_speed[j] * table.force[1][l][j];
+    for (int l = 0; l < N; l++) matrix[j * N + l] = (j == l) + f.by[SLIP_SPEED][j] * table.force[1][l][j];
   }
   Factored solver;
   if (!solver.factor(matrix, N)) return false;
@@ -93,7 +93,7 @@ inline void slide_linear(const LinearFoot& f, const LegStep& table, double sense
   r.bound = f.slides ? own : Row(0.0);
   if (f.speeds) {
     free_motion(table, u0, w0, r.q[ALONG], r.u[ALONG], r.w[ALONG]);
-    r.bound = combine(reinterpret_cast<const double*>(f.rubbing), own + f.by_speed * r.w[ALONG] * sense);
+    r.bound = combine(reinterpret_cast<const double*>(f.rubbing), own + f.by[SLIP_SPEED] * r.w[ALONG] * sense);
   }
   r.q[ALONG] -= r.bound * sense;
   free_motion(table, u0, w0, r.q[ALONG], r.u[ALONG], r.w[ALONG]);
@@ -154,7 +154,7 @@ inline bool body_matrix(const Legged& s, int k, double h, const LegTangents& of,
       } else if (of.feet[i].slides) {
         const Row pull = place * leg.stiffness[UP] + unit * leg.damping[UP];
         r.q[ALONG] = Row(0.0);
-        slide_linear(of.feet[i], along, s.feet[i].sense, 0.0, 0.0, -of.feet[i].by_margin * pull, r);
+        slide_linear(of.feet[i], along, s.feet[i].sense, 0.0, 0.0, -of.feet[i].by[MARGIN] * pull, r);
         add(leg.hip[ALONG], leg.hip[UP], l, r.w[ALONG] * leg.mass - combine(once, r.q[ALONG]) * h);
       }
       if (s.feet[i].held(ALONG)) continue;
@@ -191,7 +191,7 @@ inline void move_lane(const Legged& s, Legged& t, int k, double h, const LegTang
     if (foot.contact == STUCK) continue;
     r.q[ALONG] = r.load[ALONG] + spring(t, leg, ALONG);
     slide_linear(f, s.tables.of(k, leg.kind[ALONG]), foot.sense, foot.u[ALONG], foot.w[ALONG],
-                 f.by_margin * r.margin + f.by_strength * own.strength + own.bound, r);
+                 f.by[MARGIN] * r.margin + f.by[HELD_STRENGTH] * own.strength + own.bound, r);
     carry_free(t, i, ALONG, r.load[ALONG] - r.bound * foot.sense, h, r);
   }
 }

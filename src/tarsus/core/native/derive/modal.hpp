@@ -46,7 +46,7 @@ class ModalTangent {
       now_.parted[i] = Jet(start.time);
     }
     for (int i = 0; i < sizes_.feet; i++) {
-      now_.frictional[i] = book.has_way(i) && laws_.plain().friction(i, 1.0, 1.0, 0.0) != 0.0;
+      now_.frictional[i] = book.has_way(i) && has_friction(laws_.plain(), i);
     }
     for (size_t c = 0; c < channels; c++) drives_.player.seek(int(c), start.time);
     now_.time = Jet(start.time);
@@ -380,17 +380,10 @@ class ModalTangent {
     Row margin = strength - output_row(*tables_, acting_, value_, i);
     const Row volts = c < 0 ? Row(0.0) : load(&channel_values_[N * c]);
     if (laws_.has(i, HAS_FORCE)) margin -= laws_.plain().force(i, Row(0.0), Row(0.0), volts, times);
-    const Row rate = output_row(*tables_, acting_, value_, m + i) * sense, speed = larger(rate, Row(0.0));
-    const Row arguments[FRICTION_ARGUMENTS] = {margin, strength, speed};
-    Row by_margin, by_strength;
-    laws_.slopes(FRICTION, i, arguments, FRICTION_ARGUMENTS, by_margin, by_strength);
-    out.by_gap = by_margin * sense;
-    if (out.rated) {
-      const auto found = laws_.plain().friction_by_speed(i, margin, strength, speed);
-      out.by_rate = each(found.slope[0], rate, [](double by, double at) { return at > 0.0 && std::isfinite(by) ? -by : 0.0; });
-    }
-    std::fill_n(out.own, N, Row(0.0));
-    laws_.add_explicit(FRICTION, i, arguments, FRICTION_ARGUMENTS, nullptr, out.own);
+    const Row speed = output_row(*tables_, acting_, value_, m + i) * sense;
+    const SlidingTangent found = sliding_tangent(laws_, i, margin, strength, speed, now_.begins[i]);
+    out.by_gap = found.by[MARGIN] * sense;
+    out.by_rate = -found.by[SLIP_SPEED];
     for (int j = 0; j < N; j++) {
       const Jet time(times[j]), held = laws_.strength(i, time - now_.since[i]);
       Jet breaking = held;
@@ -398,7 +391,8 @@ class ModalTangent {
         const Jet at = c < 0 ? Jet(0.0) : jet(volts[j], channel_slopes_[N * c + j]);
         breaking = breaking - laws_.force(i, Jet(0.0), Jet(0.0), at, time);
       }
-      out.own[j] = (out.own[j] + slope_of(breaking) * by_margin[j] + slope_of(held) * by_strength[j]) * -sense;
+      for (int lane = 0; lane < LANES; lane++) out.own[j].set(lane, found.own[lane][j]);
+      out.own[j] = (out.own[j] + slope_of(breaking) * found.by[MARGIN][j] + slope_of(held) * found.by[HELD_STRENGTH][j]) * -sense;
     }
     return out;
   }
@@ -533,6 +527,7 @@ class ModalTangent {
     }
     dw_ = flowed_;
     now_.time = Jet(step.time + step.length * step.fraction);
+    if (step.fraction > 0.0) std::fill(now_.begins.begin(), now_.begins.end(), 0);
     friction_end_.assign(sizes_.feet, 0.0);
     for (int i : rubbing_) friction_end_[i] = weighted(Weights(nodes_, step.fraction).value, value_.input(sizes_.feet + i));
   }

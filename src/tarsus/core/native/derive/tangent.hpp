@@ -4,7 +4,7 @@
 // what happens to them is linear.
 #pragma once
 #include "march/batch.hpp"
-#include "laws/laws.hpp"
+#include "march/friction.hpp"
 #include "drives/signals.hpp"
 #include "march/batch.hpp"
 
@@ -213,6 +213,17 @@ struct LawTangents {
     return (momentum(foot, gap + probe) - momentum(foot, gap - probe)) / (2.0 * probe);
   }
 
+  // The bound of friction at eight nodes, with what it has by the parameters of its law.
+  Dual<Row, LANES> friction(int foot, const Row& margin, const Row& held, const Row& speed) {
+    Dual<Row, LANES> sum(Row(0.0));
+    for (const Term& term : laws.terms[FRICTION]) {
+      const Row arguments[FRICTION_ARGUMENTS] = {margin, held, speed};
+      std::copy_n(arguments, laws.programs[term.program].arguments, wide_.begin());
+      sum = sum + evaluate(laws.programs[term.program], spread_.data() + size_t(foot) * laws.fixed + term.fixed, wide_.data());
+    }
+    return sum;
+  }
+
   // Slopes of a hook's function by its first two arguments at eight nodes; of ``count`` arguments. A value that is none, which
   // is only below the ground, is held there by the engine: it has no slope.
   void slopes(Hook hook, int foot, const Row* arguments, int count, Row& first, Row& second) {
@@ -256,6 +267,21 @@ struct LawTangents {
   std::vector<Dual<Row, 2>> rows_;
   std::vector<Dual<Row, LANES>> spread_, wide_;  // as ``fixed_`` and registers, for eight nodes
 };
+
+// Friction of a foot that slides at the nodes of a step, as the run has it: its slopes by the arguments of the law, and by lanes
+// what it has by the law's parameters.
+struct SlidingTangent {
+  Row by[FRICTION_ARGUMENTS], own[LANES];
+};
+
+// speed [m/s]: in the sense of the slip.
+inline SlidingTangent sliding_tangent(LawTangents& laws, int foot, const Row& margin, const Row& strength, const Row& speed, bool begins) {
+  SlidingTangent out;
+  std::copy_n(sliding_bound(laws.plain(), foot, margin, strength, speed, begins).slope, FRICTION_ARGUMENTS, out.by);
+  const auto own = mirrored(speed, begins, [&](const Row& at, const Row&) { return laws.friction(foot, margin, strength, at); });
+  std::copy_n(own.slope, LANES, out.own);
+  return out;
+}
 
 // A square matrix once eliminated, for right sides of eight lanes.
 class Factored {

@@ -98,9 +98,10 @@ struct ActingLaws {
   mutable std::vector<Row> rows;
   mutable std::vector<double> numbers;
   mutable std::vector<Dual<Row, 1>> sloping;
+  mutable std::vector<Dual<Row, FRICTION_ARGUMENTS>> sliding;
 
   explicit ActingLaws(const Laws& l)
-      : laws(l), fixed(l.feet * l.fixed), rows(l.registers), numbers(l.registers), sloping(l.registers) {}
+      : laws(l), fixed(l.feet * l.fixed), rows(l.registers), numbers(l.registers), sloping(l.registers), sliding(l.registers) {}
 
   // The parameters (feet, columns) of a run, which stay where they are as long as it lasts.
   void take(const double* given) {
@@ -113,6 +114,7 @@ struct ActingLaws {
     }
   }
 
+  const ActingLaws& plain() const { return *this; }  // as laws with derivatives have them
   bool has(int foot, int flag) const { return (laws.flags[foot] & flag) != 0; }
   const double* of(int foot, const Term& term) const { return parameters + foot * laws.columns + term.first; }
 
@@ -220,30 +222,20 @@ struct ActingLaws {
   }
 
   // Largest friction force [N] of a contact of strength ``held`` = f_a [N] and margin N + f_a [N], at a slip speed [m/s] >= 0. At
-  // speed 0 it is the largest force along the ground under which the foot sticks.
+  // speed 0 it is the largest force along the ground under which the foot sticks. ``Real`` is double, Row, or a Dual at the nodes by the arguments.
   template <class Real>
   Real friction(int foot, const Real& margin, const Real& held, const Real& speed) const {
     Real sum = Real(0.0);
     for (const Term& term : laws.terms[FRICTION]) {
       const double* p = of(foot, term);
       if (term.twin == FRICTION_BOUND) {
-        sum += p[0] * margin;
+        sum = sum + margin * p[0];
       } else if (term.twin == ADHESIVE_FRICTION_BOUND) {
-        sum += p[0] * held;
+        sum = sum + held * p[0];
       } else {
         const Real arguments[FRICTION_ARGUMENTS] = {margin, held, speed};
-        sum += by_program(foot, term, arguments);
+        sum = sum + by_program(foot, term, arguments);
       }
-    }
-    return sum;
-  }
-
-  // The same at the nodes, with its derivative by the slip speed [N s/m].
-  Dual<Row, 1> friction_by_speed(int foot, const Row& margin, const Row& held, const Row& speed) const {
-    Dual<Row, 1> sum(Row(0.0));
-    for (const Term& term : laws.terms[FRICTION]) {
-      const Dual<Row, 1> arguments[FRICTION_ARGUMENTS] = {margin, held, Dual<Row, 1>::variable(speed, 0)};
-      sum = sum + value_of(foot, term, arguments, sloping.data());
     }
     return sum;
   }
@@ -293,6 +285,9 @@ struct ActingLaws {
   }
   TARSUS_APART Row by_program(int foot, const Term& term, const Row* arguments) const {
     return value_of(foot, term, arguments, rows.data());
+  }
+  TARSUS_APART Dual<Row, FRICTION_ARGUMENTS> by_program(int foot, const Term& term, const Dual<Row, FRICTION_ARGUMENTS>* arguments) const {
+    return value_of(foot, term, arguments, sliding.data());
   }
   template <class Real>
   TARSUS_INLINE Real value_of(int foot, const Term& term, const Real* arguments, Real* registers) const {

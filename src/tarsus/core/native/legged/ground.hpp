@@ -4,7 +4,7 @@
 // mass-weighted map is exact, and feet that touch at the same moment do not act on each other.
 #pragma once
 #include "legged/scan.hpp"
-#include "march/rules.hpp"
+#include "march/friction.hpp"
 
 namespace tarsus::legged {
 
@@ -52,6 +52,12 @@ inline typename P::Real pull_on(const P& p, int i) {
   return structure_force(p, i, UP, -p.gap(i)) + p.smooth(i, Real(0.0), Real(0.0));
 }
 
+// What friction has to bear under a foot that sticks, and can, of a contact of that strength [N].
+template <class P>
+inline Bearing<typename P::Real> bearing_of(P& p, int i, const typename P::Real& strength) {
+  return {p.laws, p.leg(i).foot, strength - pull_on(p, i), strength, structure_force(p, i, ALONG, p.u(i, ALONG))};
+}
+
 // Rate [m/s] without the film's momentum of a foot that leaves the ground at a rate.
 template <class P>
 inline typename P::Real leaving_rate(const P& p, int i, const typename P::Real& rate) {
@@ -77,14 +83,17 @@ inline void post_impact(const P& p, int i, Landing<typename P::Real>& at) {
   at.printed = own - 2.0 * p.stiffness(i, UP) * p.gap(i) + p.damping(i, UP) * at.after;
 }
 
-// Its velocity after the impact. Returns the energy [J] that this takes.
+// Its velocity after the impact, and what braked it; the energy [J] is all that the impact takes.
 template <class P>
-inline typename P::Real impact(P& p, int i, EventKind kind, const Landing<typename P::Real>& at) {
+inline Braking<typename P::Real> impact(P& p, int i, EventKind kind, const Landing<typename P::Real>& at) {
   typedef typename P::Real Real;
   const bool bounces = kind == BOUNCE;
-  const Real lost = bounces ? at.lost() : at.lost() + at.kept(), change = bounces ? at.speed + at.after : at.speed;
   p.w(i, UP) = bounces ? leaving_rate(p, i, at.after) : Real(0.0);
-  return lost + impact_friction(p.laws, p.leg(i).foot, p.mass(i), change, p.w(i, ALONG));
+  Braking<Real> out = impact_friction(p.laws, p.leg(i).foot, {at.mobility, Real(0.0), at.mobility}, at.speed,
+                                      bounces ? at.after : Real(0.0), Real(p.w(i, ALONG)));
+  p.w(i, ALONG) = out.left;
+  out.lost = out.lost + (bounces ? at.lost() : at.lost() + at.kept());
+  return out;
 }
 
 // ---- on numbers alone: decisions, and the events that are logged
@@ -125,13 +134,11 @@ inline void begin_contact(Legged& s, int i) {
   foot.begin(s.laws, s.body.legs[i].foot, s.clock.time);
   foot.start = AS_IT_COMES;
   foot.apex.restart(s.clock.time);
-  double& along = foot.w[ALONG];
-  const auto bound = [&](double speed) { return s.laws.friction(s.body.legs[i].foot, 1.0, 1.0, speed); };
-  const bool frictional = bound(0.0) != 0.0 || bound(std::fabs(along)) != 0.0;
-  const bool stands = frictional && std::fabs(along) <= s.settings.speed_zero;
-  if (stands) along = 0.0;
-  foot.contact = stands ? STUCK : SLIPPING;
-  foot.sense = !frictional || stands ? 0.0 : along > 0.0 ? 1.0 : -1.0;
+  const double along = foot.w[ALONG];
+  const Footing on(has_friction(s.laws, s.body.legs[i].foot, std::fabs(along)), along, s.settings.speed_zero);
+  if (on.sticks) foot.w[ALONG] = 0.0;
+  foot.contact = on.sticks ? STUCK : SLIPPING;
+  foot.sense = on.sense;
 }
 
 // A foot reaches the ground: it bounces, is captured, comes to rest, or has no speed and lies there already.
@@ -155,7 +162,7 @@ inline void land(Legged& s, int i) {
   }
   post_impact(present, i, at);
   const EventKind kind = landing_kind(s.laws, f, at, s.settings.rest_height);
-  const double lost = impact(present, i, kind, at);
+  const double lost = impact(present, i, kind, at).lost;
   if (kind == BOUNCE) {
     s.log.add(t, f, BOUNCE, foot.apex, at.speed, at.after, at.pull, at.strength, lost);
     begin_flight(s, i);
@@ -172,7 +179,7 @@ inline void apply_event(Legged& s, int i, FootEvent kind) {
   if (kind == TOUCH) return land(s, i);
   LeggedFoot& foot = s.feet[i];
   const int f = s.body.legs[i].foot;
-  const Present present(s);
+  Present present(s);
   const double t = s.clock.time, pull = pull_on(present, i), strength = s.laws.strength(f, t - foot.since);
   if (kind == PULL_OFF) {
     s.log.add(t, f, RELEASE, foot.apex, 0.0, 0.0, pull, strength);
@@ -181,13 +188,12 @@ inline void apply_event(Legged& s, int i, FootEvent kind) {
     begin_flight(s, i);
     return;
   }
-  const double along = structure_force(present, i, ALONG, foot.u[ALONG]);
-  const double bound = s.laws.friction(f, strength - pull, strength, 0.0);
+  const Bearing<double> at = bearing_of(present, i, strength);
   foot.w[ALONG] = 0.0;
-  const bool sticks = kind == STOP && std::fabs(along) <= bound + s.settings.force_zero;
-  s.log.add(t, f, sticks ? STICK_BEGINS : SLIP_BEGINS, foot.apex, 0.0, 0.0, along, bound);
+  const bool sticks = kind == STOP && at.holds(s.settings.force_zero);
+  s.log.add(t, f, sticks ? STICK_BEGINS : SLIP_BEGINS, foot.apex, 0.0, 0.0, at.along, at.most);
   foot.contact = sticks ? STUCK : SLIPPING;
-  foot.sense = sticks ? 0.0 : along > 0.0 ? 1.0 : -1.0;
+  foot.sense = sticks ? 0.0 : sense_of_slip(at.along);
   foot.start = sticks ? AS_IT_COMES : JUST_SLIDING;
 }
 

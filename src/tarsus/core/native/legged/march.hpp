@@ -40,6 +40,11 @@ struct Notes {
   size_t sampled = 0;
 };
 
+// Where a foot turns back as it slides: scaled time of the step, and its place along the ground [m].
+struct Turn {
+  double at, place;
+};
+
 struct LeggedMarch : Legged {
   const bool keeps_account;
   const Body& unit_body;  // its weights are those of unit gravity
@@ -47,11 +52,13 @@ struct LeggedMarch : Legged {
   Moment moment;
   double gravity = 0.0;  // [m/s^2]
   double lowest_at = -1.0, highest_at = -1.0;  // scaled times of the last step at which the body was lower, higher; -1: never
+  std::vector<std::vector<Turn>> turns;        // of every leg, where its foot turned back as it slid in the last step
 
   LeggedMarch(const Body& b, const LegTables& t, const Nodes& n, const Between& f, const Signals& s, const Laws& l,
               const Settings& set, Log& events, Notes& some, bool account, size_t driven)
       : Legged(b, t, n, f, s, l, set, events, driven), keeps_account(account), unit_body(b), notes(some) {
     moment.legs.resize(DIRECTIONS * body.legs.size());
+    turns.resize(body.legs.size());
   }
 
   size_t sample_width() const {
@@ -194,6 +201,32 @@ struct LeggedMarch : Legged {
     }
   }
 
+  // Path [m] that a foot slides up to scaled time ``fraction`` of the step, after which it is at ``end`` along the ground. A foot
+  // that nothing frictional turns back without an event: where its speed changes sign between two nodes.
+  double slide(int i, double h, double fraction, double end) {
+    const LegRows& r = rows[i];
+    const Row& speed = r.w[ALONG];
+    const bool by_nodes = smooth(*this, r, ALONG, h);
+    double path = 0.0, from = feet[i].u[ALONG], sense = speed[0];
+    turns[i].clear();
+    for (int j = 1; j < N && nodes.tau[j - 1] < fraction; j++) {
+      if (sense * speed[j] < 0.0) {
+        const double up = sense < 0.0 ? 1.0 : -1.0;
+        const Lowest turn = lowest_between(*this, j, [&](double at) {
+          const Row here = lagrange(nodes, at);
+          const Motion to = by_nodes ? Motion{total(r.u[ALONG] * here), total(speed * here)} : leg_at(*this, i, ALONG, h, at);
+          return Motion{up * to.u, up * to.w};
+        });
+        if (turn.at >= fraction) break;
+        turns[i].push_back({turn.at, up * turn.gap});
+        path += std::fabs(up * turn.gap - from);
+        from = up * turn.gap;
+      }
+      if (speed[j] != 0.0) sense = speed[j];
+    }
+    return path + std::fabs(end - from);
+  }
+
   // Move the state on to scaled time ``fraction`` of the step. False where a number is not finite.
   bool accept(double h, double fraction, double reached) {
     const Energies before = energy;
@@ -210,7 +243,7 @@ struct LeggedMarch : Legged {
       if (foot.contact == AIR && settings.track) {
         raise_apex(nodes, foot.apex, reinterpret_cast<const double*>(&rows[i].gap), fraction, clock.time, h);
       } else if (foot.contact == SLIPPING) {
-        foot.slipped += std::fabs(moment.of(i, ALONG).u - foot.u[ALONG]);
+        foot.slipped += slide(i, h, fraction, moment.of(i, ALONG).u);
       }
     }
     note_heights(h, fraction);

@@ -71,28 +71,6 @@ inline Real rest_time(const Real& t, const Landing<Real>& at) {
   return t - 2.0 * at.after / (at.pull * at.mobility) / (1.0 - at.after / at.speed);
 }
 
-// Coulomb friction of an impact that changes the normal velocity by ``change`` [m/s]: it brakes the velocity ``along`` the
-// ground by mu times as much at most, mu being that of the slip speed before the impact. Adhesion adds a
-// finite force, whose impulse during an impact is zero. Returns the kinetic energy [J] that friction takes.
-template <class AnyLaws, class Real>
-inline Real impact_friction(AnyLaws& laws, int foot, const Real& mass, const Real& change, Real& along) {
-  const Real before = along, most = laws.friction(foot, change, Real(0.0), magnitude(along));
-  const double size = std::fabs(value_of(before));
-  if (size > value_of(most)) {
-    along = value_of(before) > 0.0 ? before - most : before + most;
-  } else if (size > 0.0 || value_of(most) > 0.0) {
-    along = Real(0.0);
-  }
-  return 0.5 * mass * (before * before - along * along);
-}
-
-// Whether it is within rounding that ``impact_friction`` stops a foot or leaves it a speed along the ground.
-template <class AnyLaws, class Real>
-inline bool impact_friction_in_doubt(AnyLaws& laws, int foot, const Real& change, const Real& along) {
-  const double most = value_of(laws.friction(foot, change, Real(0.0), magnitude(along)));
-  return most > 0.0 && is_close(std::fabs(value_of(along)), most);
-}
-
 // Angle [rad] in [0, pi/2] of the passive projection of an impact map that throws e and skews: Newton's method, bracketed.
 inline double passive_angle(double e, double skew) {
   if (e >= 1.0) return 0.0;

@@ -1,7 +1,6 @@
 // The events at the ground: impact, capture, release, rest, slip and stick; and changing from one contact mode to another.
 #pragma once
 #include "modal/friction.hpp"
-#include "march/rules.hpp"
 
 namespace tarsus::modal {
 
@@ -265,10 +264,10 @@ inline bool sticks_at_once(Modal& m, int foot) {
   const Mobilities<double> by = mobilities_of(m, foot);
   double rate = m.along(&ContactMode::slide_rate, foot);
   if (by.normal > 0.0) rate -= by.across / by.normal * m.rate_of(foot);
-  const bool stands = std::fabs(rate) <= no_slide(m, foot);
-  m.feet[foot].sense = stands ? 0.0 : rate > 0.0 ? 1.0 : -1.0;
+  const Footing on(true, rate, no_slide(m, foot));
+  m.feet[foot].sense = on.sense;
   m.feet[foot].slide = UNDER_WAY;
-  return stands;
+  return on.sticks;
 }
 
 // Put a foot on the ground; the state is the modal one.
@@ -296,7 +295,7 @@ inline int broken_by(Modal& m, int foot, double normal, double along) {
   for (int k : m.mode->stuck) {
     const double push = std::max(carried(k), 0.0), needed = carried(feet + k);
     if (std::fabs(needed) <= m.laws.friction(k, push, 0.0, 0.0) + none) continue;
-    m.feet[k].sense = needed > 0.0 ? -1.0 : 1.0;
+    m.feet[k].sense = -sense_of_slip(needed);
     return feet + k;
   }
   return -1;
@@ -393,10 +392,10 @@ TARSUS_APART inline void release(Modal& m, int foot) {
   leave_mode(m, foot, false);
 }
 
-// A foot that sticks begins to slide, forward or backward, by the pull along the ground.
-inline void begin_to_slide(Modal& m, int foot, double sense, const Bearing<double>& at) {
+// A foot that sticks begins to slide, whither it is pulled along.
+inline void begin_to_slide(Modal& m, int foot, const Bearing<double>& at) {
   m.log.add(m.clock.time, foot, SLIP_BEGINS, m.feet[foot].apex, 0.0, 0.0, at.along, at.most);
-  m.feet[foot].sense = sense;
+  m.feet[foot].sense = sense_of_slip(at.along);
   m.feet[foot].slide = FROM_REST;
   leave_mode(m, foot, true, false);
 }
@@ -411,9 +410,9 @@ TARSUS_APART inline void unstick(Modal& m, int foot, bool leaves) {
   const double none = no_margin(m, foot);
   if (at.margin < -none) {
     const double pull = pull_without_own_friction(m, foot);
-    leaves = std::fabs(at.along) <= at.most || m.strength_now(foot) - pull < none;
+    leaves = at.holds(0.0) || m.strength_now(foot) - pull < none;
   }
-  if (!leaves) return begin_to_slide(m, foot, at.along > 0.0 ? 1.0 : -1.0, at);
+  if (!leaves) return begin_to_slide(m, foot, at);
   remove_film_momenta(m);
   release(m, foot);
 }
@@ -429,7 +428,7 @@ TARSUS_APART inline void stick_or_turn(Modal& m, int foot) {
   add_film_momenta(m);
   const Bearing<double> at = bearing_of(m, foot);
   const double none = m.settings.force_zero + ROUNDING * force_parts(m, m.sizes.feet + foot);
-  if (std::fabs(at.along) > at.most + none) return begin_to_slide(m, foot, at.along > 0.0 ? 1.0 : -1.0, at);
+  if (!at.holds(none)) return begin_to_slide(m, foot, at);
   m.log.add(m.clock.time, foot, STICK_BEGINS, m.feet[foot].apex, 0.0, 0.0, at.along, at.most);
   m.feet[foot].sense = 0.0;
   remove_film_momenta(m);

@@ -1,14 +1,13 @@
-// Friction along the ground on feet that know their way: within a step, at one moment, and in an impact.
+// Friction along the ground on feet of a structure, coupled through it: within a step, at one moment, and in an impact.
 //
-// A foot on the ground sticks, held along the ground where it is, or slides with the friction F = -sense * bound(N + f_a, f_a,
-// |v|) [N] of the law. Friction moves the structure, which changes the margin N + f_a = f_a - pull that bears it and the rate
+// Friction (see march/friction.hpp) moves the structure, which changes the margin N + f_a = f_a - pull that bears it and the rate
 // v: both are linear in the friction forces of all feet, so that Newton's method finds them, at the nodes of a step or at a
 // moment. What a friction force does to its own margin at once is ``slide_feed``. Where that is as much as the law takes of the
 // margin, friction presses a foot down harder than it is pushed: no motion of a rigid foot follows, or two do (Painleve), and
 // the run ends as JAMMED.
 #pragma once
 #include "base/dense.hpp"
-#include "march/rules.hpp"
+#include "march/friction.hpp"
 #include "modal/flow.hpp"
 
 namespace tarsus::modal {
@@ -40,36 +39,7 @@ inline double no_slide(const Modal& m, int foot) {
   return m.settings.speed_zero + ROUNDING * std::max(m.feet[foot].slides, m.parts(m.mode->slide_rate, foot));
 }
 
-// Largest friction of a foot, and its slopes by margin (by a difference, which a law linear in it does not feel) and by speed.
-template <class Real>
-struct Bound {
-  Real most, by_margin, by_speed;
-};
-
-inline double size_of(double x) { return std::fabs(x); }
 inline double size_of(const Row& x) { return highest(magnitude(x)); }
-
-template <class Real>
-inline Bound<Real> friction_bound(const Modal& m, int foot, const Real& margin, const Real& strength, const Real& speed) {
-  constexpr double SHARE = 1e-5;  // of a number, over which differences leave as much rounding as a law's bend
-  const double more = SHARE * size_of(margin) + m.settings.force_zero;
-  Bound<Real> out{m.laws.friction(foot, margin, strength, speed), Real(0.0), Real(0.0)};
-  out.by_margin = (m.laws.friction(foot, margin + Real(more), strength, speed) -
-                   m.laws.friction(foot, margin - Real(more), strength, speed)) / (2.0 * more);
-  return out;
-}
-
-// That of a foot that slides, at the nodes. Beyond a stop (speed [m/s] below 0, in the sense of the slide) it stays what it is at rest,
-// as under walkers.
-inline Bound<Row> sliding_bound(const Modal& m, int foot, const Row& margin, const Row& strength, const Row& speed) {
-  const Row ahead = larger(speed, Row(0.0));
-  Bound<Row> out = friction_bound(m, foot, margin, strength, ahead);
-  if (!m.laws.laws.friction_by_speed) return out;
-  const auto found = m.laws.friction_by_speed(foot, margin, strength, ahead);
-  out.most = found.value;
-  out.by_speed = each(found.slope[0], speed, [](double by, double at) { return at > 0.0 && std::isfinite(by) ? by : 0.0; });
-  return out;
-}
 
 // Whether friction has one answer: every friction force, those before it given, takes less of the margin that bears it than it
 // has. matrix (size, size + 1): 1 less what friction forces make of each other at once; used up.
@@ -83,15 +53,6 @@ inline bool has_one_answer(std::vector<double>& matrix, int size) {
     }
   }
   return true;
-}
-
-// The slope by the margin alone, of numbers.
-template <class M, class Real>
-inline double bound_slope(const M& m, int foot, const Real& margin, const Real& strength, const Real& speed) {
-  constexpr double SHARE = 1e-5;
-  const double more = SHARE * std::fabs(value_of(margin)) + m.settings.force_zero;
-  const auto at = [&](double x) { return value_of(m.laws.friction(foot, Real(x), strength, speed)); };
-  return (at(value_of(margin) + more) - at(value_of(margin) - more)) / (2.0 * more);
 }
 
 // Solve a small system in place of its right side, whose numbers may have derivatives; the matrix (size, size + 1) is used up.
@@ -116,7 +77,7 @@ inline void solve_small(std::vector<double>& matrix, int size, std::vector<Real>
 // The friction of a foot that slides at the nodes: what the law says of the margin and the rate there, less what it is.
 struct Sliding {
   Row misfit;
-  Bound<Row> bound;
+  SlidingBound bound;
 };
 
 inline Sliding sliding_at_nodes(const Modal& m, const StepClass& step, int foot, double t) {
@@ -125,8 +86,8 @@ inline Sliding sliding_at_nodes(const Modal& m, const StepClass& step, int foot,
   const Row margin = breaking_pull(m, foot, times, m.volts[foot]) - m.outputs[foot];
   const Row strength = m.laws.strength(foot, times - m.feet[foot].since);
   const double sense = m.feet[foot].sense;
-  Sliding out{Row(0.0), sliding_bound(m, foot, margin, strength, m.outputs[along] * sense)};
-  out.misfit = out.bound.most * -sense - m.values[along];
+  Sliding out{Row(0.0), sliding_bound(m.laws, foot, margin, strength, m.outputs[along] * sense, m.feet[foot].slide == FROM_REST)};
+  out.misfit = out.bound.value * -sense - m.values[along];
   return out;
 }
 
@@ -137,7 +98,7 @@ inline void assemble_friction(Modal& m, const StepClass& step, const std::vector
   for (int i = 0; i < count; i++) {
     const int foot = m.rubbing[i], along = m.sizes.feet + foot;
     const double sense = m.feet[foot].sense;
-    const Row by_margin = sliding[i].bound.by_margin * sense, by_speed = sliding[i].bound.by_speed;
+    const Row by_margin = sliding[i].bound.slope[MARGIN] * sense, &by_speed = sliding[i].bound.slope[SLIP_SPEED];
     for (int k = 0; k < count; k++) {
       const int input = m.sizes.feet + m.rubbing[k];
       const double *pull = step.from_input(foot, input), *rate = step.from_input(along, input);
@@ -158,7 +119,7 @@ inline bool friction_is_unique(const Modal& m, const std::vector<Sliding>& slidi
     const int foot = m.rubbing[i];
     for (int k = 0; k < count; k++) {
       const double feed = m.mode->feed[foot * m.sizes.inputs() + m.sizes.feet + m.rubbing[k]];
-      matrix[i * (count + 1) + k] = (i == k ? 1.0 : 0.0) - m.feet[foot].sense * sliding[i].bound.by_margin[0] * feed;
+      matrix[i * (count + 1) + k] = (i == k ? 1.0 : 0.0) - m.feet[foot].sense * sliding[i].bound.slope[MARGIN][0] * feed;
     }
   }
   return has_one_answer(matrix, count);
@@ -187,13 +148,11 @@ inline bool settle_friction(Modal& m, const StepClass& step, double t, const Set
     double worst = 0.0;
     for (int i : m.rubbing) {
       sliding.push_back(sliding_at_nodes(m, step, i, t));
-      const Bound<Row>& bound = sliding.back().bound;
-      // most powers of e by which friction that falls with the speed may drive a foot within a step, as under walkers: an implicit
-      // step far longer than that finds a motion of the other sign
-      if (-lowest(bound.by_speed) * step.reach[feet + i] > step.length) return false;
-      const double misfit = size_of(sliding.back().misfit), size = size_of(bound.most);
-      if (!std::isfinite(misfit) || !finite(bound.by_margin + bound.by_speed)) return false;
-      const double none = no_margin(m, i) * (1.0 + size_of(bound.by_margin));
+      const SlidingBound& bound = sliding.back().bound;
+      if (!follows_growth(bound.slope[SLIP_SPEED], 0.0, step.reach[feet + i] / step.length)) return false;
+      const double misfit = size_of(sliding.back().misfit), size = size_of(bound.value);
+      if (!std::isfinite(misfit)) return false;
+      const double none = no_margin(m, i) * (1.0 + size_of(bound.slope[MARGIN]));
       settled = settled && misfit <= ROUNDED * size + none;
       enough = enough && misfit <= SHARE * m.settings.drive * size + none;
       worst = std::max(worst, misfit);
@@ -264,7 +223,7 @@ template <class M>
 inline void add_friction(M& m, Moment<typename M::Real>& to) {
   typedef typename M::Real Real;
   constexpr int MOST = 20;
-  constexpr double SETTLED = 1e-13;  // of a friction force, that Newton's method no longer moves it
+  constexpr double CONVERGED = 1e-13;  // of a friction force, that Newton's method no longer moves it
   const int feet = m.sizes.feet, ni = m.sizes.inputs();
   std::vector<int> rubbing;
   for (int i : m.mode->sliding) {
@@ -283,7 +242,8 @@ inline void add_friction(M& m, Moment<typename M::Real>& to) {
       Real margin = breaking_now(m, i) - to.pull[i];
       for (int k : rubbing) margin = margin - m.product(&ContactMode::feed, size_t(i) * ni + feet + k, to.friction[k]);
       const Real strength = m.strength_now(i), speed = magnitude(m.along(&ContactMode::outputs, feet + i));
-      const double by_margin = bound_slope(m, i, margin, strength, speed);
+      const double by_margin = sliding_bound(m.laws.plain(), i, Row(value_of(margin)), Row(value_of(strength)), Row(value_of(speed)), false)
+                                   .slope[MARGIN][0];
       for (int b = 0; b < count; b++) {
         matrix[a * (count + 1) + b] = (a == b) - sense * by_margin * m.mode->feed[i * ni + feet + rubbing[b]];
       }
@@ -293,7 +253,7 @@ inline void add_friction(M& m, Moment<typename M::Real>& to) {
     for (int a = 0; a < count; a++) {
       Real& force = to.friction[rubbing[a]];
       force = force + right[a];
-      settled = settled && std::fabs(value_of(right[a])) <= SETTLED * std::fabs(value_of(force)) + m.settings.force_zero;
+      settled = settled && std::fabs(value_of(right[a])) <= CONVERGED * std::fabs(value_of(force)) + m.settings.force_zero;
     }
   }
   for (int k : rubbing) {
@@ -322,27 +282,14 @@ inline Moment<typename M::Real> moment_of(M& m) {
   return out;
 }
 
-// Of a foot that sticks, at this moment, of the modal state [N]: its margin, what friction has to bear, and what it can.
-template <class Real>
-struct Bearing {
-  Real margin, along, most;
-};
-
+// What friction has to bear under a foot that sticks, and can, at this moment, of the modal state.
 template <class M>
 inline Bearing<typename M::Real> bearing_of(M& m, int foot) {
   const Moment<typename M::Real> at = moment_of(m);
-  const typename M::Real margin = breaking_now(m, foot) - at.pull[foot];
-  return {margin, at.along[foot], m.laws.friction(foot, margin, m.strength_now(foot), typename M::Real(0.0))};
+  return {m.laws, foot, breaking_now(m, foot) - at.pull[foot], m.strength_now(foot), at.along[foot]};
 }
 
 // --- in an impact ----------------------------------------------------------------------------------------------------------
-
-// Rates of a free foot per unit impulse [1/kg]: normal by normal, along the ground by normal and the other way round, along by
-// along.
-template <class Real>
-struct Mobilities {
-  Real normal, across, along;
-};
 
 template <class M>
 inline Mobilities<typename M::Real> mobilities_of(const M& m, int foot) {
@@ -357,43 +304,12 @@ inline Mobilities<typename M::Real> mobilities_of(const M& m, int foot) {
   return out;
 }
 
-// Friction impulse [N s] along the ground on a foot that an impact throws back, and the kinetic energy [J] that it takes beyond
-// what restitution takes; doubtful: whether it stops the foot is within CLOSE of its threshold.
-template <class Real>
-struct Braking {
-  Real impulse, lost;
-  bool doubtful = false;
-};
-
-// Of all impulses that Coulomb's law allows, |p_t| <= ratio p_n, the one that leaves the least kinetic energy where the foot departs
-// with the speed ``after``. It stops what the foot has along the ground when restitution begins, or brakes that as much as it
-// may. So no impact ever adds energy, however the two ways are coupled (Kane's paradox); where they are not, the foot stops or is
-// braked by ratio times the change of its normal rate.
-template <class Real>
-inline Braking<Real> braking(const Mobilities<Real>& by, const Real& speed, const Real& after, const Real& along, const Real& ratio) {
-  const Real coupling = by.across / by.normal, slip = along + speed * coupling, mobility = by.along - by.across * coupling;
-  Braking<Real> out{Real(0.0), Real(0.0)};
-  if (value_of(slip) == 0.0 || !(value_of(mobility) > 0.0)) return out;
-  const bool forward = value_of(slip) > 0.0;
-  out.impulse = -slip / mobility;
-  const Real turned = forward ? -ratio : ratio, room = by.normal + turned * by.across;  // p_t = turned p_n
-  if (value_of(room) > 0.0) {
-    const Real most = turned * (speed + after) / room;
-    out.doubtful = is_close(out.impulse, most);
-    if (forward ? value_of(out.impulse) < value_of(most) : value_of(most) < value_of(out.impulse)) out.impulse = most;
-  }
-  out.lost = -out.impulse * (slip + 0.5 * out.impulse * mobility);
-  return out;
-}
-
-// That of an impact on a foot. The ratio is what the law takes of a push alone: adhesion is a force, and brakes nothing in no time.
+// What friction takes in an impact on a foot.
 template <class M>
 inline Braking<typename M::Real> braking_of(M& m, int foot, const typename M::Real& speed, const typename M::Real& after) {
   typedef typename M::Real Real;
-  if (!m.frictional[foot]) return {Real(0.0), Real(0.0)};
-  const Real along = m.along(&ContactMode::slide_rate, foot), change = speed + after;
-  const Real ratio = m.laws.friction(foot, change, Real(0.0), magnitude(along)) / change;
-  return braking(mobilities_of(m, foot), speed, after, along, ratio);
+  if (!m.frictional[foot]) return {Real(0.0), Real(0.0), Real(0.0)};
+  return impact_friction(m.laws, foot, mobilities_of(m, foot), speed, after, m.along(&ContactMode::slide_rate, foot));
 }
 
 // Give the foot that friction impulse; its normal rate stays what it is.

@@ -85,10 +85,10 @@ inline void look_along(Modal& m, const StepClass& step, int foot, double t, doub
     return look(m, forward, of_along, limit, m.feet[foot].slide, out);
   }
   const Row strength = m.laws.strength(foot, m.nodes.times() * step.length + (t - m.feet[foot].since));
-  const Bound<Row> bound = friction_bound(m, foot, m.margin[foot], strength, Row(0.0));
-  const double between = size_of(bound.by_margin) * of_pull + of_along;
-  m.margin[forward] = bound.most - m.outputs[forward];
-  m.margin[backward] = bound.most + m.outputs[forward];
+  const SlidingBound bound = sliding_bound(m.laws, foot, m.margin[foot], strength, Row(0.0), false);
+  const double between = size_of(bound.slope[MARGIN]) * of_pull + of_along;
+  m.margin[forward] = bound.value - m.outputs[forward];
+  m.margin[backward] = bound.value + m.outputs[forward];
   for (int event : {forward, backward}) {
     look(m, event, between, limit, UNDER_WAY, out);
     if (!(m.margin[event][0] < 0.0) || !(m.margin[event][0] < -no_event(m, event))) continue;

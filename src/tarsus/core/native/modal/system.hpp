@@ -103,7 +103,7 @@ struct ModalSystem : Modal {
     laws.take(run.parameters);
     stopping = -1;
     jammed = false;
-    for (int i = 0; i < sizes.feet; i++) frictional[i] = book.has_way(i) && laws.friction(i, 1.0, 1.0, 0.0) != 0.0;
+    for (int i = 0; i < sizes.feet; i++) frictional[i] = book.has_way(i) && has_friction(laws, i);
     biases.take(run.sources);
     physical.assign(run.initial, run.initial + 2 * sizes.coordinates);
     for (Foot& foot : feet) {

@@ -1,0 +1,142 @@
+// Friction along the ground, once for every system: its bound under a foot that slides, which way and whether one slides, and what
+// an impact takes of its speed along the ground. Real is double or a Jet, with laws of the same.
+//
+// A foot on the ground sticks, held along the ground where it is, or slides with the friction F = -sense * bound(N + f_a, f_a, |v|)
+// [N] of the law.
+#pragma once
+#include "march/rules.hpp"
+
+namespace tarsus {
+
+// Most powers of e by which friction that falls with the speed may drive a foot from its motion within a step. An implicit step
+// of an unstable motion is right as long as its own growth is some e; far longer ones find a motion of the other sign.
+constexpr double MOST_GROWTH = 1.0;
+
+// Whether a step is short enough for that. damping [N s/m]: of what else acts on the foot; mobility [m/s per N]: the rate to which a
+// constant force along the ground brings the foot by the end of the step, at most.
+inline bool follows_growth(const Row& by_speed, double damping, double mobility) {
+  return (-lowest(by_speed) - damping) * mobility <= MOST_GROWTH;
+}
+
+// Which way a foot slides that moves, or is pulled, along the ground.
+inline double sense_of_slip(double along) { return along > 0.0 ? 1.0 : -1.0; }
+
+// Whether the law lets friction act on a foot at all, at rest or at a slip speed [m/s].
+inline bool has_friction(const ActingLaws& laws, int foot, double speed = 0.0) {
+  return laws.friction(foot, 1.0, 1.0, 0.0) != 0.0 || laws.friction(foot, 1.0, 1.0, speed) != 0.0;
+}
+
+// How a foot put on the ground with a rate [m/s] along it goes on; none [m/s]: a rate that is none. Without friction it slides with
+// no sense.
+struct Footing {
+  bool sticks;
+  double sense;
+
+  Footing(bool friction, double rate, double none)
+      : sticks(friction && std::fabs(rate) <= none), sense(!friction || sticks ? 0.0 : sense_of_slip(rate)) {}
+};
+
+// Of a foot that sticks, at one moment [N]: its margin, what friction has to bear along the ground, and what it can.
+template <class Real>
+struct Bearing {
+  Real margin, along, most;
+
+  template <class AnyLaws>
+  Bearing(AnyLaws& laws, int foot, const Real& free, const Real& strength, const Real& pulled)
+      : margin(free), along(pulled), most(laws.friction(foot, free, strength, Real(0.0))) {}
+
+  // ``none`` [N]: what is no force.
+  bool holds(double none) const { return std::fabs(value_of(along)) <= value_of(most) + none; }
+};
+
+// --- at the nodes of a step ------------------------------------------------------------------------------------------------
+
+// The bound of friction [N] on a foot that slides: at(speed, sign), a Dual at the nodes, at the slip speed, of which ``sign`` is the
+// derivative by the speed in the sense of the slip. Beyond a stop, where that is negative, the bound is that of its mirror image,
+// 2 b(0) - b(-v), so that the nodes of a step in which a slip stops see little of it. Under a foot that ``begins`` to slide from
+// rest it stays what it is at rest: friction that falls with the speed would else push it backwards, the other motion from an
+// unstable rest. A slope that is not finite is none.
+template <class At>
+inline auto mirrored(const Row& speed, bool begins, At&& at) {
+  auto out = at(magnitude(speed), each(speed, [](double v) { return v < 0.0 ? -1.0 : 1.0; }));
+  if (any_less(speed, Row(0.0))) {
+    const auto rest = at(Row(0.0), Row(0.0));
+    const auto select = [&](Row& to, const Row& still) {
+      for (int j = 0; j < N; j++) {
+        if (speed[j] < 0.0) to.set(j, begins ? still[j] : 2.0 * still[j] - to[j]);
+      }
+    };
+    select(out.value, rest.value);
+    for (size_t p = 0; p < std::size(out.slope); p++) select(out.slope[p], rest.slope[p]);
+  }
+  for (Row& slope : out.slope) {
+    if (!finite(slope)) slope = each(slope, [](double by) { return std::isfinite(by) ? by : 0.0; });
+  }
+  return out;
+}
+
+// Its slopes are by margin, strength and speed, as the arguments of the law (see FrictionArgument).
+typedef Dual<Row, FRICTION_ARGUMENTS> SlidingBound;
+
+// speed [m/s]: in the sense of the slip.
+inline SlidingBound sliding_bound(const ActingLaws& laws, int foot, const Row& margin, const Row& strength, const Row& speed, bool begins) {
+  return mirrored(laws.laws.friction_by_speed ? speed : Row(0.0), begins, [&](const Row& at, const Row& sign) {
+    SlidingBound slip(at);
+    slip.slope[SLIP_SPEED] = sign;
+    return laws.friction(foot, SlidingBound::variable(margin, MARGIN), SlidingBound::variable(strength, HELD_STRENGTH), slip);
+  });
+}
+
+// --- in an impact ----------------------------------------------------------------------------------------------------------
+
+// Rates of a free foot per unit impulse [1/kg]: normal by normal, along the ground by normal and the other way round, along by
+// along.
+template <class Real>
+struct Mobilities {
+  Real normal, across, along;
+};
+
+// Friction impulse [N s] along the ground on a foot that an impact throws back, the kinetic energy [J] that it takes beyond what
+// restitution takes, and what it leaves of the rate [m/s] along the ground with which restitution begins; doubtful: whether it stops the foot is
+// within CLOSE of its threshold.
+template <class Real>
+struct Braking {
+  Real impulse, lost, left;
+  bool doubtful = false;
+};
+
+// Of all impulses that Coulomb's law allows, |p_t| <= ratio p_n, the one that leaves the least kinetic energy where the foot departs
+// with the speed ``after``. It stops what the foot has along the ground when restitution begins, or brakes that as much as it
+// may. So no impact ever adds energy, however the two ways are coupled (Kane's paradox); where they are not, as under a point
+// mass, the foot stops or is braked by ratio times the change of its normal rate.
+template <class Real>
+inline Braking<Real> braking(const Mobilities<Real>& by, const Real& speed, const Real& after, const Real& along, const Real& ratio) {
+  const Real coupling = by.across / by.normal, slip = along + speed * coupling, mobility = by.along - by.across * coupling;
+  Braking<Real> out{Real(0.0), Real(0.0), slip};
+  const double size = std::fabs(value_of(slip));
+  if ((size == 0.0 && value_of(ratio) == 0.0) || !(value_of(mobility) > 0.0)) return out;
+  const bool forward = value_of(slip) > 0.0;
+  out.impulse = -slip / mobility;
+  out.left = Real(0.0);
+  const Real turned = forward ? -ratio : ratio, room = by.normal + turned * by.across;  // p_t = turned p_n
+  if (value_of(room) > 0.0) {
+    const Real most = turned * (speed + after) / room;
+    out.doubtful = is_close(out.impulse, most);
+    if (forward ? value_of(out.impulse) < value_of(most) : value_of(most) < value_of(out.impulse)) {
+      out.impulse = most;
+      out.left = slip + most * mobility;
+    }
+  }
+  out.lost = -out.impulse * (slip + 0.5 * out.impulse * mobility);
+  return out;
+}
+
+// By the law: the ratio is what it takes of a push alone, at the slip speed before the impact. Adhesion is a force, and brakes
+// nothing in no time.
+template <class AnyLaws, class Real>
+inline Braking<Real> impact_friction(AnyLaws& laws, int foot, const Mobilities<Real>& by, const Real& speed, const Real& after, const Real& along) {
+  const Real change = speed + after;
+  return braking(by, speed, after, along, laws.friction(foot, change, Real(0.0), magnitude(along)) / change);
+}
+
+}  // namespace tarsus
