@@ -1,4 +1,4 @@
-// One moment at which something happens to feet: the maps of its events, on Jets that move with the moment.
+// One moment at which feet have events: the maps of these, on Jets that move with the moment.
 #pragma once
 #include "derive/shell.hpp"
 #include "derive/structure.hpp"
@@ -79,10 +79,10 @@ class Instant {
   Jet held_bias(int i) const { return biased(&ContactMode::bias_held, sizes.feet, i); }
   Jet printed_bias(int i) const { return biased(&ContactMode::bias_printed, sizes.feet, i); }
   Jet place_bias(int r) const { return biased(&ContactMode::bias_offset, 2 * sizes.coordinates, r); }
-  Jet rate_by_jump(int struck, int foot) const {
+  Jet rate_by_jump(int impacted, int foot) const {
     Jet sum(0.0);
     for (int k = 0; k < sizes.state(); k++) {
-      const size_t row = size_t(sizes.feet + foot) * sizes.state() + k, jump = size_t(struck) * sizes.state() + k;
+      const size_t row = size_t(sizes.feet + foot) * sizes.state() + k, jump = size_t(impacted) * sizes.state() + k;
       sum = sum + entry(&ContactMode::outputs, row) * entry(&ContactMode::jump, jump);
     }
     return sum;
@@ -134,13 +134,13 @@ class Instant {
     return std::fabs(mode->rate_by_jump(other, foot)) <= 1e-12;
   }
 
-  // What an event of the log does; ``told``: whether it tells a strength (a foot torn off by an impact has none).
-  EventNumbers apply(EventKind kind, int foot, bool told) {
+  // Apply an event of the log; ``reported``: whether the log has its strength (of a foot detached by an impact it has none).
+  EventNumbers apply(EventKind kind, int foot, bool reported) {
     EventNumbers out;
     out.when = time;
-    if (kind == SLIP_BEGINS || kind == STICK_BEGINS) return slide(kind, foot, told);
+    if (kind == SLIP_BEGINS || kind == STICK_BEGINS) return slide(kind, foot, reported);
     if (kind == RELEASE) {
-      if (told) out.pull = out.strength = laws.strength(foot, time - since[foot]);
+      if (reported) out.pull = out.strength = laws.strength(foot, time - since[foot]);
       aged[foot] = time - since[foot];
       parted[foot] = time;
       add_film_momenta(*this);
@@ -204,13 +204,13 @@ class Instant {
     go(foot, true, sticks);
   }
 
-  // A slide begins, ends or turns. Untold it is an impact's, which has no numbers of its own.
-  EventNumbers slide(EventKind kind, int foot, bool told) {
+  // A slide begins, ends or turns; not ``reported``: by an impact on another foot, and without numbers of its own.
+  EventNumbers slide(EventKind kind, int foot, bool reported) {
     EventNumbers out;
     out.when = time;
     add_film_momenta(*this);
     const bool stuck = mode->is_stuck[foot];
-    if (!stuck && kind == SLIP_BEGINS && !told) {  // turned by an impact
+    if (!stuck && kind == SLIP_BEGINS && !reported) {  // turned by an impact
       senses[foot] = -senses[foot];
       remove_film_momenta(*this, [](int, const Jet&) {});
       return out;
@@ -219,13 +219,13 @@ class Instant {
       go(foot, true, true);
       add_film_momenta(*this);
     }
-    if (told) {
+    if (reported) {
       const Bearing<Jet> at = bearing_of(*this, foot);
       out.pull = at.along;
       out.strength = at.most;
       senses[foot] = kind == STICK_BEGINS ? 0.0 : sense_of_slip(at.along.value);
     }
-    begins[foot] = told && kind == SLIP_BEGINS;
+    begins[foot] = reported && kind == SLIP_BEGINS;
     if (kind == SLIP_BEGINS) {
       go(foot, true, false);
     } else {

@@ -1,6 +1,6 @@
 // Derivatives of the steps of a legged robot: its equations at the nodes, linearised about the run's own solution.
 //
-// A *lane* is a robot beside the run's whose state, loads and rows are derivatives by one number at fixed times. With E what a
+// A *lane* is a copy of the run's robot whose state, loads and rows are derivatives by one number at fixed times. With E what a
 // leg makes of the motion V of its hip (momentum less what smooth forces put into it), the body's rates at the nodes solve
 //
 //   (M + sum R E R) dV = M dV(0) + what the legs make of everything else,
