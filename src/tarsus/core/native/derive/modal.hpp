@@ -128,7 +128,7 @@ class ModalTangent {
   mutable std::vector<Row> inside_;
   std::vector<double> flown_;  // the state somewhere within the step
   std::vector<int> acting_, smooth_;  // inputs that act; of these the smooth ones of feet in the air
-  std::vector<int> rubbing_;          // feet that slide with friction
+  std::vector<int> braked_;          // feet that slide with friction
   std::vector<double> friction_end_;  // on each foot, as the last step ended [N]
   const ContactMode* acting_in_ = nullptr;
   bool ended_ = true;           // whether ``end_`` and ``rate_`` are those of the step
@@ -180,9 +180,9 @@ class ModalTangent {
       for (int i : acting_) {
         if (i < 2 * sizes_.feet && !mode.is_held[i % sizes_.feet]) smooth_.push_back(i);
       }
-      rubbing_.clear();
+      braked_.clear();
       for (int i : mode.sliding) {
-        if (now_.frictional[i]) rubbing_.push_back(i);
+        if (now_.frictional[i]) braked_.push_back(i);
       }
       list_unknown(mode);
       std::fill(slope_.inputs.begin(), slope_.inputs.end(), Row(0.0));
@@ -191,7 +191,7 @@ class ModalTangent {
     std::copy(step.state, step.state + nb, value_.state.begin());
     std::copy(step.state + nb, step.state + 2 * nb, value_.state.begin() + ns);
     std::copy(step.inputs, step.inputs + value_.inputs.size(), value_.inputs.begin());
-    for (int i : rubbing_) {  // at the start, where the foot is held still
+    for (int i : braked_) {  // at the start, where the foot is held still
       const double force = value_.input(sizes_.feet + i)[0];
       if (force != 0.0) now_.senses[i] = force < 0.0 ? 1.0 : -1.0;
     }
@@ -245,7 +245,7 @@ class ModalTangent {
     };
     if (c < sizes_.drives) push(2 * m + c, before - after);
     // friction jumps with the pulls that drives make
-    for (int i : rubbing_) push(m + i, friction_end_[i] - value_.input(m + i)[0]);
+    for (int i : braked_) push(m + i, friction_end_[i] - value_.input(m + i)[0]);
     for (int i : mode.free) {
       if (!laws_.has(i, HAS_FORCE) || channel_of(i) != c) continue;
       Shown<double> shown(sizes_);
@@ -262,7 +262,7 @@ class ModalTangent {
       if (laws_.has(i, HAS_MOMENTUM) || laws_.has(i, HAS_FORCE)) unknown_.push_back(i);
       if (laws_.has(i, HAS_FORCE) && laws_.has(i, USES_RATE)) unknown_.push_back(m + i);
     }
-    for (int i : rubbing_) {  // the pull that bears friction, and the speed of the slide
+    for (int i : braked_) {  // the pull that bears friction, and the speed of the slide
       unknown_.push_back(i);
       if (laws_.laws.friction_by_speed) unknown_.push_back(m + i);
     }
@@ -276,11 +276,11 @@ class ModalTangent {
     slope_.state = dw_;
     for (int d = 0; d < sizes_.drives; d++) std::copy_n(&channel_slopes_[N * d], N, slope_.input(2 * m + d));
     for (int i : smooth_) std::fill_n(slope_.input(i), N, Row(0.0));
-    for (int i : rubbing_) std::fill_n(slope_.input(m + i), N, Row(0.0));
+    for (int i : braked_) std::fill_n(slope_.input(m + i), N, Row(0.0));
     for (int i : now_.mode->stuck) std::fill_n(slope_.input(m + i), N, slope_of(now_.places[i]));
     gap_slopes_.assign(size_t(m) * N, Row(0.0));
     for (int i : now_.mode->free) output_slopes(i, &gap_slopes_[N * i]);
-    if (!smooth_.empty() || !rubbing_.empty()) solve_smooth(step);
+    if (!smooth_.empty() || !braked_.empty()) solve_smooth(step);
   }
 
   // The tables of the step, and the gaps of the free feet at its nodes.
@@ -305,7 +305,7 @@ class ModalTangent {
       solved_.push_back(smooth_input(step, i));
       add_own(solved_.back());
     }
-    for (int i : rubbing_) solved_.push_back(friction_input(step, i));
+    for (int i : braked_) solved_.push_back(friction_input(step, i));
     right_.resize(size);
     for (size_t a = 0; a < unknown_.size(); a++) {
       const int output = unknown_[a];
@@ -529,7 +529,7 @@ class ModalTangent {
     now_.time = Jet(step.time + step.length * step.fraction);
     if (step.fraction > 0.0) std::fill(now_.begins.begin(), now_.begins.end(), 0);
     friction_end_.assign(sizes_.feet, 0.0);
-    for (int i : rubbing_) friction_end_[i] = weighted(Weights(nodes_, step.fraction).value, value_.input(sizes_.feet + i));
+    for (int i : braked_) friction_end_[i] = weighted(Weights(nodes_, step.fraction).value, value_.input(sizes_.feet + i));
   }
 
   // And, where a foot has an event there, the state itself and its rate, with the inputs just before it.

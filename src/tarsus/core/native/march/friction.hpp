@@ -131,8 +131,8 @@ inline Braking<Real> braking(const Mobilities<Real>& by, const Real& speed, cons
   return out;
 }
 
-// By the law: the ratio is what it takes of a push alone, at the slip speed before the impact. Adhesion is a force, and brakes
-// nothing in no time.
+// By the law: the ratio is what it takes of a push alone, at the slip speed before the impact. Adhesion is a finite
+// force, without an impulse in an impact.
 template <class AnyLaws, class Real>
 inline Braking<Real> impact_friction(AnyLaws& laws, int foot, const Mobilities<Real>& by, const Real& speed, const Real& after, const Real& along) {
   const Real change = speed + after;

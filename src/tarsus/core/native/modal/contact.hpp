@@ -216,14 +216,14 @@ inline void find_pushing(Modal& m) {
 inline void add_along(Modal& m) {
   const ContactMode& mode = *m.mode;
   m.inputs = m.acting;
-  m.rubbing.clear();
+  m.braked.clear();
   for (int i = 0; i < m.sizes.ways; i++) {
     m.constant[m.sizes.feet + i] = mode.is_stuck[i];
     m.values[m.sizes.feet + i] = Row(mode.is_stuck[i] ? m.feet[i].place : 0.0);
   }
   for (int i : mode.sliding) {
     if (m.feet[i].sense == 0.0) continue;
-    m.rubbing.push_back(i);
+    m.braked.push_back(i);
     m.inputs.push_back(m.sizes.feet + i);
   }
   for (int i : mode.stuck) m.inputs.push_back(m.sizes.feet + i);
@@ -442,7 +442,7 @@ inline bool reconsider_slides(Modal& m) {
     return true;
   }
   add_film_momenta(m);
-  for (int i : m.rubbing) {
+  for (int i : m.braked) {
     Foot& foot = m.feet[i];
     const double rate = m.along(&ContactMode::slide_rate, i);
     const bool none = std::fabs(rate) <= no_slide(m, i);

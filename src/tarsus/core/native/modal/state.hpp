@@ -95,7 +95,7 @@ struct Modal {
   std::vector<uint8_t> constant;  // per input
   std::vector<int> acting;        // inputs that act in this contact mode: smooth forces of free feet, drives
   std::vector<int> inputs;        // the same, then friction of feet that slide, and the places of those that stick
-  std::vector<int> rubbing;       // feet that slide with friction
+  std::vector<int> braked;        // feet that slide with friction
   std::vector<uint8_t> frictional;  // whether a foot has a direction along the ground, and a friction that is not zero
   int stopping = -1;              // a foot that has come to a stop in its slide, and sticks now unless the pull exceeds its friction
   bool jammed = false;            // friction has no solution: see modal/friction.hpp

@@ -168,7 +168,7 @@ struct ModalSystem : Modal {
 
   // Whether no event is possible ahead, and a long step has been made.
   TARSUS_INLINE bool glides(const Ahead& ahead) {
-    return mode->free.empty() && rubbing.empty() && ahead.reach == INF && !launching && glide<S>(*this, ahead.left);
+    return mode->free.empty() && braked.empty() && ahead.reach == INF && !launching && glide<S>(*this, ahead.left);
   }
 
   // One step, trying first the class of a trial, and the event at its end.
