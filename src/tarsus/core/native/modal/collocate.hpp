@@ -106,8 +106,8 @@ inline double least_slope(const Modal& m, int foot, const Row& gap) {
 }
 
 // Estimated error of a step relative to what it may be. A stiff film holds the gap: an error of its momentum moves it by
-// no more than the film's own slope allows. After half an oscillation a force has not moved the gap at the end of the step, so it is
-// weighted by the largest motion of the gap at any node.
+// no more than the film's own slope allows. After half an oscillation a force has not moved the gap at the end of the step, so
+// it is weighted by the largest motion of the gap at any node.
 inline double step_error(Modal& m, const StepClass& step) {
   double worst = 0.0;
   m.growth_before = m.growth_after = 1.0;

@@ -68,7 +68,8 @@ inline typename M::Real in_mode(M& m, const ContactMode& other, Ask&& ask) {
 }
 
 // `pull_if_held` where feet slide or stick, of a foot that has no sense of sliding: friction at the others goes by the pulls on
-// them once the foot is held. Its own friction does not count: whether a foot is held does not depend on a force that its contact bears.
+// them once the foot is held. Its own friction does not count: whether a foot is held does not depend on a force that its
+// contact bears.
 template <class M>
 inline typename M::Real pull_without_own_friction(M& m, int foot) {
   typedef typename M::Real Real;
@@ -281,8 +282,8 @@ inline void hold(Modal& m, int foot, double t) {
 constexpr double NO_IMPULSE = 1e-12;
 
 // A constraint that an impact with these impulses breaks, or -1: a foot pulled off, for no finite adhesion carries an impulse; or
-// one that sticks (feet + foot) and takes a larger impulse along the ground than friction holds under its share of the normal one; it
-// then slides in that direction. An impact on another foot takes nothing along the ground from feet that slide already.
+// one that sticks (feet + foot) and takes a larger impulse along the ground than friction holds under its share of the normal
+// one; it then slides in that direction. An impact on another foot takes nothing along the ground from feet that slide already.
 inline int broken_by(Modal& m, int foot, double normal, double along) {
     const int feet = m.sizes.feet, ni = m.sizes.inputs();
   const double none = NO_IMPULSE * (normal + std::fabs(along));
@@ -328,8 +329,8 @@ inline void release_by_impact(Modal& m, int constraint) {
   leave_mode(m, foot, !leaves);
 }
 
-// Count consecutive flights that are too short to count and lower than the error of a step. An impact moves feet under strong films,
-// whose forces detach the impacted one again for as long as they relax; then it lands again, up to millions of times.
+// Count consecutive flights that are too short to count and lower than the error of a step. An impact moves feet under strong
+// films, whose forces detach the impacted one again for as long as they relax; then it lands again, up to millions of times.
 inline void count_low(Modal& m, int foot, double speed, double t) {
   Foot& f = m.feet[foot];
   constexpr double HIDDEN = 0.1, SHORT = 1e-5;  // parts of the error of a step, and of a run
@@ -376,8 +377,8 @@ TARSUS_APART inline bool impact(Modal& m, int foot) {
   return true;
 }
 
-// The pull on a held foot has exceeded the strength of its contact. Where friction alone pulls the foot off, and without friction it
-// is pressed down, no motion is consistent (see modal/friction.hpp).
+// The pull on a held foot has exceeded the strength of its contact. Where friction alone pulls the foot off, and without
+// friction it is pressed down, no motion is consistent (see modal/friction.hpp).
 TARSUS_APART inline void release(Modal& m, int foot) {
   const double t = m.clock.time;
   const double strength = m.laws.has(foot, HAS_LATCH) ? m.laws.strength(foot, t - m.feet[foot].since) : 0.0;
@@ -401,8 +402,8 @@ inline void begin_to_slide(Modal& m, int foot, const Bearing<double>& at) {
 }
 
 // The pull on a foot that sticks exceeds the strength of its contact, normal to the ground or along it. Where it does so along the
-// normal only because the foot sticks, the foot slides: without friction its contact holds it. Where friction bears that pull along the
-// ground, it leaves.
+// normal only because the foot sticks, the foot slides: without friction its contact holds it. Where friction bears that pull
+// along the ground, it leaves.
 TARSUS_APART inline void unstick(Modal& m, int foot, bool leaves) {
   m.note_parts();
   add_film_momenta(m);
@@ -491,7 +492,8 @@ inline bool rest_on_ground(Modal& m, int foot, bool pressed = false) {
       hold(m, foot, t);
       return true;
     }
-    // a foot that other held feet hold as well, and that would be pulled off by its share of their load, lies there without a contact
+    // a foot that other held feet hold as well, and that would be pulled off by its share of their load, lies there without a
+    // contact
     departure = m.mode->mobility[foot] > 0.0 ? FROM_REST : UNDER_WAY;
   }
   remove_film_momenta(m);

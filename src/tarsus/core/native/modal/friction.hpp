@@ -3,8 +3,8 @@
 // Friction (see march/friction.hpp) moves the structure, which changes the margin N + f_a = f_a - pull that bears it and the rate
 // v: both are linear in the friction forces of all feet, so that Newton's method finds them, at the nodes of a step or at a
 // moment. The direct effect of a friction force on its own margin is ``slide_feed``. Where that is as large as the share of the
-// margin that the law makes the bound, friction presses a foot down harder than it is pushed: no motion of a rigid foot follows, or two do (Painleve), and
-// the run ends as JAMMED.
+// margin that the law makes the bound, friction presses a foot down harder than it is pushed: no motion of a rigid foot
+// follows, or two do (Painleve), and the run ends as JAMMED.
 #pragma once
 #include "base/dense.hpp"
 #include "march/friction.hpp"
@@ -125,9 +125,9 @@ inline bool friction_is_unique(const Modal& m, const std::vector<Sliding>& slidi
   return has_one_solution(matrix, count);
 }
 
-// Friction at the nodes of a step consistent with the margins and rates under it, by Newton's method; ``converge`` finds all outputs
-// under the present friction forces. It is found to rounding, or a slide that begins from rest would stop at once; or, where films
-// converge less exactly, until it no longer improves, within the tolerance of the drives' forces.
+// Friction at the nodes of a step consistent with the margins and rates under it, by Newton's method; ``converge`` finds all
+// outputs under the present friction forces. It is found to rounding, or a slide that begins from rest would stop at once; or,
+// where films converge less exactly, until it no longer improves, within the tolerance of the drives' forces.
 template <class Converge>
 inline bool converge_friction(Modal& m, const StepClass& step, double t, const Converge& converge) {
   constexpr int MOST = 20;
