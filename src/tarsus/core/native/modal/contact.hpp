@@ -420,12 +420,20 @@ inline void stop(Modal& m, int foot) {
   leave_mode(m, foot, true, true);
 }
 
-// It does where friction bears what pulls it along, or it slides on that way.
+// It does where friction bears what pulls it along, or it slides on that way. Feet that slide beside it may make it move against
+// what pulls it, as their friction goes by what it takes of their push: then it slides so, if that lasts. And where they can only
+// move together with it, what pulls it is as much as friction bears, to rounding: then it sticks.
 TARSUS_APART inline void stick_or_turn(Modal& m, int foot) {
   add_film_momenta(m);
   const Bearing<double> at = bearing_of(m, foot);
   const double none = m.settings.force_zero + ROUNDING * force_parts(m, m.sizes.feet + foot);
-  if (std::fabs(at.along) > at.most + none) return begin_to_slide(m, foot, at.along > 0.0 ? 1.0 : -1.0, at);
+  const double sense = at.along > 0.0 ? 1.0 : -1.0;
+  // it has just begun to slide, from rest, and has not come anywhere: friction of that sense drives it the other way
+  const bool at_once = m.feet[foot].slide == FROM_REST, close = is_close(std::fabs(at.along), at.most);
+  if (std::fabs(at.along) > at.most + none && !(at_once && close)) {
+    m.jammed = at_once && m.feet[foot].sense != sense;  // nor does it slide that way
+    return begin_to_slide(m, foot, at_once ? -sense : sense, at);
+  }
   m.log.add(m.clock.time, foot, STICK_BEGINS, m.feet[foot].apex, 0.0, 0.0, at.along, at.most);
   m.feet[foot].sense = 0.0;
   remove_film_momenta(m);
