@@ -202,7 +202,7 @@ struct LeggedMarch : Legged {
   }
 
   // Path [m] that a foot slides up to scaled time ``fraction`` of the step, after which it is at ``end`` along the ground. A foot
-  // that nothing frictional turns back without an event: where its speed changes sign between two nodes.
+  // without friction turns back without an event: where its speed changes sign between two nodes.
   double slide(int i, double h, double fraction, double end) {
     const LegRows& r = rows[i];
     const Row& speed = r.w[ALONG];
