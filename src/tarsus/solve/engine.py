@@ -287,9 +287,13 @@ class Engine:
     ) -> RawRuns | RawWalks:
         """All rows of the plan's data; or the one row there is with its motion and its energy account, by default at
         the accuracy of `RECORDED` and in as many steps as memory is given for."""
-        given = {"rows": rows, "accuracy": accuracy or (RECORDED if keep else None), "track": track}
-        if self.plan.legs is not None:
-            return walk(self.plan, self.duration, **given, tables=self.tables, account=keep)
+        tables, chosen = self.tables, accuracy or (RECORDED if keep else None)
+        if not isinstance(tables, ModeBook):
+            return walk(
+                self.plan, self.duration, rows=rows, tables=tables, accuracy=chosen, track=track, account=keep
+            )
         if keep and accuracy is None:
-            given["accuracy"] = replace(RECORDED, steps=min(RECORDED.steps, MEMORY // row_bytes(self.plan)))
-        return execute(self.plan, self.duration, **given, book=self.tables, record=keep)
+            chosen = replace(RECORDED, steps=min(RECORDED.steps, MEMORY // row_bytes(self.plan)))
+        return execute(
+            self.plan, self.duration, rows=rows, book=tables, accuracy=chosen, track=track, record=keep
+        )

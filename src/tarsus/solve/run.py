@@ -169,9 +169,13 @@ class Run:
         return tuple(self.base.robot.feet)
 
     @cached_property
+    def _all_events(self) -> np.ndarray:
+        return structured_events(self.log.events)
+
+    @property  # measures ask a run for a plain attribute (`tarsus.measure.Judged`)
     def all_events(self) -> np.ndarray:
         """Events with the period marks (kind 6) between them; apexes are those since a foot's last event or mark."""
-        return structured_events(self.log.events)
+        return self._all_events
 
     @cached_property
     def events(self) -> np.ndarray:
