@@ -606,7 +606,7 @@ class LeggedTangent : public LeggedMarch {
     return kind == STOP ? !(std::fabs(rate) > settings.gap / (settings.end * settings.end)) : reported.force_grazes(rate);
   }
 
-  // A force that lets go at the moment of another foot's event, by which its rate jumps, has no moment of its own where they
+  // A force that releases a foot at the moment of another foot's event, by which its rate jumps, has no moment of its own where they
   // part: which comes first decides.
   void flag_order(const Row& own, double rate, double former) {
     if (std::fabs(rate - former) <= 1e-9 * std::fabs(rate)) return;

@@ -393,7 +393,7 @@ TARSUS_APART inline void release(Modal& m, int foot) {
   leave_mode(m, foot, false);
 }
 
-// A foot that sticks begins to slide, whither it is pulled along.
+// A foot that sticks begins to slide in the direction of the pull along the ground.
 inline void begin_to_slide(Modal& m, int foot, const Bearing<double>& at) {
   m.log.add(m.clock.time, foot, SLIP_BEGINS, m.feet[foot].apex, 0.0, 0.0, at.along, at.most);
   m.feet[foot].sense = sense_of_slip(at.along);
