@@ -26,7 +26,7 @@ class Instant {
       : book(b), sizes(b.sizes), laws(l), settings(set), w(sizes.state(), Jet(0.0)), since(sizes.feet, Jet(0.0)), aged(since), parted(since),
         gaps(sizes.feet, Jet(0.0)), physical(2 * sizes.coordinates, Jet(0.0)), from_offset(physical), places(gaps),
         senses(sizes.feet, 0.0), frictional(sizes.feet, 0), begins(frictional), sources_(std::move(sources)),
-        structural_(structural) {}
+        slid_(sizes.feet, -INF), structural_(structural) {}
 
   // Project the displacements and velocities ``physical`` on a contact mode.
   void enter(const ContactMode& to) {
@@ -161,6 +161,7 @@ class Instant {
 
  private:
   std::vector<Jet> sources_;
+  std::vector<double> slid_;  // [s] when a foot last began to slide, turned or stuck
   const std::vector<Structural>& structural_;
   std::vector<const ContactMode*> derived_;  // rows of the mode by each number of the structure
   int landing_ = -1;                         // a foot that lands now
@@ -223,8 +224,11 @@ class Instant {
       const Bearing<Jet> at = bearing_of(*this, foot);
       out.pull = at.along;
       out.strength = at.most;
-      senses[foot] = kind == STICK_BEGINS ? 0.0 : sense_of_slip(at.along.value);
+      const double pulled = sense_of_slip(at.along.value);
+      const bool at_once = !stuck && slid_[foot] == time.value;  // as `stick_or_turn`: it slides against what pulls it
+      senses[foot] = kind == STICK_BEGINS ? 0.0 : at_once ? -pulled : pulled;
     }
+    slid_[foot] = time.value;
     begins[foot] = reported && kind == SLIP_BEGINS;
     if (kind == SLIP_BEGINS) {
       go(foot, true, false);

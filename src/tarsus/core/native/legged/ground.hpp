@@ -90,11 +90,12 @@ template <class P>
 inline Braking<typename P::Real> impact(P& p, int i, EventKind kind, const Landing<typename P::Real>& at) {
   typedef typename P::Real Real;
   const bool bounces = kind == BOUNCE;
+  const Real restituted = bounces ? at.lost() : at.lost() + at.kept();
   p.w(i, UP) = bounces ? leaving_rate(p, i, at.after) : Real(0.0);
   Braking<Real> out = impact_friction(p.laws, p.leg(i).foot, {at.mobility, Real(0.0), at.mobility}, at.speed,
                                       bounces ? at.after : Real(0.0), Real(p.w(i, ALONG)));
   p.w(i, ALONG) = out.left;
-  out.lost = out.lost + (bounces ? at.lost() : at.lost() + at.kept());
+  out.lost = restituted + out.lost;
   return out;
 }
 

@@ -393,10 +393,10 @@ TARSUS_APART inline void release(Modal& m, int foot) {
   leave_mode(m, foot, false);
 }
 
-// A foot that sticks begins to slide in the direction of the pull along the ground.
-inline void begin_to_slide(Modal& m, int foot, const Bearing<double>& at) {
+// A foot that sticks begins to slide, forward (``sense`` 1) or backward (-1).
+inline void begin_to_slide(Modal& m, int foot, double sense, const Bearing<double>& at) {
   m.log.add(m.clock.time, foot, SLIP_BEGINS, m.feet[foot].apex, 0.0, 0.0, at.along, at.most);
-  m.feet[foot].sense = sense_of_slip(at.along);
+  m.feet[foot].sense = sense;
   m.feet[foot].slide = FROM_REST;
   leave_mode(m, foot, true, false);
 }
@@ -413,7 +413,7 @@ TARSUS_APART inline void unstick(Modal& m, int foot, bool leaves) {
     const double pull = pull_without_own_friction(m, foot);
     leaves = at.holds(0.0) || m.strength_now(foot) - pull < none;
   }
-  if (!leaves) return begin_to_slide(m, foot, at);
+  if (!leaves) return begin_to_slide(m, foot, sense_of_slip(at.along), at);
   remove_film_momenta(m);
   release(m, foot);
 }
@@ -424,12 +424,20 @@ inline void stop(Modal& m, int foot) {
   leave_mode(m, foot, true, true);
 }
 
-// It stays so where friction bears the pull along the ground; else it slides on in the direction of that pull.
+// It does where friction bears the pull along the ground, or it slides on in the direction of that pull. Feet that slide beside it
+// may make it move against the pull, as their friction goes by what it takes of their push: then it slides so, if that lasts. And
+// where they can only move together with it, the pull is as much as friction bears, to rounding: then it sticks.
 TARSUS_APART inline void stick_or_turn(Modal& m, int foot) {
   add_film_momenta(m);
   const Bearing<double> at = bearing_of(m, foot);
   const double none = m.settings.force_zero + ROUNDING * force_parts(m, m.sizes.feet + foot);
-  if (!at.holds(none)) return begin_to_slide(m, foot, at);
+  const double sense = sense_of_slip(at.along);
+  // it has just begun to slide, from rest, and has not come anywhere: friction of that sense drives it the other way
+  const bool at_once = m.feet[foot].slide == FROM_REST, close = is_close(std::fabs(at.along), at.most);
+  if (!at.holds(none) && !(at_once && close)) {
+    m.jammed = at_once && m.feet[foot].sense != sense;  // nor does it slide that way
+    return begin_to_slide(m, foot, at_once ? -sense : sense, at);
+  }
   m.log.add(m.clock.time, foot, STICK_BEGINS, m.feet[foot].apex, 0.0, 0.0, at.along, at.most);
   m.feet[foot].sense = 0.0;
   remove_film_momenta(m);
