@@ -566,10 +566,10 @@ class LeggedTangent : public LeggedMarch {
       rate = std::max({rate, std::sqrt(coupling.stiffness[b][b] / body.mass[b]), coupling.damping[b][b] / body.mass[b]});
     }
     int k = 0;
-    while (k + 1 < tables.classes() && tables.lengths[k] * rate > RESOLVED) k++;
+    while (k + 1 < tables.classes() && tables.lengths[k] * rate > RESOLVED_TURN) k++;
     return k;
   }
-  static constexpr double RESOLVED = 0.75;  // radians in a step: polynomials of degree 7 leave 1e-10 of a sine
+  static constexpr double RESOLVED_TURN = 0.75;  // radians in a step: polynomials of degree 7 leave 1e-10 of a sine
 
   // Rate [1/s] of an event's function as the state moves on.
   double rate_of(int i, FootEvent kind) {
