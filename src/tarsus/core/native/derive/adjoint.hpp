@@ -215,7 +215,7 @@ class ModalAdjoint {
   std::vector<double> nothing_, by_state_, by_since_, apex_, apex_time_, integral_, out_by_, in_by_, by_channel_, right_by_;
   std::vector<Row> by_gap_, forces_by_;
   // What is shown at a moment, of directions and of the number.
-  static constexpr std::pair<std::vector<Row> Shown<Row>::*, std::vector<double> Shown<double>::*> PARTS[] = {
+  static constexpr std::pair<std::vector<Row> Shown<Row>::*, std::vector<double> Shown<double>::*> SHOWN_PARTS[] = {
       {&Shown<Row>::place, &Shown<double>::place},         {&Shown<Row>::gap, &Shown<double>::gap},
       {&Shown<Row>::rate, &Shown<double>::rate},           {&Shown<Row>::resistive, &Shown<double>::resistive},
       {&Shown<Row>::smooth, &Shown<double>::smooth}, {&Shown<Row>::pull, &Shown<double>::pull}};
@@ -492,19 +492,19 @@ class ModalAdjoint {
         for (size_t k = 0; k < by.size(); k++) sum += found[k] * by[k];
       };
       add(run_.inside_, by_state);
-      for (auto part : PARTS) add(run_.shown_.*part.first, seed_.*part.second);
+      for (auto part : SHOWN_PARTS) add(run_.shown_.*part.first, seed_.*part.second);
       for (size_t n = first; n < last; n++) {
         *entries[n].second += sum[n - first];
         *entries[n].first = Row(0.0);
       }
     }
-    for (auto part : PARTS) std::fill((seed_.*part.second).begin(), (seed_.*part.second).end(), 0.0);
+    for (auto part : SHOWN_PARTS) std::fill((seed_.*part.second).begin(), (seed_.*part.second).end(), 0.0);
   }
 
   void sampled(size_t n) {
     const double* from = objective_->samples + n * (tangent_width(sizes_));
     if (std::all_of(from, from + tangent_width(sizes_), [](double x) { return x == 0.0; })) return;
-    for (auto part : PARTS) {
+    for (auto part : SHOWN_PARTS) {
       std::vector<double>& to = seed_.*part.second;
       std::copy_n(from, to.size(), to.begin());
       from += to.size();

@@ -44,7 +44,7 @@ class Instant {
     for (const Structural& one : structural_) derived_.push_back(one.book->mode(to).rows.get());
   }
 
-  // ---- what the maps of modal/contact.hpp ask for
+  // ---- the interface of the maps of modal/contact.hpp
 
   Jet* state() { return w.data(); }
   // A number of the contact mode's arrays, with its derivatives by the structure.

@@ -566,10 +566,10 @@ class LeggedTangent : public LeggedMarch {
       rate = std::max({rate, std::sqrt(coupling.stiffness[b][b] / body.mass[b]), coupling.damping[b][b] / body.mass[b]});
     }
     int k = 0;
-    while (k + 1 < tables.classes() && tables.lengths[k] * rate > RESOLVED) k++;
+    while (k + 1 < tables.classes() && tables.lengths[k] * rate > RESOLVED_TURN) k++;
     return k;
   }
-  static constexpr double RESOLVED = 0.75;  // radians in a step: polynomials of degree 7 leave 1e-10 of a sine
+  static constexpr double RESOLVED_TURN = 0.75;  // radians in a step: polynomials of degree 7 leave 1e-10 of a sine
 
   // Rate [1/s] of an event's function as the state moves on.
   double rate_of(int i, FootEvent kind) {
@@ -606,7 +606,7 @@ class LeggedTangent : public LeggedMarch {
     return kind == STOP ? !(std::fabs(rate) > settings.gap / (settings.end * settings.end)) : reported.force_grazes(rate);
   }
 
-  // A force that lets go at the moment of another foot's event, by which its rate jumps, has no moment of its own where they
+  // A force that releases a foot at the moment of another foot's event, by which its rate jumps, has no moment of its own where they
   // part: which comes first decides.
   void flag_order(const Row& own, double rate, double former) {
     if (std::fabs(rate - former) <= 1e-9 * std::fabs(rate)) return;

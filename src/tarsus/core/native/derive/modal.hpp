@@ -55,7 +55,7 @@ class ModalTangent {
     moving_ = true;
   }
 
-  // powers: whose sums are asked for, or none.
+  // powers: to be integrated, or null.
   TangentResult run(const RunRecord& record, const double* times, size_t count, PowerSlopes* powers) {
     reported_.events.assign(record.count * EVENT_WIDTH, Row(0.0));
     samples_.assign(count * tangent_width(sizes_), Row(0.0));
@@ -664,7 +664,7 @@ class ModalTangent {
     return out;
   }
 
-  // Of a foot that slides its rate, whither it slides; of one that sticks what friction bears less what pulls it along.
+  // Of a foot that slides its rate in the direction of the slide; of one that sticks the friction bound less the pull along the ground.
   Margin along_margin(int i) {
     const int m = sizes_.feet, n = sizes_.coordinates;
     const Shown<Row>& shown = shown_at_end();

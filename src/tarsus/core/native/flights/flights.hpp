@@ -39,7 +39,7 @@ struct Foot {
   double neutral;
 };
 
-constexpr int CORRECTIONS = 2, SHORT = 16;
+constexpr int CORRECTIONS = 2, APPROACH_STEPS = 16;
 // Part of a thickness that is left at least: trials of a fit may dip below the ground.
 constexpr double LEAST = 0.2;
 
@@ -73,9 +73,9 @@ class Flight {
   // To the first sample, from ``begin`` [s] before or after it: force of the drive by a table of ``count`` values, ``step`` [s]
   // apart, the last one at the first sample, and offset[0] + offset[1] t.
   void approach(const Foot& foot, const Number& begin, const double* table, int count, double step, const Number* offset) {
-    const Number h = (-1.0 / SHORT) * begin;
+    const Number h = (-1.0 / APPROACH_STEPS) * begin;
     Number early = drive(begin, table, count, step, offset);
-    for (int n = 0; n < SHORT; n++) {
+    for (int n = 0; n < APPROACH_STEPS; n++) {
       const Number middle = drive(begin + (n + 0.5) * h, table, count, step, offset);
       const Number late = drive(begin + (n + 1.0) * h, table, count, step, offset);
       rate(foot, z, early, k[0]);

@@ -93,7 +93,7 @@ struct Ends {
 };
 
 // What runs leave.
-struct Left {
+struct Outcome {
   Ends ends;
   Log log;
   Notes notes;
@@ -102,7 +102,7 @@ struct Left {
   size_t sample_width = 0;
 };
 
-void run_all(LeggedMarch& system, const Batch& batch, const Start& begin, Left& out) {
+void run_all(LeggedMarch& system, const Batch& batch, const Start& begin, Outcome& out) {
   const Body& body = system.body;
   const int nb = body.coordinates();
   out.sample_width = system.sample_width();
@@ -139,7 +139,7 @@ nb::tuple run_legged(const Body& body, const LegTables& tables, const Nodes& nod
   const Rows rows(given, signals, size_t(laws.feet) * laws.columns, 2 * (nb + 2 * body.legs.size()), laws.feet, body.drives);
   const Batch& batch = rows.batch;
   const Start begin(start, laws.flags.size());
-  Left out;
+  Outcome out;
   out.notes.times = copied(times);
   {
     nb::gil_scoped_release released;

@@ -15,7 +15,7 @@ constexpr int ORDER = N;
 constexpr double AIM = 0.5;
 constexpr int MOST_LONGER = 4;  // classes at once: an error that would allow more is rounding and determines nothing
 // Sweeps of a step above which the next is shorter, and up to which it may be longer: parts of those that a step may take.
-constexpr int MANY_SWEEPS = SWEEPS / 2, FEW_SWEEPS = SWEEPS / 3;
+constexpr int MANY_SWEEPS = MOST_SWEEPS / 2, FEW_SWEEPS = MOST_SWEEPS / 3;
 
 // Classes by which a step that was refused for that error, over its tolerance, is to be shorter; negative: it had none.
 inline int classes_down(double error) {
@@ -379,8 +379,8 @@ struct LeggedMarch : Legged {
     return kind;
   }
   // Whether the event of a foot comes at scaled time ``first``, that of the first of all, to the rounding of both.
-  static constexpr double SAME_TIME = 1.0 + 1e-13;
-  bool now(int f, double first) const { return events[f].kind != NOTHING && events[f].high <= first * SAME_TIME; }
+  static constexpr double SAME_EVENT = 1.0 + 1e-13;
+  bool now(int f, double first) const { return events[f].kind != NOTHING && events[f].high <= first * SAME_EVENT; }
 
  private:
   std::vector<double> shares_before;

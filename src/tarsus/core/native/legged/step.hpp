@@ -16,10 +16,10 @@
 
 namespace tarsus::legged {
 
-constexpr int SWEEPS = 24, ROUNDS = 4;  // sweeps over all legs, and rounds of one leg alone within a sweep
+constexpr int MOST_SWEEPS = 24, ROUNDS = 4;  // sweeps over all legs, and rounds of one leg alone within a sweep
 // After the first WILD_SWEEPS, in which the change may still grow, each sweep must change less than CONTRACTING times what the one
-// before changed: a slower one would not converge within SWEEPS.
-constexpr int WILD_SWEEPS = SWEEPS / 4;
+// before changed: a slower one would not converge within MOST_SWEEPS.
+constexpr int WILD_SWEEPS = MOST_SWEEPS / 4;
 constexpr double CONTRACTING = 0.8;
 constexpr double NOT_CONVERGED = -1.0,
                  UNDEFINED = -INF;  // errors of steps that did not converge, or whose numbers are not finite
@@ -319,7 +319,7 @@ inline Attempt attempt(Legged& s, int k) {
   fill_drives(s, h);
   first_guess(s, k, h);
   double before = INF;
-  for (int n = 0; n < SWEEPS; n++) {
+  for (int n = 0; n < MOST_SWEEPS; n++) {
     clear_body(s);
     Sweep sweep{n == 0 ? GUESS_TOLERANCE * tolerance : tolerance};
     move_legs(s, k, h, sweep);
@@ -334,7 +334,7 @@ inline Attempt attempt(Legged& s, int k) {
     if (n > WILD_SWEEPS && change > CONTRACTING * before) return {NOT_CONVERGED, n};
     before = change;
   }
-  return {NOT_CONVERGED, SWEEPS};
+  return {NOT_CONVERGED, MOST_SWEEPS};
 }
 
 }  // namespace tarsus::legged

@@ -44,13 +44,13 @@ inline Row missed_shape(const Nodes& nodes) {
 
 // Points s of [0, 1] and what weighs exp(A s): Lagrange values at node - s.
 struct Panels {
-  static constexpr int GAUSS = 14, HALVINGS = 16;
+  static constexpr int GAUSS = 14, PANEL_HALVINGS = 16;
   std::vector<double> points;
   std::vector<double> kernel;  // (points, N in, N out)
 
   explicit Panels(const Nodes& nodes) {
     std::vector<double> edges(nodes.tau, nodes.tau + N);
-    for (int n = 1; n <= HALVINGS; n++) edges.push_back(std::ldexp(1.0, -n));
+    for (int n = 1; n <= PANEL_HALVINGS; n++) edges.push_back(std::ldexp(1.0, -n));
     std::sort(edges.begin(), edges.end());
     double x[GAUSS], weight[GAUSS];
     gauss(x, weight);

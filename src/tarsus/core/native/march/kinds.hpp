@@ -7,7 +7,7 @@ namespace tarsus {
 enum EventKind {
   BOUNCE = 1,            // reaches the ground and leaves it again
   CAPTURE = 2,           // reaches the ground and is held
-  RELEASE = 3,           // its pull outgrows what holds it
+  RELEASE = 3,           // its pull exceeds the strength of its contact
   REST = 4,              // its remaining flights are lower than any that matters, and accumulate
   CONTACT_AT_START = 5,  // lies on the ground without an impact
   PERIOD_MARK = 6,       // end of a drive period, in the air

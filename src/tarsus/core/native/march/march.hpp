@@ -11,7 +11,7 @@ namespace tarsus {
 // as many units. The bound decides whether such a number is zero: in every contact mode, and wherever an impact has taken speed.
 constexpr double ROUNDING = 1e-14;
 
-// What relative tolerances become for one plan, and what a run is asked for. Lengths [m], forces [N], times [s].
+// The tolerances of a plan or of one of its runs, and its duration, period and records. Lengths [m], forces [N], times [s].
 struct Settings {
   double end, period;               // duration; period of the marks (infinite: none)
   double gap, drive;                // local error of a gap, and of a drive relative to its span, per step

@@ -52,7 +52,7 @@ struct Refused {
     left = wait;
     since = 0;
   }
-  // The class to try where ``wanted`` is asked for, after a step of class ``last``.
+  // The class to try in place of ``wanted``, after a step of class ``last``.
   int next(int wanted, int last) {
     since++;
     if (last <= k) *this = {};

@@ -40,7 +40,7 @@ struct FootSet {
 struct Sizes {
   int feet, drives, coordinates;  // m, nd, n
   int stride;                     // blocks that a state has room for
-  int outputs;                    // rows of nodes a step gives: gaps or pulls, and their rates too where a law asks for them
+  int outputs;                    // rows of nodes a step gives: gaps or pulls, and their rates too where a law takes them
   int ways = 0;                   // feet, where any knows its way along the ground; else 0
 
   int constraints() const { return feet + ways; }  // that may be held; and outputs that events are functions of
