@@ -731,7 +731,7 @@ class ModalTangent {
         if (off[lane] != 0.0) told_.flag(event, SIMULTANEOUS, lane);
       }
     }
-    const EventNumbers found = now_.apply(kind, foot, is_told(e));
+    const EventNumbers<Jet> found = now_.apply(kind, foot, is_told(e));
     told_.put(event, foot, found);
     told_.restart(foot, slope_of(now_.time));
     if (found.doubtful) told_.flag(event, AT_THRESHOLD);
