@@ -1,1 +1,1 @@
-"""The core: the native engine, and what it is told by: nodes, contact modes, blocks, on plain arrays (numpy only)."""
+"""The core: the native engine and its inputs: nodes, contact modes, blocks, on plain arrays (numpy only)."""

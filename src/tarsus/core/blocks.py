@@ -37,10 +37,10 @@ def split_modes(mass: Floats, damping: Floats, stiffness: Floats) -> tuple[Float
         modal_c = product(u.T, c, u)
         rates = modal_c.diagonal()
         if np.abs(modal_c - np.diag(rates)).max() <= 1e-12 * max(np.abs(modal_c).max(), 1e-300):
-            # rigid and undamped is what is below the rounding of its own terms: a soft mode beside a very stiff one is not
+            # rigid and undamped is what is below the rounding of its own terms: a soft mode of a structure with a very stiff one is not
             sizes = np.abs(u)
-            stiff, rubbed = (1e-14 * n * (sizes * product(np.abs(part), sizes)).sum(axis=0) for part in (k, c))
-            square, rates = np.where(np.abs(square) <= stiff, 0.0, square), np.where(np.abs(rates) <= rubbed, 0.0, rates)
+            stiff, damped = (1e-14 * n * (sizes * product(np.abs(part), sizes)).sum(axis=0) for part in (k, c))
+            square, rates = np.where(np.abs(square) <= stiff, 0.0, square), np.where(np.abs(rates) <= damped, 0.0, rates)
             return _classical(*_slow_again(square, rates, product(root.T, u), (mass, damping, stiffness)))
     return _general(mass, damping, stiffness)
 
@@ -48,7 +48,7 @@ def split_modes(mass: Floats, damping: Floats, stiffness: Floats) -> tuple[Float
 def _slow_again(
     square: Floats, rates: Floats, shapes: Floats, pencil: tuple[Floats, ...]
 ) -> tuple[Floats, Floats, Floats]:
-    """Squares, rates and shapes (n, n) of modes, those that are slow beside the fastest by what no fast one hides: they are
+    """Squares, rates and shapes (n, n) of modes, those that are slow compared with the fastest by what no fast one hides: they are
     the largest of K^-1 M, in coordinates that are each counted by its own stiffness."""
     slow = square < SLOW**2 * square.max(initial=0.0)
     mass, damping, stiffness = pencil
@@ -233,7 +233,7 @@ def _refined(value: complex, pencil: tuple[Floats, ...], w: float) -> tuple[comp
 def _least_moved(matrix: NDArray[np.complex128]) -> NDArray[np.complex128]:
     """A vector (n,) of length one that a matrix all but takes to zero: three steps of inverse iteration."""
     vector = 1.0 + np.arange(len(matrix)) % 3 + 0.0j
-    pivot = 4.0 * EPS * np.abs(matrix).max()  # where the matrix is singular to the last bit, one beside it in every digit
+    pivot = 4.0 * EPS * np.abs(matrix).max()  # where the matrix is singular to the last bit, a neighbouring one in every digit
     for _ in range(3):
         try:
             vector = solve(matrix, vector)

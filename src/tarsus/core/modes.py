@@ -144,7 +144,7 @@ class ContactMode:
     printed_feed: Floats  # (m, ni): its direct part
     printed_damping: Floats  # (m,) C_pp: its part of the rates before and after the blow
     leading: NDArray[np.int64]  # (r,) free feet whose gaps tell those of all others, see `_leading`
-    spanned: Floats  # (m, r): gap of a free foot per unit of theirs, beside what it is at rest
+    spanned: Floats  # (m, r): gap of a free foot per unit of theirs, in addition to its gap at rest
     placed: Floats  # (m, n): displacements per unit of the place where a foot sticks
     slide: Floats  # (m, 2nb): change of the state by a unit impulse along the ground on a foot that does not stick
     slide_rate: Floats  # (m, 2nb): the rate along the ground of such a foot
@@ -225,7 +225,7 @@ def _hold(system: LinearSystem, held: list[int]) -> tuple[Floats, Floats, Floats
 
 WIDE = 1e3
 """Ratio of the fastest to the slowest rate of a structure's coordinates, beyond which the square of it times 1e-16, which
-stiffnesses that mix them lose, is no longer nothing beside 1e-10."""
+stiffnesses that mix them lose, is no longer negligible compared with 1e-10."""
 
 
 def _rates(system: LinearSystem) -> Floats:
@@ -501,14 +501,14 @@ def _force_feed(rows: Floats, system: LinearSystem, free: list[int]) -> Floats:
 
 
 TINY = 1e-60
-"""Step of a derivative in the imaginary direction, beside which no real part changes: nothing is subtracted."""
+"""Step of a derivative in the imaginary direction, so small that no real part changes: nothing is subtracted."""
 
 
 def derived_mode(system: LinearSystem, change: LinearSystem, mode: ContactMode) -> tuple[ContactMode, Floats]:
     """Derivatives of the arrays of a contact mode by a number of the structure, in the modal coordinates of the mode itself,
     and of its matrix T (2nb, 2nb), which is full: its blocks are zero.
 
-    With coordinates that stay, modes need neither be told apart nor be derived, and may coincide. ``change``: derivatives
+    With coordinates that stay, modes need neither be distinguished nor be derived, and may coincide. ``change``: derivatives
     of the structure's arrays.
     """
     moved = {name: array + 1j * TINY * change.arrays[name] for name, array in system.arrays.items()}

@@ -26,7 +26,7 @@ _FINE = 1 << 160  # and zeros of Legendre polynomials known to a few times one o
 
 
 def _zeros(at: Callable[[int], tuple[int, int]], first: Iterable[float]) -> list[int]:
-    """Zeros over `_FINE` of a polynomial beside first guesses, by Newton's method; at: value and slope at such a place."""
+    """Zeros over `_FINE` of a polynomial near first guesses, by Newton's method; at: value and slope at such a place."""
     found = []
     for guess in first:
         place = int(guess * _FINE)
@@ -50,7 +50,7 @@ def _legendre(n: int, x: int) -> tuple[int, int, int]:
 def _lobatto() -> list[int]:
     """The N Gauss-Lobatto points over `_GRID`: both ends of [0, 1] and the zeros of P'_{N-1}; the lower half is exactly
     one less the upper, which are the nearest doubles."""
-    guesses = [cos(pi * j / (N - 1)) for j in range(N // 2 - 1, 0, -1)]  # Chebyshev's, which lie beside them
+    guesses = [cos(pi * j / (N - 1)) for j in range(N // 2 - 1, 0, -1)]  # Chebyshev's, which lie near them
     upper = [int((_FINE + x) / (2 * _FINE) * _GRID) for x in _zeros(lambda x: _legendre(N - 1, x)[1:], guesses)]
     return [0, *(_GRID - t for t in reversed(upper)), *upper, _GRID]
 

@@ -71,7 +71,8 @@ inline bool invert_columns(Row* left, Row* inverse) {
 alignas(64) constexpr double BEHIND[2 * N] = {0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1};
 alignas(64) constexpr double AHEAD[2 * N] = {1, 1, 1, 1, 1, 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0};
 
-// Least pivot of an elimination without row exchanges: each digit that a pivot lies below 1 costs the solution one, two at most here.
+// Least pivot of an elimination without row exchanges: each digit that a pivot lies below 1 costs the solution one, two at most
+// here.
 constexpr double LEAST_PIVOT = 1e-2;
 
 // Solve a system of 8 x 8 given by its columns, which are used up, without row exchanges: ``rest`` becomes the solution. False

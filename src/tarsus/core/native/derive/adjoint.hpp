@@ -2,8 +2,8 @@
 //
 // An instant's maps are matrices, made eight directions at a time by the maps that tangents take (derive/modal.hpp): a run has few
 // instants for its steps, and few directions enter one. A step's tangents solve (1 - G S) dy = L dw + G own, and everything after
-// it is linear in them. Of a number J whose derivatives by what comes out of the step are known, those by what enters follow from
-//   (1 - G S)^T mu = S^T u + (what J makes of the gaps),   u: derivatives of J by the forces,
+// it is linear in them. Of a number J whose derivatives by the results of the step are known, those by its data follow from
+//   (1 - G S)^T mu = S^T u + (derivatives of J by the gaps),   u: derivatives of J by the forces,
 // and those by the data from what these do to forces, drives and sources at the nodes.
 #pragma once
 #include "derive/adjoint_step.hpp"
@@ -24,7 +24,7 @@ struct Directions {
   int blocks() const { return (count + LANES - 1) / LANES; }
 };
 
-constexpr int TOLD = 8;  // numbers of an event: those of EventNumbers, and the moment at which a flight begins
+constexpr int REPORTED = 8;  // numbers of an event: those of EventNumbers, and the moment at which a flight begins
 
 // Eight of the directions, from ``first`` on.
 class Lens : public ModalTangent {
@@ -80,31 +80,31 @@ class Lens : public ModalTangent {
       take_from(run);
       end_ = run.end_;
       rate_ = run.rate_;
-      told_.shared_at = run.told_.shared_at;
+      reported_.shared_at = run.reported_.shared_at;
     }
     now_.time = Jet(run.now_.time.value);
     for (int k = 0; k < sizes_.state(); k++) dw_[k] = unit(Directions::STATE + k - first_);
     for (int i = 0; i < sizes_.feet; i++) now_.since[i] = jet(now_.since[i].value, unit(of_.since + i - first_));
-    struck_.clear();
+    landed_.clear();
     event_ = event;
     first_foot_ = first_foot(event, steps);
-    told_.shared = unit(Directions::SHARED - first_);
-    if (!shared) meet(event, first_foot_, unit(Directions::MARGIN - first_));
-    depart();
+    reported_.shared = unit(Directions::SHARED - first_);
+    if (!shared) take_moment(event, first_foot_, unit(Directions::MARGIN - first_));
+    move_with_moment();
   }
 
-  void happen(size_t event, std::vector<Row>& to) {
+  void apply_event(size_t event, std::vector<Row>& to) {
     event_ = event;
     apply(event);
-    const Row* numbers = &told_.events[event * EVENT_WIDTH];
+    const Row* numbers = &reported_.events[event * EVENT_WIDTH];
     to.push_back(numbers[0]);
     to.insert(to.end(), numbers + 3, numbers + 9);
-    to.push_back(told_.feet[int(record_->events[event].foot)].apex_time);
+    to.push_back(reported_.feet[int(record_->events[event].foot)].apex_time);
   }
 
   // What comes out at the end of an instant but for its events: states come with the next step.
   void leave(std::vector<Row>& to) const {
-    to.push_back(told_.shared);
+    to.push_back(reported_.shared);
     for (int i = 0; i < sizes_.feet; i++) to.push_back(slope_of(now_.since[i]));
   }
   void arrive(std::vector<Row>& to) {
@@ -134,7 +134,7 @@ struct Objective {
   size_t count;
 };
 
-// refused: feet that land at one moment hand blows on to each other, or a step could not be followed. edges: of channels that
+// refused: impacts of feet that land at one moment act on each other, or a step could not be followed. edges: of channels that
 // begin with a jump at the very start: piece, turns, channel that is driven.
 struct AdjointResult {
   DataAdjoint data;
@@ -143,7 +143,7 @@ struct AdjointResult {
   bool refused = false;
 };
 
-// What lists of instants and steps the way back needs, beside the record of the run.
+// The lists of instants and steps that the way back needs in addition to the record of the run.
 struct Passed {
   struct Mark {
     size_t event;
@@ -192,7 +192,7 @@ class ModalAdjoint {
     for (auto& one : lenses_) one->follow(record);
     forward();
     if (!result_.refused) backward();
-    result_.flags = run_.told_.flags;
+    result_.flags = run_.reported_.flags;
     return std::move(result_);
   }
 
@@ -253,8 +253,8 @@ class ModalAdjoint {
       const bool last = r + 1 == run_.record_->rows;
       const double next = last ? INF : steps.row(r + 1)[0];
       while (sample < objective_->count && (last || objective_->times[sample] < next)) sample++;
-      const bool happens = run_.same_instant(event, r + 1);
-      if (run_.moving_ || happens) take(step);
+      const bool ends_with_event = run_.same_instant(event, r + 1);
+      if (run_.moving_ || ends_with_event) take(step);
       if (run_.moving_) {
         each_lens([&](Lens& lens, std::vector<Row>& to) {
           if (&lens != &run_) lens.take_from(run_);
@@ -262,7 +262,7 @@ class ModalAdjoint {
         });
       }
       run_.now_.time = Jet(step.time + step.length * step.fraction);
-      if (happens) event = gone_through(event, r + 1);
+      if (ends_with_event) event = gone_through(event, r + 1);
     }
     passed_.samples.push_back(sample);
   }
@@ -288,14 +288,14 @@ class ModalAdjoint {
       moved = moved || was.piece != now.piece || was.turns != now.turns;
       if (run_.moving_ || !run_.drives_.passed(was, now, step.time)) continue;
       passed_.kinks.push_back({r, int(c)});
-      run_.told_.shared_at = step.time;
+      run_.reported_.shared_at = step.time;
     }
     if (!moved) return;
     passed_.cursors.insert(passed_.cursors.end(), run_.drives_.player.cursor.begin(), run_.drives_.player.cursor.end());
     passed_.moved.push_back(r);
   }
 
-  // As ModalTangent::happen.
+  // As ModalTangent::apply_events.
   size_t gone_through(size_t event, size_t steps) {
     const bool begun = run_.moving_;
     if (run_.same_instant(event, steps)) run_.end_values();
@@ -310,18 +310,18 @@ class ModalAdjoint {
         const bool shared = run_.at_shared();
         map.steps = steps;
         map.blocks.resize(lenses_.size());
-        for (auto& one : map.blocks) one.reserve(2 * TOLD + 1 + sizes_.feet + sizes_.state());
+        for (auto& one : map.blocks) one.reserve(2 * REPORTED + 1 + sizes_.feet + sizes_.state());
         passed_.instants.push_back(std::move(map));
         for (size_t b = lenses_.size(); b-- > 0;) lenses_[b]->begin(run_, event, steps, shared);  // the run's own last
       }
       passed_.instants.back().events.push_back(event);
-      each_lens([&](Lens& lens, std::vector<Row>& to) { lens.happen(event, to); });
+      each_lens([&](Lens& lens, std::vector<Row>& to) { lens.apply_event(event, to); });
     }
     if (run_.moving_ && (!begun || steps == 0)) {
       each_lens([](Lens& lens, std::vector<Row>& to) { lens.leave(to); });
     }
     for (auto& one : lenses_) {
-      for (const TangentFlag& flag : one->told_.flags) result_.refused |= flag.reason == SIMULTANEOUS;
+      for (const TangentFlag& flag : one->reported_.flags) result_.refused |= flag.reason == SIMULTANEOUS;
     }
     return event;
   }
@@ -329,7 +329,7 @@ class ModalAdjoint {
   void mark(size_t event) {
     const Event& e = run_.record_->events[event];
     const double* row = run_.now_.mode->outputs + size_t(e.foot) * sizes_.state();
-    passed_.marks.push_back({event, run_.told_.turns_at(e.time), dot(row, run_.rate_), run_.plain_gap(int(e.foot)), run_.rises_at(e)});
+    passed_.marks.push_back({event, run_.reported_.turns_at(e.time), dot(row, run_.rate_), run_.plain_gap(int(e.foot)), run_.rises_at(e)});
   }
 
   // ---- backwards
@@ -339,7 +339,7 @@ class ModalAdjoint {
     Recording steps(run_.book_, run_.record_->trace);
     for (size_t r = run_.record_->rows; r-- > 0;) {
       const Recorded step = steps.step(r);
-      end = happened(end, r + 1, step.time + step.length * step.fraction);
+      end = events_back(end, r + 1, step.time + step.length * step.fraction);
       take(step);
       std::copy_n(cursors(), channels_, run_.drives_.player.cursor.begin());
       for (int i : run_.smooth_) {
@@ -349,7 +349,7 @@ class ModalAdjoint {
       go_back(r);
       leave_place(r);
     }
-    happened(end, 0, begun_);
+    events_back(end, 0, begun_);
     for (size_t q = 0; q < bar_.sources.size(); q++) result_.data.sources[q] += bar_.sources[q];
   }
 
@@ -364,12 +364,12 @@ class ModalAdjoint {
     passed_.cursors.resize(passed_.cursors.size() - channels_);
   }
 
-  // What happened after so many steps, at a time, before event number ``end``. Returns the number of the first of that.
-  size_t happened(size_t end, size_t steps, double time) {
+  // Back over the events after so many steps, at a time, before event number ``end``. Returns the number of the first of them.
+  size_t events_back(size_t end, size_t steps, double time) {
     InstantMap* map = passed_.instants.empty() || passed_.instants.back().steps != steps ? nullptr : &passed_.instants.back();
     size_t place = map == nullptr ? 0 : map->events.size();
     if (map != nullptr) {
-      out_by_.assign(place * TOLD, 0.0);
+      out_by_.assign(place * REPORTED, 0.0);
       out_by_.push_back(by_shared_);
       out_by_.insert(out_by_.end(), by_since_.begin(), by_since_.end());
       out_by_.insert(out_by_.end(), by_state_.begin(), by_state_.end());
@@ -383,10 +383,10 @@ class ModalAdjoint {
       if (run_.record_->notes[event].origin == MARKED) {
         marked(by, foot);
       } else {
-        double* told = &out_by_[--place * TOLD];
-        told[0] = by[0];
-        std::copy_n(by + 3, 6, told + 1);
-        told[7] = apex_time_[foot];
+        double* reported = &out_by_[--place * REPORTED];
+        reported[0] = by[0];
+        std::copy_n(by + 3, 6, reported + 1);
+        reported[7] = apex_time_[foot];
         apex_time_[foot] = by[10];
       }
       apex_[foot] = by[9];
@@ -519,7 +519,7 @@ class ModalAdjoint {
     const bool none = std::all_of(integral_.begin(), integral_.end(), [](double x) { return x == 0.0; });
     for (int c = 0; c < N && !none; c++, power *= run_.step_.fraction) weights += load(run_.nodes_.monomial[c]) * (power / (c + 1));
     for (int i : run_.step_.mode->free) {
-      if (run_.nearly_lands(run_.step_, i)) run_.told_.flag(passed_.events[r], NEAR_MISS);
+      if (run_.nearly_lands(run_.step_, i)) run_.reported_.flag(passed_.events[r], NEAR_MISS);
       by_gap_[i] = integral_[i] == 0.0 ? Row(0.0) : weights * integral_[i];
       if ((apex_[i] == 0.0 && apex_time_[i] == 0.0) || !(run_.record_->events[next_[i]].apex > 0.0)) continue;
       const double s = (run_.record_->events[next_[i]].apex_time - run_.step_.time) / run_.step_.length;

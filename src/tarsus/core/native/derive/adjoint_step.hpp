@@ -7,7 +7,7 @@
 namespace tarsus::modal {
 
 // Derivatives of one number by the data of a run, sizes as in DataTangents; those by the laws' parameters are by groups of
-// parameters that move together.
+// parameters that have one direction.
 struct DataAdjoint {
   std::vector<double> groups, initial, sources, coef, begin, end, loops;
   double period = 0.0;

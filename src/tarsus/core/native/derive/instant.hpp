@@ -1,4 +1,4 @@
-// One moment at which something happens to feet: the maps of its events, on Jets that move with the moment.
+// One moment at which feet have events: the maps of these, on Jets that move with the moment.
 #pragma once
 #include "derive/shell.hpp"
 #include "derive/structure.hpp"
@@ -26,7 +26,7 @@ class Instant {
       : book(b), sizes(b.sizes), laws(l), settings(set), w(sizes.state(), Jet(0.0)), since(sizes.feet, Jet(0.0)), aged(since), parted(since),
         gaps(sizes.feet, Jet(0.0)), physical(2 * sizes.coordinates, Jet(0.0)), from_offset(physical), places(gaps),
         senses(sizes.feet, 0.0), frictional(sizes.feet, 0), begins(frictional), sources_(std::move(sources)),
-        structural_(structural) {}
+        slid_(sizes.feet, -INF), structural_(structural) {}
 
   // Project the displacements and velocities ``physical`` on a contact mode.
   void enter(const ContactMode& to) {
@@ -79,10 +79,10 @@ class Instant {
   Jet held_bias(int i) const { return biased(&ContactMode::bias_held, sizes.feet, i); }
   Jet printed_bias(int i) const { return biased(&ContactMode::bias_printed, sizes.feet, i); }
   Jet place_bias(int r) const { return biased(&ContactMode::bias_offset, 2 * sizes.coordinates, r); }
-  Jet rate_by_jump(int struck, int foot) const {
+  Jet rate_by_jump(int impacted, int foot) const {
     Jet sum(0.0);
     for (int k = 0; k < sizes.state(); k++) {
-      const size_t row = size_t(sizes.feet + foot) * sizes.state() + k, jump = size_t(struck) * sizes.state() + k;
+      const size_t row = size_t(sizes.feet + foot) * sizes.state() + k, jump = size_t(impacted) * sizes.state() + k;
       sum = sum + entry(&ContactMode::outputs, row) * entry(&ContactMode::jump, jump);
     }
     return sum;
@@ -134,13 +134,13 @@ class Instant {
     return std::fabs(mode->rate_by_jump(other, foot)) <= 1e-12;
   }
 
-  // What an event of the log does; ``told``: whether it tells a strength (a foot torn off by an impact has none).
-  EventNumbers<Jet> apply(EventKind kind, int foot, bool told) {
+  // Apply an event of the log; ``reported``: whether the log has its strength (of a foot detached by an impact it has none).
+  EventNumbers<Jet> apply(EventKind kind, int foot, bool reported) {
     EventNumbers<Jet> out;
     out.when = time;
-    if (kind == SLIP_BEGINS || kind == STICK_BEGINS) return slide(kind, foot, told);
+    if (kind == SLIP_BEGINS || kind == STICK_BEGINS) return slide(kind, foot, reported);
     if (kind == RELEASE) {
-      if (told) out.pull = out.strength = laws.strength(foot, time - since[foot]);
+      if (reported) out.pull = out.strength = laws.strength(foot, time - since[foot]);
       aged[foot] = time - since[foot];
       parted[foot] = time;
       add_film_momenta(*this);
@@ -161,6 +161,7 @@ class Instant {
 
  private:
   std::vector<Jet> sources_;
+  std::vector<double> slid_;  // [s] when a foot last began to slide, turned or stuck
   const std::vector<Structural>& structural_;
   std::vector<const ContactMode*> derived_;  // rows of the mode by each number of the structure
   int landing_ = -1;                         // a foot that lands now
@@ -204,13 +205,13 @@ class Instant {
     go(foot, true, sticks);
   }
 
-  // A slide begins, ends or turns. Untold it is an impact's, which has no numbers of its own.
-  EventNumbers<Jet> slide(EventKind kind, int foot, bool told) {
+  // A slide begins, ends or turns; not ``reported``: by an impact on another foot, and without numbers of its own.
+  EventNumbers<Jet> slide(EventKind kind, int foot, bool reported) {
     EventNumbers<Jet> out;
     out.when = time;
     add_film_momenta(*this);
     const bool stuck = mode->is_stuck[foot];
-    if (!stuck && kind == SLIP_BEGINS && !told) {  // turned by an impact
+    if (!stuck && kind == SLIP_BEGINS && !reported) {  // turned by an impact
       senses[foot] = -senses[foot];
       remove_film_momenta(*this, [](int, const Jet&) {});
       return out;
@@ -219,13 +220,16 @@ class Instant {
       go(foot, true, true);
       add_film_momenta(*this);
     }
-    if (told) {
+    if (reported) {
       const Bearing<Jet> at = bearing_of(*this, foot);
       out.pull = at.along;
       out.strength = at.most;
-      senses[foot] = kind == STICK_BEGINS ? 0.0 : sense_of_slip(at.along.value);
+      const double pulled = sense_of_slip(at.along.value);
+      const bool at_once = !stuck && slid_[foot] == time.value;  // as `stick_or_turn`: it slides against what pulls it
+      senses[foot] = kind == STICK_BEGINS ? 0.0 : at_once ? -pulled : pulled;
     }
-    begins[foot] = told && kind == SLIP_BEGINS;
+    slid_[foot] = time.value;
+    begins[foot] = reported && kind == SLIP_BEGINS;
     if (kind == SLIP_BEGINS) {
       go(foot, true, false);
     } else {

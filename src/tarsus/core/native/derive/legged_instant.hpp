@@ -1,6 +1,6 @@
 // One moment of a legged robot with derivatives: what acts on its feet then, how fast everything changes, and what an impact does.
 #pragma once
-#include "derive/legged_beside.hpp"
+#include "derive/legged_perturbed.hpp"
 #include "derive/shell.hpp"
 #include "legged/ground.hpp"
 
@@ -28,10 +28,10 @@ class Acting {
   typedef Jet Real;
   LawTangents& laws;
 
-  // beside: walkers of other structures; none where derivatives are not asked for.
+  // copies: perturbed walkers; null where no derivatives are needed.
   Acting(const Legged& s, const Body& unit, LawTangents& l, const DriveTangents& drives, const DataTangents& data,
-         const Player& player, const std::vector<BesideWalker>* beside)
-      : laws(l), s_(s), unit_(unit), drives_(drives), data_(data), player_(player), beside_(beside) {}
+         const Player& player, const std::vector<PerturbedWalker>* copies)
+      : laws(l), s_(s), unit_(unit), drives_(drives), data_(data), player_(player), copies_(copies) {}
 
   // At the moment of a place, which stays where it is.
   Acting& on(JetPlace& at) {
@@ -39,7 +39,7 @@ class Acting {
     return *this;
   }
 
-  // A number of the structure, with what it has by the structures beside.
+  // A number of the structure, with its derivatives from the perturbed copies.
   template <class F>
   Jet of_body(F&& value) const {
     Jet out(value(s_.body));
@@ -170,13 +170,13 @@ class Acting {
   const DriveTangents& drives_;
   const DataTangents& data_;
   const Player& player_;
-  const std::vector<BesideWalker>* beside_;
+  const std::vector<PerturbedWalker>* copies_;
   JetPlace* at_ = nullptr;
 
   template <class F>
   void add_own(Jet& to, F&& value) const {
-    if (beside_ == nullptr) return;
-    for (const BesideWalker& one : *beside_) to.slope[one.lane] += one.weight * value(one.s.body);
+    if (copies_ == nullptr) return;
+    for (const PerturbedWalker& one : *copies_) to.slope[one.lane] += one.weight * value(one.s.body);
   }
 
   void add_rates(int i, int d, std::vector<double>& push, Rates& out) const {

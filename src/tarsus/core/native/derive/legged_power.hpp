@@ -1,19 +1,19 @@
-// Derivatives of the energies of a step: half of their difference over two steps beside it, along a lane.
+// Derivatives of the energies of a step: half of their difference over two perturbed copies of it, along a lane.
 //
 // They are sums of products of what the rows hold, so that the difference is exact but for the curvature of a film's law.
 #pragma once
-#include "derive/legged_beside.hpp"
+#include "derive/legged_perturbed.hpp"
 
 namespace tarsus::legged {
 
-constexpr double BESIDE = 1e-5;  // part of themselves by which rows move: it leaves 1e-10 of curvature, and of rounding 1e-11
+constexpr double PERTURBATION = 1e-5;  // part of themselves by which rows move: it leaves 1e-10 of curvature, and of rounding 1e-11
 
-// A step beside that of the run: everything that its energies are made of moved by ``by`` along a lane.
-struct BesideStep {
+// A perturbed copy of the run's step: everything that its energies depend on moved by ``by`` along a lane.
+struct PerturbedStep {
   Legged s;
   std::vector<double> parameters;
 
-  BesideStep(const Legged& run, const Legged& lane, const DataTangents& data, int number, double by) : s(run) {
+  PerturbedStep(const Legged& run, const Legged& lane, const DataTangents& data, int number, double by) : s(run) {
     s.energy = {};
     s.shares.clear();
     for (size_t n = 0; n < data.parameters.size(); n++) {
@@ -42,7 +42,7 @@ struct BesideStep {
         r.*part += d.*part * by;
       }
       if (!s.feet[i].filmed()) continue;
-      // the momentum beside counts from what it is there where the run's has its base
+      // the copy's momentum counts from its own value at the gap at which the run's has its base
       LeggedFoot& foot = s.feet[i];
       const double more = s.laws.momentum(s.body.legs[i].foot, foot.from) - foot.base;
       foot.base += more;
@@ -53,11 +53,11 @@ struct BesideStep {
   }
 };
 
-// How far along a lane a step beside may lie.
+// How far along a lane a perturbed step may lie.
 inline double size_of(const Legged& s, const Legged& lane, const DataTangents& data, int number) {
   double out = INF;
   const auto hold = [&](double size, double moves) {
-    if (size > 0.0 && moves > 0.0) out = std::min(out, BESIDE * size / moves);
+    if (size > 0.0 && moves > 0.0) out = std::min(out, PERTURBATION * size / moves);
   };
   double u = 0.0, w = 0.0, q = 0.0, du = 0.0, dw = 0.0, dq = 0.0;
   const auto grow = [](double& to, const Row& by) { to = std::max(to, highest(magnitude(by))); };
@@ -87,7 +87,7 @@ inline double size_of(const Legged& s, const Legged& lane, const DataTangents& d
 }
 
 // Add the derivatives of the energies of the step up to scaled time ``fraction`` to those of the lanes.
-inline void add_power(const Legged& s, std::vector<Legged>& lanes, const std::vector<BesideWalker>& structures, const DataTangents& data,
+inline void add_power(const Legged& s, std::vector<Legged>& lanes, const std::vector<PerturbedWalker>& structures, const DataTangents& data,
                       double h, double fraction) {
   Choices choices;
   Moment end, moved;
@@ -97,7 +97,7 @@ inline void add_power(const Legged& s, std::vector<Legged>& lanes, const std::ve
   Legged plain = s;
   add_energies(plain, h, fraction, end, &choices);
   choices.again = true;
-  for (const BesideWalker& one : structures) {
+  for (const PerturbedWalker& one : structures) {
     Legged other = one.s;
     other.energy = {};
     motion_at(other, h, fraction, moved);
@@ -110,12 +110,12 @@ inline void add_power(const Legged& s, std::vector<Legged>& lanes, const std::ve
     const double size = size_of(s, lane, data, int(n));
     motion_at(lane, h, fraction, moved);
     for (double sign : {1.0, -1.0}) {
-      BesideStep beside(s, lane, data, int(n), sign * size);
+      PerturbedStep copy(s, lane, data, int(n), sign * size);
       Moment there = end;
       for (size_t m = 0; m < there.legs.size(); m++) there.legs[m].u += sign * size * moved.legs[m].u;
       choices.next = 0;
-      add_energies(beside.s, h, fraction, there, &choices);
-      for (int e = 0; e < ENERGIES; e++) (&lane.energy.work)[e] += sign * 0.5 / size * (&beside.s.energy.work)[e];
+      add_energies(copy.s, h, fraction, there, &choices);
+      for (int e = 0; e < ENERGIES; e++) (&lane.energy.work)[e] += sign * 0.5 / size * (&copy.s.energy.work)[e];
     }
   }
 }

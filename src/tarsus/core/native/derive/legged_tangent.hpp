@@ -1,6 +1,6 @@
 // Derivatives of a legged robot's run: lanes that follow it through its steps and events (see docs/gradients.md).
 //
-// How moments move, and what is reported, is in derive/shell.hpp. Feet know of each other only through the body, so that each
+// How moments move, and what is reported, is in derive/shell.hpp. Feet act on each other only through the body, so that each
 // event has a moment of its own.
 #pragma once
 #include "derive/legged_instant.hpp"
@@ -20,28 +20,28 @@ struct LeggedSlopes {
 class LeggedTangent : public LeggedMarch {
  public:
   LeggedSlopes slopes;
-  EventShell told;
+  EventShell reported;
 
   // ``programs``: the laws by programs alone; lanes: how many of the eight have a number.
   LeggedTangent(const Body& b, const LegTables& t, const Nodes& n, const Between& f, const Signals& s, const Laws& l,
               const Laws& programs, const Settings& set, Log& events, Notes& some, bool account, size_t driven,
               const RunData& run, const DataTangents& data, int lanes,
-              const std::vector<BesideBody>& beside)
+              const std::vector<PerturbedBody>& copies)
       : LeggedMarch(b, t, n, f, s, l, set, events, some, account, driven),
-        told(settings, b.feet(), run.scales[1], data.period), run_(run), data_(data), nothing_(data.nothing()),
+        reported(settings, b.feet(), run.scales[1], data.period), run_(run), data_(data), nothing_(data.nothing()),
         count_(lanes),
         laws_(programs, run.parameters, data.parameters), drives_(s, n, data, run, driven),
         still_laws_(programs, run.parameters, nothing_.parameters), still_drives_(s, n, nothing_, run, driven),
-        acting_(*this, b, laws_, drives_, data_, drives_.player, &beside_),
+        acting_(*this, b, laws_, drives_, data_, drives_.player, &copies_),
         still_(*this, b, still_laws_, still_drives_, nothing_, drives_.player, nullptr) {
-    for (const BesideBody& one : beside) beside_.emplace_back(one, *this, s, l, driven);
+    for (const PerturbedBody& one : copies) copies_.emplace_back(one, *this, s, l, driven);
   }
 
   // Begin where the run has begun, which may be a window.
   void begin_lanes(bool window) {
     for (size_t c = 0; c < player.cursor.size(); c++) drives_.player.seek(int(c), clock.time);
-    told.shared_at = begun_ = clock.time;
-    for (BesideWalker& one : beside_) one.begin(*this, run_.parameters, gravity);
+    reported.shared_at = begun_ = clock.time;
+    for (PerturbedWalker& one : copies_) one.begin(*this, run_.parameters, gravity);
     bases_ = bases();
     linear_.feet.resize(legs());
     linear_.own.resize(size_t(legs()) * LANES);
@@ -56,7 +56,7 @@ class LeggedTangent : public LeggedMarch {
 
   // At the end of the run.
   void finish() {
-    told.events.resize(log.events.size() * EVENT_WIDTH, Row(0.0));
+    reported.events.resize(log.events.size() * EVENT_WIDTH, Row(0.0));
     for (int i : body.leg) slopes.since.push_back(lane_row([&](const Legged& t) { return t.feet[i].since; }));
     for (int e = 0; e < ENERGIES; e++) {
       slopes.energies.push_back(lane_row([&](const Legged& t) { return (&t.energy.work)[e]; }));
@@ -81,7 +81,7 @@ class LeggedTangent : public LeggedMarch {
     for (int i : body.leg) {
       if (nearly_lands(i, h, fraction)) flag(NEAR_MISS);
     }
-    follow_beside(k, h);
+    follow_copies(k, h);
     if (!solve_lanes(*this, lanes_, k, h, linear_)) lose();
     for (size_t n = notes.sampled; fraction > 0.0 && n < notes.times.size() && notes.times[n] <= reached; n++) {
       sample(h, std::max(std::min((notes.times[n] - clock.time) / h, fraction), 0.0), notes.times[n]);
@@ -90,7 +90,7 @@ class LeggedTangent : public LeggedMarch {
     for (int i : body.leg) apexes_.push_back(feet[i].apex.gap);
     ways_.clear();
     for (const LeggedFoot& foot : feet) ways_.push_back(foot.u[ALONG]);
-    if (keeps_account && fraction > 0.0) add_power(*this, lanes_, beside_, data_, h, fraction);
+    if (keeps_account && fraction > 0.0) add_power(*this, lanes_, copies_, data_, h, fraction);
   }
 
   // And after.
@@ -108,15 +108,15 @@ class LeggedTangent : public LeggedMarch {
     const Jet value = acting_.on(place_).function(i, kind);
     const double rate = rate_of(i, kind);
     if (!open_) note_rates();
-    at_once_ = fraction_ == 0.0 && told.shared_at == clock.time && shares_moment(i, kind, value.value);
+    at_once_ = fraction_ == 0.0 && reported.shared_at == clock.time && shares_moment(i, kind, value.value);
     if (!at_once_) {
       const Margin found{slope_of(value), rate, grazes(i, kind, rate)};
       if (open_) flag_order(-found.by / rate, rate, former_[body.legs[i].foot]);
-      told.meet(known_, found, clock.time);
+      reported.take_moment(known_, found, clock.time);
     }
     open_ = true;
-    told.shared_at = clock.time;
-    shift(place_, before_, told.shared);
+    reported.shared_at = clock.time;
+    shift(place_, before_, reported.shared);
   }
 
   void after_event(int i, FootEvent kind) {
@@ -128,7 +128,7 @@ class LeggedTangent : public LeggedMarch {
     Jet& along = acting_.w(i, ALONG);
     if (kind == TOUCH) {
       out = acting_.land(i, what);
-      if (what == 0 || (what == CONTACT_AT_START && !at_once_)) told.flag(known_, GRAZING);
+      if (what == 0 || (what == CONTACT_AT_START && !at_once_)) reported.flag(known_, GRAZING);
       if (feet[i].contact == STUCK) stop_along(along);
     } else if (kind == PULL_OFF) {
       out.pull = pull_on(acting_, i);
@@ -142,16 +142,16 @@ class LeggedTangent : public LeggedMarch {
       out.doubtful = kind == STOP && is_close(Jet(std::fabs(at.along.value)), at.most);
       along = Jet(0.0);
     }
-    if (out.doubtful) told.flag(known_, AT_THRESHOLD);
+    if (out.doubtful) reported.flag(known_, AT_THRESHOLD);
     if (logged) {
-      told.put(known_, body.legs[i].foot, out);
-      if (what != SLIP_BEGINS && what != STICK_BEGINS) told.restart(body.legs[i].foot, slope_of(place_.time));
+      reported.put(known_, body.legs[i].foot, out);
+      if (what != SLIP_BEGINS && what != STICK_BEGINS) reported.restart(body.legs[i].foot, slope_of(place_.time));
     }
     return_to_fixed_time();
   }
 
   void mark() {
-    const Row by = told.mark_at(clock.time);
+    const Row by = reported.mark_at(clock.time);
     const bool moves = any_less(Row(0.0), magnitude(by));
     JetPlace here = place();
     const Rates now = moves ? still_.on(here).rates() : Rates{};
@@ -165,7 +165,7 @@ class LeggedTangent : public LeggedMarch {
       const int f = int(log.events[e].foot);
       const bool rising = apexes[f].time == clock.time && apexes[f].gap > 0.0;
       const int i = body.leg[f];
-      told.put_mark(e, f, by, feet[i].u[UP] + body.legs[i].gap, moves ? now.u[DIRECTIONS * size_t(i) + UP] : 0.0, rising);
+      reported.put_mark(e, f, by, feet[i].u[UP] + body.legs[i].gap, moves ? now.u[DIRECTIONS * size_t(i) + UP] : 0.0, rising);
     }
   }
 
@@ -178,7 +178,7 @@ class LeggedTangent : public LeggedMarch {
   DriveTangents drives_;
   LawTangents still_laws_;
   DriveTangents still_drives_;
-  std::vector<BesideWalker> beside_;
+  std::vector<PerturbedWalker> copies_;
   std::vector<double> bases_;  // of the films' momenta from which the lanes' rates count (legs) [N s]
   Acting acting_, still_;      // with the derivatives of laws and drives, and without
   std::vector<Legged> lanes_;
@@ -191,7 +191,7 @@ class LeggedTangent : public LeggedMarch {
   JetPlace place_;
   Rates before_;
   size_t known_ = 0;                     // events when the present one began
-  bool open_ = false, at_once_ = false;  // an event has happened in this step; the present one shares its moment
+  bool open_ = false, at_once_ = false;  // an event has been applied in this step; the present one shares its moment
   std::vector<double> former_;           // rates of the functions of its events before the first of them, by foot
 
   std::vector<double> bases() const {
@@ -202,7 +202,7 @@ class LeggedTangent : public LeggedMarch {
 
   // A rate without the film's momentum counts that from its base: where this has moved, so has what a mass makes of it.
   void rebase_lanes() {
-    for (const BesideWalker& one : beside_) {
+    for (const PerturbedWalker& one : copies_) {
       for (int i = 0; i < legs(); i++) {
         lanes_[one.lane].feet[i].w[UP] += (feet[i].base - bases_[i]) * one.weight / one.s.body.legs[i].mass;
       }
@@ -210,10 +210,10 @@ class LeggedTangent : public LeggedMarch {
     bases_ = bases();
   }
 
-  // What the structures beside make of the run's step, for the lanes of their numbers.
-  void follow_beside(int k, double h) {
-    linear_.misfit.assign(beside_.empty() ? 0 : lanes_.size() * coordinates(), Row(0.0));
-    for (BesideWalker& one : beside_) {
+  // The run's step with each perturbed structure, for the lanes of their numbers.
+  void follow_copies(int k, double h) {
+    linear_.misfit.assign(copies_.empty() ? 0 : lanes_.size() * coordinates(), Row(0.0));
+    for (PerturbedWalker& one : copies_) {
       one.follow(*this, k, h);
       for (int b = 0; b < coordinates(); b++) linear_.misfit[size_t(one.lane) * coordinates() + b] += one.misfit(b, h) * one.weight;
       for (int i = 0; i < legs(); i++) {
@@ -236,7 +236,7 @@ class LeggedTangent : public LeggedMarch {
     motion_at(lanes_[lane], h, s, to);
     Moment own;
     own.legs.resize(DIRECTIONS * body.legs.size());
-    for (const BesideWalker& one : beside_) {
+    for (const PerturbedWalker& one : copies_) {
       if (one.lane != lane) continue;
       motion_at(one.s, h, s, own);
       for (int b = 0; b < coordinates(); b++) {
@@ -256,14 +256,14 @@ class LeggedTangent : public LeggedMarch {
     for (int lane = 0; lane < count_; lane++) out.set(lane, value(lanes_[lane]));
     return out;
   }
-  // Of what a lane and the structures beside it come to.
+  // The value of a lane with those of its perturbed copies.
   template <class F>
   Row moved_row(F&& value) const {
     Row out = lane_row(value);
-    for (const BesideWalker& one : beside_) out.set(one.lane, out[one.lane] + one.weight * value(one.s));
+    for (const PerturbedWalker& one : copies_) out.set(one.lane, out[one.lane] + one.weight * value(one.s));
     return out;
   }
-  void flag(Doubtful reason, int lane = -1) { told.flag(log.events.size(), reason, lane); }
+  void flag(Doubtful reason, int lane = -1) { reported.flag(log.events.size(), reason, lane); }
   void lose() {
     flag(LOST);
     for (Legged& t : lanes_) std::fill_n(t.v, coordinates(), NOT_A_NUMBER);
@@ -272,7 +272,7 @@ class LeggedTangent : public LeggedMarch {
   void begin_lane(Legged& t, int lane, bool window) {
     const int nb = coordinates(), n = nb + 2 * legs();
     const Row& gravity = data_.sources[body.feet()];
-    t.settings.gap = t.settings.force_zero = 0.0;  // nothing is small enough to be left out
+    t.settings.gap = t.settings.force_zero = 0.0;  // no change is small enough to be excluded
     t.lowest_body = t.highest_body = 0.0;
     t.energy = {};
     for (int b = 0; b < nb; b++) {
@@ -352,8 +352,8 @@ class LeggedTangent : public LeggedMarch {
       }
     }
     const Rates after = still_.on(place_).rates();
-    add_jump(before_, after, told.shared);
-    shift(place_, after, -told.shared);
+    add_jump(before_, after, reported.shared);
+    shift(place_, after, -reported.shared);
     for (int lane = 0; lane < count_; lane++) {
       Legged& t = lanes_[lane];
       for (int b = 0; b < coordinates(); b++) {
@@ -476,7 +476,7 @@ class LeggedTangent : public LeggedMarch {
       const Cursor was = left[c], now = drives_.player.cursor[c];
       if (!drives_.passed(was, now, clock.time)) continue;
       const Row by = slope_of(drives_.beginning(int(c), now));
-      if (!told.meet_kink(log.events.size(), by, clock.time)) continue;
+      if (!reported.take_kink(log.events.size(), by, clock.time)) continue;
       JetPlace here = place();
       const Rates after = still_.on(here).rates();
       drives_.player.cursor[c] = was;
@@ -530,7 +530,7 @@ class LeggedTangent : public LeggedMarch {
   // At an event it turns at once, and that moment moves.
   double height_at(int lane, double h, double s) {
     const Legged& t = lanes_[lane];
-    if (s <= 0.0) return t.x[1] + (told.shared_at == begin_time_ ? at.v[1][0] * told.shared[lane] : 0.0);
+    if (s <= 0.0) return t.x[1] + (reported.shared_at == begin_time_ ? at.v[1][0] * reported.shared[lane] : 0.0);
     turning_.legs.resize(DIRECTIONS * body.legs.size());
     lane_at(lane, h, s, turning_);
     return turning_.x[1];
@@ -539,7 +539,7 @@ class LeggedTangent : public LeggedMarch {
   // The highest gap of a flight, and the integral of the gap.
   void track(int f, double h, double fraction) {
     const int i = body.leg[f];
-    FootTangent& to = told.feet[f];
+    FootTangent& to = reported.feet[f];
     if (feet[i].contact != AIR || !settings.track) return;
     to.integral += moved_row([&](const Legged& t) { return integral_at(t, t.rows[i].gap, fraction) * h; });
     if (feet[i].apex.gap == apexes_[f]) return;
@@ -583,7 +583,7 @@ class LeggedTangent : public LeggedMarch {
     return still_.on(on).function(i, kind).slope[0];
   }
 
-  // Whether an event at the start of a step comes with what happened just before it: a jump beyond rounding, or a foot that
+  // Whether an event at the start of a step has the moment of the one just before it: a jump beyond rounding, or a foot that
   // lies there from the start.
   bool shares_moment(int i, FootEvent kind, double value) const {
     if (kind == TOUCH) return clock.time == begun_ || -place_.of(place_.w, i, UP).value <= no_rate(*this, i, 0.0);
@@ -594,7 +594,7 @@ class LeggedTangent : public LeggedMarch {
 
   bool nearly_lands(int i, double h, double fraction) const {
     if (feet[i].contact != AIR) return false;
-    return told.nearly_lands(nodes, rows[i].gap, fraction, [&](double s) {
+    return reported.nearly_lands(nodes, rows[i].gap, fraction, [&](double s) {
       const Motion at = gap_at(*this, i, h, s);
       return std::pair<double, double>(at.u, at.w * h);
     });
@@ -602,8 +602,8 @@ class LeggedTangent : public LeggedMarch {
 
   // A touchdown that would dip below the ground by less than GRAZE errors of a gap; a force or speed that hardly passes zero.
   bool grazes(int i, FootEvent kind, double rate) const {
-    if (kind == TOUCH) return told.gap_grazes(rate, before_.w[DIRECTIONS * size_t(i) + UP]);
-    return kind == STOP ? !(std::fabs(rate) > settings.gap / (settings.end * settings.end)) : told.force_grazes(rate);
+    if (kind == TOUCH) return reported.gap_grazes(rate, before_.w[DIRECTIONS * size_t(i) + UP]);
+    return kind == STOP ? !(std::fabs(rate) > settings.gap / (settings.end * settings.end)) : reported.force_grazes(rate);
   }
 
   // A force that lets go at the moment of another foot's event, by which its rate jumps, has no moment of its own where they
@@ -611,7 +611,7 @@ class LeggedTangent : public LeggedMarch {
   void flag_order(const Row& own, double rate, double former) {
     if (std::fabs(rate - former) <= 1e-9 * std::fabs(rate)) return;
     for (int lane = 0; lane < count_; lane++) {
-      if (std::fabs(own[lane] - told.shared[lane]) > 1e-6 * std::fabs(own[lane])) flag(SIMULTANEOUS, lane);
+      if (std::fabs(own[lane] - reported.shared[lane]) > 1e-6 * std::fabs(own[lane])) flag(SIMULTANEOUS, lane);
     }
   }
   void note_rates() {
@@ -624,7 +624,7 @@ class LeggedTangent : public LeggedMarch {
   // Friction holds a foot that did not move along the ground, and would stop any motion only in time.
   void stop_along(Jet& along) {
     for (int lane = 0; lane < count_; lane++) {
-      if (along.slope[lane] != 0.0) told.flag(known_, AT_THRESHOLD, lane);
+      if (along.slope[lane] != 0.0) reported.flag(known_, AT_THRESHOLD, lane);
     }
     along = Jet(0.0);
   }

@@ -1,6 +1,6 @@
 // Derivatives of the steps of a legged robot: its equations at the nodes, linearised about the run's own solution.
 //
-// A *lane* is a robot beside the run's whose state, loads and rows are derivatives by one number at fixed times. With E what a
+// A *lane* is a copy of the run's robot whose state, loads and rows are derivatives by one number at fixed times. With E what a
 // leg makes of the motion V of its hip (momentum less what smooth forces put into it), the body's rates at the nodes solve
 //
 //   (M + sum R E R) dV = M dV(0) + what the legs make of everything else,
@@ -17,7 +17,7 @@ namespace tarsus::legged {
 // makes friction so that depends on the speed.
 struct LinearFoot {
   Row by_gap[2], by_rate, by[FRICTION_ARGUMENTS];
-  Row inverse[2][2][N], rubbing[N];
+  Row inverse[2][2][N], bound_inverse[N];
   bool acts[2], slides, speeds;  // whether a momentum and a smooth force act in the air; sliding with friction; with such by speed
 };
 
@@ -82,7 +82,7 @@ inline bool invert_friction(const LegStep& table, LinearFoot& f) {
   }
   solver.solve(columns);  // by rows
   for (int l = 0; l < N; l++) {
-    for (int j = 0; j < N; j++) f.rubbing[l].set(j, columns[j][l]);
+    for (int j = 0; j < N; j++) f.bound_inverse[l].set(j, columns[j][l]);
   }
   return true;
 }
@@ -93,7 +93,7 @@ inline void slide_linear(const LinearFoot& f, const LegStep& table, double sense
   r.bound = f.slides ? own : Row(0.0);
   if (f.speeds) {
     free_motion(table, u0, w0, r.q[ALONG], r.u[ALONG], r.w[ALONG]);
-    r.bound = combine(reinterpret_cast<const double*>(f.rubbing), own + f.by[SLIP_SPEED] * r.w[ALONG] * sense);
+    r.bound = combine(reinterpret_cast<const double*>(f.bound_inverse), own + f.by[SLIP_SPEED] * r.w[ALONG] * sense);
   }
   r.q[ALONG] -= r.bound * sense;
   free_motion(table, u0, w0, r.q[ALONG], r.u[ALONG], r.w[ALONG]);

@@ -33,7 +33,7 @@ class ModalTangent {
         laws_(laws, run.parameters, data.parameters),
         fixed_laws_(laws, run.parameters, std::vector<Row>(data.parameters.size(), Row(0.0))), drives_(signals, nodes, data, run, channels),
         structural_(structural), now_(book, laws_, settings_, sources_of(run, data, book.sizes), structural_),
-        told_(settings_, sizes_.feet, run.scales[1], data.period), dw_(sizes_.state(), Row(0.0)),
+        reported_(settings_, sizes_.feet, run.scales[1], data.period), dw_(sizes_.state(), Row(0.0)),
         gaps_(sizes_.feet, Row(0.0)), channel_values_(channels * N), channel_slopes_(channels * N), channels_(channels), value_(sizes_), slope_(sizes_),
         value_room_(sizes_), slope_room_(sizes_), inside_structure_(sizes_), by_structure_(sizes_), shown_(sizes_), last_(sizes_) {
     value_.sources.assign(run.sources, run.sources + sizes_.sources());
@@ -57,13 +57,13 @@ class ModalTangent {
 
   // powers: whose sums are asked for, or none.
   TangentResult run(const RunRecord& record, const double* times, size_t count, PowerSlopes* powers) {
-    told_.events.assign(record.count * EVENT_WIDTH, Row(0.0));
+    reported_.events.assign(record.count * EVENT_WIDTH, Row(0.0));
     samples_.assign(count * tangent_width(sizes_), Row(0.0));
     record_ = &record;
     powers_ = powers;
     size_t sample = 0;
-    drives_.edges_at(now_.time.value, [&](int lane) { told_.flag(0, EDGE_AT_START, lane); });
-    size_t event = happen(0, 0);
+    drives_.edges_at(now_.time.value, [&](int lane) { reported_.flag(0, EDGE_AT_START, lane); });
+    size_t event = apply_events(0, 0);
     Recording steps(book_, record.trace);
     for (size_t r = 0; r < record.rows; r++) {
       const Recorded step = steps.step(r);
@@ -81,10 +81,10 @@ class ModalTangent {
       track(step, event);
       if (powers != nullptr) track_powers(step);
       end_step(step);
-      event = happen(event, r + 1);
+      event = apply_events(event, r + 1);
     }
     if (powers != nullptr && moved_end_) powers->add_moving(last_, end_moves_);
-    return {std::move(told_.events), std::move(samples_), std::move(told_.flags)};
+    return {std::move(reported_.events), std::move(samples_), std::move(reported_.flags)};
   }
 
   // One smooth input: its slopes at the nodes, and its own tangents at fixed gaps and rates.
@@ -111,7 +111,7 @@ class ModalTangent {
   DriveTangents drives_;
   const std::vector<Structural> structural_;
   Instant now_;
-  EventShell told_;
+  EventShell reported_;
   bool moving_ = false;   // within an instant
   std::vector<Row> dw_;   // tangents of the flowing state at the present, fixed time
   std::vector<Row> gaps_;               // of the free feet at the nodes of the step
@@ -128,7 +128,7 @@ class ModalTangent {
   mutable std::vector<Row> inside_;
   std::vector<double> flown_;  // the state somewhere within the step
   std::vector<int> acting_, smooth_;  // inputs that act; of these the smooth ones of feet in the air
-  std::vector<int> rubbing_;          // feet that slide with friction
+  std::vector<int> braked_;          // feet that slide with friction
   std::vector<double> friction_end_;  // on each foot, as the last step ended [N]
   const ContactMode* acting_in_ = nullptr;
   bool ended_ = true;           // whether ``end_`` and ``rate_`` are those of the step
@@ -143,7 +143,7 @@ class ModalTangent {
   std::vector<double> end_, rate_;  // the flowing state at the end of the step, and its rate there
   const StepClass* tables_ = nullptr;
   Recorded step_ = {};
-  std::vector<int> struck_;  // feet that have landed in this instant
+  std::vector<int> landed_;  // feet that have landed in this instant
   int first_foot_ = -1;      // whose event this instant is
   size_t event_ = 0;         // the next one
   const RunRecord* record_ = nullptr;
@@ -180,9 +180,9 @@ class ModalTangent {
       for (int i : acting_) {
         if (i < 2 * sizes_.feet && !mode.is_held[i % sizes_.feet]) smooth_.push_back(i);
       }
-      rubbing_.clear();
+      braked_.clear();
       for (int i : mode.sliding) {
-        if (now_.frictional[i]) rubbing_.push_back(i);
+        if (now_.frictional[i]) braked_.push_back(i);
       }
       list_unknown(mode);
       std::fill(slope_.inputs.begin(), slope_.inputs.end(), Row(0.0));
@@ -191,7 +191,7 @@ class ModalTangent {
     std::copy(step.state, step.state + nb, value_.state.begin());
     std::copy(step.state + nb, step.state + 2 * nb, value_.state.begin() + ns);
     std::copy(step.inputs, step.inputs + value_.inputs.size(), value_.inputs.begin());
-    for (int i : rubbing_) {  // at the start, where the foot is held still
+    for (int i : braked_) {  // at the start, where the foot is held still
       const double force = value_.input(sizes_.feet + i)[0];
       if (force != 0.0) now_.senses[i] = force < 0.0 ? 1.0 : -1.0;
     }
@@ -226,10 +226,10 @@ class ModalTangent {
     for (size_t c = 0; c < channels_; c++) {
       const Cursor &was = left[c], &now = drives_.player.cursor[c];
       if (!drives_.passed(was, now, step_.time)) continue;
-      if (!told_.meet_kink(event_, slope_of(drives_.beginning(int(c), now)), step_.time)) continue;
+      if (!reported_.take_kink(event_, slope_of(drives_.beginning(int(c), now)), step_.time)) continue;
       move_end();
       each_jump(int(c), drives_.value(int(c), was, Jet(step_.time)).value, channel_values_[N * c], [&](int k, double by) {
-        dw_[k] += told_.shared * by;
+        dw_[k] += reported_.shared * by;
       });
     }
   }
@@ -245,7 +245,7 @@ class ModalTangent {
     };
     if (c < sizes_.drives) push(2 * m + c, before - after);
     // friction jumps with the pulls that drives make
-    for (int i : rubbing_) push(m + i, friction_end_[i] - value_.input(m + i)[0]);
+    for (int i : braked_) push(m + i, friction_end_[i] - value_.input(m + i)[0]);
     for (int i : mode.free) {
       if (!laws_.has(i, HAS_FORCE) || channel_of(i) != c) continue;
       Shown<double> shown(sizes_);
@@ -262,7 +262,7 @@ class ModalTangent {
       if (laws_.has(i, HAS_MOMENTUM) || laws_.has(i, HAS_FORCE)) unknown_.push_back(i);
       if (laws_.has(i, HAS_FORCE) && laws_.has(i, USES_RATE)) unknown_.push_back(m + i);
     }
-    for (int i : rubbing_) {  // the pull that bears friction, and the speed of the slide
+    for (int i : braked_) {  // the pull that bears friction, and the speed of the slide
       unknown_.push_back(i);
       if (laws_.laws.friction_by_speed) unknown_.push_back(m + i);
     }
@@ -276,11 +276,11 @@ class ModalTangent {
     slope_.state = dw_;
     for (int d = 0; d < sizes_.drives; d++) std::copy_n(&channel_slopes_[N * d], N, slope_.input(2 * m + d));
     for (int i : smooth_) std::fill_n(slope_.input(i), N, Row(0.0));
-    for (int i : rubbing_) std::fill_n(slope_.input(m + i), N, Row(0.0));
+    for (int i : braked_) std::fill_n(slope_.input(m + i), N, Row(0.0));
     for (int i : now_.mode->stuck) std::fill_n(slope_.input(m + i), N, slope_of(now_.places[i]));
     gap_slopes_.assign(size_t(m) * N, Row(0.0));
     for (int i : now_.mode->free) output_slopes(i, &gap_slopes_[N * i]);
-    if (!smooth_.empty() || !rubbing_.empty()) solve_smooth(step);
+    if (!smooth_.empty() || !braked_.empty()) solve_smooth(step);
   }
 
   // The tables of the step, and the gaps of the free feet at its nodes.
@@ -305,7 +305,7 @@ class ModalTangent {
       solved_.push_back(smooth_input(step, i));
       add_own(solved_.back());
     }
-    for (int i : rubbing_) solved_.push_back(friction_input(step, i));
+    for (int i : braked_) solved_.push_back(friction_input(step, i));
     right_.resize(size);
     for (size_t a = 0; a < unknown_.size(); a++) {
       const int output = unknown_[a];
@@ -407,7 +407,7 @@ class ModalTangent {
 
   // The moment at which the last step has ended moves.
   void move_end() {
-    end_moves_ = told_.shared;
+    end_moves_ = reported_.shared;
     moved_end_ = any_less(Row(0.0), magnitude(end_moves_));
   }
 
@@ -476,8 +476,8 @@ class ModalTangent {
     for (int c = 0; c < N; c++, power *= step.fraction) weights += load(nodes_.monomial[c]) * (power / (c + 1));
     next_.resize(sizes_.feet, 0);
     for (int i : now_.mode->free) {
-      if (nearly_lands(step, i)) told_.flag(event, NEAR_MISS);
-      told_.feet[i].integral += weighted(weights, &gap_slopes_[N * i]);
+      if (nearly_lands(step, i)) reported_.flag(event, NEAR_MISS);
+      reported_.feet[i].integral += weighted(weights, &gap_slopes_[N * i]);
       size_t& next = next_[i];
       next = std::max(next, event);
       while (next < record_->count && record_->events[next].foot != i) next++;
@@ -488,7 +488,7 @@ class ModalTangent {
   }
 
   bool nearly_lands(const Recorded& step, int i) {
-    return told_.nearly_lands(nodes_, gaps_[i], step.fraction, [&](double s) {
+    return reported_.nearly_lands(nodes_, gaps_[i], step.fraction, [&](double s) {
       within_step(book_, nodes_, halves_, *step.mode, step.step_class, s, acting_, value_, value_room_, flown_);
       show(*step.mode, nodes_, step.length, s, acting_, value_, flown_, by_structure_);
       return std::pair<double, double>(by_structure_.gap[i], by_structure_.rate[i] * step.length);
@@ -497,11 +497,11 @@ class ModalTangent {
 
   void note_apex(const Recorded& step, int i, double s) {
     const Shown<Row>& shown = shown_at(step, s);
-    told_.feet[i].apex = shown.gap[i];
+    reported_.feet[i].apex = shown.gap[i];
     const double bend = bend_of(i, s);
     // one at the beginning or the end of a flight stays there
     const bool inside = s > 0.0 && s < step.fraction && bend < 0.0;
-    told_.feet[i].apex_time = inside ? shown.rate[i] * (-step.length * step.length / bend) : Row(0.0);
+    reported_.feet[i].apex_time = inside ? shown.rate[i] * (-step.length * step.length / bend) : Row(0.0);
   }
 
   // Second derivative of a gap by the scaled time.
@@ -529,10 +529,10 @@ class ModalTangent {
     now_.time = Jet(step.time + step.length * step.fraction);
     if (step.fraction > 0.0) std::fill(now_.begins.begin(), now_.begins.end(), 0);
     friction_end_.assign(sizes_.feet, 0.0);
-    for (int i : rubbing_) friction_end_[i] = weighted(Weights(nodes_, step.fraction).value, value_.input(sizes_.feet + i));
+    for (int i : braked_) friction_end_[i] = weighted(Weights(nodes_, step.fraction).value, value_.input(sizes_.feet + i));
   }
 
-  // And, where something happens there, the state itself and its rate, inputs as they are just before it.
+  // And, where a foot has an event there, the state itself and its rate, with the inputs just before it.
   void end_values() {
     if (ended_) return;
     ended_ = true;
@@ -548,7 +548,7 @@ class ModalTangent {
   }
 
   void lose(size_t event) {
-    told_.flag(event, LOST);
+    reported_.flag(event, LOST);
     for (Row& one : dw_) one = Row(NOT_A_NUMBER);
   }
 
@@ -558,11 +558,11 @@ class ModalTangent {
     return event < record_->count && record_->notes[event].steps == double(steps);
   }
 
-  // All events that happened when so many steps had been recorded. Returns the number of the next event.
-  size_t happen(size_t event, size_t steps) {
+  // Apply all events that follow so many recorded steps. Returns the number of the next event.
+  size_t apply_events(size_t event, size_t steps) {
     event_ = event;
     first_foot_ = -1;
-    struck_.clear();
+    landed_.clear();
     if (same_instant(event, steps)) end_values();
     for (; same_instant(event, steps); event++) {
       if (record_->notes[event].origin == MARKED) {
@@ -578,17 +578,17 @@ class ModalTangent {
   void note_mark(size_t event) {
     const Event& e = record_->events[event];
     const double* row = now_.mode->outputs + size_t(e.foot) * sizes_.state();
-    told_.put_mark(event, int(e.foot), told_.mark_at(e.time), plain_gap(int(e.foot)), dot(row, rate_), rises_at(e));
+    reported_.put_mark(event, int(e.foot), reported_.mark_at(e.time), plain_gap(int(e.foot)), dot(row, rate_), rises_at(e));
   }
   static bool rises_at(const Event& mark) { return mark.apex_time == mark.time && mark.apex > 0.0; }
 
   // The foot whose event begins an instant.
   int first_foot(size_t event, size_t steps) const {
     const int foot = int(record_->events[event].foot);
-    // an impact may have torn this foot off first, and others: then it is the impact's moment
+    // an impact may have detached this foot first, and others: then the moment is that of the impact
     size_t after = event;
-    const auto torn = [](const Event& e) { return e.kind == RELEASE || (e.kind == SLIP_BEGINS && !is_told(e)); };
-    while (same_instant(after, steps) && torn(record_->events[after])) after++;
+    const auto detached = [](const Event& e) { return e.kind == RELEASE || (e.kind == SLIP_BEGINS && !has_numbers(e)); };
+    while (same_instant(after, steps) && detached(record_->events[after])) after++;
     if (after > event && same_instant(after, steps)) {
       const Event& next = record_->events[after];
       const int other = int(next.foot);
@@ -598,27 +598,27 @@ class ModalTangent {
     return foot;
   }
 
-  // Whether the contact tells a strength, or what friction bears: one torn off by an impact has none.
-  static bool is_told(const Event& e) { return e.strength != 0.0 || (e.kind != RELEASE && e.pull != 0.0); }
+  // Whether the log has the strength of the contact, or its friction: of a foot detached by an impact it has none.
+  static bool has_numbers(const Event& e) { return e.strength != 0.0 || (e.kind != RELEASE && e.pull != 0.0); }
 
   // Whether an instant shares the moment of the last one, or of a kink.
-  bool at_shared() const { return step_.fraction == 0.0 && told_.shared_at >= now_.time.value - settings_.least_progress; }
+  bool at_shared() const { return step_.fraction == 0.0 && reported_.shared_at >= now_.time.value - settings_.least_progress; }
 
-  // How the moment of an event moves with what it tells: the tangents, at a fixed time, of the gap or the pull.
-  void meet(size_t event, int foot, const Row& shown) {
+  // How the moment of an event moves with the tangents, at a fixed time, of the gap or the pull that determines it.
+  void take_moment(size_t event, int foot, const Row& shown) {
     const double kind = record_->events[event].kind;
     const Margin found = kind == SLIP_BEGINS || kind == STICK_BEGINS ? along_margin(foot)
                          : now_.mode->is_held[foot] ? hold_margin(foot, shown) : gap_margin(foot, shown);
-    told_.meet(event, found, now_.time.value);
-    // a foot that settles inside a step does so without a speed that would tell when
-    if (!found.grazes && record_->events[event].kind == CONTACT_AT_START) told_.flag(event, GRAZING);
+    reported_.take_moment(event, found, now_.time.value);
+    // a foot that comes to rest inside a step does so without a speed, which would determine the moment
+    if (!found.grazes && record_->events[event].kind == CONTACT_AT_START) reported_.flag(event, GRAZING);
   }
 
-  // The state goes along with the moment.
-  void depart() {
-    now_.time = jet(now_.time.value, told_.shared);
+  // Take the state along with the moment.
+  void move_with_moment() {
+    now_.time = jet(now_.time.value, reported_.shared);
     now_.w.clear();
-    for (int k = 0; k < sizes_.state(); k++) now_.w.push_back(jet(end_[k], dw_[k] + told_.shared * rate_[k]));
+    for (int k = 0; k < sizes_.state(); k++) now_.w.push_back(jet(end_[k], dw_[k] + reported_.shared * rate_[k]));
     note_drives();
     moving_ = true;
   }
@@ -628,13 +628,13 @@ class ModalTangent {
     first_foot_ = first_foot(event, steps);
     const double kind = record_->events[event].kind;
     if (!at_shared() && step_.fraction == 0.0 && (kind == SLIP_BEGINS || kind == STICK_BEGINS)) {
-      told_.stay(now_.time.value);  // what pulls the foot along has jumped as the run began
+      reported_.stay(now_.time.value);  // what pulls the foot along has jumped as the run began
     }
     if (!at_shared()) {
       const Shown<Row>& shown = shown_at_end();
-      meet(event, first_foot_, now_.mode->is_held[first_foot_] ? shown.pull[first_foot_] : shown.gap[first_foot_]);
+      take_moment(event, first_foot_, now_.mode->is_held[first_foot_] ? shown.pull[first_foot_] : shown.gap[first_foot_]);
     }
-    depart();
+    move_with_moment();
     move_end();
   }
 
@@ -649,7 +649,7 @@ class ModalTangent {
   Margin gap_margin(int i, const Row& shown) const {
     const double rate = dot(now_.mode->outputs + size_t(i) * sizes_.state(), rate_);
     const double curve = bend_of(i, step_.fraction) / (step_.length * step_.length);
-    return {shown, rate, told_.gap_grazes(rate, curve)};
+    return {shown, rate, reported_.gap_grazes(rate, curve)};
   }
 
   // How fast an output changes at the end of the step.
@@ -687,7 +687,7 @@ class ModalTangent {
     };
     const Row by = bound(laws_, at - now_.since[i], volts, at, shown.pull[i]) + shown.friction[i] * sign;
     const double rate = bound(fixed_laws_, age, rising, later, Row(output_rate(i)))[0] - sign * output_rate(m + i);
-    return {by, rate, told_.force_grazes(rate)};
+    return {by, rate, reported_.force_grazes(rate)};
   }
 
   // What still holds a held foot: strength less smooth force less pull.
@@ -699,7 +699,7 @@ class ModalTangent {
     const Jet age = jet(at.value - now_.since[i].value, Row(1.0));
     const Jet rising = jet(volts.value, slope_of(drive_at(c, later)) - slope_of(volts));
     const double rate = holds(fixed_laws_, i, age, rising, later).slope[0] - pulling;
-    return {by, rate, told_.force_grazes(rate)};
+    return {by, rate, reported_.force_grazes(rate)};
   }
 
   // Pull that breaks the contact of a held foot off.
@@ -721,22 +721,22 @@ class ModalTangent {
     Row apart = Row(0.0);
     if (any_less(Row(0.0), magnitude(off))) {
       bool independent = true;
-      for (int other : struck_) independent = independent && now_.independent(foot, other);
+      for (int other : landed_) independent = independent && now_.independent(foot, other);
       if (independent) {
         apart = -off / now_.rate_at_ground(foot);
-        told_.flag(event, APART);
+        reported_.flag(event, APART);
         now_.shift_moment(apart);
       }
       for (int lane = 0; lane < LANES && !independent; lane++) {
-        if (off[lane] != 0.0) told_.flag(event, SIMULTANEOUS, lane);
+        if (off[lane] != 0.0) reported_.flag(event, SIMULTANEOUS, lane);
       }
     }
-    const EventNumbers<Jet> found = now_.apply(kind, foot, is_told(e));
-    told_.put(event, foot, found);
-    told_.restart(foot, slope_of(now_.time));
-    if (found.doubtful) told_.flag(event, AT_THRESHOLD);
+    const EventNumbers<Jet> found = now_.apply(kind, foot, has_numbers(e));
+    reported_.put(event, foot, found);
+    reported_.restart(foot, slope_of(now_.time));
+    if (found.doubtful) reported_.flag(event, AT_THRESHOLD);
     if (any_less(Row(0.0), magnitude(apart))) now_.shift_moment(-apart);
-    if (lands) struck_.push_back(foot);
+    if (lands) landed_.push_back(foot);
   }
 
   // How the gap of a foot that lands moves at an instant, where it does: beyond rounding of its terms.

@@ -54,9 +54,9 @@ class PowerSlopes {
       resisted += at.resistive[i] * at.rate[i];
       smoothed += at.smooth[i] * at.rate[i];
     }
-    double rubbed = 0.0;
-    for (int i = 0; i < sizes_.ways; i++) rubbed -= at.friction[i] * along(tangents_, i, &at.place[sizes_.coordinates]);
-    const double powers[POWERS] = {pushed, damped, resisted, smoothed, rubbed};
+    double braked = 0.0;
+    for (int i = 0; i < sizes_.ways; i++) braked -= at.friction[i] * along(tangents_, i, &at.place[sizes_.coordinates]);
+    const double powers[POWERS] = {pushed, damped, resisted, smoothed, braked};
     for (int e = 0; e < POWERS; e++) sums[e] += by * powers[e];
   }
 

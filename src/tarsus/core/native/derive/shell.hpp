@@ -1,8 +1,8 @@
-// What is reported of derivatives beside a run, whatever the system: those of its events and marks; how their moments move; and
-// where there are none.
+// What is reported of the derivatives of a run, whatever the system: those of its events and marks; how their moments move; and
+// where a derivative does not exist.
 //
 // The moment at which a function g of the state vanishes moves by dt = -dg / g'. A state is taken along with it, Dz = dz + z' dt,
-// goes through the map of what happens there, and is dz = Dz - z' dt after it, z' being its rate then (saltation).
+// goes through the map of the event, and is dz = Dz - z' dt after it, z' being its rate then (saltation).
 #pragma once
 #include "derive/tangent.hpp"
 #include "march/log.hpp"
@@ -42,7 +42,7 @@ class EventShell {
   // ---- moments
 
   // The moment of an event.
-  void meet(size_t event, const Margin& found, double time) {
+  void take_moment(size_t event, const Margin& found, double time) {
     shared = -found.by / found.rate;
     shared_at = time;
     if (found.grazes) flag(event, GRAZING);
@@ -55,7 +55,7 @@ class EventShell {
   }
 
   // A kink of a drive that moves by so much. False where that moves nothing.
-  bool meet_kink(size_t event, const Row& by, double time) {
+  bool take_kink(size_t event, const Row& by, double time) {
     for (int lane = 0; lane < LANES && shared_at == time; lane++) {
       if (std::fabs(shared[lane] - by[lane]) > 1e-9 * std::fabs(by[lane])) flag(event, APART, lane);
     }
@@ -79,8 +79,8 @@ class EventShell {
 
   // Whether a foot turns in a step, up to its scaled time ``end``, so close above the ground that an error of its gap could hide
   // a touchdown: exact(s) -> its gap, and the rate of that by s. Nodes are so dense that one of them sees a parabola's lowest
-  // tenth. The polynomial through them tells where it turns only roughly: over several radians of a mode it is off by 2e-4 of
-  // the way, and what it puts lower than ROUGH of that is asked of the motion itself.
+  // tenth. The polynomial through them determines only roughly where it turns: over several radians of a mode it is off by 2e-4 of
+  // the way, and a turn that it puts lower than ROUGH of that is found from the motion itself.
   template <class Exact>
   bool nearly_lands(const Nodes& nodes, const Row& gaps, double end, Exact&& exact) const {
     constexpr double ROUGH = 1e-2;

@@ -1,7 +1,7 @@
 // Eight tangents at once: first derivatives of what enters a run, and of its laws and drives.
 //
 // A *lane* is one parameter. A Jet is a number with its derivative in every lane; a Row holds the derivatives alone, where
-// what happens to them is linear.
+// the maps applied to them are linear.
 #pragma once
 #include "march/batch.hpp"
 #include "march/friction.hpp"
@@ -21,8 +21,9 @@ inline Jet jet(double value, const Row& slope) {
 }
 inline Row slope_of(const Jet& a) { return load(a.slope); }
 
-// Why a derivative is not to be had, or from one side only. APART: events or kinks of one moment move apart, so that what is
-// integrated over the steps between them has no derivative here; all else has.
+// Why a derivative does not exist, or to one side only. The only list of these numbers: Python takes it from ``DOUBTS``. APART:
+// events or kinks of one moment move apart, so that what is integrated over the steps between them has no derivative here; all
+// else has.
 enum Doubtful { GRAZING = 1, SIMULTANEOUS = 2, AT_THRESHOLD = 3, LOST = 4, EDGE_AT_START = 5, APART = 6, NEAR_MISS = 7 };
 constexpr const char* DOUBTS[] = {"GRAZING", "SIMULTANEOUS", "AT_THRESHOLD", "LOST", "EDGE_AT_START", "APART", "NEAR_MISS"};
 

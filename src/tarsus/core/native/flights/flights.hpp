@@ -3,7 +3,7 @@
 //
 // z' = flow z + inputs (F(t), f), f = -C g' / (g + g0)^3 - C_e V^2 / (g + g_e)^2 along the foot's normal. A step is exact
 // for forces that run straight between its ends; the force at the foot at its end is found by two corrections. A flight
-// begins some time beside its first sample, and comes there by sixteen steps of the classical Runge-Kutta scheme. Every
+// begins some time before or after its first sample, and is taken there by sixteen steps of the classical Runge-Kutta scheme. Every
 // number has eight derivatives, those of just this arithmetic.
 #pragma once
 #include <vector>
@@ -70,7 +70,7 @@ class Flight {
 
   std::vector<Number>& state() { return z; }
 
-  // To the first sample, from ``begin`` [s] beside it: force of the drive by a table of ``count`` values, ``step`` [s]
+  // To the first sample, from ``begin`` [s] before or after it: force of the drive by a table of ``count`` values, ``step`` [s]
   // apart, the last one at the first sample, and offset[0] + offset[1] t.
   void approach(const Foot& foot, const Number& begin, const double* table, int count, double step, const Number* offset) {
     const Number h = (-1.0 / SHORT) * begin;
@@ -100,7 +100,7 @@ class Flight {
       by_gap += s.row[i] * s.last[2 * i + 1];
       by_speed += s.row[i] * s.last[2 * (half + i) + 1];
     }
-    told(values, slopes);
+    report(values, slopes);
     for (int sample = 1, n = 0; sample < samples; sample++) {
       for (int e = 0; e < every; e++, n++) {
         const Number from = along(force[n], n * step, offset), to = along(force[n + 1], (n + 1) * step, offset);
@@ -114,7 +114,7 @@ class Flight {
         }
         for (int i = 0; i < s.states; i++) z[i] = moved[i] + s.last[2 * i + 1] * felt;
       }
-      told(values + sample * s.channels, slopes + sample * s.channels * N);
+      report(values + sample * s.channels, slopes + sample * s.channels * N);
     }
   }
 
@@ -173,7 +173,7 @@ class Flight {
     }
   }
 
-  void told(double* values, double* slopes) const {
+  void report(double* values, double* slopes) const {
     for (int c = 0; c < s.channels; c++) {
       Number sum{0.0, Row(0.0)};
       for (int j = 0; j < s.states; j++) sum = sum + s.output[c * s.states + j] * z[j];

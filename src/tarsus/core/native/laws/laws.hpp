@@ -222,7 +222,8 @@ struct ActingLaws {
   }
 
   // Largest friction force [N] of a contact of strength ``held`` = f_a [N] and margin N + f_a [N], at a slip speed [m/s] >= 0. At
-  // speed 0 it is the largest force along the ground under which the foot sticks. ``Real`` is double, Row, or a Dual at the nodes by the arguments.
+  // speed 0 it is the largest force along the ground under which the foot sticks. ``Real`` is double, Row, or a Dual at the
+  // nodes by the arguments.
   template <class Real>
   Real friction(int foot, const Real& margin, const Real& held, const Real& speed) const {
     Real sum = Real(0.0);
@@ -265,8 +266,8 @@ struct ActingLaws {
 
   // The momentum less its value ``base`` at the gap ``from``. Where that difference is SLIGHT_PART of the base or more it is taken
   // plainly. A smaller one is the integral of the momentum's slope by two Gauss points, whose rounding is that of the slope and
-  // whose truncation is 1e-13 of the difference for a power of the gap. Where the two differ by more than DIFFERENCE_ROUNDING of the
-  // base, the rounding of the plain one, the law bends between the two gaps and the plain one stands.
+  // whose truncation is 1e-13 of the difference for a power of the gap. Where the two differ by more than DIFFERENCE_ROUNDING
+  // of the base, the rounding of the plain one, the law bends between the two gaps and the plain one stands.
   static constexpr double SLIGHT_PART = 1e-3, DIFFERENCE_ROUNDING = 1e-14, GAUSS_PLACE = 0.57735026918962576;  // 1 / sqrt(3)
   TARSUS_APART Row slight_difference(int foot, double from, double base, const Row& gap) const {
     const Row plain = momentum(foot, gap) - base;

@@ -7,8 +7,9 @@ namespace tarsus::legged {
 constexpr double UNSEEN = 1e-9;  // relative truncation that is negligible in an account, which closes to 1e-8
 constexpr double UNSEEN_SHARE = 1e-3;  // the same for the share of one of several films, whose sum keeps the bound above
 
-// Integral of rate dP over a stretch of scaled time whose nodes do not resolve the change of a film's momentum P, from its values ``low`` to
-// ``high`` at the ends; w: the rate without it at the nodes. By parts, with p = P - high: p^2/2m - rate p at the start, and
+// Integral of rate dP over a stretch of scaled time whose nodes do not resolve the change of a film's momentum P, from its
+// values ``low`` to ``high`` at the ends; w: the rate without it at the nodes. By parts, with p = P - high: p^2/2m - rate p at
+// the start, and
 // - int p dw, since w hardly changes in so short a time.
 inline double film_by_parts(const Between& between, const Row& w, const Row& film, double mass, double low, double high) {
   const double first = low - high;

@@ -164,13 +164,13 @@ nb::tuple run_legged(const Body& body, const LegTables& tables, const Nodes& nod
 // energies (5, 8) at the end, and flags (flags, 3): event, reason, lane.
 nb::tuple tangents_legged(const Body& body, const LegTables& tables, const Nodes& nodes, const Signals& signals, const Laws& laws,
                           const Laws& programs, nb::handle given, const Settings& settings, const Doubles& times, bool account,
-                          nb::object start, nb::handle data, int count, nb::list beside) {
+                          nb::object start, nb::handle data, int count, nb::list copies) {
   const size_t coordinates = body.coordinates() + 2 * body.legs.size(), m = size_t(laws.feet);
   const Rows rows(given, signals, m * laws.columns, 2 * coordinates, m, body.drives);
   const Start begin(start, m);
   const DataTangents tangents = data_tangents(data, coordinates, laws, signals, rows.batch.channels);
-  std::vector<BesideBody> others;
-  for (nb::handle item : beside) {
+  std::vector<PerturbedBody> others;
+  for (nb::handle item : copies) {
     const auto [other, legs, weight, lane] = nb::cast<std::tuple<Body*, LegTables*, double, int>>(item);
     if (other->legs.size() != body.legs.size() || legs->lengths != tables.lengths || lane < 0 || lane >= count) {
       throw std::invalid_argument("perturbed copies of a walker have its legs and steps");
@@ -195,8 +195,8 @@ nb::tuple tangents_legged(const Body& body, const LegTables& tables, const Nodes
     march(system);
     system.finish();
     found = std::move(system.slopes);
-    events = std::move(system.told.events);
-    flags = std::move(system.told.flags);
+    events = std::move(system.reported.events);
+    flags = std::move(system.reported.flags);
   }
   return nb::make_tuple(returned_rows(std::move(events)), returned_rows(std::move(found.marks)),
                         returned_rows(std::move(found.samples)), returned_rows(std::move(found.since)),
@@ -218,7 +218,7 @@ void bind_legged(nb::module_& m) {
         nb::arg("rows"), nb::arg("settings"), nb::arg("times"), nb::arg("account"), nb::arg("start") = nb::none());
   m.def("tangents_legged", &tangents_legged, nb::arg("body"), nb::arg("tables"), nb::arg("nodes"), nb::arg("signals"),
         nb::arg("laws"), nb::arg("programs"), nb::arg("rows"), nb::arg("settings"), nb::arg("times"), nb::arg("account"),
-        nb::arg("start").none(), nb::arg("data"), nb::arg("count"), nb::arg("beside"));
+        nb::arg("start").none(), nb::arg("data"), nb::arg("count"), nb::arg("copies"));
 }
 
 }  // namespace tarsus

@@ -8,7 +8,8 @@
 
 namespace tarsus::legged {
 
-// A robot at the present time, as the maps below ask for it; their P may also be a robot with derivatives (derive/legged_instant.hpp).
+// A robot at the present time, as the maps below ask for it; their P may also be a robot with derivatives
+// (derive/legged_instant.hpp).
 struct Present {
   typedef double Real;
   Legged& s;
@@ -64,7 +65,8 @@ inline typename P::Real leaving_rate(const P& p, int i, const typename P::Real& 
   return rate - p.film(i, typename P::Real(0.0)) / p.mass(i);
 }
 
-// A foot reaches the ground: its gap becomes zero. Returns the state before the impact, all but `Landing::after`, `printed` and `none`.
+// A foot reaches the ground: its gap becomes zero. Returns the state before the impact, all but `Landing::after`, `printed` and
+// `none`.
 template <class P>
 inline Landing<typename P::Real> pre_impact(P& p, int i) {
   typedef typename P::Real Real;
@@ -110,8 +112,8 @@ inline double no_pull(const Legged& s, int i) {
   return s.settings.force_zero + ROUNDING * parts;
 }
 
-// Bound [m/s] below which the rate of a foot at the ground counts as zero: by the scale of the scene, or the rounding of the rate, of
-// its film's momentum, and of the gap in which that film takes speed.
+// Bound [m/s] below which the rate of a foot at the ground counts as zero: by the scale of the scene, or the rounding of the
+// rate, of its film's momentum, and of the gap in which that film takes speed.
 inline double no_rate(const Legged& s, int i, double momentum) {
   const Leg& leg = s.body.legs[i];
   double parts = std::fabs(momentum);

@@ -179,8 +179,8 @@ struct LeggedMarch : Legged {
     notes.sampled++;
   }
 
-  // Lowest and highest place of the body. Nodes are less than NODE_SPACING of a step apart: between two of them the body rises above
-  // both by less than half of that times its largest speed, and by twice as much where that, too, lies between nodes.
+  // Lowest and highest place of the body. Nodes are less than NODE_SPACING of a step apart: between two of them the body rises
+  // above both by less than half of that times its largest speed, and by twice as much where that, too, lies between nodes.
   static constexpr double NODE_SPACING = 0.22;
   void note_heights(double h, double fraction) {
     const double margin = NODE_SPACING * h * highest(magnitude(at.v[1]));

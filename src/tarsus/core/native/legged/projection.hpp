@@ -72,8 +72,8 @@ struct Projection {
     return combine(&nodes.twice[0][0], push) * (h * h) + combine(&nodes.once[0][0], drag) * h + following(b, x, 0, b);
   }
 
-  // Whether the legs couple other coordinates to b by more than LINK of its inertia, weighted by what moves a hip: a weaker coupling
-  // is left to the repetition, each sweep of which leaves that share of its error.
+  // Whether the legs couple other coordinates to b by more than LINK of its inertia, weighted by what moves a hip: a weaker
+  // coupling is left to the repetition, each sweep of which leaves that share of its error.
   bool linked(int b, const Body& body) const {
     double share = 0.0;
     for (int c = 0; c < size; c++) {

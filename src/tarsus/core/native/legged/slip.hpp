@@ -21,7 +21,7 @@ inline SlidingBound bound_at(const Legged& s, int i, const LegRows& r, const Row
 }
 
 // Solve w = ``alone`` - force matrix sense bound(sense w) at the nodes, by rows of what a force at one node does to w, from the
-// speeds of the rows; the bound there becomes that of the rows. False where it does not settle, or where friction falls so fast
+// speeds of the rows; the bound there becomes that of the rows. False where it does not converge, or where friction falls so fast
 // with the speed that the step is too long to follow the foot.
 TARSUS_APART inline bool slide(const Legged& s, const LegStep& table, int i, double h, const Row& alone, LegRows& r) {
   const Leg& leg = s.body.legs[i];

@@ -153,8 +153,8 @@ TARSUS_INLINE Row spring(const Legged& s, const Leg& leg, int d) {
   return leg.hip[d].motion(s.at.x) * leg.stiffness[d] + leg.hip[d].motion(s.at.v) * leg.damping[d];
 }
 
-// What a sweep leaves open. change: how far feet would move [m] under the present forces; sum: not finite where a number of the sweep
-// is not; failed: a stiff film did not converge. A leg is repeated alone while its change is more than ``enough``.
+// What a sweep leaves open. change: how far feet would move [m] under the present forces; sum: not finite where a number of the
+// sweep is not; failed: a stiff film did not converge. A leg is repeated alone while its change is more than ``enough``.
 struct Sweep {
   double enough;
   Row change = Row(0.0), sum = Row(0.0);

@@ -13,8 +13,8 @@ namespace tarsus {
 // of an unstable motion is right as long as its own growth is some e; far longer ones find a motion of the other sign.
 constexpr double MOST_GROWTH = 1.0;
 
-// Whether a step is short enough for that. damping [N s/m]: of what else acts on the foot; mobility [m/s per N]: the rate to which a
-// constant force along the ground brings the foot by the end of the step, at most.
+// Whether a step is short enough for that. damping [N s/m]: of what else acts on the foot; mobility [m/s per N]: the rate to
+// which a constant force along the ground brings the foot by the end of the step, at most.
 inline bool follows_growth(const Row& by_speed, double damping, double mobility) {
   return (-lowest(by_speed) - damping) * mobility <= MOST_GROWTH;
 }
@@ -52,11 +52,11 @@ struct Bearing {
 
 // --- at the nodes of a step ------------------------------------------------------------------------------------------------
 
-// The bound of friction [N] on a foot that slides: at(speed, sign), a Dual at the nodes, at the slip speed, of which ``sign`` is the
-// derivative by the speed in the sense of the slip. Beyond a stop, where that is negative, the bound is that of its mirror image,
-// 2 b(0) - b(-v), so that the nodes of a step in which a slip stops see little of it. Under a foot that ``begins`` to slide from
-// rest it stays what it is at rest: friction that falls with the speed would else push it backwards, the other motion from an
-// unstable rest. A slope that is not finite is none.
+// The bound of friction [N] on a foot that slides: at(speed, sign), a Dual at the nodes, at the slip speed, of which ``sign``
+// is the derivative by the speed in the sense of the slip. Beyond a stop, where that is negative, the bound is that of its
+// mirror image, 2 b(0) - b(-v), so that the nodes of a step in which a slip stops see little of it. Under a foot that
+// ``begins`` to slide from rest it stays what it is at rest: friction that falls with the speed would else push it backwards,
+// the other motion from an unstable rest. A slope that is not finite is none.
 template <class At>
 inline auto mirrored(const Row& speed, bool begins, At&& at) {
   auto out = at(magnitude(speed), each(speed, [](double v) { return v < 0.0 ? -1.0 : 1.0; }));
@@ -109,18 +109,18 @@ struct Mobilities {
 };
 
 // Friction impulse [N s] along the ground on a foot that an impact throws back, the kinetic energy [J] that it takes beyond what
-// restitution takes, and what it leaves of the rate [m/s] along the ground with which restitution begins; doubtful: whether it stops the foot is
-// within CLOSE of its threshold.
+// restitution takes, and what it leaves of the rate [m/s] along the ground with which restitution begins; doubtful: whether it
+// stops the foot is within CLOSE of its threshold.
 template <class Real>
 struct Braking {
   Real impulse, lost, left;
   bool doubtful = false;
 };
 
-// Of all impulses that Coulomb's law allows, |p_t| <= ratio p_n, the one that leaves the least kinetic energy where the foot departs
-// with the speed ``after``. It stops what the foot has along the ground when restitution begins, or brakes that as much as it
-// may. So no impact ever adds energy, however the two ways are coupled (Kane's paradox); where they are not, as under a point
-// mass, the foot stops or is braked by ratio times the change of its normal rate.
+// Of all impulses that Coulomb's law allows, |p_t| <= ratio p_n, the one that leaves the least kinetic energy where the foot
+// departs with the speed ``after``. It stops what the foot has along the ground when restitution begins, or brakes that as much
+// as it may. So no impact ever adds energy, however the two ways are coupled (Kane's paradox); where they are not, as under a
+// point mass, the foot stops or is braked by ratio times the change of its normal rate.
 template <class Real>
 inline Braking<Real> braking(const Mobilities<Real>& by, const Real& speed, const Real& after, const Real& along, const Real& ratio) {
   const Real coupling = by.across / by.normal, slip = along + speed * coupling, mobility = by.along - by.across * coupling;
@@ -143,8 +143,8 @@ inline Braking<Real> braking(const Mobilities<Real>& by, const Real& speed, cons
   return out;
 }
 
-// By the law: the ratio is what it takes of a push alone, at the slip speed before the impact. Adhesion is a force, and brakes
-// nothing in no time.
+// By the law: the ratio is what it takes of a push alone, at the slip speed before the impact. Adhesion is a finite
+// force, without an impulse in an impact.
 template <class AnyLaws, class Real>
 inline Braking<Real> impact_friction(AnyLaws& laws, int foot, const Mobilities<Real>& by, const Real& speed, const Real& after, const Real& along) {
   const Real change = speed + after;

@@ -106,8 +106,8 @@ inline double least_slope(const Modal& m, int foot, const Row& gap) {
 }
 
 // Estimated error of a step relative to what it may be. A stiff film holds the gap: an error of its momentum moves it by
-// no more than the film's own slope allows. After half an oscillation a force has not moved the gap at the end of the step, so it is
-// weighted by the largest motion of the gap at any node.
+// no more than the film's own slope allows. After half an oscillation a force has not moved the gap at the end of the step, so
+// it is weighted by the largest motion of the gap at any node.
 inline double step_error(Modal& m, const StepClass& step) {
   double worst = 0.0;
   m.growth_before = m.growth_after = 1.0;
@@ -127,7 +127,7 @@ inline double step_error(Modal& m, const StepClass& step) {
       if (!(m.growth_before > 0.0 && m.growth_after > 0.0)) m.growth_before = m.growth_after = 1.0;
     }
   }
-  for (int i : m.rubbing) {
+  for (int i : m.braked) {
     const int input = m.sizes.feet + i;
     double error = m.nodes.truncation(m.values[input]) * step.reach[input];
     if (m.laws.laws.friction_by_speed) {
@@ -173,9 +173,9 @@ TARSUS_APART double attempt(Modal& m, const StepClass& step, double t) {
     if (mode.is_held[i] ? m.sizes.ways > 0 : m.rated) m.linear[feet + i] = flowing_output<S>(m, step, feet + i);
   }
   const auto converge = [&] { return converge_smooth(m, step, t); };
-  if (m.rubbing.empty()) return converge() ? step_error(m, step) : NOT_CONVERGED;
+  if (m.braked.empty()) return converge() ? step_error(m, step) : NOT_CONVERGED;
   m.flowing = m.linear;
-  return settle_friction(m, step, t, converge) ? step_error(m, step) : NOT_CONVERGED;
+  return converge_friction(m, step, t, converge) ? step_error(m, step) : NOT_CONVERGED;
 }
 
 }  // namespace tarsus::modal

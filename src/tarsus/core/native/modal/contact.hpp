@@ -68,7 +68,8 @@ inline typename M::Real in_mode(M& m, const ContactMode& other, Ask&& ask) {
 }
 
 // `pull_if_held` where feet slide or stick, of a foot that has no sense of sliding: friction at the others goes by the pulls on
-// them once the foot is held. Its own friction does not count: whether a foot is held does not depend on a force that its contact bears.
+// them once the foot is held. Its own friction does not count: whether a foot is held does not depend on a force that its
+// contact bears.
 template <class M>
 inline typename M::Real pull_without_own_friction(M& m, int foot) {
   typedef typename M::Real Real;
@@ -216,14 +217,14 @@ inline void find_pushing(Modal& m) {
 inline void add_along(Modal& m) {
   const ContactMode& mode = *m.mode;
   m.inputs = m.acting;
-  m.rubbing.clear();
+  m.braked.clear();
   for (int i = 0; i < m.sizes.ways; i++) {
     m.constant[m.sizes.feet + i] = mode.is_stuck[i];
     m.values[m.sizes.feet + i] = Row(mode.is_stuck[i] ? m.feet[i].place : 0.0);
   }
   for (int i : mode.sliding) {
     if (m.feet[i].sense == 0.0) continue;
-    m.rubbing.push_back(i);
+    m.braked.push_back(i);
     m.inputs.push_back(m.sizes.feet + i);
   }
   for (int i : mode.stuck) m.inputs.push_back(m.sizes.feet + i);
@@ -281,8 +282,8 @@ inline void hold(Modal& m, int foot, double t) {
 constexpr double NO_IMPULSE = 1e-12;
 
 // A constraint that an impact with these impulses breaks, or -1: a foot pulled off, for no finite adhesion carries an impulse; or
-// one that sticks (feet + foot) and takes a larger impulse along the ground than friction holds under its share of the normal one; it
-// then slides in that direction. An impact on another foot takes nothing along the ground from feet that slide already.
+// one that sticks (feet + foot) and takes a larger impulse along the ground than friction holds under its share of the normal
+// one; it then slides in that direction. An impact on another foot takes nothing along the ground from feet that slide already.
 inline int broken_by(Modal& m, int foot, double normal, double along) {
     const int feet = m.sizes.feet, ni = m.sizes.inputs();
   const double none = NO_IMPULSE * (normal + std::fabs(along));
@@ -328,8 +329,8 @@ inline void release_by_impact(Modal& m, int constraint) {
   leave_mode(m, foot, !leaves);
 }
 
-// Count consecutive flights that are too short to count and lower than the error of a step. An impact moves feet under strong films,
-// whose forces detach the impacted one again for as long as they relax; then it lands again, up to millions of times.
+// Count consecutive flights that are too short to count and lower than the error of a step. An impact moves feet under strong
+// films, whose forces detach the impacted one again for as long as they relax; then it lands again, up to millions of times.
 inline void count_low(Modal& m, int foot, double speed, double t) {
   Foot& f = m.feet[foot];
   constexpr double HIDDEN = 0.1, SHORT = 1e-5;  // parts of the error of a step, and of a run
@@ -373,8 +374,8 @@ TARSUS_APART inline bool impact(Modal& m, int foot) {
   return true;
 }
 
-// The pull on a held foot has exceeded the strength of its contact. Where friction alone pulls the foot off, and without friction it
-// is pressed down, no motion is consistent (see modal/friction.hpp).
+// The pull on a held foot has exceeded the strength of its contact. Where friction alone pulls the foot off, and without
+// friction it is pressed down, no motion is consistent (see modal/friction.hpp).
 TARSUS_APART inline void release(Modal& m, int foot) {
   const double t = m.clock.time;
   const double strength = m.laws.has(foot, HAS_LATCH) ? m.laws.strength(foot, t - m.feet[foot].since) : 0.0;
@@ -389,17 +390,17 @@ TARSUS_APART inline void release(Modal& m, int foot) {
   leave_mode(m, foot, false);
 }
 
-// A foot that sticks begins to slide, whither it is pulled along.
-inline void begin_to_slide(Modal& m, int foot, const Bearing<double>& at) {
+// A foot that sticks begins to slide, forward (``sense`` 1) or backward (-1).
+inline void begin_to_slide(Modal& m, int foot, double sense, const Bearing<double>& at) {
   m.log.add(m.clock.time, foot, SLIP_BEGINS, m.feet[foot].apex, 0.0, 0.0, at.along, at.most);
-  m.feet[foot].sense = sense_of_slip(at.along);
+  m.feet[foot].sense = sense;
   m.feet[foot].slide = FROM_REST;
   leave_mode(m, foot, true, false);
 }
 
 // The pull on a foot that sticks exceeds the strength of its contact, normal to the ground or along it. Where it does so along the
-// normal only because the foot sticks, the foot slides: without friction its contact holds it. Where friction bears that pull along the
-// ground, it leaves.
+// normal only because the foot sticks, the foot slides: without friction its contact holds it. Where friction bears that pull
+// along the ground, it leaves.
 TARSUS_APART inline void unstick(Modal& m, int foot, bool leaves) {
   m.note_parts();
   add_film_momenta(m);
@@ -409,7 +410,7 @@ TARSUS_APART inline void unstick(Modal& m, int foot, bool leaves) {
     const double pull = pull_without_own_friction(m, foot);
     leaves = at.holds(0.0) || m.strength_now(foot) - pull < none;
   }
-  if (!leaves) return begin_to_slide(m, foot, at);
+  if (!leaves) return begin_to_slide(m, foot, sense_of_slip(at.along), at);
   remove_film_momenta(m);
   release(m, foot);
 }
@@ -420,12 +421,20 @@ inline void stop(Modal& m, int foot) {
   leave_mode(m, foot, true, true);
 }
 
-// It stays so where friction bears the pull along the ground; else it slides on in the direction of that pull.
+// It does where friction bears the pull along the ground, or it slides on in the direction of that pull. Feet that slide beside it
+// may make it move against the pull, as their friction goes by what it takes of their push: then it slides so, if that lasts. And
+// where they can only move together with it, the pull is as much as friction bears, to rounding: then it sticks.
 TARSUS_APART inline void stick_or_turn(Modal& m, int foot) {
   add_film_momenta(m);
   const Bearing<double> at = bearing_of(m, foot);
   const double none = m.settings.force_zero + ROUNDING * force_parts(m, m.sizes.feet + foot);
-  if (!at.holds(none)) return begin_to_slide(m, foot, at);
+  const double sense = sense_of_slip(at.along);
+  // it has just begun to slide, from rest, and has not come anywhere: friction of that sense drives it the other way
+  const bool at_once = m.feet[foot].slide == FROM_REST, close = is_close(std::fabs(at.along), at.most);
+  if (!at.holds(none) && !(at_once && close)) {
+    m.jammed = at_once && m.feet[foot].sense != sense;  // nor does it slide that way
+    return begin_to_slide(m, foot, at_once ? -sense : sense, at);
+  }
   m.log.add(m.clock.time, foot, STICK_BEGINS, m.feet[foot].apex, 0.0, 0.0, at.along, at.most);
   m.feet[foot].sense = 0.0;
   remove_film_momenta(m);
@@ -439,7 +448,7 @@ inline bool reconsider_slides(Modal& m) {
     return true;
   }
   add_film_momenta(m);
-  for (int i : m.rubbing) {
+  for (int i : m.braked) {
     Foot& foot = m.feet[i];
     const double rate = m.along(&ContactMode::slide_rate, i);
     const bool none = std::fabs(rate) <= no_slide(m, i);
@@ -488,7 +497,8 @@ inline bool rest_on_ground(Modal& m, int foot, bool pressed = false) {
       hold(m, foot, t);
       return true;
     }
-    // a foot that other held feet hold as well, and that would be pulled off by its share of their load, lies there without a contact
+    // a foot that other held feet hold as well, and that would be pulled off by its share of their load, lies there without a
+    // contact
     departure = m.mode->mobility[foot] > 0.0 ? FROM_REST : UNDER_WAY;
   }
   remove_film_momenta(m);

@@ -2,9 +2,9 @@
 //
 // Friction (see march/friction.hpp) moves the structure, which changes the margin N + f_a = f_a - pull that bears it and the rate
 // v: both are linear in the friction forces of all feet, so that Newton's method finds them, at the nodes of a step or at a
-// moment. What a friction force does to its own margin at once is ``slide_feed``. Where that is as much as the law takes of the
-// margin, friction presses a foot down harder than it is pushed: no motion of a rigid foot follows, or two do (Painleve), and
-// the run ends as JAMMED.
+// moment. The direct effect of a friction force on its own margin is ``slide_feed``. Where that is as large as the share of the
+// margin that the law makes the bound, friction presses a foot down harder than it is pushed: no motion of a rigid foot
+// follows, or two do (Painleve), and the run ends as JAMMED.
 #pragma once
 #include "base/dense.hpp"
 #include "march/friction.hpp"
@@ -12,7 +12,7 @@
 
 namespace tarsus::modal {
 
-// Pull that breaks the contact of a foot off [N]: its strength less its smooth force at zero gap.
+// Pull [N] at which a foot detaches: the strength of its contact less its smooth force at zero gap.
 template <class Real>
 inline Real breaking_pull(const Modal& m, int foot, const Real& t, const Real& volts) {
   Real holds = m.laws.strength(foot, t - m.feet[foot].since);
@@ -20,30 +20,30 @@ inline Real breaking_pull(const Modal& m, int foot, const Real& t, const Real& v
   return holds;
 }
 
-// Size [N] of what adds up to the force on what is held of a foot.
+// Sum of the sizes [N] of the terms of the force on a held foot, by output: normal to the ground or along it.
 inline double force_parts(const Modal& m, int output) {
   double parts = m.parts(m.mode->outputs, output) + std::fabs(m.bias->feed[output]);
   for (int i : m.inputs) parts += std::fabs(m.mode->feed[output * m.sizes.inputs() + i] * m.value(i)[0]);
   return parts;
 }
 
-// Below which a foot's margin is zero: by the scene's scales, or for all that rounding leaves of what adds up to it.
+// Bound below which a foot's margin counts as zero: by the scales of the scene, or its rounding.
 inline double no_margin(const Modal& m, int foot) {
   if (!m.mode->is_held[foot]) return m.no_gap(foot);
   const double parts = force_parts(m, foot) + std::fabs(m.laws.strength(foot, m.clock.time - m.feet[foot].since));
   return m.settings.force_zero + ROUNDING * parts;
 }
 
-// Rate [m/s] along the ground that is none.
+// Bound [m/s] below which a rate along the ground counts as zero.
 inline double no_slide(const Modal& m, int foot) {
   return m.settings.speed_zero + ROUNDING * std::max(m.feet[foot].slides, m.parts(m.mode->slide_rate, foot));
 }
 
 inline double size_of(const Row& x) { return highest(magnitude(x)); }
 
-// Whether friction has one answer: every friction force, those before it given, takes less of the margin that bears it than it
-// has. matrix (size, size + 1): 1 less what friction forces make of each other at once; used up.
-inline bool has_one_answer(std::vector<double>& matrix, int size) {
+// Whether friction has exactly one solution: every friction force, those before it given, reduces the margin that bears it by less
+// than that margin. matrix (size, size + 1): 1 less the direct effects of the friction forces on each other; used up.
+inline bool has_one_solution(std::vector<double>& matrix, int size) {
   for (int c = 0; c < size; c++) {
     const double pivot = matrix[c * (size + 1) + c];
     if (!(pivot > 0.0)) return false;
@@ -93,14 +93,14 @@ inline Sliding sliding_at_nodes(const Modal& m, const StepClass& step, int foot,
 
 // The equations of Newton's method for all nodal friction forces: rows and columns by foot, then by node; the misfits last.
 inline void assemble_friction(Modal& m, const StepClass& step, const std::vector<Sliding>& sliding) {
-  const int count = int(m.rubbing.size()), size = count * N, width = size + 1;
+  const int count = int(m.braked.size()), size = count * N, width = size + 1;
   m.matrix.assign(size_t(size) * width, 0.0);
   for (int i = 0; i < count; i++) {
-    const int foot = m.rubbing[i], along = m.sizes.feet + foot;
+    const int foot = m.braked[i], along = m.sizes.feet + foot;
     const double sense = m.feet[foot].sense;
     const Row by_margin = sliding[i].bound.slope[MARGIN] * sense, &by_speed = sliding[i].bound.slope[SLIP_SPEED];
     for (int k = 0; k < count; k++) {
-      const int input = m.sizes.feet + m.rubbing[k];
+      const int input = m.sizes.feet + m.braked[k];
       const double *pull = step.from_input(foot, input), *rate = step.from_input(along, input);
       for (int l = 0; l < N; l++) {  // -sense (by_margin (-pull) + by_speed sense rate) on the right side
         const Row made = load(pull + l * N) * by_margin - load(rate + l * N) * by_speed;
@@ -111,64 +111,65 @@ inline void assemble_friction(Modal& m, const StepClass& step, const std::vector
   }
 }
 
-// Whether friction has one answer at the start of the step.
+// Whether friction has exactly one solution at the start of the step.
 inline bool friction_is_unique(const Modal& m, const std::vector<Sliding>& sliding) {
-  const int count = int(m.rubbing.size());
+  const int count = int(m.braked.size());
   std::vector<double> matrix(size_t(count) * (count + 1));
   for (int i = 0; i < count; i++) {
-    const int foot = m.rubbing[i];
+    const int foot = m.braked[i];
     for (int k = 0; k < count; k++) {
-      const double feed = m.mode->feed[foot * m.sizes.inputs() + m.sizes.feet + m.rubbing[k]];
+      const double feed = m.mode->feed[foot * m.sizes.inputs() + m.sizes.feet + m.braked[k]];
       matrix[i * (count + 1) + k] = (i == k ? 1.0 : 0.0) - m.feet[foot].sense * sliding[i].bound.slope[MARGIN][0] * feed;
     }
   }
-  return has_one_answer(matrix, count);
+  return has_one_solution(matrix, count);
 }
 
-// Friction at the nodes of a step consistent with the margins and rates that it leaves, by Newton's method; ``settle`` makes all
-// outputs with the friction forces as they are. It is found to rounding, or a slide that begins from rest would stop at once; or, where
-// films settle less exactly, as far as that goes, and as well as the forces of drives are known.
-template <class Settle>
-inline bool settle_friction(Modal& m, const StepClass& step, double t, const Settle& settle) {
+// Friction at the nodes of a step consistent with the margins and rates under it, by Newton's method; ``converge`` finds all
+// outputs under the present friction forces. It is found to rounding, or a slide that begins from rest would stop at once; or,
+// where films converge less exactly, until it no longer improves, within the tolerance of the drives' forces.
+template <class Converge>
+inline bool converge_friction(Modal& m, const StepClass& step, double t, const Converge& converge) {
   constexpr int MOST = 20;
   constexpr double SHARE = 0.05;     // of the error of a step that iterations may leave, as for smooth forces
   constexpr double ROUNDED = 1e-13;  // of a friction force
+  constexpr double NO_GAIN = 0.1;    // share of its misfit to which an iteration that still converges reduces it, at least
   double before = INF;
   const int feet = m.sizes.feet;
   std::vector<Sliding> sliding;
-  for (int i : m.rubbing) m.values[feet + i] = Row(m.values[feet + i][N - 1]);  // as the last step has left it
+  for (int i : m.braked) m.values[feet + i] = Row(m.values[feet + i][N - 1]);  // as the last step has left it
   for (int n = 0; n < MOST; n++) {
     for (int o = 0; o < 2 * feet; o++) {
       m.linear[o] = m.flowing[o];
-      for (int i : m.rubbing) m.linear[o] += combine(step.from_input(o, feet + i), m.values[feet + i]);
+      for (int i : m.braked) m.linear[o] += combine(step.from_input(o, feet + i), m.values[feet + i]);
     }
-    if (!settle()) return false;
+    if (!converge()) return false;
     sliding.clear();
-    bool settled = true, enough = n > 0;
+    bool converged = true, enough = n > 0;
     double worst = 0.0;
-    for (int i : m.rubbing) {
+    for (int i : m.braked) {
       sliding.push_back(sliding_at_nodes(m, step, i, t));
       const SlidingBound& bound = sliding.back().bound;
       if (!follows_growth(bound.slope[SLIP_SPEED], 0.0, step.reach[feet + i] / step.length)) return false;
       const double misfit = size_of(sliding.back().misfit), size = size_of(bound.value);
       if (!std::isfinite(misfit)) return false;
       const double none = no_margin(m, i) * (1.0 + size_of(bound.slope[MARGIN]));
-      settled = settled && misfit <= ROUNDED * size + none;
+      converged = converged && misfit <= ROUNDED * size + none;
       enough = enough && misfit <= SHARE * m.settings.drive * size + none;
       worst = std::max(worst, misfit);
     }
-    settled = settled || (enough && worst > 0.1 * before);
+    converged = converged || (enough && worst > NO_GAIN * before);
     before = worst;
     if (n == 0 && !friction_is_unique(m, sliding)) {
       m.jammed = true;
       return false;
     }
-    if (settled) return true;
+    if (converged) return true;
     assemble_friction(m, step, sliding);
-    const int size = int(m.rubbing.size()) * N;
+    const int size = int(m.braked.size()) * N;
     if (!eliminate(m.matrix.data(), size, size + 1)) return false;
     for (int r = 0; r < size; r++) {
-      Row& force = m.values[feet + m.rubbing[r / N]];
+      Row& force = m.values[feet + m.braked[r / N]];
       force.set(r % N, force[r % N] + m.matrix[r * (size + 1) + size]);
     }
   }
@@ -223,40 +224,40 @@ template <class M>
 inline void add_friction(M& m, Moment<typename M::Real>& to) {
   typedef typename M::Real Real;
   constexpr int MOST = 20;
-  constexpr double CONVERGED = 1e-13;  // of a friction force, that Newton's method no longer moves it
+  constexpr double SAME_FORCE = 1e-13;  // of a friction force: a smaller change by Newton's method is rounding
   const int feet = m.sizes.feet, ni = m.sizes.inputs();
-  std::vector<int> rubbing;
+  std::vector<int> braked;
   for (int i : m.mode->sliding) {
-    if (m.sense_of(i) != 0.0) rubbing.push_back(i);
+    if (m.sense_of(i) != 0.0) braked.push_back(i);
   }
-  const int count = int(rubbing.size());
+  const int count = int(braked.size());
   std::vector<double> matrix(size_t(count) * (count + 1));
   std::vector<Real> right(count, Real(0.0));
-  bool settled = count == 0, last = false;
+  bool converged = count == 0, last = false;
   for (int n = 0; n < MOST && !last; n++) {
-    last = settled;  // once more than numbers need, for derivatives
-    settled = true;
+    last = converged;  // one more iteration than the values need, for derivatives
+    converged = true;
     for (int a = 0; a < count; a++) {
-      const int i = rubbing[a];
+      const int i = braked[a];
       const double sense = m.sense_of(i);
       Real margin = breaking_now(m, i) - to.pull[i];
-      for (int k : rubbing) margin = margin - m.product(&ContactMode::feed, size_t(i) * ni + feet + k, to.friction[k]);
+      for (int k : braked) margin = margin - m.product(&ContactMode::feed, size_t(i) * ni + feet + k, to.friction[k]);
       const Real strength = m.strength_now(i), speed = magnitude(m.along(&ContactMode::outputs, feet + i));
       const double by_margin = sliding_bound(m.laws.plain(), i, Row(value_of(margin)), Row(value_of(strength)), Row(value_of(speed)), false)
                                    .slope[MARGIN][0];
       for (int b = 0; b < count; b++) {
-        matrix[a * (count + 1) + b] = (a == b) - sense * by_margin * m.mode->feed[i * ni + feet + rubbing[b]];
+        matrix[a * (count + 1) + b] = (a == b) - sense * by_margin * m.mode->feed[i * ni + feet + braked[b]];
       }
       right[a] = m.laws.friction(i, margin, strength, speed) * -sense - to.friction[i];
     }
     solve_small(matrix, count, right);
     for (int a = 0; a < count; a++) {
-      Real& force = to.friction[rubbing[a]];
+      Real& force = to.friction[braked[a]];
       force = force + right[a];
-      settled = settled && std::fabs(value_of(right[a])) <= CONVERGED * std::fabs(value_of(force)) + m.settings.force_zero;
+      converged = converged && std::fabs(value_of(right[a])) <= SAME_FORCE * std::fabs(value_of(force)) + m.settings.force_zero;
     }
   }
-  for (int k : rubbing) {
+  for (int k : braked) {
     for (int i : m.mode->held) to.pull[i] = to.pull[i] + m.product(&ContactMode::feed, size_t(i) * ni + feet + k, to.friction[k]);
     for (int i : m.mode->stuck) {
       to.along[i] = to.along[i] + m.product(&ContactMode::feed, size_t(feet + i) * ni + feet + k, to.friction[k]);
@@ -282,7 +283,7 @@ inline Moment<typename M::Real> moment_of(M& m) {
   return out;
 }
 
-// What friction has to bear under a foot that sticks, and can, at this moment, of the modal state.
+// The force that friction has to bear under a foot that sticks, and the most that it can, at this moment, from the modal state.
 template <class M>
 inline Bearing<typename M::Real> bearing_of(M& m, int foot) {
   const Moment<typename M::Real> at = moment_of(m);
@@ -304,7 +305,7 @@ inline Mobilities<typename M::Real> mobilities_of(const M& m, int foot) {
   return out;
 }
 
-// What friction takes in an impact on a foot.
+// The effect of friction in an impact on a foot.
 template <class M>
 inline Braking<typename M::Real> braking_of(M& m, int foot, const typename M::Real& speed, const typename M::Real& after) {
   typedef typename M::Real Real;

@@ -190,8 +190,9 @@ struct Margin {
     value = (*this)(first, s);
   }
 
-  // Lowest power of s, ``from`` at least, in the rise of a foot released at s = 0: a coefficient at rounding level of the others counts
-  // as zero. Where the pull has only just exceeded the strength there is no acceleration at first: the foot rises with s^3.
+  // Lowest power of s, ``from`` at least, in the rise of a foot released at s = 0: a coefficient at rounding level of the
+  // others counts as zero. Where the pull has only just exceeded the strength there is no acceleration at first: the foot rises
+  // with s^3.
   int lowest_power(int from, int terms, double b) const {
     int first = from;
     double size = 0.0, power = 1.0;

@@ -6,8 +6,8 @@
 namespace tarsus::modal {
 
 constexpr int ITERATIONS = 40, HALVINGS = 12;  // Newton steps at most, and how often each may be halved
-// Share of the tolerance of a gap below which sweeps and Newton steps change it once they have converged: the rest of the tolerance is
-// for the truncation of the step.
+// Share of the tolerance of a gap below which sweeps and Newton steps change it once they have converged: the rest of the
+// tolerance is for the truncation of the step.
 constexpr double CONVERGED_SHARE = 0.05;
 
 // Nodal momentum and force of every free foot from the nodal gaps and gap rates.
@@ -24,8 +24,8 @@ inline void evaluate_laws(Modal& m, double t, double h) {
   }
 }
 
-// Collect the smooth inputs of all feet in those of the leading feet, where the other feet's gaps are sums of the leading ones': the
-// structure moves as under all of them.
+// Collect the smooth inputs of all feet in those of the leading feet, where the other feet's gaps are sums of the leading
+// ones': the structure moves as under all of them.
 inline void collect_inputs(Modal& m) {
   if (!m.mode->shares()) return;
   const int feet = m.sizes.feet, lead = int(m.mode->leading.size());
@@ -109,8 +109,8 @@ inline Row input_slope(const Modal& m, int input, double t, double h) {
   return slope / (2.0 * probe);
 }
 
-// Subtract from the matrix the effect of an input on all leading feet, per unit of the gap of leading foot number ``by``, with which
-// the input changes by ``slope``.
+// Subtract from the matrix the effect of an input on all leading feet, per unit of the gap of leading foot number ``by``, with
+// which the input changes by ``slope``.
 inline void subtract_slope(Modal& m, const StepClass& step, int width, int input, int by, const Row& slope) {
   const std::vector<int>& leading = m.mode->leading;
   for (int o = 0; o < int(leading.size()); o++) {

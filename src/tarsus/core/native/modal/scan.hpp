@@ -15,7 +15,9 @@ inline double no_event(const Modal& m, int event) {
   if (event < feet) return no_margin(m, foot);
   if (!m.mode->is_stuck[foot]) return no_slide(m, foot);
   const double steepest = size_of((m.margin[feet + foot] + m.margin[2 * feet + foot]) * 0.5);  // what friction bears, at most
-  return no_margin(m, foot) + ROUNDING * (force_parts(m, feet + foot) + steepest);
+  // of one that stays where it is at its very bound, see `stick_or_turn`, the first step
+  const double at_bound = m.feet[foot].slide == FROM_REST ? CLOSE * steepest : 0.0;
+  return no_margin(m, foot) + ROUNDING * (force_parts(m, feet + foot) + steepest) + at_bound;
 }
 
 // Node intervals in which an event may lie before the scaled time ``limit``; bound: of its margin's deviation from the chord

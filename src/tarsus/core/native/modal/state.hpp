@@ -24,8 +24,8 @@ struct Foot : Grip<double> {
   double slides = 0.0;                // [m/s] and to its rate along the ground
   int low = 0;         // flights in a row that are lost in the error of a step
   int departure = UNDER_WAY;
-  // along the ground: the place at which it sticks [m]; the direction in which it slides (+-1), 0 without friction; how a slide begins,
-  // as a Departure
+  // along the ground: the place at which it sticks [m]; the direction in which it slides (+-1), 0 without friction; how a slide
+  // begins, as a Departure
   double place = 0.0, sense = 0.0;
   int slide = UNDER_WAY;
   Apex apex;
@@ -38,9 +38,9 @@ struct Doubt {
   double at = 2.0, zero = 0.0;
 };
 
-// Longer steps that were rejected. The estimate of the next step's error assumes a truncation that goes with h^9, which fails where a
-// film bends within a step, and where a foot hovers so close to the ground that a long step cannot exclude a landing. Each time that
-// a longer step is rejected again, twice as many steps pass before the next trial.
+// Longer steps that were rejected. The estimate of the next step's error assumes a truncation that goes with h^9, which fails
+// where a film bends within a step, and where a foot hovers so close to the ground that a long step cannot exclude a landing.
+// Each time that a longer step is rejected again, twice as many steps pass before the next trial.
 struct Refused {
   static constexpr int MOST_WAIT = 31;
   int k = -1, wait = 0, left = 0, since = 0;  // the shortest class refused; steps to wait, and left of them; steps since then
@@ -95,7 +95,7 @@ struct Modal {
   std::vector<uint8_t> constant;  // per input
   std::vector<int> acting;        // inputs that act in this contact mode: smooth forces of free feet, drives
   std::vector<int> inputs;        // the same, then friction of feet that slide, and the places of those that stick
-  std::vector<int> rubbing;       // feet that slide with friction
+  std::vector<int> braked;        // feet that slide with friction
   std::vector<uint8_t> frictional;  // whether a foot has a direction along the ground, and a friction that is not zero
   int stopping = -1;              // a foot that has come to a stop in its slide, and sticks now unless the pull exceeds its friction
   bool jammed = false;            // friction has no solution: see modal/friction.hpp
@@ -120,8 +120,8 @@ struct Modal {
   int degree = 1;
 
   std::vector<double> matrix;  // of Newton's method
-  // Where feet follow others (see ContactMode::leading): the smooth inputs of the leading feet with the shares of all others, and work
-  // space; in every contact mode the inputs that sweeps go through, and whether a law of any takes gap rates.
+  // Where feet follow others (see ContactMode::leading): the smooth inputs of the leading feet with the shares of all others,
+  // and work space; in every contact mode the inputs that sweeps go through, and whether a law of any takes gap rates.
   std::vector<Row> collected, moved, slopes;
   std::vector<int> pushing;
   bool rated = false;
@@ -190,8 +190,8 @@ struct Modal {
   }
   double gap_parts(int foot) const { return parts(mode->outputs, foot) + std::fabs(bias->feed[foot]); }
   double rate_parts(int foot) const { return parts(mode->outputs, sizes.feet + foot); }
-  // Note the sums of the sizes of the terms of the free feet's gaps and rates, which bound the rounding that an impact, or a change of
-  // the contact mode, leaves. A single foot is not asked for them again before it has moved.
+  // Note the sums of the sizes of the terms of the free feet's gaps and rates, which bound the rounding that an impact, or a
+  // change of the contact mode, leaves. A single foot is not asked for them again before it has moved.
   void note_parts() {
     if (sizes.feet == 1 && sizes.ways == 0) return;
     if (clock.time - noted > settings.least_progress) {
@@ -229,8 +229,8 @@ struct Modal {
   TARSUS_INLINE Real film(int foot, const Real& gap) const {
     return strong ? laws.momentum_from(foot, feet[foot].from, feet[foot].base, gap) : laws.momentum(foot, gap);
   }
-  // Count film momenta from the present gaps (``gaps``), which shifts the flowing state and changes nothing else: a small motion in a
-  // strong film would otherwise be a difference of large numbers.
+  // Count film momenta from the present gaps (``gaps``), which shifts the flowing state and changes nothing else: a small
+  // motion in a strong film would otherwise be a difference of large numbers.
   void rebase() {
     for (int i : mode->free) {
       if (!laws.has(i, HAS_MOMENTUM)) continue;

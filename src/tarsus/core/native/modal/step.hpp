@@ -13,23 +13,23 @@ inline int halvings(double fraction) {
   return rest > 0.5 ? -exponent : 1 - exponent;
 }
 
-// A step class is half as long as the one before, and the truncation of a step goes with the ninth power of its length: it is 2^9 times
-// less in the next class.
+// A step class is half as long as the one before, and the truncation of a step goes with the ninth power of its length: it is
+// 2^9 times less in the next class.
 constexpr double ERROR_PER_CLASS = 512.0;
 constexpr int MOST_DOWN = 10;  // classes to go down at once: an error that asks for more is no truncation, and is estimated anew
 
-// Errors, relative to the tolerance, below which the next step may be one, two and three classes longer: 1e-3 a class, which is 2^-9
-// with half of it to spare, so that the longer step is seldom rejected.
+// Errors, relative to the tolerance, below which the next step may be one, two and three classes longer: 1e-3 a class, which is
+// 2^-9 with half of it to spare, so that the longer step is seldom rejected.
 constexpr double ONE_LONGER = 1e-3, TWO_LONGER = 1e-6, THREE_LONGER = 1e-9;
 constexpr double AIM = 0.5;  // error, relative to the tolerance, above which the next step is a class shorter: errors change by some such factor
 
-// Least part to which a step is shortened at once, by three classes, where an event may lie in it: where it may lie is an estimate, which
-// the shorter step makes anew.
+// Least part to which a step is shortened at once, by three classes, where an event may lie in it: where it may lie is an
+// estimate, which the shorter step makes anew.
 constexpr double LEAST_PART = 0.125;
 
-// Classes to go down after a step with that error. A step that was not completed because a foot would come too close to where its film
-// is infinite (negative room) is cut to the part that may be used. One that ends below the ground is rejected for its motion there, to
-// which laws do not apply: one class down often ends above.
+// Classes to go down after a step with that error. A step that was not completed because a foot would come too close to where
+// its film is infinite (negative room) is cut to the part that may be used. One that ends below the ground is rejected for its
+// motion there, to which laws do not apply: one class down often ends above.
 inline int classes_down(const Modal& m, double error) {
   for (int i : m.mode->free) {
     if (m.room[i] < 0.0) return 1 + halvings(1.0 + m.room[i]);
@@ -43,8 +43,9 @@ inline int classes_down(const Modal& m, double error) {
   return down;
 }
 
-// First step class in a contact mode: one in which an event can be located, or the one that the film allowed at the last start. It is
-// a class shorter for each time that a foot released now has risen by less than the error of a step and was pressed down again at once.
+// First step class in a contact mode: one in which an event can be located, or the one that the film allowed at the last start.
+// It is a class shorter for each time that a foot released now has risen by less than the error of a step and was pressed down
+// again at once.
 inline int launch_class(const Modal& m) {
   int k = m.mode->landing_class, lost = 0;
   if (!m.acting.empty() && m.acting[0] < 2 * m.sizes.feet) k = std::max(k, m.last_launch);
@@ -68,16 +69,16 @@ inline int landing_terms(const ContactMode& mode, const std::vector<double>& len
   return mode.terms[n];
 }
 
-// Growth of a film's momentum over the last node interval of a step, at its rate of growth at the end: by the parabola through three
-// nodes.
+// Growth of a film's momentum over the last node interval of a step, at its rate of growth at the end: by the parabola through
+// three nodes.
 inline double growth_at_end(const Nodes& nodes, const Row& film) {
   const double last = nodes.tau[N - 1] - nodes.tau[N - 2], before = nodes.tau[N - 2] - nodes.tau[N - 3];
   const double grown = film[N - 1] - film[N - 2];
   return grown + (grown - (last / before) * (film[N - 2] - film[N - 3])) * (last / (last + before));
 }
 
-// Class to try next. The truncation of the next step goes with ERROR_PER_CLASS and with the growth of the force that causes it. Where
-// linear motion puts an event inside the next step, that must be of a class in which an event can be located.
+// Class to try next. The truncation of the next step goes with ERROR_PER_CLASS and with the growth of the force that causes it.
+// Where linear motion puts an event inside the next step, that must be of a class in which an event can be located.
 inline int next_class(const Modal& m, int k, int wanted, double error, double h, bool event) {
   const std::vector<double>& lengths = m.book.lengths;
   const int last = int(lengths.size()) - 1;
@@ -198,8 +199,8 @@ TARSUS_INLINE bool advance(Modal& m, const StepClass& step, const Located& at, c
 // Part of a step that counts: up to the next kink, mark or end.
 TARSUS_INLINE double limit_of(const StepClass& step, const Ahead& ahead) { return std::min(1.0, ahead.left / step.length); }
 
-// Take a step whose attempt had that error and whose events are bounded by ``seen``: all of it, or its part up to the first event or
-// to the next kink, mark or end. False where a shorter one is to be tried.
+// Take a step whose attempt had that error and whose events are bounded by ``seen``: all of it, or its part up to the first
+// event or to the next kink, mark or end. False where a shorter one is to be tried.
 template <class S>
 TARSUS_INLINE bool take(Modal& m, const StepClass& step, const Scan& seen, double error, const Ahead& ahead, Trial& trial,
                         Taken& taken) {

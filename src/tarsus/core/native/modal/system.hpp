@@ -69,8 +69,8 @@ bool stays_held(Modal& m, double left) {
   return true;
 }
 
-// Where no event is possible until the drives change: the longest step that fits, by its flow alone. False where an event is possible,
-// or where the rest is short enough to be cut from a step in which events can be located.
+// Where no event is possible until the drives change: the longest step that fits, by its flow alone. False where an event is
+// possible, or where the rest is short enough to be cut from a step in which events can be located.
 template <class S>
 TARSUS_APART bool glide(Modal& m, double left) {
   const std::vector<double>& lengths = m.book.lengths;
@@ -168,7 +168,7 @@ struct ModalSystem : Modal {
 
   // Whether no event is possible ahead, and a long step has been made.
   TARSUS_INLINE bool glides(const Ahead& ahead) {
-    return mode->free.empty() && rubbing.empty() && ahead.reach == INF && !launching && glide<S>(*this, ahead.left);
+    return mode->free.empty() && braked.empty() && ahead.reach == INF && !launching && glide<S>(*this, ahead.left);
   }
 
   // One step, trying first the class of a trial, and the event at its end.
@@ -199,9 +199,9 @@ struct ModalSystem : Modal {
 
  private:
   // A film is strong where it could bring its foot to rest many times within a run. Its momentum per mass is then as many times
-  // the distance that the foot moves, and would round it (at 1e10 times accounts were open by 1e-5). The distance is as many times less
-  // than the lengths that tolerances refer to, so the tolerance is reduced: down to a thousandth. Not with many feet that move by
-  // themselves: Newton's method has 8 rows for each, and its steps take seconds.
+  // the distance that the foot moves, and would round it (at 1e10 times accounts were open by 1e-5). The distance is as many
+  // times less than the lengths that tolerances refer to, so the tolerance is reduced: down to a thousandth. Not with many feet
+  // that move by themselves: Newton's method has 8 rows for each, and its steps take seconds.
   void take_films(const RunData& run) {
     constexpr double MANY = 1e4, least = 1e-3;
     constexpr int FEW = 8;
@@ -223,9 +223,9 @@ struct ModalSystem : Modal {
     per_gap = 1.0 / gap;
   }
 
-  // A gap is a sum over the modes: its nodal values, and through a strong film the momenta, have the rounding of the largest terms. Of
-  // these, GAP_ROUNDING is the least tolerance to which Newton's method converges, and TAIL_ROUNDING, the rounding of the highest
-  // Legendre coefficient, is excluded from the error of a step, or steps would never grow.
+  // A gap is a sum over the modes: its nodal values, and through a strong film the momenta, have the rounding of the largest
+  // terms. Of these, GAP_ROUNDING is the least tolerance to which Newton's method converges, and TAIL_ROUNDING, the rounding of
+  // the highest Legendre coefficient, is excluded from the error of a step, or steps would never grow.
   void allow_for_rounding() {
     constexpr double GAP_ROUNDING = 4e-14, TAIL_ROUNDING = 2e-15;
     double most = 0.0;

@@ -89,8 +89,8 @@ struct Legendre {
   }
 };
 
-// The parts of the structure that transfer energy: dampers (n, n); directions of the feet (m, n) and of the drives (nd, n), constant
-// forces (n); the ways of feet along the ground (ways, n).
+// The parts of the structure that transfer energy: dampers (n, n); directions of the feet (m, n) and of the drives (nd, n),
+// constant forces (n); the ways of feet along the ground (ways, n).
 struct Carriers {
   std::vector<double> damping, normals, loads, constant, tangents;
 };
@@ -116,8 +116,8 @@ typedef std::vector<std::vector<double>> Shares;  // coefficients, in one step, 
 //
 // Columns of z: the state (2 blocks); momenta and smooth forces of the feet that lead (see ContactMode::leading); friction on feet
 // that slide, places of those that stick; drives; the constant input. The state is counted from the place at which the mean forces
-// would hold it at rest, where its velocity is exactly zero: computed from the whole state of a stiff mode, that velocity would be a
-// small difference of large numbers.
+// would hold it at rest, where its velocity is exactly zero: computed from the whole state of a stiff mode, that velocity would
+// be a small difference of large numbers.
 class ModeEnergies {
  public:
   typedef std::vector<Row> Form;  // (width, rows): G, or a map of vectors, with the image of each column
@@ -203,8 +203,9 @@ class ModeEnergies {
     }
   }
 
-  // Add the energies of whole steps of class k, up to STEPS_AT_ONCE of them whose vectors lie ``room`` apart, to ``out`` (ENERGIES) of each,
-  // and the work of laws that have a share of it behind: each share by its coefficients, of resistive laws first.
+  // Add the energies of whole steps of class k, up to STEPS_AT_ONCE of them whose vectors lie ``room`` apart, to ``out``
+  // (ENERGIES) of each, and the work of laws that have a share of it behind: each share by its coefficients, of resistive laws
+  // first.
   void add_whole(int k, const double* z, const Shares* shares, int count, int resistive, double* const* out) {
     const Form& g = form(k);
     if (count > 1) {
@@ -265,14 +266,15 @@ class ModeEnergies {
   static constexpr double STEADY = 1e-8;
   static constexpr double NO_TERM = 1e-17;  // size of a Taylor term, relative to the sum, that no longer changes the last digit
 
-  // For a column that is the mean of an input: the place at which it holds the blocks that have a place of rest; the velocities that
-  // it causes by the other blocks alone; and its push on those other blocks (state).
+  // For a column that is the mean of an input: the place at which it holds the blocks that have a place of rest; the velocities
+  // that it causes by the other blocks alone; and its push on those other blocks (state).
   struct Rest {
     int column;
     std::vector<double> place, drift, push;
   };
 
-  // Over part of a step, at its Gauss points: velocities (coordinates); Legendre polynomials of the step, and their derivatives by time.
+  // Over part of a step, at its Gauss points: velocities (coordinates); Legendre polynomials of the step, and their derivatives
+  // by time.
   struct Motion {
     std::vector<Row> velocity;
     Row value[N], slope[N];
@@ -513,8 +515,8 @@ class ModeEnergies {
     return total(sum);
   }
 
-  // G of a step from that of its halves: M G N for each, with the maps M of z and N of l. Of the dampers N is M transposed, and their
-  // form may be turned over between.
+  // G of a step from that of its halves: M G N for each, with the maps M of z and N of l. Of the dampers N is M transposed, and
+  // their form may be turned over between.
   Form doubled(const Form& half, const std::array<Form, 2>& maps) const {
     Form out(half.size(), Row(0.0));
     for (int side : {0, 1}) {
@@ -691,8 +693,8 @@ class LawShares {
   }
 
   int count() const { return int(laws_.shares()); }
-  // Columns of each input (see ModeEnergies): of momenta and smooth forces where there are such laws; of drives that hold their values
-  // between kinks one.
+  // Columns of each input (see ModeEnergies): of momenta and smooth forces where there are such laws; of drives that hold their
+  // values between kinks one.
   std::vector<int> columns(const Sizes& s) const {
     std::vector<int> out(s.inputs(), N);
     std::fill_n(out.begin(), s.feet, laws_.laws.terms[MOMENTUM].empty() ? 0 : N);

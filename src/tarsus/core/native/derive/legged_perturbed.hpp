@@ -1,26 +1,27 @@
-// The derivative of a walker's run by a number of its structure: walkers beside the run's that differ in it alone. Each makes its
-// legs' steps from the run's own state, for the run's own motion of the body, films and forces, so that the weighted difference of
-// what they come to is the number's own part; all else follows from it as for every other number. Nothing is solved for them.
+// The derivative of a walker's run by a number of its structure: perturbed copies of the walker that differ in it alone.
+// Each makes its legs' steps from the run's own state, for the run's own motion of the body, films and forces, so that the weighted
+// difference of their results is the number's own part; all else follows from it as for every other number. No equations are solved
+// for the copies.
 #pragma once
 #include "derive/legged_tangent_step.hpp"
 
 namespace tarsus::legged {
 
-// A structure beside the run's, its weight in the difference of a lane.
-struct BesideBody {
+// A perturbed copy of the run's structure, its weight in the difference of a lane.
+struct PerturbedBody {
   const Body* body;
   const LegTables* tables;
   double weight;
   int lane;
 };
 
-struct BesideWalker {
+struct PerturbedWalker {
   Legged s;
   const Body& unit;  // its weights are those of unit gravity
   double weight;
   int lane;
 
-  BesideWalker(const BesideBody& of, const Legged& run, const Signals& signals, const Laws& laws, size_t driven)
+  PerturbedWalker(const PerturbedBody& of, const Legged& run, const Signals& signals, const Laws& laws, size_t driven)
       : s(*of.body, *of.tables, run.nodes, run.between, signals, laws, run.units, run.log, driven), unit(*of.body), weight(of.weight),
         lane(of.lane) {}
 
@@ -28,7 +29,7 @@ struct BesideWalker {
   void begin(const Legged& run, const double* parameters, double gravity) {
     s.laws.take(parameters);
     s.settings = run.settings;
-    s.settings.gap = s.settings.force_zero = 0.0;  // nothing is small enough to be left out of a difference
+    s.settings.gap = s.settings.force_zero = 0.0;  // no change is small enough to be excluded from a difference
     s.shares.clear();
     for (int b = 0; b < s.coordinates(); b++) s.body.weight[b] = gravity * unit.weight[b];
     for (int i = 0; i < s.legs(); i++) {
@@ -37,7 +38,7 @@ struct BesideWalker {
     }
   }
 
-  // Its legs over the run's step, and what they do to the body.
+  // Its legs over the run's step, and their forces on the body.
   void follow(const Legged& run, int k, double h) {
     std::copy_n(run.x, s.coordinates(), s.x);
     std::copy_n(run.v, s.coordinates(), s.v);
@@ -64,7 +65,7 @@ struct BesideWalker {
     }
   }
 
-  // What the momentum of the body lacks, at the run's own motion of it.
+  // Misfit of the body's momentum, at the run's own motion of it.
   Row misfit(int b, double h) const { return momentum_of(s, b, h) - (s.at.v[b] - s.v[b]) * s.body.mass[b]; }
 
   // Its body at the nodes.
