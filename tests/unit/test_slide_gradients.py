@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from sliding_scenes import MASS, biped, cantilever, slider
+from sliding_scenes import MASS, biped, by_modes, cantilever, slider
 from tarsus.base.errors import InputError
 from tarsus.base.spec import get_value
+from tarsus.model.laws.rate_friction import RateWeakeningFriction
 from tarsus.model.scene import Scene
-from walking_scenes import GRAVITY
+from walking_scenes import GRAVITY, sticky, trotter
 
 TIGHT = ts.Accuracy(gap=1e-11, drive=1e-11)
 SIZE = 1e-6
@@ -80,3 +81,22 @@ def test_backwards_is_forwards_and_what_is_not_there_is_refused() -> None:
         InputError, match="along the ground there are no derivatives by numbers of the structure"
     ):
         ts.simulate(scene, 0.004, gradients=["robot.structure.modal_masses.0"])
+
+
+def test_friction_stops_in_an_impact_what_would_move_along_the_ground() -> None:
+    """A block that falls straight: of a small speed along the ground nothing is left by its first impact."""
+    path = "initial.velocity.1"
+    run = ts.simulate(slider(fall=0.1, gap=1e-6), 0.015, gradients=[path])
+    first = run.events["time"][0]
+    when = np.array([0.5 * first, 0.5 * (first + run.events["time"][1])])
+    np.testing.assert_allclose(run.state_gradients(when)[path].v[1], [1.0, 0.0], atol=1e-12)
+
+
+def test_friction_by_speed_has_the_derivatives_that_the_walker_of_the_same_equations_has() -> None:
+    law = RateWeakeningFriction(static=0.9, dynamic=0.25, speed=1e-3)
+    walker, path = trotter(2, seed=38, ground=sticky(friction=law)), "ground.friction.static"
+    one, other = (ts.simulate(scene, 0.02, gradients=[path]) for scene in (walker, by_modes(walker)))
+    assert np.count_nonzero(one.events["kind"] == 8) > 2
+    np.testing.assert_allclose(other.events["time"], one.events["time"], rtol=1e-10)
+    found, wanted = (run.event_gradients[path]["time"] for run in (other, one))
+    np.testing.assert_allclose(found, wanted, atol=1e-6 * np.abs(wanted).max())

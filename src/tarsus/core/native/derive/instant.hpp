@@ -135,8 +135,8 @@ class Instant {
   }
 
   // Apply an event of the log; ``reported``: whether the log has its strength (of a foot detached by an impact it has none).
-  EventNumbers apply(EventKind kind, int foot, bool reported) {
-    EventNumbers out;
+  EventNumbers<Jet> apply(EventKind kind, int foot, bool reported) {
+    EventNumbers<Jet> out;
     out.when = time;
     if (kind == SLIP_BEGINS || kind == STICK_BEGINS) return slide(kind, foot, reported);
     if (kind == RELEASE) {
@@ -206,8 +206,8 @@ class Instant {
   }
 
   // A slide begins, ends or turns; not ``reported``: by an impact on another foot, and without numbers of its own.
-  EventNumbers slide(EventKind kind, int foot, bool reported) {
-    EventNumbers out;
+  EventNumbers<Jet> slide(EventKind kind, int foot, bool reported) {
+    EventNumbers<Jet> out;
     out.when = time;
     add_film_momenta(*this);
     const bool stuck = mode->is_stuck[foot];
@@ -238,23 +238,17 @@ class Instant {
     return out;
   }
 
-  EventNumbers land(EventKind kind, int foot) {
+  EventNumbers<Jet> land(EventKind kind, int foot) {
     landing_ = foot;
     add_film_momenta(*this);
     const Landing<Jet> at = landing_of(*this, foot);
-    EventNumbers out;
-    out.when = kind == REST ? rest_time(time, at) : time;
-    out.before = at.speed;
-    out.pull = at.pull;
-    out.strength = at.strength;
-    out.doubtful = landing_in_doubt(laws, foot, at) || braking_of(*this, foot, at.speed, kind == BOUNCE ? at.after : Jet(0.0)).doubtful;
+    const bool doubtful = landing_in_doubt(laws, foot, at) || braking_of(*this, foot, at.speed, kind == BOUNCE ? at.after : Jet(0.0)).doubtful;
+    const Jet lost = kind == BOUNCE ? bounce(*this, foot, at) : stop_at_ground(*this, foot, at);
+    EventNumbers<Jet> out = numbers_of(laws, foot, kind, time, at, lost);
+    out.doubtful = doubtful;
     if (kind == BOUNCE) {
-      out.after = at.after;
-      out.energy = bounce(*this, foot, at);
       remove_film_momenta(*this, [](int, const Jet&) {});
     } else {
-      if (kind == CAPTURE && laws.has(foot, HAS_LATCH)) out.adhesion = at.kept();
-      out.energy = stop_at_ground(*this, foot, at);
       since[foot] = time - age_brought(foot);
       put_down(foot);
     }

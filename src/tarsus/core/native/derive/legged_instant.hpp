@@ -141,10 +141,10 @@ class Acting {
   }
 
   // A foot reaches the ground: its state after what the log says of it, or, ``kind`` 0, after it has just left.
-  EventNumbers land(int i, int kind) {
+  EventNumbers<Jet> land(int i, int kind) {
     const int f = leg(i).foot;
     Landing<Jet> at = pre_impact(*this, i);
-    EventNumbers out;
+    EventNumbers<Jet> out;
     out.when = at_->time;
     if (kind == 0) {
       w(i, UP) = leaving_rate(*this, i, at.speed.value < 0.0 ? -at.speed : Jet(0.0));
@@ -158,13 +158,9 @@ class Acting {
       return out;
     }
     post_impact(*this, i, at);
-    out.before = at.speed;
     const Braking<Jet> friction = impact(*this, i, EventKind(kind), at);
+    out = numbers_of(laws, f, EventKind(kind), at_->time, at, friction.lost);
     out.doubtful = landing_in_doubt(laws, f, at) || friction.doubtful;
-    out.energy = friction.lost;
-    if (kind == BOUNCE) out.after = at.after;
-    if (kind == CAPTURE && laws.has(f, HAS_LATCH)) out.adhesion = at.kept();
-    if (kind == REST) out.when = rest_time(at_->time, at);
     return out;
   }
 

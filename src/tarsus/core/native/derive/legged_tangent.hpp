@@ -122,7 +122,7 @@ class LeggedTangent : public LeggedMarch {
   void after_event(int i, FootEvent kind) {
     const bool logged = log.events.size() > known_;
     const int what = logged ? int(log.events.back().kind) : 0;
-    EventNumbers out;
+    EventNumbers<Jet> out;
     out.when = place_.time;
     acting_.on(place_);
     Jet& along = acting_.w(i, ALONG);

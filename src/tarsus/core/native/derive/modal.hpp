@@ -731,7 +731,7 @@ class ModalTangent {
         if (off[lane] != 0.0) reported_.flag(event, SIMULTANEOUS, lane);
       }
     }
-    const EventNumbers found = now_.apply(kind, foot, has_numbers(e));
+    const EventNumbers<Jet> found = now_.apply(kind, foot, has_numbers(e));
     reported_.put(event, foot, found);
     reported_.restart(foot, slope_of(now_.time));
     if (found.doubtful) reported_.flag(event, AT_THRESHOLD);

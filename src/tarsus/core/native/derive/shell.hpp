@@ -12,13 +12,6 @@
 
 namespace tarsus {
 
-// Numbers of an event as in the log; doubtful: a decision is within CLOSE of its threshold.
-struct EventNumbers {
-  Jet when = Jet(0.0), before = Jet(0.0), after = Jet(0.0), pull = Jet(0.0), strength = Jet(0.0), energy = Jet(0.0),
-      adhesion = Jet(0.0);
-  bool doubtful = false;
-};
-
 // A function of an event: its tangents at a fixed time, and its rate; grazes: it hardly passes zero.
 struct Margin {
   Row by;
@@ -119,7 +112,7 @@ class EventShell {
   // ---- what is reported
 
   // An event of a foot, at a moment.
-  void put(size_t event, int foot, const EventNumbers& numbers) {
+  void put(size_t event, int foot, const EventNumbers<Jet>& numbers) {
     Row* to = row(event);
     to[0] = slope_of(numbers.when);
     int n = 3;

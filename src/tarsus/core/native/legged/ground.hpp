@@ -165,15 +165,8 @@ inline void land(Legged& s, int i) {
   }
   post_impact(present, i, at);
   const EventKind kind = landing_kind(s.laws, f, at, s.settings.rest_height);
-  const double lost = impact(present, i, kind, at).lost;
-  if (kind == BOUNCE) {
-    s.log.add(t, f, BOUNCE, foot.apex, at.speed, at.after, at.pull, at.strength, lost);
-    begin_flight(s, i);
-    return;
-  }
-  const double over = kind == REST ? rest_time(t, at) : t;
-  const double adhesion = s.laws.has(f, HAS_LATCH) && kind == CAPTURE ? at.kept() : 0.0;
-  s.log.add(over, f, kind, foot.apex, at.speed, 0.0, at.pull, at.strength, lost, adhesion);
+  s.log.add(f, kind, foot.apex, numbers_of(s.laws, f, kind, t, at, impact(present, i, kind, at).lost));
+  if (kind == BOUNCE) return begin_flight(s, i);
   begin_contact(s, i);
 }
 

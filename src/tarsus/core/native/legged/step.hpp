@@ -266,11 +266,6 @@ inline void move_legs(Legged& s, int k, double h, Sweep& sweep) {
   }
 }
 
-// Part of a bound that depends on the slip speed which the nodes may miss in a step, well above its rounding. The bend of the bound
-// where a slip stops moves a foot by less than any tolerance, but the moment of the stop and its derivatives depend on it.
-constexpr double BEND = 1e-9;
-constexpr double AT_ONCE = 1e-12;  // part of a run in which it does not matter when a slip stops
-
 // Truncation of a step over its tolerance: of gaps and of the way along, of the body, of the drives. The highest Legendre
 // coefficient of a force counts as a constant one would, for its errors add up from step to step; that of a film's momentum,
 // which is what the force takes or gives in all, by what the nodes miss of it within the step.
@@ -292,9 +287,7 @@ inline double error_of(const Legged& s, int k, double h) {
       }
       worst = std::max(worst, error);
     }
-    if (!slips_by_speed(s, i) || h <= AT_ONCE * s.settings.end) continue;
-    const double most = highest(magnitude(r.bound));
-    if (most > 0.0) sudden = std::max(sudden, nodes.truncation(r.bound) / most / BEND);
+    if (slips_by_speed(s, i)) sudden = std::max(sudden, bend_error(nodes, r.bound, h, s.settings.end));
   }
   for (int b = 0; b < s.coordinates(); b++) {
     const double error = nodes.truncation(s.at.push[b]) * 0.5 * h + nodes.truncation(s.at.drag[b]);

@@ -4,6 +4,7 @@
 // A foot on the ground sticks, held along the ground where it is, or slides with the friction F = -sense * bound(N + f_a, f_a, |v|)
 // [N] of the law.
 #pragma once
+#include "base/nodes.hpp"
 #include "march/rules.hpp"
 
 namespace tarsus {
@@ -85,6 +86,17 @@ inline SlidingBound sliding_bound(const ActingLaws& laws, int foot, const Row& m
     slip.slope[SLIP_SPEED] = sign;
     return laws.friction(foot, SlidingBound::variable(margin, MARGIN), SlidingBound::variable(strength, HELD_STRENGTH), slip);
   });
+}
+
+// Part of a bound that depends on the slip speed which the nodes may miss in a step, well above its rounding. The bend of the bound
+// where a slip stops moves a foot by less than any tolerance, but the moment of the stop and its derivatives depend on it.
+constexpr double BEND = 1e-9;
+constexpr double AT_ONCE = 1e-12;  // part of a run in which it does not matter when a slip stops
+
+// What the nodes miss of it over what they may, in a step of length h [s] of a run that ends at ``end`` [s].
+inline double bend_error(const Nodes& nodes, const Row& friction, double h, double end) {
+  const double most = highest(magnitude(friction));
+  return h > AT_ONCE * end && most > 0.0 ? nodes.truncation(friction) / most / BEND : 0.0;
 }
 
 // --- in an impact ----------------------------------------------------------------------------------------------------------

@@ -13,6 +13,14 @@ struct Event {
 };
 constexpr int EVENT_WIDTH = sizeof(Event) / sizeof(double);
 
+// Numbers of an event, with derivatives where Real is a Jet; doubtful: a decision is within CLOSE of its threshold.
+template <class Real>
+struct EventNumbers {
+  Real when = Real(0.0), before = Real(0.0), after = Real(0.0), pull = Real(0.0), strength = Real(0.0), energy = Real(0.0),
+       adhesion = Real(0.0);
+  bool doubtful = false;
+};
+
 // Highest gap of a foot since its last event or mark, when, and the integral of the gap since the start of the run.
 struct Apex {
   double gap = 0.0, time = 0.0, integral = 0.0;
@@ -29,6 +37,9 @@ struct Log {
            double pull = 0.0, double strength = 0.0, double energy = 0.0, double adhesion = 0.0) {
     events.push_back({t, double(foot), double(kind), before, after, pull, strength, energy, adhesion, apex.gap,
                       apex.time, apex.integral});
+  }
+  void add(int foot, EventKind kind, const Apex& apex, const EventNumbers<double>& n) {
+    add(n.when, foot, kind, apex, n.before, n.after, n.pull, n.strength, n.energy, n.adhesion);
   }
 };
 

@@ -1,8 +1,8 @@
 // Whether a foot that lands bounces, is captured or rests, and the energy of an impact: once for every system. All but the decision
 // itself is a template over the number type: Real is double in a march, or a Jet (a number with derivatives) with laws of Jets.
 #pragma once
-#include "march/kinds.hpp"
 #include "laws/laws.hpp"
+#include "march/log.hpp"
 
 namespace tarsus {
 
@@ -69,6 +69,20 @@ inline bool landing_in_doubt(AnyLaws& laws, int foot, const Landing<Real>& at) {
 template <class Real>
 inline Real rest_time(const Real& t, const Landing<Real>& at) {
   return t - 2.0 * at.after / (at.pull * at.mobility) / (1.0 - at.after / at.speed);
+}
+
+// What is reported of an impact at a time that takes an energy [J].
+template <class AnyLaws, class Real>
+inline EventNumbers<Real> numbers_of(const AnyLaws& laws, int foot, EventKind kind, const Real& t, const Landing<Real>& at, const Real& energy) {
+  EventNumbers<Real> out;
+  out.when = kind == REST ? rest_time(t, at) : t;
+  out.before = at.speed;
+  if (kind == BOUNCE) out.after = at.after;
+  out.pull = at.pull;
+  out.strength = at.strength;
+  out.energy = energy;
+  if (kind == CAPTURE && laws.has(foot, HAS_LATCH)) out.adhesion = at.kept();
+  return out;
 }
 
 // Angle [rad] in [0, pi/2] of the passive projection of an impact map that throws e and skews: Newton's method, bracketed.

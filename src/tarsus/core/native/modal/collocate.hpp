@@ -129,7 +129,10 @@ inline double step_error(Modal& m, const StepClass& step) {
   }
   for (int i : m.braked) {
     const int input = m.sizes.feet + i;
-    const double error = m.nodes.truncation(m.values[input]) * step.reach[input];
+    double error = m.nodes.truncation(m.values[input]) * step.reach[input];
+    if (m.laws.laws.friction_by_speed) {
+      error = std::max(error, bend_error(m.nodes, m.values[input], step.length, m.settings.end) / m.per_gap);
+    }
     if (error <= worst) continue;
     worst = error;
     m.growth_before = m.growth_after = 1.0;

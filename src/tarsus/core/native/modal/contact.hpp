@@ -345,7 +345,6 @@ TARSUS_APART inline bool impact(Modal& m, int foot) {
   const ContactMode& mode = *m.mode;
   if (mode.mobility[foot] == 0.0) return false;
   const double t = m.clock.time;
-  Apex& apex = m.feet[foot].apex;
   m.note_parts();
   add_film_momenta(m);
   const double rate = m.rate_of(foot), speed = std::max(-rate, 0.0), zero = m.no_rate(foot);
@@ -364,14 +363,12 @@ TARSUS_APART inline bool impact(Modal& m, int foot) {
   if (at.after == 0.0) at.none = no_pull(m, foot, t);
   count_low(m, foot, speed, t);
   const EventKind kind = landing_kind(m.laws, foot, at, m.settings.rest_height);
+  const double lost = kind == BOUNCE ? bounce(m, foot, at) : stop_at_ground(m, foot, at);
+  m.log.add(foot, kind, m.feet[foot].apex, numbers_of(m.laws, foot, kind, t, at, lost));
   if (kind != BOUNCE) {
-    const double over = kind == REST ? rest_time(t, at) : t;
-    const double taken = kind == CAPTURE && m.laws.has(foot, HAS_LATCH) ? at.kept() : 0.0;
-    m.log.add(over, foot, kind, apex, speed, 0.0, at.pull, at.strength, stop_at_ground(m, foot, at), taken);
     hold(m, foot, t);
     return true;
   }
-  m.log.add(t, foot, BOUNCE, apex, speed, at.after, at.pull, at.strength, bounce(m, foot, at));
   remove_film_momenta(m);
   turn_over(m, foot, at.after > zero ? RISING : FROM_REST, t);
   return true;
