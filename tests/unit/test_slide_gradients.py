@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import tarsus as ts
+from random_scenes import sliding_scene
 from sliding_scenes import MASS, biped, cantilever, slider
 from tarsus.base.errors import InputError
 from tarsus.base.spec import get_value
@@ -80,3 +81,19 @@ def test_backwards_is_forwards_and_what_is_not_there_is_refused() -> None:
         InputError, match="along the ground there are no derivatives by numbers of the structure"
     ):
         ts.simulate(scene, 0.004, gradients=["robot.structure.modal_masses.0"])
+
+
+@pytest.mark.parametrize(("seed", "event"), [(3071, 25), (1729, 10)])
+def test_slides_against_the_pull_and_impacts_that_tear_off_two_contacts(seed: int, event: int) -> None:
+    """3071: a foot slides against what pulls it. 1729: one impact makes a foot slide and then leave."""
+    scene, path = sliding_scene(seed), "ground.friction.coefficient"
+    run = ts.simulate(scene, accuracy=TIGHT, gradients=[path])
+    at = float(get_value(scene, path))
+    above, below = (
+        ts.simulate(ts.with_values(scene, {path: at * (1.0 + sign * 1e-5)}), accuracy=TIGHT)
+        for sign in (1.0, -1.0)
+    )
+    for field in ("time", "pull"):
+        wanted = (above.events[field] - below.events[field])[: event + 1] / (2e-5 * at)
+        found = run.event_gradients[path][field][: event + 1]
+        np.testing.assert_allclose(found, wanted, atol=1e-6 * np.abs(wanted).max(), err_msg=field)
