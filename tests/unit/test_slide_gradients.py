@@ -83,9 +83,10 @@ def test_backwards_is_forwards_and_what_is_not_there_is_refused() -> None:
         ts.simulate(scene, 0.004, gradients=["robot.structure.modal_masses.0"])
 
 
-@pytest.mark.parametrize(("seed", "event"), [(3071, 25), (1729, 10)])
+@pytest.mark.parametrize(("seed", "event"), [(3071, 25), (1729, 10), (983, 13)])
 def test_slides_against_the_pull_and_impacts_that_tear_off_two_contacts(seed: int, event: int) -> None:
-    """3071: a foot slides against what pulls it. 1729: one impact makes a foot slide and then leave."""
+    """3071: a foot slides against what pulls it. 1729: one impact makes a foot slide and then leave.
+    983: one impact turns another foot that slides."""
     scene, path = sliding_scene(seed), "ground.friction.coefficient"
     run = ts.simulate(scene, accuracy=TIGHT, gradients=[path])
     at = float(get_value(scene, path))
