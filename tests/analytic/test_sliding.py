@@ -10,6 +10,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 import tarsus as ts
+from random_scenes import sliding_scene
 from sliding_scenes import MASS, slider
 from tarsus.base.events import EventKind
 from tarsus.model.laws import Friction
@@ -152,3 +153,22 @@ def test_friction_that_falls_with_the_slip_speed_stops_a_block_by_its_integral(k
     stop = quad(lambda v: 1.0 / (GRAVITY * coefficient(v)), 0.0, SPEED, epsabs=0.0, epsrel=1e-13)[0]
     assert of_kind(run, EventKind.STICK_BEGINS)["time"] == pytest.approx([stop], rel=1e-8)
     assert run.ledger.closure < 1e-8
+
+
+@pytest.mark.parametrize("seed", [453, 983, 3071])
+def test_feet_that_drive_each_other_along_the_ground_never_stall(seed: int) -> None:
+    """Feet whose slides go by each other's push: one moves against what pulls it, or stays at its very bound.
+
+    The integral of sampled friction times slip speed is the ledger's friction, and friction never drives a foot on.
+    """
+    scene = sliding_scene(seed)
+    run = ts.simulate(scene)
+    assert run.code is ts.simulate(slider()).code and run.ledger.closure < 1e-8
+    structure, feet = scene.robot.structure, scene.robot.feet.values()
+    ways = structure.weights if isinstance(structure, ts.Lumped) else structure.shapes
+    rows = np.array([ways[foot.along] if foot.along else np.zeros(structure.size) for foot in feet])
+    times = np.linspace(0.0, run.duration, 100001)
+    at = run.at(times)
+    power = np.where(at.slipping, at.friction * (rows @ at.state.v), 0.0)
+    assert power.max() <= 1e-6 * np.abs(power).max()
+    assert -np.trapezoid(power.sum(axis=0), times) == pytest.approx(run.ledger.friction, rel=5e-3)

@@ -38,6 +38,31 @@ def test_a_sliding_block_stops_where_friction_stops_it():
     assert run.ledger.closure < 1e-12
 
 
+def test_a_block_that_nothing_rubs_slides_there_and_back():
+    """Along A sin(w t): four amplitudes a period, though it turns back inside steps."""
+    amplitude, frequency = 1e-6, 50.0
+    omega = 2.0 * math.pi * frequency
+    force = ts.Sine(amplitude=MASS * amplitude * omega**2, frequency=frequency, phase=math.pi)
+    run = ts.simulate(
+        moving(block(friction=None, signals={"along": force}), block_x=amplitude * omega), duration=0.1
+    )
+    assert run.marks["slipped"][:, 0] == pytest.approx(4.0 * amplitude * np.arange(6), rel=1e-10)
+
+
+def test_the_path_there_and_back_moves_with_speed_and_force():
+    """Thrown along against a force F: back at x = 0 after 2 m v / F, the path m v^2 / F - v T + F T^2 / 2 m by T."""
+    speed, force, end = 0.01, 1e-6, 0.03
+    scene = moving(block(friction=None, signals={"along": ts.Constant(level=-force)}), block_x=speed)
+    start = f"initial.velocity.{int(np.argmax(np.abs(scene.initial.velocity)))}"
+    run = ts.simulate(scene, duration=end, gradients=[start, "signals.along.level"])
+    path = MASS * speed**2 / force - speed * end + force * end**2 / (2.0 * MASS)
+    assert run.marks["slipped"][-1, 0] == pytest.approx(path, rel=1e-10)
+    moved = {one: found["slipped"][-1, 0] for one, found in run.way_gradients.items()}
+    assert moved[start] == pytest.approx(2.0 * MASS * speed / force - end, rel=1e-9)
+    by_force = end**2 / (2.0 * MASS) - MASS * speed**2 / force**2
+    assert moved["signals.along.level"] == pytest.approx(-by_force, rel=1e-9)
+
+
 def test_adhesion_brakes_a_sliding_block_as_weight_does():
     speed, held = 0.05, 2e-5
     ground = block().ground.model_copy(update={"adhesion": ts.Adhesion(initial=held, rate=0.0)})

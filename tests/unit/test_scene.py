@@ -142,6 +142,11 @@ def test_gravity_needs_to_know_up() -> None:
     scene(ground=Ground(gravity=Gravity()))
 
 
+def test_a_way_along_the_ground_is_not_the_foots_own_point() -> None:
+    with pytest.raises(ValueError, match="'tip' is the foot's own point, whose displacement is up"):
+        robot(feet={"toe": Foot(point="tip", gap=0.0, along="tip")})
+
+
 def test_electrostatics_need_an_electrode() -> None:
     ground = Ground(electrostatic=Electrostatic(coefficient=1e-21, offset=1e-6))
     assert problems(lambda: scene(ground=ground))[0].startswith("Scene.ground.electrostatic: acts on no foot")

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import tarsus as ts
+from random_scenes import sliding_scene
 from sliding_scenes import MASS, biped, by_modes, cantilever, slider
 from tarsus.base.errors import InputError
 from tarsus.base.spec import get_value
@@ -100,3 +101,20 @@ def test_friction_by_speed_has_the_derivatives_that_the_walker_of_the_same_equat
     np.testing.assert_allclose(other.events["time"], one.events["time"], rtol=1e-10)
     found, wanted = (run.event_gradients[path]["time"] for run in (other, one))
     np.testing.assert_allclose(found, wanted, atol=1e-6 * np.abs(wanted).max())
+
+
+@pytest.mark.parametrize(("seed", "event"), [(3071, 25), (1729, 10), (983, 13)])
+def test_slides_against_the_pull_and_impacts_that_tear_off_two_contacts(seed: int, event: int) -> None:
+    """3071: a foot slides against what pulls it. 1729: one impact makes a foot slide and then leave.
+    983: one impact turns another foot that slides."""
+    scene, path = sliding_scene(seed), "ground.friction.coefficient"
+    run = ts.simulate(scene, accuracy=TIGHT, gradients=[path])
+    at = float(get_value(scene, path))
+    above, below = (
+        ts.simulate(ts.with_values(scene, {path: at * (1.0 + sign * 1e-5)}), accuracy=TIGHT)
+        for sign in (1.0, -1.0)
+    )
+    for field in ("time", "pull"):
+        wanted = (above.events[field] - below.events[field])[: event + 1] / (2e-5 * at)
+        found = run.event_gradients[path][field][: event + 1]
+        np.testing.assert_allclose(found, wanted, atol=1e-6 * np.abs(wanted).max(), err_msg=field)

@@ -222,7 +222,7 @@ def reference_faults(
                     (f"feet.{name}.{key}", f"the structure has no point '{point}'{nearest(point, points)}")
                 )
         if along is not None and along == at:
-            text = f"'{along}' is the foot's own point, whose displacement is up: name another for its way along the ground"
+            text = f"'{along}' is the foot's own point, whose displacement is up: name another point"
             faults.append((f"feet.{name}.along", text))
         if electrode is not None and electrode not in drives:
             faults.append(

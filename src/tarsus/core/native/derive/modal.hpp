@@ -601,13 +601,18 @@ class ModalTangent {
   // Whether the log has the strength of the contact, or its friction: of a foot detached by an impact it has none.
   static bool has_numbers(const Event& e) { return e.strength != 0.0 || (e.kind != RELEASE && e.pull != 0.0); }
 
+  // Whether an event is that of this foot, and of how it moves along the ground.
+  bool moves_along(size_t event, int foot) const {
+    const Event& e = record_->events[event];
+    return int(e.foot) == foot && (e.kind == SLIP_BEGINS || e.kind == STICK_BEGINS);
+  }
+
   // Whether an instant shares the moment of the last one, or of a kink.
   bool at_shared() const { return step_.fraction == 0.0 && reported_.shared_at >= now_.time.value - settings_.least_progress; }
 
   // How the moment of an event moves with the tangents, at a fixed time, of the gap or the pull that determines it.
   void take_moment(size_t event, int foot, const Row& shown) {
-    const double kind = record_->events[event].kind;
-    const Margin found = kind == SLIP_BEGINS || kind == STICK_BEGINS ? along_margin(foot)
+    const Margin found = moves_along(event, foot) ? along_margin(foot)
                          : now_.mode->is_held[foot] ? hold_margin(foot, shown) : gap_margin(foot, shown);
     reported_.take_moment(event, found, now_.time.value);
     // a foot that comes to rest inside a step does so without a speed, which would determine the moment
@@ -626,8 +631,7 @@ class ModalTangent {
   // The first event of an instant: how its moment moves, and the state with it.
   void begin_instant(size_t event, size_t steps) {
     first_foot_ = first_foot(event, steps);
-    const double kind = record_->events[event].kind;
-    if (!at_shared() && step_.fraction == 0.0 && (kind == SLIP_BEGINS || kind == STICK_BEGINS)) {
+    if (!at_shared() && step_.fraction == 0.0 && moves_along(event, first_foot_)) {
       reported_.stay(now_.time.value);  // what pulls the foot along has jumped as the run began
     }
     if (!at_shared()) {

@@ -204,6 +204,7 @@ struct LeggedMarch : Legged {
   // Path [m] that a foot slides up to scaled time ``fraction`` of the step, after which it is at ``end`` along the ground. A foot
   // without friction turns back without an event: where its speed changes sign between two nodes.
   double slide(int i, double h, double fraction, double end) {
+    constexpr double EXACT = 1e-13;  // of the time between two nodes: derivatives of the path are known as well as that moment
     const LegRows& r = rows[i];
     const Row& speed = r.w[ALONG];
     const bool by_nodes = smooth(*this, r, ALONG, h);
@@ -216,7 +217,7 @@ struct LeggedMarch : Legged {
           const Row here = lagrange(nodes, at);
           const Motion to = by_nodes ? Motion{total(r.u[ALONG] * here), total(speed * here)} : leg_at(*this, i, ALONG, h, at);
           return Motion{up * to.u, up * to.w};
-        });
+        }, EXACT);
         if (turn.at >= fraction) break;
         turns[i].push_back({turn.at, up * turn.gap});
         path += std::fabs(up * turn.gap - from);

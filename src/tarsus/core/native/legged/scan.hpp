@@ -61,15 +61,16 @@ inline Motion gap_at(const Legged& s, int i, double h, double fraction) {
   return at;
 }
 
-// Gap and scaled time of the lowest point of a flight between nodes j - 1 and j, where its rate changes sign.
+// Gap and scaled time of the lowest point of a flight between nodes j - 1 and j, where its rate changes sign; share: of the
+// interval, to which the time is found. A gap needs no more than half of the digits, for it is level there.
 struct Lowest {
   double gap, at;
 };
 
 template <class Flight>
-TARSUS_APART Lowest lowest_between(const Legged& s, int j, Flight&& gap_at) {
+TARSUS_APART Lowest lowest_between(const Legged& s, int j, Flight&& gap_at, double share = 1e-6) {
   double low = s.nodes.tau[j - 1], high = s.nodes.tau[j];
-  const double enough = 1e-6 * (high - low);
+  const double enough = share * (high - low);
   double at = 0.5 * (low + high), gap = 0.0;
   for (int n = 0; n < 60; n++) {
     const Motion now = gap_at(at);

@@ -51,7 +51,7 @@ struct Watched {
   }
   bool resolve_contacts() {
     const bool changed = system.resolve_contacts();
-    if (changed) note(CONSEQUENT);  // without a change there is no event
+    note(CONSEQUENT);  // a foot that an impact turns along the ground is an event that changes no contact
     return changed;
   }
   Code step() {
