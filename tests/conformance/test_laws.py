@@ -52,7 +52,7 @@ MEMORIES = [law for law in EXAMPLES if isinstance(law, AdhesionLaw) and law.rema
 
 @pytest.mark.parametrize("law", MEMORIES, ids=lambda law: law.name())
 def test_what_remains_does_not_depend_on_how_the_time_is_cut(law):
-    """A flow of time: of no age nothing is left, of any the more the shorter the time; the engine's program says the same."""
+    """A flow of time: of no age nothing is left, of any the more the shorter the time; so says the engine's program."""
     ages, times = np.geomspace(1e-6, 10.0, 15), np.geomspace(1e-6, 10.0, 15)
 
     def left(age, away):
@@ -121,7 +121,7 @@ def test_users_laws_without_the_compiler():
     same_events(ts.simulate(base), ts.simulate(mine))
 
 
-OWN_FRICTION = '''
+OWN_FRICTION = """
 from tarsus import FrictionLaw, quantity
 
 class Rough(FrictionLaw):
@@ -138,7 +138,7 @@ class Sluggish(FrictionLaw):
     @staticmethod
     def bound(margin, strength, speed, mu):
         return mu * margin + 0.0 * speed
-'''
+"""
 
 
 @pytest.mark.parametrize("name", ["rough", "sluggish"])

@@ -114,7 +114,8 @@ def test_slides_against_the_pull_and_impacts_that_tear_off_two_contacts(seed: in
         ts.simulate(ts.with_values(scene, {path: at * (1.0 + sign * 1e-5)}), accuracy=TIGHT)
         for sign in (1.0, -1.0)
     )
+    first = slice(event + 1)  # later ones part: the three runs need not have as many
     for field in ("time", "pull"):
-        wanted = (above.events[field] - below.events[field])[: event + 1] / (2e-5 * at)
-        found = run.event_gradients[path][field][: event + 1]
+        wanted = (above.events[field][first] - below.events[field][first]) / (2e-5 * at)
+        found = run.event_gradients[path][field][first]
         np.testing.assert_allclose(found, wanted, atol=1e-6 * np.abs(wanted).max(), err_msg=field)

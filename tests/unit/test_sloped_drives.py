@@ -220,7 +220,9 @@ def test_a_walker_that_stands_otherwise_starts_otherwise():
         step = 1e-3 * abs(value)
         there = [equilibrium(ts.with_values(scene, {path: value + k * step})) for k in (-2.0, -1.0, 1.0, 2.0)]
         wanted = np.array([1.0, -8.0, 8.0, -1.0]) @ there / (12.0 * step)
-        assert moved[: len(wanted), p] == pytest.approx(wanted, rel=1e-9, abs=1e-9 * np.abs(wanted).max() + 1e-18)
+        assert moved[: len(wanted), p] == pytest.approx(
+            wanted, rel=1e-9, abs=1e-9 * np.abs(wanted).max() + 1e-18
+        )
     assert moved[:, 0].any() and not moved[:, 1].any()
 
 

@@ -342,7 +342,8 @@ def test_gaits_are_for_walkers_and_friction_for_feet_with_a_way_along_the_ground
         parse_scene(tomlkit.dumps(tables))
     assert caught.value.problems == [
         "gait: needs the legs of a walker; this structure is of kind 'lumped'",
-        "ground.friction: acts on no foot: give a foot its way along the ground, feet.NAME.along, a point of the structure",
+        "ground.friction: acts on no foot: "
+        "give a foot its way along the ground, feet.NAME.along, a point of the structure",
     ]
 
 

@@ -235,7 +235,7 @@ def calibrate(
     Examples
     --------
     A search takes minutes:
-    
+
     >>> import tarsus as ts
     >>> found = ts.calibrate("cantilever", "fit")  # doctest: +SKIP
     >>> mixture = ts.load_mixture("fit")  # doctest: +SKIP

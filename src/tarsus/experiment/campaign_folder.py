@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from tarsus.base.errors import InputError
+from tarsus.base.messages import kind_of
 from tarsus.base.spec import with_values
 from tarsus.experiment.record_files import write_csv, write_hdf, write_mat, write_polytec, write_uff
 from tarsus.experiment.synthesis import (
@@ -169,7 +170,7 @@ def _check_identifiable(scene: Scene) -> None:
     if len(robot.drives) != 1:
         amiss.append(f"it has {len(robot.drives)} drives, not one")
     amiss += [
-        f"the law of '{name}' is of the kind '{drive.law.kind}', not 'prandtl_ishlinskii' or 'linear'"
+        f"the law of '{name}' is of the kind '{kind_of(type(drive.law))}', not 'prandtl_ishlinskii' or 'linear'"
         for name, drive in robot.drives.items()
         if not isinstance(drive.law, PrandtlIshlinskii | LinearForce)
     ]

@@ -1,9 +1,9 @@
 """Static loops -> the drive's hysteresis operator, and how its force is shared out over the structure.
 
-``K x = load F(V)``, equation (2.8) for any linear structure, with F of the form of `tarsus.model.drive.laws.prandtl_ishlinskii`. All
-parameters of F are linear, so that loops are a linear least-squares problem. Where the foot stands on the ground the
-combination of points counts that the ground's force does not move. Displacements are known from the rest after poling
-only; the neutral position, and with it the constant of F, follows from the gap: the foot at rest is at ``-gap -
+``K x = load F(V)``, equation (2.8) for any linear structure, with F of the form of
+`tarsus.model.drive.laws.prandtl_ishlinskii`. All parameters of F are linear, so that loops are a linear
+least-squares problem. Where the foot stands on the ground the combination of points counts that the
+ground's force does not move. Displacements are known from the rest after poling only; the neutral position, and with it the constant of F, follows from the gap: the foot at rest is at ``-gap -
 level``, where ``level`` is the place of the contact as seen from the rest."""
 
 from __future__ import annotations
@@ -303,7 +303,12 @@ def identify_hysteresis(
             "be neutral, and the constant of the law follows from that.",
         )
     left = tuple(
-        LeftOut(trace.file, "", "samples just after contacts were made or broken: the structure still rings", count)
+        LeftOut(
+            trace.file,
+            "",
+            "samples just after contacts were made or broken: the structure still rings",
+            count,
+        )
         for trace, count in zip(traces, fit.loops.unused, strict=True)
         if count
     )

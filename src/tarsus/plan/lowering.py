@@ -313,8 +313,8 @@ def _columns(acting: Mapping[str, Law]) -> dict[str, int]:
 
 
 def _twin(law: type[Law]) -> int:
-    """Number of the law's function among those that the engine has written out; -1 where it carries out a program, as of
-    a user's law, whatever its name."""
+    """Number of the law's function among those that the engine has written out; -1 where it carries out a program,
+    as of a user's law, whatever its name."""
     comes_along = law.__module__.startswith(_LAWS)
     return _native.TWINS.get(f"{law.__name__}.{law.function_name}", -1) if comes_along else -1
 

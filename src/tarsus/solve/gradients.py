@@ -33,7 +33,7 @@ __all__ = ["Gradient", "GradientBatch", "GradientRun", "gradient_run"]
 
 Floats = npt.NDArray[np.float64]
 
-_REASONS = {
+_REASONS: dict[int, str] = {
     Doubt.GRAZING: "{foot} grazes the ground at {time}: whether it touches is within the error of a step",
     Doubt.SIMULTANEOUS: "{foot} lands at {time} together with another foot, and which comes first decides what follows",
     Doubt.AT_THRESHOLD: "whether {foot} is held or bounces at {time} is within rounding of its threshold",

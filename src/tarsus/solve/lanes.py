@@ -22,8 +22,17 @@ __all__ = ["Doubt", "Tangents", "tangents", "walk_tangents"]
 
 Floats = NDArray[np.float64]
 
-Doubt = IntEnum("Doubt", dict(_native.DOUBTS))  # type: ignore[misc]
-"""Why there is no derivative, as the engine numbers it."""
+
+class Doubt(IntEnum):
+    """Why there is no derivative, as the engine numbers it."""
+
+    GRAZING = _native.DOUBTS["GRAZING"]
+    SIMULTANEOUS = _native.DOUBTS["SIMULTANEOUS"]
+    AT_THRESHOLD = _native.DOUBTS["AT_THRESHOLD"]
+    LOST = _native.DOUBTS["LOST"]
+    EDGE_AT_START = _native.DOUBTS["EDGE_AT_START"]
+    APART = _native.DOUBTS["APART"]
+    NEAR_MISS = _native.DOUBTS["NEAR_MISS"]
 
 
 def _nothing() -> Floats:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from tarsus.base.events import CONTACT_BEGINS, EventKind, FootState
 from tarsus.core.replay import Sampled
 from tarsus.files.ledger import Ledger
+from tarsus.model.laws.base import AdhesionLaw
 from tarsus.solve import acting
 
 if TYPE_CHECKING:
@@ -145,7 +146,7 @@ def _contacts(events: NDArray[np.void], law: Law) -> tuple[Floats, Floats]:
     begins = np.isin(events["kind"], CONTACT_BEGINS)
     begun = events["time"][begins]
     brought = np.zeros(len(begun))
-    if law.remaining is None:
+    if not isinstance(law, AdhesionLaw) or law.remaining is None:
         return begun, brought
     ended = events["time"][events["kind"] == EventKind.RELEASE]
     for k in range(1, len(begun)):
