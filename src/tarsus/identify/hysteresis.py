@@ -2,9 +2,10 @@
 
 ``K x = load F(V)``, equation (2.8) for any linear structure, with F of the form of
 `tarsus.model.drive.laws.prandtl_ishlinskii`. All parameters of F are linear, so that loops are a linear
-least-squares problem. Where the foot stands on the ground the combination of points counts that the
-ground's force does not move. Displacements are known from the rest after poling only; the neutral position, and with it the constant of F, follows from the gap: the foot at rest is at ``-gap -
-level``, where ``level`` is the place of the contact as seen from the rest."""
+least-squares problem. Where the foot stands on the ground the combination of points counts that the ground's
+force does not move. Displacements are known from the rest after poling only; the neutral position, and with
+it the constant of F, follows from the gap: the foot at rest is at ``-gap - level``, where ``level`` is the
+place of the contact as seen from the rest."""
 
 from __future__ import annotations
 
