@@ -203,7 +203,8 @@ HEAD = "from tarsus.model.laws import SmoothLaw\nfrom tarsus.base.spec import qu
             r"law\.py: A\.force, line 5: None is not a number",
         ),
         (
-            HEAD + "class A(SmoothLaw):\n    def force(gap, gap_rate, volts, time):\n        return gap * 1e308 * 1e9",
+            HEAD
+            + "class A(SmoothLaw):\n    def force(gap, gap_rate, volts, time):\n        return gap * 1e308 * 1e9",
             r"law A must return a finite number, got inf",
         ),
         (
@@ -231,7 +232,9 @@ def test_a_wrong_file_is_a_sentence(tmp_path: Path, text: str, said: str) -> Non
         "def turn():\n    for i in range(10**12):\n        pass\nturn()\n",
     ],
 )
-def test_a_file_that_never_ends_is_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, loop: str) -> None:
+def test_a_file_that_never_ends_is_stopped(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, loop: str
+) -> None:
     monkeypatch.setattr(userfile, "PATIENCE", 0.1)
     before = sys.gettrace()
     with pytest.raises(InputError, match=r"law\.py, line \d+: it takes longer than 0\.1 s to be read"):
@@ -260,3 +263,30 @@ def test_class_variables_are_not_parameters() -> None:
             return a
 
     assert Plain(a=2.0).parameters() == (2.0,)
+
+
+def test_a_law_that_breaks_its_promise_is_refused(tmp_path):
+    """Friction that drives, and a memory that is no flow of time, would close their accounts for the wrong reason."""
+    path = tmp_path / "broken.py"
+    path.write_text(
+        '"""Broken laws."""\n'
+        "from tarsus import AdhesionLaw, FrictionLaw, quantity\n\n\n"
+        "class Driving(FrictionLaw):\n"
+        '    """Friction that drives."""\n'
+        '    share: float = quantity("1", "share", default=0.3)\n'
+        '    leading = ("margin", "strength")\n'
+        "    @staticmethod\n"
+        "    def bound(margin, strength, share):\n        return -share * margin\n\n\n"
+        "class Jumping(AdhesionLaw):\n"
+        '    """A memory that jumps."""\n'
+        '    rate: float = quantity("N/s", "rate", default=1e-3)\n'
+        "    @staticmethod\n"
+        "    def strength(age, rate):\n        return rate * age\n"
+        "    @staticmethod\n"
+        "    def remaining(age, away, rate):\n        return age / (1 + 1e6 * away * away)\n"
+    )
+    laws = load_laws(path)
+    with pytest.raises(InputError, match="bound is negative at margin 1e-06, strength 0: friction brakes"):
+        laws["driving"]()
+    with pytest.raises(InputError, match="remaining is no flow of time: of an age"):
+        laws["jumping"]()

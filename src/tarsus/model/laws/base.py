@@ -20,12 +20,17 @@ are made from them.
 from __future__ import annotations
 
 import inspect
+import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
+from itertools import product
 from types import FunctionType
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
+from pydantic import model_validator
+
+from tarsus.base.messages import PathErrors
 from tarsus.base.spec import Description
 
 DISSERTATION = (
@@ -203,9 +208,10 @@ class AdhesionLaw(Law):
 
     A contact may remember those before it: with ``remaining(age, away, *parameters)`` [s], what is left of the ``age``
     that a contact had when it ended after ``away`` [s] in the air, the next one begins at that age, not at 0.  One
-    number
-    a foot is remembered, and any one that flows by itself in contact is a function of such an age.  For times in a row
-    ``remaining(remaining(age, s), t) = remaining(age, s + t)``; of no age nothing is left.
+    number a foot is remembered, and any one that flows by itself in contact is a function of such an age.  For times
+    in a row ``remaining(remaining(age, s), t) = remaining(age, s + t)``; of no age nothing is left.
+
+    Raises PathErrors where ``remaining`` is not so at some ages and times.
     """
 
     hook = "strength"
@@ -214,6 +220,26 @@ class AdhesionLaw(Law):
     also: ClassVar[Mapping[str, tuple[str, ...]]] = {"remaining": ("age", "away")}
     strength: ClassVar[Callable[..., float]]
     remaining: ClassVar[Callable[..., float] | None] = None
+
+    @model_validator(mode="after")
+    def _flows(self) -> Self:
+        if self.remaining is None:
+            return self
+
+        def left(age: float, away: float) -> float:
+            return self.evaluate(age, away, hook="remaining")
+
+        for age, one, other in product((1e-4, 1e-2, 1.0), (0.0, 1e-4, 1e-2), (1e-4, 1e-2)):
+            at_once, in_a_row, of_none = left(age, one + other), left(left(age, one), other), left(0.0, other)
+            flows = math.isclose(at_once, in_a_row, rel_tol=1e-6, abs_tol=1e-9 * age)
+            if not flows or of_none != 0.0 or not 0.0 <= at_once <= age * (1.0 + 1e-9):
+                why = (
+                    f"remaining is no flow of time: of an age of {age:g} s, {at_once:g} s are left after "
+                    f"{one + other:g} s in the air, {in_a_row:g} s after {one:g} s and then {other:g} s; "
+                    f"of no age, {of_none:g} s"
+                )
+                raise PathErrors([("", why)])
+        return self
 
 
 class FrictionLaw(Law):
@@ -227,9 +253,20 @@ class FrictionLaw(Law):
 
     A law whose bound does not depend on the speed says ``leading = ("margin", "strength")`` and takes these two alone:
     its sliding is then solved faster.
+
+    Raises PathErrors where the bound is negative at some margin, strength and speed.
     """
 
     hook = "friction"
     function_name = "bound"
     leading = ("margin", "strength", "speed")
     bound: ClassVar[Callable[..., float]]
+
+    @model_validator(mode="after")
+    def _brakes(self) -> Self:
+        probes = {"margin": (0.0, 1e-6, 1e-3), "strength": (0.0, 1e-6), "speed": (0.0, 1e-6, 1e-3, 1.0)}
+        for point in product(*(probes[name] for name in self.leading)) if self.function() else ():
+            if self.evaluate(*point) < 0.0:
+                at = ", ".join(f"{name} {value:g}" for name, value in zip(self.leading, point, strict=True))
+                raise PathErrors([("", f"bound is negative at {at}: friction brakes, it never drives")])
+        return self
