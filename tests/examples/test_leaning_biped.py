@@ -7,6 +7,8 @@ import pytest
 
 import tarsus as ts
 from example_files import load
+from tarsus.report.figures import forces
+from tarsus.report.series import series_of
 
 
 def test_it_walks_forward_and_its_feet_slip_and_stick() -> None:
@@ -15,6 +17,9 @@ def test_it_walks_forward_and_its_feet_slip_and_stick() -> None:
     assert way == pytest.approx(74.7e-6, rel=0.02)
     assert {2, 3, 7, 8} <= set(run.events["kind"].tolist())  # captures, releases, slips and sticks
     assert 0.0 < run.ledger.friction < run.ledger.work_in
+    page = series_of(run)
+    plate = forces(page, page.whole)
+    assert "friction (" in str(plate.picture) and "positive forward" in plate.caption
 
 
 def test_without_friction_it_stays_where_it_is() -> None:

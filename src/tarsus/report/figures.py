@@ -115,6 +115,9 @@ def forces(series: Series, window: Window, foot: int = 0) -> Plate:
             rows.append((label, values, color))
         else:
             absent.append(label)
+    along = series.values.get("friction_force")
+    if along is not None and ever(along[foot]):
+        rows.append(("friction", along[foot], INK))
     drive = [(name, series["drive_force"][i]) for i, name in enumerate(series.drives)]
     touched = ever(contact[part]) or ever(limit[part])
     if not touched:
@@ -158,6 +161,8 @@ def forces(series: Series, window: Window, foot: int = 0) -> Plate:
         f"Forces on foot {name} below its height above the ground, each on its own scale; positive pushes "
         "the foot off the ground, contact is shaded."
     )
+    if along is not None and ever(along[foot]):
+        caption += " Friction acts along the ground, positive forward."
     if touched and ever(limit[part]):
         caption += (
             " While it sticks, adhesion holds (contact force below zero) until the pull-off limit is reached."
