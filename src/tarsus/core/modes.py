@@ -140,10 +140,10 @@ class ContactMode:
     side: Floats  # (m, 2nb): change of the state by a unit velocity across the foot's normal, see _across
     side_rate: Floats  # (m, 2nb): that velocity
     skew: Floats  # (m,): velocity across per velocity along, of the foot's impact direction
-    printed: Floats  # (m, 2nb): pull by (2.13) as printed on a free foot at the ground, its own rate after the blow apart
+    printed: Floats  # (m, 2nb): pull by (2.13) as printed on a free foot at the ground, without its own rate after the impact
     printed_feed: Floats  # (m, ni): its direct part
-    printed_damping: Floats  # (m,) C_pp: its part of the rates before and after the blow
-    leading: NDArray[np.int64]  # (r,) free feet whose gaps tell those of all others, see `_leading`
+    printed_damping: Floats  # (m,) C_pp: its part of the rates before and after the impact
+    leading: NDArray[np.int64]  # (r,) free feet whose gaps determine those of all others, see `_leading`
     spanned: Floats  # (m, r): gap of a free foot per unit of theirs, in addition to its gap at rest
     placed: Floats  # (m, n): displacements per unit of the place where a foot sticks
     slide: Floats  # (m, 2nb): change of the state by a unit impulse along the ground on a foot that does not stick

@@ -430,7 +430,7 @@ def scales(
     """Length [m] and force [N] of nr runs (nr,) that tolerances refer to.
 
     The length is the least rest gap that is any, and not below `NEAREST` of the largest length: a foot a millimetre
-    away, or a film as thick, tells nothing of how exactly one must be known that works within a micrometre.
+    away, or a film as thick, says nothing of how exactly one must be known that works within a micrometre.
 
     spans (nr, nd) [N] of the drives' forces; parameters (nr, m, np), initial (nr, 2n), sources (nr, m + 1) as in
     `tarsus.plan.slots.Rows`.

@@ -71,11 +71,11 @@ def swept(
         (last, data.end), (loops, data.loops), (np.array([period]), data.period),
     )  # fmt: skip
     values = sum((np.asarray(by).ravel() @ moved.reshape(-1, count) for by, moved in pairs), np.zeros(count))
-    told = [(int(event), int(reason), -1) for event, reason, _ in np.asarray(flags).reshape(-1, 3)]
+    doubts = [(int(event), int(reason), -1) for event, reason, _ in np.asarray(flags).reshape(-1, 3)]
     for piece, turns, c in np.asarray(edges).reshape(-1, 3):
         moved = data.begin[piece] + data.loops[row.channels[0, c]] * turns
-        told += [(0, int(Doubt.EDGE_AT_START), int(p)) for p in np.flatnonzero(moved)]
-    return values, sorted(set(told))
+        doubts += [(0, int(Doubt.EDGE_AT_START), int(p)) for p in np.flatnonzero(moved)]
+    return values, sorted(set(doubts))
 
 
 def _groups(parameters: Floats) -> tuple[NDArray[np.int64], Floats]:

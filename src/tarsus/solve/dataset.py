@@ -29,7 +29,7 @@ def to_variables(scene: Scene, series: Series) -> dict[str, Variable]:
     add("volts", ("drive", "time"), series.volts, "V", "drive voltage")
     command = command_volts(scene, series.time)
     if command is not None:
-        add("command", ("drive", "time"), command, "V", "voltage the amplifier is told to give")
+        add("command", ("drive", "time"), command, "V", "voltage that the amplifier is commanded to give")
     add("drive_force", ("drive", "time"), series.force, "N", "drive force")
     add("displacement", ("point", "time"), rows @ state.x, "m", "displacement of a point along +z")
     add("velocity", ("point", "time"), rows @ state.v, "m/s", "velocity of a point along +z")

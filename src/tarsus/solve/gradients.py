@@ -43,7 +43,7 @@ _REASONS: dict[int, str] = {
     Doubt.NEAR_MISS: "a foot turns just above the ground before {time}: it may touch it within the error of a step",
 }
 _ONE_SIDED = {Doubt.AT_THRESHOLD, Doubt.EDGE_AT_START}
-"""Where the derivative to the run's own side is the one told."""
+"""Where the derivative to the run's own side is the one reported."""
 _KINKED = (
     "an event lies on the edge of a period or on a threshold of the measure, which has a kink or a jump there"
 )

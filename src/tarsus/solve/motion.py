@@ -72,7 +72,7 @@ class Replayed:
 
     @cached_property
     def integrals(self) -> Integrals:
-        """Energy integrals up to the end of every step; the work of laws that act together told apart."""
+        """Energy integrals up to the end of every step; the work of laws that act together law by law."""
         rows, laws = self.acting.rows, self.acting.plan.laws
         return replay.integrate(self.log.book, self.log.trace, (rows.signals, laws.native, rows))
 

@@ -41,7 +41,7 @@ _NAMES = EVENT_TYPE.names or ()
 
 
 def measure_seeds(log: Log, feet: tuple[str, ...], name: str, edges_move: bool) -> Seeds | None:
-    """Of a measure of a run by name. log: of the run, its derivatives not used but by_period, which tells whether the
+    """Of a measure of a run by name. log: of the run, its derivatives not used but by_period, which says whether the
     drive period moves. edges_move: whether edges of drives do.
 
     None where its derivatives by events are not known, and where it may have a kink; by the period NaN
@@ -90,14 +90,14 @@ def number_seeds(log: Log, number: NumberOf, times: Floats, states: Sampled | No
         group = groups.pop()
         if len(group) <= 2:
             for place in group:
-                kinked = place.told(value, own)
+                kinked = place.differentiate(value, own)
                 if kinked:
                     return None
         elif any(_moved(group, sign, value) != own for sign in (1.0, -1.0)):
             half = len(group) // 2
             groups += [group[:half], group[half:]]
     period = np.zeros(1)
-    if log.by_period.any() and _period_place(log, events, order, period).told(value, own):
+    if log.by_period.any() and _period_place(log, events, order, period).differentiate(value, own):
         period[0] = np.nan
     return replace(seeds, period=float(period[0]))
 
@@ -116,7 +116,7 @@ class _Place:
         for array, at, weights in self.parts:
             array[at] += by * self.step * weights
 
-    def told(self, value: Callable[[], float], own: float) -> bool:
+    def differentiate(self, value: Callable[[], float], own: float) -> bool:
         """Note the derivative; True where there is a kink."""
         kept = [array[at] for array, at, _ in self.parts]
         values = np.full(len(STEPS), own)

@@ -149,7 +149,7 @@ class Batch:
         values = {path: float(column[number]) for path, column in self.vary.items()}
         return Run(
             self.scene, self.duration, float(self.periods[number]), part.log.alone(place), values, self.accuracy,
-            self.track, told=self.codes[number],
+            self.track, ended_as=self.codes[number],
         )  # fmt: skip
 
     def events(self, i: int | tuple[int, ...]) -> np.ndarray:
@@ -250,7 +250,7 @@ class Batch:
 
         Of a grid every path is a dimension; else the runs are the dimension ``run``, with the varied values as its
         coordinates. Each measure has its spread from period to period beside it, of several feet the number of each,
-        and ``code`` tells how the run ended. Options as for `measure`.
+        and ``code`` says how the run ended. Options as for `measure`.
         """
         from tarsus.files.series import dataset_of
 

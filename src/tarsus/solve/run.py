@@ -57,7 +57,8 @@ class Run:
 
     base, values: the scene described, and what this run has instead, by path; period [s]: drive period of the
     statistics; log: what the engine noted; wall_s: seconds it took. kept: its motion; a batch keeps none, and its runs
-    are made once more, step for step, when they are asked for series or energies. told: how a batch says that it ended.
+    are made once more, step for step, when they are asked for series or energies. ended_as: its code by the batch that
+    it is of.
     """
 
     base: Scene
@@ -68,7 +69,7 @@ class Run:
     accuracy: Accuracy | None = None
     track: bool = True
     kept: Motion | None = None
-    told: ResultCode | None = None
+    ended_as: ResultCode | None = None
     wall_s: float = math.nan
 
     def __repr__(self) -> str:
@@ -106,7 +107,7 @@ class Run:
 
     @property
     def plan(self) -> Plan:
-        """What the engine was told, but for the run's own row of data (``motion.acting.rows``)."""
+        """The plan given to the engine, but for the run's own row of data (``motion.acting.rows``)."""
         return self.motion.acting.plan
 
     @cached_property
@@ -114,8 +115,8 @@ class Run:
         """How the run ended; its value is a sentence. Of a run that reached its end this asks for the ledger, once:
         by contact modes that takes 0.15 to 0.5 of the run, of a walker nothing. Of a run of a batch it is
         what `tarsus.solve.Batch.codes` says."""
-        if self.told is not None:
-            return self.told
+        if self.ended_as is not None:
+            return self.ended_as
         open_ = self.ended is ResultCode.DONE and not self.ledger.closure <= CLOSED  # NaN is open
         return ResultCode.LEDGER_OPEN if open_ else self.ended
 

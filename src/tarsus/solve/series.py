@@ -118,7 +118,7 @@ def drive_volts(run: Run, time: Floats) -> Floats:
 
 
 def command_volts(scene: Scene, time: Floats) -> Floats | None:
-    """Volts (nd, nt) that every drive's amplifier is told to give; None where all are ideal."""
+    """Volts (nd, nt) that every drive's amplifier is commanded to give; None where all are ideal."""
     drives, commands = scene.robot.drives, scene.waveforms
     if all(drive.amplifier.ideal for drive in drives.values()):
         return None

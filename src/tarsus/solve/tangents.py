@@ -45,7 +45,7 @@ WIDTHS = tuple(10.0 ** -np.arange(2.0, 8.0))
 one of lower order: what is linear in its numbers needs a wide one, damping that follows from modes that nearly cancel
 a narrow one."""
 AGREED = 1e-12
-"""Part of an array's largest derivative within which two orders need not be told apart: rounding leaves as much."""
+"""Part of an array's largest derivative within which two orders need not be distinguished: rounding leaves as much."""
 
 
 Direction = Mapping[str, float]
