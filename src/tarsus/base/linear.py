@@ -34,9 +34,11 @@ def product(*factors: Array) -> Array:
 
 
 def _product(a: Array, b: Array) -> Any:
-    multiply, (one, other) = _typed(_linear.product, _linear.complex_product, a, b)
-    out = multiply(one, other)
-    return out if a.ndim + b.ndim > 2 else np.asarray(out)[()]
+    complex_ = a.dtype.kind == "c" or b.dtype.kind == "c"
+    multiply: Any = _linear.complex_product if complex_ else _linear.product
+    kind: Any = np.complex128 if complex_ else np.float64
+    out = multiply(np.ascontiguousarray(a, kind), np.ascontiguousarray(b, kind))
+    return out if a.ndim + b.ndim > 2 else kind(out)
 
 
 def _typed(real: Any, complex_: Any, *arrays: Array) -> tuple[Any, list[Array]]:
