@@ -12,11 +12,10 @@ from numpy.typing import NDArray
 from tarsus.base.events import CONTACT_BEGINS, EventKind, FootState
 from tarsus.core.replay import Sampled
 from tarsus.files.ledger import Ledger
-from tarsus.model.laws.base import AdhesionLaw
+from tarsus.model.laws.base import AdhesionLaw, Law
 from tarsus.solve import acting
 
 if TYPE_CHECKING:
-    from tarsus.model.laws.base import Law
     from tarsus.model.scene import Scene
     from tarsus.solve.motion import Way
     from tarsus.solve.run import Run

@@ -223,11 +223,12 @@ class AdhesionLaw(Law):
 
     @model_validator(mode="after")
     def _flows(self) -> Self:
-        if self.remaining is None:
+        remaining, parameters = self.remaining, self.parameters()
+        if remaining is None:
             return self
 
         def left(age: float, away: float) -> float:
-            return self.evaluate(age, away, hook="remaining")
+            return remaining(age, away, *parameters)
 
         for age, one, other in product((1e-4, 1e-2, 1.0), (0.0, 1e-4, 1e-2), (1e-4, 1e-2)):
             at_once, in_a_row, of_none = left(age, one + other), left(left(age, one), other), left(0.0, other)

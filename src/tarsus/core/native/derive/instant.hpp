@@ -242,10 +242,9 @@ class Instant {
     landing_ = foot;
     add_film_momenta(*this);
     const Landing<Jet> at = landing_of(*this, foot);
-    const bool doubtful = landing_in_doubt(laws, foot, at) || braking_of(*this, foot, at.speed, kind == BOUNCE ? at.after : Jet(0.0)).doubtful;
-    const Jet lost = kind == BOUNCE ? bounce(*this, foot, at) : stop_at_ground(*this, foot, at);
-    EventNumbers<Jet> out = numbers_of(laws, foot, kind, time, at, lost);
-    out.doubtful = doubtful;
+    const Braking<Jet> braked = follow_landing(*this, foot, kind, at);
+    EventNumbers<Jet> out = numbers_of(laws, foot, kind, time, at, braked.lost);
+    out.doubtful = landing_in_doubt(laws, foot, at) || braked.doubtful;
     if (kind == BOUNCE) {
       remove_film_momenta(*this, [](int, const Jet&) {});
     } else {

@@ -137,22 +137,17 @@ inline Landing<typename M::Real> landing_of(M& m, int foot) {
   return at;
 }
 
-// It bounces. Returns the energy [J] that this takes.
+// Its velocities after the impact, and what braked it along the ground; the energy [J] is all that the impact takes. A foot that
+// does not bounce is only braked: the contact mode stops it.
 template <class M>
-inline typename M::Real bounce(M& m, int foot, const Landing<typename M::Real>& at) {
-  const Braking<typename M::Real> friction = braking_of(m, foot, at.speed, at.after);
-  const typename M::Real lost = at.lost() + follow_impact(m, foot, at) + friction.lost;
-  m.shift(&ContactMode::jump, foot, at.after + at.speed);
-  brake(m, foot, friction.impulse);
-  return lost;
-}
-
-// It is stopped, and friction brakes it along the ground before the contact mode holds it. Returns the energy [J] that this takes.
-template <class M>
-inline typename M::Real stop_at_ground(M& m, int foot, const Landing<typename M::Real>& at) {
-  const Braking<typename M::Real> friction = braking_of(m, foot, at.speed, typename M::Real(0.0));
-  brake(m, foot, friction.impulse);
-  return at.lost() + at.kept() + friction.lost;
+inline Braking<typename M::Real> follow_landing(M& m, int foot, EventKind kind, const Landing<typename M::Real>& at) {
+  typedef typename M::Real Real;
+  const bool bounces = kind == BOUNCE;
+  Braking<Real> out = braking_of(m, foot, at.speed, bounces ? at.after : Real(0.0));
+  out.lost = (bounces ? at.lost() + follow_impact(m, foot, at) : at.lost() + at.kept()) + out.lost;
+  if (bounces) m.shift(&ContactMode::jump, foot, at.after + at.speed);
+  brake(m, foot, out.impulse);
+  return out;
 }
 
 // ---- on numbers alone: decisions, and the events that are logged
@@ -363,7 +358,7 @@ TARSUS_APART inline bool impact(Modal& m, int foot) {
   if (at.after == 0.0) at.none = no_pull(m, foot, t);
   count_low(m, foot, speed, t);
   const EventKind kind = landing_kind(m.laws, foot, at, m.settings.rest_height);
-  const double lost = kind == BOUNCE ? bounce(m, foot, at) : stop_at_ground(m, foot, at);
+  const double lost = follow_landing(m, foot, kind, at).lost;
   m.log.add(foot, kind, m.feet[foot].apex, numbers_of(m.laws, foot, kind, t, at, lost));
   if (kind != BOUNCE) {
     hold(m, foot, t);

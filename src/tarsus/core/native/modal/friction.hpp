@@ -41,34 +41,32 @@ inline double no_slide(const Modal& m, int foot) {
 
 inline double size_of(const Row& x) { return highest(magnitude(x)); }
 
-// Whether friction has exactly one solution: every friction force, those before it given, reduces the margin that bears it by less
-// than that margin. matrix (size, size + 1): 1 less the direct effects of the friction forces on each other; used up.
-inline bool has_one_solution(std::vector<double>& matrix, int size) {
+// Eliminate below the diagonal of a small matrix (size, size), row by row in their order; subtracted(r, c, factor): row c was
+// subtracted from row r so many times. Returns whether all pivots are positive. Where the matrix is 1 less the direct effects of
+// friction forces on each other, they are where friction has exactly one solution: every force, those before it given, reduces
+// the margin that bears it by less than that margin.
+template <class Subtracted>
+inline bool eliminate_in_order(std::vector<double>& matrix, int size, Subtracted&& subtracted) {
+  bool positive = true;
   for (int c = 0; c < size; c++) {
-    const double pivot = matrix[c * (size + 1) + c];
-    if (!(pivot > 0.0)) return false;
+    const double pivot = matrix[c * size + c];
+    positive = positive && pivot > 0.0;
     for (int r = c + 1; r < size; r++) {
-      const double factor = matrix[r * (size + 1) + c] / pivot;
-      for (int j = c; j < size; j++) matrix[r * (size + 1) + j] -= factor * matrix[c * (size + 1) + j];
+      const double factor = matrix[r * size + c] / pivot;
+      for (int j = c; j < size; j++) matrix[r * size + j] -= factor * matrix[c * size + j];
+      subtracted(r, c, factor);
     }
   }
-  return true;
+  return positive;
 }
 
-// Solve a small system in place of its right side, whose numbers may have derivatives; the matrix (size, size + 1) is used up.
+// Solve a small system (size, size) in place of its right side, whose numbers may have derivatives; the matrix is used up.
 template <class Real>
-inline void solve_small(std::vector<double>& matrix, int size, std::vector<Real>& right) {
-  const int width = size + 1;
-  for (int c = 0; c < size; c++) {
-    for (int r = c + 1; r < size; r++) {
-      const double factor = matrix[r * width + c] / matrix[c * width + c];
-      for (int j = c; j < size; j++) matrix[r * width + j] -= factor * matrix[c * width + j];
-      right[r] = right[r] - right[c] * factor;
-    }
-  }
+inline void solve_in_order(std::vector<double>& matrix, int size, std::vector<Real>& right) {
+  eliminate_in_order(matrix, size, [&](int r, int c, double factor) { right[r] = right[r] - right[c] * factor; });
   for (int r = size - 1; r >= 0; r--) {
-    for (int j = r + 1; j < size; j++) right[r] = right[r] - right[j] * matrix[r * width + j];
-    right[r] = right[r] / matrix[r * width + r];
+    for (int j = r + 1; j < size; j++) right[r] = right[r] - right[j] * matrix[r * size + j];
+    right[r] = right[r] / matrix[r * size + r];
   }
 }
 
@@ -114,15 +112,15 @@ inline void assemble_friction(Modal& m, const StepClass& step, const std::vector
 // Whether friction has exactly one solution at the start of the step.
 inline bool friction_is_unique(const Modal& m, const std::vector<Sliding>& sliding) {
   const int count = int(m.braked.size());
-  std::vector<double> matrix(size_t(count) * (count + 1));
+  std::vector<double> matrix(size_t(count) * count);
   for (int i = 0; i < count; i++) {
     const int foot = m.braked[i];
     for (int k = 0; k < count; k++) {
       const double feed = m.mode->feed[foot * m.sizes.inputs() + m.sizes.feet + m.braked[k]];
-      matrix[i * (count + 1) + k] = (i == k ? 1.0 : 0.0) - m.feet[foot].sense * sliding[i].bound.slope[MARGIN][0] * feed;
+      matrix[i * count + k] = (i == k ? 1.0 : 0.0) - m.feet[foot].sense * sliding[i].bound.slope[MARGIN][0] * feed;
     }
   }
-  return has_one_solution(matrix, count);
+  return eliminate_in_order(matrix, count, [](int, int, double) {});
 }
 
 // Friction at the nodes of a step consistent with the margins and rates under it, by Newton's method; ``converge`` finds all
@@ -231,7 +229,7 @@ inline void add_friction(M& m, Moment<typename M::Real>& to) {
     if (m.sense_of(i) != 0.0) braked.push_back(i);
   }
   const int count = int(braked.size());
-  std::vector<double> matrix(size_t(count) * (count + 1));
+  std::vector<double> matrix(size_t(count) * count);
   std::vector<Real> right(count, Real(0.0));
   bool converged = count == 0, last = false;
   for (int n = 0; n < MOST && !last; n++) {
@@ -246,11 +244,11 @@ inline void add_friction(M& m, Moment<typename M::Real>& to) {
       const double by_margin = sliding_bound(m.laws.plain(), i, Row(value_of(margin)), Row(value_of(strength)), Row(value_of(speed)), false)
                                    .slope[MARGIN][0];
       for (int b = 0; b < count; b++) {
-        matrix[a * (count + 1) + b] = (a == b) - sense * by_margin * m.mode->feed[i * ni + feet + braked[b]];
+        matrix[a * count + b] = (a == b) - sense * by_margin * m.mode->feed[i * ni + feet + braked[b]];
       }
       right[a] = m.laws.friction(i, margin, strength, speed) * -sense - to.friction[i];
     }
-    solve_small(matrix, count, right);
+    solve_in_order(matrix, count, right);
     for (int a = 0; a < count; a++) {
       Real& force = to.friction[braked[a]];
       force = force + right[a];
