@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import tarsus as ts
-from tarsus.experiment import (
+from tarsus.impacts import (
     ImpactMapEstimate,
     Vibrometer,
     compare_with_modes,
@@ -25,7 +25,7 @@ from tarsus.experiment import (
     plain_figures,
     subtract,
 )
-from tarsus.experiment.impacts import PlainFigures
+from tarsus.impacts.detection import PlainFigures
 from tarsus.model.structure import Structure
 from tarsus.records.measurement import Measurement
 
