@@ -18,7 +18,6 @@ import numpy as np
 import tarsus as ts
 from tarsus.impacts import (
     ImpactMapEstimate,
-    Vibrometer,
     compare_with_modes,
     detect_impacts,
     estimate_impact_map,
@@ -28,6 +27,7 @@ from tarsus.impacts import (
 from tarsus.impacts.detection import PlainFigures
 from tarsus.model.structure import Structure
 from tarsus.records.measurement import Measurement
+from tarsus.synthesis import Vibrometer
 
 FOOT = "foot1"
 POINTS = tuple(f"foot{i}" for i in range(1, 7))
