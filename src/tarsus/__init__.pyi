@@ -34,7 +34,7 @@ from tarsus.solve import Accuracy as Accuracy, Batch as Batch, Run as Run, Sessi
 from tarsus.study.sweep import Sweep as Sweep
 
 # Rooms: further laws, waveforms, gaits and so on, by the names that their own pages list.
-from tarsus import design as design, experiment as experiment, fit as fit, measure as measure, solve as solve
+from tarsus import design as design, fit as fit, impacts as impacts, measure as measure, modes as modes, solve as solve, synthesis as synthesis
 from tarsus.model import laws as laws, structure as structures
 from tarsus.model.drive import gait as gaits, laws as drives, waveforms as waveforms
 from tarsus.report import plot as plot

@@ -16,7 +16,7 @@ import tarsus
 
 PAGE = (Path(__file__).parents[2] / "docs" / "api.md").read_text(encoding="utf-8")
 LISTED = re.findall(r"^   (tarsus\S*)$", PAGE, re.MULTILINE)
-PACKAGES = ("solve", "measure", "fit", "orbits", "design", "identify", "experiment", "report", "plot")
+PACKAGES = ("solve", "measure", "fit", "orbits", "design", "modes", "impacts", "synthesis", "report", "plot")
 """Packages of `tarsus` whose names are public."""
 
 ARRAYS = re.compile(r"ArrayLike|NDArray|Floats|ndarray")
@@ -133,7 +133,7 @@ def test_summaries_of_the_reference_are_whole_sentences():
 def test_a_campaign_is_identified_by_the_name_of_its_package():
     with pytest.raises(tarsus.InputError, match=r"nowhere\.toml"):
         tarsus.identify("nowhere.toml")
-    assert tarsus.identify.CircleFit is found("tarsus.identify.circle.CircleFit")
+    assert tarsus.modes.CircleFit is found("tarsus.modes.circle.CircleFit")
 
 
 def test_a_verb_that_is_a_package_too_can_be_called():
