@@ -176,12 +176,21 @@ def test_given_columns_round_trip_and_sentences():
     assert parse_scene(scene_text(base)) == base
     with pytest.raises(ts.InputError, match=r"ground\.impact\.columns\.foot1\.foot9: .*no point 'foot9'"):
         ts.with_values(
-            base, {"ground.impact": MeasuredImpactMap(columns={"foot1": {**dict.fromkeys(POINTS, 1.0), "foot9": 1.0}})}
+            base,
+            {
+                "ground.impact": MeasuredImpactMap(
+                    columns={"foot1": {**dict.fromkeys(POINTS, 1.0), "foot9": 1.0}}
+                )
+            },
         )
     with pytest.raises(ts.InputError, match="2 points determine 2 of the 6 coordinates"):
-        ts.with_values(base, {"ground.impact": MeasuredImpactMap(columns={"foot1": {"foot1": 1.0, "foot2": 0.3}})})
+        ts.with_values(
+            base, {"ground.impact": MeasuredImpactMap(columns={"foot1": {"foot1": 1.0, "foot2": 0.3}})}
+        )
     with pytest.raises(ts.InputError, match="expected 1 at the foot itself"):
-        ts.with_values(base, {"ground.impact": MeasuredImpactMap(columns={"foot1": dict.fromkeys(POINTS, 0.5)})})
+        ts.with_values(
+            base, {"ground.impact": MeasuredImpactMap(columns={"foot1": dict.fromkeys(POINTS, 0.5)})}
+        )
     with pytest.raises(ts.InputError, match="has 6 modes, got 9"):
         ts.with_values(base, {"ground.impact": DominantMode(mode=9)})
     with pytest.raises(ts.InputError, match="at least one foot"):

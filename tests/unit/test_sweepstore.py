@@ -199,7 +199,9 @@ def test_no_byte_of_a_unit_can_be_damaged_unseen(tmp_path):
     for place in range(len(whole)):
         file.write_bytes(whole[:place] + bytes([whole[place] ^ 0x21]) + whole[place + 1 :])
         found = store.read(0)  # zipfile and numpy have a dozen errors for this
-        assert found is None or all(np.array_equal(found[name], right[name], equal_nan=True) for name in found)
+        assert found is None or all(
+            np.array_equal(found[name], right[name], equal_nan=True) for name in found
+        )
 
 
 def test_a_unit_that_cannot_be_read_just_now_is_not_put_aside(tmp_path, monkeypatch):
@@ -212,7 +214,9 @@ def test_a_unit_that_cannot_be_read_just_now_is_not_put_aside(tmp_path, monkeypa
 
     monkeypatch.setattr(Path, "read_bytes", refused)
     for use in (store.check, lambda: collected(store)):
-        with pytest.raises(InputError, match=r"cannot be used .too many open files.; finished parts are kept"):
+        with pytest.raises(
+            InputError, match=r"cannot be used .too many open files.; finished parts are kept"
+        ):
             use()
     monkeypatch.undo()
     assert store.pending() == [] and len(collected(store)["code"]) == 6

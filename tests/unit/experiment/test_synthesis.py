@@ -76,5 +76,7 @@ def test_devices_that_identification_does_not_know(name: str, said: str, tmp_pat
 
 def test_a_device_of_which_no_draw_can_be_used_says_how_many_and_why():
     low = ts.with_values(ts.load_scene(LABORATORY), {"robot.feet.tip.gap": "5 um"})
-    with pytest.raises(InputError, match=r"rests clear .*: \d+ of \d+ draws are refused, .* below the ground"):
+    with pytest.raises(
+        InputError, match=r"rests clear .*: \d+ of \d+ draws are refused, .* below the ground"
+    ):
         synthesis.perturbed(low, 0.2, 1)

@@ -97,9 +97,13 @@ def test_priors_come_from_draws_or_from_intervals():
     known = ts.with_values(DEVICE, {"provenance": {
         E: {"source": "calibrated", "note": "from bounces", "interval": [[0.2653 / 1.1, 0.2653 * 1.1]]}
     }})  # fmt: skip
-    assert LogNormalPrior.of_scene(known, (E, A), 0.4).std == pytest.approx([np.log(1.1) / 1.96, 0.4], rel=1e-3)
+    assert LogNormalPrior.of_scene(known, (E, A), 0.4).std == pytest.approx(
+        [np.log(1.1) / 1.96, 0.4], rel=1e-3
+    )
     drawn = np.exp(random.multivariate_normal([-18.0, -12.0], cov, 4000))
-    mixed = LogNormalPrior.of_scene(known, (A0, E, A), 0.4, {A0: drawn[:, 0], A: drawn[:, 1], E: np.zeros(4000)})
+    mixed = LogNormalPrior.of_scene(
+        known, (A0, E, A), 0.4, {A0: drawn[:, 0], A: drawn[:, 1], E: np.zeros(4000)}
+    )
     assert mixed.covariance[np.ix_([0, 2], [0, 2])] == pytest.approx(cov, rel=0.1)
     assert mixed.std[1] == pytest.approx(np.log(1.1) / 1.96, rel=1e-3) and mixed.covariance[0, 1] == 0.0
 
