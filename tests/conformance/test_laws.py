@@ -122,7 +122,8 @@ def test_users_laws_without_the_compiler():
 
 
 OWN_FRICTION = """
-from tarsus import FrictionLaw, quantity
+from tarsus import quantity
+from tarsus.model.laws import FrictionLaw
 
 class Rough(FrictionLaw):
     leading = ("margin", "strength")

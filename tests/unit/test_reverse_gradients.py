@@ -72,7 +72,7 @@ def test_a_bouncing_ball_in_closed_form(backwards_alone):
     assert hardest[paths[0]] == pytest.approx(np.sqrt(2.0 * g * height) / (2.0 * height), rel=1e-11)
 
 
-def numbers_of(run: ts.GradientRun, kinds: dict[str, list[int]]):
+def numbers_of(run: ts.solve.GradientRun, kinds: dict[str, list[int]]):
     """What single numbers of events, and states, come to along the tangents, and backwards: name, both, their size."""
     times = np.linspace(0.0, run.end_time, 9)[1:-1] * 0.997
     rows, tangents = run.log.events, run._tangents(times)
