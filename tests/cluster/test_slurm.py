@@ -92,7 +92,7 @@ def own_processes(folder: Path) -> list[int]:
 
 def test_an_array_gives_the_bytes_of_one_machine(study, alone, tmp_path, capsys):
     folder = tmp_path / "out"
-    assert main(["sweep", str(study), "-o", str(folder), "--slurm", ASKED, "--tasks", "4"]) == 0
+    assert main(["sweep", str(study), "-o", str(folder), "--on", f"slurm:{ASKED} tasks=4"]) == 0
     assert "30 units in 4 tasks" in capsys.readouterr().out
     until(lambda: status_of(folder).runs_done > 0)
     with pytest.raises(ts.InputError, match="tasks in the queue: wait for it, or `scancel"):
