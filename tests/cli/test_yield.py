@@ -47,7 +47,8 @@ def test_robots_become_curves_and_a_page(tarsus, creeping, tmp_path):
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert "Yield against requirement" in page and "Whose scatter matters" in page and "Dead legs" in page
     before = (tmp_path / "out" / "yield.json").read_bytes()
-    again = tarsus("yield", creeping, *WORDS, "--count", "24:4", "--set", "duration=60 ms", "-o", tmp_path / "out", "--resume", "--json")
+    words = (*WORDS, "--count", "24:4", "--set", "duration=60 ms", "-o", tmp_path / "out", "--resume", "--json")
+    again = tarsus("yield", creeping, *words)
     said = json.loads(again.out)
     assert again.code == 0 and said["robots"] == 24 and list(said["shares"]) == ["mean_speed=0 m/s"]
     assert said["shares"]["mean_speed=0 m/s"][0] == pytest.approx((speed >= 0.0).mean())

@@ -115,8 +115,8 @@ class Work:
         str | None,
         Parameter(
             help="where the runs are made: dask:ADDRESS of a scheduler or its scheduler file, dask:local for processes "
-            "here; of a sweep also slurm:partition=main,time=1:00:00,tasks=100 (words for sbatch), or array:tasks=100, a "
-            "script for any scheduler."
+            "here; of a sweep also slurm:partition=main,time=1:00:00,tasks=100 (words for sbatch), or array:tasks=100, "
+            "a script for any scheduler."
         ),
     ] = None
 

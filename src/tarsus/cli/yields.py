@@ -140,7 +140,7 @@ def _counts(text: str) -> tuple[int, int]:
 
 
 DRAWS = 64
-"""Draws unless a number is given: enough to tell a leg that makes a third of the variance from one that makes a tenth."""
+"""Draws where only robots are given: as of `tarsus.yield_`."""
 
 
 def _scattered(words: Sequence[str]) -> dict[str, Any]:

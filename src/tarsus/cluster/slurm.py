@@ -93,8 +93,8 @@ def _command(*words: str) -> str:
         done = subprocess.run(words, capture_output=True, text=True, timeout=PATIENCE, check=False)
     except FileNotFoundError:
         raise InputError(
-            f"--on slurm: there is no `{words[0]}` here: submit from a node that has SLURM's commands; --on array:tasks=N "
-            "writes the array for any scheduler"
+            f"--on slurm: there is no `{words[0]}` here: submit from a node that has SLURM's commands; --on "
+            "array:tasks=N writes the array for any scheduler"
         ) from None
     except subprocess.TimeoutExpired:
         raise InputError(f"--on slurm: `{words[0]}` gave no answer within {PATIENCE:.0f} s") from None

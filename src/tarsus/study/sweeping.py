@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from tarsus.base.errors import InputError
-from tarsus.base.workers import Workers, is_executor, spread, workers
+from tarsus.base.workers import Workers, is_executor, workers
 from tarsus.files.runstore import RunStore
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.simulate import Shared
@@ -262,14 +262,9 @@ def score_runs(
     progress
         Called as ``progress(runs done, runs)`` after each unit.
     """
-    layout, points, shared = UnitPlan(sweep.runs, runs_per_unit(sweep)), sweep.points(), Shared()
-    slices = [layout.part(unit) for unit in range(layout.units)]
-    chosen = [{axis: values[part] for axis, values in points.items()} for part in slices]
-    parts = []
-    for part, arrays in zip(
-        slices, spread(lambda one: work_unit(sweep, one, shared), chosen, threads), strict=True
-    ):
-        parts.append(arrays)
-        if progress is not None:
-            progress(part.stop, sweep.runs)
-    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    points, shared = sweep.points(), Shared()
+    return RunStore().evaluate(
+        np.column_stack(list(points.values())),
+        lambda rows: work_unit(sweep, dict(zip(points, rows.T, strict=True)), shared),
+        chunk=runs_per_unit(sweep), threads=threads, progress=progress,
+    )  # fmt: skip

@@ -9,8 +9,8 @@ from scipy import stats
 import tarsus as ts
 from tarsus.study.axes import CUT, Linspace, Normal
 from tarsus.study.manufacture import Saltelli, Scattered
-from tarsus.study.studyfile import frozen_texts, read_sweep
 from tarsus.study.robots import Robots
+from tarsus.study.studyfile import frozen_texts, read_sweep
 from tarsus.study.yields import Leader, YieldStudy, _curve, _difference, _wilson, leader_of
 from walking_devices import creeping_millipede
 
