@@ -43,7 +43,7 @@ def _checked(name: str, laws: Mapping[str, type[Law]]) -> tuple[str, str, list[s
     """What a name or file is, what it holds, and remarks on it; `InputError` with all that is wrong."""
     from tarsus.files.installed import calibration_names, study_names
     from tarsus.files.library import device_names, load_scene
-    from tarsus.files.tables import Kind, kind_of_table, read_table
+    from tarsus.files.tables import FileKind, kind_of_table, read_table
     from tarsus.files.toml import read_scene
 
     path = Path(name)
@@ -65,11 +65,11 @@ def _checked(name: str, laws: Mapping[str, type[Law]]) -> tuple[str, str, list[s
     if not path.is_file():
         return _scene("device", load_scene(name, laws=laws))
     match kind_of_table(read_table(path)):
-        case Kind.CAMPAIGN:
+        case FileKind.CAMPAIGN:
             return _campaign(path)
-        case Kind.CALIBRATION:
+        case FileKind.CALIBRATION:
             return _calibration(name, laws)
-        case Kind.SWEEP:
+        case FileKind.SWEEP:
             return _sweep(name, laws)
     return _scene("scene", read_scene(path, laws))
 
