@@ -32,6 +32,7 @@ from tarsus.model.scene import Ground as Ground, Initial as Initial, Scene as Sc
 from tarsus.model.structure import Beam as Beam, Lumped as Lumped, Modal as Modal, Walker as Walker
 from tarsus.solve import Accuracy as Accuracy, Batch as Batch, Run as Run, Session as Session
 from tarsus.study.sweep import Sweep as Sweep
+from tarsus.study.yields import yield_ as yield_
 
 # Rooms: further laws, waveforms, gaits and so on, by the names that their own pages list.
 from tarsus import design as design, fit as fit, impacts as impacts, measure as measure, modes as modes, solve as solve, synthesis as synthesis
