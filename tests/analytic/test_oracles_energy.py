@@ -1,4 +1,4 @@
-"""Oracle 8: the energy ledger closes to 1e-8 of its largest term over any run."""
+"""Oracle 8: the energy ledger closes to 1e-8 of its largest term, with drives and users' laws of every kind."""
 
 from __future__ import annotations
 
@@ -22,9 +22,6 @@ WAVES = {
     "poling": ts.waveforms.Poling(level=10.0, hold=0.02, fall=0.01),
     "sampled": ts.Sampled(times=tuple(TIMES), levels=tuple(8.0 * np.sin(400.0 * TIMES))),
 }
-NAMED = [
-    "ball", "impact_oscillator", "film_only", "mems_switch", "p1_n6", "three_feet", "sticky_feet", "damped_chain",
-]  # fmt: skip
 
 
 def check(run: ts.Run) -> None:
@@ -35,14 +32,6 @@ def check(run: ts.Run) -> None:
         assert loss >= -1e-12 * max(abs(ledger.work_in), ledger.damping, ledger.impacts, abs(ledger.kinetic))
     assert np.all(run.events["energy"] >= 0.0) and np.all(run.events["adhesion_energy"] >= 0.0)
     assert ledger.impacts + ledger.adhesion == pytest.approx(run.events["energy"].sum(), rel=1e-12)
-
-
-@pytest.mark.parametrize("name", NAMED)
-def test_scene(name):
-    run = ts.simulate(scene(name), duration=0.05 if name == "p1_n6" else None)
-    check(run)
-    if name not in ("film_only",):
-        assert len(run.events) > 0, "the scene must have contact"
 
 
 @pytest.mark.parametrize("device", ["cantilever", "cantilever-1"])

@@ -75,7 +75,7 @@ def test_the_period_moves_what_is_told_per_time():
     assert not rows.any() and period == pytest.approx(-rate / run.period, rel=1e-12)
 
 
-def moved(run: ts.solve.GradientRun, change) -> directional.Log:
+def moved(run: ts.solve.GradientRun, change) -> directional.EventDerivatives:
     rows = run._log.rows.copy()
     change(rows)
     return replace(run._log, rows=rows)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -90,13 +88,6 @@ def test_coordinates_that_are_points_stand_for_themselves():
     np.testing.assert_array_equal(walker.alone(leg), walker.row(leg))
     with pytest.raises(ts.InputError, match="no coordinate of a walker"):
         walker.alone(f"{leg}_hip")
-
-
-def test_every_rule_is_on_the_pages():
-    docs = Path(__file__).parents[2] / "docs"
-    for page in ("file-format.md", "conventions.md"):
-        text = (docs / page).read_text(encoding="utf-8")
-        assert all(f"`{rule.kind}`" in text for rule in RULES)
 
 
 def test_a_rule_that_is_given_is_named_in_reports():

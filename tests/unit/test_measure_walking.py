@@ -242,13 +242,3 @@ def test_the_mean_height_is_the_time_mean_of_the_gap(scene):
         run.measures.peak.value == max(run.measures.peak.per_foot.values())
         and run.measures.peak.scope is Scope.WORST
     )
-
-
-def test_a_walk_that_stopped_at_once_has_measures_without_values(scene):
-    run = ts.simulate(scene, 0.06, ts.Accuracy(steps=0))
-    assert not run.ok and run.end_time == 0.0
-    assert all(run.measures[name].n == 0 for name in ("stride", "bounces", "peak", "vertical_amplitude"))
-    assert list(run.measures) == list(ts.simulate(scene, 0.06).measures)
-    early = ts.simulate(scene, 0.06, ts.Accuracy(steps=20))
-    assert not early.ok and 0.0 < early.end_time < 0.06
-    assert early.measures.duty_factor.value <= 1.0

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import tarsus as ts
+from example_laws import OWN
+from scene_files import scene as scene_of
 from tarsus.model.drive.signal import Signal
 from tarsus.model.scene import Scene
 from tarsus.plan.slots import Kind, slot, slots
@@ -44,6 +46,10 @@ def amplified() -> Scene:
 def bouncing() -> Scene:
     made = ts.load_scene("hexapod")
     return ts.with_values(made, {"ground.adhesion": ts.Adhesion(initial=2e-4, rate=1e-3)})
+
+
+def sticky_feet() -> Scene:
+    return scene_of("sticky_feet", {"ground.laws": {"drag": OWN["drag"](coefficient=1e-5, height=1e-6)}})
 
 
 def walking() -> Scene:
@@ -88,6 +94,16 @@ CASES = {
         {"signals.pull.start": [-8.0, 0.0], "signals.pull.duration": [0.03, 0.05]}, 0.08,
     ),
     "behind an amplifier": (amplified, {"signals.pull.amplitude": [7.0, 8.0], "signals.pull.phase": TURNING[:2]}, 0.05),
+    "every law": (
+        sticky_feet,
+        {
+            "ground.film.coefficient": [5e-21, 8e-21, 0.0], "ground.film.thickness": [4e-6, 5e-6, 6e-6],
+            "ground.adhesion.initial": [15e-6, 0.0, 40e-6], "ground.restitution.coefficient": [0.3, 0.0, 0.6],
+            "ground.electrostatic.coefficient": [1e-17, 0.0, 2e-17], "ground.laws.drag.coefficient": [1e-5, 0.0, 1e-4],
+            "ground.gravity.acceleration": [9.81, 1.62, 20.0], "robot.drives.pzt.law.gain": [1.2e-4, 9e-5, 1.5e-4],
+        },
+        0.02,
+    ),
     "cantilever": (
         lambda: ts.load_scene("cantilever"),
         {
