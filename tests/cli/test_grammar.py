@@ -43,7 +43,8 @@ WORDS = {
 """The words that a verb must take for what it does, beside --json."""
 
 VERBS = {
-    "devices": (), "show": ("laws",), "new": (), "check": ("laws",), "report": ("laws",), "bench": (), "doctor": (), "completion": (),
+    "devices": (), "show": ("laws",), "new": (), "check": ("laws",), "report": ("laws",), "bench": (), "doctor": (),
+    "completion": (),
     "simulate": ("a scene", "a page", "a time"),
     "plot": ("laws", "files"),
     "movie": ("a scene", "files", "a time"),

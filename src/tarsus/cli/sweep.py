@@ -99,13 +99,8 @@ def _chosen(
     study: str, output: Path | None, law: list[Path] | None, resume: bool, overwrite: bool
 ) -> tuple[Sweep, Path, bool]:
     """The sweep, its folder, and whether that is continued."""
-<<<<<<< HEAD
-    from tarsus.files.sweepstore import PLAN_FILE
-    from tarsus.model.laws.userfile import laws_of
-=======
-    from tarsus.cli import requests
     from tarsus.files.runstore import PLAN_FILE
->>>>>>> main
+    from tarsus.model.laws.userfile import laws_of
     from tarsus.study.studyfile import frozen_sweep, load_sweep
 
     if (Path(study) / PLAN_FILE).exists() and output is None and not overwrite:

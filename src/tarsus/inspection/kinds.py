@@ -6,11 +6,11 @@ from enum import Enum
 from pathlib import Path
 
 from tarsus.base.errors import InputError
+from tarsus.files.installed import calibration_names, study_names
 from tarsus.files.library import device_names
+from tarsus.files.runstore import PLAN_FILE
 from tarsus.files.store import SUMMARY_FILE
-from tarsus.files.sweepstore import PLAN_FILE
 from tarsus.files.tables import Kind, kind_of_table, read_table
-from tarsus.study.studyfile import calibration_names, study_names
 
 __all__ = ["Holding", "holding_of"]
 

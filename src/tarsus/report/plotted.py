@@ -12,8 +12,8 @@ from matplotlib.axes import Axes
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
+from tarsus.files.runstore import COLLECTED_FILE
 from tarsus.files.store import SERIES_FILE, read_run
-from tarsus.files.sweepstore import COLLECTED_FILE
 from tarsus.model.laws.userfile import laws_of
 from tarsus.report import plot as figures
 from tarsus.report.saved import blank, figure_of, offered, write_figure

@@ -9,8 +9,8 @@ from typing import Any
 
 from tarsus.base.errors import InputError
 from tarsus.cluster.status import status_of
+from tarsus.files.runstore import COLLECTED_FILE, PLAN_FILE
 from tarsus.files.store import REPORT_FILE, SUMMARY_FILE, read_run
-from tarsus.files.sweepstore import COLLECTED_FILE, PLAN_FILE
 from tarsus.model.laws.userfile import laws_of
 
 __all__ = ["page_of", "report"]
