@@ -23,6 +23,7 @@ from tarsus.report import write_report
 from tarsus.report.run_page import MOST_EVENTS, report_html
 from tarsus.report.series import contact_intervals, drive_period, series_of
 from tarsus.report.sheet import Sheet, figure_style, to_svg
+from tarsus.tables.numbers import amount
 from tarsus.report.style import decimate, scale_of, upright
 from tarsus.report.values import ValueRow, grouped, value_rows
 from tarsus.solve.codes import EVENT_TYPE
@@ -296,7 +297,7 @@ def test_measures_say_what_they_count_and_where_that_misleads(failed: ts.Run, fa
     assert CautionKind.COUNTED_LOW in {one.kind for one in failed.measures.warnings}
     for one in failed.measures.warnings:
         assert f"Note: {one}".replace(" um", " µm") in text
-    assert "flights above 0.1 µm, after contacts below 0.5 ms" in text
+    assert "flights above 100 nm, after contacts below 500 µs" in text
     assert "names that begin with max, total or longest are of the whole run" in text
 
 
