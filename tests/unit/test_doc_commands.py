@@ -96,7 +96,7 @@ def test_the_command_lines_of_a_page_run(page, tmp_path):
     programs = tmp_path / "programs"
     programs.mkdir()
     (programs / "tarsus").write_text(
-        f'#!/bin/sh\nexec "{sys.executable}" -m tarsus.cli "$@"\n', encoding="utf-8"
+        f'#!/bin/sh\nexec "{sys.executable}" -m tarsus "$@"\n', encoding="utf-8"
     )
     (programs / "tarsus").chmod(0o755)
     environment = {**os.environ, "PATH": f"{programs}{os.pathsep}{os.environ['PATH']}", "BROWSER": "true"}
