@@ -13,11 +13,13 @@ TIMES = np.linspace(0.0, 0.1, 101)
 WAVES = {
     "sine": ts.Sine(amplitude=8.0, frequency=50.0),
     "square": ts.Square(amplitude=8.0, frequency=50.0),
-    "ramped square": ts.RampedSquare(amplitude=8.0, frequency=50.0, duty=0.25),
-    "swept sine": ts.SweptSine(amplitude=8.0, start_frequency=20.0, stop_frequency=900.0, duration=0.1),
-    "ramp": ts.Ramp(stop=9.0, duration=0.05),
+    "ramped square": ts.waveforms.RampedSquare(amplitude=8.0, frequency=50.0, duty=0.25),
+    "swept sine": ts.waveforms.SweptSine(
+        amplitude=8.0, start_frequency=20.0, stop_frequency=900.0, duration=0.1
+    ),
+    "ramp": ts.waveforms.Ramp(stop=9.0, duration=0.05),
     "on-off": ts.OnOff(levels=(8.0, -8.0, 3.0, -6.0), durations=(0.004, 0.006, 0.003, 0.005), repeat=True),
-    "poling": ts.Poling(level=10.0, hold=0.02, fall=0.01),
+    "poling": ts.waveforms.Poling(level=10.0, hold=0.02, fall=0.01),
     "sampled": ts.Sampled(times=tuple(TIMES), levels=tuple(8.0 * np.sin(400.0 * TIMES))),
 }
 

@@ -37,7 +37,7 @@ GROUNDS: dict[str, dict] = {
     },
     "electrostatic": {"electrostatic": ts.Electrostatic(**PULL)},
     "own electrostatic": {"laws": {"own": OWN["own_electrostatic"](**PULL)}},
-    "along the leg": {"leg_electrostatic": ts.LegElectrostatic(**PULL, rest=1e-6)},
+    "along the leg": {"leg_electrostatic": ts.laws.LegElectrostatic(**PULL, rest=1e-6)},
     "magnet": {"laws": {"magnet": MAGNET}},
     "drag": {"laws": {"drag": DRAG}},
     "magnet and drag": NONE | {"laws": {"magnet": MAGNET, "drag": DRAG}},
@@ -48,8 +48,8 @@ GROUNDS: dict[str, dict] = {
         "electrostatic": ts.Electrostatic(**PULL),
         "laws": {"magnet": MAGNET, "drag": DRAG},
     },
-    "restitute first": {"landing": ts.RestituteFirst(speed=2e-3)},
-    "pull as printed": {"landing": ts.PullAsPrinted()},
+    "restitute first": {"landing": ts.laws.RestituteFirst(speed=2e-3)},
+    "pull as printed": {"landing": ts.laws.PullAsPrinted()},
     "weightless": {"gravity": None, "film": ts.Film(**FILM)},
 }
 TWINS = {

@@ -95,7 +95,8 @@ def same_events(one: ts.Run, other: ts.Run) -> None:
 
 
 OWN_FRICTION = """
-from tarsus import FrictionLaw, quantity
+from tarsus import quantity
+from tarsus.model.laws import FrictionLaw
 
 class Rough(FrictionLaw):
     leading = ("margin", "strength")

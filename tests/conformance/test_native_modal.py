@@ -98,10 +98,10 @@ SCENES_OF: dict[str, Callable[[], ts.Scene]] = {
         BENCH / "hysteresis.toml", volts=8.0, hz=50.0, wave="sine"
     ).model_copy(update={"duration": 0.1}),
     "restitution first": lambda: device(
-        "cantilever", 0.05, {"ground.landing": ts.RestituteFirst(speed=2e-3)}
+        "cantilever", 0.05, {"ground.landing": ts.laws.RestituteFirst(speed=2e-3)}
     ),
-    "pull as printed": lambda: device("cantilever", 0.05, {"ground.landing": ts.PullAsPrinted()}),
-    "as printed, three feet": lambda: file("three_feet", 0.03, {"ground.landing": ts.PullAsPrinted()}),
+    "pull as printed": lambda: device("cantilever", 0.05, {"ground.landing": ts.laws.PullAsPrinted()}),
+    "as printed, three feet": lambda: file("three_feet", 0.03, {"ground.landing": ts.laws.PullAsPrinted()}),
     "no film": lambda: device("cantilever", 0.05, {"ground.film": None}),
     "overdamped in film": lambda: file(
         "damped_chain", 0.05, {"ground.film": ts.Film(coefficient=1e-20, thickness=5e-6)}

@@ -65,10 +65,10 @@ SCENES = {
     "sticky": (on, 0.02),
     "bare": (lambda: trotter(ground=BARE), 0.02),
     "no friction": (lambda: on(friction=None), 0.02),
-    "restitute first": (lambda: on(landing=ts.RestituteFirst(speed=2e-3)), 0.02),
-    "restitute all": (lambda: on(landing=ts.RestituteFirst(speed=0.0)), 0.02),
-    "pull as printed": (lambda: on(landing=ts.PullAsPrinted()), 0.02),
-    "adhesive friction": (lambda: on(friction=ts.AdhesiveFriction(coefficient=0.3)), 0.02),
+    "restitute first": (lambda: on(landing=ts.laws.RestituteFirst(speed=2e-3)), 0.02),
+    "restitute all": (lambda: on(landing=ts.laws.RestituteFirst(speed=0.0)), 0.02),
+    "pull as printed": (lambda: on(landing=ts.laws.PullAsPrinted()), 0.02),
+    "adhesive friction": (lambda: on(friction=ts.laws.AdhesiveFriction(coefficient=0.3)), 0.02),
     "film": (lambda: on(film=FILM), 0.02),
     "thin film": (lambda: on(adhesion=None, film=THIN), 0.01),
     "electrostatic": (
@@ -76,7 +76,7 @@ SCENES = {
         0.02,
     ),
     "along the leg": (
-        lambda: on(leg_electrostatic=ts.LegElectrostatic(coefficient=1e-19, offset=1e-6, rest=1e-6)),
+        lambda: on(leg_electrostatic=ts.laws.LegElectrostatic(coefficient=1e-19, offset=1e-6, rest=1e-6)),
         0.02,
     ),
     "undamped": (lambda: trotter(damping=0.0), 0.01),

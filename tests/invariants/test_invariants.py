@@ -79,7 +79,7 @@ def rigid(gaps: tuple[float, float], **ground: object) -> ts.Scene:
     )  # fmt: skip
 
 
-RAMP = ts.Ramp(start=-5.0, stop=20.0, duration=0.02)
+RAMP = ts.waveforms.Ramp(start=-5.0, stop=20.0, duration=0.02)
 SINE, SQUARE = ts.Sine(amplitude=5.0, frequency=100.0), ts.Square(amplitude=5.0, frequency=100.0)
 # nothing, or more than an atom
 lengths = st.one_of(st.just(0.0), st.floats(1e-9, 1e-4))
@@ -92,13 +92,16 @@ signals = st.one_of(
         ts.Square, amplitude=st.floats(0.0, 20.0), frequency=st.floats(20.0, 1000.0), duty=st.floats(0.1, 0.9)
     ),
     st.builds(
-        ts.RampedSquare,
+        ts.waveforms.RampedSquare,
         amplitude=st.floats(0.0, 20.0),
         frequency=st.floats(20.0, 1000.0),
         duty=st.floats(0.0, 1.0),
     ),
     st.builds(
-        ts.Ramp, start=st.floats(-20.0, 20.0), stop=st.floats(-20.0, 20.0), duration=st.floats(1e-4, 0.02)
+        ts.waveforms.Ramp,
+        start=st.floats(-20.0, 20.0),
+        stop=st.floats(-20.0, 20.0),
+        duration=st.floats(1e-4, 0.02),
     ),
 )
 
@@ -241,7 +244,7 @@ def test_a_film_leaves_the_account_of_small_motion_as_strict():
 
 def test_release_comes_where_the_pull_equals_the_strength():
     """A foot pressed on the ground, then lifted by a ramp of 2 V/ms at 0.1 mN/V: 1 um of spring and 50 uN to beat."""
-    signal = ts.Ramp(start=-1.0, stop=39.0, duration=0.02)
+    signal = ts.waveforms.Ramp(start=-1.0, stop=39.0, duration=0.02)
     scene = mass(
         frequency=500.0, ratio=0.02, gap=0.0, signal=signal, adhesion=ts.Adhesion(initial=5e-5, rate=1e-3)
     )

@@ -9,6 +9,7 @@ import pytest
 
 import tarsus as ts
 from tarsus.base.errors import InputError
+from tarsus.base.spec import float_paths
 from tarsus.files.toml import parse_scene, scene_text
 from tarsus.model.scene import Source, provenance_problems
 from tarsus_reproduce.legs import millipede_leg
@@ -100,7 +101,7 @@ def test_six_legs_walk_in_tripods(parameters):
 @pytest.mark.parametrize("build", [millipede, hexapod_walker, many_legs], ids=lambda one: one.__name__)
 def test_every_number_says_where_it_comes_from_and_files_keep_it(build, parameters):
     scene = build(parameters)
-    assert [path for path in ts.float_paths(scene) if scene.origin(path) is None] == []
+    assert [path for path in float_paths(scene) if scene.origin(path) is None] == []
     assert provenance_problems(scene) == []
     assert all(origin.note.endswith(".") for origin in scene.provenance.values())
     assert parse_scene(scene_text(scene)) == scene

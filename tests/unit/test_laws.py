@@ -261,7 +261,8 @@ def test_a_law_that_breaks_its_promise_is_refused(tmp_path):
     path = tmp_path / "broken.py"
     path.write_text(
         '"""Broken laws."""\n'
-        "from tarsus import AdhesionLaw, FrictionLaw, quantity\n\n\n"
+        "from tarsus import quantity\n"
+        "from tarsus.model.laws import AdhesionLaw, FrictionLaw\n\n\n"
         "class Driving(FrictionLaw):\n"
         '    """Friction that drives."""\n'
         '    share: float = quantity("1", "share", default=0.3)\n'

@@ -55,7 +55,7 @@ def test_two_equal_balls_in_elastic_collision(backwards_alone):
         )
 
 
-def numbers_of(run: ts.GradientRun, kinds: dict[str, list[int]]):
+def numbers_of(run: ts.solve.GradientRun, kinds: dict[str, list[int]]):
     """What single numbers of events, and states, come to along the tangents, and backwards: name, both, their size."""
     times = np.linspace(0.0, run.end_time, 9)[1:-1] * 0.997
     rows, tangents = run.log.events, run._tangents(times)

@@ -61,7 +61,7 @@ TURNING = np.array([0.0, 0.5, 3.0, -2.0])
 CASES = {
     "gap": (chain, {"robot.feet.tip.gap": [0.0, 3e-5, 7e-5, 8e-5]}, 0.08),
     "gap, pull as printed": (
-        lambda: chain(landing=ts.PullAsPrinted()), {"robot.feet.tip.gap": [3e-5, 7e-5, 8e-5]}, 0.08,
+        lambda: chain(landing=ts.laws.PullAsPrinted()), {"robot.feet.tip.gap": [3e-5, 7e-5, 8e-5]}, 0.08,
     ),
     "gravity": (heavy, {"ground.gravity.acceleration": [0.0, 0.5, 9.81]}, 0.08),
     "displacement": (
@@ -77,7 +77,7 @@ CASES = {
     ),
     "frequency of a sine": (lambda: chain(sine()), {"signals.pull.frequency": [40.0, 50.0, 61.0]}, 0.08),
     "ramped": (
-        lambda: chain(ts.RampedSquare(amplitude=VOLTS, frequency=50.0, duty=0.3)),
+        lambda: chain(ts.waveforms.RampedSquare(amplitude=VOLTS, frequency=50.0, duty=0.3)),
         {"signals.pull.duty": [0.0, 0.3, 0.6, 1.0], "signals.pull.phase": TURNING}, 0.08,
     ),
     "switching times": (lambda: chain(ts.OnOff(**ONOFF)), {"signals.pull.durations.1": [0.01, 0.02, 0.03]}, 0.08),
@@ -86,11 +86,11 @@ CASES = {
         {"signals.pull.levels.1": [8.0, -8.0, 0.0], "signals.pull.durations.0": [0.01, 0.012, 0.02]}, 0.08,
     ),
     "poling": (
-        lambda: chain(ts.Poling(level=VOLTS, hold=0.01, fall=0.02)),
+        lambda: chain(ts.waveforms.Poling(level=VOLTS, hold=0.01, fall=0.02)),
         {"signals.pull.hold": [0.01, 0.02, 0.03], "signals.pull.fall": [0.0, 0.01, 0.02]}, 0.08,
     ),
     "ramp": (
-        lambda: chain(ts.Ramp(start=-VOLTS, stop=VOLTS, duration=0.03)),
+        lambda: chain(ts.waveforms.Ramp(start=-VOLTS, stop=VOLTS, duration=0.03)),
         {"signals.pull.start": [-8.0, 0.0], "signals.pull.duration": [0.03, 0.05]}, 0.08,
     ),
     "behind an amplifier": (amplified, {"signals.pull.amplitude": [7.0, 8.0], "signals.pull.phase": TURNING[:2]}, 0.05),

@@ -148,7 +148,7 @@ def assert_as_differences(scene: ts.Scene, paths, duration: float, steps, within
         assert best is not None and best.max() <= within, (path, best)
 
 
-def rubbing(tmp_path, coefficient: float, growth: float) -> dict[str, ts.Law]:
+def rubbing(tmp_path, coefficient: float, growth: float) -> dict[str, ts.laws.Law]:
     """A friction that grows with the slip speed: margin (coefficient + growth speed)."""
     file = tmp_path / "rubbing.py"
     file.write_text(
@@ -333,9 +333,9 @@ def test_a_near_miss_of_a_walkers_foot_has_no_derivative(part, near):
 def test_a_walkers_landing_at_the_threshold_of_the_pull_as_printed_has_no_derivative():
     path, gap, damping = "ground.restitution.coefficient", 1e-6, 2e-4
 
-    def landed(adhesion: float) -> ts.GradientRun:
+    def landed(adhesion: float) -> ts.solve.GradientRun:
         held = ts.Adhesion(initial=adhesion, rate=0.0)
-        scene = swinging(gap, damping, adhesion=held, landing=ts.PullAsPrinted())
+        scene = swinging(gap, damping, adhesion=held, landing=ts.laws.PullAsPrinted())
         return ts.simulate(scene, 4e-6, gradients=[path])
 
     # (2.13): -k g + c e v

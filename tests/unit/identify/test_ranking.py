@@ -83,7 +83,7 @@ def test_a_candidate_changes_signal_and_gap_and_nothing_else():
     (one,) = candidate_grid((50.0,), (6.0,), (0.25,), (90e-6,))
     assert one.name == "50 Hz, 6 V, lambda 0.25, gap 90 um" and one.record == pytest.approx(8 / 50)
     changed = one.on(DEVICE)
-    assert changed.signals["pzt"] == ts.RampedSquare(amplitude=6.0, frequency=50.0, duty=0.25)
+    assert changed.signals["pzt"] == ts.waveforms.RampedSquare(amplitude=6.0, frequency=50.0, duty=0.25)
     assert ts.get_value(changed, "robot.feet.tip.gap") == 90e-6
     assert changed.ground == DEVICE.ground
 
