@@ -9,6 +9,7 @@ import pytest
 from scipy.optimize import brentq
 
 import tarsus as ts
+from differences import runs_around, slope
 from tarsus.base.events import CONTACT_BEGINS, EventKind
 
 MASS, SPRING, DAMPING_RATIO, GAP = 1e-6, 1.0, 0.4, 1e-5
@@ -131,11 +132,8 @@ def test_its_derivatives_pass_through_the_contacts_before():
     for path in paths:
         value = ts.get_value(scene(), path)
         step = 1e-3 * value
-        times = [
-            ts.simulate(ts.with_values(scene(), {path: value + k * step}), 0.13, tight).events["time"][wanted_at]
-            for k in (-2, -1, 1, 2)
-        ]  # fmt: skip
-        wanted = np.array([1.0, -8.0, 8.0, -1.0]) @ times / (12.0 * step)
+        near = runs_around(scene(), path, step, 0.13, tight)
+        wanted = slope([one.events["time"][wanted_at] for one in near], step)
         assert run.event_gradients[path]["time"][wanted_at] == pytest.approx(wanted, rel=2e-6), path
     assert abs(run.event_gradients[paths[3]]["time"][wanted_at]) > 1e-3  # the time in the air counts
     backwards = ts.gradient(lambda events: events["time"][wanted_at], scene(), paths[:4], 0.13, tight)
@@ -180,12 +178,9 @@ def test_a_walkers_derivatives_pass_through_the_contacts_before():
     for path in paths:
         value = ts.get_value(walker, path)
         step = 2e-5 * value
-        beside = [
-            ts.simulate(ts.with_values(walker, {path: value + k * step}), 0.018, tight).events
-            for k in (-2, -1, 1, 2)
-        ]  # fmt: skip
-        assert all(len(one) == len(run.events) for one in beside)
-        wanted = np.array([1.0, -8.0, 8.0, -1.0]) @ [one["time"] for one in beside] / (12.0 * step)
+        near = [one.events["time"] for one in runs_around(walker, path, step, 0.018, tight)]
+        assert all(len(one) == len(run.events) for one in near)
+        wanted = slope(near, step)
         found = run.event_gradients[path]["time"]
         known = np.isfinite(found)
         assert known.sum() > 0.8 * len(found)
