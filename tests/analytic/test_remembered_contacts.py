@@ -77,7 +77,7 @@ def flight(begin: float, place: float, speed: float, until: float) -> tuple[floa
             )
             return middle + slope * t + x, slope + v
 
-        grid = np.linspace(0.0, b - begin, 4000)
+        grid = np.linspace(0.0, b - begin, 400)
         places = np.array([at(t)[0] + GAP for t in grid])
         below = np.flatnonzero((places[1:] < 0.0) & (places[:-1] > 0.0))
         if len(below):
@@ -94,7 +94,7 @@ def release(touchdown: float, brought: float) -> float:
     def left(t: float) -> float:
         return law().evaluate(t - touchdown + brought) - np.interp(t, TIMES, FORCES) - SPRING * GAP
 
-    grid = np.linspace(touchdown, TIMES[-1], 20000)
+    grid = np.linspace(touchdown, TIMES[-1], 2000)
     first = next(k for k, t in enumerate(grid) if left(t) < 0.0)
     return brentq(left, grid[first - 1], grid[first], xtol=1e-18, rtol=1e-15)
 
