@@ -19,8 +19,6 @@ from tarsus.design.unknowns import unknowns_of
 from tarsus.design.walk_objectives import OBJECTIVES, objectives_of
 from tarsus.design.walks import Walks, without_legs
 from tarsus.measure.switching import charging_energy
-from tarsus_reproduce.legs import millipede_leg
-from tarsus_reproduce.millipede_parameters import millipede_parameters
 from tarsus_reproduce.walkers import hexapod_walker
 
 SHORT = 0.01
@@ -95,7 +93,7 @@ def test_charge_recovery_is_what_charging_in_three_steps_draws():
 
 
 def test_dead_legs_have_no_drive_and_keep_their_place():
-    hexapod = hexapod_walker(millipede_parameters(millipede_leg().leg))
+    hexapod = hexapod_walker()
     lame = without_legs(hexapod, ("L2",))
     assert (
         "L2" not in lame.robot.drives and "L2" in lame.robot.feet and lame.robot.feet["L2"].electrode is None
