@@ -50,7 +50,7 @@ def table_study(folder: Path) -> None:
 
 
 HERE: dict[str, tuple[Callable[[Path], None], tuple[str, ...], str]] = {
-    "CONTRIBUTING.md": (examples, ("out/report.html",), ""),
+    "CONTRIBUTING.md": (examples, ("out/report.html",), "slow"),  # as the page of laws does
     "add-a-law.md": (examples, ("out/report.html", "pulled/report.html"), ""),
     "calibrate.md": (table_study, ("out/calibration.json", "out/branch-1.toml"), "slow"),
     "determined.md": (nothing, (), "slow"),
