@@ -113,7 +113,7 @@ def test_a_real_full_disk_keeps_what_is_finished(tmp_path):
     subprocess.run(["mount", "-t", "tmpfs", "-o", "size=256k", "tmpfs", str(disk)], check=True)
     try:
         (disk / "ballast").write_bytes(bytes(120_000))
-        words = [sys.executable, "-m", "tarsus.cli", "sweep", str(tmp_path / "study.toml"), "-o", str(disk / "out")]
+        words = [sys.executable, "-m", "tarsus", "sweep", str(tmp_path / "study.toml"), "-o", str(disk / "out")]
         (tmp_path / "study.toml").write_text(STUDY, encoding="utf-8")
         full = subprocess.run(words, capture_output=True, text=True)
         assert full.returncode == 2 and "is full: make room; finished parts are kept" in full.stderr, full

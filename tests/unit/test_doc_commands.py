@@ -50,7 +50,7 @@ def table_study(folder: Path) -> None:
 
 
 HERE: dict[str, tuple[Callable[[Path], None], tuple[str, ...], str]] = {
-    "CONTRIBUTING.md": (examples, ("out/report.html",), ""),
+    "CONTRIBUTING.md": (examples, ("out/report.html",), "slow"),  # as the page of laws does
     "add-a-law.md": (examples, ("out/report.html", "pulled/report.html"), ""),
     "calibrate.md": (table_study, ("out/calibration.json", "out/branch-1.toml"), "slow"),
     "determined.md": (nothing, (), "slow"),
@@ -96,7 +96,7 @@ def test_the_command_lines_of_a_page_run(page, tmp_path):
     programs = tmp_path / "programs"
     programs.mkdir()
     (programs / "tarsus").write_text(
-        f'#!/bin/sh\nexec "{sys.executable}" -m tarsus.cli "$@"\n', encoding="utf-8"
+        f'#!/bin/sh\nexec "{sys.executable}" -m tarsus "$@"\n', encoding="utf-8"
     )
     (programs / "tarsus").chmod(0o755)
     environment = {**os.environ, "PATH": f"{programs}{os.pathsep}{os.environ['PATH']}", "BROWSER": "true"}

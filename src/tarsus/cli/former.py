@@ -9,6 +9,9 @@ __all__ = ["sentence"]
 COMMANDS = {
     "validate": "`tarsus reproduce` to compare with a published experiment, `tarsus check` to check a file",
     "next": "`tarsus recommend`",
+    "read": "`tarsus show FILE`",
+    "compare": "`tarsus show FIRST SECOND`",
+    "open": "`tarsus report FOLDER`",
 }
 """What to use in place of a command."""
 

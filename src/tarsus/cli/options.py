@@ -97,9 +97,9 @@ class Changes:
 
     def laws(self) -> dict[str, type[Law]]:
         """The laws of the files given."""
-        from tarsus.cli import requests
+        from tarsus.model.laws.userfile import laws_of
 
-        return requests.laws_of(self.law or ())
+        return laws_of(self.law or ())
 
 
 UNCHANGED = Changes()

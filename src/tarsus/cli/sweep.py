@@ -98,14 +98,14 @@ def _chosen(
     study: str, output: Path | None, law: list[Path] | None, resume: bool, overwrite: bool
 ) -> tuple[Sweep, Path, bool]:
     """The sweep, its folder, and whether that is continued."""
-    from tarsus.cli import requests
     from tarsus.files.runstore import PLAN_FILE
+    from tarsus.model.laws.userfile import laws_of
     from tarsus.study.studyfile import frozen_sweep, load_sweep
 
     if (Path(study) / PLAN_FILE).exists() and output is None and not overwrite:
         return frozen_sweep(Path(study)), Path(study), True
     folder = output if output is not None else Path(f"{Path(study).stem}.sweep")
-    return load_sweep(study, requests.laws_of(law or ())), folder, resume
+    return load_sweep(study, laws_of(law or ())), folder, resume
 
 
 def _drawn_anew(chosen: Sweep, seed: int, resume: bool) -> Sweep:
