@@ -156,7 +156,8 @@ def _events(run: RunLike) -> dict[str, Any]:
     ]  # fmt: skip
     rows = [
         (
-            event["time"], str(run.foot_names[event["foot"]]), EVENT_WORDS[int(event["kind"])].replace(" ", "\N{NO-BREAK SPACE}"),
+            event["time"], str(run.foot_names[event["foot"]]),
+            EVENT_WORDS[int(event["kind"])].replace(" ", "\N{NO-BREAK SPACE}"),
             *(event[name] if name in EVENT_FIELDS[int(event["kind"])] else None for name in _LANDING),
         )
         for event in events[:MOST_EVENTS]
