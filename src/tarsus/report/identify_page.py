@@ -24,7 +24,7 @@ from tarsus.report.pages import page, rendered, write_page
 from tarsus.tables.numbers import MISSING, interval, percent
 from tarsus.tables.table import ROW, Column, Table
 
-__all__ = ["identify_html", "write_identify_report"]
+__all__ = ["identify_html", "parameters", "write_identify_report"]
 
 NOTABLE = 0.30
 """Relative error below which a held-out case counts, as in Table 2.3 of the source."""
@@ -67,7 +67,7 @@ def identify_html(found: Identification) -> str:
     slopes = law_slopes(found.known)
     left = found.all_left_out
     body = rendered(
-        "identify.html", found=found, name=name, parameters=_parameters(found, judged, slopes), of_slope=bool(slopes),
+        "identify.html", found=found, name=name, parameters=parameters(found, judged, slopes), of_slope=bool(slopes),
         open=[] if judged is None else _open(found, judged),
         correlations=identify_figures.correlations(judged) if judged and len(judged.names) > 1 else None,
         steps=[_step(found, step) for step in found.steps.values()], held_out=_held_out(found.comparisons),
@@ -77,7 +77,8 @@ def identify_html(found: Identification) -> str:
     return page(f"{name} – identification", body)
 
 
-def _parameters(found: Identification, judged: Assessment | None, slopes: Mapping[str, float]) -> Table:
+def parameters(found: Identification, judged: Assessment | None, slopes: Mapping[str, float]) -> Table:
+    """Every number with its interval, half of it as a part of the number (or of the drive's slope), and its verdict."""
     known = float_paths(found.model.scene)
     rows: list[tuple[Any, ...]] = []
     for step in found.steps.values():
