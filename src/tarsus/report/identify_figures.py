@@ -47,7 +47,7 @@ def panels(shown: Sequence[Panel], caption: str) -> Plate:
     kept = list(shown[:MOST_PANELS])
 
     def draw(sheet: Sheet) -> None:
-        for axes, panel in zip(sheet.grid(len(kept), 1.35), kept, strict=True):
+        for axes, panel in zip(sheet.grid(len(kept), 1.2), kept, strict=True):
             _draw(axes, panel, _POINTS)
 
     return plate(draw, caption)
@@ -74,7 +74,7 @@ def correlations(judged: Assessment) -> Plate:
     )
 
     def draw(sheet: Sheet) -> None:
-        (axes,) = sheet.grid(1, min(5.2, 0.24 * count), width=7.4)
+        (axes,) = sheet.grid(1, min(4.2, 0.24 * count), width=7.4)
         image = axes.imshow(shown, cmap=OPPOSED, vmin=-1.0, vmax=1.0)
         for i, j in pairs:
             color = ON_LIGHT if abs(shown[i, j]) <= 0.7 else ON_DARK
