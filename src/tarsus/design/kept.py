@@ -20,9 +20,6 @@ __all__ = ["KEPT_FILES", "Kept", "store_of"]
 
 Floats = NDArray[np.float64]
 
-MOST_UNITS = 1_000_000
-"""Units of six digits: batches that a search asks for, one after the other."""
-
 KEPT_FILES = (
     *(
         f"{name}{end}"
@@ -41,7 +38,7 @@ def store_of(folder: Path, scene: Scene, request: Sequence[str], *, resume: bool
     `RunStore.open`.
     """
     texts = {**scene_texts(scene), "request.txt": "\n".join(request) + "\n"}
-    return RunStore.open(folder, texts, resume=resume, what="design", units=MOST_UNITS)
+    return RunStore.open(folder, texts, resume=resume, what="design")
 
 
 @dataclass
