@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from tarsus.base.errors import InputError
 from tarsus.base.spec import float_paths, get_value, with_values
 from tarsus.base.units import format_quantity, parse_quantity
+from tarsus.files.draws import read_draws
 from tarsus.fit.unknowns import Unknowns
 from tarsus.fit.valleys import even_points
 from tarsus.model.scene import Scene
@@ -65,11 +66,6 @@ class Grounds:
         """The scene alone."""
         return cls({path: np.array([get_value(scene, path)]) for path in paths})
 
-    def with_scene(self, scene: Scene) -> Grounds:
-        """The scene itself, without weight, and all of these."""
-        values = {path: np.append(get_value(scene, path), own) for path, own in self.values.items()}
-        return Grounds(values, np.append(0.0, self.weights))
-
     def with_more(self, points: Floats) -> Grounds:
         """These and others (n, np), all of equal weight."""
         return Grounds.of_points(self.names, np.concatenate([self.points(), points]))
@@ -116,8 +112,6 @@ def over_of(scene: Scene, given: Any) -> Over | None:
     if given is None or (isinstance(given, Mapping) and not given):
         return None
     if isinstance(given, (str, Path)):
-        from tarsus.identify.prior import read_draws
-
         given = Grounds(read_draws(Path(given)))
     over = given if isinstance(given, (Unknowns, Grounds)) else _box(scene, given)
     ends = (over.low, over.high) if isinstance(over, Unknowns) else _ends(over)

@@ -180,11 +180,11 @@ class Judge:
         grounds = {path: np.ascontiguousarray(values[:, i]) for i, path in enumerate(self.over.names)}
         return self.each(np.repeat(rows, m, axis=0), grounds).reshape(k, m, -1)
 
-    def hurting(self, found: Attack, gaps: Floats) -> Floats:
-        """Of the grounds of an attack those (n, np) with the largest gaps (k, no), at most `MORE` and no two of them
+    def hurting(self, grounds: Floats, gaps: Floats) -> Floats:
+        """Of the grounds (k, no, np) of an attack those (n, np) with the largest gaps (k, no), at most `MORE` and no two of them
         near each other."""
         assert isinstance(self.over, Unknowns)
-        flat, size = found.grounds.reshape(-1, len(self.over)), gaps.ravel()
+        flat, size = grounds.reshape(-1, len(self.over)), gaps.ravel()
         cube, chosen = self.over.cube(flat), []
         for row in np.argsort(-size, kind="stable"):
             if size[row] <= CLOSED and chosen:
@@ -234,7 +234,7 @@ class Judge:
                 if gap <= CLOSED or number == rounds:
                     break
             if gap > CLOSED:
-                grounds = grounds.with_more(self.hurting(found, gaps))
+                grounds = grounds.with_more(self.hurting(found.grounds, gaps))
             rows = improve(grounds)
         return grounds, history, made
 

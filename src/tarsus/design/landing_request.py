@@ -75,6 +75,7 @@ class LandingSettings(Settings):
     )
     free: tuple[str, ...] = setting((), "paths of the switching times that alone may move, of an on-off signal")
     objective: LandingObjective = setting(LandingObjective.SPEED, "speed, impulse or touchdowns")
+    risk: Any = setting(None, "worst, cvar:q, mean or nominal; worst with grounds, else nominal")
     contact: Amount = quantity("1", "least share of the plain step's contact", default=KEPT, ge=0, le=1)
     lift: Amount = quantity("1", "least share of its mean height in the air", default=KEPT, ge=0, le=1)
     ringing: MaybeAmount = quantity(
@@ -119,7 +120,9 @@ def landing_request(scene: Scene, options: LandingSettings, threads: Workers = N
     drive = problems.tried(lambda: _drive(scene, options.drive))
     actuator = None if drive is None else scene.robot.drives[drive]
     levels = problems.tried(lambda: levels_of(options.levels, actuator))
-    over, risk = problems.bearing(scene, options, lambda path: path.startswith(f"signals.{drive}."))
+    over, risk = problems.bearing(
+        scene, options.over, options.risk, lambda path: path.startswith(f"signals.{drive}.")
+    )
     period, moving = None, None
     if drive is not None:
         period = problems.tried(lambda: _period(scene, drive))

@@ -51,10 +51,9 @@ class Settings(Description):
     """What every design is asked for. SECTIONS: names of the settings in each section of a file; the one that is named
     as its section is called ``of`` there."""
 
-    SECTIONS: ClassVar[Mapping[str, tuple[str, ...]]] = {"objective": ("risk",), "search": ("seed",)}
+    SECTIONS: ClassVar[Mapping[str, tuple[str, ...]]] = {"search": ("seed",)}
 
     over: Any = setting(None, "numbers that are not known by path, each from its least to its most; or a file of draws")
-    risk: Any = setting(None, "worst, cvar:q, mean or nominal; worst with grounds, else nominal")
     seed: Annotated[int, Field(ge=0)] = setting(0, "of everything that is drawn at random")
 
 
@@ -134,18 +133,18 @@ class Problems(list[str]):
             return None
 
     def bearing(
-        self, scene: Scene, settings: Settings, designed: Callable[[str], bool]
+        self, scene: Scene, given: Any, risk: str | Risk | None, designed: Callable[[str], bool]
     ) -> tuple[Over | None, Risk]:
         """Grounds and risk of a request; ``designed`` says which paths the design itself chooses."""
-        over = self.tried(lambda: over_of(scene, settings.over))
+        over = self.tried(lambda: over_of(scene, given))
         self += [
             f"{path}: is designed, so it cannot be part of the ground"
             for path in (over.names if over is not None else ())
             if designed(path)
         ]
-        if settings.risk is None:
+        if risk is None:
             return over, NOMINAL if over is None else WORST
-        risk = self.tried(lambda: risk_of(settings.risk)) or NOMINAL
-        if not settings.over and risk is not NOMINAL:
-            self.append(f"risk: '{risk.name}' needs grounds to be judged on: name them under over")
-        return over, risk
+        found = self.tried(lambda: risk_of(risk)) or NOMINAL
+        if not given and found is not NOMINAL:
+            self.append(f"risk: '{found.name}' needs grounds to be judged on: name them under over")
+        return over, found
