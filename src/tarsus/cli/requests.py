@@ -108,7 +108,7 @@ def laws_of(law_files: Sequence[Path]) -> dict[str, type[Law]]:
 
 def duration_for(scene: Scene, text: str | None) -> float:
     """Duration [s] of a run: the one asked for, else the scene's own; absurd ones are refused."""
-    from tarsus.study.cost import MOST_STEPS, estimated_steps
+    from tarsus.solve.cost import MOST_STEPS, estimated_steps
 
     seconds = quantities_of(duration=(text, "s")).get("duration", scene.duration)
     if not seconds > 0.0:
