@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from tarsus.design.learning import Learning
     from tarsus.design.lifts import StepLift, step_lift
     from tarsus.design.links import Landscape, LinkDesign, landscape, leg
-    from tarsus.design.requests import settings_text
+    from tarsus.design.request import settings_text
     from tarsus.design.soft_landing import LandingDesign, landing, learn
     from tarsus.design.target import LandingObjective
     from tarsus.model.standing import standing
@@ -61,7 +61,7 @@ _HOMES = {
     "tarsus.design.learning": "Learning",
     "tarsus.design.lifts": "StepLift step_lift",
     "tarsus.design.links": "Landscape LinkDesign landscape leg",
-    "tarsus.design.requests": "settings_text",
+    "tarsus.design.request": "settings_text",
     "tarsus.design.soft_landing": "LandingDesign landing learn",
     "tarsus.design.target": "LandingObjective",
     "tarsus.model.standing": "standing",

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.base.workers import Workers
 from tarsus.design.gait_choice import GaitChoice, gait_choice
+from tarsus.design.gait_files import adapt_line, adapt_table, write_adapt
 from tarsus.design.gait_request import AdaptSettings, GaitRequest, gait_request
 from tarsus.design.grounds import Grounds, drawn, spread
 from tarsus.design.request import Given, Problems, settings_of
@@ -22,6 +24,7 @@ from tarsus.design.walk_objectives import OBJECTIVES, WalkObjective
 from tarsus.design.walks import Walks
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.fit.valleys import even_points, inside, shorter_steps
+from tarsus.tables.table import Table
 
 __all__ = ["AdaptiveGait", "Sense", "adapt", "senses_of"]
 
@@ -107,6 +110,23 @@ class AdaptiveGait:
     probe_steps: int
     runs: int
     repeats: int = 1
+
+    def __repr__(self) -> str:
+        return f"<{adapt_line(self)}>"
+
+    def __str__(self) -> str:
+        return str(self.table())
+
+    def _repr_html_(self) -> str:
+        return self.table().html()
+
+    def table(self) -> Table:
+        """The few gaits, how often each is taken on the hidden grounds, and what is lost there."""
+        return adapt_table(self)
+
+    def write(self, folder: str | Path) -> Path:
+        """Write everything but the report into a folder; returns it. Raises InputError where it cannot be written."""
+        return write_adapt(self, folder)
 
     def _of(self, gaits: NDArray[np.int64]) -> Floats:
         return self.costs[np.arange(len(gaits)), gaits]
@@ -313,7 +333,7 @@ class _Adapter:
                 return np.array([found[one].mean(axis=0) if one.any() else np.full(YOUNG, np.inf) for one in own])
 
             now = np.array([costs[one, k].mean() if one.any() else -np.inf for k, one in enumerate(own)])
-            moved, after = shorter_steps(means, library, now, [step], YOUNG, self.rng, self._around)
+            moved, after = shorter_steps(means, library, now, [step], YOUNG, self.rng, self._circular)
             changed = np.flatnonzero(after < now)
             library = moved
             if len(changed):
@@ -322,12 +342,12 @@ class _Adapter:
         return library
 
     @property
-    def _around(self) -> NDArray[np.bool_]:
-        return self.request.unknowns.around
+    def _circular(self) -> NDArray[np.bool_]:
+        return self.request.unknowns.numbers.circular
 
     def _moved(self, points: Floats) -> Floats:
         """Points (..., nu) as far from these as repeated walks differ."""
-        return inside(points + JITTER * self.rng.standard_normal(points.shape), self._around)
+        return inside(points + JITTER * self.rng.standard_normal(points.shape), self._circular)
 
     def _judged(self, points: Floats, grounds: Mapping[str, Floats]) -> Floats:
         """Costs (nr,) of gaits at points (nr, nu), each on its own ground: of one walk, or the mean of several."""
@@ -370,7 +390,7 @@ class _Adapter:
         given = hidden.rows(np.repeat(np.arange(len(hidden)), YOUNG))
         found, values = shorter_steps(
             lambda moved: self._judged(moved.reshape(-1, nu), given).reshape(-1, YOUNG),
-            few, costs.min(axis=1), [STEP / SHORTER**i for i in range(KNOWING)], YOUNG, self.rng, self._around,
+            few, costs.min(axis=1), [STEP / SHORTER**i for i in range(KNOWING)], YOUNG, self.rng, self._circular,
         )  # fmt: skip
         if self.repeats == 1:
             return values

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from tarsus.design.grounds import Grounds
 from tarsus.design.target import Target
 from tarsus.design.trials import Landings, Trials
-from tarsus.fit.valleys import Budget, Visited, descend
+from tarsus.fit.valleys import Budget, Visited, follow_down
 
 __all__ = ["ArrivalLine", "by_bits", "by_scalars"]
 
@@ -94,7 +94,7 @@ def _searched(
     middle, number = np.full((1, unknowns), 0.5), np.zeros(1, dtype=np.int64)
     visited = Visited.empty(unknowns)
     visited.add(number, middle, cost(number, middle))
-    descend(cost, visited, number, middle, SEARCH, np.random.default_rng(17), step=FIRST)
+    follow_down(cost, visited, number, middle, SEARCH, np.random.default_rng(17), step=FIRST)
     best = int(np.argmin(visited.costs))
     return placed(visited.points[best : best + 1])
 

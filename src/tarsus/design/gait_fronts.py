@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.workers import Workers
+from tarsus.design.gait_files import gait_line, gait_table, write_front
 from tarsus.design.gait_request import GaitRequest, GaitSettings, gait_request
 from tarsus.design.grounds import Grounds
 from tarsus.design.judge import CLOSED, Attack, Certificate, Judge, Look, Round, excess
@@ -25,6 +26,7 @@ from tarsus.files.toml import scene_texts
 from tarsus.fit.front import FrontSearch, farthest, hypervolume, search_front, undominated
 from tarsus.fit.unknowns import Unknowns
 from tarsus.model.scene import Scene
+from tarsus.tables.table import Table
 
 __all__ = ["KEPT_FILES", "GaitFront", "GaitPoint", "gait"]
 
@@ -118,10 +120,21 @@ class GaitFront:
     certificate: Certificate | None = None
 
     def __repr__(self) -> str:
-        return shown.front_line(self)
+        return f"<{gait_line(self)}>"
+
+    def __str__(self) -> str:
+        return str(self.table())
 
     def _repr_html_(self) -> str:
-        return shown.front_html(self)
+        return self.table().html()
+
+    def table(self) -> Table:
+        """The gaits of the front, the robust one and the nominal optimum."""
+        return gait_table(self)
+
+    def write(self, folder: str | Path) -> Path:
+        """Write everything but the report into a folder; returns it. Raises InputError where it cannot be written."""
+        return write_front(self, folder)
 
     @property
     def objectives(self) -> tuple[WalkObjective, ...]:
@@ -216,7 +229,7 @@ def gait(
     if folder is not None:
         texts = {**scene_texts(asked.scene), "request.txt": "\n".join(asked.lines) + "\n"}
         store = RunStore.open(folder, texts, resume=resume, what="design")
-    return _GaitSearch(asked, store, progress or (lambda done, total, what: None)).design()
+    return _GaitSearch(asked, options, store, progress or (lambda done, total, what: None)).design()
 
 
 @dataclass(frozen=True)
@@ -278,14 +291,16 @@ def _within(best: float, loss: float) -> tuple[_Goal, float]:
 class _GaitSearch:
     """The search of one request."""
 
-    def __init__(self, request: GaitRequest, store: RunStore, progress: Progress) -> None:
-        self.request, self.progress, self.memo = request, progress, store.memo()
+    def __init__(
+        self, request: GaitRequest, options: GaitSettings, store: RunStore, progress: Progress
+    ) -> None:
+        self.request, self.options, self.progress, self.memo = request, options, progress, store.memo()
         self.walks = Walks(
             request.scene, request.unknowns, request.objectives, request.duration, request.threads
         )
         own = Grounds.nominal(request.scene, () if request.over is None else request.over.names)
         grounded = tuple(j for j, one in enumerate(request.objectives) if one.grounded)
-        seed = request.options.seed
+        seed = self.options.seed
         self.judge = Judge(self._each, own, request.over, request.risk, seed, grounded)
         self.tried = self.asked = 0
         self.certificate: Certificate | None = None
@@ -305,17 +320,17 @@ class _GaitSearch:
         every: list[tuple[Floats, Floats]] = []
 
         def costs(points: Floats) -> Floats:
-            self.progress(self.tried, self.request.options.candidates, f"{goal.what}, {len(grounds)} grounds")
+            self.progress(self.tried, self.options.candidates, f"{goal.what}, {len(grounds)} grounds")
             each = self.judge.costs(points, grounds)
             self.tried += len(points)
             every.append((self.judge.risked(each, grounds, risk), each[:, 0]))
             return goal.costs(*every[-1])
 
-        search = search_of(int(share * self.request.options.candidates) - len(starts))
+        search = search_of(int(share * self.options.candidates) - len(starts))
         self.asked += 1
-        seed = 1000 * self.request.options.seed + self.asked
+        seed = 1000 * self.options.seed + self.asked
         unknowns = self.request.unknowns
-        points, values = search_front(costs, len(unknowns), unknowns.around, search, seed, starts)
+        points, values = search_front(costs, len(unknowns), unknowns.numbers.circular, search, seed, starts)
         risked, own = (np.concatenate(part) for part in zip(*every, strict=True))
         return _Found(points, values, risked, own, len(grounds))
 
@@ -330,14 +345,14 @@ class _GaitSearch:
         if self.judge.robust:
             starts = nominal.points[along(nominal.costs, STARTS)]
             found, grounds, rounds = self._judged(_FRONT, starts, own, share[1])
-            goal, limit = _within(float(nominal.own[:, 0].min()), request.options.loss)
+            goal, limit = _within(float(nominal.own[:, 0].min()), self.options.loss)
             near = nominal.points[nominal.own[:, 0] <= limit]
-            near = near[farthest(near, request.unknowns.around, STARTS)]
+            near = near[farthest(near, request.unknowns.numbers.circular, STARTS)]
             starts = np.concatenate([best[None], near, found.points[along(found.costs, STARTS)]])
             compared, grounds, more = self._judged(goal, starts, grounds, share[2])
             rounds += more
             best = compared.points[_best(compared.own)]  # the optimum so far is among them
-            goal, _ = _within(float(compared.own[:, 0].min()), request.options.loss)
+            goal, _ = _within(float(compared.own[:, 0].min()), self.options.loss)
             robust = compared.points[goal.pick(goal.costs(compared.risked, compared.own), 1)[0]]
             found = self._again(found.points[along(found.costs, STARTS)], found, grounds)
         made, gap = [], np.nan
@@ -378,7 +393,7 @@ class _GaitSearch:
             return found[-1].points[goal.pick(found[-1].costs, goal.attacked)]
 
         first = starts[np.linspace(0, len(starts) - 1, min(goal.attacked, len(starts))).astype(int)]
-        look = Look(self.request.options.look, CLIMB)
+        look = Look(self.options.look, CLIMB)
         grounds, rounds, _ = self.judge.close_gap(improve, first, grounds, look, ROUNDS, goal.what)
         return found[-1], grounds, rounds
 
@@ -386,7 +401,7 @@ class _GaitSearch:
         """An attack on gaits at points (k, nu), of worst costs (k, no) on active grounds: four times as many grounds as
         between rounds, and many more by chance, which certify the others: for the gaits that matter most, and for all
         where that leaves nothing open."""
-        count = self.request.options.look
+        count = self.options.look
         found = self.judge.attack(points, Look(4 * count, 2 * CLIMB, ISLANDS))
         known = np.maximum(found.costs, active)
         looked = np.repeat(known[:, None], CHECK * count, axis=1)
@@ -422,7 +437,7 @@ class _GaitSearch:
             worst, at = each.max(axis=1), each[:, :, first].argmax(axis=1)
             where = [{path: float(own[i]) for path, own in grounds.values.items()} for i in at]
         if look is not None and isinstance(request.over, Unknowns):
-            self.progress(self.tried, request.options.candidates, "the last look at the box")
+            self.progress(self.tried, self.options.candidates, "the last look at the box")
             found = self._last_look(points, worst, risked, look)
             gap = self._open(worst, found)
             if self.judge.by_planes:

@@ -14,7 +14,7 @@ from tarsus.base.spec import Amount, MaybeAmount, quantity
 from tarsus.base.workers import Workers
 from tarsus.design.gait_unknowns import GaitUnknowns, Symmetry, gait_unknowns
 from tarsus.design.grounds import Grounds, Over
-from tarsus.design.request import Count, Problems, Settings, setting
+from tarsus.design.request import OVER, RISK, SEED, Count, Problems, Seed, Settings, setting
 from tarsus.design.risk import Risk
 from tarsus.design.walk_objectives import WalkObjective, objectives_of
 from tarsus.design.walks import without_legs
@@ -46,13 +46,15 @@ class GaitSettings(Settings):
     objective: Any = setting(
         "speed,energy", "one to three of speed, energy, transport, slip, contact, support and sway"
     )
-    risk: Any = setting(None, "worst, cvar:q, mean or nominal; worst with grounds, else nominal")
+    over: Any = setting(None, OVER)
+    risk: Any = setting(None, RISK)
     loss: Amount = quantity(
         "1", "what the robust gait may lose of the best value on the scene's own ground", default=0.1, ge=0, lt=1
     )
     candidates: Annotated[int, Field(ge=FEWEST)] = setting(4000, "gaits that are tried in all")
     look: Count = setting(48, "grounds that an attack between rounds looks at before it climbs; the last at more")
     duration: MaybeAmount = quantity("s", WALK, default=None, gt=0)
+    seed: Seed = setting(0, SEED)
 
 
 class AdaptSettings(Settings):
@@ -68,12 +70,14 @@ class AdaptSettings(Settings):
     symmetry: Symmetry = setting(Symmetry.NONE, TIED)
     dead: tuple[str, ...] = setting((), "legs that do not move")
     objective: Any = setting("speed", "one of speed, transport, slip, contact, support and sway")
+    over: Any = setting(None, OVER)
     gaits: Count = setting(10, "how many gaits at most")
     hidden: Annotated[int, Field(ge=2)] = setting(200, "hidden grounds that the choice is judged on")
     repeats: Count = setting(1, "walks, a thousandth apart, that every gait is judged by on every ground")
     candidates: Annotated[int, Field(ge=FEWEST)] = setting(4000, "gaits that are tried in all")
     training: Annotated[int, Field(ge=2)] = setting(256, "grounds that the table is of")
     duration: MaybeAmount = quantity("s", WALK, default=None, gt=0)
+    seed: Seed = setting(0, SEED)
     sense: Any = setting("charge", "charge, slip, both with a comma, or nothing")
     steps: Annotated[int, Field(ge=2)] = setting(20, "walked with up to four gaits before one is chosen")
     noise: Amount = quantity(

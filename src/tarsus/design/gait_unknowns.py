@@ -15,7 +15,7 @@ from tarsus.base.messages import nearest
 from tarsus.base.spec import float_paths, with_values
 from tarsus.base.units import format_quantity, parse_quantity
 from tarsus.design.request import Problems
-from tarsus.fit.unknowns import Unknowns
+from tarsus.fit.unknowns import Unknown, Unknowns
 from tarsus.model.drive.gait import CustomGait, Layout
 from tarsus.model.scene import Scene
 from tarsus.plan.slots import Kind, slot
@@ -50,12 +50,11 @@ class Symmetry(Enum):
 class GaitUnknowns:
     """nu numbers that a design chooses, and the np numbers of the scene that follow from them.
 
-    numbers: the unknowns; around (nu,): whose range closes on itself; paths: in the scene; base (np,), share (np, nu):
-    value of path j is base[j] + share[j] @ unknowns, modulo 1 for phases.
+    numbers: the unknowns; paths: in the scene; base (np,), share (np, nu): value of path j is base[j] + share[j] @
+    unknowns, modulo 1 for phases.
     """
 
     numbers: Unknowns
-    around: NDArray[np.bool_]
     paths: tuple[str, ...]
     base: Floats
     share: Floats
@@ -70,21 +69,13 @@ class GaitUnknowns:
 
     def changes(self, cube: Floats) -> dict[str, Floats]:
         """Values (n,) by path of the scene at points (n, nu) of the unit cube."""
-        found = self.base + self.numbers.at(cube) @ self.share.T
+        found = self.base + self.numbers.values(cube) @ self.share.T
         found = np.where([_closes(path) for path in self.paths], np.remainder(found, 1.0), found)
         return dict(zip(self.paths, np.ascontiguousarray(found.T), strict=True))
 
 
-@dataclass(frozen=True)
-class _Free:
-    """One unknown: its range, and by path how much of it the scene's numbers take."""
-
-    name: str
-    unit: str
-    low: float
-    high: float
-    around: bool
-    shares: Mapping[str, float]
+Shared = tuple[Unknown, Mapping[str, float]]
+"""An unknown, and by path how much of it the scene's numbers take."""
 
 
 def _closes(path: str) -> bool:
@@ -114,7 +105,7 @@ def gait_unknowns(
         With every problem: paths that are no number of a gait or a signal, ranges that are empty or have to be given.
     """
     given: dict[str, Ends | None] = dict(free) if isinstance(free, Mapping) else dict.fromkeys(free)
-    problems, found = Problems(), list[_Free]()
+    problems, found = Problems(), list[Shared]()
     base: dict[str, float] = {}
     if not given:
         problems.append("free: name at least one number of the gait that may change, such as gait.duty")
@@ -139,15 +130,9 @@ def gait_unknowns(
     if problems:
         raise InputError(problems)
     paths = tuple(dict.fromkeys(owners))
-    count = len(found)
-    numbers = Unknowns(
-        tuple(one.name for one in found), tuple(one.unit for one in found), np.array([one.low for one in found]),
-        np.array([one.high for one in found]), np.zeros(count, dtype=bool), (None,) * count,
-    )  # fmt: skip
-    return scene, GaitUnknowns(
-        numbers, np.array([one.around for one in found]), paths, np.array([base.get(path, 0.0) for path in paths]),
-        np.array([[one.shares.get(path, 0.0) for one in found] for path in paths]),
-    )  # fmt: skip
+    share = np.array([[shares.get(path, 0.0) for _, shares in found] for path in paths])
+    numbers = Unknowns.of(scene, [one for one, _ in found])
+    return scene, GaitUnknowns(numbers, paths, np.array([base.get(path, 0.0) for path in paths]), share)
 
 
 def freed(scene: Scene, layout: Layout) -> Scene:
@@ -158,7 +143,7 @@ def freed(scene: Scene, layout: Layout) -> Scene:
     return with_values(scene, {"gait": CustomGait(**same, phases={leg: late[leg] % 1.0 for leg in layout.hips})})
 
 
-def _single(scene: Scene, path: str, span: Ends | None) -> _Free:
+def _single(scene: Scene, path: str, span: Ends | None) -> Shared:
     known = float_paths(scene)
     place = slot(scene, path) if path in known else None
     if place is None or place.kind not in (Kind.GAIT, Kind.DRIVE) or path.startswith("robot."):
@@ -183,7 +168,7 @@ def _single(scene: Scene, path: str, span: Ends | None) -> _Free:
     for end in (low, high) if not path.startswith(("gait.low", "gait.high")) else ():
         with_values(scene, {path: end})
     around = _closes(path) and math.isclose(high - low, 1.0)
-    return _Free(path.removeprefix("gait."), about.unit, low, high, around, {path: 1.0})
+    return Unknown(path, low, high, name=path.removeprefix("gait."), circular=around), {path: 1.0}
 
 
 def _usual(path: str, value: float) -> tuple[float, float]:
@@ -199,7 +184,7 @@ def _usual(path: str, value: float) -> tuple[float, float]:
     raise InputError(f"{path}: has no usual range; give one, such as {path}=a:b")
 
 
-def _phases(scene: Scene, symmetry: Symmetry, span: Ends | None) -> tuple[list[_Free], dict[str, float]]:
+def _phases(scene: Scene, symmetry: Symmetry, span: Ends | None) -> tuple[list[Shared], dict[str, float]]:
     """Phases of all legs: the unknowns, and by path the part of each phase that is none."""
     layout = scene.robot.layout()
     if scene.gait is None or layout is None or not isinstance(scene.gait, CustomGait):
@@ -218,8 +203,8 @@ def _phases(scene: Scene, symmetry: Symmetry, span: Ends | None) -> tuple[list[_
     ):
         raise InputError(f"symmetry: '{symmetry.value}' does not fit the robot: {text}")
     columns = [dict(zip(paths, column.tolist(), strict=True)) for column in share.T]
-    found = [_Free(name, "1", 0.0, 1.0, True, shares) for name, shares in zip(names, columns, strict=True)]
-    return found, dict(zip(paths, base.tolist(), strict=True))
+    unknown = [Unknown(low=0.0, high=1.0, name=name, unit="1", circular=True) for name in names]
+    return list(zip(unknown, columns, strict=True)), dict(zip(paths, base.tolist(), strict=True))
 
 
 def _tied(layout: Layout, symmetry: Symmetry) -> tuple[list[str], Floats, Floats]:
@@ -252,14 +237,14 @@ def _tied(layout: Layout, symmetry: Symmetry) -> tuple[list[str], Floats, Floats
     return names, base, share
 
 
-def _order(scene: Scene, free: Sequence[_Free]) -> list[str]:
+def _order(scene: Scene, free: Sequence[Shared]) -> list[str]:
     """The lower voltage stays below the upper one wherever they are."""
     if scene.gait is None:
         return []
     ends = {"gait.low": (scene.gait.low,) * 2, "gait.high": (scene.gait.high,) * 2}
-    for one in free:
-        if (path := f"gait.{one.name}") in ends:
-            ends[path] = one.low, one.high
+    for one, _ in free:
+        if one.path in ends:
+            ends[one.path] = float(one.low), float(one.high)
     low, high = ends["gait.low"][1], ends["gait.high"][0]
     if low > high:
         low, high = (format_quantity(float(f"{one:.6g}"), "V") for one in (low, high))

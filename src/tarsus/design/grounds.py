@@ -16,11 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.base.spec import float_paths, get_value, with_values
-from tarsus.base.units import format_quantity, parse_quantity
+from tarsus.base.spec import get_value, with_values
 from tarsus.files.draws import read_draws
-from tarsus.fit.unknowns import Unknowns
-from tarsus.fit.valleys import even_points
+from tarsus.fit.unknowns import Unknown, Unknowns
 from tarsus.model.scene import Scene
 
 __all__ = ["Grounds", "Over", "corners", "drawn", "over_of", "spread"]
@@ -85,14 +83,14 @@ Over = Unknowns | Grounds
 
 def spread(box: Unknowns, count: int, seed: int = 0) -> Floats:
     """``count`` values (count, np) spread evenly over a box."""
-    return box.at(even_points(len(box), count, np.random.default_rng([seed, len(box)])))
+    return box.values(box.draws(count, np.random.default_rng([seed, len(box)])))
 
 
 def corners(box: Unknowns) -> Floats:
     """Grounds (n, np) to begin with: the corners of a box of few sides, else an even spread."""
     if len(box) > CORNERS:
         return spread(box, 2**CORNERS)
-    return box.at(np.array(list(product((0.0, 1.0), repeat=len(box)))))
+    return box.values(np.array(list(product((0.0, 1.0), repeat=len(box)))))
 
 
 def drawn(over: Over, count: int, rng: np.random.Generator) -> Grounds:
@@ -100,7 +98,7 @@ def drawn(over: Over, count: int, rng: np.random.Generator) -> Grounds:
     if isinstance(over, Grounds):
         rows = rng.choice(len(over), count, p=over.weights)
         return Grounds.of_points(over.names, over.points()[rows])
-    return Grounds.of_points(over.names, over.at(rng.random((count, len(over)))))
+    return Grounds.of_points(over.names, over.values(rng.random((count, len(over)))))
 
 
 def over_of(scene: Scene, given: Any) -> Over | None:
@@ -132,30 +130,15 @@ def _ends(grounds: Grounds) -> tuple[Floats, Floats]:
 
 
 def _box(scene: Scene, given: Mapping[str, Any]) -> Unknowns:
-    problems, ends = [], []
-    known = float_paths(scene)
-    for path, pair in given.items():
-        try:
-            get_value(scene, path)
-            if path not in known:
-                raise InputError(f"{path}: is no number, so it has no range")
-            low, high = (parse_quantity(one, known[path].unit) for one in pair)
-        except InputError as error:
-            problems += [one if one.startswith(path) else f"{path}: {one}" for one in error.problems]
-            continue
-        except (ValueError, TypeError):
-            problems.append(f"{path}: expected (low, high), got {pair}")
-            continue
-        if not low < high:
-            shown = " to ".join(
-                format_quantity(float(f"{one:.6g}"), known[path].unit) for one in (low, high)
-            )
-            problems.append(
-                f"{path}: the box is empty, expected its lower end before its upper one, got {shown}"
-            )
-        ends.append((low, high))
-    if problems:
-        raise InputError(problems)
-    low, high = np.array(ends).T
-    units = tuple(known[path].unit for path in given)
-    return Unknowns(tuple(given), units, low, high, np.zeros(len(low), dtype=bool), (None,) * len(low))
+    problems = [f"{path}: expected (low, high), got {pair}" for path, pair in given.items() if not _is_pair(pair)]
+    ends = {path: pair for path, pair in given.items() if _is_pair(pair)}
+    try:
+        if ends or not problems:
+            return Unknowns.of(scene, [Unknown(path, low, high) for path, (low, high) in ends.items()])
+    except InputError as error:
+        problems += error.problems
+    raise InputError(problems)
+
+
+def _is_pair(given: Any) -> bool:
+    return isinstance(given, Sequence) and not isinstance(given, str) and len(given) == 2

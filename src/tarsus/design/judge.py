@@ -1,7 +1,8 @@
 """Candidates on grounds, judged by a risk: what every robust design does, whatever its candidates are.
 
 Worst grounds of a box come from cutting planes: candidates are searched on a few grounds, the box is searched for the
-ground that hurts the best of them most, that ground is added, and so on until none is found that is more than 2 % worse.
+ground that hurts the best of them most, that ground is added, and so on until none is found that is more than 2 %
+worse.
 After the outer approximations of semi-infinite programming (Blankenship and Falk, J. Optim. Theory Appl. 19, 1976).
 """
 
@@ -169,20 +170,20 @@ class Judge:
             shorter_steps(cost, cube[starts], -finite(first[who, starts, what]), steps.tolist(), YOUNG, rng)
         every, grounds = np.concatenate(seen, axis=1), np.concatenate(where, axis=1)
         worst = finite(every).argmax(axis=1)  # (k, no)
-        at = box.at(np.take_along_axis(grounds, worst[:, :, None], axis=1))
+        at = box.values(np.take_along_axis(grounds, worst[:, :, None], axis=1))
         return Attack(np.take_along_axis(every, worst[:, None], axis=1)[:, 0], at, every.shape[1], first)
 
     def _on(self, rows: Floats, cube: Floats) -> Floats:
         """Costs (k, m, no) of candidates (k, nx), each on grounds of its own (k, m, np) of the box."""
         assert isinstance(self.over, Unknowns)
         k, m, nb = cube.shape
-        values = self.over.at(cube.reshape(-1, nb))
+        values = self.over.values(cube.reshape(-1, nb))
         grounds = {path: np.ascontiguousarray(values[:, i]) for i, path in enumerate(self.over.names)}
         return self.each(np.repeat(rows, m, axis=0), grounds).reshape(k, m, -1)
 
     def hurting(self, grounds: Floats, gaps: Floats) -> Floats:
-        """Of the grounds (k, no, np) of an attack those (n, np) with the largest gaps (k, no), at most `MORE` and no two of them
-        near each other."""
+        """Of the grounds (k, no, np) of an attack those (n, np) with the largest gaps (k, no), at most `MORE` and no two
+        of them near each other."""
         assert isinstance(self.over, Unknowns)
         flat, size = grounds.reshape(-1, len(self.over)), gaps.ravel()
         cube, chosen = self.over.cube(flat), []

@@ -18,7 +18,7 @@ from tarsus.base.units import format_quantity, parse_quantity
 from tarsus.base.workers import Workers
 from tarsus.design.grounds import Over
 from tarsus.design.pulses import Levels, OwnStep, Step
-from tarsus.design.request import Problems, Settings, setting
+from tarsus.design.request import OVER, RISK, SEED, Problems, Seed, Settings, setting
 from tarsus.design.risk import Risk
 from tarsus.design.target import LandingObjective
 from tarsus.design.timer import in_ticks
@@ -43,7 +43,7 @@ HELD_PERIODS, LOOKED_AT = 16, 4
 """Periods for which the foot is held on a level, and the last ones that tell whether it stands: a mode of damping ratio
 1 % has forgotten its start by then."""
 SLOWEST_SHARE = 0.25
-"""A plateau lasts a quarter of the period at most, however slow the slowest mode is: two edges with one each fill half."""
+"""A plateau lasts a quarter of the period at most, however slow the slowest mode is: one at each edge fills half."""
 
 
 class Sensor(Enum):
@@ -75,13 +75,15 @@ class LandingSettings(Settings):
     )
     free: tuple[str, ...] = setting((), "paths of the switching times that alone may move, of an on-off signal")
     objective: LandingObjective = setting(LandingObjective.SPEED, "speed, impulse or touchdowns")
-    risk: Any = setting(None, "worst, cvar:q, mean or nominal; worst with grounds, else nominal")
+    over: Any = setting(None, OVER)
+    risk: Any = setting(None, RISK)
     contact: Amount = quantity("1", "least share of the plain step's contact", default=KEPT, ge=0, le=1)
     lift: Amount = quantity("1", "least share of its mean height in the air", default=KEPT, ge=0, le=1)
     ringing: MaybeAmount = quantity(
         "1", "greatest overshoot after release over the mean gap in the air", default=None, ge=0
     )
     effort: Amount = quantity("1", "factor on the length of the search", default=1.0, gt=0)
+    seed: Seed = setting(0, SEED)
     tick: Amount = quantity("s", "of the timer that edges are rounded to", default=1e-6, gt=0)
     shortest: Amount = quantity("s", "time that a level lasts at least", default=SHORTEST, gt=0)
     learn: Annotated[int, Field(ge=0)] = setting(0, "steps in which the landing is learned on hidden grounds")
@@ -137,8 +139,8 @@ def landing_request(scene: Scene, options: LandingSettings, threads: Workers = N
     if 2 * options.pairs * options.shortest > room:
         shown, most = (format_quantity(float(f"{one:.4g}"), "s") for one in (options.shortest, room))
         raise InputError(
-            f"shortest: {2 * options.pairs} plateaus of {shown} do not fit into the {most} that an edge has, half of the "
-            "time to the next one"
+            f"shortest: {2 * options.pairs} plateaus of {shown} do not fit into the {most} that an edge has, half of "
+            "the time to the next one"
         )
     longest = max(min(_slowest(scene), SLOWEST_SHARE * period), 2.0 * options.shortest)
     shared = (period, support, lift, supported, options.shortest, longest, levels)

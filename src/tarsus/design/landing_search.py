@@ -20,7 +20,7 @@ from tarsus.design.target import Target
 from tarsus.design.touchdown_slopes import touchdown_pieces
 from tarsus.design.transfer import GENTLE, STARTS, Transfer, transfers
 from tarsus.design.trials import Trials
-from tarsus.fit.valleys import Budget, Visited, descend, search
+from tarsus.fit.valleys import Budget, Visited, follow_down, search
 
 __all__ = ["DENSE", "LandingSearch", "Signal"]
 
@@ -33,9 +33,9 @@ SAMPLE = 48
 MEAN_GROUNDS = 48
 """Grounds that stand for a box where a risk averages over it: a search runs every candidate on all of them."""
 BETWEEN, DENSE = Look(256, 10, 6), Look(2048, 10, 6)
-"""Attacks between rounds of cutting planes, and the last, dense one: ten steps uphill end below a thousandth of the box's
-sides, and six regions are more than any box of the cantilever has peaks. Whole designs are compared by a quarter of the
-dense one."""
+"""Attacks between rounds of cutting planes, and the last, dense one: ten steps uphill end below a thousandth of the
+box's sides, and six regions are more than any box of the cantilever has peaks. Whole designs are compared by a quarter
+of the dense one."""
 COMPARED = Look(DENSE.count // 4, DENSE.steps, DENSE.islands)
 ROUNDS = 6
 """Rounds of cutting planes at most; the cantilever needs one or two."""
@@ -162,7 +162,7 @@ class LandingSearch:
             if len(numbers):
                 begun.add(numbers, points, cost(numbers, points))
                 rows = begun.best(max(int(ABOUT_TRANSFERS * self.request.options.effort), 2), near=NARROW)
-                descend(cost, visited, begun.numbers[rows], begun.points[rows], budget, self.rng, step=NARROW)
+                follow_down(cost, visited, begun.numbers[rows], begun.points[rows], budget, self.rng, step=NARROW)
         return choices, visited
 
     def _polish(self, pairs: int, grounds: Grounds, risk: Risk) -> None:
@@ -213,7 +213,7 @@ class LandingSearch:
         numbers, points = visited.numbers[rows], visited.points[rows]
         again.add(numbers, points, cost(numbers, points))
         first = again.best(count)
-        descend(cost, again, again.numbers[first], again.points[first], budget, self.rng, step=0.05)
+        follow_down(cost, again, again.numbers[first], again.points[first], budget, self.rng, step=0.05)
         self.visited[pairs] = choices, again
         self._polish(pairs, grounds, self.request.risk)
 

@@ -1,7 +1,7 @@
 """What a design is asked for: settings in the words of a call, as a mapping, or as a TOML file.
 
-Every design reads the same file: names that stand alone, the grounds in ``[over]``, what is sought in ``[objective]``, how
-long and with which random numbers in ``[search]``, and sections of its own. In Python the sections are left away::
+Every design reads the same file: names that stand alone, the grounds in ``[over]``, what is sought in ``[objective]``,
+how long and with which random numbers in ``[search]``, and sections of its own. In Python there are no sections::
 
     foot = "tip"                                        ts.design.landing(
     pairs = 2                                               scene, "tip", pairs=2,
@@ -12,13 +12,14 @@ long and with which random numbers in ``[search]``, and sections of its own. In 
     [search]
     seed = 1
 
-`settings_text` writes the file with everything in it that can be set; a command takes it as ``--request FILE``, and single
-settings as ``--request NAME=VALUE``.
+`settings_text` writes the file with everything in it that can be set; a command takes it as ``--request FILE``, and
+single settings as ``--request NAME=VALUE``.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from importlib import import_module
 from os import PathLike
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, TypeVar
@@ -26,6 +27,7 @@ from typing import Annotated, Any, ClassVar, TypeVar
 from pydantic import Field
 
 from tarsus.base.errors import InputError
+from tarsus.base.messages import nearest
 from tarsus.base.spec import Description, quantity_units, validate
 from tarsus.base.units import format_quantity
 from tarsus.design.grounds import Over, over_of
@@ -33,13 +35,25 @@ from tarsus.design.risk import NOMINAL, WORST, Risk, risk_of
 from tarsus.files.tables import read_table
 from tarsus.model.scene import Scene
 
-__all__ = ["Count", "Given", "Problems", "Settings", "setting", "settings_of", "settings_text"]
+__all__ = [
+    "OVER", "RISK", "SEED", "Count", "Given", "Problems", "Seed", "Settings", "setting", "settings_of", "settings_text",
+]  # fmt: skip
 
 T = TypeVar("T")
 Given = Mapping[str, Any] | str | PathLike[str] | None
 """Settings as a mapping, or the name of a TOML file."""
 Count = Annotated[int, Field(ge=1)]
 """One or more."""
+Seed = Annotated[int, Field(ge=0)]
+
+
+OVER = "numbers that are not known by path, each from its least to its most; or a file of draws"
+RISK = "worst, cvar:q, mean or nominal; worst with grounds, else nominal"
+SEED = "of everything that is drawn at random"
+_KINDS = {
+    "landing": ("landing_request", "LandingSettings"), "gait": ("gait_request", "GaitSettings"),
+    "adapt": ("gait_request", "AdaptSettings"), "leg": ("links", "LegSettings"),
+}  # fmt: skip
 
 
 def setting(default: Any, doc: str) -> Any:
@@ -48,13 +62,10 @@ def setting(default: Any, doc: str) -> Any:
 
 
 class Settings(Description):
-    """What every design is asked for. SECTIONS: names of the settings in each section of a file; the one that is named
-    as its section is called ``of`` there."""
+    """What a design is asked for. SECTIONS: names of the settings in each section of a file; the one that is named as
+    its section is called ``of`` there."""
 
-    SECTIONS: ClassVar[Mapping[str, tuple[str, ...]]] = {"search": ("seed",)}
-
-    over: Any = setting(None, "numbers that are not known by path, each from its least to its most; or a file of draws")
-    seed: Annotated[int, Field(ge=0)] = setting(0, "of everything that is drawn at random")
+    SECTIONS: ClassVar[Mapping[str, tuple[str, ...]]] = {}
 
 
 S = TypeVar("S", bound=Settings)
@@ -91,8 +102,13 @@ def _paths(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, An
             yield f"{prefix}{key}", None if value == "usual" else value
 
 
-def settings_text(kind: type[Settings]) -> str:
-    """A TOML file with all settings of a kind and what they are for; those without a default are commented out."""
+def settings_text(design: str) -> str:
+    """A TOML file with all settings of a design (landing, gait, adapt or leg) and what they are for; those without a
+    default are commented out. Raises InputError for another design."""
+    if design not in _KINDS:
+        raise InputError(f"design: there is none called '{design}'{nearest(design, _KINDS)}")
+    module, name = _KINDS[design]
+    kind: type[Settings] = getattr(import_module(f"tarsus.design.{module}"), name)
     units = quantity_units(kind)
 
     def line(section: str, name: str) -> str:
@@ -109,7 +125,8 @@ def settings_text(kind: type[Settings]) -> str:
     sectioned = {name for names in kind.SECTIONS.values() for name in names}
     alone = [name for name in kind.model_fields if name not in sectioned and name != "over"]
     lines = [line("", name) for name in alone]
-    lines += ["", "[over]", f"# {kind.model_fields['over'].description}", '# "PATH" = [low, high]']
+    if "over" in kind.model_fields:
+        lines += ["", "[over]", f"# {kind.model_fields['over'].description}", '# "PATH" = [low, high]']
     for section, names in kind.SECTIONS.items():
         lines += ["", f"[{section}]", *(line(section, name) for name in names)]
     return "\n".join(lines) + "\n"

@@ -14,7 +14,8 @@ from tarsus.base.workers import Workers
 from tarsus.design.energy import Energy, period_rises
 from tarsus.design.grounds import Grounds
 from tarsus.design.judge import Attack, Round
-from tarsus.design.landing_request import LandingRequest, LandingSettings, landing_request
+from tarsus.design.landing_files import landing_line, landing_table, write_landing
+from tarsus.design.landing_request import LandingRequest, LandingSettings, Sensor, landing_request
 from tarsus.design.landing_search import COMPARED, DENSE, LandingSearch, Signal
 from tarsus.design.learning import Learning, learn_on_hidden_grounds
 from tarsus.design.request import Given, settings_of
@@ -26,8 +27,9 @@ from tarsus.fit.front import undominated
 from tarsus.fit.unknowns import Unknowns
 from tarsus.model.drive.waveforms import OnOff
 from tarsus.model.scene import Scene, override
+from tarsus.tables.table import Table
 
-__all__ = ["FrontPoint", "LandingDesign", "landing"]
+__all__ = ["FrontPoint", "LandingDesign", "landing", "learn"]
 
 Floats = NDArray[np.float64]
 Progress = Callable[[int, int, str], None]
@@ -82,10 +84,21 @@ class LandingDesign:
     notes: tuple[str, ...] = field(default=())
 
     def __repr__(self) -> str:
-        return shown.landing_line(self)
+        return f"<{landing_line(self)}>"
+
+    def __str__(self) -> str:
+        return str(self.table())
 
     def _repr_html_(self) -> str:
-        return shown.landing_html(self)
+        return self.table().html()
+
+    def table(self) -> Table:
+        """The plateaus of the signal, and how softly it lands."""
+        return landing_table(self)
+
+    def write(self, folder: str | Path) -> Path:
+        """Write everything but the report into a folder; returns it. Raises InputError where it cannot be written."""
+        return write_landing(self, folder)
 
     @property
     def speed(self) -> float:
@@ -147,11 +160,11 @@ def landing(
     progress
         Called as ``progress(done, total, what)``.
     settings
-        In place of those of the request: pairs of switchings beside the two edges of the step, at most (fewer where more
-        are no better); levels ``"-8 V, 8 V"`` or more listed voltages, or ``"free=-8V:8V"``, any between; over, a mapping
-        of paths to (low, high), `tarsus.design.Grounds`, or a file of draws of `tarsus identify`; risk ``worst``,
-        ``cvar:q``, ``mean`` or ``nominal``; learn, steps in which the landing is learned on hidden grounds; drive, free,
-        objective, contact, lift, ringing, effort, seed, tick, shortest, sensor.
+        In place of those of the request: pairs of switchings beside the two edges of the step, at most (fewer where
+        more are no better); levels ``"-8 V, 8 V"`` or more listed voltages, or ``"free=-8V:8V"``, any between; over, a
+        mapping of paths to (low, high), `tarsus.design.Grounds`, or a file of draws of `tarsus identify`; risk
+        ``worst``, ``cvar:q``, ``mean`` or ``nominal``; learn, steps in which the landing is learned on hidden grounds;
+        drive, free, objective, contact, lift, ringing, effort, seed, tick, shortest, sensor.
 
     Returns
     -------
@@ -168,7 +181,36 @@ def landing(
     options = settings_of(LandingSettings, request, given)
     search = LandingSearch(landing_request(as_scene(scene), options, threads), progress)
     design = _designed(search)
-    return replace(design, learning=learn_of(design, options.learn, search)) if options.learn else design
+    if options.learn:
+        return replace(design, learning=_learned(search, design.signal, options.learn))
+    return design
+
+
+def learn(
+    design: LandingDesign, steps: int = 30, sensor: Sensor | str | None = None, *, threads: Workers = None
+) -> Learning:
+    """Let a landing go on being learned on hidden grounds, from a scalar or a bit a step.
+
+    Parameters
+    ----------
+    design
+        Of `landing`: what the learner begins with, and over which grounds.
+    steps
+        Of each learner.
+    sensor
+        What is measured of each step, ``speed`` or ``contact``; that of the design's request unless given.
+    threads
+        Worker threads, or an executor.
+
+    Raises
+    ------
+    InputError
+        For no steps, and for another sensor.
+    """
+    given = {"learn": steps} | ({} if sensor is None else {"sensor": sensor})
+    options = settings_of(LandingSettings, {**dict(design.request.options), **given})
+    search = LandingSearch(replace(design.request, options=options, threads=threads))
+    return _learned(search, design.signal, steps)
 
 
 def _designed(search: LandingSearch) -> LandingDesign:
@@ -195,10 +237,10 @@ def _designed(search: LandingSearch) -> LandingDesign:
     )  # fmt: skip
 
 
-def learn_of(design: LandingDesign, steps: int, search: LandingSearch) -> Learning:
-    """What learners make of a design in so many steps on hidden grounds."""
-    row = np.array([[*design.signal.levels, *design.signal.durations]])
-    return learn_on_hidden_grounds(search.trials, design.request, search.target, row, steps)
+def _learned(search: LandingSearch, signal: OnOff, steps: int) -> Learning:
+    """What learners make of a signal in so many steps on hidden grounds."""
+    row = np.array([[*signal.levels, *signal.durations]])
+    return learn_on_hidden_grounds(search.trials, search.request, search.target, row, steps)
 
 
 def _rounded(search: LandingSearch, one: Signal, grounds: Grounds) -> Signal:

@@ -1,9 +1,9 @@
 """Searching many valleys at once: a coarse scan, then evolution strategies with covariance adaptation side by side, the
 worse half given up again and again; and steps by chance that get shorter, for many starts side by side.
 
-Only a function from points to costs is known here; it is asked for many points at a time. The package cma (`cma_es`) has
-one such strategy and more of its kind. These stay because a design runs with a plain installation, which has no cma, and
-because dozens of strategies ask for one batch together here, as arrays, and end when others are better.
+Only a function from points to costs is known here; it is asked for many points at a time. The package cma (`cma_es`)
+has one such strategy and more of its kind. These stay because a design runs with a plain installation, which has no
+cma, and because dozens of strategies ask for one batch together here, as arrays, and end when others are better.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Budget", "Cost", "Visited", "descend", "even_points", "inside", "search", "shorter_steps"]
+__all__ = ["Budget", "Cost", "Visited", "even_points", "follow_down", "inside", "search", "shorter_steps"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -129,11 +129,11 @@ def search(
         numbers, grid = np.concatenate([starts[0], numbers]), np.concatenate([starts[1], grid])
     archive.add(numbers, grid, cost(numbers, grid))
     first = archive.best(budget.islands)
-    descend(cost, archive, archive.numbers[first], archive.points[first], budget, rng)
+    follow_down(cost, archive, archive.numbers[first], archive.points[first], budget, rng)
     return archive
 
 
-def descend(
+def follow_down(
     cost: Cost,
     archive: Visited,
     numbers: Ints,
