@@ -15,7 +15,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.base.workers import Workers
 from tarsus.design.gait_choice import GaitChoice, gait_choice
-from tarsus.design.gait_files import adapt_line, adapt_table, write_adapt
+from tarsus.design.gait_files import adapt_data, adapt_line, adapt_table, write_adapt
 from tarsus.design.gait_request import AdaptSettings, GaitRequest, gait_request
 from tarsus.design.grounds import Grounds, drawn, spread
 from tarsus.design.request import Given, Problems, settings_of
@@ -123,6 +123,10 @@ class AdaptiveGait:
     def table(self) -> Table:
         """The few gaits, how often each is taken on the hidden grounds, and what is lost there."""
         return adapt_table(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data in SI units: what ``--json`` prints."""
+        return adapt_data(self)
 
     def write(self, folder: str | Path) -> Path:
         """Write everything but the report into a folder; returns it. Raises InputError where it cannot be written."""
@@ -296,7 +300,9 @@ class _Adapter:
         """Probes among the gaits of a library and the table, from two sets of walks on training grounds."""
         shape = (0, len(costs), 0)
         known, again = (
-            np.array([self._sensed(one, training, steps) for one in library]) if self.sensed else np.zeros(shape)
+            np.array([self._sensed(one, training, steps) for one in library])
+            if self.sensed
+            else np.zeros(shape)
             for _ in range(2)
         )
         return gait_choice(known, again, self._noisy(again), costs, most)
@@ -328,9 +334,13 @@ class _Adapter:
             own = nearest == np.arange(len(few))[:, None]  # (k, ng)
             given = grounds.rows(np.repeat(np.arange(len(grounds)), YOUNG))
 
-            def means(moved: Floats, nearest: NDArray[np.int64] = nearest, own: NDArray[np.bool_] = own, given=given):
+            def means(
+                moved: Floats, nearest: NDArray[np.int64] = nearest, own: NDArray[np.bool_] = own, given=given
+            ):
                 found = self._judged(moved[nearest].reshape(-1, nu), given).reshape(len(nearest), YOUNG)
-                return np.array([found[one].mean(axis=0) if one.any() else np.full(YOUNG, np.inf) for one in own])
+                return np.array(
+                    [found[one].mean(axis=0) if one.any() else np.full(YOUNG, np.inf) for one in own]
+                )
 
             now = np.array([costs[one, k].mean() if one.any() else -np.inf for k, one in enumerate(own)])
             moved, after = shorter_steps(means, library, now, [step], YOUNG, self.rng, self._circular)
@@ -380,9 +390,7 @@ class _Adapter:
     def _noisy(self, senses: Floats) -> Floats:
         return senses * (1.0 + self.options.noise * self.rng.standard_normal(senses.shape))
 
-    def _known(
-        self, library: Floats, costs: Floats, taken: NDArray[np.int64], hidden: Grounds
-    ) -> Floats:
+    def _known(self, library: Floats, costs: Floats, taken: NDArray[np.int64], hidden: Grounds) -> Floats:
         """Costs (nh,) of the best gait for each hidden ground: the best of the few, or what a further search on this
         ground finds. Where walks differ by chance, what they were found by was partly luck: both, the gait that was
         taken and the best single one are judged anew, and the best of those once more."""

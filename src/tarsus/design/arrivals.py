@@ -61,7 +61,9 @@ class ArrivalLine:
         made = {first: first_spans}
         for j in (first, *range(first + 1, MEMBERS), *range(first - 1, -1, -1)):
             beside = made[j - (j > first) + (j < first)]
-            made[j] = _searched(trials, target, (levels, beside), near, Grounds(prior.rows(chosen[j : j + 1])))
+            made[j] = _searched(
+                trials, target, (levels, beside), near, Grounds(prior.rows(chosen[j : j + 1]))
+            )
         durations = np.concatenate([made[j] for j in range(MEMBERS)])
         signals = np.concatenate([np.repeat(levels, MEMBERS, axis=0), durations], axis=1)
         return cls(durations, trials.each(signals, prior.rows(chosen)).first)

@@ -77,7 +77,9 @@ def gait_choice(
     """
     fixed = costs[:, int(np.argmin(costs.mean(axis=0)))]
     none = GaitChoice(np.zeros((len(costs), 0)), costs, np.zeros(0))
-    deviations = np.sqrt((0.5 * (table - again) ** 2 + (noise - again) ** 2).mean(axis=1)) if table.size else table
+    deviations = (
+        np.sqrt((0.5 * (table - again) ** 2 + (noise - again) ** 2).mean(axis=1)) if table.size else table
+    )
     scale = np.abs(table).max(axis=1) if table.size else table
     deviations = np.maximum(deviations, 1e-6 * scale)  # a sense that never scatters still compares
     apart = [_apart(sensed, known, own) for sensed, known, own in zip(noise, table, deviations, strict=True)]

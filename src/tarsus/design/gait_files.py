@@ -41,7 +41,9 @@ def gait_data(design: GaitFront) -> dict[str, Any]:
     grounds drawn by chance at the end, those more than 2 % worse than known, and the box's share that may be so.
     """
     request, looked = design.request, design.certificate
-    proof = None if looked is None else {"grounds": looked.grounds, "worse": looked.worse, "share": looked.share}
+    proof = (
+        None if looked is None else {"grounds": looked.grounds, "worse": looked.worse, "share": looked.share}
+    )
     return {
         "certificate": proof, "scene": request.scene.name, "risk": request.risk.name,
         "free": list(request.unknowns.names),
@@ -100,7 +102,9 @@ def gait_table(design: GaitFront) -> Table:
         f"all numbers are of walks of {amount(design.request.duration, 's')} from one start, not of settled motion",
     ]
     if judged and design.gap == design.gap:
-        notes.append(f"gap of the worst grounds: {percent(design.gap, 2)}; {len(design.grounds)} grounds active")
+        notes.append(
+            f"gap of the worst grounds: {percent(design.gap, 2)}; {len(design.grounds)} grounds active"
+        )
     if design.certificate is not None:
         looked = design.certificate
         notes.append(
@@ -108,7 +112,9 @@ def gait_table(design: GaitFront) -> Table:
             f"gait shown than known; at most {percent(looked.share, 2)} of the box are (95 %)"
         )
     if judged:
-        notes.append(f"worst {design.objectives[0].name}, robust gait over nominal optimum: {design.gain:.3g}")
+        notes.append(
+            f"worst {design.objectives[0].name}, robust gait over nominal optimum: {design.gain:.3g}"
+        )
     return Table(gait_line(design), columns, rows, notes)
 
 
@@ -197,7 +203,16 @@ def write_adapt(design: AdaptiveGait, folder: str | Path) -> Path:
         f"{objective.name} known",
     ]
     rows = [
-        (*ground, int(chosen), float(objective.value(design.costs[i, chosen])), float(objective.value(design.known[i])))
-        for i, (ground, chosen) in enumerate(zip(design.grounds.points().tolist(), design.chosen, strict=True))
+        (
+            *ground,
+            int(chosen),
+            float(objective.value(design.costs[i, chosen])),
+            float(objective.value(design.known[i])),
+        )
+        for i, (ground, chosen) in enumerate(
+            zip(design.grounds.points().tolist(), design.chosen, strict=True)
+        )
     ]
-    return write_texts(folder, {"adapt.json": json_text(adapt_data(design)) + "\n", "hidden.csv": csv_text(head, rows)})
+    return write_texts(
+        folder, {"adapt.json": json_text(adapt_data(design)) + "\n", "hidden.csv": csv_text(head, rows)}
+    )

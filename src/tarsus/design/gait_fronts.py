@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.workers import Workers
-from tarsus.design.gait_files import gait_line, gait_table, write_front
+from tarsus.design.gait_files import gait_data, gait_line, gait_table, write_front
 from tarsus.design.gait_request import GaitRequest, GaitSettings, gait_request
 from tarsus.design.grounds import Grounds
 from tarsus.design.judge import CLOSED, Attack, Certificate, Judge, Look, Round, excess
@@ -131,6 +131,10 @@ class GaitFront:
     def table(self) -> Table:
         """The gaits of the front, the robust one and the nominal optimum."""
         return gait_table(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data in SI units: what ``--json`` prints."""
+        return gait_data(self)
 
     def write(self, folder: str | Path) -> Path:
         """Write everything but the report into a folder; returns it. Raises InputError where it cannot be written."""

@@ -49,10 +49,16 @@ class GaitSettings(Settings):
     over: Any = setting(None, OVER)
     risk: Any = setting(None, RISK)
     loss: Amount = quantity(
-        "1", "what the robust gait may lose of the best value on the scene's own ground", default=0.1, ge=0, lt=1
+        "1",
+        "what the robust gait may lose of the best value on the scene's own ground",
+        default=0.1,
+        ge=0,
+        lt=1,
     )
     candidates: Annotated[int, Field(ge=FEWEST)] = setting(4000, "gaits that are tried in all")
-    look: Count = setting(48, "grounds that an attack between rounds looks at before it climbs; the last at more")
+    look: Count = setting(
+        48, "grounds that an attack between rounds looks at before it climbs; the last at more"
+    )
     duration: MaybeAmount = quantity("s", WALK, default=None, gt=0)
     seed: Seed = setting(0, SEED)
 
@@ -153,11 +159,17 @@ def _of_duration(scene: Scene, unknowns: GaitUnknowns, given: float | None) -> l
     """What is wrong with a duration: walks are measured by whole drive periods."""
     duration = scene.duration if given is None else given
     lowest = unknowns.changes(np.zeros((1, len(unknowns)))).get("gait.frequency")
-    periods = [wave.period or 0.0 for wave in scene.waveforms.values()] if lowest is None else [1.0 / float(lowest[0])]
+    periods = (
+        [wave.period or 0.0 for wave in scene.waveforms.values()]
+        if lowest is None
+        else [1.0 / float(lowest[0])]
+    )
     slowest = max(periods, default=0.0)
     if duration >= slowest * (1.0 - ROUNDING):
         return []
-    return [f"duration: expected at least a drive period of the slowest gait, {slowest:.4g} s, got {duration:.4g} s"]
+    return [
+        f"duration: expected at least a drive period of the slowest gait, {slowest:.4g} s, got {duration:.4g} s"
+    ]
 
 
 def _of_energy(scene: Scene, objectives: Sequence[WalkObjective]) -> list[str]:

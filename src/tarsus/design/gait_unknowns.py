@@ -140,7 +140,9 @@ def freed(scene: Scene, layout: Layout) -> Scene:
     assert scene.gait is not None
     late = scene.gait.delays(layout)
     same = {name: getattr(scene.gait, name) for name in ("frequency", "low", "high", "duty", "swing_lag")}
-    return with_values(scene, {"gait": CustomGait(**same, phases={leg: late[leg] % 1.0 for leg in layout.hips})})
+    return with_values(
+        scene, {"gait": CustomGait(**same, phases={leg: late[leg] % 1.0 for leg in layout.hips})}
+    )
 
 
 def _single(scene: Scene, path: str, span: Ends | None) -> Shared:

@@ -130,7 +130,9 @@ def _ends(grounds: Grounds) -> tuple[Floats, Floats]:
 
 
 def _box(scene: Scene, given: Mapping[str, Any]) -> Unknowns:
-    problems = [f"{path}: expected (low, high), got {pair}" for path, pair in given.items() if not _is_pair(pair)]
+    problems = [
+        f"{path}: expected (low, high), got {pair}" for path, pair in given.items() if not _is_pair(pair)
+    ]
     ends = {path: pair for path, pair in given.items() if _is_pair(pair)}
     try:
         if ends or not problems:

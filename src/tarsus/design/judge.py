@@ -87,7 +87,11 @@ class Certificate:
     def share(self) -> float:
         """Upper end of the 95 % interval of the box's share that is so much worse (Clopper and Pearson 1934): about
         3 / grounds where none was."""
-        return float(beta.ppf(0.95, self.worse + 1, self.grounds - self.worse)) if self.worse < self.grounds else 1.0
+        return (
+            float(beta.ppf(0.95, self.worse + 1, self.grounds - self.worse))
+            if self.worse < self.grounds
+            else 1.0
+        )
 
 
 @dataclass
@@ -182,8 +186,8 @@ class Judge:
         return self.each(np.repeat(rows, m, axis=0), grounds).reshape(k, m, -1)
 
     def hurting(self, grounds: Floats, gaps: Floats) -> Floats:
-        """Of the grounds (k, no, np) of an attack those (n, np) with the largest gaps (k, no), at most `MORE` and no two
-        of them near each other."""
+        """Of the grounds (k, no, np) of an attack those (n, np) with the largest gaps (k, no), at most `MORE`, no two of
+        them near each other."""
         assert isinstance(self.over, Unknowns)
         flat, size = grounds.reshape(-1, len(self.over)), gaps.ravel()
         cube, chosen = self.over.cube(flat), []
@@ -245,7 +249,8 @@ def excess(known: Floats, found: Floats) -> Floats:
     known = finite(known)
     size = np.where(np.isfinite(known), np.abs(known), 0.0)
     scale = np.maximum(size, FLOOR * size.max(axis=0))
-    worse = np.maximum(np.nan_to_num(found - known, nan=0.0), 0.0)
+    with np.errstate(invalid="ignore"):  # a candidate that fails on both is no worse on the one
+        worse = np.fmax(found - known, 0.0)
     return np.where(scale > 0.0, worse / np.where(scale > 0.0, scale, 1.0), 0.0)
 
 

@@ -102,9 +102,7 @@ def landing_table(design: LandingDesign) -> Table:
             f"worst {rival}"
         )
     if math.isfinite(energy):
-        notes.append(
-            f"energy: {amount(energy, 'J')} a period, {amount(recovered, 'J')} with charge recovery"
-        )
+        notes.append(f"energy: {amount(energy, 'J')} a period, {amount(recovered, 'J')} with charge recovery")
     signal = zip(design.switching_times, design.signal.levels, design.signal.durations, strict=True)
     columns = (Column("from", "s", 6), Column("voltage", "V", 5), Column("for", "s", 6))
     return Table(landing_line(design), columns, signal, (*notes, *design.notes))

@@ -73,7 +73,9 @@ class LandingSettings(Settings):
     levels: Any = setting(
         "-8 V, 8 V", "voltages, or free=-8V:8V for any between; the lowest and the highest are held"
     )
-    free: tuple[str, ...] = setting((), "paths of the switching times that alone may move, of an on-off signal")
+    free: tuple[str, ...] = setting(
+        (), "paths of the switching times that alone may move, of an on-off signal"
+    )
     objective: LandingObjective = setting(LandingObjective.SPEED, "speed, impulse or touchdowns")
     over: Any = setting(None, OVER)
     risk: Any = setting(None, RISK)
@@ -203,9 +205,7 @@ def _drive(scene: Scene, name: str | None) -> str:
             raise InputError(f"drive: the robot has no drive '{name}'{nearest(name, drives)}")
         return name
     if len(drives) != 1:
-        raise InputError(
-            f"drive: the robot has {len(drives)} drives; name the one to be designed"
-        )
+        raise InputError(f"drive: the robot has {len(drives)} drives; name the one to be designed")
     return drives[0]
 
 

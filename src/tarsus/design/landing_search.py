@@ -162,7 +162,9 @@ class LandingSearch:
             if len(numbers):
                 begun.add(numbers, points, cost(numbers, points))
                 rows = begun.best(max(int(ABOUT_TRANSFERS * self.request.options.effort), 2), near=NARROW)
-                follow_down(cost, visited, begun.numbers[rows], begun.points[rows], budget, self.rng, step=NARROW)
+                follow_down(
+                    cost, visited, begun.numbers[rows], begun.points[rows], budget, self.rng, step=NARROW
+                )
         return choices, visited
 
     def _polish(self, pairs: int, grounds: Grounds, risk: Risk) -> None:
@@ -232,7 +234,11 @@ class LandingSearch:
             improve, begun.rows, grounds, BETWEEN, ROUNDS, f"{pairs} pairs", decisive=1
         )
         _, row = min(
-            ((float(cost), row) for rows, found in made for row, cost in zip(rows, found.costs[:, 0], strict=True)),
+            (
+                (float(cost), row)
+                for rows, found in made
+                for row, cost in zip(rows, found.costs[:, 0], strict=True)
+            ),
             key=lambda one: one[0],
         )
         return grounds, rounds, [Signal(row, pairs)]

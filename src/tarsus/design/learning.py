@@ -106,7 +106,9 @@ def _by_speeds(
     logs = np.log(line.durations[:, plateaus.moved])
     reach, size = np.maximum(FINEST * np.ptp(logs, axis=0), LEAST), np.ones(hidden)
     while len(speeds) <= steps:
-        tried = plateaus.near(best, size[:, None] * reach * plateaus.rng.standard_normal((hidden, len(reach))))
+        tried = plateaus.near(
+            best, size[:, None] * reach * plateaus.rng.standard_normal((hidden, len(reach)))
+        )
         found = step(tried)
         speeds.append(found.speed)
         softer = target.measure(found) < softest
@@ -147,5 +149,7 @@ def _around(request: LandingRequest) -> Over:
     ends = {path: ((1.0 - UNKNOWN) * value, (1.0 + UNKNOWN) * value) for path, value in middle.items()}
     over = over_of(request.scene, ends)
     if over is None:
-        raise InputError("learn: the scene has no gap, restitution or film to be unknown: name the grounds under over")
+        raise InputError(
+            "learn: the scene has no gap, restitution or film to be unknown: name the grounds under over"
+        )
     return over

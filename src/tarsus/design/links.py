@@ -24,12 +24,12 @@ LENGTHS = ("hip.length", "thigh.length", "shin.length")
 """Paths of the design parameters (4.2)."""
 
 COARSE = 5
-"""Lengths tried of each link before the optimiser starts from the best of them: the optimum is at the load's limit or at
-a bound, and a fifth of the range from either is within reach of it."""
+"""Lengths tried of each link before the optimiser starts from the best of them: the optimum is at the load's limit or
+at a bound, and a fifth of the range from either is within reach of it."""
 ENOUGH, DIFFERENCE = 1e-10, 1e-6
-"""The optimiser ends where the speed gains less than this share, and takes differences of lengths by parts of the longest
-one: the time of a peak is known to 1e-14, so that slopes are good to 1e-8; with smaller ones the last line search hangs
-on rounding."""
+"""The optimiser ends where the speed gains less than this share, and takes differences of lengths by parts of the
+longest one: the time of a peak is known to 1e-14, so that slopes are good to 1e-8; with smaller ones the last line search
+hangs on rounding."""
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,9 @@ class LegSettings(Settings):
 
     shortest: Amount = quantity("m", "least length of every link", gt=0)
     longest: Amount = quantity("m", "greatest length of every link", gt=0)
-    load: MaybeAmount = quantity("N", "force to be carried; the leg's own body unless given", default=None, gt=0)
+    load: MaybeAmount = quantity(
+        "N", "force to be carried; the leg's own body unless given", default=None, gt=0
+    )
     gravity: Amount = quantity("m/s^2", "acceleration of gravity, for that weight", default=GRAVITY, ge=0)
 
 
@@ -164,7 +166,9 @@ def leg(
     low, high = options.shortest, options.longest
     if not low < high:
         raise InputError(f"lengths must have shortest < longest, got {low:g} m and {high:g} m")
-    return _fastest(structure, low, high, structure.body_mass * options.gravity if options.load is None else options.load)
+    return _fastest(
+        structure, low, high, structure.body_mass * options.gravity if options.load is None else options.load
+    )
 
 
 def _fastest(leg: Leg, shortest: float, longest: float, needed: float) -> LinkDesign:

@@ -97,6 +97,10 @@ def _step(found: CostPieces, point: Floats, radius: float, tail: float, weights:
     bounds = [(max(-1.0, -x / radius), min(1.0, (1.0 - x) / radius)) for x in point.tolist()]
     least = float(found.values.min()) / scale - 2.0 * np.abs(rows[:, :nu]).sum(axis=1).max() - 1.0
     solved = linprog(
-        price, rows, -found.values / scale, bounds=[*bounds, (least, None), *[(0.0, None)] * ng], method="highs"
+        price,
+        rows,
+        -found.values / scale,
+        bounds=[*bounds, (least, None), *[(0.0, None)] * ng],
+        method="highs",
     )
     return np.zeros(nu) if solved.x is None else radius * np.asarray(solved.x[:nu])

@@ -87,10 +87,16 @@ def settings_of(kind: type[S], request: Given = None, given: Mapping[str, Any] |
         if name in kind.SECTIONS and isinstance(value, Mapping):
             found |= {name if key == "of" else key: one for key, one in value.items()}
         else:
-            found[name] = dict(_paths(value)) if name in ("over", "free") and isinstance(value, Mapping) else value
+            found[name] = (
+                dict(_paths(value)) if name in ("over", "free") and isinstance(value, Mapping) else value
+            )
     if folder is not None and isinstance(found.get("over"), str):
         found["over"] = folder / found["over"]  # a file of draws lies beside the request
-    return validate(kind, found | dict(given or {}))
+    found |= given or {}
+    for name, field in kind.model_fields.items():
+        if isinstance(found.get(name), str) and field.annotation == tuple[str, ...]:
+            found[name] = tuple(word.strip() for word in found[name].split(","))
+    return validate(kind, found)
 
 
 def _paths(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:

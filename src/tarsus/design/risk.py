@@ -38,7 +38,9 @@ class Risk:
         order = np.argsort(-costs, axis=1)
         own = weights[order]
         taken = np.clip(self.tail - (np.cumsum(own, axis=1) - own), 0.0, own)
-        ordered = np.where(taken > 0.0, np.take_along_axis(costs, order, axis=1), 0.0)  # 0 times infinity is 0
+        ordered = np.where(
+            taken > 0.0, np.take_along_axis(costs, order, axis=1), 0.0
+        )  # 0 times infinity is 0
         return (taken * ordered).sum(axis=1) / self.tail
 
 

@@ -14,7 +14,7 @@ from tarsus.base.workers import Workers
 from tarsus.design.energy import Energy, period_rises
 from tarsus.design.grounds import Grounds
 from tarsus.design.judge import Attack, Round
-from tarsus.design.landing_files import landing_line, landing_table, write_landing
+from tarsus.design.landing_files import landing_data, landing_line, landing_table, write_landing
 from tarsus.design.landing_request import LandingRequest, LandingSettings, Sensor, landing_request
 from tarsus.design.landing_search import COMPARED, DENSE, LandingSearch, Signal
 from tarsus.design.learning import Learning, learn_on_hidden_grounds
@@ -95,6 +95,10 @@ class LandingDesign:
     def table(self) -> Table:
         """The plateaus of the signal, and how softly it lands."""
         return landing_table(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data in SI units: what ``--json`` prints."""
+        return landing_data(self)
 
     def write(self, folder: str | Path) -> Path:
         """Write everything but the report into a folder; returns it. Raises InputError where it cannot be written."""

@@ -82,7 +82,9 @@ def _of_run(run: GradientRun, trials: Trials, target: Target) -> tuple[Floats, F
         with np.errstate(divide="ignore", invalid="ignore"):
             impulse = 2.0 * here["energy"] / lost
             of_lost = before - by_path("speed_after") * np.sign(here["speed_after"])[:, None]
-            return np.nan_to_num(impulse), (2.0 * by_path("energy") - impulse[:, None] * of_lost) / lost[:, None]
+            return np.nan_to_num(impulse), (2.0 * by_path("energy") - impulse[:, None] * of_lost) / lost[
+                :, None
+            ]
     speed = np.abs(here["speed_before"])
     if target.objective is LandingObjective.TOUCHDOWNS:
         share = 0.5 / max(float(target.plain.speed.flat[0]), 1e-30)

@@ -80,7 +80,9 @@ OBJECTIVES = {
 
 def objectives_of(given: str | WalkObjective | Sequence[str | WalkObjective]) -> tuple[WalkObjective, ...]:
     """Objectives of names, or of one text with commas; raises InputError for unknown, repeated and too many ones."""
-    given = given.split(",") if isinstance(given, str) else [given] if isinstance(given, WalkObjective) else given
+    given = (
+        given.split(",") if isinstance(given, str) else [given] if isinstance(given, WalkObjective) else given
+    )
     words = [word.strip() if isinstance(word, str) else word for word in given]
     names = [word if isinstance(word, str) else word.name for word in words]
     problems = [

@@ -53,7 +53,11 @@ class Walks:
         return np.stack([one.cost(one.of(seen)) for one in self.objectives], axis=1)
 
     def measured(
-        self, points: Floats, grounds: Mapping[str, Floats], measures: Sequence[str], duration: float | None = None
+        self,
+        points: Floats,
+        grounds: Mapping[str, Floats],
+        measures: Sequence[str],
+        duration: float | None = None,
     ) -> dict[str, Floats]:
         """Measures (nr,) of gaits at points (nr, nu), each on its own ground, in walks of another duration [s] where
         one is given; with ``energy`` and ``weight``, where the objectives want them."""

@@ -11,8 +11,10 @@ from matplotlib.axes import Axes
 
 from tarsus.base.spec import float_paths
 from tarsus.design.adaptive import AdaptiveGait
-from tarsus.design.gait_files import gait_scene_names, values_in_words
-from tarsus.design.gait_fronts import CLOSED, GaitFront, GaitPoint
+from tarsus.design.gait_files import gait_scene_names
+from tarsus.design.gait_fronts import GaitFront, GaitPoint
+from tarsus.design.judge import CLOSED
+from tarsus.design.results import values_in_words
 from tarsus.design.walk_objectives import WalkObjective
 from tarsus.files.store import write_text
 from tarsus.report.figures import Plate
@@ -163,7 +165,7 @@ def adapt_html(design: AdaptiveGait) -> str:
              for i, own in enumerate(design.gaits)]  # fmt: skip
     body = rendered(
         "adapt.html", design=design, objective=design.request.objectives[0], hidden=_hidden_figure(design),
-        rule=table([Column("chosen", number=False), Column("gait")], [[said, str(n)] for said, n in design.table]),
+        rule=table([Column("chosen", number=False), Column("gait")], [[said, str(n)] for said, n in design.rule]),
         gaits=table([Column("gait", number=False), Column("values", number=False)], gaits),
         lost=table([Column("chosen by", number=False), Column("lost against the gait that knows the ground")], lost),
     )  # fmt: skip
