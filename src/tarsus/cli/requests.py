@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 _LAWS = "ground.laws."
 
 
-def settings(words: Sequence[str]) -> dict[str, Any]:
-    """`path=value` words as a mapping.
+def settings(words: Sequence[str], option: str = "--set") -> dict[str, Any]:
+    """`path=value` words of an option as a mapping.
 
     A value is a number, a text with a unit, a list or table as TOML writes it, or `none`.
     """
@@ -31,23 +31,23 @@ def settings(words: Sequence[str]) -> dict[str, Any]:
         path, equals, text = word.partition("=")
         path, text = path.strip(), text.strip()
         if not equals or not path or not text:
-            problems.append(f"--set takes path=value, got '{word}'")
+            problems.append(f"{option} takes path=value, got '{word}'")
         elif path in values:
-            problems.append(f"--set names '{path}' twice")
+            problems.append(f"{option} names '{path}' twice")
         else:
-            values[path] = _value(path, text)
+            values[path] = _value(f"{option} {path}", text)
     if problems:
         raise InputError(problems)
     return values
 
 
-def _value(path: str, text: str) -> Any:
+def _value(label: str, text: str) -> Any:
     if text.lower() == "none":
         return None
     from tarsus.files.tables import NotToml, table_of
 
     try:
-        return table_of(f"value = {text}", f"--set {path}")["value"]
+        return table_of(f"value = {text}", label)["value"]
     except NotToml:
         return text
 
