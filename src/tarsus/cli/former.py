@@ -16,6 +16,10 @@ COMMANDS = {
 """What to use in place of a command."""
 
 OPTIONS = {
+    "recommend --hz": '`--vary hz="5, 15"`',
+    "recommend --volts": '`--vary volts="4, 6"`',
+    "recommend --ramp": '`--vary ramp="0, 0.25"`',
+    "recommend --gap": '`--vary gap="70 um, 90 um"`',
     "--dask": "`--on dask:ADDRESS`, or `--on dask:local`",
 }
 """What to use in place of an option, of one command or of all."""

@@ -9,7 +9,7 @@ from importlib.metadata import PackageNotFoundError, version
 import numpy as np
 
 from tarsus.files.library import device_names, load_scene
-from tarsus.inspection.view import View
+from tarsus.tables.view import View
 from tarsus.model.laws import Gravity, Restitution
 from tarsus.model.robot import Foot, Robot
 from tarsus.model.scene import Ground, Scene

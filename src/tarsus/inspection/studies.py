@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from tarsus.base.errors import InputError
 from tarsus.cluster.status import status_lines, status_of
-from tarsus.inspection.view import View
+from tarsus.tables.view import View
 from tarsus.tables.table import Column, Table
 
 if TYPE_CHECKING:
