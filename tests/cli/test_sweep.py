@@ -288,10 +288,15 @@ def test_a_sweep_in_tasks_says_how_to_go_on_and_has_a_page_at_the_end(tarsus, st
     assert tarsus("sweep", study(count=1), "-o", folder, "--tasks", "2").code == 0
     assert tarsus("sweep", folder, "--task", "1").code == 0
     told = tarsus("sweep", folder, "--status")
-    assert "1 of 2 units" in told.out and "to go on with what is missing: `tarsus sweep` of this folder" in told.out
+    assert (
+        "1 of 2 units" in told.out
+        and "to go on with what is missing: `tarsus sweep` of this folder" in told.out
+    )
     refused = tarsus("report", folder, "--no-browser")
     (sentence,) = refused.sentences
-    assert refused.code == 2 and f"1 of 2 units done and no page yet: `tarsus sweep {folder}` makes" in sentence
+    assert (
+        refused.code == 2 and f"1 of 2 units done and no page yet: `tarsus sweep {folder}` makes" in sentence
+    )
     assert tarsus("sweep", folder, "--task", "2").code == 0
     assert "to go on" not in tarsus("sweep", folder, "--status").out
     opened = tarsus("report", folder, "--no-browser", "--json").json()
