@@ -15,6 +15,7 @@ from tarsus.report.movie import movie as movie
 from tarsus.report.verb import report as report
 from tarsus.solve import simulate as simulate
 from tarsus.study.bench import run_bench as bench
+from tarsus.study.yields import yield_ as yield_
 from tarsus.synthesis.verb import synthesize as synthesize
 
 # Verbs of Python alone.

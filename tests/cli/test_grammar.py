@@ -50,7 +50,7 @@ VERBS = {
     "movie": ("a scene", "files", "a time"),
     "branch": ("a scene", "a page"),
     "sweep": ("laws", "draws", "many runs", "a page", "goes on"),
-    "yield": ("a scene", "draws", "many runs", "a page", "goes on"),
+    "yield": ("a scene", "draws", "many runs", "files", "goes on"),
     "synthesize": ("a scene", "draws", "files"),
     "identify": ("draws", "a page"),
     "calibrate": ("laws", "draws", "many runs", "a page", "goes on"),

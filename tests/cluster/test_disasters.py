@@ -20,7 +20,7 @@ import tarsus as ts
 from tarsus.cluster.array import prepare
 from tarsus.cluster.status import status_of
 from tarsus.study.axes import Linspace, Sobol
-from tarsus.study.beats import Beats
+from tarsus.study.progress import Progress
 from tarsus.study.sweeping import run_sweep
 
 KILLS = 30
@@ -75,8 +75,8 @@ def test_a_clock_that_is_an_hour_off_changes_nothing(tmp_path, monkeypatch):
     assert (tmp_path / "wrong" / "sweep.nc").read_bytes() == (tmp_path / "right" / "sweep.nc").read_bytes()
     folder = tmp_path / "begun"
     prepare(few, folder, 2, resume=False)
-    with Beats(folder) as beats:
-        beats.count("n1", 4)
+    with Progress(folder) as progress:
+        progress.count("n1", 4)
         found = status_of(folder)  # the disk's clock counts, and not that of who asks
     assert (found.working, found.lost) == (1, 0)
 

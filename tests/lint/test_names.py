@@ -8,6 +8,7 @@ from pathlib import Path
 
 SOURCES = Path(__file__).parents[2] / "src"
 TWICE = {
+    "Column", "NormalEquations", "Rows", "Scale",
     "Archive", "Asked", "Axis", "Branch", "Candidate", "Case", "Chain", "Choice", "Columns",
     "Comparison", "Contacts", "Costs", "Curve", "Drawing", "Ensemble", "Film", "Fit", "Fitted", "Found",
     "InAir", "Instrument", "Judged", "Kind", "Layout", "LeftOut", "Limit", "Line", "Objective",

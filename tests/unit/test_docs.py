@@ -43,8 +43,8 @@ def nothing(folder: Path) -> Names:
 
 def lab(folder: Path) -> Names:
     """The campaign of the page of identification: small, but whole."""
-    from tarsus.experiment.campaign_folder import write_campaign
-    from tarsus.experiment.synthesis import Instrument
+    from tarsus.synthesis.campaign_folder import write_campaign
+    from tarsus.synthesis.recordings import Instrument
 
     write_campaign(ts.load_scene("cantilever"), folder / "lab", Instrument(rate=20e3, snr_db=50.0), 1)
     return {}

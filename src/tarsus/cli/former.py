@@ -21,6 +21,17 @@ OPTIONS = {
     "recommend --ramp": '`--vary ramp="0, 0.25"`',
     "recommend --gap": '`--vary gap="70 um, 90 um"`',
     "--dask": "`--on dask:ADDRESS`, or `--on dask:local`",
+    "sweep --slurm": "`--on slurm:partition=main,time=1:00:00,tasks=100`",
+    "sweep --tasks": "`--on array:tasks=N`, or `--on slurm:...,tasks=N`",
+    "sweep --task": "`python -m tarsus.cli.task DIR NUMBER ARRAY`, as the array's script does",
+    "sweep --submission": "`python -m tarsus.cli.task DIR NUMBER ARRAY`, as the array's script does",
+    "yield --dead": "`--scatter dead=0:5`",
+    "yield --weak": "`--scatter weak=0:5@60%`",
+    "yield --over": "`--scatter PATH=a:b`",
+    "yield --measure": "`--require MEASURE`",
+    "yield --draws": "`--count ROBOTS:DRAWS`",
+    "yield --chunk": "`chunk` of `tarsus.yield_`",
+    "yield --no-report": "nothing: the page is always written",
 }
 """What to use in place of an option, of one command or of all."""
 

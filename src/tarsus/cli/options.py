@@ -114,8 +114,9 @@ class Work:
     on: Annotated[
         str | None,
         Parameter(
-            help="make the runs on the workers of a Dask cluster: dask:ADDRESS of its scheduler or its scheduler file, "
-            "or dask:local for processes here."
+            help="where the runs are made: dask:ADDRESS of a scheduler or its scheduler file, dask:local for processes "
+            "here; of a sweep also slurm:partition=main,time=1:00:00,tasks=100 (words for sbatch), or array:tasks=100, "
+            "a script for any scheduler."
         ),
     ] = None
 

@@ -180,7 +180,7 @@ def workers_for(on: str | None, threads: int | None = None) -> Iterator[Workers]
         return
     kind, address = place_of(on)
     if kind != "dask":
-        raise InputError(f"--on: expected dask:ADDRESS or dask:local, got '{on}'")
+        raise InputError(f"--on: expected dask:ADDRESS or dask:local (of a sweep also slurm or array), got '{on}'")
     from tarsus.cluster.dask import dask_executor
 
     with dask_executor(address, threads) as executor:
@@ -189,8 +189,8 @@ def workers_for(on: str | None, threads: int | None = None) -> Iterator[Workers]
 
 def place_of(on: str) -> tuple[str, str]:
     """The kind of a place that `--on KIND:WORDS` names, and the words."""
-    kind, colon, words = on.partition(":")
-    return (kind.strip(), words.strip()) if colon else ("", on)
+    kind, _, words = on.partition(":")
+    return kind.strip(), words.strip()
 
 
 def grounds_of(words: Sequence[str]) -> Any:
