@@ -38,10 +38,9 @@ WRONG = [
     ("sweep cantilever", "it is a calibration, not a sweep"),
     ("sweep cantilever-adhesion --threads 0", "--threads: expected a number of 1 or more, got 0"),
     ("sweep cantilever-adhesion --threads x", 'unable to convert "x"'),
-    (f"{SCATTER} --measure speed", "--measure: there is no measure 'speed'; did you mean 'mean_speed'?"),
-    (f"{SCATTER} --count 0", "--count: expected a number of 1 or more, got 0"),
-    (f"{SCATTER} --chunk soon", "--chunk: expected a number of runs, or a time"),
-    ("yield millipede --dead legs=9:99", "--dead, --weak: at most 99 dead"),
+    (f"{SCATTER} --require speed", "--require: there is no measure 'speed'; did you mean 'mean_speed'?"),
+    (f"{SCATTER} --count 0", "--count takes ROBOTS or ROBOTS:DRAWS"),
+    ("yield millipede --scatter dead=9:99", "--scatter dead, weak: at most 99 dead"),
     ("branch cantilever --along signals.pzt.amplitud=8V:4V", "did you mean 'signals.pzt.amplitude'?"),
     (
         "branch cantilever --along signals.pzt.amplitude=8V:4V --multiple 0",

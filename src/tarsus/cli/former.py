@@ -23,6 +23,7 @@ OPTIONS = {
     "--dask": "`--on dask:ADDRESS`, or `--on dask:local`",
     "sweep --slurm": "`--on slurm:partition=main,time=1:00:00,tasks=100`",
     "sweep --tasks": "`--on array:tasks=N`, or `--on slurm:...,tasks=N`",
+    "sweep --status": "`tarsus show DIR`",
     "sweep --task": "`python -m tarsus.cli.task DIR NUMBER ARRAY`, as the array's script does",
     "sweep --submission": "`python -m tarsus.cli.task DIR NUMBER ARRAY`, as the array's script does",
     "yield --dead": "`--scatter dead=0:5`",
