@@ -1,6 +1,4 @@
 # What `tarsus` offers, each name once: `__init__.py` reads it, and so do type checkers and editors. One line a module.
-from collections.abc import Callable
-from typing import Any, Generic, ParamSpec, TypeVar
 
 # Verbs: what the command line does, with the same words.
 from tarsus.calibrate.calibrating import calibrate as calibrate
