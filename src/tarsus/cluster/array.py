@@ -14,7 +14,7 @@ from pathlib import Path
 from tarsus.base.errors import InputError
 from tarsus.base.workers import workers
 from tarsus.files.runstore import COLLECTED_FILE
-from tarsus.files.store import write_text
+from tarsus.files.whole import write_text
 from tarsus.study.layout import open_store
 from tarsus.study.progress import Progress
 from tarsus.study.studyfile import frozen_sweep, stored_texts

@@ -8,7 +8,8 @@ import numpy as np
 
 from tarsus.files.jsontext import json_text
 from tarsus.files.series import Variable, write_netcdf
-from tarsus.files.store import package_version, write_text
+from tarsus.files.version import package_version
+from tarsus.files.whole import write_text
 from tarsus.orbits.branching import Branch
 
 __all__ = ["BRANCH_FILES", "branch_variables", "write_branch"]
