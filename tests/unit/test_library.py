@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+import tarsus
 from tarsus.base.errors import InputError
 from tarsus.base.spec import float_paths, get_value
 from tarsus.files import installed, library
@@ -201,6 +202,11 @@ def test_verbs_of_other_packages(their_robots: None, capsys: pytest.CaptureFixtu
     assert len(page.err.splitlines()) == 2
     assert main(["show", "cantilever", "--json"]) == 0
     assert capsys.readouterr().out.startswith("{")
+
+
+def test_a_name_that_the_package_lacks_is_told_with_the_nearest() -> None:
+    with pytest.raises(AttributeError, match="did you mean 'Session'"):
+        tarsus.Sesion  # noqa: B018
 
 
 def test_importing_the_package_is_light() -> None:

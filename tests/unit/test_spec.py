@@ -166,8 +166,8 @@ def test_a_wrong_table_gives_all_its_errors_at_once() -> None:
     ]  # fmt: skip
     words = (
         "a text, got 3", "at least 0, got -1 N m^2 s", "nothing given", "did you mean 'thickness'",
-        "did you mean 'wave'", "nothing given", "which is a length", "ASCII letters", "with a 'kind'", "a table, got 3", "finite, got nan",
-        "got -2 %", "no number with a unit", "valid names are",
+        "did you mean 'wave'", "nothing given", "which is a length", "ASCII letters", "with a 'kind'",
+        "a table, got 3", "finite, got nan", "got -2 %", "no number with a unit", "valid names are",
     )  # fmt: skip
     assert [word for word, one in zip(words, caught.value.problems, strict=True) if word not in one] == []
 
