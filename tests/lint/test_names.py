@@ -15,7 +15,6 @@ TWICE = {
     "Outcome", "Pair", "Panel", "Pieces", "Plan", "Point", "Posterior", "Prediction", "Prior", "Problem",
     "Range", "Reading", "Role", "Row", "Samples", "Sampling", "Search", "Series", "Setting", "Stage",
     "Trace", "Unknown", "Unknowns", "Verdict", "Window", "_Designer", "_Line", "_Quantity", "_Told",
-    "_Verb",
 }  # fmt: skip
 """Names that stand twice still: the list only ever becomes shorter."""
 
