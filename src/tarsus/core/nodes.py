@@ -113,7 +113,7 @@ LEFT: Floats = np.array([_lagrange(t, 2 * _GRID) for t in _NODES])
 RIGHT: Floats = np.array([_lagrange(t + _GRID, 2 * _GRID) for t in _NODES])
 # Values at TAU on [0, TAU[j]], from the nodal values of the whole step.
 PARTIAL: Floats = np.array([[_lagrange(t * u, _GRID**2) for u in _NODES] for t in _NODES])
-# Widest spacing of two neighbouring nodes, for the envelope of what happens between them.
+# Widest spacing of two neighbouring nodes, for the envelope of the motion between them.
 SPACING: float = float(np.max(np.diff(TAU)))
 
 

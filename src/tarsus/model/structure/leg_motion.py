@@ -85,7 +85,7 @@ def standing_load(leg: Leg) -> float:
     """Greatest load [N] under which the leg stands at 0 V; a heavier body snaps through to the ground.
 
     Along the equilibria of growing hip turn the load first rises and then falls, as the leaning shin lowers
-    the body ever faster: the greatest value counts.  The links' own weight is left out.
+    the body ever faster: the greatest value counts.  The links' own weight is neglected.
     """
     chain = leg.chain()
 
