@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
-N = 8
+N = 8  # nodes of a step, the order of the collocation; native/base has the same
 _GRID = 1 << 53  # nodes are whole numbers over it
 _FINE = 1 << 160  # and zeros of Legendre polynomials known to a few times one over that
 

@@ -35,8 +35,10 @@ MOST_SETTLING = 20_000
 _TERMS = 20
 """Chebyshev terms of a solution; those beyond degree 11 must vanish, which limits how long a piece may be."""
 _INTEGRAL = np.array([chebyshev.chebint(e, lbnd=-1)[:_TERMS] for e in np.eye(_TERMS)]).T
+"""Chebyshev terms of the integral from -1, by those of a function."""
 _TO_CHEBYSHEV = np.array([np.pad(c := chebyshev.poly2cheb(e), (0, _TERMS - len(c))) for e in np.eye(TERMS)]).T
 _TO_MONOMIAL = np.array([np.pad(c := chebyshev.cheb2poly(e), (0, TERMS - len(c))) for e in np.eye(TERMS)]).T
+"""Between the powers of pieces and Chebyshev terms."""
 
 _FIT = 5e-14
 """Share of the voltage's span that a piece may miss; the command's own pieces miss 2e-13."""

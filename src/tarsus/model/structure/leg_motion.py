@@ -22,6 +22,7 @@ GRAVITY = 9.81
 """Acceleration of gravity [m/s^2]."""
 
 _TOLERANCE = 1e-11
+"""Of a step, relative to the size of the motion: the balance of energy of a step response closes to 1e-9 by it."""
 _STIFF = 1e4
 """Decays within a run above which an explicit method would be held to very short steps: an implicit one then."""
 
