@@ -10,7 +10,7 @@ from tarsus.files.installed import calibration_names, study_names
 from tarsus.files.library import device_names
 from tarsus.files.runstore import PLAN_FILE
 from tarsus.files.store import SUMMARY_FILE
-from tarsus.files.tables import Kind, kind_of_table, read_table
+from tarsus.files.tables import FileKind, kind_of_table, read_table
 
 __all__ = ["Holding", "holding_of"]
 
@@ -29,9 +29,9 @@ class Holding(Enum):
 
 
 _OF_TABLES = {
-    Kind.CAMPAIGN: Holding.CAMPAIGN,
-    Kind.CALIBRATION: Holding.CALIBRATION,
-    Kind.SWEEP: Holding.STUDY,
+    FileKind.CAMPAIGN: Holding.CAMPAIGN,
+    FileKind.CALIBRATION: Holding.CALIBRATION,
+    FileKind.SWEEP: Holding.STUDY,
 }
 _OF_FOLDERS = {SUMMARY_FILE: Holding.RUN, PLAN_FILE: Holding.SWEEP, "campaign.toml": Holding.CAMPAIGN}
 

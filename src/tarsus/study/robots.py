@@ -15,7 +15,7 @@ from tarsus.base.messages import nearest
 from tarsus.base.spec import FloatInfo, float_paths
 from tarsus.base.units import format_quantity, parse_quantity
 from tarsus.model.scene import Scene
-from tarsus.study.axes import Axis, Linspace, Normal
+from tarsus.study.axes import Linspace, Normal, SweepAxis
 from tarsus.study.manufacture import Saltelli, Scattered
 from tarsus.study.sweep import Sweep
 
@@ -43,8 +43,8 @@ class Robots:
     """
 
     scene: Scene
-    scatter: Mapping[str, Axis]
-    over: Mapping[str, Axis]
+    scatter: Mapping[str, SweepAxis]
+    over: Mapping[str, SweepAxis]
     legs: Mapping[str, str]
     parts: tuple[str, ...] = ()
     dead: tuple[int, int] = (0, 0)
@@ -80,8 +80,8 @@ class Robots:
             With everything that is wrong in the scatter, and where nothing is scattered.
         """
         known, problems = float_paths(scene), []
-        axes: dict[str, Axis] = {}
-        grounds: dict[str, Axis] = {}
+        axes: dict[str, SweepAxis] = {}
+        grounds: dict[str, SweepAxis] = {}
         legs: dict[str, str] = {}
         for pattern, text in scatter.items():
             found = [path for path in known if fnmatch.fnmatchcase(path, pattern)]
@@ -128,7 +128,7 @@ class Robots:
         return self._sweep("legs", Saltelli(count=count, seed=seed, groups=groups), axes, measures, chunk)
 
     def _sweep(
-        self, name: str, design: Any, axes: Mapping[str, Axis], measures: Sequence[str], chunk: Any
+        self, name: str, design: Any, axes: Mapping[str, SweepAxis], measures: Sequence[str], chunk: Any
     ) -> Sweep:
         own: Any = dict(axes)
         return Sweep(

@@ -72,10 +72,7 @@ def test_groups_are_legs(millipede):
     assert sweep is not None and isinstance(sweep.design, Saltelli)
     assert sweep.design.names[:3] == ("L1", "R1", "L2") and sweep.design.names[-1] == FRICTION
     assert sweep.runs == 4 * (31 + 2)
-    assert (
-        robots(millipede, scatter={FRICTION: "1%"}, dead=(0, 0)).legs_sweep(4, ["mean_speed"])
-        is None
-    )
+    assert robots(millipede, scatter={FRICTION: "1%"}, dead=(0, 0)).legs_sweep(4, ["mean_speed"]) is None
 
 
 def test_indices_are_those_of_a_sum():
@@ -133,7 +130,10 @@ def test_a_dead_leg_costs_what_it_costs():
     ("words", "said"),
     [
         ({"scatter": {"robot.drives.*.law.gian": "5%"}}, r"law\.gian: is no number of the scene"),
-        ({"scatter": {"robot.feet.*.gap": "5%"}}, "5% of 0 is nothing: give the standard deviation as a value"),
+        (
+            {"scatter": {"robot.feet.*.gap": "5%"}},
+            "5% of 0 is nothing: give the standard deviation as a value",
+        ),
         ({"scatter": {GAIN: "2 V"}}, r"law\.gain: .*N/V"),
         ({"scatter": {GAIN: "10"}}, r"times the value itself, .*N/V; .* in percent, such as '10%'"),
         ({"scatter": {"ground.friction": ("0.3", "0.5")}}, "ground.friction: is no number"),
