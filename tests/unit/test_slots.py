@@ -104,6 +104,10 @@ CASES = {
         },
         0.02,
     ),
+    "speed of a landing rule": (
+        lambda: ts.load_scene("cantilever", **{"ground.landing": {"kind": "restitute_first", "speed": 0.1}}),
+        {"ground.landing.speed": [0.01, 0.05, 0.2, 5.0]}, 0.02,
+    ),
     "cantilever": (
         lambda: ts.load_scene("cantilever"),
         {
