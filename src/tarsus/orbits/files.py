@@ -36,8 +36,12 @@ def branch_variables(branch: Branch) -> dict[str, Variable]:
         "impacts": Variable(
             ("point",), np.array([one.impacts for one in orbits], dtype=float), {"units": "1"}
         ),
-        "hardest_impact": Variable(("point",), np.array([one.hardest_impact for one in orbits]), {"units": "m/s"}),
-        "highest_flight": Variable(("point",), np.array([one.highest_flight for one in orbits]), {"units": "m"}),
+        "hardest_impact": Variable(
+            ("point",), np.array([one.hardest_impact for one in orbits]), {"units": "m/s"}
+        ),
+        "highest_flight": Variable(
+            ("point",), np.array([one.highest_flight for one in orbits]), {"units": "m"}
+        ),
         "multiplier_real": Variable(("point", "multiplier"), np.real(multipliers).copy(), {"units": "1"}),
         "multiplier_imag": Variable(("point", "multiplier"), np.imag(multipliers).copy(), {"units": "1"}),
     }
