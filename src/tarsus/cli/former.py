@@ -15,6 +15,13 @@ COMMANDS = {
 }
 """What to use in place of a command."""
 
+DESIGNS = {
+    "landing": "pairs levels risk objective drive free tick shortest ringing learn sensor effort seed",
+    "gait": "objective risk look loss symmetry dead candidates duration seed",
+    "adapt": "sense objective steps gaits hidden training noise repeats symmetry dead candidates duration seed",
+}
+"""Options of earlier `tarsus design` that are settings of its request now."""
+
 OPTIONS = {
     "recommend --hz": '`--vary hz="5, 15"`',
     "recommend --volts": '`--vary volts="4, 6"`',
@@ -33,6 +40,11 @@ OPTIONS = {
     "yield --draws": "`--count ROBOTS:DRAWS`",
     "yield --chunk": "`chunk` of `tarsus.yield_`",
     "yield --no-report": "nothing: the page is always written",
+}
+OPTIONS |= {
+    f"design {verb} --{name}": f"`--request {name}=VALUE`"
+    for verb, names in DESIGNS.items()
+    for name in names.split()
 }
 """What to use in place of an option, of one command or of all."""
 

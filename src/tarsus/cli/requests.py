@@ -37,18 +37,18 @@ def texts_of(words: Sequence[str], option: str) -> dict[str, str]:
     return found
 
 
-def settings(words: Sequence[str]) -> dict[str, Any]:
-    """`path=value` words of `--set`: numbers, texts with a unit, lists and tables as TOML writes them, or `none`."""
-    return {path: _value(path, text) for path, text in texts_of(words, "--set").items()}
+def settings(words: Sequence[str], option: str = "--set") -> dict[str, Any]:
+    """`path=value` words: numbers, texts with a unit, lists and tables as TOML writes them, or `none`."""
+    return {path: _value(f"{option} {path}", text) for path, text in texts_of(words, option).items()}
 
 
-def _value(path: str, text: str) -> Any:
+def _value(label: str, text: str) -> Any:
     if text.lower() == "none":
         return None
     from tarsus.files.tables import NotToml, table_of
 
     try:
-        return table_of(f"value = {text}", f"--set {path}")["value"]
+        return table_of(f"value = {text}", label)["value"]
     except NotToml:
         return text
 
