@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import re
 from importlib import metadata
+from typing import TYPE_CHECKING
 
 from tarsus.model.laws.base import Law
-from tarsus.model.scene import Scene
+
+if TYPE_CHECKING:
+    from tarsus.model.scene import Scene
 
 __all__ = ["bibtex"]
 

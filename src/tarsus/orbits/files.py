@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tarsus.files.jsontext import json_text
 from tarsus.files.series import Variable, write_netcdf
 from tarsus.files.store import package_version, write_text
-from tarsus.orbits.branching import Branch
+
+if TYPE_CHECKING:
+    from tarsus.orbits.branching import Branch
 
 __all__ = ["BRANCH_FILES", "branch_variables", "write_branch"]
 
