@@ -11,8 +11,10 @@ from matplotlib.axes import Axes
 
 from tarsus.base.spec import float_paths
 from tarsus.design.adaptive import AdaptiveGait
-from tarsus.design.gait_files import gait_scene_names, values_in_words
-from tarsus.design.gait_fronts import CLOSED, GaitFront
+from tarsus.design.gait_files import gait_scene_names
+from tarsus.design.gait_fronts import GaitFront
+from tarsus.design.judge import CLOSED
+from tarsus.design.results import values_in_words
 from tarsus.report.pages import Plate, page, rendered, write_page
 from tarsus.report.run_page import report_html
 from tarsus.report.sheet import Sheet, plate
@@ -140,7 +142,8 @@ def adapt_html(design: AdaptiveGait) -> str:
     against = "lost against the gait that knows the ground"
     body = rendered(
         "adapt.html", design=design, objective=design.request.objectives[0], hidden=_hidden_figure(design),
-        rule=Table("", ("chosen", "gait"), design.table), gaits=Table("", ("gait", "values"), gaits),
+        rule=Table("", ("chosen", "gait"), [(said, str(n)) for said, n in design.rule]),
+        gaits=Table("", ("gait", "values"), gaits),
         lost=Table("", ("chosen by", Column(against, "%", 2), Column("95 % interval", "%", 2)), lost),
     )  # fmt: skip
     return page(f"{design.request.scene.name} – adaptive gait", body)
