@@ -124,7 +124,10 @@ def _step(found: Identification, step: StepResult) -> dict[str, Any]:
     plates = []
     if step.name == "resonances" and found.resonances is not None:
         fit = found.resonances.fit
-        plates = [[modal_figures.stabilisation(fit), modal_figures.synthesis(fit)], [modal_figures.nyquist(fit)]]
+        plates = [
+            [modal_figures.stabilisation(fit), modal_figures.synthesis(fit)],
+            [modal_figures.nyquist(fit)],
+        ]
     if step.panels:
         caption = f"{step.name.capitalize()}: measured (points) and fitted (lines)."
         plates.append([identify_figures.panels(step.panels, caption)])

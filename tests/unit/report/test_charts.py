@@ -162,14 +162,3 @@ def test_what_is_one_to_rounding_is_a_level_line():
     assert panel.spec([])["limits"] == pytest.approx((low, high))
     panel.set_ylim(bottom=0.0)
     assert panel.spec([])["limits"][0] == 0.0
-
-
-def test_a_figure_of_matplotlib_draws_rounding_level_too():
-    from matplotlib.figure import Figure
-
-    from tarsus.report.plot import _level
-
-    axes = Figure().add_subplot()
-    axes.plot(np.arange(20.0), 0.667 + 1e-13 * np.arange(20.0))
-    _level(axes, 0.667 + 1e-13 * np.arange(20.0))
-    assert axes.get_ylim()[1] - axes.get_ylim()[0] > 0.05

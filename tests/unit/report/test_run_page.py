@@ -23,7 +23,7 @@ from tarsus.report.run_page import MOST_EVENTS, report_html
 from tarsus.report.series import contact_intervals, drive_period, series_of
 from tarsus.report.sheet import Sheet, figure_style, to_svg
 from tarsus.report.style import decimate, scale_of, upright
-from tarsus.report.values import ValueRow, grouped, value_rows
+from tarsus.model.values import ValueRow, grouped, value_rows
 from tarsus.solve.codes import EVENT_TYPE
 from tarsus.tables.numbers import amount
 from unit.html_page import Page
