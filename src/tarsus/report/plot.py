@@ -35,35 +35,25 @@ def motion(run: Run, points: Sequence[str] | None = None, *, axes: Axes | None =
 
     points: their names; without any the feet, then the others, six at most. Raises InputError for unknown names.
     """
-    found = run.variables()
-    names = list(found["point"].values)
-    feet = [foot.point for foot in run.scene.robot.feet.values()]
+    from tarsus.files.series import dataset_of
+    from tarsus.report.saved import draw_series
+
+    data = dataset_of(run.variables(), {})
+    names = [str(one) for one in data["point"].values]
+    feet = list(dict.fromkeys(foot.point for foot in run.scene.robot.feet.values()))
     asked = list(points) if points is not None else [*feet, *(n for n in names if n not in feet)][:MOST_LINES]
     if unknown := [
         f"points: there is no point '{one}'{nearest(one, names)}" for one in asked if one not in names
     ]:
         raise InputError(unknown)
     axes = _on(axes)
-    time, shift = found["time"].values, found["displacement"].values
-    rows = [names.index(one) for one in dict.fromkeys(asked)]
-    clock, scale = scale_of("s", time), scale_of("m", shift[rows])
-    for color, row in zip(CYCLE, rows, strict=False):
-        axes.plot(time / clock.step, shift[row] / scale.step, lw=1.1, color=color, label=names[row])
-    for row, color in zip(rows[len(CYCLE) :], CYCLE * len(rows), strict=False):
-        axes.plot(time / clock.step, shift[row] / scale.step, lw=1.1, ls="--", color=color, label=names[row])
+    draw_series(axes, data["displacement"], asked)
     if feet:
-        touching = found["gap"].values[0] <= 0.0
-        axes.fill_between(
-            time / clock.step,
-            0.0,
-            1.0,
-            where=touching,
-            transform=axes.get_xaxis_transform(),
-            color=CONTACT,
-            lw=0,
-        )
-    axes.set(xlabel=f"time ({clock.label})", ylabel=f"displacement ({scale.label})", title=run.scene.name)
-    axes.legend(frameon=False)
+        clock = scale_of("s", data["time"].values)
+        touching = data["gap"].values[0] <= 0.0
+        look = {"transform": axes.get_xaxis_transform(), "color": CONTACT, "lw": 0}
+        axes.fill_between(data["time"].values / clock.step, 0.0, 1.0, where=touching, **look)
+    axes.set_title(run.scene.name)
     return axes
 
 
@@ -125,23 +115,11 @@ def measure(batch: Batch, name: str, *, axes: Axes | None = None) -> Axes:
 
 def landing(design: LandingDesign, *, axes: Axes | None = None) -> Axes:
     """Gap of the foot over one period, with the plain step and with the design, from the landing edge on."""
-    from tarsus.model.scene import override
-    from tarsus.solve import simulate
+    from tarsus.report.landing_figures import Pair, draw_gaps
 
-    request = design.request
-    period, foot = request.step.period, list(request.scene.robot.feet).index(request.foot)
-    start = (design.settle - 1) * period
     axes = _on(axes)
-    clock = scale_of("s", np.array([period]))
-    times = np.linspace(start, start + period, 2001)
-    traces = {}
-    for label, signal in (("step", design.plain_signal), ("design", design.signal)):
-        scene = override(request.scene, {"signals": {**request.scene.signals, request.drive: signal}})
-        traces[label] = simulate(scene, start + period).variables(times)["gap"].values[foot]
-    scale = scale_of("m", np.array(list(traces.values())))
-    for color, (label, gap) in zip((CYCLE[1], CYCLE[0]), traces.items(), strict=True):
-        axes.plot((times - start) / clock.step, gap / scale.step, lw=1.1, color=color, label=label)
-    axes.set(xlabel=f"time ({clock.label})", ylabel=f"gap ({scale.label})", title=repr(design)[1:-1])
+    draw_gaps(axes, Pair(design), design.request.step.period)
+    axes.set_title(repr(design)[1:-1])
     axes.legend(frameon=False)
     return axes
 

@@ -20,7 +20,7 @@ from tarsus.tables.numbers import spaced
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["FORMATS", "blank", "draw_measure", "figure_of", "offered", "write_figure"]
+__all__ = ["FORMATS", "blank", "draw_measure", "draw_series", "figure_of", "offered", "write_figure"]
 
 FORMATS = (".png", ".svg", ".pdf")
 """Endings of files that a figure is written as."""
@@ -81,7 +81,7 @@ def figure_of(
     if "time" in one.dims:
         if over is not None:
             raise InputError(f"'{name}' is a series over time: over is for measures of a batch or a sweep")
-        _series(axes, one, only)
+        draw_series(axes, one, only)
         return axes
     if only is not None:
         raise InputError(f"'{name}' is a measure: only is for series of a run")
@@ -124,7 +124,11 @@ def write_figure(axes: Axes, file: str | Path) -> Path:
     return path
 
 
-def _series(axes: Axes, one: xarray.DataArray, only: Sequence[str] | None) -> None:
+def draw_series(axes: Axes, one: xarray.DataArray, only: Sequence[str] | None) -> None:
+    """A series over time: one line, or those of the feet, points or drives named, else of the first six.
+
+    Raises InputError for names that it does not have.
+    """
     rest = [dim for dim in one.dims if dim != "time"]
     time = one["time"].values
     clock, size = scale_of("s", time), _scale(one, one.values)

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 from chromium import found_in
-from tarsus.report.charts import POINTS, Charts, stack, thinned
+from tarsus.report.charts import POINTS, Charts, stack
 from tarsus.report.packing import unpacked
 from tarsus.report.pages import page
-from tarsus.report.style import BLUE, GREEN, INK, level_limits
+from tarsus.report.style import BLUE, GREEN, INK, level_limits, thinned
 
 
 def spec(charts: Charts) -> dict[str, Any]:
