@@ -116,9 +116,6 @@ def _fit(film: FilmFit, contacts: Contacts, seed: int) -> StepResult:
     drawn = _draws(duration, pull, line, groups, film.pulls[:, kept], seed)
     _, samples, reached = within(line.values, drawn, BOUNDS)
 
-    def likelihood(theta: Floats) -> float:
-        return -0.5 * float(np.sum(line.weights * (pull - theta[0] - theta[1] * duration) ** 2))
-
     rest = pull - line.values[0] - line.values[1] * duration
     ends = np.array([0.0, float(duration.max())])
     left_over = Panel(
@@ -157,7 +154,6 @@ def _fit(film: FilmFit, contacts: Contacts, seed: int) -> StepResult:
         used=(Used("break-offs", int(kept.sum()), len(kept)),),
         left_out=left,
         panels=(panel, left_over),
-        likelihood=likelihood,
         bounds=dict(zip(PATHS, reached, strict=True)),
         files=frozenset(offs.traces[offs.items[int(r)].trace].file for r in np.flatnonzero(kept)),
     )

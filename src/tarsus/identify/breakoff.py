@@ -254,11 +254,6 @@ class BreakOffs:
             best = np.where(cost < best, cost, best)
         return kept
 
-    def likelihood(self, model: FootModel, fitted: Fitted, film: FilmGuess) -> float:
-        """Log-likelihood of a film, up to a constant, with the unknowns of every flight at their best."""
-        system = _Prepared(self, model).system(fitted.unknowns, np.array([film.stiffness, film.thickness]))
-        return -0.5 * _profiled(system)
-
     def moved(self, model: FootModel, fitted: Fitted) -> tuple[Floats, Floats]:
         """Film (2,) and pulls (nr,) for a model near the fitted one, by one Gauss-Newton step."""
         prepared = _Prepared(self, model)
@@ -266,14 +261,6 @@ class BreakOffs:
         system = prepared.system(fitted.unknowns, shared)
         own, step = system.solve(_weak() * 1e-6, np.zeros(2), np.zeros(len(self.items)), 0.0)
         return shared + step, prepared.pulls(fitted.unknowns + own)
-
-
-def _profiled(system: NormalEquations) -> float:
-    """Cost with every flight's unknowns at their best, to second order."""
-    gain = np.einsum(
-        "rq,rq->", system.right_own, np.linalg.solve(system.own, system.right_own[..., None])[..., 0]
-    )
-    return float(system.cost.sum() - gain)
 
 
 def _weak() -> Floats:

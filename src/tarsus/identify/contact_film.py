@@ -45,11 +45,6 @@ class _Told:
     information: Floats
     score: Floats
 
-    def likelihood(self, logs: Floats) -> float:
-        """Logarithm of it near the place, up to a constant."""
-        off = logs - self.place
-        return float(self.score @ off - 0.5 * off @ self.information @ off)
-
 
 def film_by_impacts(
     known: Known,
@@ -212,14 +207,7 @@ def _with(
 ) -> StepResult:
     """The step with the numbers that it and the impacts tell together."""
     own = [moved.paths.index(path) for path in step.paths]
-    film = [step.paths.index(path) for path in FILM]
     values, samples = moved.values[own], moved.samples[:, own]
-    before = step.likelihood
-
-    def likelihood(theta: Floats) -> float:
-        assert before is not None
-        return before(theta) + told.likelihood(np.log(np.maximum(theta[film], 1e-30)))
-
     gap = min((t.gap for t in close if t.gap is not None and t.file in step.files), default=0.0)
     return replace(
         step,
@@ -228,5 +216,4 @@ def _with(
         combinations=combinations_of(step.paths, gap, np.log(values), np.log(samples)),
         used=(*step.used, used),
         files=step.files | files,
-        likelihood=None if before is None else likelihood,
     )

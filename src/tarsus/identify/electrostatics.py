@@ -168,9 +168,6 @@ def identify_close(model: FootModel, known: Known, traces: Sequence[Trace], seed
     logs = theta + own + carried(again, known.values, known.samples)
     samples = np.exp(np.clip(logs, *_LIMITS))
 
-    def likelihood(values: Floats) -> float:
-        return -0.5 * float(close.system(model, np.log(np.maximum(values, 1e-30)))[2].sum())
-
     return StepResult(
         "electrostatics",
         close.names,
@@ -185,7 +182,6 @@ def identify_close(model: FootModel, known: Known, traces: Sequence[Trace], seed
         files=frozenset(trace.file for trace in used),
         left_out=tuple(left),
         panels=_panels(model, close, residuals, flights),
-        likelihood=likelihood,
     )
 
 

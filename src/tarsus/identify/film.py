@@ -152,10 +152,6 @@ def _result(
     values = np.array([float(np.asarray(film.coefficient)), float(np.asarray(film.thickness))])
     ratio = float(np.exp(fitted.film.stiffness))
 
-    def likelihood(theta: Floats) -> float:
-        guess = FilmGuess.of(float(theta[0]), float(theta[1]))
-        return offs.likelihood(model, fitted, guess)
-
     step = StepResult(
         "film",
         PATHS,
@@ -164,7 +160,6 @@ def _result(
         combinations={"C / g0^3": (ratio, stiffness, "N s/m")},
         residuals=_residuals(offs, fitted),
         panels=_panels(model, offs, fitted),
-        likelihood=likelihood,
         files=frozenset(offs.traces[one.trace].file for one in offs.items),
     )
     return step, pulls

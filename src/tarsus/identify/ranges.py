@@ -1,27 +1,20 @@
-"""How far a number can be off: its interval from draws, or over repeats of a measurement."""
+"""How far a number can be off: its interval from draws."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.stats import bootstrap, norm, t
 
 from tarsus.base.errors import InputError
 from tarsus.base.units import format_quantity
 from tarsus.fit.verdict import LEVEL, cut_ends, half_width
 
-__all__ = ["Range", "Resampled", "over_repeats", "range_of_draws", "range_of_repeats"]
+__all__ = ["Range", "range_of_draws"]
 
 Floats = NDArray[np.float64]
-T = TypeVar("T")
-
-_FEWEST = 8
-"""Repeats from which on they are drawn; fewer have the interval of Student's t."""
 
 _EMPTY = 0.25
 """Share of an interval that must hold no draw for it to count as two."""
@@ -71,20 +64,6 @@ class Range:
         return "anything"
 
 
-@dataclass(frozen=True)
-class Resampled:
-    """A fit to repeats, and to draws of them with replacement.
-
-    values (np,); samples (ns, np): the fit to every draw that could be fitted; failed: draws that could not; ranges:
-    of each number, NaN ends where the draws do not tell.
-    """
-
-    values: Floats
-    samples: Floats
-    failed: int
-    ranges: tuple[Range, ...]
-
-
 def range_of_draws(
     draws: ArrayLike,
     value: float | None = None,
@@ -121,114 +100,6 @@ def range_of_draws(
     cut = cut_ends(low, high, limits)
     low, high = -np.inf if cut[0] else low, np.inf if cut[1] else high
     return Range(middle, low, high, level, pieces if np.isfinite([low, high]).all() else ())
-
-
-def range_of_repeats(values: ArrayLike, *, level: float = LEVEL) -> Range:
-    """Mean of the estimates (n,), in their unit, that n independent repeats gave one by one, and its interval.
-
-    Positive estimates are averaged as logarithms. From 8 repeats on the interval is the bias-corrected and accelerated
-    bootstrap (Efron 1987) at the level that makes up for the narrowness of a resampled variance (Hesterberg 2015);
-    fewer repeats have Student's interval.
-
-    Raises
-    ------
-    InputError
-        If there are fewer than 2 repeats, or one is not finite.
-    """
-    known = np.asarray(values, dtype=float)
-    if known.ndim != 1 or len(known) < 2 or not np.isfinite(known).all():
-        raise InputError(f"an interval over repeats needs at least 2 finite estimates, got {known}")
-    positive = bool(np.all(known > 0.0))
-    scale = np.log(known) if positive else known
-    middle, n = float(scale.mean()), len(scale)
-    if n < _FEWEST or np.ptp(scale) == 0.0:
-        half = float(t.ppf(0.5 + 0.5 * level, n - 1) * scale.std(ddof=1) / np.sqrt(n))
-        low, high = middle - half, middle + half
-    else:
-        found = bootstrap(
-            (scale,), np.mean, confidence_level=_expanded(level, n),
-            random_state=np.random.default_rng(0),  # pyright: ignore[reportCallIssue] scipy before 1.15 knows no rng
-        ).confidence_interval  # fmt: skip
-        low, high = float(found.low), float(found.high)
-    if positive:
-        middle, low, high = (float(np.exp(end)) for end in (middle, low, high))
-    return Range(middle, low, high, level)
-
-
-def over_repeats(
-    estimate: Callable[[Sequence[T]], ArrayLike],
-    repeats: Sequence[T],
-    *,
-    draws: int = 500,
-    level: float = LEVEL,
-    seed: int = 0,
-) -> Resampled:
-    """Fit repeats of a measurement, and draws of them with replacement; intervals as `range_of_repeats`.
-
-    Parameters
-    ----------
-    estimate
-        Numbers (np,) [each in a unit of its own] from a list of repeats; a fit that fails raises `InputError`, and its
-        draw is left out.
-    repeats
-        What was repeated, independently.
-    draws
-        How many.
-    level
-        Probability of the intervals.
-    seed
-        Of the draws.
-
-    Raises
-    ------
-    InputError
-        If there are fewer than 3 repeats, if the fit to all of them fails, or more than one draw in five.
-    """
-    n = len(repeats)
-    if n < 3:
-        raise InputError(f"drawing repeats needs at least 3 of them, got {n}")
-    values = np.atleast_1d(np.asarray(estimate(repeats), dtype=float))
-
-    def of(index: NDArray[np.intp]) -> Floats:
-        try:
-            return np.atleast_1d(np.asarray(estimate([repeats[i] for i in index]), dtype=float))
-        except InputError:
-            return np.full(len(values), np.nan)
-
-    drawn = np.random.default_rng(seed).integers(0, n, (draws, n))
-    samples = np.array([of(index) for index in drawn])
-    samples = samples[np.isfinite(samples).all(axis=1)]
-    if len(samples) < 0.8 * draws:
-        raise InputError(f"{draws - len(samples)} of {draws} draws of the repeats could not be fitted")
-    left_out = np.array([of(np.delete(np.arange(n), i)) for i in range(n)])
-    ranges = tuple(
-        _accelerated(float(value), samples[:, j], left_out[:, j], n, level) for j, value in enumerate(values)
-    )
-    return Resampled(values, samples, draws - len(samples), ranges)
-
-
-def _accelerated(value: float, draws: Floats, left_out: Floats, n: int, level: float) -> Range:
-    """Bias-corrected and accelerated interval of one number, from its draws and the fits to all repeats but one."""
-    below = float(np.mean(draws < value) + 0.5 * np.mean(draws == value))
-    bias = float(norm.ppf(np.clip(below, 0.5 / len(draws), 1.0 - 0.5 / len(draws))))
-    off = np.nanmean(left_out) - left_out[np.isfinite(left_out)]
-    cubes, squares = float(np.sum(off**3)), float(np.sum(off**2))
-    acceleration = cubes / (6.0 * squares**1.5) if squares > 0.0 else 0.0
-    reach = float(norm.ppf(0.5 + 0.5 * _expanded(level, n)))
-    tails = []
-    for z in (bias - reach, bias + reach):
-        tails.append(float(norm.cdf(bias + z / max(1.0 - acceleration * z, 0.1))))
-    low, high = (float(q) for q in np.quantile(draws, tails))
-    if n < _FEWEST:  # draws of few repeats have no tails
-        half = float(t.ppf(0.5 + 0.5 * level, n - 1)) * float(draws.std(ddof=1)) * np.sqrt(n / (n - 1.0))
-        low, high = min(low, value - half), max(high, value + half)
-    return Range(value, low, high, level)
-
-
-def _expanded(level: float, n: int) -> float:
-    """Level at which draws of n repeats cover as Student's t does: P(|Z| < sqrt(n / (n - 1)) t)."""
-    reach = float(t.ppf(0.5 + 0.5 * level, n - 1)) * np.sqrt(n / (n - 1.0))
-    return float(1.0 - 2.0 * norm.sf(reach))
 
 
 def _split(known: Floats, low: float, high: float) -> tuple[tuple[float, float], ...]:

@@ -201,10 +201,6 @@ def _result(
     noise = _variance(covariance, whole.value)
     rest = departure - whole.value * approach
 
-    def likelihood(theta: Floats) -> float:
-        spread = _variance(covariance, float(theta[0]))
-        return -0.5 * float(np.sum((departure - theta[0] * approach) ** 2 / spread))
-
     line = np.array([0.0, float(approach.max())])
     error = np.sqrt(noise)
     left_over = Panel(
@@ -248,7 +244,6 @@ def _result(
         left_out=tuple(left),
         panels=(panel, left_over),
         notes=(f"The scatter of e from impact to impact, beyond noise, is {whole.scatter:.2g}.",),
-        likelihood=likelihood,
         bounds={PATH: reached[0]},
     )
 

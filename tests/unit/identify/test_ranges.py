@@ -1,13 +1,13 @@
-"""Intervals from draws and over repeats: what they are, and that they cover."""
+"""Intervals from draws."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.stats import norm, t
+from scipy.stats import norm
 
 from tarsus.base.errors import InputError
-from tarsus.identify.ranges import Range, over_repeats, range_of_draws, range_of_repeats
+from tarsus.identify.ranges import Range, range_of_draws
 
 
 def test_draws_give_their_tails():
@@ -42,76 +42,3 @@ def test_a_range_in_words():
     assert Range(2.0, -np.inf, np.inf).text() == "anything"
     assert Range(0.0, -1.0, 1.0).half_width() == np.inf
     assert Range(0.0, -1.0, 1.0).half_width(10.0) == pytest.approx(0.1)
-
-
-def test_few_repeats_have_the_interval_of_student():
-    values = np.exp([0.1, 0.2, 0.15, 0.05])
-    logs = np.log(values)
-    half = t.ppf(0.975, 3) * logs.std(ddof=1) / 2.0
-    found = range_of_repeats(values)
-    assert found.value == pytest.approx(np.exp(logs.mean()))
-    assert (found.low, found.high) == pytest.approx(tuple(np.exp(logs.mean() + half * np.array([-1.0, 1.0]))))
-    with pytest.raises(InputError, match="at least 2 finite"):
-        range_of_repeats([1.0])
-
-
-def test_a_fit_is_drawn_over_its_repeats():
-    random = np.random.default_rng(5)
-    repeats = [random.normal([2.0, 5.0], [0.2, 0.1]) for _ in range(20)]
-    found = over_repeats(lambda some: np.mean(some, axis=0), repeats, draws=2000)
-    mean, error = np.mean(repeats, axis=0), np.std(repeats, axis=0, ddof=1) / np.sqrt(20)
-    assert found.values == pytest.approx(mean) and found.samples.shape == (2000, 2)
-    for one, middle, std in zip(found.ranges, mean, error, strict=True):
-        assert one.high - one.low == pytest.approx(2.0 * t.ppf(0.975, 19) * std, rel=0.12)
-        assert one.low < middle < one.high
-
-
-def test_draws_that_cannot_be_fitted_are_counted_and_too_many_refused():
-    def fragile(some):
-        if min(some) == 1.0:
-            raise InputError("no")
-        return np.mean(some)
-
-    with pytest.raises(InputError, match="no"):
-        over_repeats(fragile, [1.0, 2.0, 3.0])
-
-    def often(some):
-        if len(set(some)) < 3:
-            raise InputError("all the same")
-        return np.mean(some)
-
-    with pytest.raises(InputError, match="of 500 draws of the repeats could not be fitted"):
-        over_repeats(often, [1.0, 2.0, 3.0])
-    assert over_repeats(often, list(range(12))).failed == 0
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("count", [5, 12, 30])
-def test_intervals_over_repeats_cover(count):
-    """200 campaigns of log-normal estimates; 95 % intervals of their median."""
-    random = np.random.default_rng(17)
-    covered = 0
-    for _ in range(200):
-        found = range_of_repeats(np.exp(random.normal(0.0, 0.3, count)))
-        covered += found.low <= 1.0 <= found.high
-    assert 0.90 <= covered / 200 <= 0.98
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("count", [6, 15])
-def test_intervals_of_a_fit_to_drawn_repeats_cover(count):
-    """200 campaigns of decays with a rate that scatters: the fit pools all repeats, the draws refit them."""
-    random = np.random.default_rng(23)
-    times = np.linspace(0.0, 2.0, 15)
-
-    def fit(repeats):
-        logs = np.mean(repeats, axis=0)
-        return [-np.polyfit(times, logs, 1)[0]]
-
-    covered = 0
-    for k in range(200):
-        rates = random.normal(1.5, 0.1, count)
-        repeats = [-rate * times + random.normal(0.0, 0.05, 15) for rate in rates]
-        found = over_repeats(fit, repeats, draws=200, seed=k).ranges[0]
-        covered += found.low <= 1.5 <= found.high
-    assert 0.90 <= covered / 200 <= 0.985
