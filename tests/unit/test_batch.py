@@ -20,7 +20,6 @@ from tarsus.base.workers import spread, workers
 from tarsus.plan.lowering import lower_scene
 from tarsus.solve import Batch, ResultCode
 from tarsus.study import bench
-from walking_devices import creeping_millipede
 
 SCENES = Path(__file__).parent.parent / "scenes"
 FILM, VOLTS, HERTZ = "ground.film.coefficient", "signals.pzt.amplitude", "signals.pzt.frequency"
@@ -86,22 +85,6 @@ def test_rows_as_a_dataset_have_the_varied_values_as_coordinates():
     assert data["peak_per_foot"].values[1].tolist() == list(batch.measures(1)["peak"].per_foot.values())
 
 
-@pytest.mark.parametrize("name", ["cantilever", "millipede"])
-def test_measures_of_all_runs_are_those_of_each_to_the_last_bit(name):
-    """Runs of different drive periods and plans."""
-    base = creeping_millipede() if name == "millipede" else ts.load_scene(name)
-    vary = {"gait.frequency" if name == "millipede" else HERTZ: [50.0, 100.0, 61.0, 50.0]}
-    vary |= {"robot.structure.body.mass": [2e-7, 2e-7, 3e-7, 2e-7]} if name == "millipede" else {}
-    batch = ts.simulate_batch(base, vary, 0.06, threads=1)
-    every = batch.measured()
-    for i in range(4):
-        alone = batch.measures(i)
-        assert list(alone) == list(every)
-        for key, one in alone.items():
-            assert repr(every[key].of(i)) == repr(one), key
-    assert np.isfinite(every["stride" if name == "millipede" else "peak"].value).all()
-
-
 @pytest.mark.parametrize("name", ["cantilever", "millipede", "hexapod"])
 @pytest.mark.parametrize("steps", [0, 1, 7, 60])
 def test_a_run_that_stopped_early_has_measures_all_the_same(name, steps):
@@ -144,10 +127,9 @@ def test_what_is_printed_is_short(scene, grid):
     assert "ledger" not in run.__dict__, "nothing was computed for it"
     assert repr(grid) == f"<Batch 'cantilever': 3 x 2 runs of 0.03 s over {FILM}, {VOLTS}; 6 DONE>"
     many = ts.simulate_batch(scene, {FILM: np.linspace(4e-21, 5e-21, 40)}, 1e-3)
-    assert len(repr(many)) < 200 and len(many._repr_html_()) < 1000
-    page = run._repr_html_()
-    assert page.startswith("<table>") and "contact_duration" in page and len(page) < 5000
-    assert f"<td>{FILM}</td><td>3</td>" in grid._repr_html_()
+    assert len(repr(many)) < 200 and len(str(many)) < 400 and len(many._repr_html_()) < 1500
+    assert "contact duration" in str(run) and "<td" in run._repr_html_() and "ledger" not in run.__dict__
+    assert grid.table().rows[0][:2] == (FILM, 3) and FILM in str(grid)
 
 
 def peak_and_closure(run: ts.Run) -> tuple[float, float]:

@@ -13,8 +13,8 @@ from tarsus.calibrate.ensemble import weighted_quantile
 from tarsus.calibrate.mixture import MIXTURE_FILE, Mixture, mixture_table
 from tarsus.calibrate.studyfile import TABLE_FILE
 from tarsus.files.jsontext import json_text
+from tarsus.files.runstore import SWEEP_FILES
 from tarsus.files.store import REPORT_FILE, write_text
-from tarsus.files.sweepstore import SWEEP_FILES
 from tarsus.files.toml import scene_text
 from tarsus.model.scene import Provenance, Scene, Source
 
@@ -39,7 +39,7 @@ def branch_scene(result: Calibrated, place: int) -> Scene:
     run = lowered.forward.branches[ensemble.branch.run]
     unknowns = lowered.problem.unknowns
     members = [
-        run.values(dict(zip(unknowns.names, unknowns.at(one).tolist(), strict=True)), run.rows[0])
+        run.values(dict(zip(unknowns.names, unknowns.values(one).tolist(), strict=True)), run.rows[0])
         for one in ensemble.points
     ]
     scene = mixture.scene(place)

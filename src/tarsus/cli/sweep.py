@@ -63,7 +63,7 @@ def sweep(
     """
     from tarsus.base.errors import InputError
     from tarsus.cli import console
-    from tarsus.files.sweepstore import SWEEP_FILES
+    from tarsus.files.runstore import SWEEP_FILES
 
     if status:
         from dataclasses import asdict
@@ -80,8 +80,10 @@ def sweep(
         from tarsus.cli.task import task as do_task
 
         return do_task(Path(study), task, submission, work.threads, json=pages.json)
-    if slurm is not None and work.dask is not None:
-        raise InputError("--slurm submits an array and --dask uses a cluster of Dask: give one of them")
+    if slurm is not None and work.on is not None:
+        raise InputError(
+            "--slurm submits an array and --on dask:ADDRESS uses a cluster of Dask: give one of them"
+        )
     chosen, folder, resume = _chosen(study, output, law, resume, pages.overwrite)
     if seed is not None:
         chosen = _drawn_anew(chosen, seed, resume)
@@ -98,7 +100,7 @@ def _chosen(
 ) -> tuple[Sweep, Path, bool]:
     """The sweep, its folder, and whether that is continued."""
     from tarsus.cli import requests
-    from tarsus.files.sweepstore import PLAN_FILE
+    from tarsus.files.runstore import PLAN_FILE
     from tarsus.study.studyfile import frozen_sweep, load_sweep
 
     if (Path(study) / PLAN_FILE).exists() and output is None and not overwrite:

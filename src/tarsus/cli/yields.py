@@ -82,8 +82,8 @@ def yields(
     """
     from tarsus.cli import console
     from tarsus.files.jsontext import json_text
+    from tarsus.files.runstore import SWEEP_FILES
     from tarsus.files.store import write_text
-    from tarsus.files.sweepstore import SWEEP_FILES
     from tarsus.study.sweeping import run_sweep
     from tarsus.study.yields import read_robots, yield_of
 
@@ -176,7 +176,7 @@ def _requirements(words: list[str] | tuple[()], measures: list[str], scene) -> l
     """Measure, text and value [SI] of every requirement."""
     from tarsus.base.errors import InputError
     from tarsus.base.units import parse_quantity
-    from tarsus.study.scores import offered
+    from tarsus.solve.offered import offered
 
     known, problems, out = offered(scene, scene.duration), [], []
     for word in words:

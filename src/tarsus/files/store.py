@@ -33,6 +33,8 @@ from tarsus.files.series import Variables, matlab_content, read_netcdf, variable
 if TYPE_CHECKING:
     import xarray
 
+    from tarsus.tables.table import Table
+
 FORMAT = 2
 """Version of the folder's layout, stored in `summary.json`."""
 
@@ -117,10 +119,21 @@ class StoredMeasure:
     dwell: float | None = None
 
 
-class StoredMeasures(dict[str, StoredMeasure]):
-    """Measures of a stored run by name; warnings: sentences to read beside them."""
+@dataclass(frozen=True)
+class StoredCaution:
+    """A sentence to read beside the measures of a stored run, and the name of what it is about as a `StoredCode`."""
 
-    def __init__(self, values: Mapping[str, StoredMeasure], warnings: Sequence[str] = ()) -> None:
+    kind: StoredCode
+    sentence: str
+
+    def __str__(self) -> str:
+        return self.sentence
+
+
+class StoredMeasures(dict[str, StoredMeasure]):
+    """Measures of a stored run by name; warnings: what to know when reading them."""
+
+    def __init__(self, values: Mapping[str, StoredMeasure], warnings: Sequence[StoredCaution] = ()) -> None:
         super().__init__(values)
         self.warnings = tuple(warnings)
 
@@ -140,6 +153,15 @@ class StoredRun:
     duration: float
     version: str
     wall_s: float = math.nan
+
+    def table(self) -> Table:
+        """The run, its measures and its energy account."""
+        from tarsus.files.summary import run_summary
+
+        return run_summary(self)
+
+    def _repr_html_(self) -> str:
+        return self.table().html()
 
     def variables(self) -> Variables:
         """The stored series as plain arrays."""
@@ -257,7 +279,10 @@ def read_run(directory: str | Path, laws: Mapping[str, Any] | None = None) -> St
         ledger=stored_ledger(table["ledger"]),
         measures=StoredMeasures(
             {name: _stored_measure(entry) for name, entry in table["measures"].items()},
-            [one["sentence"] for one in table.get("warnings", ())],
+            [
+                StoredCaution(StoredCode(one["kind"], one["sentence"]), one["sentence"])
+                for one in table.get("warnings", ())
+            ],
         ),
         duration=read_number(summary["duration_s"]),
         version=summary["tarsus"],
@@ -281,13 +306,6 @@ def measures_table(run: RunLike) -> dict[str, dict[str, Any]]:
         }
         for name, m in run.measures.items()
     }
-
-
-def counted(measure: Any) -> str:
-    """What a measure counts, in words: `flights above 0.1 um, after contacts below 0.5 ms`; empty where it does not."""
-    parts = [] if measure.height is None else [f"flights above {measure.height * 1e6:.4g} um"]
-    parts += [] if measure.dwell is None else [f"after contacts below {measure.dwell * 1e3:.4g} ms"]
-    return ", ".join(parts)
 
 
 def warnings_table(run: RunLike) -> list[dict[str, str]]:

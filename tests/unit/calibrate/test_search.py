@@ -9,7 +9,7 @@ from calibrate.toys import cells, problem, search, unknowns
 from tarsus.calibrate.calibrating import solve
 from tarsus.calibrate.ensemble import drawn
 from tarsus.calibrate.objective import Branch, Limit
-from tarsus.files.sweepstore import SweepStore
+from tarsus.files.runstore import RunStore
 from tarsus.fit import Prior
 
 X = np.array([1.0, 2.0, 3.0, 4.0])
@@ -81,7 +81,7 @@ def test_what_the_data_do_not_touch_is_not_determined_and_a_prior_is_told_apart(
     table = cells(straight(0, np.array(TRUTH))[:, :, 0])
     found = solve(problem(table, straight, unknowns("abc")), search(spread=30))
     assert [one.word for one in found.ranges[0]] == ["determined", "determined", "not determined"]
-    numbers = unknowns("abc", priors=(None, None, Prior(0.5, 0.05, False)))
+    numbers = unknowns("abc", priors=(None, None, Prior(0.5, 0.05)))
     found = solve(problem(table, straight, numbers), search(spread=40, members=32))
     assert found.ranges[0][2].word == "prior only"
     assert found.ranges[0][2].high - found.ranges[0][2].low == pytest.approx(3.29 * 0.05, rel=0.5)
@@ -137,16 +137,16 @@ def test_a_killed_search_goes_on_to_the_same_result(tmp_path, left, threads):
     table = cells(straight(0, np.array(TRUTH))[:, :, 0])
     broken = problem(table, fragile, unknowns("ab"), TWO)
     with pytest.raises(Killed):
-        solve(broken, plan, SweepStore.open(tmp_path, "x", 0, {}), threads=threads)
+        solve(broken, plan, RunStore.open(tmp_path, {"x": "1"}), threads=threads)
     assert len(list((tmp_path / "units").glob("*/*.npz"))) > 3
     done, calls = calls, 10**6
-    again = solve(broken, plan, SweepStore.open(tmp_path, "x", 0, {}, resume=True))
+    again = solve(broken, plan, RunStore.open(tmp_path, {"x": "1"}, resume=True))
     assert again.trained == whole.trained and again.left_out == whole.left_out
     assert again.ranges == whole.ranges and again.sets == whole.sets
     members = 4 * 2 * plan.members  # of every refit's branches, simulated once more in the row itself
     assert calls - 10**6 + done <= whole.sets + members + 2 * 20, "visited sets are not simulated again"
     third = calls
-    solve(broken, plan, SweepStore.open(tmp_path, "x", 0, {}, resume=True))
+    solve(broken, plan, RunStore.open(tmp_path, {"x": "1"}, resume=True))
     assert calls == third, "a finished search simulates nothing"
 
 
@@ -174,7 +174,7 @@ def test_without_a_row_its_value_is_predicted_from_the_others():
         table, lambda run, one: np.full((3, 1, 1), one[0]), unknowns("a", 0.0, 4.0), robust=1e3
     )
     found = solve(constant, search(leave_out=True))
-    best = [float(constant.unknowns.at(one.fit.best.points[0])[0]) for one in found.refits or ()]
+    best = [float(constant.unknowns.values(one.fit.best.points[0])[0]) for one in found.refits or ()]
     assert best == pytest.approx([2.5, 2.0, 1.5], abs=0.02)
 
 
