@@ -16,7 +16,7 @@ import numpy as np
 
 import tarsus as ts
 from tarsus.identify.candidates import Candidate, candidate_grid
-from tarsus.identify.features import Features, Instrument, features_of, simulated
+from tarsus.identify.features import Features, Resolution, features_of, simulated
 from tarsus.identify.prior import LogNormalPrior
 from tarsus.identify.ranking import Ranking, rank
 from tarsus.identify.verdict import Assessment, judge_samples
@@ -25,7 +25,7 @@ START, RATE = "ground.adhesion.initial", "ground.adhesion.rate"
 UNITS = {START: "N", RATE: "N/s"}
 TRUTH = {START: 170e-9, RATE: 2.8e-6}
 KINDS = ("contact_duration", "peak")
-INSTRUMENT = Instrument(share=0.015)
+INSTRUMENT = Resolution(share=0.015)
 
 
 def device() -> ts.Scene:

@@ -20,7 +20,7 @@ from tarsus.identify.draws import newton_draws, within
 from tarsus.identify.film import FilmFit
 from tarsus.identify.known import Known
 from tarsus.identify.step import Curve, Panel, Residual, StepResult, Used
-from tarsus.identify.touchdown import Contacts, seen_contacts, simulated_contacts
+from tarsus.identify.touchdown import ContactDurations, seen_contacts, simulated_contacts
 from tarsus.model.drive.waveforms import Waveform
 from tarsus.records.excluded import Excluded
 
@@ -97,7 +97,7 @@ def identify_adhesion(
     return replace(found, notes=(note,)) if bounces else found
 
 
-def _fit(film: FilmFit, contacts: Contacts, seed: int) -> StepResult:
+def _fit(film: FilmFit, contacts: ContactDurations, seed: int) -> StepResult:
     """The line with its draws, for contacts that began at given times."""
     fitted, offs, late = film.fitted, film.offs, contacts.error
     kept = _near_line(contacts.duration, fitted.pull, fitted.pull_error, late)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.linalg import null_space
 
 from tarsus.base.errors import InputError
-from tarsus.identify.flight import SUBSTEPS, Film, Flow, Launches, Varied, observed, of_model
+from tarsus.identify.flight import SUBSTEPS, FilmConstants, Flow, Launches, Varied, observed, of_model
 from tarsus.identify.foot import FootModel
 from tarsus.identify.traces import STILL, Trace, jumps_of, runs_of
 from tarsus.identify.volts import Volts
@@ -153,7 +153,7 @@ class Bounces:
     def fit(
         self,
         model: FootModel,
-        film: Film,
+        film: FilmConstants,
         start: Floats | None = None,
         rounds: int = _ROUNDS,
         free: bool = False,
@@ -191,7 +191,7 @@ class Bounces:
             kept, kept[:, [-1, -2]], covariance, best / counts, tuple(good[2]), ready.changes, inverse
         )
 
-    def zeros(self, model: FootModel, film: Film, fitted: BounceFit) -> Zeros:
+    def zeros(self, model: FootModel, film: FilmConstants, fitted: BounceFit) -> Zeros:
         """What wrong zeros of the displacements do to fitted impacts."""
         ready, points = _Ready(self, model, film, fitted.free(model)), len(model.points)
         slopes, residuals = ready.slopes(fitted.unknowns)
@@ -206,7 +206,7 @@ class Bounces:
         score = np.einsum("rqa,rq->ra", by_zero, right) - plain
         return Zeros(by_zero[:, [-1, -2]], information, score)
 
-    def about_film(self, model: FootModel, film: Film, fitted: BounceFit) -> tuple[Floats, Floats]:
+    def about_film(self, model: FootModel, film: FilmConstants, fitted: BounceFit) -> tuple[Floats, Floats]:
         """Information (ni, 2 + np, 2 + np) and score (ni, 2 + np) of fitted impacts about the logarithms of the film's
         coefficient and thickness and the zeros [m] of the points' displacements, their own unknowns taken along."""
         free, points = fitted.free(model), len(model.points)
@@ -224,7 +224,7 @@ class Bounces:
             score[r] = whole @ left - (whole @ own.T) @ across[:, -1]
         return information, score
 
-    def moved(self, model: FootModel, film: Film, fitted: BounceFit) -> Floats:
+    def moved(self, model: FootModel, film: FilmConstants, fitted: BounceFit) -> Floats:
         """Departure and approach velocities (ni, 2) for a model near the fitted one, by one Gauss-Newton step."""
         normal, right, _, _ = _Ready(self, model, film, fitted.free(model)).system(fitted.unknowns)
         moved = fitted.unknowns + np.linalg.solve(normal, right[..., None])[..., 0]
@@ -234,7 +234,7 @@ class Bounces:
 class _Ready:
     """Everything of bounces that depends on the model but not on the unknowns."""
 
-    def __init__(self, bounces: Bounces, model: FootModel, film: Film, free: bool = False) -> None:
+    def __init__(self, bounces: Bounces, model: FootModel, film: FilmConstants, free: bool = False) -> None:
         self.bounces, self.model, self.film = bounces, model, film
         step = bounces.step / SUBSTEPS
         self.onward, self.backward = of_model(model, step), of_model(model, -step)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.linalg import null_space
 
 from tarsus.base.errors import InputError
-from tarsus.identify.flight import SUBSTEPS, Film, Launches, Varied, observed, of_model
+from tarsus.identify.flight import SUBSTEPS, FilmConstants, Launches, Varied, observed, of_model
 from tarsus.identify.foot import FootModel
 from tarsus.identify.normal_equations import NormalEquations
 from tarsus.identify.traces import STILL, Hold, Trace, holds
@@ -47,14 +47,14 @@ _TRIED = (0.0, 0.7, -0.7)
 _PRIOR = (3.0, 2.0)
 """Standard deviations of log C/g0^3 and log g0 about the first guess, which only keep a fit from running away."""
 _LIMITS = (np.log(1e-8), np.log(1e-2))
-"""Film thicknesses [m] between which a fit searches, as logarithms."""
+"""FilmConstants thicknesses [m] between which a fit searches, as logarithms."""
 WORST = 5.0
 """Chi-squared per degree of freedom beyond which a flight is not that of this structure."""
 
 
 @dataclass(frozen=True)
 class FilmGuess:
-    """Film by what the data determine: log of C / g0^3 [N s/m] and log of g0 [m]."""
+    """FilmConstants by what the data determine: log of C / g0^3 [N s/m] and log of g0 [m]."""
 
     stiffness: float
     thickness: float
@@ -65,10 +65,10 @@ class FilmGuess:
         return FilmGuess(float(np.log(coefficient / thickness**3)), float(np.log(thickness)))
 
     @property
-    def film(self) -> Film:
+    def film(self) -> FilmConstants:
         """The law's own parameters."""
         g0 = float(np.exp(self.thickness))
-        return Film(float(np.exp(self.stiffness)) * g0**3, g0)
+        return FilmConstants(float(np.exp(self.stiffness)) * g0**3, g0)
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ class BreakOff:
 
 
 @dataclass(frozen=True)
-class Fitted:
+class FittedDetachments:
     """Break-offs fitted together with one film.
 
     unknowns (nr, q): time [s] from the moment to the first sample, places and speeds of the free coordinates, force
@@ -206,7 +206,7 @@ class BreakOffs:
         start: Floats | None = None,
         rounds: int = _ROUNDS,
         fixed: bool = False,
-    ) -> Fitted:
+    ) -> FittedDetachments:
         """Fit all flights with one film (Gauss-Newton, with a step that is halved where it does not help).
 
         Parameters
@@ -254,8 +254,8 @@ class BreakOffs:
             best = np.where(cost < best, cost, best)
         return kept
 
-    def moved(self, model: FootModel, fitted: Fitted) -> tuple[Floats, Floats]:
-        """Film (2,) and pulls (nr,) for a model near the fitted one, by one Gauss-Newton step."""
+    def moved(self, model: FootModel, fitted: FittedDetachments) -> tuple[Floats, Floats]:
+        """FilmConstants (2,) and pulls (nr,) for a model near the fitted one, by one Gauss-Newton step."""
         prepared = _Prepared(self, model)
         shared = np.array([fitted.film.stiffness, fitted.film.thickness])
         system = prepared.system(fitted.unknowns, shared)
@@ -375,7 +375,7 @@ class _Prepared:
         moves = float(_LIMITS[0] < shared[1] < _LIMITS[1])
         by_log[0, q:], by_log[1, q + 1] = (1.0, 3.0 * moves), moves
         thickness = float(np.exp(np.clip(shared[1], *_LIMITS)))
-        film = Film(float(np.exp(shared[0])) * thickness**3, thickness)
+        film = FilmConstants(float(np.exp(shared[0])) * thickness**3, thickness)
         return Launches(
             Varied(self.states(unknowns).T, state), Varied(-unknowns[:, 0], begin), Varied(unknowns[:, -2:], offset),
             film.column(count, by_log=(by_log[0], by_log[1])), np.full(count, self.model.gap), self.near[numbers],
@@ -414,7 +414,7 @@ class _Prepared:
             tuple(one[4] for one in pieces),
         )
 
-    def result(self, system: NormalEquations, unknowns: Floats, film: FilmGuess) -> Fitted:
+    def result(self, system: NormalEquations, unknowns: Floats, film: FilmGuess) -> FittedDetachments:
         """Pulls with their errors, at the end of a fit."""
         information, score = system.reduced()
         steps = np.maximum(np.abs(unknowns).max(axis=0), 1e-12) * 1e-6
@@ -429,7 +429,7 @@ class _Prepared:
         error = np.sqrt(np.einsum("rq,rqp,rp->r", slopes, covariance, slopes) * np.maximum(chi, 1.0))
         by_film = -np.einsum("rq,rqa->ra", slopes, np.linalg.solve(system.own, system.across))
         begun = (np.array([one.first - one.hold.first for one in self.offs.items]) + 0.5) * self.offs.step
-        return Fitted(
+        return FittedDetachments(
             unknowns,
             film,
             self.pulls(unknowns),

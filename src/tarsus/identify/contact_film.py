@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from tarsus.identify.bounce import BounceFit, Bounces, fewer, find_bounces
 from tarsus.identify.breakoff import WORST
 from tarsus.identify.electrostatics import FILM, combinations_of
-from tarsus.identify.flight import Film
+from tarsus.identify.flight import FilmConstants
 from tarsus.identify.foot import FootModel
 from tarsus.identify.known import Known
 from tarsus.identify.restitution import FEWEST, MOST, sound
@@ -125,7 +125,7 @@ def _begun(
         place = value + share * float(np.sqrt(strength[-1])) * ways[:, -1]
         try:
             with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-                fitted = bounces.fit(model, Film(*np.exp(place).tolist()), free=free)
+                fitted = bounces.fit(model, FilmConstants(*np.exp(place).tolist()), free=free)
         except np.linalg.LinAlgError as error:
             passed.append(f"C = {np.exp(place[0]):.3g} N m^2 s, g0 = {np.exp(place[1]):.3g} m: {error}")
             continue
@@ -172,7 +172,7 @@ def _told(
     place, unknowns = start
     free = model.scene.ground.impact is not None
     for _ in range(_ROUNDS):
-        film = Film(*np.exp(place).tolist())
+        film = FilmConstants(*np.exp(place).tolist())
         fitted = bounces.fit(model, film, unknowns, free=free)
         information, score = _pooled(model, bounces, film, fitted, zeros)
         whole = information + prior
@@ -184,7 +184,7 @@ def _told(
 
 
 def _pooled(
-    model: FootModel, bounces: Bounces, film: Film, fitted: BounceFit, zeros: Floats
+    model: FootModel, bounces: Bounces, film: FilmConstants, fitted: BounceFit, zeros: Floats
 ) -> tuple[Floats, Floats]:
     """Information (2, 2) and score (2,) of all impacts about the film's logarithms, the zeros of their records taken
     along."""

@@ -15,7 +15,7 @@ from tarsus.base.errors import InputError
 from tarsus.identify.bounce import BounceFit, Bounces, fewer, find_bounces
 from tarsus.identify.breakoff import WORST
 from tarsus.identify.draws import DRAWS, NORMAL, carried, newton_draws, within
-from tarsus.identify.flight import Film
+from tarsus.identify.flight import FilmConstants
 from tarsus.identify.foot import FootModel
 from tarsus.identify.known import Known
 from tarsus.identify.step import Curve, Panel, Residual, StepResult, Used
@@ -145,10 +145,10 @@ def _alike(fitted: BounceFit, single: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return off < _OUTSIDE * max(usual, 1.0)
 
 
-def film_of(model: FootModel) -> Film:
+def film_of(model: FootModel) -> FilmConstants:
     """The film of a model's ground; none damps nothing."""
     law = model.scene.ground.acting.film
-    return Film(0.0, 1.0) if law is None else Film(law.coefficient, law.thickness)
+    return FilmConstants(0.0, 1.0) if law is None else FilmConstants(law.coefficient, law.thickness)
 
 
 def _only(fitted: BounceFit, keep: NDArray[np.bool_]) -> BounceFit:

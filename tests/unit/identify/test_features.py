@@ -9,7 +9,7 @@ import tarsus as ts
 from laboratory import LABORATORY
 from scene_files import scene
 from tarsus.base.errors import InputError
-from tarsus.identify.features import FEATURES, Features, Instrument, features_of, simulated
+from tarsus.identify.features import FEATURES, Features, Resolution, features_of, simulated
 from tarsus.identify.limits import field_limits
 
 E = "ground.restitution.coefficient"
@@ -47,14 +47,14 @@ def test_an_unknown_feature_is_refused_with_the_nearest():
 
 
 def test_errors_average_out_but_for_the_share_of_the_model():
-    tool = Instrument(length=3e-7, share=0.01)
+    tool = Resolution(length=3e-7, share=0.01)
     error = [
         Features(("peak",), ("m",), np.array([1e-4]), np.array([4e-7]), n).error(tool)[0]
         for n in (1, 25, 10**8)
     ]
     assert error == pytest.approx([np.hypot(5e-7, 1e-6), np.hypot(1e-7, 1e-6), 1e-6], rel=1e-4)
     nothing = Features(("impact_speed",), ("m/s",), np.array([np.nan]), np.array([np.nan]), 4)
-    assert nothing.error(Instrument(speed=1e-3)) == pytest.approx([5e-4])
+    assert nothing.error(Resolution(speed=1e-3)) == pytest.approx([5e-4])
 
 
 def test_limits_are_those_of_the_description():

@@ -7,22 +7,22 @@ import pytest
 from scipy.stats import norm
 
 from tarsus.base.errors import InputError
-from tarsus.identify.ranges import Range, range_of_draws
+from tarsus.fit.ranges import Range, range_of
 
 
 def test_draws_give_their_tails():
     draws = norm(3.0, 0.1).ppf((np.arange(2000) + 0.5) / 2000)
-    found = range_of_draws([*draws, np.nan], 3.0)
+    found = range_of([*draws, np.nan], value=3.0)
     assert (found.low, found.high) == pytest.approx((3.0 - 0.196, 3.0 + 0.196), abs=1e-3)
     assert found.half_width() == pytest.approx(0.5 * np.log(3.196 / 2.804), rel=5e-3)
     assert found.closed and found.pieces == ()
     with pytest.raises(InputError, match="at least 20 draws, got 3"):
-        range_of_draws([1.0, 2.0, 3.0])
+        range_of([1.0, 2.0, 3.0])
 
 
 def test_an_end_on_a_limit_of_the_search_is_open():
     draws = np.clip(np.linspace(-1.0, 1.0, 400), 0.0, None)
-    found = range_of_draws(draws, 0.0, limits=(0.0, 2.0))
+    found = range_of(draws, value=0.0, limits=(0.0, 2.0))
     assert found.low == -np.inf and found.high == pytest.approx(0.95, abs=0.01)
     assert found.text("m").startswith("below 9") and found.half_width() == np.inf
 
@@ -30,9 +30,9 @@ def test_an_end_on_a_limit_of_the_search_is_open():
 def test_two_heaps_of_draws_are_two_pieces():
     random = np.random.default_rng(1)
     draws = np.concatenate([random.normal(1.0, 0.02, 300), random.normal(2.0, 0.02, 200)])
-    first, second = range_of_draws(draws).pieces
+    first, second = range_of(draws).pieces
     assert first[1] < 1.1 and second[0] > 1.9
-    assert range_of_draws(random.normal(1.0, 0.02, 500)).pieces == ()
+    assert range_of(random.normal(1.0, 0.02, 500)).pieces == ()
 
 
 def test_a_range_in_words():
