@@ -174,9 +174,9 @@ def _result(
     level_error: float,
     seed: int,
 ) -> StepResult:
-    by_zero = bounces.zeros(model, film_of(model), fitted)
-    zeros = zeros_of_records(model, bounces, by_zero, level_error, seed)
-    fitted_speeds = zeros.moved(fitted.speeds, by_zero, zeros.values)
+    equations = bounces.about(model, film_of(model), fitted.unknowns, fitted.free(model))
+    zeros = zeros_of_records(model, bounces, equations, level_error, seed)
+    fitted_speeds = zeros.moved(fitted.speeds, zeros.values)
     departure, approach = fitted_speeds[:, 0], -fitted_speeds[:, 1]
     covariance = fitted.covariance * _TURN
     try:
@@ -186,11 +186,11 @@ def _result(
 
     def again(values: Floats) -> Floats:
         other = known.model(values)
-        speeds = zeros.moved(bounces.moved(other, film_of(other), fitted), by_zero, zeros.values)
+        speeds = zeros.moved(bounces.moved(other, film_of(other), fitted), zeros.values)
         return np.array([common_ratio(speeds[:, 0], -speeds[:, 1], covariance).value])
 
     def shifted(values: Floats) -> Floats:
-        speeds = zeros.moved(fitted.speeds, by_zero, values.reshape(zeros.values.shape))
+        speeds = zeros.moved(fitted.speeds, values)
         return np.array([common_ratio(speeds[:, 0], -speeds[:, 1], covariance).value])
 
     groups = np.array([one.trace for one in bounces.items])

@@ -43,7 +43,9 @@ class ContactDurations:
 
 def seen_contacts(offs: BreakOffs, fitted: FittedDetachments, foot: str) -> ContactDurations:
     """Contacts that begin where the record shows a foot standing still."""
-    return ContactDurations(fitted.duration, offs.beginnings(foot), np.zeros(len(fitted.duration), dtype=bool))
+    return ContactDurations(
+        fitted.duration, offs.beginnings(foot), np.zeros(len(fitted.duration), dtype=bool)
+    )
 
 
 def simulated_contacts(
