@@ -152,7 +152,10 @@ def fit_drive(volts: Floats, step: float, rest: float, signal: Waveform) -> Driv
 
 
 def _refined(case: _Case, late: float, pace: float) -> DriveFit:
-    """Gauss-Newton from a start, as long as less is left at each step."""
+    """Gauss-Newton from a start, as long as less is left at each step.
+
+    Whole steps: where edges are compared what is left is no smooth function of their place, and the damped descent of
+    `tarsus.fit` ends beside it (a slow square that is 2 % fast: 1.9 samples off)."""
     recorded, length = case.averaged(case.volts), float(case.time[-1])
     least, place, errors = np.inf, (late, pace), np.full(2, np.inf)
     for _ in range(_STEPS):
