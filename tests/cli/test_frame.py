@@ -97,41 +97,30 @@ def test_words_that_mean_nothing(tarsus, words, said):
 
 
 def test_an_interrupt_ends_with_a_sentence(tarsus, monkeypatch):
-    import tarsus.files.library as library
+    from tarsus.inspection import installation
 
     def interrupted():
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(library, "device_names", interrupted)
+    monkeypatch.setattr(installation, "device_names", interrupted)
     result = tarsus("devices")
     assert result.code == 130
     assert "interrupted" in result.sentences[0]
 
 
 def test_an_interrupt_that_numpy_answers_is_one_too(tarsus, monkeypatch):
-    import tarsus.files.library as library
+    from tarsus.inspection import installation
 
     def interrupted():
         raise TypeError("cannot compare") from KeyboardInterrupt()
 
-    monkeypatch.setattr(library, "device_names", interrupted)
+    monkeypatch.setattr(installation, "device_names", interrupted)
     assert tarsus("devices").code == 130
 
 
 def test_a_long_run_hears_an_interrupt():
     """In one call of the engine, which would take minutes."""
-    words = [
-        sys.executable,
-        "-m",
-        "tarsus.cli",
-        "movie",
-        "millipede-30",
-        "-o",
-        "walk.gif",
-        "--duration",
-        "300 s",
-        "-v",
-    ]
+    words = [sys.executable, "-m", "tarsus", "simulate", "millipede-30", "--duration", "300 s", "-v"]
     hears = "import signal, os, sys; signal.signal(2, signal.default_int_handler); os.execv(sys.argv[1], sys.argv[1:])"
     run = subprocess.Popen([sys.executable, "-c", hears, *words], stderr=subprocess.PIPE, text=True)
     assert run.stderr is not None and "millipede-30" in run.stderr.readline()
@@ -142,12 +131,12 @@ def test_a_long_run_hears_an_interrupt():
 
 
 def test_a_defect_ends_with_a_sentence_too(tarsus, monkeypatch):
-    import tarsus.files.library as library
+    from tarsus.inspection import installation
 
     def broken():
         raise RuntimeError("the cat sat on it")
 
-    monkeypatch.setattr(library, "device_names", broken)
+    monkeypatch.setattr(installation, "device_names", broken)
     result = tarsus("devices")
     assert result.code == 1
     assert "the cat sat on it" in result.sentences[0]
@@ -157,7 +146,7 @@ def test_a_defect_ends_with_a_sentence_too(tarsus, monkeypatch):
 def test_a_reader_that_stops_reading_is_no_error():
     code = "import os, sys; sys.stdin.close(); os._exit(0)"
     show = subprocess.Popen(
-        [sys.executable, "-m", "tarsus.cli", "show", "cantilever", "--json"],
+        [sys.executable, "-m", "tarsus", "show", "cantilever", "--json"],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
     )

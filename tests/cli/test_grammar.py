@@ -43,21 +43,22 @@ WORDS = {
 """The words that a verb must take for what it does, beside --json."""
 
 VERBS = {
-    "devices": (), "show": ("laws",), "new": (), "check": ("laws",), "read": (), "compare": ("laws",),
-    "open": ("laws",), "bench": (), "doctor": (), "completion": (),
+    "devices": (), "show": ("laws",), "new": (), "check": ("laws",), "report": ("laws",), "bench": (), "doctor": (),
+    "completion": (),
     "simulate": ("a scene", "a page", "a time"),
     "plot": ("laws", "files"),
     "movie": ("a scene", "files", "a time"),
     "branch": ("a scene", "a page"),
     "sweep": ("laws", "draws", "many runs", "a page", "goes on"),
-    "yield": ("a scene", "draws", "many runs", "a page", "goes on"),
+    "yield": ("a scene", "draws", "many runs", "files", "goes on"),
     "synthesize": ("a scene", "draws", "files"),
     "identify": ("draws", "a page"),
     "calibrate": ("laws", "draws", "many runs", "a page", "goes on"),
     "recommend": ("a scene", "draws", "many runs"),
-    "design landing": ("a scene", "draws", "many runs", "a page"),
-    "design gait": ("a scene", "draws", "many runs", "a page", "goes on", "a time"),
-    "design adapt": ("a scene", "draws", "many runs", "a page", "a time"),
+    "design landing": ("a scene", "many runs", "a page"),
+    "design gait": ("a scene", "many runs", "a page", "goes on"),
+    "design adapt": ("a scene", "many runs", "a page"),
+    "design request": (),
     "reproduce": ("draws", "threads", "files", "goes on"),
 }  # fmt: skip
 """What each verb does. A new verb is added here."""
@@ -70,7 +71,7 @@ def test_every_verb_is_listed(options):
 @pytest.mark.parametrize("verb", VERBS)
 def test_a_verb_takes_the_words_of_what_it_does_and_no_other(options, verb):
     own = {word for does in VERBS[verb] for word in WORDS[does]}
-    own |= {"--json"} if verb != "completion" else set()  # which prints a script
+    own |= {"--json"} if verb not in ("completion", "design request") else set()  # which print a file
     shared = {word for words in WORDS.values() for word in words} | {"--json"}
     assert {word for word in shared if verb in options[word]} == own
 
@@ -123,12 +124,12 @@ def test_verbose_says_what_ran_and_what_it_took(tarsus):
 
 
 def test_verbose_shows_where_a_defect_is(monkeypatch, capsys):
-    import tarsus.files.library as library
+    from tarsus.inspection import installation
 
     def broken():
         raise RuntimeError("the cat sat on it")
 
-    monkeypatch.setattr(library, "device_names", broken)
+    monkeypatch.setattr(installation, "device_names", broken)
     assert app.run(["devices", "-v"]) == 1
     said = capsys.readouterr().err
     assert "Traceback" in said and said.splitlines()[-1].startswith("tarsus: something went wrong")

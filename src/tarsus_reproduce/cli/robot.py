@@ -54,8 +54,8 @@ def run(
 
 def _print(reproduction: RobotReproduction, runs: RobotRuns, result: Mapping[str, Any]) -> None:
     from tarsus.cli import console
-    from tarsus.cli.summary import short
     from tarsus.impacts.energy import creation_warning
+    from tarsus.tables.numbers import amount as short
 
     print(f"Bouncing foot of the {reproduction.robot}, device '{reproduction.device}'")
     caution = creation_warning(reproduction.scene)

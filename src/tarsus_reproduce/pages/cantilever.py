@@ -133,8 +133,7 @@ def comparison(rows: Sequence[Mapping[str, Any]]) -> Plate:
     words = [_case(row) for row in rows]
 
     def draw(sheet: Sheet) -> None:
-        beside = 0.2 + 0.065 * max(map(len, words))
-        panels = sheet.grid(len(QUANTITIES), 0.25 * len(rows), across=3, left=beside, joined=True)
+        panels = sheet.grid(len(QUANTITIES), 0.25 * len(rows))
         for axes, quantity in zip(panels, QUANTITIES, strict=True):
             _compared(axes, rows, quantity)
             axes.set_yticks(range(len(rows)), words)

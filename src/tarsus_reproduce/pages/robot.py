@@ -229,7 +229,7 @@ def _over_ground(runs: RobotRuns, numbers: Iterator[int]) -> str:
             " Heights of points without a foot are their displacement on the bouncing foot's gap at rest; only the "
             "bouncing foot has ground below it."
         )
-    plates = (motion_of(traces, "height", motion, ground=True), dials(traces, across=3))
+    plates = (motion_of(traces, "height", motion, ground=True), dials(traces))
     return "".join(figure(plate, next(numbers)) for plate in plates)
 
 
