@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import re
+from typing import TYPE_CHECKING
 
 from tarsus.files.version import package_version
 from tarsus.model.laws.base import Law
-from tarsus.model.scene import Scene
+
+if TYPE_CHECKING:
+    from tarsus.model.scene import Scene
 
 __all__ = ["bibtex"]
 
