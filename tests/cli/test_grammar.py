@@ -106,17 +106,3 @@ def test_a_former_word_is_answered_with_the_present_one(tarsus, words, now):
     (sentence,) = said.sentences
     assert (said.code, said.out) == (2, "")
     assert words.split()[-1] in sentence and sentence.endswith(f" is gone: use {now}")
-
-
-def test_threads_are_a_number_of_one_or_more(tarsus):
-    said = tarsus(
-        "recommend",
-        "cantilever",
-        "--parameter",
-        "ground.film.coefficient",
-        "--budget",
-        "1 s",
-        "--threads",
-        "0",
-    )
-    assert said.code == 2 and "--threads: expected a number of 1 or more, got 0" in said.sentences[0]
