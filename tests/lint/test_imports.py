@@ -14,7 +14,6 @@ LONGEST = 36
 shorter. What is imported where it is used, or for types alone, does not count."""
 
 CIRCLES = {
-    frozenset({"tarsus.files.store", "tarsus.files.toml"}),
     frozenset(
         {"tarsus.solve.results", "tarsus.solve.run", "tarsus.solve.gradients", "tarsus.solve.simulate"}
     ),

@@ -42,9 +42,9 @@ def cautions(
             texts = _uncounted(*one), _low(*one, measures["peak"].per_foot[name])
             high |= {name: texts[0]} if texts[0] else {}
             low |= {name: texts[1]} if texts[1] else {}
-        for kind, told in ((CautionKind.HIGHEST_UNCOUNTED, high), (CautionKind.COUNTED_LOW, low)):
-            for name, text in list(told.items())[:1]:
-                others = "" if len(told) == 1 else f"; likewise {len(told) - 1} of the other feet"
+        for kind, cautioned in ((CautionKind.HIGHEST_UNCOUNTED, high), (CautionKind.COUNTED_LOW, low)):
+            for name, text in list(cautioned.items())[:1]:
+                others = "" if len(cautioned) == 1 else f"; likewise {len(cautioned) - 1} of the other feet"
                 rule = f"height {counting.words()['height']}, dwell {counting.words()['dwell']}"
                 found.append(Caution(kind, f"Foot {name}: {text} ({rule}){others}."))
     if periods and count < FEWEST:

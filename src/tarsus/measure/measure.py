@@ -239,7 +239,7 @@ def of_feet(
 ) -> Measured:
     """A measure of the feet of nr runs from their moments, those of foot f of run r at number ``r m + f``.
 
-    The scope tells of several feet whether it is their mean or that of the worst foot, the one with the largest mean.
+    The scope says of several feet whether it is their mean or that of the worst foot, the one with the largest mean.
     """
     m = len(feet)
     count = found.count.reshape(runs, m)

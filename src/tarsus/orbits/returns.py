@@ -175,7 +175,7 @@ class ReturnMap:
         )
         return found.samples[0, :size] @ self.free
 
-    def beside(self, scene: Scene, phase: float, values: Mapping[str, float], shared: Shared) -> ReturnMap:
+    def at_values(self, scene: Scene, phase: float, values: Mapping[str, float], shared: Shared) -> ReturnMap:
         """The map with the same feet on the ground at a phase in drive periods, of a scene with values in place of some
         of its own. Raises InputError as `lower_scene` does."""
         return return_map(scene, phase, self.contacts, values, shared)

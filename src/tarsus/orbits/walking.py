@@ -57,7 +57,7 @@ class WalkMap(ReturnMap):
     stuck: tuple[int, ...] = ()
     aging: tuple[int, ...] = ()
 
-    def beside(self, scene: Scene, phase: float, values: Mapping[str, float], shared: Shared) -> WalkMap:
+    def at_values(self, scene: Scene, phase: float, values: Mapping[str, float], shared: Shared) -> WalkMap:
         """The map with the same feet on the ground, of a scene with values in place of some of its own."""
         plan, rows, period, horizon = varied(scene, values, shared)
         assert plan.legs is not None
@@ -76,9 +76,9 @@ class WalkMap(ReturnMap):
         start = self.start + _quiet(events, 0.0, span)
         at = self._at(state)
         held = dict(zip(at.held, at.since or (), strict=True))
-        told = events.copy()
-        told["time"] += self.start
-        for event in told[told["time"] <= start]:
+        logged = events.copy()
+        logged["time"] += self.start
+        for event in logged[logged["time"] <= start]:
             follow_contact(held, event)
         found = self.window(state, [start]).states
         anew = set(events["foot"][events["kind"] == EventKind.RELEASE].tolist())

@@ -52,7 +52,7 @@ def swept(
     """Derivatives (P,) of a number by the directions along which a run's data are known to move, and flags: event,
     reason, number of a direction or -1 for all.
 
-    None where the run cannot be gone through backwards: feet that land at one moment hand blows on to each other.
+    None where the run cannot be gone through backwards: feet that land at one moment hand impacts on to each other.
     """
     data, row = given.data, given.row
     count = len(given.paths)

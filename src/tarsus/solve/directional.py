@@ -35,6 +35,7 @@ Floats = NDArray[np.float64]
 
 _NAMES = EVENT_TYPE.names or ()
 STEPS = np.array([-2.0, -1.0, 0.0, 1.0, 2.0])
+"""Where the values of a difference are, in steps; with these weights its error is of fourth order."""
 _WEIGHTS = np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / 12.0
 MOVED = 0.02
 """Part of an interval by which events move at most: none changes places with another, or with the edge of a period."""
@@ -44,6 +45,7 @@ the stencil leaves 1e-14 then."""
 WAY = 1e-5
 """Part of themselves that a walker's strides change by at most: costs per way bend by twice as much."""
 _ONE_SIDE = np.array([1.5, -2.0, 0.5])
+"""Weights of a difference of second order from a value to one side."""
 KINK = 1e-4
 """Part by which differences of second order to both sides must differ for a kink or a jump: of a smooth measure that is
 the square of what it bends by over `LARGEST`, or over the `MOVED` part of a flight that a window cuts."""

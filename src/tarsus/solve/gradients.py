@@ -210,7 +210,7 @@ class GradientRun(Run):
 
         return self._gradient(*directional_slopes(self._log, values))
 
-    def told_along(
+    def gradient_along(
         self, slopes: Callable[[EventDerivatives], tuple[Floats, npt.NDArray[np.bool_]]]
     ) -> Gradient:
         """Derivatives by path of a number from what a function finds along those of the events."""
@@ -260,9 +260,11 @@ class GradientRun(Run):
         )
 
     def _gradient(self, values: Floats, kinked: npt.NDArray[np.bool_], *, energy: bool = False) -> Gradient:
-        return self.told_of(values, kinked, [self._reasons(p, energy=energy) for p in range(len(self.paths))])
+        return self.gradient_from(
+            values, kinked, [self._reasons(p, energy=energy) for p in range(len(self.paths))]
+        )
 
-    def told_of(
+    def gradient_from(
         self, values: Floats, kinked: npt.NDArray[np.bool_], doubts: Sequence[Sequence[tuple[int, int]]]
     ) -> Gradient:
         """The gradient of a number from its derivatives (P,), where it has a kink (P,), and event and reason of the

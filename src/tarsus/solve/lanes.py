@@ -139,16 +139,16 @@ def walk_tangents(
     when = np.zeros(0) if times is None else np.array(times, dtype=float)
     others = [
         (one.legs.native, tables_of(one, duration), weight, p)
-        for p, plans in given.beside.items()
+        for p, plans in given.perturbed.items()
         for one, weight in plans
         if one.legs is not None
     ]
 
     def engine(first: int) -> Sequence[Any]:
-        beside = [(*one, p - first) for *one, p in others if first <= p < first + LANES]
+        perturbed = [(*one, p - first) for *one, p in others if first <= p < first + LANES]
         return _native.tangents_legged(
             legs.native, tables, NODES, given.row.signals, plan.laws.native, laws, given.row, settings, when, account,
-            start, given.data.lanes(first), min(LANES, len(given.paths) - first), beside,
+            start, given.data.lanes(first), min(LANES, len(given.paths) - first), perturbed,
         )  # fmt: skip
 
     nb = len(legs.body.body_mass)

@@ -201,9 +201,9 @@ def _event_places(
     for n, group in enumerate(groups):
         when = float(time[group[0]])
         rooms = [LARGEST * when, MOVED * abs(when - round(when / log.period) * log.period)]
-        beside = [groups[k][0] for k in (n - 1, n + 1) if 0 <= k < len(groups)]
+        neighbours = [groups[k][0] for k in (n - 1, n + 1) if 0 <= k < len(groups)]
         rooms += [
-            MOVED * abs(time[k] - when) for k in beside if events["foot"][k] == events["foot"][group[0]]
+            MOVED * abs(time[k] - when) for k in neighbours if events["foot"][k] == events["foot"][group[0]]
         ]
         step = min(
             (float(room) for room in rooms if room > MOVED * TOGETHER * log.period), default=LARGEST * log.end

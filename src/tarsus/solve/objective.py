@@ -107,7 +107,7 @@ def _parts(run: GradientRun, objective: str | NumberOf, times: Floats | None) ->
     count = len(backwards.paths)
     doubts = [[(event, reason) for event, reason, of in flags if of in (-1, p)] for p in range(count)]
     jumps = backwards.entered.data.period[0].astype(bool) & np.isinf(seeds.period)
-    out = [backwards.told_of(values, jumps, doubts)]
+    out = [backwards.gradient_from(values, jumps, doubts)]
     return [*out, _forwards(run.along(sorted(forwards)), objective, times)] if forwards else out
 
 
@@ -128,4 +128,4 @@ def _forwards(run: GradientRun, objective: str | NumberOf, times: Floats | None)
             )
         return np.array(out)
 
-    return run.told_along(lambda log: directional_slopes(log, values))
+    return run.gradient_along(lambda log: directional_slopes(log, values))

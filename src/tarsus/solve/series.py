@@ -155,7 +155,7 @@ def _contacts(events: NDArray[np.void], law: Law) -> tuple[Floats, Floats]:
 
 
 def event_losses(run: Run, time: Floats) -> dict[str, Floats]:
-    """Energies that blows and captures have taken by the sample times [J]."""
+    """Energies that impacts and captures have taken by the sample times [J]."""
     events = run.events
     passed = np.searchsorted(np.maximum.accumulate(events["time"]), time, side="right")
     adhesion = np.concatenate([[0.0], np.cumsum(events["adhesion_energy"])])
