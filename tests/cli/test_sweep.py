@@ -178,16 +178,16 @@ def says_how_to_resume(code: int, out: str, err: str, folder: Path) -> None:
 
 
 def test_an_interrupt_says_how_to_resume(tarsus, study, tmp_path, monkeypatch):
-    from tarsus.study import pool
+    from tarsus.study import sweeping
 
-    whole, begun = pool.work_unit, itertools.count(1)
+    whole, begun = sweeping.work_unit, itertools.count(1)
 
     def third_is_interrupted(*words, **options):
         if next(begun) == 3:
             raise KeyboardInterrupt
         return whole(*words, **options)
 
-    monkeypatch.setattr(pool, "work_unit", third_is_interrupted)
+    monkeypatch.setattr(sweeping, "work_unit", third_is_interrupted)
     folder = tmp_path / "a folder"
     words = ("sweep", study(count=2, chunk=2), "-o", folder)
     found = tarsus(*words)

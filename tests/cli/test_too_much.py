@@ -14,7 +14,7 @@ import pytest
 import tarsus as ts
 from tarsus.base.errors import InputError
 from tarsus.files import tables
-from tarsus.files.store import written_whole
+from tarsus.files.whole import written_whole
 from tarsus.records.measurement import Channel, Measurement, Quantity
 from tarsus.synthesis import record_files
 

@@ -5,12 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tarsus.measure.measure import Caution, CautionKind, Measure
-from tarsus.measure.segments import Floats
-from tarsus.measure.windows import WindowedHistories
+
+if TYPE_CHECKING:
+    from tarsus.measure.segments import Floats
+    from tarsus.measure.windows import WindowedHistories
 
 HIGHEST = 0.1
 """Part of the flights that are the highest ones: those that a reader of a figure sees first."""

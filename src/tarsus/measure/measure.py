@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,9 @@ from tarsus.base.messages import nearest
 from tarsus.files.summary import measures_summary
 from tarsus.measure.history import Counting
 from tarsus.measure.segments import Floats, Rows, sums
-from tarsus.tables.table import Table
+
+if TYPE_CHECKING:
+    from tarsus.tables.table import Table
 
 RENAMED = {"all_rebounds": "total_rebounds_any_height"}
 """Measures that had another name once."""

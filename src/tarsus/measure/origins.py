@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +17,11 @@ from tarsus.measure.history import PERIOD_MARK, EventHistories
 from tarsus.measure.measure import Moments, Scope
 from tarsus.measure.periods import PER_WINDOW
 from tarsus.measure.segments import Floats, Rows, largest, sums
-from tarsus.measure.table import Judgement
 from tarsus.measure.whole import WHOLE_RUN
-from tarsus.measure.windows import WindowedHistories
+
+if TYPE_CHECKING:
+    from tarsus.measure.table import Judgement
+    from tarsus.measure.windows import WindowedHistories
 
 __all__ = ["TOGETHER", "EventSlopes", "event_slopes"]
 

@@ -11,12 +11,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tarsus.measure.segments import Floats
-from tarsus.model.drive.signal import Signal
-from tarsus.model.robot import Drive
+if TYPE_CHECKING:
+    from tarsus.measure.segments import Floats
+    from tarsus.model.drive.signal import Signal
+    from tarsus.model.robot import Drive
 
 __all__ = ["charging_energy", "rise_squares"]
 

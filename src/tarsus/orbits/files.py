@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tarsus.files.jsontext import json_text
 from tarsus.files.series import Variable, write_netcdf
-from tarsus.files.store import package_version, write_text
-from tarsus.orbits.branching import Branch
+from tarsus.files.version import package_version
+from tarsus.files.whole import write_text
+
+if TYPE_CHECKING:
+    from tarsus.orbits.branching import Branch
 
 __all__ = ["BRANCH_FILES", "branch_variables", "write_branch"]
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,12 +16,14 @@ from numpy.typing import NDArray
 from tarsus.base.errors import InputError
 from tarsus.base.events import EventKind
 from tarsus.base.spec import with_values
-from tarsus.model.scene import Scene
 from tarsus.orbits.orbit import CLOSED, Orbit
 from tarsus.orbits.returns import Returned, ReturnMap, middle_of_flight
 from tarsus.orbits.walking import WalkMap
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.simulate import Shared
+
+if TYPE_CHECKING:
+    from tarsus.model.scene import Scene
 
 __all__ = ["Follower", "Point", "sequence"]
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +20,6 @@ from tarsus.base.events import CONTACT_BEGINS, EVENT_WORDS, IMPACTS
 from tarsus.base.spec import with_values
 from tarsus.base.units import format_quantity
 from tarsus.files.library import SceneLike, as_scene
-from tarsus.model.scene import Scene
 from tarsus.model.structure.walker import Walker
 from tarsus.orbits.returns import (
     FINE,
@@ -35,6 +35,9 @@ from tarsus.orbits.walking import WalkMap, walk_map
 from tarsus.solve import ResultCode, Run, simulate
 from tarsus.solve.window import Contacts
 from tarsus.tables.table import ROW, Column, Table
+
+if TYPE_CHECKING:
+    from tarsus.model.scene import Scene
 
 __all__ = ["Orbit", "converge", "periodic"]
 

@@ -12,13 +12,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.events import EventKind
-from tarsus.model.scene import Scene
 from tarsus.orbits.returns import (
     HORIZON,
     Returned,
@@ -34,10 +33,13 @@ from tarsus.plan.lowering import Plan, lower_scene
 from tarsus.plan.slots import rows_of
 from tarsus.solve.engine import tables_of
 from tarsus.solve.lanes import Tangents, walk_tangents
-from tarsus.solve.run import Run
-from tarsus.solve.simulate import Shared
 from tarsus.solve.tangents import DataTangents, Entering
 from tarsus.solve.window import Contacts, Window, simulate_window
+
+if TYPE_CHECKING:
+    from tarsus.model.scene import Scene
+    from tarsus.solve.run import Run
+    from tarsus.solve.simulate import Shared
 
 __all__ = ["WalkMap", "walk_map"]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +14,11 @@ from tarsus.base.spec import get_value, with_values
 from tarsus.core.arrays import E_APEX, E_FOOT, E_KIND, E_TIME
 from tarsus.measure import TOGETHER, Judgement, RunTable, event_slopes, measured, periods_used
 from tarsus.measure.history import RESOLUTION
-from tarsus.model.scene import Scene
 from tarsus.plan.slots import Kind, slot
 from tarsus.solve.codes import EVENT_TYPE, event_order, structured_events, structured_marks
+
+if TYPE_CHECKING:
+    from tarsus.model.scene import Scene
 
 __all__ = [
     "EventDerivatives",

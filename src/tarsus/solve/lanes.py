@@ -6,17 +6,19 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.core import _native, nodes
 from tarsus.core.modes import NODES, ModeBook
-from tarsus.plan.lowering import Plan
 from tarsus.solve.engine import Accuracy, RawRuns, settings_of, tables_of
 from tarsus.solve.tangents import LANES, Entering
 from tarsus.solve.window import Contacts
+
+if TYPE_CHECKING:
+    from tarsus.plan.lowering import Plan
 
 __all__ = ["Doubt", "Tangents", "tangents", "walk_tangents"]
 

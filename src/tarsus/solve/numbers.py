@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.events import EventKind
 from tarsus.core.arrays import E_APEX, E_APEX_TIME, E_INTEGRAL, E_KIND, E_TIME
-from tarsus.core.replay import SampledStates
 from tarsus.measure import RESOLUTION, TOGETHER
 from tarsus.solve.adjoint import Seeds
 from tarsus.solve.codes import EVENT_TYPE, event_order, structured_events
@@ -24,6 +24,9 @@ from tarsus.solve.directional import (
     measure_slopes,
     row_slopes,
 )
+
+if TYPE_CHECKING:
+    from tarsus.core.replay import SampledStates
 
 __all__ = ["STATES", "NumberOf", "measure_seeds", "number_seeds"]
 

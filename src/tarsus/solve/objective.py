@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tarsus.files.library import SceneLike
 from tarsus.solve.adjoint import swept
 from tarsus.solve.codes import structured_events
 from tarsus.solve.directional import STEPS, EventDerivatives, directional_slopes
@@ -17,6 +17,9 @@ from tarsus.solve.gradients import Gradient, GradientRun
 from tarsus.solve.numbers import STATES, NumberOf, measure_seeds, number_seeds
 from tarsus.solve.run import increasing
 from tarsus.solve.simulate import RECORDED, simulate
+
+if TYPE_CHECKING:
+    from tarsus.files.library import SceneLike
 
 __all__ = ["gradient"]
 

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.events import CONTACT_BEGINS, EventKind, FootState
-from tarsus.core.replay import SampledStates
 from tarsus.files.ledger import Ledger
 from tarsus.model.laws.base import AdhesionLaw, Law
 from tarsus.solve import acting
 
 if TYPE_CHECKING:
+    from tarsus.core.replay import SampledStates
     from tarsus.model.scene import Scene
     from tarsus.solve.motion import Way
     from tarsus.solve.run import Run
