@@ -33,7 +33,9 @@ def identification_table(found: Identification) -> Table:
             word = "" if judged is None or path not in judged.names else judged[path].word
             half = _half(slopes.get(path, value), *step.interval(path))
             shown = f"{percent(half, 2)} of slope" if path in slopes else half
-            rows.append((path, value, tuple(step.interval(path)), shown, TAKEN if path in step.taken else word))
+            rows.append(
+                (path, value, tuple(step.interval(path)), shown, TAKEN if path in step.taken else word)
+            )
             of.append(units[path].unit)
         for name, (value, draws, unit) in step.combinations.items():
             ends = np.quantile(draws, [0.025, 0.975]).tolist()
@@ -45,9 +47,12 @@ def identification_table(found: Identification) -> Table:
     return Table(
         f"Identified from '{found.opened.campaign.name}', {found.files_used} files{left}",
         (
-            "parameter", Column("value", ROW, 5), Column("95 % interval", ROW, 5), Column("half-width", "%", 2),
+            "parameter",
+            Column("value", ROW, 5),
+            Column("95 % interval", ROW, 5),
+            Column("half-width", "%", 2),
             "verdict",
-        ),  # fmt: skip
+        ),
         rows,
         [*open_ones, "; ".join(_landing(found))],
         [_data(found)],
