@@ -14,10 +14,9 @@ from tarsus.base.spec import Amount, MaybeAmount, quantity
 from tarsus.base.workers import Workers
 from tarsus.design.gait_unknowns import GaitUnknowns, Symmetry, gait_unknowns
 from tarsus.design.grounds import Grounds, Over
+from tarsus.design.judge import Risk
 from tarsus.design.request import OVER, RISK, SEED, Count, Problems, Seed, Settings, setting
-from tarsus.design.risk import Risk
-from tarsus.design.walk_objectives import WalkObjective, objectives_of
-from tarsus.design.walks import without_legs
+from tarsus.design.walks import WalkObjective, objectives_of, without_legs
 from tarsus.model.scene import Scene
 from tarsus.model.structure import Walker
 

@@ -10,16 +10,14 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.design.grounds import Grounds, corners
-from tarsus.design.judge import Judge, Look, Round
+from tarsus.design.judge import NOMINAL, Judge, Look, Risk, Round
 from tarsus.design.landing_request import LandingRequest
-from tarsus.design.polish import polish
 from tarsus.design.pulses import Family, families
-from tarsus.design.risk import NOMINAL, Risk
-from tarsus.design.settling import settled_periods
 from tarsus.design.target import Target
 from tarsus.design.touchdown_slopes import touchdown_pieces
 from tarsus.design.transfer import GENTLE, STARTS, Transfer, transfers
-from tarsus.design.trials import Trials
+from tarsus.design.trials import Trials, settled_periods
+from tarsus.fit.minimax import descend_pieces
 from tarsus.fit.valleys import Budget, Visited, follow_down, search
 
 __all__ = ["DENSE", "LandingSearch", "Signal"]
@@ -175,7 +173,7 @@ class LandingSearch:
         rounds = self._shortened(POLISHING)
         for row in visited.best(max(int(POLISHED * effort), 1), near=0.03):
             number = visited.numbers[row : row + 1]
-            point, least, _ = polish(
+            point, least, _ = descend_pieces(
                 lambda x, n=number: cost(np.repeat(n, len(x)), x),
                 lambda x, n=number: touchdown_pieces(
                     self.trials, step, self.target, choices, (int(n[0]), x), grounds

@@ -31,7 +31,7 @@ from tarsus.base.messages import nearest
 from tarsus.base.spec import Description, quantity_units, validate
 from tarsus.base.units import format_quantity
 from tarsus.design.grounds import Over, over_of
-from tarsus.design.risk import NOMINAL, WORST, Risk, risk_of
+from tarsus.design.judge import NOMINAL, WORST, Risk, risk_of
 from tarsus.files.tables import read_table
 from tarsus.model.scene import Scene
 

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.design.grounds import Grounds
-from tarsus.design.polish import CostPieces
 from tarsus.design.pulses import Family, Step
 from tarsus.design.target import LandingObjective, Target
 from tarsus.design.trials import Trials
+from tarsus.fit.minimax import CostPieces
 from tarsus.solve.gradients import GradientRun
 
 __all__ = ["touchdown_pieces"]

@@ -10,12 +10,11 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from tarsus.base.spec import float_paths
-from tarsus.design.adaptive import AdaptiveGait
-from tarsus.design.gait_files import gait_scene_names
-from tarsus.design.gait_fronts import GaitFront, GaitPoint
+from tarsus.design.adaptive_gait import AdaptiveGait
+from tarsus.design.gait_front import GaitFront, GaitPoint
 from tarsus.design.judge import CLOSED
 from tarsus.design.results import values_in_words
-from tarsus.design.walk_objectives import WalkObjective
+from tarsus.design.walks import WalkObjective
 from tarsus.files.store import write_text
 from tarsus.report.figures import Plate
 from tarsus.report.html import MISSING, Cell, Column, Markup, amount, number, page, table
@@ -34,7 +33,7 @@ def write_gait_report(design: GaitFront, folder: Path, *, play: bool = True) -> 
     pages = []
     if play:
         (folder / "gaits").mkdir(exist_ok=True)
-        for name, point in gait_scene_names(design):
+        for name, point in design.named:
             run: Any = simulate(design.scene_of(point, worst=True), design.request.duration)
             target = folder / "gaits" / f"{name}.html"
             write_text(target, report_html(run))
@@ -112,7 +111,7 @@ def _gaits(design: GaitFront, linked: bool) -> Markup:
     priced = any(one.priced for one in design.objectives)
     columns += [Column("energy with charge recovery")] if priced else []
     rows: list[list[Cell]] = []
-    for name, point in gait_scene_names(design):
+    for name, point in design.named:
         title = Markup('<a href="gaits/{0}.html">{0}</a>').format(name) if linked else name
         row: list[Cell] = [title, values_in_words(_few(point), units)]
         for j, one in enumerate(design.objectives):
@@ -188,4 +187,6 @@ def _hidden_figure(design: AdaptiveGait) -> Plate:
         axes.set_ylabel(f"reached ({scale.label})".removesuffix(" (1)"))
         sheet.legend(axes)
 
-    return plate(draw, f"{one.name.capitalize()} on the hidden grounds, over that of the gait that knows the ground.")
+    return plate(
+        draw, f"{one.name.capitalize()} on the hidden grounds, over that of the gait that knows the ground."
+    )

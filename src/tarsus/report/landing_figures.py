@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from tarsus.base.events import IMPACTS
 from tarsus.base.spec import float_paths, with_values
 from tarsus.design.energy import period_rises
-from tarsus.design.soft_landing import LandingDesign
+from tarsus.design.landing_design import LandingDesign
 from tarsus.report.figures import Plate, shade
 from tarsus.report.series import Series, last_turns
 from tarsus.report.sheet import Sheet, few_ticks, plate
@@ -123,7 +123,9 @@ def landing_zoom(pair: Pair) -> Plate:
                 label=f"{label}, hardest at {amount(hardest, 'm/s', 3)}",
             )  # fmt: skip
             bottom.plot(time, series["volts"][pair.drive][kept], color=color, drawstyle="steps-post")
-            top.plot([t / clock.step for t, _ in hits], np.zeros(len(hits)), "^", ms=4.5, mew=0.0, color=color)
+            top.plot(
+                [t / clock.step for t, _ in hits], np.zeros(len(hits)), "^", ms=4.5, mew=0.0, color=color
+            )
         top.axhline(0.0, color=INK, lw=0.6)
         top.set_ylabel(f"gap ({high.label})")
         bottom.set_ylabel("volts (V)")
@@ -181,7 +183,9 @@ def front(design: LandingDesign) -> Plate:
                 plain[own] / scale.step, speeds[own], "o", ms=4.0, mew=0.0, color=color, label=_pairs(pairs)
             )
         axes.set_ylim(bottom=0.0)
-        axes.set_xlabel(f"{'energy a period' if known else 'sum of squared rises'} ({pretty_unit(scale.label)})")
+        axes.set_xlabel(
+            f"{'energy a period' if known else 'sum of squared rises'} ({pretty_unit(scale.label)})"
+        )
         axes.set_ylabel("hardest touchdown (m/s)")
         sheet.legend(axes)
 

@@ -7,8 +7,7 @@ import pytest
 
 from tarsus.base.errors import InputError
 from tarsus.design.grounds import Grounds
-from tarsus.design.judge import Certificate, Judge, Look, excess
-from tarsus.design.risk import MEAN, NOMINAL, WORST, cvar, risk_of
+from tarsus.design.judge import MEAN, NOMINAL, WORST, Certificate, Judge, Look, cvar, excess, risk_of
 from tarsus.fit.unknowns import Unknowns
 
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from tarsus.design.arrivals import ArrivalLine, by_bits, by_scalars
 from tarsus.design.grounds import Grounds
 from tarsus.design.landing_request import LandingSettings, landing_request
+from tarsus.design.learning import ArrivalLine, by_bits, by_scalars
 from tarsus.design.pulses import families
 from tarsus.design.target import LandingObjective, Target
 from tarsus.design.touchdown_slopes import touchdown_pieces
