@@ -109,7 +109,7 @@ def gait(
     file, given = _asked(request, over, free=_free(free))
     the_scene = changes.scene(scene)
     target = pages.target(output, "design gait", (*FRONT_FILES, *KEPT_FILES), resume=resume)
-    options = settings_of(GaitSettings, file, given)
+    options = settings_of(GaitSettings, file, **given)
     gait_request(the_scene, options, options.risk)  # before a file is touched
     with (
         console.resumable(),

@@ -128,9 +128,9 @@ def adapt(
     InputError
         With every problem of the request.
     """
-    named = {"free": free, "over": over, "sense": sense, "objective": objective}
-    given = settings | {name: one for name, one in named.items() if one is not None}
-    options = settings_of(AdaptSettings, request, given)
+    options = settings_of(
+        AdaptSettings, request, free=free, over=over, sense=sense, objective=objective, **settings
+    )
     problems = Problems()
     senses = problems.tried(lambda: senses_of(options.sense)) or ()
     if not options.over:

@@ -118,14 +118,12 @@ def gait(
     InputError
         With every problem of the request.
     """
-    named = {"free": free, "objective": objective, "over": over, "risk": risk}
-    given = settings | {name: one for name, one in named.items() if one is not None}
-    options = settings_of(GaitSettings, request, given)
+    options = settings_of(
+        GaitSettings, request, free=free, objective=objective, over=over, risk=risk, **settings
+    )
     asked = gait_request(as_scene(scene), options, options.risk, threads)
-    store = RunStore()
-    if folder is not None:
-        texts = {**scene_texts(asked.scene), "request.txt": "\n".join(asked.lines) + "\n"}
-        store = RunStore.open(folder, texts, resume=resume, what="design")
+    texts = {**scene_texts(asked.scene), "request.txt": asked.text}
+    store = RunStore.open(folder, texts, resume=resume, what="design", values=asked.numbers)
     return _GaitSearch(asked, options, store, progress or (lambda done, total, what: None)).design()
 
 

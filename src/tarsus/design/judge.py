@@ -262,13 +262,12 @@ class Judge:
     def close_gap(
         self,
         improve: Callable[[Grounds], Floats],
-        rows: Floats,
+        rows: Floats | None,
         grounds: Grounds,
         look: Look,
         rounds: int,
         what: str,
-        decisive: int | None = None,
-    ) -> tuple[Grounds, list[Round], list[tuple[Floats, Attack]]]:
+    ) -> tuple[Grounds, list[Round], Floats]:
         """Cutting planes until the gap is closed, or for so many rounds.
 
         Parameters
@@ -276,31 +275,31 @@ class Judge:
         improve
             From active grounds to the candidates (k, nx) that are best on them, the best first.
         rows
-            Candidates to begin with, before anything was searched.
-        decisive
-            How many of the first candidates must have no gap; all unless given.
+            Candidates whose worst grounds are to be active from the beginning, if any.
 
         Returns
         -------
         tuple
-            The active grounds, the rounds, and the candidates that `improve` made with what hurts them, round by round.
+            The active grounds, the rounds, and the candidate (nx,) of `improve` whose first objective was hurt least.
         """
         history: list[Round] = []
-        made: list[tuple[Floats, Attack]] = []
-        for number in range(rounds + 1):
-            found = self.attack(rows, look)
-            known = self.costs(rows, grounds).max(axis=1)
-            gaps = excess(known, found.costs)
-            gap = float(gaps[:decisive].max())
-            history.append(Round(what, len(grounds), gap, float(known[0, 0]), float(found.costs[0, 0])))
-            if number:
-                made.append((rows, found))
-                if gap <= CLOSED or number == rounds:
-                    break
-            if gap > CLOSED:
-                grounds = grounds.with_more(self.hurting(found.grounds, gaps))
-            rows = improve(grounds)
-        return grounds, history, made
+        best, least = np.zeros(0), np.inf
+        number = 0
+        while True:
+            if rows is not None:
+                found = self.attack(rows, look)
+                known = self.costs(rows, grounds).max(axis=1)
+                gaps = excess(known, found.costs)
+                gap = float(gaps.max())
+                history.append(Round(what, len(grounds), gap, float(known[0, 0]), float(found.costs[0, 0])))
+                leader = int(np.argmin(found.costs[:, 0]))
+                if number and (found.costs[leader, 0] < least or not len(best)):
+                    best, least = rows[leader], found.costs[leader, 0]
+                if number and (gap <= CLOSED or number == rounds):
+                    return grounds, history, best
+                if gap > CLOSED:
+                    grounds = grounds.with_more(self.hurting(found.grounds, gaps))
+            rows, number = improve(grounds), number + 1
 
 
 def excess(known: Floats, found: Floats) -> Floats:

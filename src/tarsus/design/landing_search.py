@@ -14,7 +14,7 @@ from tarsus.design.judge import NOMINAL, Judge, Look, Risk, Round
 from tarsus.design.landing_request import LandingRequest
 from tarsus.design.pulses import Family, families
 from tarsus.design.target import Target
-from tarsus.design.touchdown_slopes import touchdown_pieces
+from tarsus.design.target import touchdown_pieces
 from tarsus.design.transfer import GENTLE, STARTS, Transfer, transfers
 from tarsus.design.trials import Trials, settled_periods
 from tarsus.fit.minimax import descend_pieces
@@ -194,8 +194,8 @@ class LandingSearch:
             self.progress(done, 2 * self.request.pairs, f"{pairs} pairs, {len(grounds)} grounds")
             judged = [found[-1], nominal[pairs]]
             if planes:
-                grounds, rounds, more = self._planes(pairs, nominal[pairs], grounds)
-                judged += more
+                grounds, rounds, best = self._planes(pairs, grounds)
+                judged.append(best)
                 scores = [self.judge.attack(one.rows, COMPARED).costs[0, 0] for one in judged]
             else:
                 self._again(pairs, grounds, self.budget(pairs, 0.5), 24)
@@ -217,9 +217,7 @@ class LandingSearch:
         self.visited[pairs] = choices, again
         self._polish(pairs, grounds, self.request.risk)
 
-    def _planes(
-        self, pairs: int, begun: Signal, grounds: Grounds
-    ) -> tuple[Grounds, list[Round], list[Signal]]:
+    def _planes(self, pairs: int, grounds: Grounds) -> tuple[Grounds, list[Round], Signal]:
         """Cutting planes: the grounds, the rounds, and the design that was hurt least in all of them."""
         shares = iter([(0.8, 32)])
 
@@ -228,15 +226,5 @@ class LandingSearch:
             self._again(pairs, active, self.budget(pairs, share), count)
             return np.stack([one.row for one in self._signals(pairs, ATTACKED)])
 
-        grounds, rounds, made = self.judge.close_gap(
-            improve, begun.rows, grounds, BETWEEN, ROUNDS, f"{pairs} pairs", decisive=1
-        )
-        _, row = min(
-            (
-                (float(cost), row)
-                for rows, found in made
-                for row, cost in zip(rows, found.costs[:, 0], strict=True)
-            ),
-            key=lambda one: one[0],
-        )
-        return grounds, rounds, [Signal(row, pairs)]
+        grounds, rounds, row = self.judge.close_gap(improve, None, grounds, BETWEEN, ROUNDS, f"{pairs} pairs")
+        return grounds, rounds, Signal(row, pairs)

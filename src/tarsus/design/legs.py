@@ -233,9 +233,7 @@ def leg(
     InputError
         If the bounds are not in order, or no leg within them carries the load and answers with a peak.
     """
-    named = {"shortest": shortest, "longest": longest, "load": load}
-    given = settings | {name: one for name, one in named.items() if one is not None}
-    options = settings_of(LegSettings, request, given)
+    options = settings_of(LegSettings, request, shortest=shortest, longest=longest, load=load, **settings)
     low, high = options.shortest, options.longest
     if not low < high:
         raise InputError(f"lengths must have shortest < longest, got {low:g} m and {high:g} m")

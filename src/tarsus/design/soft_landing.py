@@ -75,8 +75,7 @@ def landing(
         With every problem of the request: an unknown foot, levels beyond the drive's law, an empty box, a foot that
         never lands.
     """
-    given = settings | ({} if foot is None else {"foot": foot})
-    options = settings_of(LandingSettings, request, given)
+    options = settings_of(LandingSettings, request, foot=foot, **settings)
     search = LandingSearch(landing_request(as_scene(scene), options, threads), progress)
     design = _designed(search)
     if options.learn:
@@ -105,8 +104,7 @@ def learn(
     InputError
         For no steps, and for another sensor.
     """
-    given = {"learn": steps} | ({} if sensor is None else {"sensor": sensor})
-    options = settings_of(LandingSettings, {**dict(design.request.options), **given})
+    options = settings_of(LandingSettings, dict(design.request.options), learn=steps, sensor=sensor)
     search = LandingSearch(replace(design.request, options=options, threads=threads))
     return _learned(search, design.signal, steps)
 
