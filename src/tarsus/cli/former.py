@@ -23,9 +23,14 @@ DESIGNS = {
 """Options of earlier `tarsus design` that are settings of its request now."""
 
 OPTIONS = {
+    "recommend --hz": '`--vary hz="5, 15"`',
+    "recommend --volts": '`--vary volts="4, 6"`',
+    "recommend --ramp": '`--vary ramp="0, 0.25"`',
+    "recommend --gap": '`--vary gap="70 um, 90 um"`',
     "--dask": "`--on dask:ADDRESS`, or `--on dask:local`",
     "sweep --slurm": "`--on slurm:partition=main,time=1:00:00,tasks=100`",
     "sweep --tasks": "`--on array:tasks=N`, or `--on slurm:...,tasks=N`",
+    "sweep --status": "`tarsus show DIR`",
     "sweep --task": "`python -m tarsus.cli.task DIR NUMBER ARRAY`, as the array's script does",
     "sweep --submission": "`python -m tarsus.cli.task DIR NUMBER ARRAY`, as the array's script does",
     "yield --dead": "`--scatter dead=0:5`",

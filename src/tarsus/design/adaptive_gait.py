@@ -15,7 +15,7 @@ from tarsus.design.gait_request import GaitRequest
 from tarsus.design.grounds import Grounds
 from tarsus.design.results import DesignResult, csv_text, units_of
 from tarsus.files.jsontext import json_text
-from tarsus.files.store import package_version
+from tarsus.files.version import package_version
 from tarsus.tables.numbers import interval, percent
 from tarsus.tables.table import Column, Table
 

@@ -16,8 +16,8 @@ from tarsus.design.judge import Certificate, Round
 from tarsus.design.results import DesignResult, csv_text, units_of
 from tarsus.design.walks import WalkObjective, Walks
 from tarsus.files.jsontext import json_text
-from tarsus.files.store import package_version
 from tarsus.files.toml import scene_text
+from tarsus.files.version import package_version
 from tarsus.fit.front import hypervolume, undominated
 from tarsus.model.scene import Scene
 from tarsus.tables.numbers import amount, percent

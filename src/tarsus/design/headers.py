@@ -1,5 +1,5 @@
-"""Designs for a microcontroller: whole ticks of a timer, chosen among the neighbours of the exact times by what they cost,
-whole millivolts, and C headers with a digest."""
+"""Designs for a microcontroller: whole ticks of a timer, chosen among the neighbours of the exact times by what they
+cost, whole millivolts, and C headers with a digest."""
 
 from __future__ import annotations
 

@@ -21,7 +21,8 @@ from tarsus.fit.unknowns import Unknowns
 from tarsus.fit.valleys import shorter_steps
 
 __all__ = [
-    "CLOSED", "MEAN", "NOMINAL", "WORST", "Attack", "Certificate", "Judge", "Look", "Risk", "Round", "cvar", "excess", "risk_of",
+    "CLOSED", "MEAN", "NOMINAL", "WORST", "Attack", "Certificate", "Judge", "Look", "Risk", "Round", "cvar", "excess",
+    "risk_of",
 ]  # fmt: skip
 
 Floats = NDArray[np.float64]
@@ -245,8 +246,8 @@ class Judge:
         return self.each(np.repeat(rows, m, axis=0), grounds).reshape(k, m, -1)
 
     def hurting(self, grounds: Floats, gaps: Floats) -> Floats:
-        """Of the grounds (k, no, np) of an attack those (n, np) with the largest gaps (k, no), at most `MORE`, no two of
-        them near each other."""
+        """Of the grounds (k, no, np) of an attack those (n, np) with the largest gaps (k, no), at most `MORE`, no two
+        of them near each other."""
         assert isinstance(self.over, Unknowns)
         flat, size = grounds.reshape(-1, len(self.over)), gaps.ravel()
         cube, chosen = self.over.cube(flat), []

@@ -17,8 +17,8 @@ from tarsus.design.learning import Learning
 from tarsus.design.results import DesignResult, csv_text
 from tarsus.design.trials import Landings, Regime
 from tarsus.files.jsontext import json_text
-from tarsus.files.store import package_version
 from tarsus.files.toml import scene_text
+from tarsus.files.version import package_version
 from tarsus.model.drive.waveforms import OnOff
 from tarsus.model.scene import Scene, override
 from tarsus.tables.numbers import amount

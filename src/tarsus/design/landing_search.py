@@ -13,8 +13,7 @@ from tarsus.design.grounds import Grounds, corners
 from tarsus.design.judge import NOMINAL, Judge, Look, Risk, Round
 from tarsus.design.landing_request import LandingRequest
 from tarsus.design.pulses import Family, families
-from tarsus.design.target import Target
-from tarsus.design.target import touchdown_pieces
+from tarsus.design.target import Target, touchdown_pieces
 from tarsus.design.transfer import GENTLE, STARTS, Transfer, transfers
 from tarsus.design.trials import Trials, settled_periods
 from tarsus.fit.minimax import descend_pieces

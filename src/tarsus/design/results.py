@@ -11,7 +11,7 @@ from typing import Any
 
 from tarsus.base.spec import float_paths
 from tarsus.base.units import format_quantity
-from tarsus.files.store import write_text
+from tarsus.files.whole import write_text
 from tarsus.model.scene import Scene
 from tarsus.tables.table import Table
 

@@ -1,5 +1,5 @@
-"""What a landing is wanted to be: its measure, what it may not give up for it, and exact slopes of every touchdown along
-the unknowns, on every ground."""
+"""What a landing is wanted to be: its measure, what it may not give up for it, and exact slopes of every touchdown
+along the unknowns, on every ground."""
 
 from __future__ import annotations
 

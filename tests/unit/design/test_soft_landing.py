@@ -121,8 +121,8 @@ def test_no_name_ends_a_comment(quick):
 
 
 def test_the_page_draws_before_and_after(quick):
-    from tarsus.report.html import amount
     from tarsus.report.landing_page import landing_html
+    from tarsus.tables.numbers import amount
 
     page = landing_html(quick)
     assert page.count("<b>Figure ") == 3 and "before: plain step" in page and "after: designed" in page
