@@ -262,12 +262,12 @@ class Simulator:
                         break
                     low = t
             if first is not None:
-                self.descend_pieces(before, first, watches[first[1]])
+                self.polish(before, first, watches[first[1]])
                 return first[1]
         self.time, self.z, self.fresh = stop, solver.y, [False] * self.m
         return None
 
-    def descend_pieces(
+    def polish(
         self, before: tuple[float, np.ndarray], first: tuple[float, tuple[int, str]], watch: Callable
     ) -> None:
         """Integrate straight to where the event was seen, and correct it by the motion there."""

@@ -133,7 +133,7 @@ class _Roots:
         return excess, place, np.where(over, 1.0, -1.0)
 
 
-def descend_pieces(problem: Problem, archive: Archive, branch: int, start: Floats, rounds: int) -> Found:
+def polish(problem: Problem, archive: Archive, branch: int, start: Floats, rounds: int) -> Found:
     """Go down from a point (nu,) of the cube in a branch, by at most so many steps; what is visited is kept in the
     archive."""
     fit = BranchFit(problem, archive, problem.branches[branch])

@@ -246,7 +246,7 @@ def search_branches(
     archive.ahead = sets_ahead(search, POLISH, len(polished))
     for b in polished if search.polish and problem.slopes else ():
         points, costs = costs_at(problem, archive, b)
-        descend_pieces(problem, archive, b, points[int(np.argmin(costs))], search.polish)
+        polish(problem, archive, b, points[int(np.argmin(costs))], search.polish)
         best[b] = float(costs_at(problem, archive, b)[1].min())
     near, scale = _near(problem, archive, kept, best, search)
     archive.ahead = sets_ahead(search, CHAIN, len(near))

@@ -83,7 +83,7 @@ def test_the_polish_reaches_the_truth_in_few_sets_and_is_read_back(tmp_path):
     one = lowered(tmp_path).problem
     average = next(n for n, branch in enumerate(one.branches) if branch.options["height"] == "average")
     archive = Archive(one)
-    found = descend_pieces(one, archive, average, one.unknowns.cube(np.array([0.81, 0.57])), 12)
+    found = polish(one, archive, average, one.unknowns.cube(np.array([0.81, 0.57])), 12)
     assert found.values["e"] == pytest.approx(0.8, rel=2e-3) and found.values["push"] == pytest.approx(
         0.6, rel=0.02
     )
