@@ -10,8 +10,7 @@ from tarsus.design.grounds import Grounds
 from tarsus.design.landing_request import LandingSettings, landing_request
 from tarsus.design.learning import ArrivalLine, by_bits, by_scalars
 from tarsus.design.pulses import families
-from tarsus.design.target import LandingObjective, Target
-from tarsus.design.target import touchdown_pieces
+from tarsus.design.target import LandingObjective, Target, touchdown_pieces
 from tarsus.design.transfer import Transfer, _Aim, transfers
 from tarsus.design.trials import Landings, Trials
 
