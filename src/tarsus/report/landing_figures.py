@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from tarsus.base.events import IMPACTS
 from tarsus.base.spec import float_paths, with_values
 from tarsus.design.energy import period_rises
-from tarsus.design.soft_landing import LandingDesign
+from tarsus.design.landing_design import LandingDesign
 from tarsus.report.figures import shade
 from tarsus.report.pages import Plate
 from tarsus.report.series import Series, last_turns
