@@ -24,11 +24,13 @@ from numpy.typing import NDArray
 
 from tarsus.base.events import IMPACTS
 from tarsus.files.library import load_scene
-from tarsus.model.drive.laws import LinearForce
-from tarsus.model.drive.waveforms import Square
-from tarsus.model.laws import Adhesion, Film, Restitution
+from tarsus.model.drive.laws.linear import LinearForce
+from tarsus.model.drive.waveforms.square import Square
+from tarsus.model.laws.adhesion import Adhesion
+from tarsus.model.laws.film import Film
+from tarsus.model.laws.restitution import Restitution
 from tarsus.model.scene import Drive, Foot, Ground, PointLoad, Robot, Scene
-from tarsus.model.structure import Lumped
+from tarsus.model.structure.lumped import Lumped
 from tarsus.plan.lowering import Plan, lower_scene
 from tarsus.plan.slots import rows_of
 from tarsus.solve.batch import simulate_batch
