@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.identify.adhesion import identify_adhesion
-from tarsus.identify.campaign import Opened, Reading, read_campaign
+from tarsus.identify.campaign import Opened, RecordFile, read_campaign
 from tarsus.identify.contact_film import film_by_impacts
 from tarsus.identify.draws import DRAWS
 from tarsus.identify.electrostatics import identify_close
@@ -34,7 +34,7 @@ from tarsus.records.excluded import Excluded
 from tarsus.records.purpose import Purpose
 from tarsus.tables.table import Table
 
-__all__ = ["Chain", "Identification", "identify"]
+__all__ = ["Identification", "StepRunner", "identify"]
 
 Floats = NDArray[np.float64]
 Progress = Callable[[int, int, str], None]
@@ -58,7 +58,7 @@ class Identification:
     comparisons: held-out records; in_air: those with the drive of the bounces; shifts of the zero; remarks; seconds."""
 
     opened: Opened
-    readings: tuple[Reading, ...]
+    readings: tuple[RecordFile, ...]
     left_out: tuple[Excluded, ...]
     steps: dict[str, StepResult]
     not_done: tuple[NotDone, ...]
@@ -108,7 +108,7 @@ class Identification:
 
 
 @dataclass
-class Chain:
+class StepRunner:
     """Runs the steps; what it has found so far.
 
     Parameters
@@ -194,7 +194,7 @@ class Chain:
         self.evidence.find_ground()
 
     @property
-    def readings(self) -> list[Reading]:
+    def readings(self) -> list[RecordFile]:
         """Every file."""
         return self.evidence.readings
 
@@ -424,7 +424,7 @@ class Chain:
 
     def _again(self, model: FootModel, path: str | None, force: float) -> dict[str, float]:
         """Parameters with another model, and the drive's force at one path moved after the loops."""
-        other = Chain(replace(self.opened, model=model), self.seed)
+        other = StepRunner(replace(self.opened, model=model), self.seed)
         other.evidence = replace(self.evidence, opened=other.opened, remarks=[])
         other.resonances = self.resonances
         other.steps["resonances"], other.film = self.steps["resonances"], self.film
@@ -449,7 +449,7 @@ class Chain:
         rest = model.static_load * float(model.law.force(np.zeros(1), model.history)[0])
         return -model.normal * (model.gap + rest)
 
-    def _of(self, purpose: Purpose) -> list[Reading]:
+    def _of(self, purpose: Purpose) -> list[RecordFile]:
         names = {name for name, _ in self.opened.sets(purpose)}
         return [one for one in self.readings if one.set in names]
 
@@ -516,4 +516,4 @@ def identify(
         With every problem of the campaign; if no step could be done at all, with every reason.
     """
     opened = campaign if isinstance(campaign, Opened) else read_campaign(campaign)
-    return Chain(opened, seed, progress).run()
+    return StepRunner(opened, seed, progress).run()
