@@ -19,7 +19,7 @@ from tarsus.design.risk import Risk
 from tarsus.design.walk_objectives import WalkObjective, objectives_of
 from tarsus.design.walks import without_legs
 from tarsus.model.scene import Scene
-from tarsus.model.structure.walker import Walker
+from tarsus.model.structure import Walker
 
 __all__ = ["AdaptSettings", "GaitRequest", "GaitSettings", "gait_request"]
 

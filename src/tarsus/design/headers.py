@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from tarsus.base.errors import InputError
 from tarsus.design.timer import in_comment, in_ticks
-from tarsus.model.drive.waveforms.on_off import OnOff
+from tarsus.model.drive.waveforms import OnOff
 from tarsus.model.scene import Scene
 
 if TYPE_CHECKING:

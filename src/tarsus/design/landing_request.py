@@ -22,9 +22,8 @@ from tarsus.design.request import OVER, RISK, SEED, Problems, Seed, Settings, se
 from tarsus.design.risk import Risk
 from tarsus.design.target import LandingObjective
 from tarsus.design.timer import in_ticks
-from tarsus.model.drive.laws.linear import LinearForce
-from tarsus.model.drive.waveforms.constant import Constant
-from tarsus.model.drive.waveforms.on_off import OnOff
+from tarsus.model.drive.laws import LinearForce
+from tarsus.model.drive.waveforms import Constant, OnOff
 from tarsus.model.robot import Drive
 from tarsus.model.scene import Scene
 from tarsus.solve.batch import simulate_batch

@@ -14,7 +14,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.model.drive.waveforms.on_off import OnOff
+from tarsus.model.drive.waveforms import OnOff
 
 __all__ = ["Family", "Levels", "OwnStep", "Step", "families"]
 

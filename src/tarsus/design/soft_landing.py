@@ -25,7 +25,7 @@ from tarsus.design.trials import Landings
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.fit.front import undominated
 from tarsus.fit.unknowns import Unknowns
-from tarsus.model.drive.waveforms.on_off import OnOff
+from tarsus.model.drive.waveforms import OnOff
 from tarsus.model.scene import Scene, override
 from tarsus.tables.table import Table
 

@@ -21,7 +21,7 @@ from tarsus.design.pulses import Family, OwnStep, Step
 from tarsus.design.trials import Trials
 from tarsus.fit.valleys import even_points
 from tarsus.model.drive.lower import evaluate, lower
-from tarsus.model.drive.waveforms.on_off import OnOff
+from tarsus.model.drive.waveforms import OnOff
 from tarsus.model.scene import Scene
 from tarsus.plan.lowering import lower_system
 

@@ -15,7 +15,7 @@ from tarsus.base.events import IMPACTS
 from tarsus.base.spec import with_values
 from tarsus.base.workers import Workers
 from tarsus.design.grounds import Grounds
-from tarsus.model.drive.waveforms.on_off import OnOff
+from tarsus.model.drive.waveforms import OnOff
 from tarsus.model.scene import Scene
 from tarsus.solve.codes import EventColumns
 from tarsus.solve.gradients import GradientBatch, GradientRun

@@ -16,7 +16,7 @@ from tarsus.design.energy import RECOVERY
 from tarsus.design.gait_unknowns import GaitUnknowns
 from tarsus.design.walk_objectives import WalkObjective
 from tarsus.measure.switching import charging_energy
-from tarsus.model.drive.waveforms.constant import Constant
+from tarsus.model.drive.waveforms import Constant
 from tarsus.model.scene import Scene
 from tarsus.solve.session import Session
 

@@ -9,11 +9,10 @@ from importlib.metadata import PackageNotFoundError, version
 import numpy as np
 
 from tarsus.files.library import device_names, load_scene
-from tarsus.model.laws.gravity import Gravity
-from tarsus.model.laws.restitution import Restitution
+from tarsus.model.laws import Gravity, Restitution
 from tarsus.model.robot import Foot, Robot
 from tarsus.model.scene import Ground, Scene
-from tarsus.model.structure.lumped import Lumped
+from tarsus.model.structure import Lumped
 from tarsus.solve.engine import BUILT
 from tarsus.solve.simulate import simulate
 from tarsus.tables.numbers import spaced

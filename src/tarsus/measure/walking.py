@@ -18,7 +18,7 @@ from tarsus.measure.segments import Floats, Rows, firsts, largest, owners, place
 from tarsus.measure.switching import charging_energy
 from tarsus.measure.table import Judged, Judgement, RunTable
 from tarsus.measure.whole import in_whole_run
-from tarsus.model.structure.walker import Walker
+from tarsus.model.structure import Walker
 
 __all__ = ["STANDSTILL", "measured", "measures_of", "walk_statistics"]
 

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from tarsus.base.errors import InputError
 from tarsus.base.events import CONTACT_BEGINS, EventKind
 from tarsus.base.spec import with_values
-from tarsus.model.drive.waveforms.constant import Constant
+from tarsus.model.drive.waveforms import Constant
 from tarsus.plan.lowering import Plan, lower_scene
 from tarsus.plan.slots import Rows, rows_for, rows_of, slot
 from tarsus.solve.engine import Accuracy, ModeBook, book_of, execute, settings_of, structure_key

@@ -20,7 +20,7 @@ from tarsus.files.store import RunLike, read_run
 from tarsus.files.whole import written_whole
 from tarsus.model.laws.userfile import laws_of
 from tarsus.model.scene import Scene
-from tarsus.model.structure.walker import Walker
+from tarsus.model.structure import Walker
 from tarsus.report.motion import Motion, motion_of
 from tarsus.report.stage import BACK, LIFT, Stage, stage_of
 from tarsus.report.style import INK, MUTED

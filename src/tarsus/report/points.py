@@ -6,7 +6,7 @@ import numpy as np
 from markupsafe import Markup
 
 from tarsus.files.store import RunLike
-from tarsus.model.structure.beam import Beam
+from tarsus.model.structure import Beam
 from tarsus.report.packing import packed, packed_times, script_text
 from tarsus.report.pages import rendered
 from tarsus.report.series import Series, Window

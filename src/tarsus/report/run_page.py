@@ -16,7 +16,7 @@ from tarsus.base.spec import float_paths
 from tarsus.files.store import EVENTS_FILE, RunLike
 from tarsus.files.summary import about, account, deviation, measures_summary
 from tarsus.impacts.energy import creation_warning
-from tarsus.model.structure.walker import Walker
+from tarsus.model.structure import Walker
 from tarsus.report import figures, walk_figures
 from tarsus.report.motion import motion_of, whole_motion
 from tarsus.report.pages import Plate, page, rendered, write_page

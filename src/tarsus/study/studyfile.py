@@ -11,8 +11,7 @@ from tarsus.files.installed import study_path
 from tarsus.files.library import flat_values, scene_of_study
 from tarsus.files.tables import FileKind, expect, read_table
 from tarsus.files.toml import LAW_FOLDER, SCENE_FILE, STUDY_FILE, scene_texts
-from tarsus.model.laws.base import Law
-from tarsus.model.laws.userfile import load_laws
+from tarsus.model.laws import Law, load_laws
 from tarsus.study.sweep import Sweep
 
 __all__ = ["frozen_sweep", "frozen_texts", "load_sweep", "read_sweep", "stored_texts"]

@@ -13,11 +13,10 @@ from tarsus.files.toml import description_text, write_scene
 from tarsus.files.whole import write_text
 from tarsus.identify.campaign import Campaign, RecordSet
 from tarsus.identify.known import PLACEHOLDER
-from tarsus.model.drive.laws.linear import LinearForce
+from tarsus.model.drive.laws import LinearForce
 from tarsus.model.drive.laws.prandtl_ishlinskii import PrandtlIshlinskii
 from tarsus.model.scene import ModalLoad, Provenance, Scene, Source
-from tarsus.model.structure.beam import Beam
-from tarsus.model.structure.modal import Modal
+from tarsus.model.structure import Beam, Modal
 from tarsus.records.measurement import Measurement
 from tarsus.records.readers.choices import ChannelChoice
 from tarsus.synthesis.record_files import write_csv, write_hdf, write_mat, write_polytec, write_uff

@@ -17,12 +17,7 @@ from scipy.linalg import eigh
 from tarsus.base.errors import InputError
 from tarsus.base.events import EventKind
 from tarsus.base.spec import float_paths, with_values
-from tarsus.model.drive.waveforms import Waveform
-from tarsus.model.drive.waveforms.ramped_square import RampedSquare
-from tarsus.model.drive.waveforms.sampled import Sampled
-from tarsus.model.drive.waveforms.sine import Sine
-from tarsus.model.drive.waveforms.square import Square
-from tarsus.model.drive.waveforms.swept_sine import SweptSine
+from tarsus.model.drive.waveforms import RampedSquare, Sampled, Sine, Square, SweptSine, Waveform
 from tarsus.model.scene import Scene
 from tarsus.model.standing import rest_state
 from tarsus.records.measurement import Channel, Measurement, Quantity
