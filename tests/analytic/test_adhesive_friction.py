@@ -55,7 +55,7 @@ def test_adhesion_that_grows_stops_a_slide() -> None:
     assert run.events["time"][run.events["kind"] == STICK] == pytest.approx([stop], rel=1e-12)
 
 
-def test_a_blow_takes_nothing_along_the_ground() -> None:
+def test_an_impact_takes_nothing_along_the_ground() -> None:
     scene = ts.with_values(moving(held(), block_x=0.5), {"robot.feet.block.gap": 1e-5})
     run = ts.simulate(scene, duration=5e-3)
     assert run.events["kind"].tolist() == [CAPTURE]

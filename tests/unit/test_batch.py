@@ -240,7 +240,7 @@ def test_threads_are_as_many_as_the_process_may_use():
     ],
     ids=["modes", "delayed", "legs"],
 )  # fmt: skip
-def test_a_run_of_a_batch_tells_its_motion_and_where_its_energy_went(make, vary):
+def test_a_run_of_a_batch_has_its_motion_and_where_its_energy_went(make, vary):
     """It is made once more, the same step for step, and agrees with the changed scene's own run."""
     batch = ts.simulate_batch(make(), vary, DURATION)
     for i in range(len(batch)):

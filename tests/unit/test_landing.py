@@ -72,8 +72,8 @@ def test_the_pull_as_printed_needs_points_that_are_coordinates(shapes):
         ts.with_values(other, {"ground": ts.Ground(landing=rule)})
     with pytest.raises(ts.InputError, match=r"ground\.landing: .*K_pp.*cannot stand for the 2 coordinates"):
         ts.with_values(other, {"ground": ts.Ground(landing=RULES[2])})
-    told = ts.with_values(two_modes(foot=(1.0, 1.0), hip=(2.0, 1.0)), {"ground": ts.Ground(landing=RULES[2])})
-    np.testing.assert_allclose(told.robot.structure.alone("foot"), [-1.0, 2.0], rtol=1e-12)
+    right = ts.with_values(two_modes(foot=(1.0, 1.0), hip=(2.0, 1.0)), {"ground": ts.Ground(landing=RULES[2])})
+    np.testing.assert_allclose(right.robot.structure.alone("foot"), [-1.0, 2.0], rtol=1e-12)
 
 
 def test_coordinates_that_are_points_stand_for_themselves():

@@ -141,7 +141,7 @@ def test_names_of_the_whole_run_begin_alike():
     )
 
 
-def test_feet_are_told_apart():
+def test_each_foot_has_its_own():
     events = np.concatenate([table((0.5, CAPTURE, 1e-6, 0.1)), table((0.8, CAPTURE, 3e-6, 0.2))])
     events["foot"] = [0, 1]
     run = Hand(events, 1.0, 1.0, ("a", "b"))

@@ -69,14 +69,14 @@ def test_every_problem_is_said_at_once():
         Measurement((Channel("foot", Quantity.VELOCITY, noise=0.0),), [[0.0, 1.0]], 1.0)
 
 
-def test_an_unknown_channel_is_told_with_the_nearest():
+def test_an_unknown_channel_is_reported_with_the_nearest():
     with pytest.raises(ts.InputError, match="no channel 'food'; did you mean 'foot'"):
         _ = Measurement((FOOT,), [[0.0, 1.0]], 1.0)["food"]
     with pytest.raises(ts.InputError, match="no sample lies between"):
         Measurement((FOOT,), [[0.0, 1.0]], 1.0).between(3.0, 4.0)
 
 
-def test_clipped_channels_are_told():
+def test_clipped_channels_are_reported():
     record = Measurement((FOOT,), [[0.0, 0.5, -0.5, 0.1]], 1e-3)
     assert record.clipped() == ("channel 'foot' is clipped: 2 of 4 samples reach the full scale of 0.5 m/s",)
     assert Measurement((LEG,), [[0.0, 0.5]], 1e-3).clipped() == ()
