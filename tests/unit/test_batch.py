@@ -22,7 +22,7 @@ from tarsus.solve import Batch, ResultCode
 from tarsus.study import bench
 
 SCENES = Path(__file__).parent.parent / "scenes"
-FILM, VOLTS, HERTZ = "ground.film.coefficient", "signals.pzt.amplitude", "signals.pzt.frequency"
+FILM, VOLTS = "ground.film.coefficient", "signals.pzt.amplitude"
 DURATION = 0.03
 
 
