@@ -74,13 +74,13 @@ def test_what_a_law_may_not_contain_is_a_sentence(body, said, below, tmp_path):
 
 
 def test_a_law_has_a_source():
-    with pytest.raises(InputError, match="a lambda is not a law; write the function with 'def'"):
+    with pytest.raises(InputError, match="a lambda is not a law"):
         translate(lambda x: x)
-    with pytest.raises(InputError, match="a law is a plain function written with 'def'"):
+    with pytest.raises(InputError, match="plain function"):
         translate(math.sqrt)
     space: dict[str, Callable[..., float]] = {}
     exec("def unseen(x):\n    return x", space)
-    with pytest.raises(InputError, match="unseen: its source cannot be read; write the law in a file"):
+    with pytest.raises(InputError, match="unseen: its source cannot be read"):
         translate(space["unseen"])
 
 
@@ -92,7 +92,7 @@ def test_a_file_changed_since_it_was_loaded_is_not_read_as_the_law(tmp_path, mon
     springs = importlib.import_module("springs")
     before = translate(springs.spring)
     file.write_text(text.replace("2.0 * gap", "3.0 * gap").replace("5.0", "6.0"))
-    with pytest.raises(InputError, match="its file has changed since it was loaded; load it again"):
+    with pytest.raises(InputError, match="its file has changed"):
         translate(springs.other)
     assert before.constants.tolist() == [2.0]
     assert translate(springs.spring) == before, "what was read once stays what it was"

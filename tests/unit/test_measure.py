@@ -124,13 +124,13 @@ def test_no_event_at_all():
     assert measures["contact_duration"].value == 0.0 and measures["bounces"].value == 0.0
     assert np.isnan(measures["peak"].value) and np.isnan(measures["hardest_impact"].value)
     assert measures.bounces.definition.startswith("bounces per drive period: flights from a touchdown")
-    with pytest.raises(AttributeError, match="there is no measure 'nonsense'; valid names are 'bounces', "):
+    with pytest.raises(AttributeError, match="no measure 'nonsense'"):
         _ = measures.nonsense
 
 
 def test_a_measure_that_was_renamed_says_its_present_name():
     measures = whole_run_statistics(Hand(table(), 1.0, 0.25))
-    with pytest.raises(KeyError, match="no measure 'all_rebounds'; did you mean 'total_rebounds_any_height'"):
+    with pytest.raises(KeyError, match="did you mean 'total_rebounds_any_height'"):
         measures["all_rebounds"]
     assert "all_rebounds" not in measures and "total_rebounds_any_height" in measures
 

@@ -235,7 +235,7 @@ def test_devices_files_and_durations_are_taken_as_files_say_them(tmp_path):
     assert ts.Session("cantilever").run({}, "10 ms").events["time"][0] == pytest.approx(
         plain.events["time"][0]
     )
-    with pytest.raises(InputError, match="no device is called 'cantlever'; did you mean 'cantilever'"):
+    with pytest.raises(InputError, match="did you mean 'cantilever'"):
         ts.simulate("cantlever")
     with pytest.raises(InputError, match=r"duration: .*'10 mm'"):
         ts.simulate("cantilever", "10 mm")
