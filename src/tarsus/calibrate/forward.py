@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.base.spec import with_values
+from tarsus.base.spec import get_value, with_values
 from tarsus.base.workers import Workers, is_executor, spread, workers
 from tarsus.calibrate.description import Sampling
 from tarsus.calibrate.motion import motion_of
@@ -90,8 +90,10 @@ class Forward:
             for m, number in enumerate(rows):
                 row = chosen.rows[number]
                 run = self._run((n, m), row, chosen.values(unknowns, row))
-                if run is not None:
-                    key = (id(row.template), run.settle, run.window, tuple(run.values))
+                if run is not None and row.motion:
+                    self._motion(run, out)
+                elif run is not None:
+                    key = (id(row.template), run.settle, run.window)
                     groups.setdefault(key, []).append(run)
         for runs in groups.values():
             self._group(runs, out)
@@ -193,7 +195,11 @@ class Forward:
         index = list(template.robot.feet).index(foot)
         edges = first.settle + first.window * np.arange(s.windows + 1, dtype=float)
         accuracy = Accuracy(gap=s.accuracy)
-        vary = {path: np.repeat([run.values[path] for run in runs], s.draws) for path in first.values}
+        own = {path: get_value(template, path) for run in runs for path in run.values}
+        vary = {
+            path: np.repeat([run.values.get(path, value) for run in runs], s.draws)
+            for path, value in own.items()
+        }
         if s.draws > 1:
             vary |= {path: np.tile(v, len(runs)) for path, v in _starts(template, foot, s).items()}
         names = [name for name in self.channels if name not in MOTION]
@@ -211,13 +217,18 @@ class Forward:
         for k, run in enumerate(runs):
             draws = found[k * s.draws : (k + 1) * s.draws]
             out[run.place][at] = draws.transpose(1, 0, 2).reshape(len(names), self.samples)
-            if run.row.motion:
-                scene = with_values(template, run.values)
-                period = scene_period(scene, np.inf)
-                moved = motion_of(scene, foot, run.settle, run.window, period, accuracy)
-                for i, name in enumerate(self.channels):
-                    if name in MOTION:
-                        out[run.place][i] = moved[name]
+
+    def _motion(self, run: _Run, out: Floats) -> None:
+        """A run whose motion is read, of which nothing else is."""
+        try:
+            scene = with_values(run.row.template, run.values)
+        except InputError:
+            return
+        foot = self.sampling.foot or next(iter(scene.robot.feet))
+        accuracy, period = Accuracy(gap=self.sampling.accuracy), scene_period(scene, np.inf)
+        moved = motion_of(scene, foot, run.settle, run.window, period, accuracy)
+        for i, name in enumerate(self.channels):
+            out[run.place][i] = moved.get(name, np.nan)
 
 
 def _starts(template: Scene, foot: str, sampling: Sampling) -> dict[str, Floats]:

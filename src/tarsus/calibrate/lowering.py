@@ -262,11 +262,24 @@ def _run_branch(
     expressions = [one for key in chosen for one in derived.get(("choices", *key), [])] + list(
         derived.get((), [])
     )
+    rows = _sharing(rows)
     settings = tuple(Setting(name, one.paths) for name, one in study.unknowns.items())
     constants = {}
     for name, value in study.constants.items():
         constants[name] = faults.constant(value, f"constants.{name}")
     return RunBranch(dict(options), tuple(rows), constants, settings, (), tuple(expressions))
+
+
+def _sharing(rows: list[Row]) -> list[Row]:
+    """The rows with one template where theirs are equal: what is made of a template is made once."""
+    kept: list[Scene] = []
+    out = []
+    for row in rows:
+        same = next((one for one in kept if one == row.template), None)
+        if same is None:
+            kept.append(row.template)
+        out.append(row if same is None else replace(row, template=same))
+    return out
 
 
 def replace_conditions(study: Study, given: Mapping[str, Any]) -> Study:
@@ -297,12 +310,14 @@ def run_rows(
                 )
             for option in options:
                 scene = faults.scene(scene, option.set, where)
-            scene = faults.scene(scene, dict(last or {}), f"{where}.set")
             if study.sampling.draws > 1 and scene.initial.velocity is None:
                 scene = with_values(scene, {"initial.velocity": (0.0,) * scene.robot.structure.size})
             templates[key] = scene
         template = templates[key]
-        known = float_paths(template)
+        changed = faults.scene(template, dict(last or {}), f"{where}.set")
+        if any(path not in float_paths(template) for path in last or {}):
+            template = changed
+        known = float_paths(changed)
         fixed = {path: numbers[c] for c in numbers for path in study.conditions[c].paths}
         faults.paths(template, known, fixed, f"{name}: conditions")
         kept = {path: known[path].value for path in last or {} if path in known}
