@@ -30,7 +30,7 @@ def calibrate(
         folder for the visited sets, calibration.json, mixture.json, a device file of every branch and report.html; by
         default the study's name with .calibration.
     """
-    from tarsus.calibrate.account import calibration_table
+    from tarsus.calibrate.results import calibration_json
     from tarsus.calibrate.calibrating import calibrate as run
     from tarsus.calibrate.outputs import CALIBRATION_FILES
     from tarsus.calibrate.studyfile import load_study

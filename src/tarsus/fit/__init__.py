@@ -9,6 +9,7 @@ from tarsus.fit.least_squares import least_squares, least_squares_from
 from tarsus.fit.normal_equations import Descent, Minimum, NormalEquations, descend
 from tarsus.fit.problem import Problem
 from tarsus.fit.ranges import Range, range_of
+from tarsus.fit.regressions import by_regressions
 from tarsus.fit.residuals import Found, Residuals
 from tarsus.fit.terms import Goal, Limit, Reading, Samples
 from tarsus.fit.uncertainty import Uncertainty
@@ -34,6 +35,7 @@ __all__ = [
     "Unknown",
     "Unknowns",
     "Verdict",
+    "by_regressions",
     "chain",
     "cma_es",
     "descend",
