@@ -23,8 +23,6 @@ from tarsus.plan.lowering import lower_scene
 from tarsus.solve.codes import structured_events
 from tarsus.solve.engine import book_of, execute, tables_of, walk
 from tarsus.solve.simulate import RECORDED
-from tarsus_reproduce.legs import millipede_leg
-from tarsus_reproduce.millipede_parameters import millipede_parameters
 from tarsus_reproduce.walkers import many_legs
 
 TOLERANCE = 1e-9  # of event times [s] between the two engines
@@ -75,7 +73,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--runs", type=int, default=500, help="runs of the batch")
     chosen = parser.parse_args(arguments)
     ts.simulate(ts.load_scene("millipede"), 1e-3)  # compiles
-    parameters = millipede_parameters(millipede_leg().leg)
     print("walker           legs  events/s  engine ms/s  simulate ms/s")
     for name in ("millipede", "millipede-30"):
         scene = ts.load_scene(name)
@@ -84,7 +81,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     print("\nscattered legs (10 %), 0.2 s")
     before: tuple[int, float] | None = None
     for legs in chosen.legs:
-        scene = many_legs(parameters, legs, scatter=0.1, seed=1)
+        scene = many_legs(legs, scatter=0.1, seed=1)
         engine, _, events = second(scene, 0.2, chosen.repeats)
         grown = (
             ""

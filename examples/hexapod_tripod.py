@@ -7,14 +7,12 @@ from numpy.typing import NDArray
 
 import tarsus as ts
 from tarsus.solve.batch import Batch
-from tarsus_reproduce.legs import millipede_leg
-from tarsus_reproduce.millipede_parameters import millipede_parameters
 from tarsus_reproduce.walkers import hexapod_walker
 
 
 def on_grounds(initial: NDArray[np.float64], rate: NDArray[np.float64]) -> Batch:
     """Runs of the tripod over grounds of adhesion `initial` (nr,) [N] that grows at `rate` (nr,) [N/s]."""
-    scene = hexapod_walker(millipede_parameters(millipede_leg().leg))
+    scene = hexapod_walker()
     return ts.simulate_batch(scene, {"ground.adhesion.initial": initial, "ground.adhesion.rate": rate}, 0.2)
 
 

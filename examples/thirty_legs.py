@@ -9,8 +9,6 @@ import sys
 
 import tarsus as ts
 from tarsus.solve import Run
-from tarsus_reproduce.legs import millipede_leg
-from tarsus_reproduce.millipede_parameters import millipede_parameters
 from tarsus_reproduce.walkers import many_legs
 
 DEAD = ("L4", "R9", "L12")
@@ -18,8 +16,7 @@ DEAD = ("L4", "R9", "L12")
 
 def walk(*, scatter: float = 0.0, dead: tuple[str, ...] = (), seed: int = 1, duration: float = 0.1) -> Run:
     """A run of the 30 legs: spread of the logarithm of stiffness, and names of dead legs."""
-    parameters = millipede_parameters(millipede_leg().leg)
-    return ts.simulate(many_legs(parameters, 30, scatter=scatter, dead=dead, seed=seed), duration)
+    return ts.simulate(many_legs(30, scatter=scatter, dead=dead, seed=seed), duration)
 
 
 if __name__ == "__main__":

@@ -13,8 +13,7 @@ import numpy as np
 from tarsus.calibrate.prediction import Miss
 from tarsus.files.library import changed
 from tarsus.measure import Counting, by_window, histories_of
-from tarsus.study.relative import relative_error
-from tarsus_reproduce.cases import Case, Observation, packaged_cases, read_cases
+from tarsus_reproduce.cases import Case, Observation, packaged_cases, read_cases, relative_error
 from tarsus_reproduce.mixtures import packaged_errors, packaged_members, packaged_misses
 from tarsus_reproduce.predictions import Floats, Member, Prediction, Samples, members_of, predict, role_of
 

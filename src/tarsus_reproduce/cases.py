@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
@@ -91,3 +92,15 @@ def parse_cases(text: str, *, where: str, origin: str) -> list[Case]:
         )
         cases.append(Case(line["freq_hz"], line["volt_v"], line["wave"], source, measured, origin))
     return cases
+
+
+def relative_error(reference: float | None, simulated: float | None) -> float | None:
+    """(reference - simulated)/reference, the definition of Tables 2.3, 3.2 and A.1.
+
+    0 against 0 is no error; anything else against 0, or against an empty cell, has none (None).
+    """
+    if reference is None or simulated is None or not math.isfinite(simulated):
+        return None
+    if reference == 0.0:
+        return 0.0 if simulated == 0.0 else None
+    return (reference - simulated) / reference

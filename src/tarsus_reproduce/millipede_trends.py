@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from enum import Enum
 
 from tarsus.model.scene import Scene
-from tarsus_reproduce.millipede_parameters import PAYLOAD_KNEE
 from tarsus_reproduce.trends import Claim, Direction, Falls, HasExtrema, HasMaximum, Rises
 
 __all__ = [
@@ -26,6 +25,9 @@ __all__ = [
     "examples",
     "scored_trends",
 ]
+
+PAYLOAD_KNEE = 0.2e-6
+"""Body mass beyond which contact gets shorter (section 4.4.1, Fig. 4.11) [kg]; the only one the text names."""
 
 ELECTROSTATICS, ADHESION, PAYLOAD = "millipede-electrostatics", "millipede-adhesion", "millipede-payload"
 

@@ -15,8 +15,8 @@ from tarsus.calibrate.prediction import Miss
 from tarsus.files.library import changed
 from tarsus.model.drive.waveforms import Sine, Square
 from tarsus.model.scene import Scene
-from tarsus.study.relative import relative_error
-from tarsus.study.seeds import Statistics, foot_statistics
+from tarsus.solve.seeds import Statistics, foot_statistics
+from tarsus_reproduce.cases import relative_error
 from tarsus_reproduce.impacts import MapRow, ModeRow, map_rows, mode_rows
 from tarsus_reproduce.mixtures import packaged_members, packaged_misses, packaged_told
 from tarsus_reproduce.predictions import Member, Prediction, Samples, members_of, predict, role_of

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tarsus.cli import app
+from tarsus.cli import app, former
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +33,7 @@ WORDS = {
     "a scene": ("--set", "--law"),
     "laws": ("--law",),
     "draws": ("--seed",),
-    "many runs": ("--threads", "--dask"),
+    "many runs": ("--threads", "--on"),
     "threads": ("--threads",),
     "files": ("-o", "--output", "--overwrite"),
     "a page": ("-o", "--output", "--overwrite", "--report"),
@@ -43,14 +43,14 @@ WORDS = {
 """The words that a verb must take for what it does, beside --json."""
 
 VERBS = {
-    "devices": (), "show": ("laws",), "new": (), "check": ("laws",), "read": (), "compare": ("laws",),
-    "open": ("laws",), "bench": (), "doctor": (), "completion": (),
+    "devices": (), "show": ("laws",), "new": (), "check": ("laws",), "report": ("laws",), "bench": (), "doctor": (),
+    "completion": (),
     "simulate": ("a scene", "a page", "a time"),
     "plot": ("laws", "files"),
     "movie": ("a scene", "files", "a time"),
     "branch": ("a scene", "a page"),
     "sweep": ("laws", "draws", "many runs", "a page", "goes on"),
-    "yield": ("a scene", "draws", "many runs", "a page", "goes on"),
+    "yield": ("a scene", "draws", "many runs", "files", "goes on"),
     "synthesize": ("a scene", "draws", "files"),
     "identify": ("draws", "a page"),
     "calibrate": ("laws", "draws", "many runs", "a page", "goes on"),
@@ -123,12 +123,12 @@ def test_verbose_says_what_ran_and_what_it_took(tarsus):
 
 
 def test_verbose_shows_where_a_defect_is(monkeypatch, capsys):
-    import tarsus.files.library as library
+    from tarsus.inspection import installation
 
     def broken():
         raise RuntimeError("the cat sat on it")
 
-    monkeypatch.setattr(library, "device_names", broken)
+    monkeypatch.setattr(installation, "device_names", broken)
     assert app.run(["devices", "-v"]) == 1
     said = capsys.readouterr().err
     assert "Traceback" in said and said.splitlines()[-1].startswith("tarsus: something went wrong")
@@ -139,10 +139,18 @@ def test_less_and_more_at_once_is_refused(tarsus):
     assert said.code == 2 and said.out == "" and "one of them" in said.sentences[0]
 
 
-def test_a_former_name_of_a_verb_works_and_says_so(tarsus):
-    said = tarsus("next", "cantilever", "--parameter", "ground.film.height", "--budget", "1 s")
-    assert said.sentences[0] == "note: `tarsus next` is now `tarsus recommend`; the former name will go"
-    assert said.code == 2 and "ground.film.height" in said.sentences[1]
+@pytest.mark.parametrize(
+    ("words", "now"),
+    [
+        *((name, now) for name, now in former.COMMANDS.items()),
+        *((name if " " in name else f"calibrate {name}", now) for name, now in former.OPTIONS.items()),
+    ],
+)
+def test_a_former_word_is_answered_with_the_present_one(tarsus, words, now):
+    said = tarsus(*words.split(), "x")
+    (sentence,) = said.sentences
+    assert (said.code, said.out) == (2, "")
+    assert words.split()[-1] in sentence and sentence.endswith(f" is gone: use {now}")
 
 
 def test_threads_are_a_number_of_one_or_more(tarsus):

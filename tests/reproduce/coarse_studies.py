@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import tarsus as ts
-from tarsus_reproduce.legs import millipede_leg
 from tarsus_reproduce.millipede import Coarse, damping_ratio
-from tarsus_reproduce.millipede_parameters import millipede_parameters
 from tarsus_reproduce.readings import PRINTED
-from tarsus_reproduce.walkers import millipede
 
 FEW = Coarse(9, (0.1, 0.9))
 """Nine values of what varies, at two restitutions."""
@@ -17,9 +14,10 @@ def overdamped() -> ts.Scene:
     """With the damping of Table 4.1 and springs relaxed at the start."""
     film = {"ground.film.coefficient": 1.747e-21, "ground.film.thickness": 50e-6}
     charge = {"ground.electrostatic.coefficient": 1e-19, "ground.electrostatic.offset": 50e-6}
+    ground = {"ground.landing": None, "ground.friction.coefficient": 0.4}
     relaxed = {"initial.standing": None, "gait.frequency": 50.0, "provenance": {}}
-    scene = millipede(millipede_parameters(millipede_leg().leg))
-    return ts.with_values(scene, {**PRINTED, **film, **charge, **relaxed})
+    scene = ts.load_scene("millipede-table")
+    return ts.with_values(scene, {**PRINTED, **film, **charge, **ground, **relaxed})
 
 
 def ringing(ratio: float = 0.05) -> ts.Scene:

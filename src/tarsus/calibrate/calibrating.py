@@ -70,7 +70,7 @@ class Calibration:
     others: tuple[tuple[Prediction, ...], ...]
     folder: Path | None = None
 
-    def json(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         """All its numbers: what `calibration.json` holds."""
         from tarsus.calibrate.results import calibration_json
 
@@ -80,7 +80,7 @@ class Calibration:
         """Hypotheses, unknowns of the best one, and errors."""
         from tarsus.calibrate.results import calibration_table
 
-        return calibration_table(self.json())
+        return calibration_table(self.to_dict())
 
     def write(self, folder: str | os.PathLike[str]) -> list[Path]:
         """Write `calibration.json`, `mixture.json` and a device file for every hypothesis that is kept; their paths."""

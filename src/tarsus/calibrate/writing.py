@@ -82,7 +82,7 @@ def write_outputs(result: Calibration, folder: Path) -> list[Path]:
         written.append(target)
     for name, table in (
         (MIXTURE_FILE, mixture_table(mixture_of(result))),
-        (CALIBRATION_FILE, result.json()),
+        (CALIBRATION_FILE, result.to_dict()),
     ):
         write_text(folder / name, json_text(table, indent=1) + "\n")
         written.append(folder / name)

@@ -35,7 +35,7 @@ def branch(
     from tarsus.orbits import branch as follow
     from tarsus.orbits.files import BRANCH_FILES, write_branch
 
-    path, (start, end) = requests.range_of(along, "--along")
+    ((path, (start, end)),) = requests.spans_of([along], "--along").items()
     the_scene = changes.scene(scene)
     unit = requests.unit_at(the_scene, path)
     low, high = requests.ends(start, end, unit, "--along")
@@ -53,10 +53,6 @@ def branch(
     if pages.json:
         console.print_json(found.to_dict() | {"files": [str(one) for one in written]})
         return 0
-    print(f"{the_scene.name}: {len(found.points)} points along {path}; {found.ended}")
-    for point in found.special:
-        print(f"  {point.kind:<15} at {point.at:.10g} {unit}  {point.note}")
-    print(f"  from: {found.points[0].orbit.kind}")
-    print(f"  to:   {found.points[-1].orbit.kind}")
+    print(found.table().text())
     console.wrote(written)
     return 0

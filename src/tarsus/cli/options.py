@@ -97,9 +97,9 @@ class Changes:
 
     def laws(self) -> dict[str, type[Law]]:
         """The laws of the files given."""
-        from tarsus.cli import requests
+        from tarsus.model.laws.userfile import laws_of
 
-        return requests.laws_of(self.law or ())
+        return laws_of(self.law or ())
 
 
 UNCHANGED = Changes()
@@ -111,11 +111,12 @@ class Work:
     """Who makes the runs."""
 
     threads: Threads = None
-    dask: Annotated[
+    on: Annotated[
         str | None,
         Parameter(
-            help="make the runs on the workers of a Dask cluster: address of its scheduler, its scheduler file, or "
-            "`local` for processes here."
+            help="where the runs are made: dask:ADDRESS of a scheduler or its scheduler file, dask:local for processes "
+            "here; of a sweep also slurm:partition=main,time=1:00:00,tasks=100 (words for sbatch), or array:tasks=100, "
+            "a script for any scheduler."
         ),
     ] = None
 
@@ -123,7 +124,7 @@ class Work:
         """The threads, or the workers of the cluster, for the length of a block."""
         from tarsus.cli import requests
 
-        return requests.workers_for(self.dask, self.threads)
+        return requests.workers_for(self.on, self.threads)
 
 
 HERE = Work()

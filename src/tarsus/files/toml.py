@@ -14,15 +14,16 @@ from pydantic import TypeAdapter, ValidationError
 from tarsus.base.errors import InputError
 from tarsus.base.spec import Description, described, quantity_units, validate, with_values
 from tarsus.base.units import format_quantity
-from tarsus.files.tables import Kind, expect, read_table, table_of
+from tarsus.files.tables import FileKind, expect, read_table, table_of
 from tarsus.model.laws import Law
 from tarsus.model.scene import Scene, provenance_faults, provenance_problems, table_faults
 from tarsus.model.structure import AnyStructure
 
 __all__ = ["description_text", "parse_scene", "read_scene", "scene_text", "scene_texts", "write_scene"]
 
-SCENE_FILE = "scene.toml"
+SCENE_FILE, STUDY_FILE = "scene.toml", "study.toml"
 LAW_FOLDER = "laws"
+"""What folders that verbs write call the descriptions that they were made from."""
 
 _LONGEST_TEXT_LIST = 36
 """Lists of more numbers than this are written as plain SI floats, without units."""
@@ -50,7 +51,7 @@ def read_scene(path: str | os.PathLike[str], laws: Mapping[str, type[Law]] | Non
     """
     file = Path(path)
     table = read_table(file)
-    expect(Kind.SCENE, table, str(file))
+    expect(FileKind.SCENE, table, str(file))
     return _scene_of(table, laws, file.parent)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from tarsus.calibrate.account import found_sentence, options_word
+from tarsus.calibrate.results import found_sentence, options_word
 from tarsus.files.store import write_text
 from tarsus.report import calibrate_figures
 from tarsus.report.calibrate_figures import row_name
@@ -23,7 +23,7 @@ TOLD = 0.6
 def write_calibration_report(result: Mapping[str, Any], path: str | Path) -> Path:
     """Write a calibration as one self-contained HTML file and return its path.
 
-    result: the table of `tarsus.calibrate.account.calibration_table`. Raises InputError if `path` cannot be written.
+    result: the table of `tarsus.calibrate.results.calibration_json`. Raises InputError if `path` cannot be written.
     """
     target = Path(path)
     write_text(target, calibration_html(result))

@@ -20,7 +20,9 @@ def run(output: Path, seeds: int | None, asked: Asked, *, json: bool) -> int:
         folder = output / one.folder
         if one.kind == "cantilever":
             assert one.device is not None
-            device = None if one.device == one.kind else one.device  # that of the experiment's name is its mixture
+            device = (
+                None if one.device == one.kind else one.device
+            )  # that of the experiment's name is its mixture
             code = cantilever.run(device, None, folder, json=False, quiet=True)
         elif one.kind == "robot":
             assert one.device is not None

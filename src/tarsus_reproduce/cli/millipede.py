@@ -157,8 +157,8 @@ def _print_outcome(outcome: Outcome) -> None:
 
 def _shown(value: float, unit: str) -> str:
     """A value for reading; lengths of rounding are 0."""
-    from tarsus.cli.summary import short
     from tarsus.measure import STANDSTILL
+    from tarsus.tables.numbers import amount as short
 
     return short(0.0 if unit == "m" and abs(value) < STANDSTILL else value, unit)
 

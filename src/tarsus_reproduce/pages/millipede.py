@@ -140,7 +140,11 @@ def _readings(
         [one.name, amount(one.low, one.unit, 3), amount(one.high, one.unit, 3), one.why] for one in RANGES
     ]
     yield table(columns, rows)
-    head = (Column("not printed", number=False), Column("one of", number=False), Column("because", number=False))
+    head = (
+        Column("not printed", number=False),
+        Column("one of", number=False),
+        Column("because", number=False),
+    )
     yield table(head, [[one.name, " or ".join(one.options), one.why] for one in CHOICES])
 
 

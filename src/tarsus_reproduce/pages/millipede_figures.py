@@ -81,7 +81,9 @@ def walks_figure(examples: Sequence[Example], title: str) -> Plate:
                 (low, way, one["body"].values[0], one["foot_x"].values),
             ):
                 axes.axhline(0.0, color=RULE, lw=0.6, zorder=0)
-                for name, values, color in zip(example.run.foot_names, feet, (VERMILION, GREEN), strict=False):
+                for name, values, color in zip(
+                    example.run.foot_names, feet, (VERMILION, GREEN), strict=False
+                ):
                     _trace(axes, one["time"].values, values, clock, scale, color, f"foot {name}")
                 _trace(axes, one["time"].values, body, clock, scale, BLUE, "body")
                 few_ticks(axes, y=5)

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from tarsus.files.store import package_version, write_text
+from tarsus.impacts.energy import creation_warning
 from tarsus.report.circular import TURNS, dials
 from tarsus.report.html import (
     MISSING,
@@ -26,7 +27,6 @@ from tarsus.report.html import (
 )
 from tarsus.report.series import Series, Trace, joined, last_turns, point_trace
 from tarsus.report.style import scale_of
-from tarsus.study.impacts import creation_warning
 from tarsus_reproduce.impacts import printed_column
 from tarsus_reproduce.pages.cantilever import NOTABLE
 from tarsus_reproduce.pages.robot_figures import (

@@ -33,7 +33,11 @@ DECADES = 5
 def height_bars(rows: Sequence[Row]) -> Plate:
     """Three criteria for every scenario: measured, without and with small forces (as Fig. 3.23 of the source)."""
     words = [describe(row.scenario) for row in rows]
-    models = (("measured", "white", INK), ("without small forces", ORANGE, ORANGE), ("with small forces", BLUE, BLUE))
+    models = (
+        ("measured", "white", INK),
+        ("without small forces", ORANGE, ORANGE),
+        ("with small forces", BLUE, BLUE),
+    )
     lines = np.arange(len(rows))
 
     def draw(sheet: Sheet) -> None:
@@ -149,7 +153,14 @@ def mode_shapes(modes: Sequence[ModeRow], column: np.ndarray, points: Sequence[s
             shape = shape * np.sign(shape @ column) / np.abs(shape).max()
             axes.axhline(0.0, color=RULE, lw=0.7, zorder=0)
             axes.plot(
-                places, printed, color=INK, lw=0.9, marker="o", ms=4.0, mfc="white", label="printed CoR column"
+                places,
+                printed,
+                color=INK,
+                lw=0.9,
+                marker="o",
+                ms=4.0,
+                mfc="white",
+                label="printed CoR column",
             )
             axes.plot(places, shape, color=BLUE, lw=1.2, marker="D", ms=3.4, mew=0.0, label="mode")
             axes.set_title(f"mode {mode.number}, {mode.freq_hz:.4g} Hz", loc="left", pad=3.0, color=INK)

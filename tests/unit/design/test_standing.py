@@ -10,8 +10,6 @@ from tarsus.base.errors import InputError
 from tarsus.design import standing
 from tarsus.files.toml import parse_scene, scene_text
 from tarsus.model.structure import Walker
-from tarsus_reproduce.legs import millipede_leg
-from tarsus_reproduce.millipede_parameters import millipede_parameters
 from tarsus_reproduce.walkers import many_legs
 
 G, K, WEIGHT = 9.81, 1.25, 9.81e-6
@@ -60,7 +58,7 @@ def test_a_body_on_equal_legs_sags_straight_down():
 
 
 def test_forces_balance_on_uneven_legs():
-    whole = many_legs(millipede_parameters(millipede_leg().leg), scatter=0.3, dead=("L4", "R9"), seed=2)
+    whole = many_legs(scatter=0.3, dead=("L4", "R9"), seed=2)
     it = standing(whole)
     walker, x = it.robot.structure, np.array(it.initial.displacement)
     matrices = walker.matrices()

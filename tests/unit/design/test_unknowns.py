@@ -8,14 +8,12 @@ import pytest
 import tarsus as ts
 from tarsus.base.errors import InputError
 from tarsus.design.unknowns import Symmetry, unknowns_of
-from tarsus_reproduce.legs import millipede_leg
-from tarsus_reproduce.millipede_parameters import millipede_parameters
 from tarsus_reproduce.walkers import hexapod_walker
 
 
 @pytest.fixture(scope="module")
 def hexapod() -> ts.Scene:
-    return hexapod_walker(millipede_parameters(millipede_leg().leg))
+    return hexapod_walker()
 
 
 def test_numbers_of_a_gait_range_as_usual_or_as_said(hexapod):
