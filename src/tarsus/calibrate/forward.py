@@ -34,7 +34,7 @@ DIFFERENCE = 1e-3
 hundredth of that."""
 
 
-TOGETHER = 8
+TOGETHER = 16
 """Sets that a thread simulates together, for what is done once for many runs costs little then; workers of an executor,
 which may be many, share them evenly."""
 
