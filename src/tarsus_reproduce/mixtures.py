@@ -29,8 +29,8 @@ from tarsus.calibrate.mixture import Mixture, load_mixture
 from tarsus.calibrate.prediction import Miss
 from tarsus.calibrate.writing import CALIBRATION_FILE
 from tarsus.files.library import load_scene
-from tarsus.files.store import write_text
 from tarsus.files.toml import scene_text
+from tarsus.files.whole import write_text
 from tarsus.fit.ensemble import drawn_evenly
 from tarsus.fit.ranges import weighted_quantile
 from tarsus.model.scene import Scene, Source

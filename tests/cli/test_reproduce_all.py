@@ -88,7 +88,10 @@ def test_the_index_keeps_fitted_and_predicted_rows_apart_and_names_what_is_misse
         (["hexapod", "--all", "-o", "x"], "--all makes every page: leave 'hexapod' out"),
         (["--all", "-o", "x", "--device", "mine"], "--device belongs to one experiment"),
         ([], "name an experiment (cantilever, hexapod, quadruped or millipede), or give --all"),
-        (["cantilever", "--device", "hexapod"], "has no point 'tip', 'center', which `reproduce cantilever` looks at"),
+        (
+            ["cantilever", "--device", "hexapod"],
+            "has no point 'tip', 'center', which `reproduce cantilever` looks at",
+        ),
         (["hexapod", "--device", "quadruped"], "has no point 'foot5', 'foot6'"),
         (["quadruped", "--device", "cantilever"], "it is no device of this experiment"),
         (["hexapod", "--readings", "3"], "--readings, --scatter and --seed are of the millipede"),

@@ -178,16 +178,16 @@ def says_how_to_resume(code: int, out: str, err: str, folder: Path) -> None:
 
 
 def test_an_interrupt_says_how_to_resume(tarsus, study, tmp_path, monkeypatch):
-    from tarsus.study import pool
+    from tarsus.study import sweeping
 
-    whole, begun = pool.work_unit, itertools.count(1)
+    whole, begun = sweeping.work_unit, itertools.count(1)
 
     def third_is_interrupted(*words, **options):
         if next(begun) == 3:
             raise KeyboardInterrupt
         return whole(*words, **options)
 
-    monkeypatch.setattr(pool, "work_unit", third_is_interrupted)
+    monkeypatch.setattr(sweeping, "work_unit", third_is_interrupted)
     folder = tmp_path / "a folder"
     words = ("sweep", study(count=2, chunk=2), "-o", folder)
     found = tarsus(*words)
@@ -289,13 +289,13 @@ def test_a_sweep_in_tasks_says_how_to_go_on_and_has_a_page_at_the_end(tarsus, st
     folder = tmp_path / "out"
     assert tarsus("sweep", study(count=1), "-o", folder, "--on", "array:tasks=2").code == 0
     assert task(folder, 1, 1) == 0
-    told = tarsus("sweep", folder, "--status")
+    told = tarsus("show", folder)
     assert "1 of 2 units" in told.out and "to go on with what is missing: `tarsus sweep` of this folder" in told.out
     refused = tarsus("report", folder, "--no-browser")
     (sentence,) = refused.sentences
     assert refused.code == 2 and f"1 of 2 units done and no page yet: `tarsus sweep {folder}` makes" in sentence
     assert task(folder, 2, 1) == 0
-    assert "to go on" not in tarsus("sweep", folder, "--status").out
+    assert "to go on" not in tarsus("show", folder).out
     opened = tarsus("report", folder, "--no-browser", "--json").json()
     assert opened == {"page": str(folder / "report.html"), "made_again": True}
     assert (folder / "report.html").stat().st_size > 10_000

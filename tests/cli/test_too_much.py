@@ -14,7 +14,7 @@ import pytest
 import tarsus as ts
 from tarsus.base.errors import InputError
 from tarsus.files import tables
-from tarsus.files.store import written_whole
+from tarsus.files.whole import written_whole
 from tarsus.records.measurement import Channel, Measurement, Quantity
 from tarsus.synthesis import record_files
 
@@ -107,9 +107,7 @@ def test_who_reads_only_the_first_fault_gets_no_other(tmp_path):
     file = tmp_path / "many.toml"
     file.write_text("".join(f"{'k' * 200}{i} = 1\n" for i in range(5000)))
     read, write = os.pipe()
-    with subprocess.Popen(
-        [sys.executable, "-m", "tarsus", "check", file], stdout=write, stderr=write
-    ) as run:
+    with subprocess.Popen([sys.executable, "-m", "tarsus", "check", file], stdout=write, stderr=write) as run:
         os.close(write)
         assert os.read(read, 8) == b"tarsus: "
         os.close(read)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import shlex
+
 import pytest
 
 from tarsus.cli import app
@@ -24,6 +27,26 @@ WRONG = [
     ("check folder", "holds no run, sweep or campaign"),
     ("simulate nowhere", "no device is called 'nowhere'"),
     ("simulate cantilever --set gap=1um", "did you mean 'robot.feet.tip.gap'?"),
+    ("simulate cantilever --set 'ground.film.thickness=0 um'", "ground.film.thickness: expected a length (m) above 0"),
+    ("simulate cantilever --set 'ground.film.thickness=70 mg'", "a mass"),
+    ("simulate cantilever --set ground.film.thickness", "--set takes path=value"),
+    ("simulate cantilever --set volts=6 --set volts=8", "--set names 'volts' twice"),
+    ("simulate cantilever --set wave=sqare", "square"),
+    ("simulate cantilever --duration=-3s", "--duration: expected a time (s) above 0, got '-3s'"),
+    ("simulate cantilever --duration=nan", "--duration"),
+    ("simulate cantilever --duration=soon", "--duration"),
+    ("simulate cantilever --duration 1e300s", "the longest run is about"),
+    ("simulate cantilever --law none.py", "none.py: no such law file"),
+    ("simulate cantilever --law raises.py", "raises.py, line 2: RuntimeError: boom"),
+    ("simulate cantilever -o taken/below", "is a file, a folder is needed"),
+    ("simulate none.toml", "none.toml"),
+    ("check bytes.toml", "bytes.toml: is no text file"),
+    ("check .", "holds no run, sweep or campaign"),
+    ("new device mine.py", "a device is a .toml file"),
+    ("new campaign nowhere", "is no folder"),
+    ("new law mine.py --device cantilever", "a law belongs to no device"),
+    ("show cantilever cantilver", "did you mean 'cantilever'?"),
+    ("report nowhere", "is no folder"),
     ("simulate cantilever -o taken", "is a file, a folder is needed"),
     ("simulate cantilever --law folder", "no such law file"),
     ("report folder", "holds no run and no page"),
@@ -38,34 +61,43 @@ WRONG = [
     ("sweep cantilever", "it is a calibration, not a sweep"),
     ("sweep cantilever-adhesion --threads 0", "--threads: expected a number of 1 or more, got 0"),
     ("sweep cantilever-adhesion --threads x", 'unable to convert "x"'),
-    (f"{SCATTER} --measure speed", "--measure: there is no measure 'speed'; did you mean 'mean_speed'?"),
-    (f"{SCATTER} --count 0", "--count: expected a number of 1 or more, got 0"),
-    (f"{SCATTER} --chunk soon", "--chunk: expected a number of runs, or a time"),
-    ("yield millipede --dead legs=9:99", "--dead, --weak: at most 99 dead"),
+    (f"{SCATTER} --require speed", "--require: there is no measure 'speed'; did you mean 'mean_speed'?"),
+    (f"{SCATTER} --count 0", "--count takes ROBOTS or ROBOTS:DRAWS"),
+    ("yield millipede --scatter dead=9:99", "--scatter dead, weak: at most 99 dead"),
     ("branch cantilever --along signals.pzt.amplitud=8V:4V", "did you mean 'signals.pzt.amplitude'?"),
     (
         "branch cantilever --along signals.pzt.amplitude=8V:4V --multiple 0",
         "--multiple: expected a number of 1 or more",
     ),
     ("synthesize cantilever-capture -o out --rate 5V", "--rate: expected a frequency (Hz), got '5V'"),
-    ("synthesize cantilever-capture -o out --snr-db nan", "--snr-db: expected a finite number"),
+    ("synthesize cantilever-capture -o out --snr-db nan", "snr_db: expected a finite number"),
     ("identify folder", "no such file"),
     ("calibrate cantilever-adhesion", "it is a sweep, not a calibration"),
     ("calibrate cantilever --seed -1", "--seed: expected a number of 0 or more, got -1"),
-    (f"{RANK} 1s,2s", "--budget: expected a time (s)"),
-    (f"{RANK} 1s --hz 5,x", "--hz: expected a frequency (Hz), got 'x'"),
+    (f"{RANK} 1s,2s", "budget: expected a time (s)"),
+    (f"{RANK} 1s --vary hz=5,x", "hz: expected a frequency (Hz), got 'x'"),
     ("design landing cantilever --foot tipp -o out", "did you mean 'tip'?"),
-    ("design landing cantilever --foot tip -o out --pairs -1", "--pairs: expected a number of 0 or more"),
+    ("design landing cantilever --foot tip -o out --request pairs=-1", "pairs"),
     ("design gait cantilever --free gait.duty -o out", "does not walk"),
-    (f"{ADAPT} --sense smell", "'nothing', 'charge', 'slip'"),
+    (f"{ADAPT} --request sense=smell", "'nothing', 'charge', 'slip'"),
+    (f"{ADAPT} --noise 2%", "use `--request noise=VALUE`"),
     ("design nothing", "See `tarsus design --help`"),
     ("reproduce cantilever --rows folder", "cannot read the rows file 'folder'"),
+    ("reproduce cantilever --rows rows.csv", "rows.csv, line 3: 'volt_v'"),
     ("reproduce cantilever --resume --overwrite", "give one of them"),
     ("reproduce --threads 0", "See `tarsus reproduce --help`"),
     ("bench x", "unexpected: x"),
     ("doctor x", "unexpected: x"),
     ("completion ksh", 'Did you mean "zsh"?'),
 ]
+
+FILES = {
+    "taken": "x",
+    "empty.csv": "",
+    "bare.csv": "a,b\n0,1\n1,2\n2,3\n",
+    "rows.csv": "freq_hz,volt_v,wave\n5,6,sine\n5,six,sine\n",
+    "raises.py": "x = 1\nraise RuntimeError('boom')\n",
+}
 
 
 def test_every_verb_is_asked_for_something_wrong():
@@ -79,10 +111,26 @@ def test_what_cannot_be_is_refused_in_a_sentence(tarsus, tmp_path, monkeypatch, 
     for name in ("folder", "run"):
         (tmp_path / name).mkdir()
     (tmp_path / "run" / "scene.toml").touch()
-    for name, text in (("taken", "x"), ("empty.csv", ""), ("bare.csv", "a,b\n0,1\n1,2\n2,3\n")):
+    for name, text in FILES.items():
         (tmp_path / name).write_text(text, encoding="utf-8")
+    (tmp_path / "bytes.toml").write_bytes(b"\xca\xfe\xba\xbe")
     before = sorted(tmp_path.rglob("*"))
-    refused = tarsus(*words.split())
+    refused = tarsus(*shlex.split(words))
     assert (refused.code, refused.out) == (2, "")
     assert any(said in one for one in refused.sentences), refused.err
     assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_all_that_is_wrong_is_said_at_once(tarsus, magnet):
+    law = ("--law", magnet, "--set", "ground.laws.magnet.strenght=3")
+    said = tarsus("simulate", "cantilever", *law, "--set", "ground.laws.magnet.offset=0")
+    assert said.code == 2 and len(said.sentences) == 2
+    assert "did you mean 'strength'" in said.err and "above 0" in said.err
+
+
+@pytest.mark.skipif(os.name == "nt" or os.geteuid() == 0, reason="the superuser may write anywhere")
+def test_an_output_folder_that_is_not_writable(tarsus, tmp_path):
+    folder = tmp_path / "closed"
+    folder.mkdir(mode=0o500)
+    said = tarsus("simulate", "cantilever", "-o", folder / "out")
+    assert said.code == 2 and "not writable" in said.sentences[0]

@@ -283,6 +283,10 @@ def whole_landing(names: Names) -> None:
     assert "landing_ticks[LANDING_COUNT] = {0u, 262" in names["header"]
 
 
+def a_yield(names: Names) -> None:
+    assert 0.0 <= names["found"].share("mean_speed", 40e-6)[0] <= 1.0 and Path("out/yield.json").is_file()
+
+
 def ran(names: Names) -> None:
     """That it ran is all there is to see."""
 
@@ -326,6 +330,7 @@ CASES = [
     Case("tutorial-landing.md", first_landing, count=4),
     Case("tutorial-landing.md", whole_landing, slow=True),
     Case("walking.md", a_law),
+    Case("yield.md", a_yield, slow=True),
 ]
 
 
@@ -422,7 +427,7 @@ def test_every_signal_on_the_file_format_page_exists(kind):
 
 def test_what_pages_list_is_all_that_there_is():
     from tarsus.design.adaptive import Sense
-    from tarsus.design.unknowns import Symmetry
+    from tarsus.design.gait_unknowns import Symmetry
     from tarsus.design.walk_objectives import OBJECTIVES
     from tarsus.model.drive.gait import AnyGait
 

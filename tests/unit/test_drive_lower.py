@@ -289,17 +289,3 @@ def test_lowering_is_economical() -> None:
     assert force.count == 2 * 19
     assert force.loop == 19
     assert volts.count == 4
-
-
-def test_lowering_loads_no_scipy() -> None:
-    import subprocess
-    import sys
-
-    code = (
-        "import sys; from tarsus.model.drive.lower import lower; from tarsus.model.drive.waveforms import Sine;"
-        "from tarsus.model.drive.laws import PrandtlIshlinskii as P;"
-        "lower(Sine(amplitude=1.0, frequency=1.0), P(linear=1.0, thresholds=(0.5,), weights=(1.0,)));"
-        "print([m for m in ('scipy', 'numba', 'matplotlib') if m in sys.modules])"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"

@@ -13,7 +13,7 @@ from tarsus.calibrate.excluding import ExcludedRow
 from tarsus.calibrate.lowering import Lowered
 from tarsus.calibrate.objective import existence
 from tarsus.calibrate.prediction import INTERVAL, Prediction
-from tarsus.files.store import package_version
+from tarsus.files.version import package_version
 from tarsus.fit.ranges import weighted_quantile
 from tarsus.tables import Column, Table
 from tarsus.tables.table import ROW

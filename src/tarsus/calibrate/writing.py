@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import get_value, with_values
-from tarsus.calibrate.calibrating import Calibration
 from tarsus.calibrate.mixture import MIXTURE_FILE, Mixture, mixture_table
 from tarsus.calibrate.results import device_file
 from tarsus.calibrate.studyfile import TABLE_FILE
 from tarsus.files.jsontext import json_text
 from tarsus.files.runstore import SWEEP_FILES
-from tarsus.files.store import REPORT_FILE, write_text
+from tarsus.files.store import REPORT_FILE
 from tarsus.files.toml import scene_text
+from tarsus.files.whole import write_text
 from tarsus.fit.ranges import weighted_quantile
 from tarsus.model.scene import Provenance, Scene, Source
+
+if TYPE_CHECKING:
+    from tarsus.calibrate.calibrating import Calibration
 
 __all__ = ["CALIBRATION_FILE", "CALIBRATION_FILES", "hypothesis_scene", "mixture_of", "write_outputs"]
 

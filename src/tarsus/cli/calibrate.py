@@ -29,8 +29,8 @@ def calibrate(
         default the study's name with .calibration.
     """
     from tarsus.calibrate.calibrating import calibrate as run
-    from tarsus.calibrate.writing import CALIBRATION_FILES
     from tarsus.calibrate.studyfile import load_study
+    from tarsus.calibrate.writing import CALIBRATION_FILES
     from tarsus.cli import console
     from tarsus.model.laws.userfile import laws_of
 

@@ -10,8 +10,8 @@ import numpy as np
 from tarsus.base.spec import FrozenDict, float_paths, with_values
 from tarsus.files.draws import write_draws
 from tarsus.files.jsontext import json_text
-from tarsus.files.store import write_text
 from tarsus.files.toml import scene_text
+from tarsus.files.whole import write_text
 from tarsus.identify.assessment import assessed
 from tarsus.identify.chain import Identification
 from tarsus.identify.heldout import Comparison

@@ -13,7 +13,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
-from tarsus.files.store import package_version, write_text
+from tarsus.files.version import package_version
+from tarsus.files.whole import write_text
 from tarsus.report.figures import Plate
 from tarsus.report.html import MISSING, Cell, Column, Markup, escape, figure, number, page, sentences, table
 from tarsus.report.sheet import Sheet, plate
@@ -133,8 +134,7 @@ def comparison(rows: Sequence[Mapping[str, Any]]) -> Plate:
     words = [_case(row) for row in rows]
 
     def draw(sheet: Sheet) -> None:
-        beside = 0.2 + 0.065 * max(map(len, words))
-        panels = sheet.grid(len(QUANTITIES), 0.25 * len(rows), across=3, left=beside, joined=True)
+        panels = sheet.grid(len(QUANTITIES), 0.25 * len(rows))
         for axes, quantity in zip(panels, QUANTITIES, strict=True):
             _compared(axes, rows, quantity)
             axes.set_yticks(range(len(rows)), words)

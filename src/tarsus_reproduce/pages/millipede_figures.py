@@ -74,7 +74,7 @@ def walks_figure(examples: Sequence[Example], title: str) -> Plate:
     way = scale_of("m", *(one["body"].values[0] for one in series))
 
     def draw(sheet: Sheet) -> None:
-        grid = sheet.stacks(len(examples), [1.4, 1.4], joined=True, title=1)
+        grid = sheet.stacks(len(examples), [1.4, 1.4])
         for (top, low), example, one in zip(grid, examples, series, strict=True):
             for axes, scale, body, feet in (
                 (top, up, one["body"].values[1], one["gap"].values),
@@ -90,9 +90,8 @@ def walks_figure(examples: Sequence[Example], title: str) -> Plate:
             top.set_title(f"({example.name})", loc="left", color=INK)
             low.set_xlim(0.0, end / clock.step)
             low.set_xlabel(f"time ({clock.label})")
-            if sheet.narrow or top is grid[0][0]:
-                top.set_ylabel(f"height ({up.label})")
-                low.set_ylabel(f"along the way ({way.label})")
+            top.set_ylabel(f"height ({up.label})")
+            low.set_ylabel(f"along the way ({way.label})")
         sheet.legend(grid[0][0])
 
     return plate(
@@ -134,7 +133,7 @@ def readings_figure(readings: Readings, reproduction: MillipedeReproduction) -> 
     )
 
     def draw(sheet: Sheet) -> None:
-        panels = sheet.grid(len(shown), 1.7, across=3)
+        panels = sheet.grid(len(shown), 1.7)
         for axes, (name, label) in zip(panels, shown, strict=True):
             counts = np.array([getattr(score, name) for score in readings.scores])
             most = max([counts.max(), *(getattr(one.score, name) for one in reproduction.outcomes)])

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tarsus.files.store import package_version, write_text
+from tarsus.files.version import package_version
+from tarsus.files.whole import write_text
 from tarsus.impacts.energy import creation_warning
 from tarsus.report.circular import TURNS, dials
 from tarsus.report.html import (
@@ -229,7 +230,7 @@ def _over_ground(runs: RobotRuns, numbers: Iterator[int]) -> str:
             " Heights of points without a foot are their displacement on the bouncing foot's gap at rest; only the "
             "bouncing foot has ground below it."
         )
-    plates = (motion_of(traces, "height", motion, ground=True), dials(traces, across=3))
+    plates = (motion_of(traces, "height", motion, ground=True), dials(traces))
     return "".join(figure(plate, next(numbers)) for plate in plates)
 
 

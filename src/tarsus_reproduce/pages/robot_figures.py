@@ -41,8 +41,7 @@ def height_bars(rows: Sequence[Row]) -> Plate:
     lines = np.arange(len(rows))
 
     def draw(sheet: Sheet) -> None:
-        beside = 0.2 + 0.06 * max(map(len, words))
-        panels = sheet.grid(len(CRITERIA), 0.62 * len(rows), across=3, left=beside, joined=True)
+        panels = sheet.grid(len(CRITERIA), 0.62 * len(rows))
         for axes, (key, title) in zip(panels, CRITERIA, strict=True):
             outcomes = [(row.without.prediction(key), row.ours.prediction(key)) for row in rows]
             measured = [_float(getattr(row.scenario.measured, key)) for row in rows]
@@ -81,7 +80,7 @@ def motion_of(traces: Sequence[Trace], what: str, caption: str, *, ground: bool)
     longest = max(1, *(last - first for first, last in map(_span, traces)))
 
     def draw(sheet: Sheet) -> None:
-        panels = sheet.stack(heights, gap=0.26)
+        panels = sheet.stack(heights)
         free = iter(panels)
         for k, trace in enumerate(traces):
             if _new_drive(traces, k):
@@ -147,7 +146,7 @@ def mode_shapes(modes: Sequence[ModeRow], column: np.ndarray, points: Sequence[s
     numbers = np.array([mode.number for mode in modes])
 
     def draw(sheet: Sheet) -> None:
-        panels = sheet.grid(len(modes) + 1, 1.05, across=4, left=0.45, title=1)
+        panels = sheet.grid(len(modes) + 1, 1.05)
         for axes, mode in zip(panels, modes, strict=False):
             shape = np.array(mode.shape)
             shape = shape * np.sign(shape @ column) / np.abs(shape).max()
@@ -167,7 +166,7 @@ def mode_shapes(modes: Sequence[ModeRow], column: np.ndarray, points: Sequence[s
             axes.set_ylim(-1.15, 1.15)
             axes.set_yticks([-1.0, 0.0, 1.0])
             axes.set_xticks(places, points)
-            axes.tick_params(axis="x", labelsize=6.5, labelrotation=0.0 if sheet.narrow else 90.0)
+            axes.tick_params(axis="x", labelsize=6.5, labelrotation=0.0)
         bars = panels[-1]
         bars.barh(numbers, [mode.mac for mode in modes], height=0.6, color=BLUE)
         bars.set_yticks(numbers)
@@ -199,23 +198,18 @@ def impact_histograms(energies: ImpactEnergies, run: str) -> Plate:
     marks = [10.0**power for power in range(top - DECADES + 1, top + 1)]
 
     def draw(sheet: Sheet) -> None:
-        panels = sheet.stack([0.62] * len(rows), gap=0.27)
+        panels = sheet.stack([0.62] * len(rows))
         for axes, (name, values) in zip(panels, rows.items(), strict=True):
             _histogram(axes, values / scale.step, edges, least)
             total = float(values.sum())
             words = f"sum {'+' * (total > 0.0)}{amount(total, 'J', 3)}"
-            axes.set_title(name if not sheet.narrow else f"{name}: {words}", loc="left", pad=2.0, color=INK)
-            if not sheet.narrow:
-                axes.set_title(words, loc="right", pad=2.0, color=INK)
+            axes.set_title(f"{name}: {words}", pad=2.0, color=INK)
             axes.set_ylabel("impacts")
-        every = 2 if sheet.narrow else 1  # as many as stand beside each other
-        ticks = [*(-mark for mark in marks[::-every]), 0.0, *marks[::-every][::-1]]
+        ticks = [*(-mark for mark in marks[::-2]), 0.0, *marks[::-2][::-1]]  # as many as stand beside each other
         panels[-1].set_xticks(ticks, [f"{tick:g}".replace("-", "−") for tick in ticks])
         panels[-1].minorticks_off()
-        room = 4.0 if sheet.narrow else 1.2  # for the words of the last tick
-        panels[-1].set_xlim(room * edges[0], room * edges[-1])
+        panels[-1].set_xlim(4.0 * edges[0], 4.0 * edges[-1])  # with room for the words of the last tick
         panels[-1].set_xlabel(f"energy made by an impact ({scale.label}); left of zero it is lost")
-        sheet.raise_by(0.15)
 
     return plate(
         draw,

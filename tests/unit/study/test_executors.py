@@ -63,7 +63,7 @@ def test_a_unit_that_kills_its_workers_ends_the_sweep_and_the_others_are_kept(al
 
 def test_a_worker_of_another_version_is_named(tmp_path, monkeypatch):
     executor = FailingExecutor(lambda _: False)
-    sent = pool.Remote.__init__
+    sent = pool.WorkerPool.__init__
 
     def there(self, *words):
         sent(self, *words)
@@ -71,7 +71,7 @@ def test_a_worker_of_another_version_is_named(tmp_path, monkeypatch):
             self._plan, versions=(("engine", "feed"), ("tarsus", "9.9")), node="login1"
         )
 
-    monkeypatch.setattr(pool.Remote, "__init__", there)
+    monkeypatch.setattr(pool.WorkerPool, "__init__", there)
     with pytest.raises(
         ts.InputError, match=r"node \S+ has engine \w+, tarsus \S+ and .* begun on login1 with engine feed"
     ):

@@ -15,7 +15,7 @@ import tarsus.study.layout as layout_of
 from tarsus.files.installed import study_names
 from tarsus.fit.unknowns import Unknown, Unknowns
 from tarsus.study.axes import Grid, Linspace, Logspace, Sobol, Values
-from tarsus.study.layout import UnitPlan, runs_per_unit
+from tarsus.study.layout import runs_per_unit
 from tarsus.study.studyfile import frozen_texts, load_sweep, read_sweep
 
 
@@ -25,8 +25,6 @@ def test_a_grid_is_every_combination_with_the_last_axis_fastest():
     assert sweep.runs == 6
     assert points[RESTITUTION].tolist() == [0.2, 0.2, 0.2, 0.5, 0.5, 0.5]
     assert points[RATE].tolist() == [1e-6, 5e-6, 25e-6] * 2
-    layout = UnitPlan(sweep.runs, 4)
-    assert layout.units == 2 and [layout.part(i) for i in range(2)] == [slice(0, 4), slice(4, 6)]
 
 
 def test_ranges_hold_their_ends():
