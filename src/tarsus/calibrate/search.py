@@ -36,8 +36,8 @@ deviation of one unknown costs."""
 STARTS = 2
 """Starts of a hypothesis, each from sets spread evenly once the one before gains no more: of single starts on the
 cantilever, of 300 sets each, four of six ended within 2 of the lowest cost, one 4 and one 17 above it."""
-FADING = 3.0
-"""Most that a hypothesis is believed to gain yet, in gains of its last bout: gains fall by a quarter or more from bout
+FADING = 2.0
+"""Most that a hypothesis is believed to gain yet, in gains of its last bout: gains fall by a third or more from bout
 to bout."""
 LEVEL = 0.9
 """Members of an ensemble lie inside the likelihood region of this probability (chi-squared with one degree of freedom

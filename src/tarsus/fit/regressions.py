@@ -28,8 +28,9 @@ STEPS = ((0.01, 1.5), (0.1, 1.5), (1.0, 1.5), (0.1, 4.0))
 """Of every point: damping in parts of the mean square of the slopes, and neighbours for each coefficient of the
 regression, few for what is near and many for what jumps. Both are drawn about these values, so that a point that is
 asked again is not asked the same."""
-POOR, PATIENCE = 0.003, 2
-"""A point from which steps have gained less than this share of its cost so many times is left alone."""
+POOR, PATIENCE = 0.003, 4
+"""A point from which steps have gained less than this share of its cost so many times is left alone: after two, four
+searches of the cantilever, 300 sets each, ended 3 higher on average."""
 RIDGE = 1e-3
 """Ridge of the regression, in parts of the mean square of the distances: directions that no neighbour shows have no
 slope."""
