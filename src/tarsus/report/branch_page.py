@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
-from tarsus.orbits import Branch
+from tarsus.orbits.branching import Branch
 from tarsus.report.pages import Plate, page, rendered, write_page
 from tarsus.report.sheet import Sheet, few_ticks, plate
 from tarsus.report.style import (
