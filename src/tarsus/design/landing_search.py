@@ -181,7 +181,9 @@ class LandingSearch:
             )  # fmt: skip
             visited.add(number, point[None], np.array([least]))
 
-    def robust_designs(self, nominal: list[LandingSignal]) -> tuple[list[LandingSignal], Grounds, tuple[Round, ...]]:
+    def robust_designs(
+        self, nominal: list[LandingSignal]
+    ) -> tuple[list[LandingSignal], Grounds, tuple[Round, ...]]:
         """The best design for the risk with 0, 1, ... pairs, the grounds it was judged on, and rounds of the last."""
         if not self.judge.robust:
             return nominal, self.nominal, ()

@@ -149,7 +149,9 @@ def _rounded(search: LandingSearch, one: LandingSignal, grounds: Grounds) -> Lan
     return replace(one, row=rows[int(np.argmin(search.scores(rows, grounds)))])
 
 
-def _front(search: LandingSearch, nominal: list[LandingSignal], robust: list[LandingSignal]) -> tuple[FrontPoint, ...]:
+def _front(
+    search: LandingSearch, nominal: list[LandingSignal], robust: list[LandingSignal]
+) -> tuple[FrontPoint, ...]:
     """Designs that no other beats in both speed and energy: the best with each number of pairs, and those that the
     search met on its way."""
     step = search.request.step
