@@ -29,7 +29,7 @@ from tarsus.base.errors import InputError
 from tarsus.files.memo import Arrays, Function, Memo
 from tarsus.files.output import MANIFEST
 from tarsus.files.version import versions
-from tarsus.files.whole import PART, claim, part_of, put
+from tarsus.files.whole import PART, claim, put
 
 __all__ = [
     "COLLECTED_FILE",
@@ -360,10 +360,6 @@ class RunStore:
         for unit in bad:
             self._put_aside(unit)
         return bad
-
-    def part_of(self, name: str) -> Path:
-        """A name of its own beside a file of the folder."""
-        return part_of(self.place / name)
 
     def clear_abandoned(self, part: Path) -> None:
         """Make room: of the files that were to become the one that `part` is to become, those that nobody has written
