@@ -142,7 +142,7 @@ def test_a_store_of_an_earlier_layout_says_what_it_needs(tmp_path):
         (errno.EIO, "cannot be used .*finished parts are kept"),
     ],
 )
-def test_what_a_disk_refuses_is_told_in_a_sentence(tmp_path, monkeypatch, number, said):
+def test_what_a_disk_refuses_is_reported_in_a_sentence(tmp_path, monkeypatch, number, said):
     store = opened(tmp_path)
     store.write(0, arrays(0))
 
