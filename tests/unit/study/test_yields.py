@@ -74,7 +74,7 @@ def test_groups_are_legs(millipede):
 
 
 def test_indices_tell_what_acts_alone_from_what_acts_together():
-    """3 a1 + 2 a2 + b: the group of both a makes 13/14 of the variance, alone and in all; a b about 0: nothing alone."""
+    """3 a1 + 2 a2 + b: the group of both a makes 13/14 of the variance, alone and in all; a b: nothing alone."""
     design = Saltelli(count=2048, seed=3, groups=("a", "a", "b"))
     axes = {name: Linspace(start=-1.0, stop=1.0) for name in ("a1", "a2", "b")}
     points = design.points(axes, slice(0, design.runs(axes)))
