@@ -14,6 +14,13 @@ ADAPT = "design adapt millipede --free gait.duty --over ground.friction.coeffici
 RANK = "recommend cantilever --parameter ground.adhesion.rate --budget"
 
 WRONG = [
+    ("simulat cantilever", 'Did you mean "simulate"'),
+    ("simulate", "SCENE is missing. See `tarsus simulate --help`."),
+    ("simulate cantilever --set", "--set takes a value."),
+    ("simulate cantilever hexapod", "unexpected: hexapod."),
+    ("simulate cantilever --lenght 3", "Unknown option: --lenght"),
+    ("design landing cantilever --foot tip", "--output is missing. See `tarsus design landing --help`"),
+    ("reproduce octopod", "quadruped"),
     ("devices x", "unexpected: x"),
     ("show folder", "'folder' is a folder that holds no run, sweep or campaign"),
     ("show run", "it holds scene.toml: give 'run/scene.toml'"),
@@ -102,7 +109,7 @@ FILES = {
 
 def test_every_verb_is_asked_for_something_wrong():
     verbs = {words.split()[0] for words, _ in WRONG}
-    assert verbs == {*app.VERBS, "reproduce"}
+    assert verbs >= {*app.VERBS, "reproduce"}
 
 
 @pytest.mark.parametrize(("words", "said"), WRONG, ids=[words for words, _ in WRONG])

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 import tarsus
-from tarsus.cli import app
+from cli_options import options_by_verb
 
 MOST_OPTIONS = 12
 """Of a command: as many as a help page shows at once; what is longer goes into a file."""
@@ -33,27 +33,11 @@ YET = {"reproduce"}
 """Commands that are being cut: the list only ever becomes shorter."""
 
 
-def options() -> dict[str, set[str]]:
-    """Options of every command."""
-    found: dict[str, set[str]] = {}
-
-    def look(one: Any, verb: str) -> None:
-        for name in one:
-            if not name.startswith("-"):
-                look(one[name], f"{verb} {name}".strip())
-        if one.default_command is not None:
-            arguments = one.assemble_argument_collection(parse_docstring=False)
-            found[verb] = {
-                argument.names[0]
-                for argument in arguments
-                if argument.names and argument.names[0][:2] == "--"
-            }
-
-    look(app.build([]), "")
-    return found
-
-
-OPTIONS = options()
+OPTIONS = {
+    verb: {word for word in words if word.startswith("--") and not word.startswith("--no-")}
+    for verb, words in options_by_verb().items()
+}
+"""Long names of the options of every command."""
 
 
 def function_of(verb: str) -> Any:

@@ -392,7 +392,7 @@ def test_verbs_on_the_page_of_installation_are_verbs():
     from tarsus.cli.app import VERBS
 
     said = {verb for verb in re.findall(r"^tarsus (\w+)", PAGES["install.md"], re.MULTILINE)}
-    assert {"new", "read", "check", "compare", "open"} <= said <= set(VERBS)
+    assert {"new", "show", "check", "report"} <= said <= set(VERBS)
 
 
 def test_the_scene_on_the_file_format_page_is_one():

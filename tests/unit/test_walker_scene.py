@@ -270,23 +270,3 @@ def test_gaits_are_for_walkers_and_friction_for_feet_with_a_way_along_the_ground
     with pytest.raises(InputError) as caught:
         parse_scene(tomlkit.dumps(tables))
     assert [one.split(":")[0] for one in caught.value.problems] == ["gait", "ground.friction"]
-
-
-def test_bad_values_set_later() -> None:
-    scene = parse_scene(BASE)
-    with pytest.raises(InputError) as caught:
-        ts.with_values(
-            scene, {"gait.duty": 1.5, "robot.feet.a.gap": -1e-6, "ground.friction.coefficient": -1.0}
-        )
-    assert len(caught.value.problems) == 3
-    with pytest.raises(InputError, match=r"^gait.kind: a tripod needs six legs"):
-        ts.with_values(scene, {"gait": {"kind": "tripod", "frequency": 50.0, "high": 14.0}})
-
-
-def test_gaits_vary_in_batches() -> None:
-    vary = {"gait.frequency": [50.0, 100.0, 100.0], "gait.duty": [0.5, 0.5, 0.3]}
-    batch = ts.simulate_batch(parse_scene(BASE), vary, duration=0.02, threads=1)
-    assert [code.name for code in batch.codes] == ["DONE"] * 3
-    assert batch.periods.tolist() == [0.02, 0.01, 0.01]
-    ends = [float(batch.run(i).marks["body"][-1][0]) for i in range(3)]
-    assert len(set(ends)) == 3, "each walks in its own way"

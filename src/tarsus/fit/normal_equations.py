@@ -129,8 +129,10 @@ def _damped(matrices: Floats, damping: Floats) -> Floats:
 
 def _ridged(matrices: Floats) -> Floats:
     diagonal = np.einsum("rqq->rq", matrices)
-    least = RIDGE * diagonal.max(axis=1, initial=np.finfo(float).tiny, keepdims=True)
-    return matrices + np.maximum(RIDGE * diagonal, least)[:, :, None] * np.eye(matrices.shape[1])
+    # of its own entry, for unknowns in different units differ by many orders; nothing else has one of zero
+    most = diagonal.max(axis=1, initial=np.finfo(float).tiny, keepdims=True)
+    share = np.where(diagonal > 0.0, diagonal, most)
+    return matrices + RIDGE * share[:, :, None] * np.eye(matrices.shape[1])
 
 
 class Equations(Protocol):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tarsus.modes.modal import IdentifiedMode, ModalFit, Verdict
+from tarsus.modes.modal import IdentifiedMode, ModalFit, ModeVerdict
 from tarsus.records.measurement import Quantity
 from tarsus.report.pages import Plate
 from tarsus.report.sheet import Sheet, few_ticks, plate
@@ -35,7 +35,7 @@ def stabilisation(fit: ModalFit) -> Plate:
             hertz = pole[inside & chosen].imag / (2.0 * np.pi)
             axes.plot(hertz, order[inside & chosen], ".", ms=2.2, color=color, label=label, zorder=2)
         for mode in fit.modes:
-            broken = "-" if mode.verdict is Verdict.DETERMINED else (0, (4, 3))
+            broken = "-" if mode.verdict is ModeVerdict.DETERMINED else (0, (4, 3))
             axes.axvline(mode.frequency.value, color=VERMILION, lw=0.8, ls=broken, zorder=1.5)
         axes.set_ylim(0.0, top + 1.0)
         axes.set_xlim(frequency[0], frequency[-1])
