@@ -13,8 +13,7 @@ from matplotlib.figure import Figure
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.files.whole import written_whole
-from tarsus.report.plot import MOST_LINES
-from tarsus.report.style import CYCLE, Scale, level_limits, scale_of
+from tarsus.report.style import CYCLE, MOST_LINES, Scale, level_limits, scale_of
 from tarsus.tables.numbers import spaced
 
 if TYPE_CHECKING:
