@@ -18,8 +18,9 @@ from tarsus.base.errors import InputError
 from tarsus.fit.normal_equations import Descent, NormalEquations, descend
 from tarsus.identify.flight import SUBSTEPS, FilmConstants, Launches, Varied, observed, of_model
 from tarsus.identify.foot import FootModel
-from tarsus.identify.traces import STILL, Hold, Trace, holds
+from tarsus.identify.traces import Hold, Trace, holds
 from tarsus.identify.volts import Volts
+from tarsus.impacts.detection import STILL
 from tarsus.records.excluded import Excluded
 
 __all__ = ["BreakOff", "BreakOffs", "FilmGuess", "find_break_offs"]

@@ -9,16 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
+from tarsus.impacts.detection import STILL, runs_of
 from tarsus.records.measurement import Measurement, Quantity
 
-__all__ = ["Hold", "Trace", "contact_level", "holds", "jumps_of", "misplaced", "runs_of", "trace_of"]
+__all__ = ["Hold", "Trace", "contact_level", "holds", "jumps_of", "misplaced", "trace_of"]
 
 Floats = NDArray[np.float64]
 
 _FEWEST_AT_REST = 8
-STILL = 5.0
-"""Standard deviations of a sample within which a foot counts as still."""
-
 _JUMP = 0.1
 _SAME = 8.0
 _FOLLOWS = 0.15
@@ -199,12 +197,6 @@ def _moved(trace: Trace, point: int, first: int, last: int) -> bool:
     if bottom <= 0.0 or trace.noise_x[point] / np.sqrt(bottom) > _FOLLOWS / _SURE * usual:
         return True
     return abs(top / bottom) > _FOLLOWS * usual
-
-
-def runs_of(chosen: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """First and last index of every run of a mask."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], chosen.astype(int), [0]])))
-    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2] - 1, strict=True)]
 
 
 def misplaced(trace: Trace, foot: str, level: float) -> str | None:
