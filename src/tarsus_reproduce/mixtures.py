@@ -30,8 +30,8 @@ from tarsus.calibrate.mixture import Mixture, load_mixture
 from tarsus.calibrate.outputs import CALIBRATION_FILE
 from tarsus.calibrate.prediction import Miss
 from tarsus.files.library import load_scene
-from tarsus.files.store import write_text
 from tarsus.files.toml import scene_text
+from tarsus.files.whole import write_text
 from tarsus.model.scene import Scene, Source
 from tarsus_reproduce.predictions import Member
 

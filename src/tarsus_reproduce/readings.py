@@ -20,7 +20,7 @@ import numpy as np
 from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
 from tarsus.base.workers import workers
-from tarsus.files.store import package_version
+from tarsus.files.version import package_version
 from tarsus.model.laws.friction import AdhesiveFriction, AnyFriction, Friction
 from tarsus.model.laws.landing import AnyLanding, CaptureUnlessPulled, PullAsPrinted, RestituteFirst
 from tarsus.model.scene import Initial, Scene, Standing

@@ -346,17 +346,3 @@ def test_two_feet_that_land_at_once_end_held(rule, adhesion):
     assert run.at(np.array([1.0])).state.held.all()
     assert run.at(np.linspace(0.0, 1.0, 2001)).state.gap.min() > -1e-12
     assert np.all(run.events["energy"] >= -1e-12)
-
-
-def test_varied_speeds_run_as_if_given_one_by_one():
-    device = ts.with_values(
-        ts.load_scene("cantilever"), {"ground.landing": ts.laws.RestituteFirst(speed=0.1)}
-    )
-    speeds = [0.01, 0.05, 0.2, 5.0]
-    batch = ts.simulate_batch(device, {"ground.landing.speed": speeds}, duration=0.02)
-    counts = []
-    for k, speed in enumerate(speeds):
-        alone = ts.simulate(ts.with_values(device, {"ground.landing.speed": speed}), duration=0.02)
-        np.testing.assert_array_equal(alone.events["kind"], batch.events(k)["kind"])
-        counts.append(int(np.sum(alone.events["kind"] == BOUNCE)))
-    assert counts == sorted(counts, reverse=True) and counts[0] > counts[-1]

@@ -130,19 +130,6 @@ def test_a_blow_brakes_the_way_along_by_mu_times_its_own():
     assert run.ledger.closure < 1e-12
 
 
-def test_ball_on_a_vibrating_table():
-    """Oracle 4 by the walking engine: period one doubles at 1.5268237005."""
-    for factor, flights in ((0.998, [1.0, 1.0]), (1.002, [0.97375, 1.02625])):
-        gamma = 1.5268237005 * factor
-        phase = math.acos(math.pi / 3.0 / gamma)
-        speed = GRAVITY * (0.5 - gamma * math.cos(phase) / (2.0 * math.pi))
-        signals = {"upward": ts.Sine(amplitude=gamma * MASS * GRAVITY, frequency=1.0, phase=phase)}
-        scene = moving(block(friction=None, signals=signals), block=1.0001 * speed)
-        run = ts.simulate(scene, duration=4000.0)
-        found = np.sort(np.diff(of_kind(run, BOUNCE)["time"])[-20:])[::10]
-        np.testing.assert_allclose(found, flights, atol=1e-5)
-
-
 def test_overdamped_legs_are_the_same_by_contact_modes():
     """Two engines that share no solver: every event of bodies that roll and pitch on three scattered legs.
 

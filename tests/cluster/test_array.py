@@ -171,7 +171,7 @@ from tarsus.study.layout import open_store
 from tarsus.study.studyfile import frozen_sweep
 folder = Path(sys.argv[1])
 sweep = frozen_sweep(folder)
-store, _ = open_store(sweep, folder, resume=True)
+store = open_store(sweep, folder, resume=True)
 collect(sweep, store)
 print("ready", flush=True)
 sys.stdin.readline()

@@ -39,15 +39,6 @@ def test_flights_over_many_periods_keep_their_apex(period):
     assert len(run.all_events) > len(run.events), "the period marks are there"
 
 
-def test_runs_of_a_batch_have_the_events_of_single_runs():
-    values = np.array([0.4, 0.9])
-    batch = ts.simulate_batch(ball(0.05), {E: values}, 4.0)
-    for k, e in enumerate(values.tolist()):
-        high = batch.events(k)["apex"]
-        np.testing.assert_array_equal(high, batch.run(k).events["apex"])
-        np.testing.assert_allclose(high[:5], e ** (2.0 * np.arange(len(high[:5]))), rtol=1e-6)
-
-
 def test_a_walkers_flights_are_as_high_as_its_series():
     robot = trotter()
     run = ts.simulate(robot, 0.06)

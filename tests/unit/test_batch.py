@@ -258,15 +258,6 @@ def test_a_run_of_a_batch_tells_its_motion_and_where_its_energy_went(make, vary)
         assert run.ledger.work_in == pytest.approx(alone.ledger.work_in, rel=1e-5)
 
 
-def test_every_run_is_a_run(grid):
-    """Of `simulate`, of a session, of a batch, of a walker: one class, asked alike."""
-    walker = ts.load_scene("millipede")
-    runs = [ran("cantilever"), ts.Session(walker).run({}, DURATION), grid.run((0, 0))]
-    assert {type(run) for run in runs} == {ts.Run}
-    assert [run.marks is None for run in runs] == [True, False, True]
-    assert [run.at([0.0, DURATION]).body is None for run in runs] == [True, False, True]
-
-
 def test_a_session_lowers_its_scene_once_for_runs_that_differ_in_slots(scene, monkeypatch):
     lowered = []
     monkeypatch.setattr(

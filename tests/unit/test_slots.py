@@ -104,6 +104,10 @@ CASES = {
         },
         0.02,
     ),
+    "speed of a landing rule": (
+        lambda: ts.load_scene("cantilever", **{"ground.landing": {"kind": "restitute_first", "speed": 0.1}}),
+        {"ground.landing.speed": [0.01, 0.05, 0.2, 5.0]}, 0.02,
+    ),
     "cantilever": (
         lambda: ts.load_scene("cantilever"),
         {
@@ -238,3 +242,16 @@ def test_a_session_of_a_walker():
     run = session.run(changed, 0.02)
     np.testing.assert_array_equal(run.events, ts.simulate(ts.with_values(walking(), changed), 0.02).events)
     assert run.ok
+
+
+def test_varied_values_may_have_units_and_wrong_ones_are_a_sentence():
+    path, texts = "robot.feet.tip.gap", ["70 um", "0.08 mm"]
+    batch = ts.simulate_batch("cantilever", {path: texts}, "2 ms")
+    assert batch.vary[path].tolist() == [7e-5, 8e-5]
+    session = ts.Session("cantilever").batch({path: texts}, "2 ms")
+    for k in range(2):
+        np.testing.assert_array_equal(session.events(k), batch.events(k))
+    with pytest.raises(ts.InputError, match=r"robot\.feet\.tip\.gap: expected a length"):
+        ts.simulate_batch("cantilever", {path: ["70 V"]})
+    with pytest.raises(ts.InputError, match=r"robot\.feet\.tp\.gap: unknown path; did you mean"):
+        ts.simulate_batch("cantilever", {"robot.feet.tp.gap": ["70 um"]})

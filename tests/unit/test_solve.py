@@ -15,6 +15,7 @@ from tarsus.core import arrays as a
 from tarsus.measure import Flights
 from tarsus.solve import Accuracy, ResultCode
 from tarsus.solve.codes import structured_events
+from tarsus.solve.run import increasing
 
 SCENES = Path(__file__).parent.parent / "scenes"
 
@@ -73,6 +74,18 @@ def test_at_starts_at_the_initial_state_and_holds_the_last_one(run):
     np.testing.assert_allclose(x[:, 2], x[:, 1], rtol=1e-12)
     with pytest.raises(ts.InputError):
         run.at(np.array([-1e-3, 0.0]))
+
+
+def test_times_are_a_row_in_order():
+    assert increasing([0.0, 0.1, 0.1]).tolist() == [0.0, 0.1, 0.1]
+    assert increasing([]).shape == (0,)
+    with pytest.raises(ts.InputError, match="a row of times"):
+        increasing(0.01)
+    for device in ("cantilever", "millipede"):
+        made = ts.simulate(device, 0.01)
+        for ask in (made.at, made.states, made.to_dataset):
+            with pytest.raises(ts.InputError, match="in order"):
+                ask(np.array([0.01, 0.005]))
 
 
 def test_held_feet_do_not_move_and_free_ones_are_not_pulled(run):

@@ -13,7 +13,7 @@ from tarsus.calibrate.leaveout import LeftOut
 from tarsus.calibrate.lowering import Lowered
 from tarsus.calibrate.objective import existence
 from tarsus.calibrate.prediction import INTERVAL, Prediction
-from tarsus.files.store import package_version
+from tarsus.files.version import package_version
 
 __all__ = ["OPEN", "calibration_table", "device_file", "found_sentence", "options_word", "prediction_entry"]
 

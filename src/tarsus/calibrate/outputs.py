@@ -14,8 +14,9 @@ from tarsus.calibrate.mixture import MIXTURE_FILE, Mixture, mixture_table
 from tarsus.calibrate.studyfile import TABLE_FILE
 from tarsus.files.jsontext import json_text
 from tarsus.files.runstore import SWEEP_FILES
-from tarsus.files.store import REPORT_FILE, write_text
+from tarsus.files.store import REPORT_FILE
 from tarsus.files.toml import scene_text
+from tarsus.files.whole import write_text
 from tarsus.model.scene import Provenance, Scene, Source
 
 __all__ = ["CALIBRATION_FILE", "CALIBRATION_FILES", "branch_scene", "mixture_of", "write_outputs"]

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 from tarsus.design.headers import gait_header_text
 from tarsus.design.results import csv_text, units_of, write_texts
 from tarsus.files.jsontext import json_text
-from tarsus.files.store import package_version
 from tarsus.files.toml import scene_text
+from tarsus.files.version import package_version
 from tarsus.tables.numbers import amount, interval, percent
 from tarsus.tables.table import Column, Table
 

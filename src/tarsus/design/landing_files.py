@@ -14,8 +14,8 @@ from tarsus.design.results import csv_text, write_texts
 from tarsus.design.timer import in_comment
 from tarsus.design.trials import Landings
 from tarsus.files.jsontext import json_text
-from tarsus.files.store import package_version
 from tarsus.files.toml import scene_text
+from tarsus.files.version import package_version
 from tarsus.tables.numbers import amount
 from tarsus.tables.table import Column, Table
 

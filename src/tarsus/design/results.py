@@ -10,7 +10,7 @@ from typing import Any
 
 from tarsus.base.spec import float_paths
 from tarsus.base.units import format_quantity
-from tarsus.files.store import write_text
+from tarsus.files.whole import write_text
 from tarsus.model.scene import Scene
 
 __all__ = ["csv_text", "units_of", "values_in_words", "write_texts"]

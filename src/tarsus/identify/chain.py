@@ -27,12 +27,12 @@ from tarsus.identify.landing import LandingVerdict, judge_landing
 from tarsus.identify.pairs import InAir, Pair, compare_in_air, map_from_pairs, told_by_pairs
 from tarsus.identify.resonance import Resonances, identify_resonances, static_response
 from tarsus.identify.restitution import BounceStudy, identify_restitution
-from tarsus.identify.shown import Shown
 from tarsus.identify.step import NotDone, Residual, Shift, StepResult, Trouble, Used
 from tarsus.identify.traces import Trace
 from tarsus.model.drive.waveforms import SweptSine
 from tarsus.records.excluded import Excluded
 from tarsus.records.purpose import Purpose
+from tarsus.tables.table import Table
 
 __all__ = ["Identification", "StepRunner", "identify"]
 
@@ -49,7 +49,7 @@ _STRUCTURE = "robot.structure.frequencies"
 
 
 @dataclass(frozen=True, repr=False)
-class Identification(Shown):
+class Identification:
     """Everything a campaign has told.
 
     opened: the campaign; readings: every file; left_out: data not used, with reasons; steps: results by name; not_done;
@@ -72,6 +72,22 @@ class Identification(Shown):
     shifts: tuple[Shift, ...]
     remarks: tuple[str, ...]
     seconds: float
+
+    def table(self) -> Table:
+        """Every number with its interval and verdict, and what the data were used for."""
+        from tarsus.identify.tables import identification_table
+
+        return identification_table(self)
+
+    def __repr__(self) -> str:
+        numbers = sum(len(step.paths) for step in self.steps.values())
+        return f"<Identification of '{self.opened.campaign.name}': {numbers} numbers in {len(self.steps)} steps>"
+
+    def __str__(self) -> str:
+        return self.table().text()
+
+    def _repr_html_(self) -> str:
+        return self.table().html()
 
     @property
     def model(self) -> FootModel:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,12 +19,13 @@ from tarsus.base.errors import InputError
 from tarsus.base.linear import product
 from tarsus.base.spec import Description, float_paths, get_value, with_values
 from tarsus.base.units import format_quantity
-from tarsus.core import _native
 from tarsus.model.drive.pieces import Channels, Pieces, evaluate
-from tarsus.model.scene import Scene
-from tarsus.model.standing import equilibrium
 from tarsus.plan.channels import drive_courses
 from tarsus.plan.lowering import Kind, Place, Plan, distinct, pack, scales, slot
+
+if TYPE_CHECKING:
+    from tarsus.core import _native
+    from tarsus.model.scene import Scene
 
 __all__ = [
     "Kind",
@@ -195,6 +196,8 @@ def bears(scene: Scene, path: str) -> bool:
 
 def _stand(scene: Scene, values: Mapping[str, Floats], initial: Floats) -> None:
     """Where a walker starts standing, the equilibrium of every run."""
+    from tarsus.model.standing import equilibrium
+
     if scene.initial.standing is None:
         return
     bearing = {path: column for path, column in values.items() if bears(scene, path)}

@@ -15,8 +15,8 @@ from tarsus.base.spec import float_paths
 from tarsus.identify.assessment import assessed, law_slopes
 from tarsus.identify.chain import Identification
 from tarsus.identify.heldout import Comparison
-from tarsus.identify.result import TAKEN
 from tarsus.identify.step import StepResult
+from tarsus.identify.tables import TAKEN
 from tarsus.identify.verdict import Assessment, Determined
 from tarsus.records.excluded import Excluded
 from tarsus.report import identify_figures, modal_figures

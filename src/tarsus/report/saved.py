@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
-from tarsus.files.store import written_whole
+from tarsus.files.whole import written_whole
 from tarsus.report.plot import MOST_LINES
 from tarsus.report.style import CYCLE, Scale, scale_of
 

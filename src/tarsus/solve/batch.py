@@ -15,7 +15,6 @@ from tarsus.base.spec import float_paths, with_values
 from tarsus.base.units import parse_quantity
 from tarsus.base.workers import Workers, is_executor, places, spread
 from tarsus.files.library import SceneLike, as_scene
-from tarsus.model.scene import Scene
 from tarsus.plan.slots import check_bounds, slot
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.engine import Accuracy
@@ -25,6 +24,7 @@ from tarsus.solve.simulate import Shared, changed_run, prepared, seconds_of
 if TYPE_CHECKING:
     from concurrent.futures import Executor
 
+    from tarsus.model.scene import Scene
     from tarsus.solve.gradients import GradientRun
 
 __all__ = ["Batch", "simulate_batch"]

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from tarsus.measure import Measure, measures_of, scene_period
-from tarsus.model.scene import Scene
 from tarsus.solve.engine import Log
 from tarsus.solve.run import Run
+
+if TYPE_CHECKING:
+    from tarsus.model.scene import Scene
 
 __all__ = ["offered"]
 

@@ -23,18 +23,18 @@ from tarsus.measure import (
     measures_of,
     no_measure,
 )
-from tarsus.model.scene import Scene
 from tarsus.plan.slots import Kind, slot
 from tarsus.solve import shown
 from tarsus.solve.codes import EventColumns, ResultCode, structured_events, structured_marks, without_marks
 from tarsus.solve.engine import Accuracy, Log
 from tarsus.solve.run import Run
-from tarsus.tables.table import Table
 
 if TYPE_CHECKING:
     import xarray
 
     from tarsus.files.series import Variable
+    from tarsus.model.scene import Scene
+    from tarsus.tables.table import Table
 
 __all__ = ["Batch", "Part"]
 

@@ -15,11 +15,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.spec import get_value, with_values
 from tarsus.base.units import parse_quantity
 from tarsus.files.library import SceneLike, as_scene
-from tarsus.model.drive.law import VoltageLaw
 from tarsus.model.drive.lower import lower
-from tarsus.model.drive.pieces import Pieces
-from tarsus.model.drive.signal import Signal
-from tarsus.model.scene import Scene
 from tarsus.plan.lowering import lower_scene
 from tarsus.plan.slots import Floats, Rows, rows_for, slot
 from tarsus.solve.acting import Acting
@@ -28,6 +24,10 @@ from tarsus.solve.motion import Marched, Motion, Replayed
 from tarsus.solve.run import Run
 
 if TYPE_CHECKING:
+    from tarsus.model.drive.law import VoltageLaw
+    from tarsus.model.drive.pieces import Pieces
+    from tarsus.model.drive.signal import Signal
+    from tarsus.model.scene import Scene
     from tarsus.solve.gradients import GradientRun
 
 __all__ = ["RECORDED", "Shared", "changed_run", "kept", "motion_of", "prepared", "seconds_of", "simulate"]

@@ -21,7 +21,7 @@ def write(
     """Write reproduction.csv (`table`), reproduction.json (`result`) and reproduction.html (`write_page(path)`)."""
     from tarsus.cli import console
     from tarsus.files.jsontext import json_text
-    from tarsus.files.store import write_text
+    from tarsus.files.whole import write_text
 
     write_text(folder / "reproduction.csv", table)
     write_text(folder / "reproduction.json", json_text(result) + "\n")

@@ -13,7 +13,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
-from tarsus.files.store import package_version, write_text
+from tarsus.files.version import package_version
+from tarsus.files.whole import write_text
 from tarsus.report.figures import Plate
 from tarsus.report.html import MISSING, Cell, Column, Markup, escape, figure, number, page, sentences, table
 from tarsus.report.sheet import Sheet, plate

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from tarsus.files.library import load_scene
-from tarsus.files.store import package_version, write_text
+from tarsus.files.version import package_version
+from tarsus.files.whole import write_text
 from tarsus.model.scene import Source
 from tarsus.report.html import Cell, Column, Markup, escape, page, table
 

@@ -6,7 +6,8 @@ from collections.abc import Iterator
 from itertools import count
 from pathlib import Path
 
-from tarsus.files.store import package_version, write_text
+from tarsus.files.version import package_version
+from tarsus.files.whole import write_text
 from tarsus.measure import STANDSTILL
 from tarsus.report.html import (
     MISSING,

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tarsus.files.store import package_version, write_text
+from tarsus.files.version import package_version
+from tarsus.files.whole import write_text
 from tarsus.impacts.energy import creation_warning
 from tarsus.report.circular import TURNS, dials
 from tarsus.report.html import (
