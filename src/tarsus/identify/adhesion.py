@@ -32,8 +32,11 @@ PATHS = ("ground.adhesion.initial", "ground.adhesion.rate")
 BOUNDS = ((0.0, np.inf), (0.0, np.inf))
 """Neither adhesion nor its growth pushes."""
 _FEWEST = 4
+"""Pull-off forces that a line takes: two for its numbers and two to see their scatter."""
 _OUTSIDE = 4.0
+"""Deviations from the line beyond which a break-off is another event: of a hundred normal ones none is."""
 _ROUNDS = 20
+"""Rounds of weights and of what is kept at most: beyond, two sets would alternate."""
 _PASSES = 2
 """Times that contacts are simulated with the adhesion of the time before."""
 _SAME_EVENT = 2e-3

@@ -33,6 +33,7 @@ FEWEST = 5
 """Samples there must be on each side."""
 
 _DESCENT = Descent(rounds=15)
+"""Fifteen rounds: an impact that needs more is no single one, and `sound` looks whether it has settled."""
 
 
 @dataclass(frozen=True)

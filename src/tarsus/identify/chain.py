@@ -40,6 +40,7 @@ Floats = NDArray[np.float64]
 Progress = Callable[[int, int, str], None]
 
 _STEPS = 8
+"""Messages of progress beside those of the files: seven steps and the landing rule."""
 _FILM = "ground.film.coefficient"
 _BY_NOISE = ("hysteresis", "film", "electrostatics")
 """Steps whose intervals hold the noise of records, not a scatter from event to event."""

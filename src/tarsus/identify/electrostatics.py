@@ -42,6 +42,7 @@ away."""
 _DESCENT = Descent(rounds=25, far=1.0)
 """Beyond a factor of e the motion is not linear in the constants."""
 _SHOWN = 4
+"""Records that the report shows, evenly from all."""
 
 
 @dataclass(frozen=True)
@@ -122,6 +123,8 @@ class _Close:
 
 
 _LIMITS = (np.log(1e-30), np.log(1.0))
+"""Logarithms of the constants [SI] within which exponentials neither overflow nor underflow; no film or attraction of
+the field comes near."""
 
 
 def identify_close(model: FootModel, known: Known, traces: Sequence[Trace], seed: int) -> StepResult:

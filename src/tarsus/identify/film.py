@@ -29,7 +29,10 @@ PATHS = ("ground.film.coefficient", "ground.film.thickness")
 MOST = 120
 """Flights that are fitted at most, evenly from all."""
 _SHOWN = 4
+"""Flights that the report shows, evenly from all."""
 _ROUGH = 4.0
+"""Times the worst or the usual misfit that a flight may have under the first guess of the film, which is off
+itself."""
 
 
 @dataclass(frozen=True)

@@ -34,8 +34,12 @@ __all__ = ["LoopFit", "Loops", "Shares", "fit_loops", "identify_hysteresis", "wi
 Floats = NDArray[np.float64]
 
 _INDEPENDENT = 1e-3
+"""Part of the gains that a combination of points must keep when the ground holds the foot: below, it says nothing of
+the drive."""
 _RIDGE = 1e-13
+"""Share of the diagonal that keeps plays which never move from making the equations singular; rounding is 1e-16."""
 _FEWEST = 50
+"""Samples of static records: some for each of a dozen parameters."""
 
 
 @dataclass(frozen=True)

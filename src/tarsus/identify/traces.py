@@ -17,11 +17,15 @@ __all__ = ["Hold", "Trace", "contact_level", "holds", "jumps_of", "misplaced", "
 Floats = NDArray[np.float64]
 
 _FEWEST_AT_REST = 8
+"""Samples at rest from which noise is estimated: to a quarter of itself then."""
 _JUMP = 0.1
+"""Part of the span of volts that a jump moves by in a sample."""
 _SAME = 8.0
+"""Deviations within which two places are the same ground, the means of many samples being compared."""
 _FOLLOWS = 0.15
 """Part of the usual motion per volt that a foot on the ground may still show."""
 _SURE = 3.0
+"""Deviations by which motion per volt must be known to tell standing from hovering."""
 
 SHORTEST = 6
 """Samples a hold must last."""

@@ -39,6 +39,7 @@ __all__ = [
 Floats = NDArray[np.float64]
 
 _RELATED = 0.5
+"""Correlation from which on another number is named: a quarter of the variance in common."""
 _MUCH = 0.5
 """Share of what a product leaves open that a sum must leave at most to be named instead."""
 

@@ -15,6 +15,7 @@ __all__ = ["Spread", "common_ratio", "spread"]
 Floats = NDArray[np.float64]
 
 _ROUNDS = 50
+"""Rounds of the ratio at most: it ends before, at rounding."""
 
 
 @dataclass(frozen=True)

@@ -191,13 +191,16 @@ class Measurement:
 
 
 _FEWEST_HEAPED = 5
+"""Samples on one value from which on a limit is looked for: fewer meet by chance."""
 _HEAPED = 8.0
 """Samples at an extreme, and how many times more than at any of the values next to it: the crest of a wave that is
 rounded has 2.4 times as many, a flat one 5 times."""
 _SAME = 1e-9
 """Part of the span within which values are the same."""
 _NEXT = 20
+"""Values beside the outermost one that it is compared with."""
 _FAR = 0.2
+"""Part of the span from the middle that a limit lies at: what rests there is no limit."""
 
 
 def _heaped(values: Floats) -> tuple[int, float]:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 __all__ = ["clipped_samples"]
 
 _SHORTEST_RUN = 3
+"""Samples on the outermost value: a peak of a smooth signal may have two."""
 _STEEP = 4.0
 """A run is clipped if the signal enters it with a step above this many steps of its digits: the crest of a wave that
 is rounded to such steps is entered with less than 3."""
