@@ -82,7 +82,9 @@ class Identification:
 
     def __repr__(self) -> str:
         numbers = sum(len(step.paths) for step in self.steps.values())
-        return f"<Identification of '{self.opened.campaign.name}': {numbers} numbers in {len(self.steps)} steps>"
+        return (
+            f"<Identification of '{self.opened.campaign.name}': {numbers} numbers in {len(self.steps)} steps>"
+        )
 
     def __str__(self) -> str:
         return self.table().text()
