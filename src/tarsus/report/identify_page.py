@@ -17,7 +17,7 @@ from tarsus.identify.chain import Identification
 from tarsus.identify.heldout import Comparison
 from tarsus.identify.step import StepResult
 from tarsus.identify.tables import TAKEN
-from tarsus.identify.verdict import Assessment, Determined
+from tarsus.identify.verdict import Assessment
 from tarsus.records.excluded import Excluded
 from tarsus.report import identify_figures, modal_figures
 from tarsus.report.pages import page, rendered, write_page
@@ -110,7 +110,7 @@ def _open(found: Identification, judged: Assessment) -> list[str]:
     return [
         one.sentence(units[one.name].unit if one.name in units else "1")
         for one in judged.verdicts
-        if not isinstance(one, Determined)
+        if not one.determined
     ]
 
 
