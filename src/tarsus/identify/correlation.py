@@ -79,7 +79,7 @@ def correlation(u: Floats) -> Floats:
 
 
 def find_exponents(
-    u: Floats, j: int, others: list[int], ties: ParameterCombinations, level: float = LEVEL
+    u: Floats, j: int, others: list[int], ties: ParameterCombinations
 ) -> list[tuple[Floats, bool]]:
     """Products of powers with parameter j that a cloud of points holds within `WIDTH`.
 
@@ -96,8 +96,6 @@ def find_exponents(
         Number of the parameter in question.
     others
         Numbers of those it may be tied to.
-    level
-        Share of the points that the width is taken of; 1 for all.
 
     Returns
     -------
@@ -106,7 +104,7 @@ def find_exponents(
         where there is no such product.
     """
     v = u - np.median(u, axis=0)
-    own = float(_half_width(v[:, [j]], level)[0])
+    own = float(_half_width(v[:, [j]])[0])
     for size in range(1, ties.partners + 1):
         best: tuple[float, list[int], Floats] | None = None
         for chosen in combinations(others, size):
@@ -116,16 +114,16 @@ def find_exponents(
             steepness = np.abs(powers)
             if not steepness.max() <= _STEEPEST * steepness.min():
                 continue
-            width = float(_half_width(v[:, columns] @ powers[:, None], level)[0])
+            width = float(_half_width(v[:, columns] @ powers[:, None])[0])
             if best is None or width < best[0]:
                 best = (width, columns, powers)
         if best is not None and best[0] <= min(WIDTH, own / ties.gain):
-            return _preferred(v, best[1], best[2], own, ties, level)
+            return _preferred(v, best[1], best[2], own, ties)
     return []
 
 
 def find_weight(
-    x: Floats, j: int, others: list[int], ties: ParameterCombinations, level: float = LEVEL
+    x: Floats, j: int, others: list[int], ties: ParameterCombinations
 ) -> tuple[int, float, float] | None:
     """The sum ``x_j + w x_k``, ``w x_k`` of the sign of x_j, that a cloud of points holds within `WIDTH`.
 
@@ -133,7 +131,7 @@ def find_weight(
     ----------
     x
         Parameters (ns, np), each of one sign.
-    j, others, ties, level
+    j, others, ties
         As for `find_exponents`.
 
     Returns
@@ -141,7 +139,7 @@ def find_weight(
     tuple
         k, w, and what the sum leaves of x_j (half-width, SI) when x_k is known; None where there is no such sum.
     """
-    own = float(_half_width(x[:, [j]], level)[0])
+    own = float(_half_width(x[:, [j]])[0])
     best: tuple[int, float, float] | None = None
     for k in others:
         apart = x[:, k] - x[:, k].mean()
@@ -150,19 +148,19 @@ def find_weight(
         middle = float(np.median(total))
         if weight * np.sign(x[0, j] * x[0, k]) <= 0.0:
             continue
-        left = float(_half_width(total[:, None], level)[0])
+        left = float(_half_width(total[:, None])[0])
         if left <= min(WIDTH * abs(middle), own / ties.gain) and (best is None or left < best[2]):
             best = (k, weight, left)
     return best
 
 
-def left_over(u: Floats, j: int, powers: Floats, level: float = LEVEL) -> float:
+def left_over(u: Floats, j: int, powers: Floats) -> float:
     """Half-width of the logarithm of parameter j that a product of powers (np,) leaves when its partners are known."""
-    return float(_half_width((u @ powers)[:, None], level)[0]) / abs(float(powers[j]))
+    return float(_half_width((u @ powers)[:, None])[0]) / abs(float(powers[j]))
 
 
 def _preferred(
-    v: Floats, columns: list[int], regressed: Floats, own: float, ties: ParameterCombinations, level: float
+    v: Floats, columns: list[int], regressed: Floats, own: float, ties: ParameterCombinations
 ) -> list[tuple[Floats, bool]]:
     """Exponents (np,) in order of preference, for the first of some columns."""
     cloud = v[:, columns]
@@ -170,16 +168,14 @@ def _preferred(
     fitted = regressed
     if abs(across[0]) > 1e-3 * np.abs(across).max():
         turned = across / across[0]
-        if _half_width(cloud @ turned[:, None], level)[0] <= ties.slack * _half_width(
-            cloud @ regressed[:, None], level
-        ):
+        if _half_width(cloud @ turned[:, None])[0] <= ties.slack * _half_width(cloud @ regressed[:, None]):
             fitted = turned
     if np.abs(fitted).min() < 0.5 / ties.power**2:  # a partner that hardly matters
         fitted = regressed
-    narrowest = float(_half_width(cloud @ fitted[:, None], level)[0])
+    narrowest = float(_half_width(cloud @ fitted[:, None])[0])
     allowed = min(max(ties.slack * narrowest, 0.2 * WIDTH), WIDTH, own / ties.gain)
     whole = _whole(np.sign(fitted), ties.power)
-    widths = _half_width(cloud @ (whole / whole[:, :1]).T, level)
+    widths = _half_width(cloud @ (whole / whole[:, :1]).T)
     fine = np.flatnonzero(widths <= allowed)
     out = []
     if len(fine):
@@ -206,7 +202,7 @@ def _spread_out(powers: Floats, columns: list[int], count: int) -> Floats:
     return out * np.sign(out[used[np.argmin(np.abs(out[used]))]])
 
 
-def _half_width(columns: Floats, level: float) -> Floats:
+def _half_width(columns: Floats) -> Floats:
     """Half of the interval between equal tails of columns (ns, m): (m,)."""
-    low, high = np.quantile(columns, [0.5 - 0.5 * level, 0.5 + 0.5 * level], axis=0)
+    low, high = np.quantile(columns, [0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL], axis=0)
     return 0.5 * (high - low)
