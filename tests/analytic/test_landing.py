@@ -175,9 +175,9 @@ def test_the_printed_pull_of_a_beam_is_that_of_its_two_points(normal, phase):
     mode = contact_mode(system, 0)
     state = np.concatenate([series.state.x, series.state.v])
     y = np.linalg.solve(mode.to_physical, state - mode.offset[:, None])
-    told = mode.printed[0] @ y + mode.printed_feed[0, 2:] @ [*series.force, np.ones(len(landings))]
-    told += mode.printed_damping[0] * (1.0 - e) * v[0]
-    np.testing.assert_allclose(told, printed, rtol=0.0, atol=1e-9 * np.abs(k[0] * 1e-6))
+    by_mode = mode.printed[0] @ y + mode.printed_feed[0, 2:] @ [*series.force, np.ones(len(landings))]
+    by_mode += mode.printed_damping[0] * (1.0 - e) * v[0]
+    np.testing.assert_allclose(by_mode, printed, rtol=0.0, atol=1e-9 * np.abs(k[0] * 1e-6))
 
 
 def events_of(rules: ts.Ground, structure: str, **how) -> np.ndarray:

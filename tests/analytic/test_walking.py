@@ -117,7 +117,7 @@ def test_a_block_on_a_plane_that_shakes_up_and_along_follows_its_equation(drive)
     assert end == pytest.approx(brentq(speed, 1.5 * begin, 1.2 / 80.0, xtol=1e-15), rel=1e-8)
 
 
-def test_a_blow_brakes_the_way_along_by_mu_times_its_own():
+def test_an_impact_brakes_the_way_along_by_mu_times_its_own():
     """Coulomb's law between impulses: m (1 + e) v normal, mu times that along."""
     scene = moving(block(), block=0.1, block_x=0.5)
     run = ts.simulate(scene, duration=0.03)
@@ -278,12 +278,12 @@ def test_simultaneous_touchdowns_do_not_know_of_each_other():
     """Feet that land at one moment land as each would beside it, whatever their order of naming."""
     ground = sticky(adhesion=None)
     run = ts.simulate(alike(4, ground), duration=0.02)
-    blows = of_kind(run, BOUNCE, CAPTURE, REST)
-    times, counts = np.unique(blows["time"], return_counts=True)
+    impacts = of_kind(run, BOUNCE, CAPTURE, REST)
+    times, counts = np.unique(impacts["time"], return_counts=True)
     assert len(times) > 3
     assert np.all(counts == 4)
     for t in times:
-        assert len(set(blows["speed_before"][blows["time"] == t])) == 1
+        assert len(set(impacts["speed_before"][impacts["time"] == t])) == 1
 
 
 def test_one_foot_lets_go_while_others_hold():

@@ -162,7 +162,7 @@ def test_the_ground_pushes_back_what_structure_and_laws_leave(run: ts.Run) -> No
 
 
 def test_events_follow_from_one_another(run: ts.Run) -> None:
-    """A foot that is held leaves before it lands again; none departs faster than it came, or gains by a blow."""
+    """A foot that is held leaves before it lands again; none departs faster than it came, or gains by an impact."""
     events = run.events
     assert len(events) > 3 and np.all(np.diff(events["time"]) >= 0.0)
     assert np.all(events["speed_after"] <= events["speed_before"])

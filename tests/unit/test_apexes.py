@@ -13,7 +13,7 @@ from scene_files import scene
 from tarsus.base.events import IMPACTS
 from walking_scenes import trotter
 
-E, HEIGHT, GAP = "ground.restitution.coefficient", 1.0, "robot.feet.ball.gap"
+E, GAP = "ground.restitution.coefficient", "robot.feet.ball.gap"
 
 
 def ball(period: float) -> ts.Scene:

@@ -142,14 +142,12 @@ def test_a_drive_that_moves_no_leg_gets_no_volts() -> None:
 
 @pytest.mark.parametrize("duty", [0.0, 1.0, -0.2, 1.5])
 def test_a_duty_outside_of_0_to_1(duty: float) -> None:
-    with pytest.raises(
-        InputError, match=r"Alternating.duty: expected a pure number above 0 and below 1, got"
-    ):
+    with pytest.raises(InputError, match=r"Alternating.duty: .*above 0 and below 1"):
         Alternating(**COMMON, duty=duty)
 
 
 def test_voltages_in_order() -> None:
-    with pytest.raises(InputError, match=r"^MetachronalGait.high: .* 14 V is below the lower one, 15 V$"):
+    with pytest.raises(InputError, match=r"^MetachronalGait.high: .*14 V .*15 V"):
         MetachronalGait(**COMMON, low=15.0)
     still = MetachronalGait(**COMMON, low=14.0).waveforms(rows(1, 0))["L1"]
     assert still.volts(MIDDLES).tolist() == [14.0] * len(MIDDLES)

@@ -231,7 +231,7 @@ def two_balls(**gaps: float) -> ts.Scene:
     )
 
 
-def test_feet_that_land_together_and_hand_blows_on_have_no_derivative():
+def test_feet_that_land_together_and_hand_impacts_on_have_no_derivative():
     paths = ("robot.feet.a.gap", "ground.restitution.coefficient")
     together = ts.simulate(two_balls(), gradients=paths)
     assert len(together.events) >= 2 and np.ptp(together.events["time"][:2]) < 1e-12
@@ -329,7 +329,7 @@ def test_a_landing_at_the_threshold_of_the_pull_as_printed_has_no_derivative():
 
 @pytest.mark.parametrize("seed", [2, 3, 6, 10, 18, 26, 36, 132, 165])
 def test_derivatives_of_random_scenes_as_differences(seed):
-    """In that of seed 165 one blow tears two feet off; in that of 132 steps go far beyond a short piece."""
+    """In that of seed 165 one impact tears two feet off; in that of 132 steps go far beyond a short piece."""
     found = look_at(seed)
     assert found["compared"] > 50
     assert not found["wrong"] and not found["signs"] and not found["flagged"]
@@ -351,7 +351,7 @@ def test_threads_may_ask_one_run_for_derivatives_by_its_structure():
         assert all(np.array_equal(one, wanted) for one in found)
 
 
-def test_bad_requests_are_told():
+def test_bad_requests_are_reported():
     scene = scene_of("ball")
     with pytest.raises(ts.InputError, match="unknown path"):
         ts.simulate(scene, gradients=["robot.feet.ball.gab"])

@@ -204,7 +204,7 @@ def test_verbs_of_other_packages(their_robots: None, capsys: pytest.CaptureFixtu
     assert capsys.readouterr().out.startswith("{")
 
 
-def test_a_name_that_the_package_lacks_is_told_with_the_nearest() -> None:
+def test_a_name_that_the_package_lacks_is_reported_with_the_nearest() -> None:
     with pytest.raises(AttributeError, match="did you mean 'Session'"):
         tarsus.Sesion  # noqa: B018
 

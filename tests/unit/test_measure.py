@@ -124,13 +124,13 @@ def test_no_event_at_all():
     assert measures["contact_duration"].value == 0.0 and measures["bounces"].value == 0.0
     assert np.isnan(measures["peak"].value) and np.isnan(measures["hardest_impact"].value)
     assert measures.bounces.definition.startswith("bounces per drive period: flights from a touchdown")
-    with pytest.raises(AttributeError, match="there is no measure 'nonsense'; valid names are 'bounces', "):
+    with pytest.raises(AttributeError, match="no measure 'nonsense'"):
         _ = measures.nonsense
 
 
 def test_a_measure_that_was_renamed_says_its_present_name():
     measures = whole_run_statistics(Hand(table(), 1.0, 0.25))
-    with pytest.raises(KeyError, match="no measure 'all_rebounds'; did you mean 'total_rebounds_any_height'"):
+    with pytest.raises(KeyError, match="did you mean 'total_rebounds_any_height'"):
         measures["all_rebounds"]
     assert "all_rebounds" not in measures and "total_rebounds_any_height" in measures
 
@@ -141,7 +141,7 @@ def test_names_of_the_whole_run_begin_alike():
     )
 
 
-def test_feet_are_told_apart():
+def test_each_foot_has_its_own():
     events = np.concatenate([table((0.5, CAPTURE, 1e-6, 0.1)), table((0.8, CAPTURE, 3e-6, 0.2))])
     events["foot"] = [0, 1]
     run = Hand(events, 1.0, 1.0, ("a", "b"))

@@ -117,7 +117,7 @@ def test_gravity_needs_to_know_up() -> None:
 
 
 def test_a_way_along_the_ground_is_not_the_foots_own_point() -> None:
-    with pytest.raises(ValueError, match="'tip' is the foot's own point, whose displacement is up"):
+    with pytest.raises(ValueError, match="'tip' is the foot's own point"):
         robot(feet={"toe": Foot(point="tip", gap=0.0, along="tip")})
 
 

@@ -54,9 +54,7 @@ def test_backwards_is_forwards_and_what_is_not_there_is_refused() -> None:
     scene, path = cantilever(), "ground.friction.coefficient"
     run = ts.simulate(scene, 0.004, gradients=[path])
     assert ts.gradient("hardest_impact", scene, [path], 0.004)[path] == run.gradient("hardest_impact")[path]
-    with pytest.raises(
-        InputError, match="along the ground there are no derivatives by numbers of the structure"
-    ):
+    with pytest.raises(InputError, match="no derivatives by numbers of the structure"):
         ts.simulate(scene, 0.004, gradients=["robot.structure.modal_masses.0"])
 
 

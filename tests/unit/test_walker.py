@@ -98,7 +98,7 @@ def test_bad_walkers_in_sentences() -> None:
     assert [one.split(":")[0].removeprefix("Walker.") for one in caught.value.problems] == [
         "body.mass", "body.roll_inertia", "legs.a.mass", "legs.a.stiffness_l",
     ]  # fmt: skip
-    with pytest.raises(InputError, match=r"^Walker.legs: expected at least one leg, got none$"):
+    with pytest.raises(InputError, match=r"^Walker.legs: .*at least one leg"):
         Walker(body=WalkerBody(mass=1.0), legs={})
     leg = WalkerLeg(**LEG)
     with pytest.raises(InputError, match=r"Walker.legs.a: its point 'a_x' .*\n.*Walker.legs.a_x: "):
