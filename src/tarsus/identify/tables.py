@@ -8,7 +8,6 @@ import numpy as np
 
 from tarsus.base.spec import float_paths
 from tarsus.identify.assessment import assessed, law_slopes
-from tarsus.identify.verdict import Determined
 from tarsus.tables.numbers import percent
 from tarsus.tables.table import ROW, Column, Table
 
@@ -42,7 +41,7 @@ def identification_table(found: Identification) -> Table:
             rows.append((name, float(value), tuple(ends), _half(float(value), *ends), "combination"))
             of.append(unit)
     verdicts = () if judged is None else judged.verdicts
-    open_ones = [one.sentence(units[one.name].unit) for one in verdicts if not isinstance(one, Determined)]
+    open_ones = [one.sentence(units[one.name].unit) for one in verdicts if not one.determined]
     left = f"; not done: {', '.join(one.name for one in found.not_done)}" if found.not_done else ""
     return Table(
         f"Identified from '{found.opened.campaign.name}', {found.files_used} files{left}",

@@ -19,7 +19,7 @@ from tarsus.files.store import SERIES_FILE, read_run
 from tarsus.files.whole import written_whole
 from tarsus.model.laws.userfile import laws_of
 from tarsus.report import plot as figures
-from tarsus.report.style import CYCLE, Scale, level_limits, scale_of
+from tarsus.report.style import CYCLE, MOST_LINES, Scale, level_limits, scale_of
 from tarsus.tables.numbers import spaced
 
 __all__ = [
@@ -228,7 +228,7 @@ def draw_series(axes: Axes, one: xarray.DataArray, only: Sequence[str] | None) -
         names = [str(label) for label in one[rest[0]].values]
         if unknown := [label for label in only or () if label not in names]:
             raise InputError(f"'{one.name}' has no '{label}'{nearest(label, names)}" for label in unknown)
-        shown = list(dict.fromkeys(only)) if only is not None else names[: figures.MOST_LINES]
+        shown = list(dict.fromkeys(only)) if only is not None else names[:MOST_LINES]
         rows = one.transpose(rest[0], "time").values
         for number, label in enumerate(shown):
             style = ("-", "--", ":", "-.")[number // len(CYCLE) % 4]

@@ -217,5 +217,9 @@ def test_what_the_report_calls_determined_is_narrow():
     rows = found.table().rows
     weights = [half for name, _, _, half, _ in rows if "weights" in name]
     assert weights and all(half.endswith(" of slope") for half in weights)
-    wide = [name for name, _, _, half, word in rows if word == "determined" and isinstance(half, float) and half > 0.5]
+    wide = [
+        name
+        for name, _, _, half, word in rows
+        if word == "determined" and isinstance(half, float) and half > 0.5
+    ]
     assert len(rows) > 10 and not wide
