@@ -20,12 +20,12 @@ import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import float_paths
-from tarsus.experiment.campaign_folder import write_campaign
-from tarsus.experiment.synthesis import Instrument, perturbed
 from tarsus.files.library import load_scene
 from tarsus.identify.campaign import read_campaign
 from tarsus.identify.chain import Identification, identify
 from tarsus.model.scene import Scene
+from tarsus.synthesis.campaign_folder import write_campaign
+from tarsus.synthesis.recordings import Instrument, perturbed
 
 DEVICE, SPREAD = "cantilever-capture", 0.2
 FILM = "C / g0^3"

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tarsus.base.errors import InputError
-from tarsus.identify import Frf, ModalFit, identify_modes
+from tarsus.modes import Frf, ModalFit, identify_modes
 from tarsus.records.measurement import Quantity
 
 POINTS = 8

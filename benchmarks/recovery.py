@@ -16,8 +16,8 @@ from pathlib import Path
 import numpy as np
 
 import tarsus as ts
-from tarsus.experiment.impact_map import ImpactMapEstimate, estimate_impact_map
-from tarsus.experiment.vibrometer import Vibrometer
+from tarsus.impacts.impact_map import ImpactMapEstimate, estimate_impact_map
+from tarsus.synthesis.vibrometer import Vibrometer
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 from printed_robots import POINTS, hexapod, printed

@@ -17,12 +17,12 @@ import numpy as np
 
 import tarsus as ts
 from tarsus.base.spec import float_paths
-from tarsus.experiment.campaign_folder import write_campaign
-from tarsus.experiment.synthesis import Instrument, perturbed
 from tarsus.identify.assessment import assessed
 from tarsus.identify.campaign import read_campaign
 from tarsus.identify.chain import Identification, identify
 from tarsus.identify.result import identified_device
+from tarsus.synthesis.campaign_folder import write_campaign
+from tarsus.synthesis.recordings import Instrument, perturbed
 
 SHOWN = (
     "robot.structure.frequencies.0",

@@ -16,18 +16,18 @@ from dataclasses import dataclass
 import numpy as np
 
 import tarsus as ts
-from tarsus.experiment import (
+from tarsus.impacts import (
     ImpactMapEstimate,
-    Vibrometer,
     compare_with_modes,
     detect_impacts,
     estimate_impact_map,
     plain_figures,
     subtract,
 )
-from tarsus.experiment.impacts import PlainFigures
+from tarsus.impacts.detection import PlainFigures
 from tarsus.model.structure import Structure
 from tarsus.records.measurement import Measurement
+from tarsus.synthesis import Vibrometer
 
 FOOT = "foot1"
 POINTS = tuple(f"foot{i}" for i in range(1, 7))

@@ -8,9 +8,9 @@ import numpy as np
 
 import tarsus as ts
 from printed_robots import POINTS, hexapod, printed
-from tarsus.experiment.vibrometer import Vibrometer
 from tarsus.records.measurement import Channel, Measurement, Quantity
 from tarsus.solve import Run
+from tarsus.synthesis.vibrometer import Vibrometer
 
 RESTITUTION = 0.51
 

@@ -13,7 +13,7 @@ TYPE_CHECKING = False  # not imported: `typing` is half of what this module woul
 if TYPE_CHECKING:
     from typing import Any
 
-    from tarsus import design, experiment, fit, identify, measure
+    from tarsus import design, fit, identify, impacts, measure, modes, synthesis
     from tarsus.base.errors import InputError
     from tarsus.base.spec import float_paths, get_value, quantity, with_values
     from tarsus.calibrate.calibrating import calibrate
@@ -143,16 +143,17 @@ __all__ = [
     "calibrate",
     "design",
     "device_names",
-    "experiment",
     "fit",
     "float_paths",
     "get_value",
     "gradient",
     "identify",
+    "impacts",
     "load_laws",
     "load_mixture",
     "load_scene",
     "measure",
+    "modes",
     "periodic",
     "plot",
     "quantity",
@@ -161,6 +162,7 @@ __all__ = [
     "simulate",
     "simulate_batch",
     "sweep",
+    "synthesis",
     "with_values",
     "write_report",
     "write_scene",
@@ -193,7 +195,10 @@ _HOMES = {
 }
 _MODULES = {
     "plot": "tarsus.report.plot",
-    **{name: f"tarsus.{name}" for name in ("design", "experiment", "fit", "identify", "measure")},
+    **{
+        name: f"tarsus.{name}"
+        for name in ("design", "fit", "identify", "impacts", "measure", "modes", "synthesis")
+    },
 }
 _HOME = {name: module for module, names in _HOMES.items() for name in names.split()}
 

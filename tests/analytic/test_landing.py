@@ -9,7 +9,7 @@ import tarsus as ts
 from laboratory import LABORATORY
 from scene_files import scene
 from tarsus.core.modes import contact_mode
-from tarsus.experiment.force import point_matrices
+from tarsus.impacts.force import point_matrices
 from tarsus.measure.history import PERIOD_MARK
 from tarsus.model.drive.laws import LinearForce
 from tarsus.plan.lowering import lower_scene

@@ -39,7 +39,7 @@ def verbs(tmp_path, monkeypatch):
     file.write_text(STUDY, encoding="utf-8")
     for place in (
         "tarsus.simulate",
-        "tarsus.experiment.campaign_folder.write_campaign",
+        "tarsus.synthesis.campaign_folder.write_campaign",
         "tarsus.identify.chain.identify",
         "tarsus.study.sweeping.run_sweep",
         "tarsus_reproduce.cantilever.reproduce_cantilever",

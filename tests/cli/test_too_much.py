@@ -13,10 +13,10 @@ import pytest
 
 import tarsus as ts
 from tarsus.base.errors import InputError
-from tarsus.experiment import record_files
 from tarsus.files import tables
 from tarsus.files.store import written_whole
 from tarsus.records.measurement import Channel, Measurement, Quantity
+from tarsus.synthesis import record_files
 
 SCENE, SWEEP = 'name = "x"\n[robot]\n', 'scene = "cantilever"\n[vary]\n"robot.feet.tip.gap" = [1e-6]\n'
 CALIBRATION, CAMPAIGN = 'device = "cantilever"\ntable = "x.csv"\n', 'device = "cantilever"\n[records.a]\n'
@@ -46,7 +46,9 @@ def test_of_very_many_faults_some_are_named_and_the_rest_counted(tarsus, tmp_pat
     file.write_text("".join(f"k{i} = 1\n" for i in range(5000)))
     sentences = tarsus("check", file).sentences
     assert len(sentences) == 101 and sentences[3].startswith("k0: unknown name 'k0'")
-    assert sentences[-1] == "4903 more problems are not listed"  # name, robot and duration are missing as well
+    assert (
+        sentences[-1] == "4903 more problems are not listed"
+    )  # name, robot and duration are missing as well
 
 
 @pytest.mark.parametrize("setting", ["1" * 5000, NESTED])
@@ -104,7 +106,9 @@ def test_who_reads_only_the_first_fault_gets_no_other(tmp_path):
     file = tmp_path / "many.toml"
     file.write_text("".join(f"{'k' * 200}{i} = 1\n" for i in range(5000)))
     read, write = os.pipe()
-    with subprocess.Popen([sys.executable, "-m", "tarsus.cli", "check", file], stdout=write, stderr=write) as run:
+    with subprocess.Popen(
+        [sys.executable, "-m", "tarsus.cli", "check", file], stdout=write, stderr=write
+    ) as run:
         os.close(write)
         assert os.read(read, 8) == b"tarsus: "
         os.close(read)
@@ -144,7 +148,10 @@ def test_a_picture_is_whole_or_not_there(tmp_path, small_disk):
     noise = np.random.default_rng(1).integers(0, 255, (300, 300, 3), dtype=np.uint8)
     file = tmp_path / "walk.gif"
     file.write_bytes(b"before")
-    with pytest.raises(InputError, match=r"cannot write .*walk\.gif: file too large$"), written_whole(file) as part:
+    with (
+        pytest.raises(InputError, match=r"cannot write .*walk\.gif: file too large$"),
+        written_whole(file) as part,
+    ):
         Image.fromarray(noise).save(part)
     assert [one.name for one in tmp_path.iterdir()] == ["walk.gif"] and file.read_bytes() == b"before"
 

@@ -16,7 +16,7 @@ import tarsus
 
 PAGE = (Path(__file__).parents[2] / "docs" / "api.md").read_text(encoding="utf-8")
 LISTED = re.findall(r"^   (tarsus\S*)$", PAGE, re.MULTILINE)
-PACKAGES = ("solve", "measure", "fit", "orbits", "design", "identify", "experiment", "report", "plot")
+PACKAGES = ("solve", "measure", "fit", "orbits", "design", "modes", "impacts", "synthesis", "report", "plot")
 """Packages of `tarsus` whose names are public."""
 
 ARRAYS = re.compile(r"ArrayLike|NDArray|Floats|ndarray")
@@ -102,7 +102,14 @@ def test_what_a_user_meets_first_says_what_it_returns(name):
 
 @pytest.mark.parametrize(
     "name",
-    ["load_scene", "simulate", "simulate_batch", "sweep", "calibrate.calibrating.calibrate", "fit.least_squares"],
+    [
+        "load_scene",
+        "simulate",
+        "simulate_batch",
+        "sweep",
+        "calibrate.calibrating.calibrate",
+        "fit.least_squares",
+    ],
 )
 def test_examples_of_the_reference_run(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -126,7 +133,7 @@ def test_summaries_of_the_reference_are_whole_sentences():
 def test_a_campaign_is_identified_by_the_name_of_its_package():
     with pytest.raises(tarsus.InputError, match=r"nowhere\.toml"):
         tarsus.identify("nowhere.toml")
-    assert tarsus.identify.CircleFit is found("tarsus.identify.circle.CircleFit")
+    assert tarsus.modes.CircleFit is found("tarsus.modes.circle.CircleFit")
 
 
 @pytest.mark.parametrize(

@@ -42,8 +42,8 @@ def blocks(page: str) -> list[str]:
 
 def lab(folder: Path) -> dict[str, Any]:
     """The campaign of the page of identification: small, but whole."""
-    from tarsus.experiment.campaign_folder import write_campaign
-    from tarsus.experiment.synthesis import Instrument
+    from tarsus.synthesis.campaign_folder import write_campaign
+    from tarsus.synthesis.recordings import Instrument
 
     write_campaign(ts.load_scene("cantilever"), folder / "lab", Instrument(rate=20e3, snr_db=50.0), 1)
     return {}

@@ -58,8 +58,9 @@ def recommend(
         standard deviation of what has no interval, as a share of it.
     """
     from tarsus.cli import console, requests
+    from tarsus.files.draws import read_draws
     from tarsus.identify.candidates import grid_about
-    from tarsus.identify.prior import LogNormalPrior, read_draws, unknown_paths
+    from tarsus.identify.prior import LogNormalPrior, unknown_paths
     from tarsus.identify.ranking import rank
 
     scene = changes.scene(device)

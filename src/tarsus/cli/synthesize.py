@@ -40,9 +40,9 @@ def synthesize(
     """
     from tarsus.base.errors import InputError
     from tarsus.cli import console, requests
-    from tarsus.experiment.campaign_folder import CAMPAIGN_FILES, write_campaign
-    from tarsus.experiment.synthesis import Instrument, perturbed
     from tarsus.files.output import OutputFolder
+    from tarsus.synthesis.campaign_folder import CAMPAIGN_FILES, write_campaign
+    from tarsus.synthesis.recordings import Instrument, perturbed
 
     scene = changes.scene(device)
     hertz = requests.quantities_of(rate=(rate, "Hz"))["rate"]

@@ -120,7 +120,7 @@ def over_of(scene: Scene, given: Any) -> Over | None:
     if given is None or (isinstance(given, Mapping) and not given):
         return None
     if isinstance(given, (str, Path)):
-        from tarsus.identify.prior import read_draws
+        from tarsus.files.draws import read_draws
 
         given = Ensemble(read_draws(Path(given)))
     if isinstance(given, (Box, Ensemble)):

@@ -19,9 +19,10 @@ from tarsus.identify.breakoff import BreakOffs
 from tarsus.identify.draws import newton_draws, within
 from tarsus.identify.film import FilmFit
 from tarsus.identify.known import Known
-from tarsus.identify.step import Curve, LeftOut, Panel, Residual, StepResult, Used
+from tarsus.identify.step import Curve, Panel, Residual, StepResult, Used
 from tarsus.identify.touchdown import Contacts, seen_contacts, simulated_contacts
 from tarsus.model.drive.waveforms import Waveform
+from tarsus.records.excluded import Excluded
 
 __all__ = ["Line", "identify_adhesion"]
 
@@ -101,7 +102,7 @@ def _fit(film: FilmFit, contacts: Contacts, seed: int) -> StepResult:
     fitted, offs, late = film.fitted, film.offs, contacts.error
     kept = _near_line(contacts.duration, fitted.pull, fitted.pull_error, late)
     left = tuple(
-        LeftOut(
+        Excluded(
             offs.traces[offs.items[int(r)].trace].file,
             "",
             f"the pull-off force of {1e9 * fitted.pull[r]:.4g} nN after {1e3 * contacts.duration[r]:.4g} ms "

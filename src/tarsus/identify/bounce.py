@@ -16,9 +16,9 @@ from scipy.linalg import null_space
 from tarsus.base.errors import InputError
 from tarsus.identify.flight import SUBSTEPS, Film, Flow, Launches, Varied, observed, of_model
 from tarsus.identify.foot import FootModel
-from tarsus.identify.step import LeftOut
 from tarsus.identify.traces import STILL, Trace, jumps_of, runs_of
 from tarsus.identify.volts import Volts
+from tarsus.records.excluded import Excluded
 
 __all__ = ["Bounce", "BounceFit", "Bounces", "Zeros", "fewer", "find_bounces", "impacts_of"]
 
@@ -46,13 +46,13 @@ class Bounce:
     after: int
 
 
-def find_bounces(traces: Sequence[Trace], foot: str, level: float) -> tuple[list[Bounce], list[LeftOut]]:
+def find_bounces(traces: Sequence[Trace], foot: str, level: float) -> tuple[list[Bounce], list[Excluded]]:
     """Impacts with a rebound in records, and those that cannot be used, with the reason.
 
     An impact lies between two samples, at most two apart, at which the foot approaches and departs; between
     impacts, and between an impact and a stretch on the ground, there must be samples enough."""
     found: list[Bounce] = []
-    left: list[LeftOut] = []
+    left: list[Excluded] = []
     for number, trace in enumerate(traces):
         k = trace.point(foot)
         x, v = trace.x[k] - level, trace.v[k]
@@ -69,7 +69,7 @@ def find_bounces(traces: Sequence[Trace], foot: str, level: float) -> tuple[list
                     f"the impact at {trace.time[i]:.5g} s has only {min(before, after)} samples of free "
                     f"flight {side} it"
                 )
-                left.append(LeftOut(trace.file, foot, text))
+                left.append(Excluded(trace.file, foot, text))
                 continue
             found.append(Bounce(number, int(i), min(before, LONGEST), min(after, LONGEST)))
     return found, left

@@ -19,9 +19,9 @@ from tarsus.base.errors import InputError
 from tarsus.identify.flight import SUBSTEPS, Film, Launches, Varied, observed, of_model
 from tarsus.identify.foot import FootModel
 from tarsus.identify.normal_equations import NormalEquations
-from tarsus.identify.step import LeftOut
 from tarsus.identify.traces import STILL, Hold, Trace, holds
 from tarsus.identify.volts import Volts
+from tarsus.records.excluded import Excluded
 
 __all__ = ["BreakOff", "BreakOffs", "FilmGuess", "find_break_offs"]
 
@@ -104,10 +104,12 @@ class Fitted:
     flights: tuple[Floats, ...]
 
 
-def find_break_offs(traces: Sequence[Trace], foot: str, level: float) -> tuple[list[BreakOff], list[LeftOut]]:
+def find_break_offs(
+    traces: Sequence[Trace], foot: str, level: float
+) -> tuple[list[BreakOff], list[Excluded]]:
     """Break-offs in records, and those that cannot be used, with the reason."""
     found: list[BreakOff] = []
-    left: list[LeftOut] = []
+    left: list[Excluded] = []
     for number, trace in enumerate(traces):
         k = trace.point(foot)
         height = trace.x[k] - level
@@ -124,7 +126,7 @@ def find_break_offs(traces: Sequence[Trace], foot: str, level: float) -> tuple[l
             at = trace.time[hold.last]
             if not len(away) or end - first < FEWEST:
                 left.append(
-                    LeftOut(
+                    Excluded(
                         trace.file,
                         foot,
                         f"the foot is back on the ground too soon after its release at {at:.5g} s",

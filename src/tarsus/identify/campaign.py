@@ -16,7 +16,6 @@ from pydantic import Field, field_validator, model_validator
 from tarsus.base.errors import InputError
 from tarsus.base.messages import PathErrors, nearest
 from tarsus.base.spec import Amount, Description, MaybeAmount, Named, quantity, validate
-from tarsus.experiment.synthesis import Purpose
 from tarsus.files.library import load_scene
 from tarsus.files.tables import Kind, expect, read_table
 from tarsus.identify.drive_check import cut_short, drive_faults, fit_drive
@@ -24,6 +23,7 @@ from tarsus.identify.foot import FootModel
 from tarsus.model.drive.waveforms import Waveform
 from tarsus.model.scene import Scene
 from tarsus.records.measurement import Measurement
+from tarsus.records.purpose import Purpose
 from tarsus.records.readers import read_measurement
 from tarsus.records.readers.choices import Choices
 

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.experiment.synthesis import Purpose
 from tarsus.identify.adhesion import identify_adhesion
 from tarsus.identify.campaign import Opened, Reading
 from tarsus.identify.contact_film import film_by_impacts
@@ -28,9 +27,11 @@ from tarsus.identify.pairs import InAir, Pair, compare_in_air, map_from_pairs, t
 from tarsus.identify.resonance import Resonances, identify_resonances, static_response
 from tarsus.identify.restitution import BounceStudy, identify_restitution
 from tarsus.identify.shown import Shown
-from tarsus.identify.step import LeftOut, NotDone, Residual, Shift, StepResult, Trouble, Used
+from tarsus.identify.step import NotDone, Residual, Shift, StepResult, Trouble, Used
 from tarsus.identify.traces import Trace
 from tarsus.model.drive.waveforms import SweptSine
+from tarsus.records.excluded import Excluded
+from tarsus.records.purpose import Purpose
 
 __all__ = ["Chain", "Identification", "identify"]
 
@@ -57,7 +58,7 @@ class Identification(Shown):
 
     opened: Opened
     readings: tuple[Reading, ...]
-    left_out: tuple[LeftOut, ...]
+    left_out: tuple[Excluded, ...]
     steps: dict[str, StepResult]
     not_done: tuple[NotDone, ...]
     known: Known
@@ -84,7 +85,7 @@ class Identification(Shown):
         return len(used)
 
     @property
-    def all_left_out(self) -> tuple[LeftOut, ...]:
+    def all_left_out(self) -> tuple[Excluded, ...]:
         """Data that were not used anywhere, with reasons."""
         return (*self.left_out, *(one for step in self.steps.values() for one in step.left_out))
 
@@ -181,7 +182,7 @@ class Chain:
         return self.evidence.readings
 
     @property
-    def left_out(self) -> list[LeftOut]:
+    def left_out(self) -> list[Excluded]:
         """Data not used, with reasons."""
         return self.evidence.left_out
 
@@ -363,12 +364,12 @@ class Chain:
             self._tell(f"validating on {trace.set}")
             signal = self.opened.campaign.records[trace.set].signal
             if signal is None:
-                self.left_out.append(LeftOut(trace.file, "", "its set states no signal to simulate"))
+                self.left_out.append(Excluded(trace.file, "", "its set states no signal to simulate"))
                 continue
             try:
                 out.append(compare(model, trace, signal, self._ground()))
             except InputError as error:
-                self.left_out.extend(LeftOut(trace.file, "", said) for said in error.problems)
+                self.left_out.extend(Excluded(trace.file, "", said) for said in error.problems)
         return out
 
     def look_in_the_air(self) -> list[InAir]:
@@ -384,7 +385,7 @@ class Chain:
                     raise InputError("its set states no signal to simulate")
                 out.append(compare_in_air(self.known.model(), trace, signal))
             except InputError as error:
-                self.left_out.extend(LeftOut(trace.file, "", said) for said in error.problems)
+                self.left_out.extend(Excluded(trace.file, "", said) for said in error.problems)
         return out
 
     def shifted(self) -> tuple[Shift, ...]:

@@ -15,8 +15,8 @@ from scipy.interpolate import CubicSpline
 from scipy.ndimage import convolve1d
 from scipy.signal import firwin
 
-from tarsus.identify.step import LeftOut
 from tarsus.identify.traces import Trace, jumps_of
+from tarsus.records.excluded import Excluded
 
 __all__ = ["not_together", "odd_ones"]
 
@@ -62,9 +62,9 @@ class _Ratio:
     hidden: bool
 
 
-def not_together(trace: Trace) -> list[LeftOut]:
+def not_together(trace: Trace) -> list[Excluded]:
     """What is wrong between displacements and velocities of a record; nothing where noise hides it."""
-    out: list[LeftOut] = []
+    out: list[Excluded] = []
     points = range(len(trace.points))
     for k in points:
         found = _ratio(trace, k, k)
@@ -88,7 +88,7 @@ def not_together(trace: Trace) -> list[LeftOut]:
         else:
             said = f"the displacement is {found.gain:.4g} times the integral of the velocity: "
             said += "are units and scales right?"
-        out.append(LeftOut(trace.file, name, said))
+        out.append(Excluded(trace.file, name, said))
     return out
 
 
@@ -143,12 +143,12 @@ def _best(
     return best
 
 
-def odd_ones(traces: Sequence[Trace]) -> list[LeftOut]:
+def odd_ones(traces: Sequence[Trace]) -> list[Excluded]:
     """Records of one set, three or more repeats, of which one moves otherwise while the others agree."""
     if len(traces) < 3:
         return []
     count = min(len(trace.time) for trace in traces)
-    out: list[LeftOut] = []
+    out: list[Excluded] = []
     for k, name in enumerate(traces[0].points):
         motion = np.array([trace.x[k, :count] for trace in traces])
         span = float(np.median(np.ptp(motion, axis=1)))
@@ -164,7 +164,7 @@ def odd_ones(traces: Sequence[Trace]) -> list[LeftOut]:
             said = _how(traces[worst], k, middle, max(ODD, _MORE * usual) * span)
             apart_by = f"{100 * own[worst]:.2g} % of its span apart, where they are {100 * usual:.2g} % from each other"
             out.append(
-                LeftOut(
+                Excluded(
                     traces[worst].file, name, f"{said} than the {len(traces) - 1} other repeats: {apart_by}"
                 )
             )

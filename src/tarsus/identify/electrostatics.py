@@ -18,9 +18,10 @@ from tarsus.identify.draws import carried, newton_draws
 from tarsus.identify.flight import SUBSTEPS, Varied, from_rest, observed, of_model
 from tarsus.identify.foot import FootModel
 from tarsus.identify.known import Known
-from tarsus.identify.step import Curve, LeftOut, Panel, Residual, StepResult, Used
+from tarsus.identify.step import Curve, Panel, Residual, StepResult, Used
 from tarsus.identify.traces import Trace
 from tarsus.identify.volts import Volts
+from tarsus.records.excluded import Excluded
 
 __all__ = ["FILM", "combinations_of", "identify_close"]
 
@@ -188,7 +189,7 @@ def identify_close(model: FootModel, known: Known, traces: Sequence[Trace], seed
     )
 
 
-def _apart(model: FootModel, traces: Sequence[Trace]) -> tuple[list[Trace], list[LeftOut]]:
+def _apart(model: FootModel, traces: Sequence[Trace]) -> tuple[list[Trace], list[Excluded]]:
     """Records whose foot stays clear of the ground, and the others."""
     used, left = [], []
     rest = model.static_load * float(model.law.force(np.zeros(1), model.history)[0])
@@ -199,7 +200,7 @@ def _apart(model: FootModel, traces: Sequence[Trace]) -> tuple[list[Trace], list
             used.append(trace)
         else:
             text = f"the foot comes within {1e6 * max(lowest, 0.0):.2g} um of the ground and may touch it"
-            left.append(LeftOut(trace.file, model.foot_point, text))
+            left.append(Excluded(trace.file, model.foot_point, text))
     return used, left
 
 

@@ -8,11 +8,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from tarsus.base.errors import InputError
-from tarsus.experiment.synthesis import Purpose
 from tarsus.identify.campaign import Opened, Reading, read_records
 from tarsus.identify.consistency import not_together, odd_ones
-from tarsus.identify.step import LeftOut, left_out_of
 from tarsus.identify.traces import Trace, contact_level, misplaced, trace_of
+from tarsus.records.excluded import Excluded, excluded_of
+from tarsus.records.purpose import Purpose
 
 __all__ = ["Evidence"]
 
@@ -37,7 +37,7 @@ class Evidence:
 
     opened: Opened
     readings: list[Reading] = field(default_factory=list)
-    left_out: list[LeftOut] = field(default_factory=list)
+    left_out: list[Excluded] = field(default_factory=list)
     traces: dict[Purpose, list[Trace]] = field(default_factory=dict)
     level: tuple[float, float] | None = None
     remarks: list[str] = field(default_factory=list)
@@ -49,7 +49,7 @@ class Evidence:
             found = read_records(self.opened, name)
             self.readings += found
             for reading in found:
-                self.left_out += [left_out_of(reading.file, said) for said in reading.problems]
+                self.left_out += [excluded_of(reading.file, said) for said in reading.problems]
             if one.purpose is Purpose.MODAL:
                 continue
             traces = [trace for reading in found for trace in self._trace(name, reading)]
@@ -65,12 +65,12 @@ class Evidence:
         try:
             trace = trace_of(record, self.opened.model.points, name, record.drive, one.rest, one.gap)
         except InputError as error:
-            self.left_out += [left_out_of(reading.file, said) for said in error.problems]
+            self.left_out += [excluded_of(reading.file, said) for said in error.problems]
             return []
         trace = replace(trace, file=reading.file)
         return self._without([trace], not_together(trace))
 
-    def _without(self, traces: Sequence[Trace], wrong: Sequence[LeftOut]) -> list[Trace]:
+    def _without(self, traces: Sequence[Trace], wrong: Sequence[Excluded]) -> list[Trace]:
         self.left_out += wrong
         files = {one.file for one in wrong}
         return [trace for trace in traces if trace.file not in files]
@@ -96,7 +96,7 @@ class Evidence:
         )
         count = sum(len(found) for found in self.traces.values())
         self.remarks.append(f"all {count} records of displacement are left out: {said}")
-        self.left_out += [LeftOut(t.file, foot, said) for found in self.traces.values() for t in found]
+        self.left_out += [Excluded(t.file, foot, said) for found in self.traces.values() for t in found]
         self.traces = {purpose: [] for purpose in self.traces}
 
     def find_ground(self) -> None:
@@ -117,7 +117,7 @@ class Evidence:
             for trace in found:
                 said = None if trace.gap is not None else misplaced(trace, foot, self.level[0])
                 if said is not None:
-                    wrong.append(LeftOut(trace.file, "", said))
+                    wrong.append(Excluded(trace.file, "", said))
             self.traces[purpose] = self._without(found, wrong)
 
     def _compare(self, levels: dict[Purpose, tuple[float, float] | None]) -> None:
@@ -147,4 +147,4 @@ class Evidence:
             idle = [file for file in files if file not in told]
             where = idle if len(idle) < max(len(files), 2) else [f"all {len(idle)} files"]
             said = f"read, but nothing of it was used (purpose '{purpose.value}')"
-            self.left_out += [LeftOut(file, "", said) for file in where]
+            self.left_out += [Excluded(file, "", said) for file in where]

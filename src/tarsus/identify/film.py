@@ -17,8 +17,9 @@ from tarsus.identify.breakoff import WORST, BreakOffs, FilmGuess, Fitted, find_b
 from tarsus.identify.draws import carried, newton_draws
 from tarsus.identify.foot import FootModel
 from tarsus.identify.known import Known
-from tarsus.identify.step import Curve, LeftOut, Panel, Residual, StepResult, Used
+from tarsus.identify.step import Curve, Panel, Residual, StepResult, Used
 from tarsus.identify.traces import Trace
+from tarsus.records.excluded import Excluded
 
 __all__ = ["FilmFit", "identify_film"]
 
@@ -86,7 +87,7 @@ def identify_film(
         )
     if len(items) > MOST:
         text = f"{len(items) - MOST} of {len(items)} break-offs, evenly from all: {MOST} are enough"
-        left.append(LeftOut("all records of ramped squares", model.foot_point, text, len(items) - MOST))
+        left.append(Excluded("all records of ramped squares", model.foot_point, text, len(items) - MOST))
         picked = np.unique(np.linspace(0, len(items) - 1, MOST).round().astype(int))
         items = [items[int(i)] for i in picked]
     offs = BreakOffs(traces, items, level)
@@ -107,7 +108,7 @@ def identify_film(
             f"the flight after the release at {at:.5g} s is no free motion of this structure (chi-squared "
             f"{whole.chi[r]:.3g})"
         )
-        left.append(LeftOut(trace.file, model.foot_point, text))
+        left.append(Excluded(trace.file, model.foot_point, text))
     offs = offs.chosen(good)
     fitted = offs.fit(model, whole.film, start=whole.unknowns[good])
     step, pulls = _result(model, known, offs, fitted, seed)
@@ -115,7 +116,7 @@ def identify_film(
     return FilmFit(_with(step, left, used), model.foot_point, offs, fitted, pulls)
 
 
-def _with(step: StepResult, left: Sequence[LeftOut], used: Used) -> StepResult:
+def _with(step: StepResult, left: Sequence[Excluded], used: Used) -> StepResult:
     return replace(step, left_out=tuple(left), used=(used,))
 
 

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.spec import with_values
-from tarsus.experiment.synthesis import rest_state
 from tarsus.model.drive.laws import VoltageLaw
 from tarsus.model.drive.waveforms import Waveform
 from tarsus.model.scene import Scene
+from tarsus.model.standing import rest_state
 
 __all__ = ["FootModel"]
 

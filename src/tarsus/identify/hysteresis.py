@@ -22,11 +22,12 @@ from tarsus.identify.foot import FootModel
 from tarsus.identify.known import Known
 from tarsus.identify.loops import Block, Sums, across, basis_of, blocks_of, law_paths, law_with
 from tarsus.identify.ringing import calmed
-from tarsus.identify.step import Curve, LeftOut, Panel, Residual, StepResult, Used
+from tarsus.identify.step import Curve, Panel, Residual, StepResult, Used
 from tarsus.identify.traces import Trace
 from tarsus.identify.volts import Volts
 from tarsus.model.drive.laws import PrandtlIshlinskii
 from tarsus.model.scene import ModalLoad
+from tarsus.records.excluded import Excluded
 
 __all__ = ["LoopFit", "Loops", "Shares", "fit_loops", "identify_hysteresis", "with_shares"]
 
@@ -304,7 +305,7 @@ def identify_hysteresis(
             "be neutral, and the constant of the law follows from that.",
         )
     left = tuple(
-        LeftOut(
+        Excluded(
             trace.file,
             "",
             "samples just after contacts were made or broken: the structure still rings",

@@ -3,7 +3,7 @@
 The flights on both sides of every impact are fitted again, with the velocities of all coordinates free to jump. The
 change of each point's velocity per unit change of the foot's, one number for all impacts, is a column of (3.22); the
 mass-weighted law has ``rows M^-1 n / (n M^-1 n)``. For records in the air beside those near the ground
-`tarsus.experiment.estimate_impact_map` does without the drive's law.
+`tarsus.impacts.estimate_impact_map` does without the drive's law.
 """
 
 from __future__ import annotations
@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.experiment.estimates import common_ratio
 from tarsus.identify.breakoff import WORST
 from tarsus.identify.draws import DRAWS
 from tarsus.identify.foot import FootModel
 from tarsus.identify.restitution import FEWEST, BounceStudy, film_of
 from tarsus.identify.step import Curve, Panel, Residual, StepResult, Used
+from tarsus.impacts.estimates import common_ratio
 
 __all__ = ["identify_impact_column"]
 

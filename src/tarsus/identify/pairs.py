@@ -11,15 +11,16 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
-from tarsus.experiment.estimates import Spread
-from tarsus.experiment.impact_map import ImpactMapEstimate, estimate_impact_map
-from tarsus.experiment.synthesis import IN_AIR, rest_state
 from tarsus.identify.draws import DRAWS
 from tarsus.identify.foot import FootModel
-from tarsus.identify.step import LeftOut
 from tarsus.identify.traces import Trace
+from tarsus.impacts.estimates import Spread
+from tarsus.impacts.impact_map import ImpactMapEstimate, estimate_impact_map
 from tarsus.model.drive.waveforms import Waveform
+from tarsus.model.standing import rest_state
+from tarsus.records.excluded import Excluded
 from tarsus.records.measurement import Measurement, Quantity
+from tarsus.records.purpose import IN_AIR
 from tarsus.solve import ResultCode, simulate
 
 __all__ = ["InAir", "Pair", "compare_in_air", "map_from_pairs", "told_by_pairs"]
@@ -39,12 +40,12 @@ class Pair:
 
 def map_from_pairs(
     model: FootModel, pairs: Sequence[Pair]
-) -> tuple[dict[str, ImpactMapEstimate], list[LeftOut]]:
+) -> tuple[dict[str, ImpactMapEstimate], list[Excluded]]:
     """Restitution and impact column by the sets near the ground, after section 3.4.2 of the source, and the pairs
     that cannot tell them, with the reason: where the ground is felt before it is touched, through a film, the record
     in the air does not explain the one near the ground."""
     found: dict[str, ImpactMapEstimate] = {}
-    left: list[LeftOut] = []
+    left: list[Excluded] = []
     for pair in pairs:
         name = _velocity(pair.close[0], model.foot_point)
         try:
@@ -54,7 +55,7 @@ def map_from_pairs(
         except InputError as error:
             reason = error.problems[0][:1].lower() + error.problems[0][1:]
             left.append(
-                LeftOut(f"{pair.near} less {pair.air}", name or "", f"as a pair: {reason.rstrip('.')}")
+                Excluded(f"{pair.near} less {pair.air}", name or "", f"as a pair: {reason.rstrip('.')}")
             )
     return found, left
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,7 +15,7 @@ from tarsus.base.spec import float_paths, get_value
 from tarsus.fit.verdict import LEVEL
 from tarsus.model.scene import Scene
 
-__all__ = ["LogNormalPrior", "read_draws", "unknown_paths"]
+__all__ = ["LogNormalPrior", "unknown_paths"]
 
 Floats = NDArray[np.float64]
 
@@ -135,29 +134,6 @@ def unknown_paths(scene: Scene, more: Sequence[str] = ()) -> tuple[str, ...]:
         if path.startswith("ground.") and not path.startswith(_KNOWN) and info.value > 0.0
     ]
     return tuple(dict.fromkeys([*own, *more]))
-
-
-def read_draws(file: Path) -> dict[str, Floats]:
-    """Draws (ns,) by path of an identification, from the ``draws.npz`` that `tarsus identify` writes.
-
-    Raises
-    ------
-    InputError
-        If the file is none.
-    """
-    try:
-        with np.load(file, allow_pickle=False) as stored:
-            paths, samples = (
-                [str(path) for path in stored["paths"]],
-                np.asarray(stored["samples"], dtype=float),
-            )
-    except (OSError, KeyError, ValueError) as error:
-        raise InputError(f"{file} holds no draws of an identification: {error}") from error
-    if samples.ndim != 2 or samples.shape[1] != len(paths):
-        raise InputError(
-            f"{file} holds no draws of an identification: {len(paths)} paths, draws {samples.shape}"
-        )
-    return {path: samples[:, j] for j, path in enumerate(paths)}
 
 
 def _usable(draws: Floats | None) -> bool:

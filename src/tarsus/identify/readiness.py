@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass
 
-from tarsus.experiment.synthesis import Purpose
-from tarsus.identify.agreement import channels_of, needed_of
 from tarsus.identify.campaign import Opened, Reading, RecordSet, guessed_purpose
 from tarsus.identify.evidence import Evidence
 from tarsus.model.drive.waveforms import SweptSine
+from tarsus.modes.agreement import channels_of, needed_of
+from tarsus.records.purpose import Purpose
 
 __all__ = ["Readiness", "readiness_of"]
 

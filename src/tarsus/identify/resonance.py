@@ -18,19 +18,19 @@ from scipy.optimize import linear_sum_assignment
 from scipy.stats import t
 
 from tarsus.base.errors import InputError
-from tarsus.identify.agreement import Agreed, agreeing
-from tarsus.identify.bootstrap import Interval
 from tarsus.identify.draws import DRAWS, drawn_counts, student
 from tarsus.identify.foot import FootModel
-from tarsus.identify.frf import Frf, estimate_frf
 from tarsus.identify.hysteresis import Shares
-from tarsus.identify.known_shapes import fit_known_shapes
-from tarsus.identify.lsfd import residues_of, synthesise
-from tarsus.identify.modal import IdentifiedMode, ModalFit, identify_modes
 from tarsus.identify.step import Residual, StepResult, Used
 from tarsus.measure.mac import mac
 from tarsus.model.scene import ModalLoad
 from tarsus.model.structure import Beam, Modal
+from tarsus.modes.agreement import Agreed, agreeing
+from tarsus.modes.bootstrap import Interval
+from tarsus.modes.frf import Frf, estimate_frf
+from tarsus.modes.known_shapes import fit_known_shapes
+from tarsus.modes.lsfd import residues_of, synthesise
+from tarsus.modes.modal import IdentifiedMode, ModalFit, identify_modes
 from tarsus.records.measurement import Measurement
 
 __all__ = ["Resonances", "identify_resonances"]

@@ -12,16 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.experiment.estimates import Spread, common_ratio
 from tarsus.identify.bounce import BounceFit, Bounces, fewer, find_bounces
 from tarsus.identify.breakoff import WORST
 from tarsus.identify.draws import DRAWS, NORMAL, carried, newton_draws, within
 from tarsus.identify.flight import Film
 from tarsus.identify.foot import FootModel
 from tarsus.identify.known import Known
-from tarsus.identify.step import Curve, LeftOut, Panel, Residual, StepResult, Used
+from tarsus.identify.step import Curve, Panel, Residual, StepResult, Used
 from tarsus.identify.traces import Trace
 from tarsus.identify.zeros import zeros_of_records
+from tarsus.impacts.estimates import Spread, common_ratio
+from tarsus.records.excluded import Excluded
 
 __all__ = ["FEWEST", "MOST", "BounceStudy", "film_of", "identify_restitution", "sound"]
 
@@ -82,7 +83,7 @@ def identify_restitution(
         )
     if len(items) < len(found):
         text = f"{len(found) - len(items)} of {len(found)} bounces, evenly from all: {MOST} are enough"
-        left.append(LeftOut("all records of bounces", model.foot_point, text, len(found) - len(items)))
+        left.append(Excluded("all records of bounces", model.foot_point, text, len(found) - len(items)))
     bounces = Bounces(traces, items, level[0])
     # a device with an impact map of its own need not follow the mass-weighted law
     fitted = bounces.fit(model, film_of(model), free=model.scene.ground.impact is not None)
@@ -93,17 +94,17 @@ def identify_restitution(
         if single[r]:
             ratio = -fitted.speeds[r, 0] / fitted.speeds[r, 1]
             text = f"the impact at {at:.5g} s, with a ratio of {ratio:.3g}, is far off the others"
-            left.append(LeftOut(trace.file, model.foot_point, text))
+            left.append(Excluded(trace.file, model.foot_point, text))
             continue
         if not settled[r]:
             text = f"the fit of the motion around the impact at {at:.5g} s does not settle"
-            left.append(LeftOut(trace.file, model.foot_point, text))
+            left.append(Excluded(trace.file, model.foot_point, text))
             continue
         text = (
             f"the motion around the impact at {at:.5g} s is no free motion with one impact (chi-squared "
             f"{fitted.chi[r]:.3g})"
         )
-        left.append(LeftOut(trace.file, model.foot_point, text))
+        left.append(Excluded(trace.file, model.foot_point, text))
     if np.count_nonzero(good) < FEWEST:
         raise InputError(
             f"{files}: channel '{model.foot_point}': {np.count_nonzero(good)} of {total} impacts are single "
@@ -168,7 +169,7 @@ def _result(
     known: Known,
     bounces: Bounces,
     fitted: BounceFit,
-    left: Sequence[LeftOut],
+    left: Sequence[Excluded],
     total: int,
     level_error: float,
     seed: int,

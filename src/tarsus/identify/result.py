@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from tarsus.base.spec import FrozenDict, float_paths, with_values
+from tarsus.files.draws import write_draws
 from tarsus.files.jsontext import json_text
 from tarsus.files.store import write_text
 from tarsus.files.toml import scene_text
@@ -175,7 +176,5 @@ def write_identification(found: Identification, folder: Path) -> list[Path]:
     )
     write_text(device, scene_text(identified_device(found)))
     write_text(numbers, json_text(summary_of(found)) + "\n")
-    np.savez_compressed(
-        draws, paths=np.array(found.known.paths), values=found.known.values, samples=found.known.samples
-    )
+    write_draws(draws, found.known.paths, found.known.values, found.known.samples)
     return [device, numbers, draws]

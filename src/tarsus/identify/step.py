@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -13,10 +12,10 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.fit.verdict import LEVEL
+from tarsus.records.excluded import Excluded
 
 __all__ = [
     "Curve",
-    "LeftOut",
     "NotDone",
     "Panel",
     "Residual",
@@ -25,36 +24,9 @@ __all__ = [
     "Trouble",
     "Used",
     "joined_samples",
-    "left_out_of",
 ]
 
 Floats = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class LeftOut:
-    """Data that a step did not use: file, channel ("" for all of them) and the reason, a sentence.
-
-    count: of how many of what the step counts (impacts, samples) that is told.
-    """
-
-    file: str
-    channel: str
-    reason: str
-    count: int = 1
-
-    def __str__(self) -> str:
-        where = f"{self.file}, channel '{self.channel}'" if self.channel else self.file
-        return f"{where}: {self.reason}" if where else self.reason
-
-
-def left_out_of(file: str, said: str) -> LeftOut:
-    """A reader's sentence, which may name its file and channel already, with both apart."""
-    rest = said.removeprefix(file)
-    named = re.match(r"(?:, |: )channel '([^']*)'(?:: | )", rest)
-    if named is None or rest == said:
-        return LeftOut(file, "", rest.removeprefix(":").strip())
-    return LeftOut(file, named[1], rest[named.end() :].strip())
 
 
 @dataclass(frozen=True)
@@ -133,7 +105,7 @@ class StepResult:
     combinations: Mapping[str, tuple[float, Floats, str]] = field(default_factory=dict)
     residuals: tuple[Residual, ...] = ()
     used: tuple[Used, ...] = ()
-    left_out: tuple[LeftOut, ...] = ()
+    left_out: tuple[Excluded, ...] = ()
     panels: tuple[Panel, ...] = ()
     notes: tuple[str, ...] = ()
     likelihood: Callable[[Floats], float] | None = None

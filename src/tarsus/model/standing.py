@@ -1,4 +1,4 @@
-"""Standing still: a walker's start in static equilibrium on its feet."""
+"""Standing still: a walker's start in static equilibrium on its feet, and a structure at rest in the air."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tarsus.model.scene import Ground, Initial, Provenance, Scene, Source
 from tarsus.model.structure import Walker
 from tarsus.model.structure.base import Array
 
-__all__ = ["equilibrium", "standing"]
+__all__ = ["equilibrium", "rest_state", "standing"]
 
 _LOOSE = 1e-12
 """A motion with less than this share of the stiffest, all coordinates scaled to be alike, is not held."""
@@ -84,6 +84,18 @@ def equilibrium(scene: Scene, *, driven: bool = False) -> Array:
     if problems:
         raise InputError(problems)
     return x
+
+
+def rest_state(scene: Scene, volts: float = 0.0) -> tuple[float, ...]:
+    """Coordinates (n,) of the structure at rest in the air at a voltage, after the history of its drives.
+
+    ``K x = sum_d load_d law_d(volts)``; at 0 V the neutral deflection (2.4).
+    """
+    structure = scene.robot.structure
+    force = np.zeros(structure.size)
+    for drive in scene.robot.drives.values():
+        force += drive.load.vector(structure) * float(drive.law.force([volts], drive.history)[0])
+    return tuple(np.linalg.solve(structure.matrices().stiffness, force).tolist())
 
 
 def _drives(scene: Scene, driven: bool) -> tuple[dict[str | None, float], Array]:

@@ -17,8 +17,9 @@ from tarsus.identify.assessment import assessed, law_slopes
 from tarsus.identify.chain import Identification
 from tarsus.identify.heldout import Comparison
 from tarsus.identify.result import TAKEN
-from tarsus.identify.step import LeftOut, StepResult
+from tarsus.identify.step import StepResult
 from tarsus.identify.verdict import Assessment, Determined
+from tarsus.records.excluded import Excluded
 from tarsus.report import identify_figures, modal_figures
 from tarsus.report.html import MISSING, Cell, Column, Markup, amount, code, number, page, table
 from tarsus.report.render import rendered
@@ -141,7 +142,7 @@ def _step(found: Identification, step: StepResult) -> dict[str, Any]:
 _NUMBER = re.compile(r"(?<![\w'-])-?\d[\d.]*(e[+-]?\d+)?\b")
 
 
-def _by_reason(left: Sequence[LeftOut]) -> list[tuple[int, str]]:
+def _by_reason(left: Sequence[Excluded]) -> list[tuple[int, str]]:
     """How much was left out for each reason, the most frequent first; reasons that differ in a number are one."""
     counts: Counter[str] = Counter()
     for one in left:
@@ -219,7 +220,9 @@ def _summary(comparisons: Sequence[Comparison]) -> Markup:
         errors = np.array([one.error(which) for one in comparisons])
         known = errors[np.isfinite(errors)]
         below = int(np.count_nonzero(np.abs(known) < NOTABLE))
-        mean, size = (number(100 * float(of.mean()), 2) if len(of) else MISSING for of in (known, np.abs(known)))
+        mean, size = (
+            number(100 * float(of.mean()), 2) if len(of) else MISSING for of in (known, np.abs(known))
+        )
         rows.append([f"{which}: error below 30 %", f"{below} of {total}", mean, size])
     head = (
         Column("summary, as Table 2.3", number=False),
@@ -297,7 +300,7 @@ def _notes(found: Identification) -> Markup | str:
     return table((Column("note", number=False),), [[note] for note in notes], tall=True) if notes else ""
 
 
-def _left_out(left: Sequence[LeftOut]) -> Markup | str:
+def _left_out(left: Sequence[Excluded]) -> Markup | str:
     rows: list[list[Cell]] = [
         [one.file, one.channel or MISSING, str(one.count), one.reason] for one in left[:MOST_LISTED]
     ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tarsus.identify.modal import IdentifiedMode, ModalFit, Verdict
+from tarsus.modes.modal import IdentifiedMode, ModalFit, Verdict
 from tarsus.records.measurement import Quantity
 from tarsus.report.figures import Plate
 from tarsus.report.sheet import Sheet, few_ticks, plate
@@ -28,7 +28,10 @@ def stabilisation(fit: ModalFit) -> Plate:
     def draw(sheet: Sheet) -> None:
         (axes,) = sheet.grid(1, 2.0)
         axes.fill_between(*decimate(frequency, height * top), color=RULE, lw=0.0, zorder=1)
-        for chosen, color, label in ((pole.real >= 0.0, MUTED, "growing"), (pole.real < 0.0, BLUE, "decaying")):
+        for chosen, color, label in (
+            (pole.real >= 0.0, MUTED, "growing"),
+            (pole.real < 0.0, BLUE, "decaying"),
+        ):
             hertz = pole[inside & chosen].imag / (2.0 * np.pi)
             axes.plot(hertz, order[inside & chosen], ".", ms=2.2, color=color, label=label, zorder=2)
         for mode in fit.modes:
@@ -56,7 +59,14 @@ def nyquist(fit: ModalFit) -> Plate:
         for axes, mode in zip(sheet.grid(len(modes), 1.75, across=3, title=1), modes, strict=True):
             measured, fitted = (one[:: max(1, len(one) // 250)] for one in _mobility(fit, mode))
             scale = scale_of(Quantity.VELOCITY.unit, np.abs(measured))
-            axes.plot(np.real(measured) / scale.step, np.imag(measured) / scale.step, ".", ms=4.5, mew=0.0, color=MUTED)
+            axes.plot(
+                np.real(measured) / scale.step,
+                np.imag(measured) / scale.step,
+                ".",
+                ms=4.5,
+                mew=0.0,
+                color=MUTED,
+            )
             axes.plot(np.real(fitted) / scale.step, np.imag(fitted) / scale.step, color=BLUE, lw=0.8)
             axes.set_title(f"{mode.frequency.value:.5g} Hz, {100.0 * mode.damping.value:.2g} %", loc="left")
             axes.set_aspect("equal", adjustable="datalim")

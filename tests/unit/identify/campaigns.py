@@ -12,12 +12,13 @@ from pathlib import Path
 import pytest
 
 from laboratory import LABORATORY
-from tarsus.experiment.campaign_folder import write_campaign
-from tarsus.experiment.synthesis import Instrument, Purpose, perturbed, planned
 from tarsus.files.library import load_scene
 from tarsus.identify.campaign import read_campaign
 from tarsus.identify.chain import Identification, identify
 from tarsus.model.scene import Scene
+from tarsus.records.purpose import Purpose
+from tarsus.synthesis.campaign_folder import write_campaign
+from tarsus.synthesis.recordings import Instrument, perturbed, planned
 
 KEPT = (
     "sweep-1",

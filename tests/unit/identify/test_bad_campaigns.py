@@ -16,15 +16,15 @@ from identify.campaigns import folder as folder_of_all
 from scipy.io import loadmat, savemat
 
 from tarsus.base.errors import InputError
-from tarsus.experiment.synthesis import Purpose
-from tarsus.identify.agreement import agreeing
 from tarsus.identify.campaign import drive_problems, read_campaign, read_records
 from tarsus.identify.chain import Chain
 from tarsus.identify.resonance import identify_resonances
 from tarsus.identify.restitution import identify_restitution
 from tarsus.identify.traces import trace_of
 from tarsus.model.structure import Beam
+from tarsus.modes.agreement import agreeing
 from tarsus.records.measurement import Channel, Measurement, Quantity
+from tarsus.records.purpose import Purpose
 
 MAT = "ramps-20hz-50-2.mat"
 

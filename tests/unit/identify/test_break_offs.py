@@ -7,14 +7,15 @@ import pytest
 
 from laboratory import LABORATORY
 from tarsus.base.spec import with_values
-from tarsus.experiment.campaign_folder import write_campaign
-from tarsus.experiment.synthesis import Instrument, perturbed, planned, rest_state
 from tarsus.files.library import load_scene
 from tarsus.identify.breakoff import BreakOffs, FilmGuess, find_break_offs
 from tarsus.identify.campaign import read_campaign, read_records
 from tarsus.identify.foot import FootModel
 from tarsus.identify.traces import trace_of
+from tarsus.model.standing import rest_state
 from tarsus.solve import simulate
+from tarsus.synthesis.campaign_folder import write_campaign
+from tarsus.synthesis.recordings import Instrument, perturbed, planned
 
 
 # Slow: 30 flights of a device of its own. The film of test_chain.py is from break-offs fitted the same way.

@@ -197,11 +197,13 @@ def test_what_a_step_left_out_is_all_that_it_did_not_use():
 
 
 def test_reasons_that_differ_in_a_number_are_told_once_with_how_many_they_are():
-    from tarsus.identify.step import LeftOut
+    from tarsus.identify.step import Excluded
     from tarsus.report.identify_page import _by_reason
 
-    left = [LeftOut("a", "tip", f"the impact at {at} s has only {n} samples") for at, n in ((0.1, 2), (1e-5, 3))]
-    left.append(LeftOut("all", "tip", "178 of 378 bounces, evenly from all: 200 are enough", 178))
+    left = [
+        Excluded("a", "tip", f"the impact at {at} s has only {n} samples") for at, n in ((0.1, 2), (1e-5, 3))
+    ]
+    left.append(Excluded("all", "tip", "178 of 378 bounces, evenly from all: 200 are enough", 178))
     assert _by_reason(left) == [
         (178, "178 of 378 bounces, evenly from all: 200 are enough"),
         (2, "the impact at … s has only … samples"),

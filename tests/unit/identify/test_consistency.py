@@ -11,20 +11,12 @@ import numpy as np
 import pytest
 
 from laboratory import LABORATORY
-from tarsus.experiment.synthesis import (
-    IN_AIR,
-    RAMPS,
-    Instrument,
-    Purpose,
-    Take,
-    perturbed,
-    recordings,
-    rest_of,
-)
 from tarsus.files.library import load_scene
 from tarsus.identify.consistency import not_together
 from tarsus.identify.traces import Trace, trace_of
 from tarsus.model.drive.waveforms import RampedSquare, Sine, Square
+from tarsus.records.purpose import IN_AIR, Purpose
+from tarsus.synthesis.recordings import RAMPS, Instrument, Take, perturbed, recordings, rest_of
 
 
 def held_out(volts: float, hz: float, kind: type[Square] | type[Sine]) -> Take:

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from laboratory import HEXAPOD
-from tarsus.experiment.synthesis import Instrument, Purpose, Take, recordings, rest_of
 from tarsus.files.library import load_scene
 from tarsus.identify.contact_film import film_by_impacts
 from tarsus.identify.draws import DRAWS
@@ -18,6 +17,8 @@ from tarsus.identify.restitution import PATH, identify_restitution
 from tarsus.identify.step import StepResult
 from tarsus.identify.traces import trace_of
 from tarsus.model.drive.waveforms import Square
+from tarsus.records.purpose import Purpose
+from tarsus.synthesis.recordings import Instrument, Take, recordings, rest_of
 
 SEEN = 1.2059e-20, 2.0187e-5
 """Film [N m^2 s], [m] that records above the ground of one campaign told: 5.2 and 4.0 times too large."""

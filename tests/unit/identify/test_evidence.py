@@ -12,8 +12,6 @@ from scipy.io import loadmat, savemat
 
 from laboratory import LABORATORY
 from tarsus.base.spec import float_paths
-from tarsus.experiment.campaign_folder import write_campaign
-from tarsus.experiment.synthesis import Instrument, Purpose, perturbed, planned
 from tarsus.files.library import load_scene
 from tarsus.identify.adhesion import _line
 from tarsus.identify.campaign import read_campaign
@@ -22,6 +20,9 @@ from tarsus.identify.foot import FootModel
 from tarsus.identify.known import Known
 from tarsus.identify.result import identified_device, summary_of
 from tarsus.model.scene import Source
+from tarsus.records.purpose import Purpose
+from tarsus.synthesis.campaign_folder import write_campaign
+from tarsus.synthesis.recordings import Instrument, perturbed, planned
 
 MAT = "ramps-20hz-50-2.mat"
 

@@ -7,10 +7,10 @@ import pytest
 
 from laboratory import LABORATORY
 from tarsus.base.spec import with_values
-from tarsus.experiment.synthesis import rest_state
 from tarsus.files.library import load_scene
 from tarsus.identify.flight import SUBSTEPS, Film, Launches, Varied, from_rest, observed, of_model
 from tarsus.identify.foot import FootModel
+from tarsus.model.standing import rest_state
 from tarsus.solve import simulate
 
 

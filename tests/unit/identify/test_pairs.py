@@ -9,14 +9,15 @@ import pytest
 
 from hexapod_records import POINTS, RESTITUTION, records, runs, true_column
 from laboratory import LABORATORY
-from tarsus.experiment.campaign_folder import write_campaign
-from tarsus.experiment.synthesis import Instrument, Purpose, Take
 from tarsus.files.library import load_scene
 from tarsus.identify.campaign import read_campaign, read_records
 from tarsus.identify.foot import FootModel
 from tarsus.identify.pairs import Pair, compare_in_air, map_from_pairs, told_by_pairs
 from tarsus.identify.traces import trace_of
 from tarsus.model.drive.waveforms import Square
+from tarsus.records.purpose import Purpose
+from tarsus.synthesis.campaign_folder import write_campaign
+from tarsus.synthesis.recordings import Instrument, Take
 
 
 @pytest.fixture(scope="module")

@@ -7,9 +7,9 @@ from dataclasses import replace
 import pytest
 from identify.campaigns import folder, identified, modes_as_found
 
-from tarsus.experiment.synthesis import identified_paths
 from tarsus.identify.campaign import Opened, read_campaign
 from tarsus.identify.chain import Chain
+from tarsus.synthesis.recordings import identified_paths
 
 
 def changed(opened: Opened, factor: float) -> Chain:

@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 
 from laboratory import HEXAPOD
-from tarsus.experiment.synthesis import IN_AIR, Instrument, Purpose, Take, recordings, rest_of
 from tarsus.files.library import load_scene
 from tarsus.identify.foot import FootModel
 from tarsus.identify.hysteresis import fit_loops
 from tarsus.identify.ringing import calmed
 from tarsus.identify.traces import trace_of
 from tarsus.model.drive.waveforms import Sampled
+from tarsus.records.purpose import IN_AIR, Purpose
+from tarsus.synthesis.recordings import Instrument, Take, recordings, rest_of
 
 DRIVE, FOOT = "pzt", "foot1"
 

@@ -7,10 +7,10 @@ from scipy.stats import binom
 
 from tarsus.files.library import load_scene
 from tarsus.identify.foot import FootModel
-from tarsus.identify.frf import Frf
-from tarsus.identify.modal import ModalFit, _mode
-from tarsus.identify.refine import refine_pole
 from tarsus.identify.resonance import _shapes, _shares
+from tarsus.modes.frf import Frf
+from tarsus.modes.modal import ModalFit, _mode
+from tarsus.modes.refine import refine_pole
 from tarsus.records.measurement import Quantity
 
 TRIALS, REPEATS = 60, 6

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from identify.campaigns import folder, identified, modes_as_found
 
-from tarsus.experiment.synthesis import Purpose
 from tarsus.identify.campaign import read_campaign
 from tarsus.identify.chain import Chain
 from tarsus.identify.result import identified_device, summary_of
 from tarsus.identify.step import StepResult
 from tarsus.model.scene import Source
+from tarsus.records.purpose import Purpose
 
 FILM = "ground.film.coefficient"
 

@@ -1,0 +1,43 @@
+"""Draws of numbers that belong together, as `tarsus identify` leaves them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.base.errors import InputError
+
+__all__ = ["read_draws", "write_draws"]
+
+Floats = NDArray[np.float64]
+
+
+def write_draws(file: Path, paths: Sequence[str], values: Floats, samples: Floats) -> None:
+    """Write values (np,) and draws (ns, np) of parameters [SI] as ``.npz``."""
+    np.savez_compressed(file, paths=np.array(paths), values=values, samples=samples)
+
+
+def read_draws(file: Path) -> dict[str, Floats]:
+    """Draws (ns,) by path of an identification, from the ``draws.npz`` that `tarsus identify` writes.
+
+    Raises
+    ------
+    InputError
+        If the file is none.
+    """
+    try:
+        with np.load(file, allow_pickle=False) as stored:
+            paths, samples = (
+                [str(path) for path in stored["paths"]],
+                np.asarray(stored["samples"], dtype=float),
+            )
+    except (OSError, KeyError, ValueError) as error:
+        raise InputError(f"{file} holds no draws of an identification: {error}") from error
+    if samples.ndim != 2 or samples.shape[1] != len(paths):
+        raise InputError(
+            f"{file} holds no draws of an identification: {len(paths)} paths, draws {samples.shape}"
+        )
+    return {path: samples[:, j] for j, path in enumerate(paths)}

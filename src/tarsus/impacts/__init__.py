@@ -1,0 +1,29 @@
+"""Impact maps and forces from records near the ground and in the air."""
+
+from tarsus.impacts.alignment import Alignment, align, subtract
+from tarsus.impacts.detection import detect_impacts, plain_figures
+from tarsus.impacts.estimates import Spread, common_ratio, spread
+from tarsus.impacts.force import estimate_forces, impact_forces
+from tarsus.impacts.gate import Verdict, residual_gate
+from tarsus.impacts.impact_map import ImpactMapEstimate, Window, estimate_impact_map
+from tarsus.impacts.shapes import compare_with_modes, normalised
+
+__all__ = [
+    "Alignment",
+    "ImpactMapEstimate",
+    "Spread",
+    "Verdict",
+    "Window",
+    "align",
+    "common_ratio",
+    "compare_with_modes",
+    "detect_impacts",
+    "estimate_forces",
+    "estimate_impact_map",
+    "impact_forces",
+    "normalised",
+    "plain_figures",
+    "residual_gate",
+    "spread",
+    "subtract",
+]

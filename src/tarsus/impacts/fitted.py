@@ -1,0 +1,208 @@
+"""Impacts fitted by free motion on both sides: which samples, how sure, and which of them count."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from tarsus.impacts.detection import Impacts
+from tarsus.impacts.free import FreeResponse, ImpactFit, fit_impact
+from tarsus.records.measurement import Measurement
+
+__all__ = ["FittedImpacts", "Window", "fit_impacts", "joined", "usable"]
+
+Floats = NDArray[np.float64]
+
+_AIR_ORDER = 5
+"""Order of the polynomial that smooths the in-air velocity of the foot around an impact."""
+
+
+@dataclass(frozen=True)
+class Window:
+    """How impacts are fitted and which of them count.
+
+    cycles: length of the fit on either side at most, in periods of the structure's highest mode; fewest: samples on
+    either side at least; smeared: samples after an impact that are left out, where the instrument is too slow to follow
+    it; misfit: an impact whose fit is this improbable (chi-squared) is not one between free motions
+    and does not count; clarity: least ratio of the foot's velocity change to its standard deviation.
+    """
+
+    cycles: float = 0.5
+    fewest: int = 6
+    smeared: int = 0
+    misfit: float = 1e-3
+    clarity: float = 10.0
+
+
+@dataclass(frozen=True)
+class FittedImpacts:
+    """Impacts fitted by free motion on both sides: nf of them.
+
+    time (nf,) [s]; before (nf,) [m/s]: velocity of the foot just before; change (nf, np) [m/s]: changes of the points'
+    velocities; covariance (nf, 1 + np, 1 + np) [m²/s²] of both together; probability (nf,): of a misfit as large;
+    zero (nf, 1 + np, np) [m/s]: shifts of before and change by one standard deviation of each channel's zero, an error
+    that the impacts of a repeat share; repeat (nf,): its number; following (nf, 1 + np, 1 + np) [m²/s²]: covariance
+    with the impact after it, as far as both are fitted to the same samples.
+    """
+
+    time: Floats
+    before: Floats
+    change: Floats
+    covariance: Floats
+    probability: Floats
+    zero: Floats
+    repeat: NDArray[np.int64]
+    following: Floats
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+
+_FIELDS = tuple(field.name for field in fields(FittedImpacts))
+
+
+def fit_impacts(
+    subtracted: Measurement,
+    in_air: Floats,
+    free: FreeResponse,
+    impacts: Impacts,
+    foot: int,
+    share: float,
+    zero: Floats,
+    repeat: int,
+    window: Window,
+) -> FittedImpacts:
+    """Fit every impact that has room on both sides.
+
+    subtracted: difference of the records; in_air (ns,): velocity of the foot in the air; foot: its channel's number;
+    share: variance of the in-air mean over that of the close record; zero (np,) [m/s]: standard deviation of the
+    channels' zeros; repeat: number of the pair.
+    """
+    values = subtracted.values.T
+    widest = max(int(window.cycles / free.highest / free.step), window.fewest)
+    smoother = _Smoother(max(int(0.2 / free.highest / free.step), 2))
+    edges = np.concatenate([[0], impacts.after, [len(values)]])
+    rows, uses = [], []
+    for i, after in enumerate(impacts.after):
+        start = max(after - widest, edges[i] + 1)
+        end = min(after + widest, edges[i + 2] - 1)
+        best = _best_fit(free, values[start:end], after - start, window)
+        if best is None or not smoother.fits(start + best[1], len(in_air)):
+            continue
+        fit, earlier = best
+        row = _row(subtracted, fit, start, earlier, smoother, in_air, free.noise, foot, share)
+        own = row[-1]
+        rows.append((*row[:-1], own.sum(axis=1) * zero, repeat))
+        uses.append((start, own * free.noise))
+    if not rows:
+        empty, size = np.zeros(0), 1 + values.shape[1]
+        square, oblong = np.zeros((0, size, size)), np.zeros((0, size, size - 1))
+        return FittedImpacts(
+            empty, empty, np.zeros((0, size - 1)), square, empty, oblong, np.zeros(0, dtype=np.int64), square
+        )
+    links = [_link(*one, *other) for one, other in pairwise(uses)]
+    columns = [np.array(column) for column in zip(*rows, strict=True)]
+    return FittedImpacts(*columns, following=np.array([*links, np.zeros_like(columns[3][0])]))
+
+
+def _link(start: int, uses: Floats, next_start: int, next_uses: Floats) -> Floats:
+    """Covariance of two impacts from the samples that both use; uses: weights (a, k, np) times the noise."""
+    first, last = max(start, next_start), min(start + uses.shape[1], next_start + next_uses.shape[1])
+    if last <= first:
+        return np.zeros((uses.shape[0], next_uses.shape[0]))
+    ours, theirs = uses[:, first - start : last - start], next_uses[:, first - next_start : last - next_start]
+    return np.einsum("akp,bkp->ab", ours, theirs)
+
+
+def _best_fit(
+    free: FreeResponse, samples: Floats, earlier: int, window: Window
+) -> tuple[ImpactFit, int] | None:
+    """The interval between two samples, of three, that the impact fits into best, and its number."""
+    best = None
+    for trial in (earlier - 1, earlier, earlier + 1):
+        if trial < window.fewest or len(samples) - trial - window.smeared < window.fewest:
+            continue
+        fit = fit_impact(free, samples, trial, window.smeared)
+        if fit is not None and (best is None or fit.misfit < best[0].misfit):
+            best = fit, trial
+    return best
+
+
+class _Smoother:
+    """A local polynomial through samples, for the in-air velocity of the foot at the instant of an impact."""
+
+    def __init__(self, half: int) -> None:
+        self.half = half
+        self.order = min(_AIR_ORDER, 2 * half - 1)
+        at = (np.arange(-half, half) + 0.5) / half
+        self.solve = np.linalg.pinv(np.vander(at, self.order + 1, increasing=True))
+
+    def fits(self, middle: int, count: int) -> bool:
+        return middle >= self.half and middle + self.half <= count
+
+    def weights(self, late: float) -> Floats:
+        """Weights (2 half,) of the samples for the value ``late`` samples after the middle."""
+        return (late / self.half) ** np.arange(self.order + 1) @ self.solve
+
+    def slope(self, late: float) -> Floats:
+        """The same for the derivative per sample."""
+        power = np.arange(1, self.order + 1)
+        return (power * (late / self.half) ** (power - 1) / self.half) @ self.solve[1:]
+
+
+def _row(
+    subtracted: Measurement,
+    fit: ImpactFit,
+    start: int,
+    earlier: int,
+    smoother: _Smoother,
+    in_air: Floats,
+    noise: Floats,
+    foot: int,
+    share: float,
+) -> tuple[float, float, Floats, Floats, float, Floats]:
+    """Time, foot velocity before, changes, covariance, probability of the misfit, and how they use the samples."""
+    middle = start + earlier
+    late = fit.late / subtracted.step
+    near = in_air[middle - smoother.half : middle + smoother.half]
+    velocity = fit.before[foot] + float(smoother.weights(late) @ near)
+    points = len(fit.before)
+    own = fit.weights[[foot, *range(points, 2 * points)]]
+    # an error of the instant moves the in-air velocity that is read there
+    drift = float(smoother.slope(late) @ near) / subtracted.step
+    own[0] = own[0] + drift * fit.weights[-1]
+    close = own * noise * np.sqrt(1.0 / (1.0 + share))
+    # the in-air record enters the difference with a minus sign, and the foot's own velocity by the smoother
+    reach = smoother.half
+    first, last = min(start, middle - reach), max(start + own.shape[1], middle + reach)
+    air = np.zeros((own.shape[0], last - first, points))
+    air[:, start - first : start - first + own.shape[1]] = -own
+    air[0, middle - reach - first : middle + reach - first, foot] += smoother.weights(late)
+    air *= noise * np.sqrt(share / (1.0 + share))
+    covariance = np.einsum("akp,bkp->ab", close, close) + np.einsum("akp,bkp->ab", air, air)
+    time = subtracted.start + (middle - 0.5) * subtracted.step + fit.late
+    probability = float(chi2.sf(fit.misfit, fit.freedom))
+    return time, velocity, fit.change, covariance, probability, own
+
+
+def joined(parts: Sequence[FittedImpacts]) -> FittedImpacts:
+    """The impacts of several repeats together."""
+    return FittedImpacts(*(np.concatenate([getattr(part, name) for part in parts]) for name in _FIELDS))
+
+
+def usable(fitted: FittedImpacts, foot: int, window: Window) -> FittedImpacts:
+    """Impacts between free motions, clear of the noise, that turn an approach."""
+    clear = np.abs(fitted.change[:, foot]) > window.clarity * np.sqrt(
+        fitted.covariance[:, 1 + foot, 1 + foot]
+    )
+    chosen = (fitted.probability > window.misfit) & clear & (fitted.before * fitted.change[:, foot] < 0.0)
+    kept = FittedImpacts(*(getattr(fitted, name)[chosen] for name in _FIELDS))
+    apart = np.append(
+        np.diff(np.flatnonzero(chosen)) > 1, True
+    )  # the impact after it is not among those kept
+    return replace(kept, following=np.where(apart[:, None, None], 0.0, kept.following))

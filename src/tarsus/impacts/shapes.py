@@ -1,0 +1,65 @@
+"""Shapes measured at an impact beside the structure's modes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import eigh
+
+from tarsus.base.errors import InputError
+from tarsus.impacts.free import point_rows
+from tarsus.measure.mac import mac
+from tarsus.model.structure.base import Structure
+
+__all__ = ["ShapeComparison", "compare_with_modes", "mode_shapes", "normalised"]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ShapeComparison:
+    """A shape against each undamped mode: frequencies (n,) [Hz] and their assurance (n,), from 0 to 1."""
+
+    frequencies: Floats
+    assurance: Floats
+
+    @property
+    def best(self) -> int:
+        """Number of the mode most alike, from zero."""
+        return int(np.argmax(self.assurance))
+
+
+def normalised(shape: ArrayLike, foot: int) -> Floats:
+    """A shape (np,), in any one unit, over its value at the contact foot, as in (3.32) and (3.37).
+
+    Raises
+    ------
+    InputError
+        If the foot does not move in it.
+    """
+    values = np.asarray(shape, dtype=float)
+    if values[foot] == 0.0:
+        raise InputError("a shape in which the contact foot does not move cannot be normalised by it")
+    return values / values[foot]
+
+
+def mode_shapes(structure: Structure, points: Sequence[str]) -> tuple[Floats, Floats]:
+    """Undamped frequencies (n,) [Hz] and shapes (np, n) at points, mass-normalised, in order of frequency."""
+    m = structure.matrices()
+    squared, modes = eigh(0.5 * (m.stiffness + m.stiffness.T), m.mass)
+    return np.sqrt(squared.clip(0.0)) / (2.0 * np.pi), point_rows(structure, points) @ modes
+
+
+def compare_with_modes(shape: ArrayLike, structure: Structure, points: Sequence[str]) -> ShapeComparison:
+    """Modal assurance of a shape (np,), in any one unit, at points with each mode of a structure.
+
+    Raises
+    ------
+    InputError
+        If the points are unknown or not as many as the shape's values.
+    """
+    frequencies, shapes = mode_shapes(structure, points)
+    return ShapeComparison(frequencies, mac(np.asarray(shape, dtype=float), shapes))

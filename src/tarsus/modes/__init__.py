@@ -1,0 +1,17 @@
+"""Modes from records: frequency responses, poles and shapes with intervals."""
+
+from tarsus.modes.circle import CircleFit, fit_mode_circle
+from tarsus.modes.frf import Estimator, Frf, estimate_frf
+from tarsus.modes.modal import IdentifiedMode, ModalFit, Verdict, identify_modes
+
+__all__ = [
+    "CircleFit",
+    "Estimator",
+    "Frf",
+    "IdentifiedMode",
+    "ModalFit",
+    "Verdict",
+    "estimate_frf",
+    "fit_mode_circle",
+    "identify_modes",
+]

@@ -1,0 +1,335 @@
+"""Modes of a structure from its frequency responses: poles, refinement, shapes, intervals and a verdict on each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.base.errors import InputError
+from tarsus.model.structure.modal import Modal
+from tarsus.modes.bootstrap import Basis, Interval, pole_intervals, pole_shifts
+from tarsus.modes.frf import Frf
+from tarsus.modes.lscf import fit_poles
+from tarsus.modes.lsfd import residues_of, synthesise
+from tarsus.modes.pole_search import candidate_poles, poles_of_parts, reach
+from tarsus.modes.refine import LocalFit, refine_pole
+from tarsus.records.measurement import FrequencyResponse
+
+__all__ = ["IdentifiedMode", "ModalFit", "Verdict", "identify_modes"]
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+_SIGNIFICANT = 5.0
+_ROUNDS = 2
+_SAME = 0.3
+_APART = 6.0
+_STEADY = 0.5
+_DAMPING_MOVES = 1.5
+_UNEXPLAINED = 0.3
+_TILTED = np.radians(45.0)
+
+
+class Verdict(Enum):
+    """Whether the responses determine a mode."""
+
+    DETERMINED = "determined"
+    UNDER_RESOLVED = "under-resolved"
+    WRONG_WAY = "turns the wrong way"
+    UNCERTAIN = "damping not determined"
+
+
+@dataclass(frozen=True)
+class IdentifiedMode:
+    """A mode that the responses show.
+
+    frequency [Hz], undamped, and damping [1], the damping ratio, with their 95 % intervals; basis: what these were
+    drawn over; residues (no, ni) of the displacement per unit of drive, times rad/s, for the pole above 0 Hz; tilt
+    [rad]: angle between the residues and those of a real mode, -pi/2 to pi/2; collinearity: 1 where all residues lie on
+    one line through zero, 0 where they do not at all; orders: how many of the tried model orders have its pole;
+    verdict, and reason: a sentence, empty for a determined mode; shifts (nr,): how far [rad/s] single repeats have the
+    pole from here, None without repeats.
+    """
+
+    frequency: Interval
+    damping: Interval
+    basis: Basis
+    residues: Complexes
+    tilt: float
+    collinearity: float
+    orders: int
+    verdict: Verdict
+    reason: str
+    shifts: Complexes | None = None
+
+    @property
+    def pole(self) -> complex:
+        """Pole [rad/s] above 0 Hz."""
+        ratio = self.damping.value
+        return 2.0 * np.pi * self.frequency.value * complex(-ratio, np.sqrt(1.0 - ratio**2))
+
+
+@dataclass(frozen=True)
+class ModalFit:
+    """Modes identified in a band.
+
+    frf: the responses of the band; modes: by frequency, refused ones included; poles: of all models by order [rad/s],
+    for a stabilisation diagram; synthesis (no, ni, nf): responses of all modes and of a background of second degree;
+    passed: sentences on parts of the band that told nothing.
+    """
+
+    frf: Frf
+    modes: tuple[IdentifiedMode, ...]
+    poles: dict[int, Complexes]
+    synthesis: Complexes
+    passed: tuple[str, ...] = ()
+
+    @property
+    def frequencies(self) -> Floats:
+        """Undamped natural frequencies (nm,) [Hz]."""
+        return np.array([mode.frequency.value for mode in self.modes])
+
+    @property
+    def damping_ratios(self) -> Floats:
+        """Damping ratios (nm,) [1]."""
+        return np.array([mode.damping.value for mode in self.modes])
+
+    @property
+    def refused(self) -> tuple[str, ...]:
+        """A sentence for every mode that is not determined."""
+        return tuple(mode.reason for mode in self.modes if mode.verdict is not Verdict.DETERMINED)
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """A sentence for responses that the modes leave unexplained, one for every mode whose residues are far from
+        those of any real mode, and one for every part of the band that told nothing."""
+        left = [
+            f"the modes found leave {100.0 * self.misfit:.0f} % of the responses unexplained: some are missing; raise "
+            "the order or narrow the band"
+        ] * (self.misfit > _UNEXPLAINED)
+        turned = [
+            f"the residues of the mode at {mode.frequency.value:g} Hz are turned by {np.degrees(mode.tilt):.0f} "
+            f"degrees from a real mode's: is the response a {self.frf.quantity.name.lower()}, is its delay taken out?"
+            for mode in self.modes
+            if abs(mode.tilt) > _TILTED
+        ]
+        return (*left, *turned, *self.passed)
+
+    @property
+    def misfit(self) -> float:
+        """Root mean square of responses less synthesis over that of the responses, over the band."""
+        left, whole = np.abs(self.frf.values - self.synthesis) ** 2, np.abs(self.frf.values) ** 2
+        return float(np.sqrt(left.sum() / whole.sum()))
+
+    def only(self, near: Sequence[float]) -> ModalFit:
+        """The same with the modes nearest to given frequencies [Hz] only; the synthesis stays."""
+        picked = sorted({int(np.argmin(np.abs(self.frequencies - f))) for f in near})
+        return replace(self, modes=tuple(self.modes[k] for k in picked))
+
+    def shapes(self) -> tuple[Floats, Floats]:
+        """Real shapes (nm, no) of the modes at the outputs, and their participations (nm, ni) in the inputs.
+
+        The residues of every mode are turned by its `tilt` first. Modal masses are 1 kg. Where an input has the name of
+        an output, it is taken as a force at that point and the shapes are mass-normalised. Elsewhere the responses do
+        not tell the mass: the largest shape value is 1, and the participation is the modal force on 1 kg per unit of
+        input.
+        """
+        shapes, participations = [], []
+        for mode in self.modes:
+            gain = (2.0j * mode.pole.imag * mode.residues * np.exp(-1.0j * mode.tilt)).real
+            left, size, right = np.linalg.svd(gain, full_matrices=False)
+            shape, pull = left[:, 0], size[0] * right[0]
+            driven = [
+                (self.frf.outputs.index(name), k)
+                for k, name in enumerate(self.frf.inputs)
+                if name in self.frf.outputs
+            ]
+            scale = shape[np.argmax(np.abs(shape))]
+            if driven:
+                o, k = max(driven, key=lambda pair: abs(shape[pair[0]] * pull[pair[1]]))
+                if shape[o] * pull[k] > 0.0:
+                    scale = np.sign(scale) * np.sqrt(shape[o] / pull[k])
+            shapes.append(shape / scale)
+            participations.append(pull * scale)
+        return np.array(shapes), np.array(participations)
+
+    def structure(self) -> Modal:
+        """The modes as a structure with the outputs as its points; modal masses 1 kg, scaled as `shapes` says.
+
+        Raises
+        ------
+        InputError
+            With the reason of every mode that is not determined. `only` leaves modes out.
+        """
+        if self.refused:
+            raise InputError(self.refused)
+        shapes, _ = self.shapes()
+        return Modal(
+            frequencies=tuple(map(float, self.frequencies)),
+            damping_ratios=tuple(map(float, self.damping_ratios)),
+            modal_masses=(1.0,) * len(self.modes),
+            shapes={name: tuple(map(float, shapes[:, o])) for o, name in enumerate(self.frf.outputs)},
+        )
+
+
+def identify_modes(
+    frf: Frf | FrequencyResponse, band: tuple[float, float], order: int = 40, smallest: float = 0.5
+) -> ModalFit:
+    """Modes in a band of frequency responses.
+
+    Poles that models of order 2 to ``order`` have in common (`candidate_poles`) are refined one by one, strongest
+    first, then those of parts of the band (`poles_of_parts`) that lie three half-power bands from the modes found so
+    far, and then all once more (`refine_pole`). A pole is kept if it moves by less than half a half-power band, or a
+    line, and stands out of the noise.
+
+    Parameters
+    ----------
+    frf
+        Responses, as read from a file or estimated from records; with repeats of it, `Frf.of`.
+    band
+        Lowest and highest frequency [Hz]; modes at the very edges are not sought.
+    order
+        Largest order of the models: two or three times the number of modes expected, and more where noise is high.
+    smallest
+        Share of the response that a mode must make up near its own frequency, in at least one channel.
+
+    Returns
+    -------
+    ModalFit
+        With a verdict on every mode.
+
+    Raises
+    ------
+    InputError
+        If no mode is found in the band, or it has too few lines.
+    """
+    if isinstance(frf, FrequencyResponse):  # a line next to 0 Hz may be off the grid of the others
+        frf = Frf.of(frf.between(max(band[0], 0.5 * float(np.median(np.diff(frf.frequency)))), band[1]))
+    part = frf.between(*band)
+    count = len(part.frequency)
+    top = min(order, count // 4)
+    if top < 2:
+        raise InputError(f"the band has {count} lines, too few to find a mode: 8 or more are needed")
+    channels = part.values.reshape(-1, count)
+    if not np.any(channels):
+        raise InputError("all responses are zero in the band")
+    orders = range(2, top + 1)
+    poles = fit_poles(part.frequency, part.values, orders)
+    candidates, more = candidate_poles(part, poles, smallest), poles_of_parts(part, smallest)
+    steady = [one.pole for one in candidates if one.pole.real < 0.0 and one.orders >= _STEADY * len(orders)]
+    kept = _refined(
+        part.frequency, channels, [one.pole for one in candidates], [one.pole for one in more], steady
+    )
+    seen = {one.pole: one.orders for one in (*more, *candidates)}
+    if not kept:
+        raise InputError(
+            f"no mode was found between {band[0]:g} Hz and {band[1]:g} Hz: no pole is common to models of different "
+            "order and stands out of the noise; look at the coherence, or average more"
+        )
+    refined = np.array([fit.pole for fit in kept.values()])
+    residues, background = residues_of(part.frequency, channels, refined)
+    synthesis = (synthesise(part.frequency, refined, residues) + background).reshape(part.values.shape)
+    modes = tuple(_mode(part, fit, seen[pole]) for pole, fit in kept.items())
+    return ModalFit(part, modes, poles, synthesis)
+
+
+def _refined(
+    frequency: Floats,
+    channels: Complexes,
+    poles: Sequence[complex],
+    more: Sequence[complex],
+    steady: Sequence[complex],
+) -> dict[complex, LocalFit]:
+    """Local fits by the pole they began at, in order of frequency.
+
+    Poles come strongest first, and then ``more``, as far as these lie three half-power bands from the modes found.
+
+    A pole sees those before it as neighbours, and those to come that are ``steady`` unless they lead it astray; then
+    all, except those whose damping is uncertain by half or more and that are not the strongest; where neighbours lead
+    it astray, it stays as it was.
+    """
+    line = float(frequency[1] - frequency[0])
+
+    def refined(start: complex, others: Complexes, residues: Complexes | None = None) -> LocalFit | None:
+        fit = refine_pole(frequency, channels, start, others, residues)
+        if fit is None or fit.significance < _SIGNIFICANT:
+            return None
+        moved, own = fit.pole - start, max(abs(start.real), 2.0 * np.pi * line)
+        return fit if abs(moved.imag) <= own and abs(moved.real) <= _DAMPING_MOVES * own else None
+
+    fits: dict[complex, LocalFit] = {}
+    certain: list[complex] = []
+    known, tried = set(poles), set[complex]()
+    for pole in (*poles, *more):
+        away = _APART * reach(pole, line)
+        if pole not in known and any(abs(pole - other.pole) <= away for other in fits.values()):
+            continue
+        before = [fits[p].pole for p in certain]
+        coming = [p for p in steady if p != pole and p not in tried]
+        tried.add(pole)
+        fit = refined(pole, np.array([*before, *coming])) if coming else None
+        fit = fit or refined(pole, np.array(before, dtype=complex))
+        if fit is None:
+            continue
+        fits[pole] = fit
+        damping = pole_intervals(fit, channels[:, fit.lines], None, line)[1]
+        if not certain or damping.high - damping.low < abs(damping.value):
+            certain.append(pole)
+    for _ in range(_ROUNDS):
+        ends = np.array([fits[pole].pole for pole in certain])
+        residues, _ = residues_of(frequency, channels, ends)
+        for pole, fit in list(fits.items()):
+            others = np.array([p != pole for p in certain])
+            fits[pole] = refined(fit.pole, ends[others], residues[:, others]) or fit
+    apart: dict[complex, LocalFit] = {}
+    for pole, fit in fits.items():
+        if all(abs(fit.pole - other.pole) > _SAME * abs(fit.pole.real) for other in apart.values()):
+            apart[pole] = fit
+    return dict(sorted(apart.items(), key=lambda item: item[1].pole.imag))
+
+
+def _mode(frf: Frf, fit: LocalFit, orders: int) -> IdentifiedMode:
+    channels = frf.values.reshape(-1, len(frf.frequency))[:, fit.lines]
+    repeats = frf.repeats
+    if repeats is not None:
+        repeats = repeats.reshape(len(repeats), -1, len(frf.frequency))[..., fit.lines]
+    frequency, damping, basis = pole_intervals(fit, channels, repeats, frf.line)
+    shifts = None if repeats is None else pole_shifts(fit, channels, repeats)
+    residues = (fit.residues / fit.pole**frf.derivatives).reshape(frf.values.shape[:2])
+    square, size = np.sum((1.0j * residues) ** 2), float(np.sum(np.abs(residues) ** 2))
+    verdict, reason = _judge(frequency, damping, frf.line, frf.resolving)
+    tilt, collinearity = float(np.angle(square)) / 2.0, float(np.abs(square)) / size
+    return IdentifiedMode(
+        frequency, damping, basis, residues, tilt, collinearity, orders, verdict, reason, shifts
+    )
+
+
+def _judge(frequency: Interval, damping: Interval, line: float, resolving: float) -> tuple[Verdict, str]:
+    name = f"the mode at {frequency.value:.6g} Hz"
+    band = 2.0 * abs(damping.value) * frequency.value
+    if damping.value <= 0.0:
+        return Verdict.WRONG_WAY, (
+            f"{name} turns the wrong way: its Nyquist curve runs anticlockwise, as with a damping ratio of "
+            f"{damping.value:.2g}; look at the sign of the phase and at what else drives the structure"
+        )
+    if band < line:
+        return Verdict.UNDER_RESOLVED, (
+            f"{name} is under-resolved: its half-power band of {band:.2g} Hz is below the line spacing of {line:g} Hz; "
+            "its frequency can be used, its damping cannot: measure longer"
+        )
+    if band < resolving * line:
+        return Verdict.UNDER_RESOLVED, (
+            f"{name} is under-resolved: its half-power band of {band:.2g} Hz is below {resolving:g} lines of "
+            f"{line:g} Hz, so that the window makes it wider; its frequency can be used, its damping cannot: take "
+            "longer segments"
+        )
+    if damping.high - damping.low >= damping.value:
+        return Verdict.UNCERTAIN, (
+            f"{name} has no certain damping: the 95 % interval of its ratio, {damping.low:.2g} to {damping.high:.2g}, "
+            "is wider than the ratio; average more"
+        )
+    return Verdict.DETERMINED, ""

@@ -1,0 +1,212 @@
+"""Local maximum-likelihood finish: poles of one mode and its near neighbours from the lines around it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from tarsus.modes.lsfd import background_columns, modal_columns, synthesise
+
+__all__ = ["LocalFit", "refine_pole"]
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+_BANDWIDTHS = 3.0
+_LINES = 10
+_DEGREE = 2
+_ROUNDS = 3
+_STEPS = 25
+_NEIGHBOURS = 3
+_BESIDE = 0.25
+_ALIKE = 0.25
+
+
+@dataclass(frozen=True)
+class LocalFit:
+    """One mode fitted to the lines around it.
+
+    pole [rad/s]; lines: those of the band that were used; noise (nc,): standard deviation of real and imaginary part of
+    every channel's misfit (nan for a channel that is zero); misfit (nc, 2 nl) and slopes (nc, 2 nl, 2): real over
+    imaginary parts of what is left, and of the derivatives by real and imaginary part of the pole with all other
+    unknowns adapted, over that deviation; residues (nc,): in the unit of the response times rad/s; deviation (nc,): of
+    their real and imaginary parts, at the fitted pole.
+    """
+
+    pole: complex
+    lines: slice
+    noise: Floats
+    misfit: Floats
+    slopes: Floats
+    residues: Complexes
+    deviation: Floats
+
+    @property
+    def significance(self) -> float:
+        """Root mean square over channels of residue over its deviation."""
+        known = np.isfinite(self.noise)
+        return float(np.sqrt(np.mean(np.abs(self.residues[known] / self.deviation[known]) ** 2 / 2.0)))
+
+
+def _window(frequency: Floats, pole: complex) -> slice:
+    """Lines around a pole: three half-power bandwidths or ten lines to either side, whichever is more."""
+    line = frequency[1] - frequency[0]
+    half = max(_BANDWIDTHS * abs(pole.real) / np.pi, _LINES * line)
+    centre = pole.imag / (2.0 * np.pi)
+    first = int(np.searchsorted(frequency, centre - half))
+    return slice(first, max(int(np.searchsorted(frequency, centre + half, side="right")), first + 1))
+
+
+def _stacked(values: Complexes, axis: int) -> Floats:
+    """Real parts, then imaginary parts, along an axis."""
+    return np.concatenate([values.real, values.imag], axis=axis)
+
+
+class _Problem:
+    """Separable least squares: poles nonlinear; residues and background, of each channel, linear."""
+
+    def __init__(
+        self, frequency: Floats, values: Complexes, weights: Floats, start: Complexes, fixed: Complexes
+    ) -> None:
+        self.s = 2.0j * np.pi * frequency[:, None]
+        self.frequency = frequency
+        self.background = np.concatenate(
+            [background_columns(frequency, _DEGREE), modal_columns(frequency, fixed)], axis=1
+        )
+        self.start = start
+        line = 2.0 * np.pi * (frequency[1] - frequency[0])
+        self.unit = np.maximum(np.abs(start.real), 0.1 * line)
+        self.target = _stacked(values, 1).T * weights
+        self.weights = weights
+
+    def poles(self, theta: Floats) -> Complexes:
+        half = len(self.start)
+        return self.start + self.unit * (theta[:half] + 1.0j * theta[half:])
+
+    def solve(self, theta: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+        """Weighted residuals (2 nf, nc), weighted linear parameters (k, nc), orthonormal basis (2 nf, k), triangle."""
+        columns = np.concatenate([modal_columns(self.frequency, self.poles(theta)), self.background], axis=1)
+        basis, triangle = np.linalg.qr(_stacked(columns, 0))
+        inner = basis.T @ self.target
+        linear = np.asarray(np.linalg.solve(triangle, inner), dtype=float)
+        return self.target - basis @ inner, linear, basis, triangle
+
+    def residual(self, theta: Floats) -> Floats:
+        return self.solve(theta)[0].ravel()
+
+    def sensitivity(self, theta: Floats) -> Floats:
+        """Derivatives of the weighted model (2 nf, nc, 2 np), the linear parameters' part taken out (Kaufman 1975)."""
+        _, linear, basis, _ = self.solve(theta)
+        poles, count = self.poles(theta), len(self.start)
+        near, far = (1.0 / (self.s - poles)) ** 2, (1.0 / (self.s - poles.conj())) ** 2
+        out = np.empty((len(self.target), self.target.shape[1], 2 * count))
+        for k, unit in enumerate(self.unit):
+            both, apart = near[:, k, None] + far[:, k, None], 1.0j * (near[:, k, None] - far[:, k, None])
+            real, imag = linear[k], linear[count + k]
+            out[:, :, k] = unit * _stacked(both * real + apart * imag, 0)
+            out[:, :, count + k] = unit * _stacked(apart * real - both * imag, 0)
+        flat = out.reshape(len(out), -1)
+        return (flat - basis @ (basis.T @ flat)).reshape(out.shape)
+
+    def jacobian(self, theta: Floats) -> Floats:
+        return -self.sensitivity(theta).reshape(-1, 2 * len(self.start))
+
+
+def refine_pole(
+    frequency: Floats, values: Complexes, start: complex, others: Complexes, residues: Complexes | None = None
+) -> LocalFit | None:
+    """Maximum-likelihood fit of one pole in its own window.
+
+    The model is the pole and the three nearest others in the window, with their conjugates and free complex residues;
+    those just beside the window that are not much sharper, with free residues, which stay where they are; and a
+    background of second degree in frequency in every channel for all that lies elsewhere. Noise is normal, independent
+    between channels and lines; its level in each channel is estimated with the poles.
+
+    Parameters
+    ----------
+    frequency
+        Lines of the band (nf,) [Hz].
+    values
+        Responses (nc, nf) of all pairs of output and input.
+    start
+        The pole, nearly [rad/s].
+    others
+        Other poles (np,) [rad/s].
+    residues
+        Of these (nc, np), as far as known: what those that are not fitted give is taken off first.
+
+    Returns
+    -------
+    LocalFit or None
+        None where the lines do not determine it: too few, or a start that leads out of the window.
+    """
+    lines = _window(frequency, start)
+    f, h = frequency[lines], values[:, lines]
+    centre = others.imag / (2.0 * np.pi)
+    inside = np.flatnonzero((centre > f[0]) & (centre < f[-1]))
+    away = np.maximum(f[0] - centre, centre - f[-1])
+    alike = np.abs(others.real) > _ALIKE * abs(start.real)
+    beside = others[(away >= 0.0) & (away < _BESIDE * (f[-1] - f[0])) & alike]
+    fitted = inside[np.argsort(np.abs(others[inside] - start))][:_NEIGHBOURS]
+    if residues is not None:
+        free = np.concatenate([fitted, np.flatnonzero(np.isin(others, beside))])
+        rest = np.setdiff1d(np.arange(len(others)), free)
+        h = h - synthesise(f, others[rest], residues[:, rest])
+    near = np.append(start, others[fitted])
+    columns = 2 * len(near) + 2 * (_DEGREE + 1) + 2 * len(beside)
+    freedom = 2 * len(f) - columns - 2.0 * len(near) / len(values)
+    if freedom < 1.0:
+        return None
+    power = np.sqrt(np.mean(np.abs(h) ** 2, axis=1))
+    known = np.flatnonzero(power > 0.0)
+    if not len(known):
+        return None
+    h, level = h[known], power[known]
+    theta = np.zeros(2 * len(near))
+    problem = _Problem(f, h, 1.0 / level, near, beside)
+    for _ in range(_ROUNDS):
+        found = least_squares(problem.residual, theta, problem.jacobian, max_nfev=_STEPS)  # pyright: ignore[reportArgumentType]
+        theta = found.x
+        misfit = found.fun.reshape(-1, len(known))
+        level = np.maximum(level * np.sqrt(np.sum(misfit**2, axis=0) / freedom), 1e-9 * power[known])
+        problem = _Problem(f, h, 1.0 / level, near, beside)
+    pole = complex(problem.poles(theta)[0])
+    if not f[0] <= pole.imag / (2.0 * np.pi) <= f[-1]:
+        return None
+    return _local_fit(problem, theta, pole, lines, known, len(values))
+
+
+def _local_fit(
+    problem: _Problem, theta: Floats, pole: complex, lines: slice, known: NDArray[np.intp], channels: int
+) -> LocalFit:
+    residual, linear, _, triangle = problem.solve(theta)
+    slopes, count = problem.sensitivity(theta), len(problem.start)
+    flat = slopes.reshape(-1, 2 * count)
+    full = flat.T @ flat
+    own = np.array([0, count])
+    others = np.array([k for k in range(2 * count) if k not in own], dtype=int)
+    if len(others):
+        mixed = np.linalg.pinv(full[np.ix_(others, others)]) @ full[np.ix_(others, own)]
+        slopes = slopes[..., own] - slopes[..., others] @ mixed
+    else:
+        slopes = slopes[..., own]
+    shape = (channels, slopes.shape[0])
+    out = LocalFit(
+        pole,
+        lines,
+        np.full(channels, np.nan),
+        np.zeros(shape),
+        np.zeros((*shape, 2)),
+        np.zeros(channels, dtype=complex),
+        np.full(channels, np.inf),
+    )
+    out.noise[known] = 1.0 / problem.weights
+    out.misfit[known] = residual.T
+    out.slopes[known] = slopes.transpose(1, 0, 2) / problem.unit[0]
+    out.residues[known] = (linear[0] + 1.0j * linear[count]) / problem.weights
+    rows = np.linalg.inv(triangle)[[0, count]]
+    out.deviation[known] = np.sqrt(np.sum(rows**2) / 2.0) / problem.weights
+    return out
