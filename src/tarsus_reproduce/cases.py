@@ -6,23 +6,22 @@ from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 
-from tarsus.study.rows import Columns, parse_lines, read_text
+from tarsus.files.rows import Cell, read_text, typed_rows
 
-COLUMNS = Columns(
-    names=(
-        "freq_hz",
-        "volt_v",
-        "wave",
-        "bounces_sim",
-        "bounces_exp",
-        "peak_sim_um",
-        "peak_exp_um",
-        "contact_sim_ms",
-        "contact_exp_ms",
-    ),
-    positive=("freq_hz", "volt_v"),
-    ranges=("bounces_sim", "bounces_exp"),
-)
+WAVES = ("square", "sine")
+"""Drives of the tables."""
+
+COLUMNS = {
+    "freq_hz": Cell(required=True, positive=True),
+    "volt_v": Cell(required=True, positive=True),
+    "wave": Cell(required=True, words=WAVES),
+    "bounces_sim": Cell(ranges=True),
+    "bounces_exp": Cell(ranges=True),
+    "peak_sim_um": Cell(),
+    "peak_exp_um": Cell(),
+    "contact_sim_ms": Cell(),
+    "contact_exp_ms": Cell(),
+}
 
 
 @dataclass(frozen=True)
@@ -85,10 +84,10 @@ def parse_cases(text: str, *, where: str, origin: str) -> list[Case]:
         naming every bad line at once.
     """
     cases = []
-    for line in parse_lines(text, COLUMNS, where):
+    for line in typed_rows(text, where, COLUMNS):
         source, measured = (
             Observation(line[f"bounces_{who}"], line[f"peak_{who}_um"], line[f"contact_{who}_ms"])
             for who in ("sim", "exp")
         )
-        cases.append(Case(line.known("freq_hz"), line.known("volt_v"), line.wave, source, measured, origin))
+        cases.append(Case(line["freq_hz"], line["volt_v"], line["wave"], source, measured, origin))
     return cases

@@ -7,24 +7,19 @@ from importlib.resources import files
 from pathlib import Path
 
 from tarsus.base.errors import InputError
-from tarsus.study.rows import Columns, parse_lines, read_text
+from tarsus.files.rows import Cell, read_text, typed_rows
+from tarsus_reproduce.cases import WAVES
 
-COLUMNS = Columns(
-    names=(
-        "wave",
-        "volt_v",
-        "gap_um",
-        "bounces_exp_per_s",
-        "peak_exp_um",
-        "mean_exp_um",
-        "bounces_sim_per_s",
-        "peak_sim_um",
-        "mean_sim_um",
-        "freq_hz",
-    ),
-    positive=("volt_v", "gap_um"),
-    above=("freq_hz",),
-)
+HEIGHTS = (("bounces", "per_s"), ("peak", "um"), ("mean", "um"))
+"""What is measured and simulated of a scenario, with the units of its columns."""
+
+COLUMNS = {
+    "wave": Cell(required=True, words=WAVES),
+    "volt_v": Cell(required=True, positive=True),
+    "gap_um": Cell(required=True, positive=True),
+    **{f"{what}_{who}_{unit}": Cell() for who in ("exp", "sim") for what, unit in HEIGHTS},
+    "freq_hz": Cell(positive=True),
+}
 
 FASTEST = 1e5
 """Highest drive frequency of a scenario [Hz]: a hundred times the source's; faster ones take hours over many seeds."""
@@ -99,7 +94,7 @@ def parse_scenarios(text: str, *, where: str, origin: str) -> list[Scenario]:
     """
     scenarios = []
     problems = []
-    for line in parse_lines(text, COLUMNS, where):
+    for line in typed_rows(text, where, COLUMNS):
         freq_hz = line["freq_hz"]
         if freq_hz is not None and freq_hz > FASTEST:
             problems.append(f"{where}: 'freq_hz' can be at most {FASTEST:g}, got {freq_hz:g}.")
@@ -109,9 +104,9 @@ def parse_scenarios(text: str, *, where: str, origin: str) -> list[Scenario]:
         )
         scenarios.append(
             Scenario(
-                line.wave,
-                line.known("volt_v"),
-                line.known("gap_um"),
+                line["wave"],
+                line["volt_v"],
+                line["gap_um"],
                 freq_hz,
                 source,
                 measured,

@@ -29,7 +29,7 @@ def test_packaged_table_has_the_twelve_published_rows():
 
 def test_comments_blank_lines_fractions_and_empty_cells():
     cases = parse(
-        f"# a comment\n\n{','.join(COLUMNS.names)}\n"
+        f"# a comment\n\n{','.join(COLUMNS)}\n"
         "  # another\n100,8,Square,1,1.5,264,194,4.2,\n50,8,sine,,1~2,,,,\n"
     )
     assert cases[0].wave == "square"

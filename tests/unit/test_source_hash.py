@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import tarsus
-from tarsus.plan.source_hash import SHOWING, result_sources
+from tarsus.files.version import SHOWING, result_sources
 
 ROOT = Path(tarsus.__file__).parent
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.calibrate.problem import Problem
-from tarsus.files.sweepstore import SweepStore
+from tarsus.files.runstore import RunStore
 
 __all__ = ["Archive"]
 
@@ -35,7 +35,7 @@ class Archive:
     """
 
     problem: Problem
-    store: SweepStore | None = None
+    store: RunStore | None = None
     part: int = 0
     on_sets: Callable[[int, int], None] | None = None
     simulated: int = 0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import threading
 from collections.abc import Callable, Mapping
@@ -25,10 +24,8 @@ from tarsus.calibrate.problem import Problem
 from tarsus.calibrate.search import Found, questions
 from tarsus.calibrate.shown import calibration_html
 from tarsus.calibrate.studyfile import Described, frozen_texts, load_study
-from tarsus.files.store import package_version
-from tarsus.files.sweepstore import PER_FOLDER, SweepStore
+from tarsus.files.runstore import PER_FOLDER, RunStore
 from tarsus.model.laws import Law
-from tarsus.plan.source_hash import source_hash
 
 __all__ = ["Calibrated", "Solution", "calibrate", "solve"]
 
@@ -139,7 +136,7 @@ class Tally:
 def solve(
     problem: Problem,
     search: Search,
-    store: SweepStore | None = None,
+    store: RunStore | None = None,
     progress: Progress | None = None,
     threads: Workers = None,
 ) -> Solution:
@@ -246,11 +243,7 @@ def calibrate(
         described = Described(described.study.model_copy(update={"search": search}), described.table)
     lowered = lower_study(described.study, described.table, threads)
     texts = frozen_texts(described)
-    store = (
-        None
-        if out is None
-        else SweepStore.open(Path(out), _digest(texts), 0, texts, resume=resume, what="calibration")
-    )
+    store = None if out is None else RunStore.open(out, texts, resume=resume, what="calibration")
     solution = solve(lowered.problem, described.study.search, store, progress, threads)
     result = Calibrated(
         described, lowered, solution, other_rows(lowered, solution), None if out is None else Path(out)
@@ -260,14 +253,6 @@ def calibrate(
 
         write_outputs(result, Path(out))
     return result
-
-
-def _digest(texts: Mapping[str, str]) -> str:
-    """Digest of all that a result depends on: study, scene, table, version and engine."""
-    digest = hashlib.sha256()
-    for text in (*texts.values(), package_version(), source_hash()):
-        digest.update(text.encode() + b"\0")
-    return digest.hexdigest()
 
 
 def other_rows(lowered: Lowered, solution: Solution) -> tuple[tuple[Prediction, ...], ...]:

@@ -13,8 +13,8 @@ from tarsus.calibrate.ensemble import weighted_quantile
 from tarsus.calibrate.mixture import MIXTURE_FILE, Mixture, mixture_table
 from tarsus.calibrate.studyfile import TABLE_FILE
 from tarsus.files.jsontext import json_text
+from tarsus.files.runstore import SWEEP_FILES
 from tarsus.files.store import REPORT_FILE, write_text
-from tarsus.files.sweepstore import SWEEP_FILES
 from tarsus.files.toml import scene_text
 from tarsus.model.scene import Provenance, Scene, Source
 

@@ -11,10 +11,9 @@ from dataclasses import dataclass
 from tarsus.base.errors import InputError
 from tarsus.base.spec import validate
 from tarsus.calibrate.description import Study
-from tarsus.calibrate.table import Table, parse_table
+from tarsus.files.rows import Rows, parse_rows, read_text
 from tarsus.files.tables import Kind, expect, read_table
 from tarsus.model.laws import Law
-from tarsus.study.rows import read_text
 from tarsus.study.studyfile import SCENE_FILE, STUDY_FILE, scene_of_study, study_path
 
 __all__ = ["SCENE_FILE", "STUDY_FILE", "TABLE_FILE", "Described", "frozen_texts", "load_study"]
@@ -27,7 +26,7 @@ class Described:
     """A study and its table."""
 
     study: Study
-    table: Table
+    table: Rows
 
 
 def load_study(name: str | os.PathLike[str], laws: Mapping[str, type[Law]] | None = None) -> Described:
@@ -54,7 +53,7 @@ def load_study(name: str | os.PathLike[str], laws: Mapping[str, type[Law]] | Non
     table = None
     if isinstance(named, str):
         try:
-            table = parse_table(read_text(file.parent / named), named)
+            table = parse_rows(read_text(file.parent / named), named)
         except InputError as error:
             problems += [f"table: {said}" for said in error.problems]
     else:

@@ -46,8 +46,8 @@ def open(
 def _page(folder: Path, law_files: Sequence[Path]) -> tuple[Path, bool]:
     """The page, and whether it was made just now."""
     from tarsus.base.errors import InputError
+    from tarsus.files.runstore import PLAN_FILE
     from tarsus.files.store import REPORT_FILE, SUMMARY_FILE, read_run
-    from tarsus.files.sweepstore import PLAN_FILE
 
     if not folder.is_dir():
         raise InputError(f"{folder}: is no folder; name one that a verb wrote with -o")
@@ -71,8 +71,8 @@ def _sweep_page(folder: Path) -> Path:
     from tarsus.base.errors import InputError
     from tarsus.cli.console import spinner
     from tarsus.cluster.status import status_of
+    from tarsus.files.runstore import COLLECTED_FILE
     from tarsus.files.store import REPORT_FILE
-    from tarsus.files.sweepstore import COLLECTED_FILE
     from tarsus.report.sweep_page import write_sweep_report
     from tarsus.study.studyfile import frozen_sweep
 

@@ -62,8 +62,8 @@ def _axes(
     """What was drawn, and the axes."""
     from tarsus.base.errors import InputError
     from tarsus.base.messages import nearest
+    from tarsus.files.runstore import COLLECTED_FILE
     from tarsus.files.store import SERIES_FILE
-    from tarsus.files.sweepstore import COLLECTED_FILE
     from tarsus.report.saved import figure_of, offered
 
     if saved.is_dir() and (saved / SERIES_FILE).is_file():

@@ -63,7 +63,7 @@ def sweep(
     """
     from tarsus.base.errors import InputError
     from tarsus.cli import console
-    from tarsus.files.sweepstore import SWEEP_FILES
+    from tarsus.files.runstore import SWEEP_FILES
 
     if status:
         from dataclasses import asdict
@@ -98,7 +98,7 @@ def _chosen(
 ) -> tuple[Sweep, Path, bool]:
     """The sweep, its folder, and whether that is continued."""
     from tarsus.cli import requests
-    from tarsus.files.sweepstore import PLAN_FILE
+    from tarsus.files.runstore import PLAN_FILE
     from tarsus.study.studyfile import frozen_sweep, load_sweep
 
     if (Path(study) / PLAN_FILE).exists() and output is None and not overwrite:

@@ -82,8 +82,8 @@ def yields(
     """
     from tarsus.cli import console
     from tarsus.files.jsontext import json_text
+    from tarsus.files.runstore import SWEEP_FILES
     from tarsus.files.store import write_text
-    from tarsus.files.sweepstore import SWEEP_FILES
     from tarsus.study.sweeping import run_sweep
     from tarsus.study.yields import read_robots, yield_of
 

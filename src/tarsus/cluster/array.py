@@ -13,8 +13,8 @@ from pathlib import Path
 
 from tarsus.base.errors import InputError
 from tarsus.base.workers import workers
+from tarsus.files.runstore import COLLECTED_FILE
 from tarsus.files.store import write_text
-from tarsus.files.sweepstore import COLLECTED_FILE
 from tarsus.study.beats import Beats
 from tarsus.study.collecting import collect
 from tarsus.study.crew import Threads

@@ -3,8 +3,6 @@ same."""
 
 from __future__ import annotations
 
-import hashlib
-import inspect
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,11 +12,9 @@ from numpy.typing import NDArray
 
 from tarsus.design.over import Grounds
 from tarsus.design.walks import Walks
-from tarsus.files.store import package_version
-from tarsus.files.sweepstore import UNIT_FILES, SweepStore
-from tarsus.files.toml import scene_text
+from tarsus.files.runstore import UNIT_FILES, RunStore
+from tarsus.files.toml import scene_texts
 from tarsus.model.scene import Scene
-from tarsus.plan.source_hash import source_hash
 
 __all__ = ["KEPT_FILES", "Kept", "store_of"]
 
@@ -28,25 +24,24 @@ MOST_UNITS = 1_000_000
 """Units of six digits: batches that a search asks for, one after the other."""
 
 KEPT_FILES = (
-    *(f"{name}{end}" for name in ("scene.toml", "request.txt", "plan.json") for end in ("", ".*.part")),
+    *(
+        f"{name}{end}"
+        for name in ("scene.toml", "request.txt", "plan.json", "laws/*.py")
+        for end in ("", ".*.part")
+    ),
     *UNIT_FILES,
 )
 """What a design keeps in its folder while it works, as glob patterns."""
 
 
-def store_of(folder: Path, scene: Scene, request: Sequence[str], *, resume: bool) -> SweepStore:
+def store_of(folder: Path, scene: Scene, request: Sequence[str], *, resume: bool) -> RunStore:
     """The store of a design in a folder.
 
     request: everything beside the scene that its runs depend on, line by line. Raises InputError as
-    `SweepStore.open`.
+    `RunStore.open`.
     """
-    texts = {"scene.toml": scene_text(scene), "request.txt": "\n".join(request) + "\n"}
-    digest = hashlib.sha256()
-    for text in (*texts.values(), package_version(), source_hash()):
-        digest.update(text.encode() + b"\0")
-    for law in scene.ground.laws.values():
-        digest.update(Path(inspect.getfile(type(law))).read_bytes())
-    return SweepStore.open(folder, digest.hexdigest(), MOST_UNITS, texts, resume=resume, what="design")
+    texts = {**scene_texts(scene), "request.txt": "\n".join(request) + "\n"}
+    return RunStore.open(folder, texts, resume=resume, what="design", units=MOST_UNITS)
 
 
 @dataclass
@@ -57,7 +52,7 @@ class Kept:
     """
 
     walks: Walks
-    store: SweepStore | None = None
+    store: RunStore | None = None
     reused: int = 0
     _asked: int = field(default=0)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import os
 from collections.abc import Mapping
 from enum import Enum
@@ -18,7 +19,10 @@ from tarsus.model.laws import Law
 from tarsus.model.scene import Scene, provenance_faults, provenance_problems, table_faults
 from tarsus.model.structure import AnyStructure
 
-__all__ = ["description_text", "parse_scene", "read_scene", "scene_text", "write_scene"]
+__all__ = ["description_text", "parse_scene", "read_scene", "scene_text", "scene_texts", "write_scene"]
+
+SCENE_FILE = "scene.toml"
+LAW_FOLDER = "laws"
 
 _LONGEST_TEXT_LIST = 36
 """Lists of more numbers than this are written as plain SI floats, without units."""
@@ -116,6 +120,22 @@ def scene_text(scene: Scene) -> str:
         kept = {path: origin for path, origin in scene.provenance.items() if path not in stale}
         scene = with_values(scene, {"provenance": kept})
     return description_text(scene)
+
+
+def scene_texts(scene: Scene) -> dict[str, str]:
+    """A scene and the files of its user's laws as texts by name, such as ``laws/own.py``.
+
+    Raises InputError where two law files have one name.
+    """
+    files = {Path(inspect.getfile(type(law))) for law in scene.ground.laws.values()}
+    # by their names alone: whoever reads them back has them all in one folder
+    laws = {f"{LAW_FOLDER}/{file.name}": file for file in sorted(files, key=lambda file: file.name)}
+    if len(laws) < len(files):
+        raise InputError("law files of one scene need different names")
+    return {
+        SCENE_FILE: scene_text(scene),
+        **{name: file.read_text(encoding="utf-8") for name, file in laws.items()},
+    }
 
 
 def description_text(description: Description) -> str:

@@ -12,7 +12,7 @@ import time
 from collections import Counter
 from pathlib import Path
 
-from tarsus.files.sweepstore import COLLECTED_FILE, WORKER_FOLDER
+from tarsus.files.runstore import COLLECTED_FILE, WORKER_FOLDER
 
 __all__ = ["EVERY", "Beats"]
 

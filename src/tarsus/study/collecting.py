@@ -11,9 +11,9 @@ import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import float_paths
+from tarsus.files.runstore import COLLECTED_FILE, RunStore, store_sentence
 from tarsus.files.series import Put, Variable, blank, write_netcdf
 from tarsus.files.store import package_version
-from tarsus.files.sweepstore import COLLECTED_FILE, SweepStore, store_sentence
 from tarsus.solve.labelled import measure_variables, outcome_variable
 from tarsus.study.axes import Floats, Grid
 from tarsus.study.scores import offered
@@ -30,7 +30,7 @@ ROOM = 1.02
 """A file needs this much of its numbers' size: attributes and tables of the format."""
 
 
-def collect(sweep: Sweep, store: SweepStore) -> tuple[Path, dict[str, int]]:
+def collect(sweep: Sweep, store: RunStore) -> tuple[Path, dict[str, int]]:
     """Write the collected file of a finished store: the same bytes whoever writes it, and in units of any size.
 
     Returns
@@ -63,7 +63,7 @@ def collect(sweep: Sweep, store: SweepStore) -> tuple[Path, dict[str, int]]:
             for name, values in {**points, **_columns(sweep, arrays)}.items():
                 put(name, first, values)
 
-    target, part = store.folder / COLLECTED_FILE, store.part_of(COLLECTED_FILE)
+    target, part = store.place / COLLECTED_FILE, store.part_of(COLLECTED_FILE)
     empty = {
         "code": blank((sweep.runs,), np.int8),
         "value": blank((sweep.runs, len(sweep.measures))),
@@ -74,7 +74,7 @@ def collect(sweep: Sweep, store: SweepStore) -> tuple[Path, dict[str, int]]:
     variables = collected_variables(sweep, {axis: blank((sweep.runs,)) for axis in sweep.vary}, empty)
     try:
         store.clear_abandoned(part)
-        free = shutil.disk_usage(store.folder).free
+        free = shutil.disk_usage(store.place).free
         if free < sum(one.values.nbytes for one in variables.values()) * ROOM:
             raise OSError(28, os.strerror(28))
         write_netcdf(variables, attrs, part, fill)
@@ -86,7 +86,7 @@ def collect(sweep: Sweep, store: SweepStore) -> tuple[Path, dict[str, int]]:
                 raise
         store.clear()
     except OSError as error:
-        raise InputError(store_sentence(error, store.folder)) from error
+        raise InputError(store_sentence(error, store.place)) from error
     finally:
         part.unlink(missing_ok=True)
     return target, {name: n for name, n in zip(OUTCOMES, counts.tolist(), strict=True) if n}

@@ -17,9 +17,10 @@ import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.base.workers import places
-from tarsus.files.sweepstore import SweepStore
+from tarsus.files.runstore import RunStore, digest_of
+from tarsus.files.version import versions
 from tarsus.solve.simulate import Shared
-from tarsus.study.layout import Layout, digest_of, versions
+from tarsus.study.layout import Layout, values_of
 from tarsus.study.studyfile import frozen_sweep, frozen_texts
 from tarsus.study.sweep import Sweep
 from tarsus.study.workunit import work_unit
@@ -61,7 +62,7 @@ class Threads:
 
     elsewhere = False
 
-    def __init__(self, sweep: Sweep, layout: Layout, store: SweepStore, threads: int) -> None:
+    def __init__(self, sweep: Sweep, layout: Layout, store: RunStore, threads: int) -> None:
         self._sweep, self._layout, self._store = sweep, layout, store
         self._count = threads
         self._shared = Shared()
@@ -93,7 +94,7 @@ class Remote:
 
     elsewhere = True
 
-    def __init__(self, sweep: Sweep, layout: Layout, store: SweepStore, executor: Executor) -> None:
+    def __init__(self, sweep: Sweep, layout: Layout, store: RunStore, executor: Executor) -> None:
         self._layout, self._executor = layout, executor
         texts = {name: zlib.compress(text.encode()) for name, text in frozen_texts(sweep).items()}
         self._plan = SentPlan(
@@ -157,7 +158,7 @@ def _received(plan: SentPlan) -> tuple[Sweep, Shared]:
         _unpack(dict(plan.texts), Path(place))
         sweep = frozen_sweep(Path(place))
     texts = {name: zlib.decompress(text).decode() for name, text in plan.texts}
-    if digest_of(sweep, texts) != plan.digest:
+    if digest_of(texts, values_of(sweep)) != plan.digest:
         raise InputError(
             f"node {socket.gethostname()} reads the sweep otherwise than {plan.node} does, where it was begun: all "
             "nodes need the same versions of numpy and scipy"

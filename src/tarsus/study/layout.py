@@ -1,8 +1,7 @@
-"""What a sweep is on disk: its digest, and how many runs make a unit of work."""
+"""What a sweep is on disk: its store, and how many runs make a unit of work."""
 
 from __future__ import annotations
 
-import hashlib
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,17 +11,16 @@ import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.base.units import parse_quantity
-from tarsus.files.store import package_version
-from tarsus.files.sweepstore import MOST_UNITS, SweepStore
-from tarsus.plan.source_hash import source_hash
+from tarsus.files.runstore import MOST_UNITS, PLAN_FILE, RunStore
+from tarsus.study.axes import Floats
 from tarsus.study.studyfile import frozen_texts
 from tarsus.study.sweep import Sweep
-from tarsus.study.workunit import OUTCOMES, work_unit
+from tarsus.study.workunit import work_unit
 
-__all__ = ["Layout", "digest_of", "open_store", "runs_per_unit", "versions"]
+__all__ = ["Layout", "open_store", "runs_per_unit", "values_of"]
 
 ENDS = 64
-"""Runs at either end of a plan whose values are part of its digest: a library that draws other points changes them."""
+"""Runs at either end of a plan whose values are part of its digest: any other points differ there."""
 
 TRIED = 0.25
 """Seconds of work after which the cost of a run is taken as known: long against what a first run loads."""
@@ -53,20 +51,10 @@ class Layout:
         return part.stop - part.start
 
 
-def versions() -> dict[str, str]:
-    """What results depend on beside the sweep: version of the package, digest of the engine and its sources."""
-    return {"tarsus": package_version(), "engine": source_hash()}
-
-
-def digest_of(sweep: Sweep, texts: Mapping[str, str]) -> str:
-    """Digest of everything that the results of a sweep depend on: description, own laws, values, version, engine."""
-    digest = hashlib.sha256()
-    for text in (*texts.values(), *versions().values(), *OUTCOMES):
-        digest.update(text.encode() + b"\0")
-    for part in (slice(0, min(ENDS, sweep.runs)), slice(max(sweep.runs - ENDS, 0), sweep.runs)):
-        for values in sweep.points(part).values():
-            digest.update(np.ascontiguousarray(values).tobytes())
-    return digest.hexdigest()
+def values_of(sweep: Sweep) -> list[Floats]:
+    """Values of the sweep's first and last runs: a library that draws other points changes them."""
+    ends = (slice(0, min(ENDS, sweep.runs)), slice(max(sweep.runs - ENDS, 0), sweep.runs))
+    return [values for part in ends for values in sweep.points(part).values()]
 
 
 def runs_per_unit(sweep: Sweep) -> int:
@@ -111,7 +99,7 @@ def _rounded(value: float) -> int:
 
 def open_store(
     sweep: Sweep, folder: Path, *, resume: bool, texts: Mapping[str, str] | None = None
-) -> tuple[SweepStore, Layout]:
+) -> tuple[RunStore, Layout]:
     """The store of a sweep and its units; where others have begun it, their units count.
 
     `texts` are the sweep's frozen ones, from whoever has them already.
@@ -119,13 +107,12 @@ def open_store(
     Raises
     ------
     InputError
-        As `SweepStore.open` and `runs_per_unit`.
+        As `RunStore.open` and `runs_per_unit`.
     """
-    texts = texts if texts is not None else frozen_texts(sweep)
-    digest = digest_of(sweep, texts)
-    begun = resume and (folder / "plan.json").exists()
+    begun = resume and (folder / PLAN_FILE).exists()
     own = Layout(sweep.runs, sweep.runs if begun else runs_per_unit(sweep))
-    store = SweepStore.open(
-        folder, digest, own.units, texts, resume=resume, chunk=own.chunk, made=versions(), runs=sweep.runs
-    )
+    store = RunStore.open(
+        folder, texts if texts is not None else frozen_texts(sweep), resume=resume, values=values_of(sweep),
+        units=own.units, chunk=own.chunk, runs=sweep.runs,
+    )  # fmt: skip
     return store, Layout(sweep.runs, store.chunk)

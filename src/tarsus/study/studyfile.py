@@ -15,6 +15,7 @@ from tarsus.base.spec import validate
 from tarsus.files.installed import STUDIES, file_names, named_file
 from tarsus.files.library import load_scene
 from tarsus.files.tables import Kind, expect, kind_of_table, read_table
+from tarsus.files.toml import scene_texts
 from tarsus.model.laws import Law, load_laws
 from tarsus.model.scene import Scene, override
 from tarsus.study.axes import Sobol, keep_powers, sobol_powers
@@ -145,24 +146,16 @@ def frozen_texts(sweep: Sweep) -> dict[str, str]:
     Every setting is resolved and in SI: the study file holds what varies, the scene file the whole scene. Files of
     the user's laws are there as they are, in the folder `LAWS`.
     """
-    import inspect
 
     import tomlkit
 
-    from tarsus.files.toml import scene_text
 
     table = sweep.model_dump(mode="json", exclude={"scene"}, exclude_none=True)
     for axis in table["vary"].values():
         if not axis["paths"]:
             del axis["paths"]
     study = {"name": table.pop("name"), "scene": SCENE_FILE, **table}
-    files = {Path(inspect.getfile(type(law))) for law in sweep.scene.ground.laws.values()}
-    # by their names alone: whoever reads them back has them all in one folder
-    files = sorted(files, key=lambda file: file.name)
-    laws = {f"{LAWS}/{file.name}": file.read_text(encoding="utf-8") for file in files}
-    if len(laws) < len(files):
-        raise InputError("law files of one sweep need different names")
-    texts = {STUDY_FILE: tomlkit.dumps(study), SCENE_FILE: scene_text(sweep.scene), **laws}
+    texts = {STUDY_FILE: tomlkit.dumps(study), **scene_texts(sweep.scene)}
     if isinstance(sweep.design, Sobol | Scattered):
         dimensions, seed = sweep.design.dimensions(sweep.vary), sweep.design.seed
         powers = sobol_powers(dimensions, seed, sweep.runs).tolist()

@@ -15,7 +15,7 @@ import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.base.workers import Workers, is_executor, spread, workers
-from tarsus.files.sweepstore import SweepStore
+from tarsus.files.runstore import RunStore
 from tarsus.solve.simulate import Shared
 from tarsus.study.beats import Beats
 from tarsus.study.collecting import collect
@@ -96,7 +96,7 @@ def run_sweep(
     made: Counter[str] = Counter()
     for last in (False, True):
         if pending:
-            with Beats(store.folder) as beats:
+            with Beats(store.place) as beats:
                 crew: Crew = (
                     Remote(sweep, layout, store, threads)
                     if is_executor(threads)
@@ -116,7 +116,7 @@ def run_sweep(
 
 
 def do_units(
-    store: SweepStore,
+    store: RunStore,
     layout: Layout,
     crew: Crew,
     units: Iterable[int],
@@ -144,7 +144,7 @@ def do_units(
 class _Work:
     """Units that wait, and those under way by their futures."""
 
-    store: SweepStore
+    store: RunStore
     layout: Layout
     crew: Crew
     waiting: deque[int]

@@ -9,7 +9,7 @@ from calibrate.toys import cells, problem, search, unknowns
 from tarsus.calibrate.calibrating import solve
 from tarsus.calibrate.ensemble import drawn
 from tarsus.calibrate.objective import Branch, Limit
-from tarsus.files.sweepstore import SweepStore
+from tarsus.files.runstore import RunStore
 from tarsus.fit import Prior
 
 X = np.array([1.0, 2.0, 3.0, 4.0])
@@ -137,16 +137,16 @@ def test_a_killed_search_goes_on_to_the_same_result(tmp_path, left, threads):
     table = cells(straight(0, np.array(TRUTH))[:, :, 0])
     broken = problem(table, fragile, unknowns("ab"), TWO)
     with pytest.raises(Killed):
-        solve(broken, plan, SweepStore.open(tmp_path, "x", 0, {}), threads=threads)
+        solve(broken, plan, RunStore.open(tmp_path, {"x": "1"}), threads=threads)
     assert len(list((tmp_path / "units").glob("*/*.npz"))) > 3
     done, calls = calls, 10**6
-    again = solve(broken, plan, SweepStore.open(tmp_path, "x", 0, {}, resume=True))
+    again = solve(broken, plan, RunStore.open(tmp_path, {"x": "1"}, resume=True))
     assert again.trained == whole.trained and again.left_out == whole.left_out
     assert again.ranges == whole.ranges and again.sets == whole.sets
     members = 4 * 2 * plan.members  # of every refit's branches, simulated once more in the row itself
     assert calls - 10**6 + done <= whole.sets + members + 2 * 20, "visited sets are not simulated again"
     third = calls
-    solve(broken, plan, SweepStore.open(tmp_path, "x", 0, {}, resume=True))
+    solve(broken, plan, RunStore.open(tmp_path, {"x": "1"}, resume=True))
     assert calls == third, "a finished search simulates nothing"
 
 

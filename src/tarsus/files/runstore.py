@@ -1,4 +1,7 @@
-"""A sweep on disk: its frozen plan, one file a finished unit of work, and one NetCDF of them all.
+"""Runs that are kept: a folder with its frozen plan and one file a finished unit of work, or the memory of a process.
+
+Sweeps and yields number the units of their plan. Searches, whose questions depend on the answers, ask a `Memo`, whose
+units are batches of points.
 
 Many processes of many machines may work in one folder. Every file is written beside its destination under a name that
 no other writer has (node, process, chance) and moved into place, so that what bears its final name is whole whenever
@@ -10,20 +13,23 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import hashlib
 import io
 import json
 import os
 import secrets
 import socket
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
 
 from tarsus.base.errors import InputError
+from tarsus.files.memo import Arrays, Function, Memo
 from tarsus.files.output import MANIFEST
+from tarsus.files.version import versions
 
 __all__ = [
     "COLLECTED_FILE",
@@ -31,7 +37,8 @@ __all__ = [
     "PLAN_FILE",
     "SWEEP_FILES",
     "UNIT_FILES",
-    "SweepStore",
+    "RunStore",
+    "digest_of",
     "store_sentence",
 ]
 
@@ -54,12 +61,14 @@ ABANDONED = 600.0
 killed: its writer writes all the time, and one that was stopped for so long finds the file of another in its place."""
 
 _PART = ".part"
-_DIGEST, _NUMBER = "plan", "unit"
+_DIGEST, _LABEL = "plan", "unit"
 
 UNIT_FILES = tuple(
-    f"{UNIT_FOLDER}/{3 * '[0-9]'}/{6 * '[0-9]'}.npz{end}" for end in ("", f".*{_PART}", ".damaged")
+    f"{UNIT_FOLDER}/{folder * letter}/{name * letter}.npz{end}"
+    for folder, name, letter in ((3, 6, "[0-9]"), (2, 16, "[0-9a-f]"))
+    for end in ("", f".*{_PART}", ".damaged")
 )
-"""Files of units, as glob patterns."""
+"""Files of units, by number and by batch, as glob patterns."""
 
 SWEEP_FILES = (
     *(
@@ -74,34 +83,35 @@ SWEEP_FILES = (
 )  # fmt: skip
 """Everything that a sweep's folder may hold of the sweep, as glob patterns."""
 
+
 @dataclass(frozen=True)
-class SweepStore:
-    """A folder that holds the finished units of one plan.
+class RunStore:
+    """Finished units of one plan, in a folder; ``RunStore()`` has none and keeps nothing but what its memos remember.
 
     folder: where; digest: of the plan; units: number of units of the whole plan; what: a word for it; chunk: runs in a
     unit, where the plan says. Safe between threads, processes and machines.
     """
 
-    folder: Path
-    digest: str
-    units: int
+    folder: Path | None = None
+    digest: str = ""
+    units: int = 0
     what: str = "sweep"
     chunk: int = 0
+    _memos: dict[str, Memo] = field(default_factory=dict, repr=False, compare=False)
 
     @classmethod
     def open(
         cls,
-        folder: Path,
-        digest: str,
-        units: int,
+        folder: str | os.PathLike[str] | None,
         texts: Mapping[str, str],
         *,
         resume: bool = False,
         what: str = "sweep",
+        values: Iterable[np.ndarray] = (),
+        units: int = 0,
         chunk: int = 0,
-        made: Mapping[str, str] | None = None,
         runs: int = 0,
-    ) -> SweepStore:
+    ) -> RunStore:
         """The store of a plan: a new one, or with `resume` the one that is there.
 
         Of processes that begin at the same time the first one writes the plan, and the others verify it.
@@ -109,21 +119,20 @@ class SweepStore:
         Parameters
         ----------
         folder
-            Where; made if it is not there.
-        digest
-            Of everything that results depend on.
-        units
-            Number of units of the plan; where the plan is there already its own counts.
+            Where; made if it is not there. None: in memory.
         texts
-            Texts of the files that describe the plan, by name.
+            Texts of the files that describe the plan, by name: `tarsus.files.toml.scene_texts` of its scene, and
+            everything else that results depend on. They are written into the folder.
         resume
             Continue a store that is there.
         what
             What it is the store of, for sentences.
+        values
+            Numbers that results depend on and that the texts do not fix, such as points of a library's design.
+        units
+            Number of units of the plan, where they are numbered; where the plan is there already its own counts.
         chunk
             Runs in a unit; where the plan is there already its own counts.
-        made
-            What the digest was made with on this machine, such as ``{"tarsus": "0.3"}``: a refusal names it.
         runs
             Number of runs of the plan, for whoever looks at the folder.
 
@@ -133,6 +142,10 @@ class SweepStore:
             If the folder holds a sweep that is not to be continued, or is to be continued and holds another plan or no
             sweep; where it cannot be written.
         """
+        digest = digest_of(texts, values)
+        if folder is None:
+            return cls(None, digest, units, what, chunk)
+        folder, made = Path(folder), versions()
         store = cls(folder, digest, units, what, chunk)
         try:
             present = {path.name for path in folder.iterdir()} - {MANIFEST} if folder.is_dir() else set()
@@ -149,9 +162,9 @@ class SweepStore:
                     )
                 folder.mkdir(parents=True, exist_ok=True)
                 plan = {"format": FORMAT, "plan": digest, "units": units, "chunk": chunk, "runs": runs}
-                plan["made"] = {"node": socket.gethostname(), **(made or {})}
+                plan["made"] = {"node": socket.gethostname(), **made}
                 _claim(folder / PLAN_FILE, (json.dumps(plan, indent=2) + "\n").encode())
-            found = store._compared(texts, made or {})
+            found = store._compared(texts, made)
             for name, text in texts.items():
                 if not (folder / name).exists():
                     (folder / name).parent.mkdir(exist_ok=True)
@@ -161,10 +174,36 @@ class SweepStore:
             raise InputError(store_sentence(error, folder)) from error
         return found
 
-    def _compared(self, texts: Mapping[str, str], made: Mapping[str, str]) -> SweepStore:
+    @property
+    def place(self) -> Path:
+        """The folder, of a store that has one."""
+        assert self.folder is not None
+        return self.folder
+
+    def memo(self, name: str = "") -> Memo:
+        """What is known of a function: `Memo`, the same one whenever it is asked for by its name."""
+        return self._memos.setdefault(name, Memo(self, name))
+
+    def evaluate(
+        self,
+        points: np.ndarray,
+        function: Function,
+        *,
+        name: str = "",
+        chunk: int | None = None,
+        threads: int | None = 1,
+        progress: Callable[[int, int], None] | None = None,
+    ) -> Arrays:
+        """Values of a function at points: those that are kept are read, the others computed and kept.
+
+        As `Memo.evaluate` of the memo of this name.
+        """
+        return self.memo(name).evaluate(points, function, chunk=chunk, threads=threads, progress=progress)
+
+    def _compared(self, texts: Mapping[str, str], made: Mapping[str, str]) -> RunStore:
         """This store with the numbers of the plan that is there; InputError unless that is this plan."""
         try:
-            plan = json.loads((self.folder / PLAN_FILE).read_text(encoding="utf-8"))
+            plan = json.loads((self.place / PLAN_FILE).read_text(encoding="utf-8"))
             layout, digest, units = int(plan["format"]), str(plan["plan"]), int(plan["units"])
             chunk, by = int(plan.get("chunk", 0)), dict(plan.get("made", {}))
             if not (0 <= units <= MOST_UNITS and chunk >= 0):
@@ -177,7 +216,7 @@ class SweepStore:
                 f"(layout {layout}, and this one is {FORMAT}): continue with that version, or begin in another folder"
             )
         if digest == self.digest:
-            return SweepStore(self.folder, digest, units, self.what, chunk)
+            return RunStore(self.folder, digest, units, self.what, chunk)
         why, remedy = self._why(texts, made, by)
         raise InputError(f"'{self.folder}' holds another {self.what} ({why}); {remedy}")
 
@@ -186,7 +225,7 @@ class SweepStore:
     ) -> tuple[str, str]:
         """Why the plan that is there, made by `by`, is another one, and what can be done."""
         for name, text in texts.items():
-            there = _text(self.folder / name)
+            there = _text(self.place / name)
             if there is not None and there != text:
                 return f"its {name} differs", "give another folder with -o"
         mine = {"node": socket.gethostname(), **made}
@@ -199,17 +238,28 @@ class SweepStore:
             "all nodes need the same version",
         )
 
-    def _file(self, unit: int) -> Path:
-        return self.folder / UNIT_FOLDER / f"{unit // PER_FOLDER:03d}" / f"{unit:06d}.npz"
+    def _file(self, unit: int | str) -> Path:
+        folder, name = (
+            (unit[:2], unit) if isinstance(unit, str) else (f"{unit // PER_FOLDER:03d}", f"{unit:06d}")
+        )
+        return self.place / UNIT_FOLDER / folder / f"{name}.npz"
 
-    def read(self, unit: int) -> dict[str, np.ndarray] | None:
+    def _label(self, unit: int | str) -> list[str]:
+        """What a unit's file says of itself beside the digest of its plan."""
+        return [unit] if isinstance(unit, str) else [str(unit), str(self.units)]
+
+    def read(self, unit: int | str) -> Arrays | None:
         """Arrays of a unit by name; None if it is not done: not there, not whole, of another number or plan.
+
+        unit: its number, or the key of a batch.
 
         Raises
         ------
         InputError
             Where the disk does not give the file out: what it holds is not known, and it may be whole.
         """
+        if self.folder is None:
+            return None
         try:
             content = self._file(unit).read_bytes()
         except (FileNotFoundError, IsADirectoryError):
@@ -222,9 +272,9 @@ class SweepStore:
         except Exception:  # there is no end to what zipfile and numpy say of a damaged file
             return None
         own = str(arrays.pop(_DIGEST, "")) == self.digest
-        return arrays if own and arrays.pop(_NUMBER, np.array([])).tolist() == [unit, self.units] else None
+        return arrays if own and arrays.pop(_LABEL, np.array([])).tolist() == self._label(unit) else None
 
-    def write(self, unit: int, arrays: Mapping[str, np.ndarray]) -> None:
+    def write(self, unit: int | str, arrays: Mapping[str, np.ndarray]) -> None:
         """Keep the arrays of a finished unit; harmless where another has kept them already.
 
         Raises
@@ -234,15 +284,17 @@ class SweepStore:
         """
 
         def save(stream: IO[bytes]) -> None:
-            own = {_DIGEST: np.array(self.digest), _NUMBER: np.array([unit, self.units])}
+            own = {_DIGEST: np.array(self.digest), _LABEL: np.array(self._label(unit))}
             np.savez(stream, allow_pickle=False, **own, **arrays)
 
+        if self.folder is None:
+            return
         target = self._file(unit)
         try:
             try:
                 _write(target, save)
             except FileNotFoundError:
-                if not (self.folder / PLAN_FILE).exists():
+                if not (self.place / PLAN_FILE).exists():
                     raise
                 # the first of its folder, or what it wrote was cleared away by one that collected meanwhile
                 target.parent.mkdir(parents=True, exist_ok=True)
@@ -256,9 +308,9 @@ class SweepStore:
 
     def done(self) -> Iterator[int]:
         """Numbers of the units that are done, in no order: those that are listed."""
-        for folder in _entries(self.folder / UNIT_FOLDER):
+        for folder in _entries(self.place / UNIT_FOLDER):
             if len(folder) == 3 and folder.isdecimal():
-                for name in _entries(self.folder / UNIT_FOLDER / folder):
+                for name in _entries(self.place / UNIT_FOLDER / folder):
                     if len(name) == 10 and name.endswith(".npz") and name[:6].isdecimal():
                         yield int(name[:6])
 
@@ -298,23 +350,23 @@ class SweepStore:
 
     def part_of(self, name: str) -> Path:
         """A name of its own beside a file of the folder."""
-        return _part_of(self.folder / name)
+        return _part_of(self.place / name)
 
     def clear_abandoned(self, part: Path) -> None:
         """Make room: of the files that were to become the one that `part` is to become, those that nobody has written
         to for `ABANDONED` seconds by the clock of the disk go."""
         part.touch()
         now, name = part.stat().st_mtime, part.name.partition(f".{socket.gethostname()}-")[0]
-        for one in _entries(self.folder):
+        for one in _entries(self.place):
             if one.startswith(f"{name}.") and one.endswith(_PART) and one != part.name:
                 with contextlib.suppress(OSError):
-                    if now - (self.folder / one).stat().st_mtime > ABANDONED:
-                        (self.folder / one).unlink()
+                    if now - (self.place / one).stat().st_mtime > ABANDONED:
+                        (self.place / one).unlink()
 
     def clear(self) -> None:
         """Clear away what killed processes left, and what is of use only while units are missing."""
-        folders = [self.folder, self.folder / "laws", self.folder / WORKER_FOLDER]
-        folders += [self.folder / UNIT_FOLDER / name for name in _entries(self.folder / UNIT_FOLDER)]
+        folders = [self.place, self.place / "laws", self.place / WORKER_FOLDER]
+        folders += [self.place / UNIT_FOLDER / name for name in _entries(self.place / UNIT_FOLDER)]
         for place in folders:
             for name in _entries(place):
                 left = name.endswith((_PART, ".damaged")) or place.name == WORKER_FOLDER
@@ -322,7 +374,17 @@ class SweepStore:
                     with contextlib.suppress(OSError):  # another process was faster, or holds it open
                         (place / name).unlink()
         with contextlib.suppress(OSError):
-            (self.folder / WORKER_FOLDER).rmdir()
+            (self.place / WORKER_FOLDER).rmdir()
+
+
+def digest_of(texts: Mapping[str, str], values: Iterable[np.ndarray] = ()) -> str:
+    """Digest of everything that results depend on: texts, version of the package, engine and its sources, values."""
+    digest = hashlib.sha256()
+    for text in (*texts.values(), *versions().values()):
+        digest.update(text.encode() + b"\0")
+    for array in values:
+        digest.update(np.ascontiguousarray(array).tobytes())
+    return digest.hexdigest()
 
 
 def store_sentence(error: OSError, folder: Path) -> str:
@@ -364,7 +426,9 @@ def _part_of(target: Path) -> Path:
     Node and process are for whoever looks at the folder: in containers both are often the same in every one, and
     again after a restart.
     """
-    return target.with_name(f"{target.name}.{socket.gethostname()}-{os.getpid()}-{secrets.token_hex(4)}{_PART}")
+    return target.with_name(
+        f"{target.name}.{socket.gethostname()}-{os.getpid()}-{secrets.token_hex(4)}{_PART}"
+    )
 
 
 def _fill(part: Path, content: Any) -> None:

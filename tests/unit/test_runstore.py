@@ -13,20 +13,22 @@ import numpy as np
 import pytest
 
 from tarsus.base.errors import InputError
-from tarsus.files.sweepstore import PLAN_FILE, SweepStore
+from tarsus.files import runstore
+from tarsus.files.runstore import PLAN_FILE, RunStore
+from tarsus.files.version import versions
 
 TEXTS = {"study.toml": "a = 1\n", "scene.toml": "b = 2\n"}
 
 
-def opened(folder, digest: str = "d", texts: dict[str, str] = TEXTS, **options) -> SweepStore:
-    return SweepStore.open(folder, digest, 3, texts, **options)
+def opened(folder, texts: dict[str, str] = TEXTS, **options) -> RunStore:
+    return RunStore.open(folder, texts, units=3, **options)
 
 
 def arrays(unit: int) -> dict[str, np.ndarray]:
     return {"code": np.full(2, unit, np.int8), "value": np.array([[1.0 / (unit + 3)], [np.nan]])}
 
 
-def collected(store: SweepStore) -> dict[str, np.ndarray]:
+def collected(store: RunStore) -> dict[str, np.ndarray]:
     parts = list(store.parts())
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
@@ -57,7 +59,7 @@ def test_half_a_file_another_plans_and_another_units_are_put_aside(tmp_path):
     half, other, copied = (tmp_path / "units" / "000" / f"00000{n}.npz" for n in range(3))
     copied.write_bytes(half.read_bytes())
     half.write_bytes(half.read_bytes()[:-40])
-    SweepStore(tmp_path, "another", 3).write(1, arrays(1))
+    RunStore(tmp_path, "another", 3).write(1, arrays(1))
     with pytest.raises(InputError, match=r"unit 0 of .* is not done"):
         collected(store)
     assert store.check() == [1, 2]
@@ -67,7 +69,7 @@ def test_half_a_file_another_plans_and_another_units_are_put_aside(tmp_path):
 
 
 def test_units_lie_in_folders_of_a_thousand(tmp_path):
-    store = SweepStore.open(tmp_path, "d", 2001, {})
+    store = RunStore.open(tmp_path, {}, units=2001)
     for unit in (0, 999, 1000, 2000):
         store.write(unit, arrays(0))
     assert {path.name for path in (tmp_path / "units").iterdir()} == {"000", "001", "002"}
@@ -77,9 +79,9 @@ def test_units_lie_in_folders_of_a_thousand(tmp_path):
 WRITER = """
 import sys
 import numpy as np
-from tarsus.files.sweepstore import SweepStore
+from tarsus.files.runstore import RunStore
 from pathlib import Path
-store = SweepStore.open(Path(sys.argv[1]), "d", 20, {"study.toml": "a = 1\\n"}, resume=True)
+store = RunStore.open(Path(sys.argv[1]), {"study.toml": "a = 1\\n"}, units=20, resume=True)
 for again in range(4):
     for unit in range(20):
         store.write(unit, {"code": np.full(200, unit, np.int8)})
@@ -91,22 +93,24 @@ def test_writers_of_the_same_units_do_not_meet(tmp_path):
     words = [sys.executable, "-c", WRITER, str(tmp_path / "store")]
     writers = [subprocess.Popen(words, stderr=subprocess.PIPE, text=True) for _ in range(3)]
     assert [(one.wait(), one.communicate()[1]) for one in writers] == [(0, "")] * 3
-    store = SweepStore.open(tmp_path / "store", "d", 20, {"study.toml": "a = 1\n"}, resume=True)
+    store = RunStore.open(tmp_path / "store", {"study.toml": "a = 1\n"}, units=20, resume=True)
     assert collected(store)["code"].tolist() == np.repeat(np.arange(20), 200).tolist()
     assert list((tmp_path / "store").rglob("*.part")) == []
 
 
 def test_the_first_of_many_writes_the_plan_and_the_others_take_its_units(tmp_path):
-    first = SweepStore.open(tmp_path, "d", 3, TEXTS, chunk=7)
-    late = SweepStore.open(tmp_path, "d", 30, TEXTS, chunk=1, resume=True)
+    first = RunStore.open(tmp_path, TEXTS, units=3, chunk=7)
+    late = RunStore.open(tmp_path, TEXTS, units=30, chunk=1, resume=True)
     assert (late.units, late.chunk) == (3, 7) == (first.units, first.chunk)
 
 
-def test_another_version_is_told_with_both_nodes(tmp_path):
-    SweepStore.open(tmp_path, "d", 3, TEXTS, made={"tarsus": "0.2", "engine": "aa"})
-    said = r"begun on \S+ with engine aa, and \S+ has engine bb\); all nodes need the same version"
+def test_another_version_is_refused_with_both_nodes(tmp_path, monkeypatch):
+    opened(tmp_path)
+    here = versions()["engine"]
+    monkeypatch.setattr(runstore, "versions", lambda: versions() | {"engine": "bb"})
+    said = rf"begun on \S+ with engine {here}, and \S+ has engine bb\); all nodes need the same version"
     with pytest.raises(InputError, match=said):
-        SweepStore.open(tmp_path, "e", 3, TEXTS, made={"tarsus": "0.2", "engine": "bb"}, resume=True)
+        opened(tmp_path, resume=True)
 
 
 def test_a_store_of_an_earlier_layout_says_what_it_needs(tmp_path):
@@ -161,13 +165,13 @@ def test_a_folder_that_holds_anything_needs_resume(tmp_path):
     [
         ({"texts": TEXTS | {"study.toml": "a = 2\n"}}, r"another sweep \(its study\.toml differs"),
         ({"texts": TEXTS | {"scene.toml": "b = 3\n"}}, r"another sweep \(its scene\.toml differs"),
-        ({}, "another version"),
+        ({"values": [np.ones(3)]}, "another version"),
     ],
 )
 def test_another_plan_is_not_resumed(tmp_path, change, said):
     opened(tmp_path)
     with pytest.raises(InputError, match=said):
-        opened(tmp_path, digest="e", resume=True, **change)
+        opened(tmp_path, resume=True, **change)
 
 
 def test_a_folder_without_a_sweep_is_not_resumed(tmp_path):
@@ -199,7 +203,9 @@ def test_no_byte_of_a_unit_can_be_damaged_unseen(tmp_path):
     for place in range(len(whole)):
         file.write_bytes(whole[:place] + bytes([whole[place] ^ 0x21]) + whole[place + 1 :])
         found = store.read(0)  # zipfile and numpy have a dozen errors for this
-        assert found is None or all(np.array_equal(found[name], right[name], equal_nan=True) for name in found)
+        assert found is None or all(
+            np.array_equal(found[name], right[name], equal_nan=True) for name in found
+        )
 
 
 def test_a_unit_that_cannot_be_read_just_now_is_not_put_aside(tmp_path, monkeypatch):
@@ -212,7 +218,9 @@ def test_a_unit_that_cannot_be_read_just_now_is_not_put_aside(tmp_path, monkeypa
 
     monkeypatch.setattr(Path, "read_bytes", refused)
     for use in (store.check, lambda: collected(store)):
-        with pytest.raises(InputError, match=r"cannot be used .too many open files.; finished parts are kept"):
+        with pytest.raises(
+            InputError, match=r"cannot be used .too many open files.; finished parts are kept"
+        ):
             use()
     monkeypatch.undo()
     assert store.pending() == [] and len(collected(store)["code"]) == 6
@@ -224,11 +232,11 @@ def test_what_a_process_of_the_same_name_left_is_no_obstacle(tmp_path):
 import os, sys
 from pathlib import Path
 import numpy as np
-from tarsus.files.sweepstore import SweepStore
+from tarsus.files.runstore import RunStore
 os.getpid = lambda: 7
 if sys.argv[2] == "die":
     os.replace = lambda *_: os._exit(9)
-SweepStore(Path(sys.argv[1]), "d", 3).write(1, {"code": np.zeros(2, np.int8)})
+RunStore(Path(sys.argv[1]), "d", 3).write(1, {"code": np.zeros(2, np.int8)})
 """
     store = opened(tmp_path)
     store.write(0, arrays(0))
@@ -245,3 +253,150 @@ def test_a_plan_of_impossible_numbers_is_refused(tmp_path):
     plan.write_text(plan.read_text(encoding="utf-8").replace('"units": 3', '"units": -3'), encoding="utf-8")
     with pytest.raises(InputError, match="holds no whole plan of a sweep: -3 units"):
         opened(tmp_path, resume=True)
+
+
+def waves(points):
+    return {"sum": points.sum(axis=1), "both": np.stack([np.sin(points), points**2], axis=1)}
+
+
+POINTS = np.random.default_rng(4).random((7, 2))
+
+
+class Asked(Exception):
+    """Raised where a function is asked that was to be remembered."""
+
+
+def refused(points):
+    raise Asked(points)
+
+
+def search(store: RunStore, function=waves, stop: int = 3) -> list[dict[str, np.ndarray]]:
+    """Questions of which every one depends on the answer before it, and repeats some points."""
+    found, points = [], POINTS
+    for _ in range(stop):
+        found.append(store.evaluate(points, function, name="search"))
+        points = np.vstack([found[-1]["both"][::2, 0], points[1:3]])
+    return found
+
+
+def same(one, other) -> bool:
+    return all(
+        a.keys() == b.keys() and all(np.array_equal(a[k], b[k]) for k in a)
+        for a, b in zip(one, other, strict=True)
+    )
+
+
+def test_points_are_computed_once_in_memory_too():
+    store, asked = RunStore(), []
+
+    def counted(points):
+        asked.append(len(points))
+        return waves(points)
+
+    twice = store.evaluate(np.vstack([POINTS, POINTS[:2]]), counted)
+    assert asked == [7] and np.array_equal(twice["sum"], np.concatenate([POINTS, POINTS[:2]]).sum(axis=1))
+    later = store.evaluate(np.vstack([POINTS[5], [-0.0, 2.0], [0.0, 2.0]]), counted)
+    assert asked == [7, 1] and later["both"].shape == (3, 2, 2)
+    memo = store.memo()
+    assert (len(memo), memo.computed, memo.reused) == (8, 8, 0)
+    assert np.array_equal(memo.points[memo.places(POINTS[3:5])], POINTS[3:5])
+    with pytest.raises(Asked):
+        store.evaluate(POINTS, refused, name="another function")
+
+
+def test_a_search_that_is_asked_again_computes_nothing_and_finds_the_same(tmp_path):
+    whole = search(RunStore())
+    first = RunStore.open(tmp_path, TEXTS)
+    assert same(search(first), whole)
+    files = {path: path.read_bytes() for path in tmp_path.glob("units/*/*.npz")}
+    again = RunStore.open(tmp_path, TEXTS, resume=True)
+    assert same(search(again, refused), whole)
+    assert again.memo("search").computed == 0 and again.memo("search").reused == first.memo("search").computed
+    assert len(files) == 3 and all(
+        path.match(pattern) for path in files for pattern in runstore.UNIT_FILES[3:4]
+    )
+    damaged, gone, _ = sorted(files)
+    damaged.write_bytes(files[damaged][:-40])
+    gone.unlink()
+    assert same(search(RunStore.open(tmp_path, TEXTS, resume=True)), whole)
+    assert {path: path.read_bytes() for path in tmp_path.glob("units/*/*.npz")} == files
+
+
+@pytest.mark.parametrize("part", ["write", "before", "moved"])
+@pytest.mark.parametrize("number", [0, 1, 2])
+def test_a_search_killed_at_any_place_ends_with_the_same_bytes(tmp_path, monkeypatch, part, number):
+    whole = search(RunStore.open(tmp_path / "whole", TEXTS))
+    store, moved, replace, fill = RunStore.open(tmp_path / "part", TEXTS), [], os.replace, os.fsync
+
+    def dies_on_move(source, target):
+        moved.append(target)
+        if part == "moved":
+            replace(source, target)
+        if len(moved) > number:
+            raise KeyboardInterrupt
+        replace(source, target) if part != "moved" else None
+
+    def dies_on_write(handle):
+        moved.append(handle)
+        if len(moved) > number:
+            raise KeyboardInterrupt
+        fill(handle)
+
+    monkeypatch.setattr(os, *(("fsync", dies_on_write) if part == "write" else ("replace", dies_on_move)))
+    with pytest.raises(KeyboardInterrupt):
+        search(store)
+    monkeypatch.undo()
+    assert same(search(RunStore.open(tmp_path / "part", TEXTS, resume=True)), whole)
+    kept = [
+        {path.relative_to(top): path.read_bytes() for path in top.glob("units/*/*.npz")}
+        for top in (tmp_path / "whole", tmp_path / "part")
+    ]
+    assert kept[0] == kept[1] and list(tmp_path.rglob("*.part")) == []
+
+
+def test_batches_of_a_question_are_kept_each_and_shared_between_threads(tmp_path):
+    progress: list[tuple[int, int]] = []
+
+    def fails(points):
+        if points[0, 0] == POINTS[5, 0]:
+            raise InputError("no")
+        return waves(points)
+
+    store = RunStore.open(tmp_path, TEXTS)
+    with pytest.raises(InputError, match="no"):
+        store.evaluate(POINTS, fails, chunk=1, threads=3)
+    again = RunStore.open(tmp_path, TEXTS, resume=True)
+    found = again.evaluate(POINTS, waves, chunk=1, threads=3, progress=lambda *both: progress.append(both))
+    assert np.array_equal(found["sum"], POINTS.sum(axis=1)) and again.memo().reused >= 5
+    assert progress == [(i, 7) for i in range(1, 8)]
+
+
+def test_a_function_gives_as_many_values_as_points():
+    with pytest.raises(ValueError, match="7 points"):
+        RunStore().evaluate(POINTS, lambda points: {"sum": points.sum(axis=1)[1:]})
+
+
+SEARCHER = """
+import sys
+import numpy as np
+from pathlib import Path
+from tarsus.files.runstore import RunStore
+store = RunStore.open(Path(sys.argv[1]), {"study.toml": "a = 1\\n"}, resume=True)
+points = np.random.default_rng(0).random((40, 3))
+for again in range(6):
+    found = store.evaluate(points, lambda at: {"y": np.sin(at)}, chunk=3)["y"]
+    points = found[::-1] + 0.5
+print(found.sum().hex())
+"""
+
+
+def test_two_writers_of_one_search_do_not_meet(tmp_path):
+    words = [sys.executable, "-c", SEARCHER, str(tmp_path / "store")]
+    writers = [
+        subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) for _ in range(2)
+    ]
+    said = [one.communicate() for one in writers]
+    assert said[0] == said[1] and said[0][1] == ""
+    alone = subprocess.run([*words[:-1], str(tmp_path / "alone")], capture_output=True, text=True)
+    assert alone.stdout == said[0][0]
+    assert list(tmp_path.rglob("*.part")) == []

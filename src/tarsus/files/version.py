@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-import hashlib
+import importlib.util
 from functools import lru_cache
+from hashlib import sha256
 from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 
-from tarsus.core import _native
+from tarsus.files.store import package_version
 
-__all__ = ["SHOWING", "result_sources", "source_hash"]
+__all__ = ["SHOWING", "result_sources", "source_hash", "versions"]
 
 SHOWING = ("cli", "cluster", "report")
 """Rooms that no result depends on: they ask for results and show them."""
+
+ENGINE = "tarsus.core._native"
+"""The compiled engine: of its file the bytes count, and it is not loaded for them."""
 
 
 def result_sources() -> list[Path]:
@@ -20,13 +24,20 @@ def result_sources() -> list[Path]:
     package = Path(__file__).parents[1]
     code = [path for path in package.rglob("*") if path.name.endswith((".py", *EXTENSION_SUFFIXES))]
     needed = {path for path in code if path.relative_to(package).parts[0] not in SHOWING}
-    return sorted(needed | {Path(_native.__file__)})
+    engine = importlib.util.find_spec(ENGINE)  # an editable installation has it in another folder
+    assert engine is not None and engine.origin is not None
+    return sorted(needed | {Path(engine.origin)})
 
 
 @lru_cache(maxsize=1)
 def source_hash() -> str:
     """Hash of all that results depend on: what one version has made never goes on in another."""
-    digest = hashlib.sha256()
+    digest = sha256()
     for path in result_sources():
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
+
+
+def versions() -> dict[str, str]:
+    """What every result depends on: version of the package, hash of the engine and its sources."""
+    return {"tarsus": package_version(), "engine": source_hash()}
