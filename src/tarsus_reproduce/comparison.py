@@ -1,0 +1,171 @@
+"""A comparison with the dissertation: rows of three kinds, shown as console text, page, JSON and CSV by one class.
+
+A row is a number that the device was *calibrated on*, a number that is *predicted* (never fitted, or excluded from the
+fit), or a *trend* that is printed in words. Numbers have the median and the 80 % interval of ours beside what is
+printed; trends the verdict of `tarsus_reproduce.trends` for each device.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tarsus.files.jsontext import json_text
+from tarsus.files.store import write_text
+from tarsus.study.relative import relative_error
+from tarsus.tables import Column, Table
+from tarsus_reproduce.forecast import Forecast
+
+if TYPE_CHECKING:
+    from tarsus.report.figures import Plate
+
+__all__ = ["NOTABLE", "PAGE_FILES", "Comparison", "NumberRow", "Progress", "Section", "numbers_table"]
+
+Progress = Callable[[int, int, str], None]
+"""Called as `progress(done, total, what)` by long work."""
+
+NOTABLE = 0.30
+"""Relative error beyond which a cell is coloured: Table 2.3 counts cases below it as good."""
+
+PAGE_FILES = ("reproduction.csv", "reproduction.json", "reproduction.html")
+"""What a comparison writes."""
+
+
+@dataclass(frozen=True)
+class NumberRow:
+    """One printed number beside ours: what was measured and the source's model [SI], None where nothing is printed.
+
+    case: of which drive; role: `CALIBRATED` or `PREDICTED`; without: ours without small forces, where that is asked.
+    """
+
+    case: str
+    role: str
+    quantity: str
+    unit: str
+    measured: float | None
+    source: float | None
+    ours: Forecast
+    without: Forecast | None = None
+
+    @property
+    def held(self) -> bool | None:
+        """Whether our interval holds the measured number; None where there is nothing to compare."""
+        if self.measured is None or self.ours.to_dict()["median"] is None:
+            return None
+        return self.ours.low <= self.measured <= self.ours.high
+
+    @property
+    def notable(self) -> bool:
+        """Whether ours is far off: by more than `NOTABLE` of the measured number, and a count by half of one or more,
+        which Table 2.3 takes for another number."""
+        median = self.ours.to_dict()["median"]
+        if self.measured is None or median is None:
+            return False
+        off = abs(self.measured - median)
+        return off > NOTABLE * abs(self.measured) and (self.unit != "1" or off >= 0.5)
+
+
+def numbers_table(title: str, rows: Sequence[NumberRow], notes: Iterable[str] = ()) -> Table:
+    """Rows of numbers with the errors of the source's model and ours; the case is named where it begins."""
+    whole = any(row.without is not None for row in rows)
+    columns = [
+        Column("case"), Column("role"), Column("quantity"),
+        Column("measured", "row", 4), Column("source's model", "row", 4),
+        Column("Tarsus", "row", 3), Column("80 % interval", "row", 3),
+        *([Column("without small forces", "row", 3), Column("80 % of those", "row", 3)] if whole else ()),
+        Column("source's error", "%", 3), Column("our error", "%", 3), Column("in the interval"),
+    ]  # fmt: skip
+    cells: list[tuple[Any, ...]] = []
+    for number, row in enumerate(rows):
+        first = number == 0 or rows[number - 1].case != row.case
+        ours, bare = row.ours, row.without or Forecast(*[float("nan")] * 3)
+        cells.append(
+            (
+                row.case if first else "", row.role if first else "", row.quantity, row.measured, row.source,
+                ours.median, (ours.low, ours.high), *((bare.median, (bare.low, bare.high)) if whole else ()),
+                relative_error(row.measured, row.source), relative_error(row.measured, ours.median), row.held,
+            )
+        )  # fmt: skip
+    flagged = [(number, len(columns) - 2) for number, row in enumerate(rows) if row.notable]
+    said = (
+        "Error is (measured − simulated) / measured; 0 measured and something simulated has none. "
+        f"Errors beyond {100 * NOTABLE:.0f} % are marked.",
+    )
+    return Table(title, columns, cells, (*notes, *said), units=[row.unit for row in rows], flagged=flagged)
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of a comparison: heading, tables, and functions that draw a figure each when a page is written."""
+
+    title: str
+    tables: tuple[Table, ...] = ()
+    figures: tuple[Callable[[], Plate], ...] = ()
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What an experiment of the dissertation shows beside what Tarsus computes of it.
+
+    name: of the experiment; title, about: what is compared, with which device; data: plain data, what `--json` prints;
+    header, lines: rows of the CSV file; problems: sentences of runs that did not reach their end; cautions: sentences
+    about the device; footer: definitions, below the page.
+    """
+
+    name: str
+    title: str
+    about: str
+    data: Mapping[str, Any]
+    header: tuple[str, ...]
+    lines: tuple[Sequence[Any], ...]
+    sections: tuple[Section, ...]
+    problems: tuple[str, ...] = ()
+    cautions: tuple[str, ...] = ()
+    footer: str = ""
+    folder_files: tuple[str, ...] = field(default=PAGE_FILES)
+
+    @property
+    def ok(self) -> bool:
+        """True when every run reached its end; a contradiction is a result and no failure."""
+        return not self.problems
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data, as `reproduction.json` holds it."""
+        return dict(self.data)
+
+    def table(self) -> Table:
+        """All rows and summaries: one table, the parts of which are those of the sections."""
+        parts = tuple(table for section in self.sections for table in section.tables)
+        return Table(f"{self.title}: {self.about}", (), (), self.cautions, parts)
+
+    def csv(self) -> str:
+        """The rows as comma-separated values."""
+        lines = io.StringIO()
+        writer = csv.writer(lines, lineterminator="\n")
+        writer.writerow(self.header)
+        writer.writerows(self.lines)
+        return lines.getvalue()
+
+    def html(self) -> str:
+        """The page: every section with its figures and tables."""
+        from tarsus_reproduce.pages import comparison_html
+
+        return comparison_html(self)
+
+    def write(self, folder: str | Path) -> list[Path]:
+        """Write `PAGE_FILES` into a folder and return their paths. Raises InputError where they cannot be written."""
+        texts = (self.csv(), json_text(self.data) + "\n", self.html())
+        paths = [Path(folder) / name for name in PAGE_FILES]
+        for path, text in zip(paths, texts, strict=True):
+            write_text(path, text)
+        return paths
+
+    def __str__(self) -> str:
+        return self.table().text()
+
+    def _repr_html_(self) -> str:
+        return self.table().html()
