@@ -42,7 +42,7 @@ def test_json_is_one_object_with_the_ledger_closed(tarsus):
 def test_the_summary_says_what_it_counts_and_where_that_misleads(tarsus):
     lines = tarsus("simulate", "cantilever", "--duration", "100 ms").out.splitlines()
     count = next(line for line in lines if line.startswith("bounces  "))
-    assert "one foot, flights above 0.1 um, after contacts below 0.5 ms" in count
+    assert "one foot, flights above 100 nm, after contacts below 500 µs" in count
     assert int(count.split()[-3]) >= 1, "the hop of 25 um after a capture of 70 us that the report shows"
     assert any(line.startswith("Note: Foot tip:") and "dwell 0.5 ms" in line for line in lines)
     walk = tarsus("simulate", "millipede", "--duration", "60 ms").out.splitlines()

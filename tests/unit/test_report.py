@@ -17,7 +17,6 @@ from tarsus.base.errors import InputError
 from tarsus.files.store import read_run, write_run
 from tarsus.measure import Caution, CautionKind, Measures
 from tarsus.report import write_report
-from tarsus.report.html import amount, number
 from tarsus.report.run_page import MOST_EVENTS, report_html
 from tarsus.report.series import contact_intervals, drive_period, series_of
 from tarsus.report.sheet import Sheet, figure_style, to_svg
@@ -242,32 +241,7 @@ def test_decimation_keeps_every_extreme() -> None:
     assert decimate(short, short)[1] is short
 
 
-@pytest.mark.parametrize(
-    ("value", "unit", "text"),
-    [
-        (264.1e-6, "m", "264.1 µm"),
-        (0.0, "s", "0 s"),
-        (1.0, "m", "1 m"),
-        (-0.6499e-6, "N", "−649.9 nN"),
-        (2.5e-7, "kg", "250 µg"),
-        (1e-3, "s", "1 ms"),
-        (3.14159, "1", "3.142"),
-        (float("nan"), "m", "–"),
-        (12345.0, "1", "12340"),
-        (1.747e-21, "N m^2 s", "1.747·10⁻²¹ N m² s"),
-        (-1.37088e-7, "N/V", "−137.1 nN/V"),
-        (8.623e-39, "J", "8.623·10⁻³⁹ J"),
-        (999.96e-6, "s", "1 ms"),
-        (2.5e-12, "kg m^2", "2.5 ng m²"),
-        (0.25, "rad", "0.25 rad"),
-    ],
-)
-def test_numbers_read_well(value: float, unit: str, text: str) -> None:
-    assert amount(value, unit) == text
-
-
-def test_numbers_without_value() -> None:
-    assert number(None) == number(float("inf")) == "–"
+def test_scales_without_values() -> None:
     assert scale_of("m", np.array([np.nan, 3e-6])).label == "µm"
     assert scale_of("m", np.array([])).label == "m"
 
@@ -299,7 +273,7 @@ def test_a_sampled_square_wave_is_drawn_upright() -> None:
 def test_measures_say_whose_they_are_what_they_count_and_where_that_misleads(failed_text: str) -> None:
     text = Page(failed_text).text
     assert f"Note: {CAUTION}".replace(" um", " µm") in text
-    assert "mean over feet; flights above 0.1 µm, after contacts below 0.5 ms" in text
+    assert "mean over feet, flights above 100 nm, after contacts below 500 µs" in text
     assert "names that begin with max, total or longest are of the whole run" in text
 
 

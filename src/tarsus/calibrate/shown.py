@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from tarsus.base.tables import html_amount, html_table
+from tarsus.tables.table import ROW, Column, Table
 
 if TYPE_CHECKING:
     from tarsus.calibrate.calibrating import Calibrated
@@ -17,16 +17,10 @@ def calibration_html(result: Calibrated) -> str:
     solution, study = result.solution, result.described.study
     place = solution.best
     units = solution.problem.unknowns.units
-    rows = [
-        (
-            one.name,
-            *(html_amount(value, unit) for value in (one.best, one.low, one.high)),
-            one.word,
-        )
-        for one, unit in zip(solution.ranges[place], units, strict=True)
-    ]
+    rows = [(one.name, one.best, (one.low, one.high), one.word) for one in solution.ranges[place]]
     weight = float(solution.fit.weights[place])
     title = (
         f"{study.name}: best of {len(solution.kept)} branches kept, weight {weight:.2g}; {solution.sets} sets"
     )
-    return html_table(title, ("unknown", "best", "ensemble from", "to", "the data say"), rows)
+    columns = ("unknown", Column("best", ROW), Column("ensemble", ROW), "the data say")
+    return Table(title, columns, rows, units=units).html()

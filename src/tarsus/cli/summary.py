@@ -39,7 +39,7 @@ def print_run(run: Any, written: Sequence[Path]) -> None:
     """The summary `simulate` prints: how it ended, the measures, the energy account, the files."""
     from tarsus.cli import console
     from tarsus.files.ledger import ledger_lines
-    from tarsus.files.store import counted
+    from tarsus.files.summary import about
 
     print(f"{run.scene.name}: {run.duration:g} s simulated in {run.wall_s:.2g} s, {len(run.events)} events")
     print(str(run.code.value))
@@ -51,7 +51,7 @@ def print_run(run: Any, written: Sequence[Path]) -> None:
         rows.append(
             (
                 name.replace("_", " "),
-                ", ".join(filter(None, (str(measure.scope), counted(measure)))),
+                about(measure),
                 short(measure.value, measure.unit),
                 short(
                     0.0 if measure.spread <= ROUNDING * abs(measure.value) else measure.spread, measure.unit

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from tarsus.base.spec import float_paths
-from tarsus.base.tables import html_amount, html_table
+from tarsus.tables.numbers import amount
+from tarsus.tables.table import Table
 
 if TYPE_CHECKING:
     from tarsus.design.adaptive import AdaptiveGait
@@ -17,22 +18,18 @@ __all__ = ["adapt_html", "adapt_line", "front_html", "front_line", "landing_html
 
 def landing_line(design: LandingDesign) -> str:
     """A soft landing in a line."""
-    plain, softer = (html_amount(float(one.speed[0, 0]), "m/s") for one in (design.before, design.after))
+    plain, softer = (amount(float(one.speed[0, 0]), "m/s") for one in (design.before, design.after))
     name, pairs = design.request.scene.name, f"{design.pairs} pair{'s' * (design.pairs != 1)}"
     return f"<LandingDesign of '{name}': {softer} instead of {plain}, {pairs}>"
 
 
 def landing_html(design: LandingDesign) -> str:
     """The plateaus of a soft landing under what they are for."""
-    worst = (
-        "" if design.worst != design.worst else f", {html_amount(design.worst, 'm/s')} on the worst ground"
-    )
+    worst = "" if design.worst != design.worst else f", {amount(design.worst, 'm/s')} on the worst ground"
     title = f"{landing_line(design)[1:-1]}; {design.touchdowns:g} touchdowns a step{worst}"
     signal = zip(design.switching_times, design.signal.levels, design.signal.durations, strict=True)
-    rows = [
-        (html_amount(at, "s"), html_amount(volts, "V"), html_amount(long, "s")) for at, volts, long in signal
-    ]
-    return html_table(title, ("from", "voltage", "for"), rows)
+    rows = [(amount(at, "s"), amount(volts, "V"), amount(long, "s")) for at, volts, long in signal]
+    return Table(title, ("from", "voltage", "for"), rows).html()
 
 
 def front_line(design: GaitFront) -> str:
@@ -47,15 +44,12 @@ def front_html(design: GaitFront) -> str:
     changed = list(design.members[0].values) if design.members else []
     rows = [
         (
-            *(html_amount(value, one.unit) for one, value in zip(design.objectives, point.risk, strict=True)),
-            *(
-                html_amount(point.values[path], units[path].unit if path in units else "1")
-                for path in changed
-            ),
+            *(amount(value, one.unit) for one, value in zip(design.objectives, point.risk, strict=True)),
+            *(amount(point.values[path], units[path].unit if path in units else "1") for path in changed),
         )
         for point in design.members
     ]
-    return html_table(front_line(design)[1:-1], (*(one.name for one in design.objectives), *changed), rows)
+    return Table(front_line(design)[1:-1], (*(one.name for one in design.objectives), *changed), rows).html()
 
 
 def adapt_line(design: AdaptiveGait) -> str:
@@ -72,8 +66,8 @@ def adapt_html(design: AdaptiveGait) -> str:
         (
             f"{number}{' (probe)' * (number in design.probes)}",
             f"{int((design.chosen == number).sum())} of {len(design.chosen)}",
-            *(html_amount(gait[path], units[path].unit if path in units else "1") for path in changed),
+            *(amount(gait[path], units[path].unit if path in units else "1") for path in changed),
         )
         for number, gait in enumerate(design.gaits)
     ]
-    return html_table(adapt_line(design)[1:-1], ("gait", "taken", *changed), rows)
+    return Table(adapt_line(design)[1:-1], ("gait", "taken", *changed), rows).html()

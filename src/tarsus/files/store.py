@@ -33,6 +33,8 @@ from tarsus.files.series import Variables, matlab_content, read_netcdf, variable
 if TYPE_CHECKING:
     import xarray
 
+    from tarsus.tables.table import Table
+
 FORMAT = 2
 """Version of the folder's layout, stored in `summary.json`."""
 
@@ -140,6 +142,15 @@ class StoredRun:
     duration: float
     version: str
     wall_s: float = math.nan
+
+    def table(self) -> Table:
+        """The run, its measures and its energy account."""
+        from tarsus.files.summary import run_summary
+
+        return run_summary(self)
+
+    def _repr_html_(self) -> str:
+        return self.table().html()
 
     def variables(self) -> Variables:
         """The stored series as plain arrays."""
@@ -281,13 +292,6 @@ def measures_table(run: RunLike) -> dict[str, dict[str, Any]]:
         }
         for name, m in run.measures.items()
     }
-
-
-def counted(measure: Any) -> str:
-    """What a measure counts, in words: `flights above 0.1 um, after contacts below 0.5 ms`; empty where it does not."""
-    parts = [] if measure.height is None else [f"flights above {measure.height * 1e6:.4g} um"]
-    parts += [] if measure.dwell is None else [f"after contacts below {measure.dwell * 1e3:.4g} ms"]
-    return ", ".join(parts)
 
 
 def warnings_table(run: RunLike) -> list[dict[str, str]]:

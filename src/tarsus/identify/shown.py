@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, cast
 
 from tarsus.base.spec import float_paths
-from tarsus.base.tables import html_amount, html_table
+from tarsus.tables.table import ROW, Column, Table
 
 if TYPE_CHECKING:
     from tarsus.identify.chain import Identification
@@ -27,10 +27,11 @@ class Shown:
         found = cast("Identification", self)
         units = float_paths(found.model.scene)
         rows = [
-            (path, name, *(html_amount(one, units[path].unit) for one in (value, *step.interval(path))))
+            (path, name, value, tuple(step.interval(path)))
             for name, step in found.steps.items()
             for path, value in zip(step.paths, step.values.tolist(), strict=True)
         ]
         left = f"; not done: {', '.join(one.name for one in found.not_done)}" if found.not_done else ""
         title = f"Identified from '{found.opened.campaign.name}', {found.files_used} files{left}"
-        return html_table(title, ("parameter", "step", "value", "95 % from", "to"), rows)
+        columns = ("parameter", "step", Column("value", ROW), Column("95 % interval", ROW))
+        return Table(title, columns, rows, units=[units[row[0]].unit for row in rows]).html()

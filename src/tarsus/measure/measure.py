@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.messages import nearest
-from tarsus.base.tables import html_amount, html_table
+from tarsus.files.summary import measures_summary
 from tarsus.measure.history import Counting
 from tarsus.measure.segments import Floats, Rows, sums
+from tarsus.tables.table import Table
 
 RENAMED = {"all_rebounds": "total_rebounds_any_height"}
 """Measures that had another name once."""
@@ -109,19 +110,14 @@ class Measures(Mapping[str, Measure]):
         return f"<Measures: {', '.join(self)}>"
 
     def _repr_html_(self) -> str:
-        return self.table("Measures" + "".join(f"; {one}" for one in self.warnings))
+        return self.table().html()
 
-    def table(self, title: str) -> str:
-        """An HTML table of all measures under a title."""
-        rows = [
-            (
-                name,
-                html_amount(one.value, one.unit),
-                "" if one.spread != one.spread else html_amount(one.spread, one.unit),
-            )
-            for name, one in self.items()
-        ]
-        return html_table(title, ("measure", "value", "spread"), rows)
+    def __str__(self) -> str:
+        return self.table().text()
+
+    def table(self) -> Table:
+        """All measures with their spreads, and the warnings as notes."""
+        return measures_summary(self)
 
 
 @dataclass(frozen=True)

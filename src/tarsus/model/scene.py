@@ -30,7 +30,6 @@ from tarsus.base.spec import (
     validate,
     with_values,
 )
-from tarsus.base.tables import html_amount, html_table
 from tarsus.base.units import format_quantity
 from tarsus.model.drive.gait import AnyGait, Gait
 from tarsus.model.drive.signal import Signal
@@ -41,6 +40,7 @@ from tarsus.model.laws.impact_map import Body
 from tarsus.model.robot import Drive, Foot, ModalLoad, PointLoad, Robot, reference_faults
 from tarsus.model.structure import Walker
 from tarsus.model.structure.base import Array
+from tarsus.tables.table import ROW, Column, Table
 
 __all__ = [
     "Drive",
@@ -245,8 +245,11 @@ class Scene(Description):
         return faults
 
     def _repr_html_(self) -> str:
-        """What makes this scene, its numbers and where they come from, like legs and drives told by the first one."""
-        rows, skipped = [], 0
+        return self.table().html()
+
+    def table(self) -> Table:
+        """What makes this scene, its numbers and their sources; of legs and drives that are alike, the first one."""
+        rows, units, skipped = [], [], 0
         firsts: dict[str, str] = {}
         for path, info in float_paths(self).items():
             keys = path.split(".")
@@ -257,14 +260,13 @@ class Scene(Description):
                     skipped += 1
                     continue
             origin = self.origin(path)
-            rows.append(
-                (path, html_amount(info.value, info.unit), "" if origin is None else origin.source.value)
-            )
+            rows.append((path, info.value, "" if origin is None else origin.source.value))
+            units.append(info.unit)
         laws = ", ".join(self.ground.acting_laws) or "no law"
         feet = f"{len(self.robot.feet)} {'foot' if len(self.robot.feet) == 1 else 'feet'}"
         title = f"{self.name}: {self.robot.structure.kind}, {feet} on {laws}"
         more = f"; {skipped} numbers of further legs, feet and drives are not shown" if skipped else ""
-        return html_table(title + more, ("number", "value", "source"), rows)
+        return Table(title + more, ("number", Column("value", ROW), "source"), rows, units=units)
 
     def origin(self, path: str) -> Provenance | None:
         """Provenance of a value: that of its own path, or of the nearest list or table it is in.

@@ -15,6 +15,7 @@ from tarsus.model.scene import Scene
 from tarsus.orbits.follow import Follower, Point
 from tarsus.orbits.orbit import Orbit, periodic
 from tarsus.orbits.special import specials, why_lost
+from tarsus.tables.table import Column, Table
 
 __all__ = ["Branch", "BranchPoint", "branch"]
 
@@ -63,13 +64,46 @@ class Branch:
         found = ", ".join(f"{kinds.count(kind)} {kind}" for kind in dict.fromkeys(kinds)) or "nothing special"
         return f"<Branch of {self.scene.name!r} along {self.path}: {len(self.points)} points, {found}>"
 
+    def table(self) -> Table:
+        """What happens along the branch, and below it every orbit."""
+        at = Column(self.path, self.unit, 10)
+        orbits = [
+            (
+                one.at, one.orbit.kind, one.orbit.hardest_impact, one.orbit.highest_flight,
+                max(map(abs, one.orbit.multipliers.tolist()), default=None),
+            )
+            for one in self.points
+        ]  # fmt: skip
+        columns = (
+            at,
+            "motion",
+            Column("hardest impact", "m/s"),
+            Column("highest flight", "m"),
+            "largest |multiplier|",
+        )
+        ends = f"{len(self.points)} orbits; {self.ended}" if self.points else f"no orbit; {self.ended}"
+        return Table(
+            f"{self.scene.name} along {self.path}: {ends}",
+            ("kind", at, "what", "motion"),
+            [(one.kind, one.at, one.note, one.orbit.kind) for one in self.special],
+            parts=[Table("Orbits", columns, orbits)],
+        )
+
+    def __str__(self) -> str:
+        return self.table().text()
+
+    def _repr_html_(self) -> str:
+        return self.table().html()
+
     def doubled(self, flip: BranchPoint) -> Branch:
         """The branch of twice the period that begins or ends in a flip of this one, over the same range.
 
         Raises InputError for a point that is no flip.
         """
         if flip.kind != "flip":
-            raise InputError([f"{self.path} = {flip.at:g}: a period doubles in a flip, this point is '{flip.kind}'"])
+            raise InputError(
+                [f"{self.path} = {flip.at:g}: a period doubles in a flip, this point is '{flip.kind}'"]
+            )
         found = list(_doubled(self, flip))
         ended = found.pop().note
         return replace(self, points=tuple(found), ended=ended)

@@ -6,28 +6,14 @@ from pathlib import Path
 
 import numpy as np
 
-from tarsus.base.events import IMPACTS
 from tarsus.files.jsontext import json_text
 from tarsus.files.series import Variable, write_netcdf
 from tarsus.files.store import package_version, write_text
 from tarsus.orbits.branching import Branch
-from tarsus.orbits.orbit import Orbit
 
-__all__ = ["BRANCH_FILES", "branch_variables", "hardest", "highest", "write_branch"]
+__all__ = ["BRANCH_FILES", "branch_variables", "write_branch"]
 
 BRANCH_FILES = ("branch.nc", "branch.json", "report.html")
-
-
-def hardest(orbit: Orbit) -> float:
-    """Largest approach speed of an impact of a period [m/s]; NaN without one."""
-    speeds = orbit.events["speed_before"][np.isin(orbit.events["kind"], IMPACTS)]
-    return float(speeds.max()) if len(speeds) else np.nan
-
-
-def highest(orbit: Orbit) -> float:
-    """Highest gap of a flight that ends in a period [m]; NaN without one."""
-    heights = orbit.events["apex"][np.isin(orbit.events["kind"], IMPACTS)]
-    return float(heights.max()) if len(heights) else np.nan
 
 
 def branch_variables(branch: Branch) -> dict[str, Variable]:
@@ -49,8 +35,8 @@ def branch_variables(branch: Branch) -> dict[str, Variable]:
         "impacts": Variable(
             ("point",), np.array([one.impacts for one in orbits], dtype=float), {"units": "1"}
         ),
-        "hardest_impact": Variable(("point",), np.array([hardest(one) for one in orbits]), {"units": "m/s"}),
-        "highest_flight": Variable(("point",), np.array([highest(one) for one in orbits]), {"units": "m"}),
+        "hardest_impact": Variable(("point",), np.array([one.hardest_impact for one in orbits]), {"units": "m/s"}),
+        "highest_flight": Variable(("point",), np.array([one.highest_flight for one in orbits]), {"units": "m"}),
         "multiplier_real": Variable(("point", "multiplier"), np.real(multipliers).copy(), {"units": "1"}),
         "multiplier_imag": Variable(("point", "multiplier"), np.imag(multipliers).copy(), {"units": "1"}),
     }

@@ -34,6 +34,7 @@ from tarsus.orbits.returns import (
 from tarsus.orbits.walking import WalkMap, walk_map
 from tarsus.solve import ResultCode, Run, simulate
 from tarsus.solve.window import Contacts
+from tarsus.tables.table import ROW, Column, Table
 
 __all__ = ["Orbit", "converge", "periodic"]
 
@@ -103,7 +104,9 @@ class Orbit:
     def travel_multiplier(self) -> float | None:
         """Multiplier of a walker's place along the way, 1 but for rounding, which is none of `multipliers`; None of
         anything else."""
-        return self.map.travel_multiplier(self.state, self.multiple) if isinstance(self.map, WalkMap) else None
+        return (
+            self.map.travel_multiplier(self.state, self.multiple) if isinstance(self.map, WalkMap) else None
+        )
 
     @property
     def stable(self) -> bool:
@@ -123,6 +126,18 @@ class Orbit:
     def impacts(self) -> int:
         """Number of impacts in a period."""
         return int(np.isin(self.returned.events["kind"], IMPACTS).sum())
+
+    @property
+    def hardest_impact(self) -> float:
+        """Largest approach speed of an impact of a period [m/s]; NaN without one."""
+        speeds = self.events["speed_before"][np.isin(self.events["kind"], IMPACTS)]
+        return float(speeds.max()) if len(speeds) else np.nan
+
+    @property
+    def highest_flight(self) -> float:
+        """Highest gap of a flight that ends in a period [m]; NaN without one."""
+        heights = self.events["apex"][np.isin(self.events["kind"], IMPACTS)]
+        return float(heights.max()) if len(heights) else np.nan
 
     @property
     def kind(self) -> str:
@@ -146,6 +161,28 @@ class Orbit:
 
     def __repr__(self) -> str:
         return f"<Orbit of {self.scene.name!r}: {self.kind}>"
+
+    def table(self) -> Table:
+        """The motion's period, impacts, flights and multipliers, and its events."""
+        numbers: list[tuple[str, object, str]] = [
+            ("period", self.period, "s"), ("drive periods", self.multiple, "1"), ("impacts", self.impacts, "1"),
+            ("hardest impact", self.hardest_impact, "m/s"), ("highest flight", self.highest_flight, "m"),
+            *([("travel", self.travel, "m")] if isinstance(self.map, WalkMap) else []),
+            ("largest |multiplier|", max(map(abs, self.multipliers.tolist()), default=None), "1"),
+            ("mismatch", self.mismatch, "1"),
+        ]  # fmt: skip
+        feet = list(self.scene.robot.feet)
+        events = [(float(e["time"]), feet[e["foot"]], EVENT_WORDS[int(e["kind"])]) for e in self.events]
+        return Table(
+            f"Orbit of {self.scene.name}: {self.kind}",
+            ("quantity", Column("value", ROW)),
+            [one[:2] for one in numbers],
+            parts=[Table("Events of a period", (Column("time", "s", 6), "foot", "event"), events)],
+            units=[unit for _, _, unit in numbers],
+        )
+
+    def _repr_html_(self) -> str:
+        return self.table().html()
 
     def to_dict(self) -> dict[str, object]:
         """Plain data, SI units, as `tarsus branch --json` prints of each point."""

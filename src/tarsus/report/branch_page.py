@@ -10,7 +10,6 @@ from matplotlib.axes import Axes
 
 from tarsus.files.store import write_text
 from tarsus.orbits import Branch, BranchPoint, Orbit
-from tarsus.orbits.files import hardest, highest
 from tarsus.report.figures import Plate
 from tarsus.report.html import Cell, Column, Markup, amount, number, page, table
 from tarsus.report.render import rendered
@@ -97,8 +96,8 @@ def _motion(branch: Branch) -> Plate:
 
     def draw(sheet: Sheet) -> None:
         left, right = sheet.grid(2, 2.2)
-        _panel(left, branch, hardest, "m/s", "hardest impact")
-        _panel(right, branch, highest, "m", "highest flight")
+        _panel(left, branch, lambda one: one.hardest_impact, "m/s", "hardest impact")
+        _panel(right, branch, lambda one: one.highest_flight, "m", "highest flight")
         for kind in dict.fromkeys(point.kind for point in branch.special if point.kind in _MARKS):
             marker, color = _MARKS[kind]
             left.plot([], [], marker, color=color, ms=5.0, mew=0.0, label=kind)
@@ -171,8 +170,8 @@ def _orbits(branch: Branch) -> Markup:
             [
                 number(point.at, 6),
                 point.orbit.kind,
-                number(hardest(point.orbit), 4),
-                amount(highest(point.orbit), "m"),
+                number(point.orbit.hardest_impact, 4),
+                amount(point.orbit.highest_flight, "m"),
                 number(largest, 4),
             ]
         )

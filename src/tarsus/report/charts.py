@@ -14,10 +14,10 @@ import numpy as np
 import numpy.typing as npt
 from markupsafe import Markup
 
-from tarsus.base.tables import number
 from tarsus.report.packing import packed, packed_times, script_text
 from tarsus.report.render import rendered
 from tarsus.report.style import CONTACT, INK, level_limits, paint_of, upright
+from tarsus.tables.numbers import number
 
 __all__ = ["Charts", "Dash", "Panel", "stack"]
 

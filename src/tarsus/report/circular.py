@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 from markupsafe import Markup
 
-from tarsus.base.tables import amount
 from tarsus.report.drawing import Drawing, Panel
 from tarsus.report.figures import MOST_FEET, Plate
 from tarsus.report.series import Series, Trace, foot_traces
 from tarsus.report.style import BLUE, INK, MUTED, RULE, Scale, decimate, scale_of, upright
+from tarsus.tables.numbers import amount
 
 TURNS = 12
 """Drive periods laid over each other."""

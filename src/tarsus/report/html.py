@@ -9,9 +9,9 @@ from html import escape
 
 from markupsafe import Markup
 
-from tarsus.base.tables import MISSING, amount, number, pretty_unit, set_power
 from tarsus.report.figures import Plate
 from tarsus.report.render import rendered
+from tarsus.tables.numbers import MISSING, amount, number, pretty_unit, set_power
 
 __all__ = [
     "MISSING", "Cell", "Column", "Markup", "amount", "code", "escape", "figure", "number", "page", "pretty_unit",

@@ -9,7 +9,6 @@ from matplotlib.axes import Axes
 
 from tarsus.base.events import IMPACTS
 from tarsus.base.spec import float_paths, with_values
-from tarsus.base.tables import amount, pretty_unit
 from tarsus.design.energy import period_rises
 from tarsus.design.soft_landing import LandingDesign
 from tarsus.report.figures import Plate, shade
@@ -17,6 +16,7 @@ from tarsus.report.series import Series, last_turns
 from tarsus.report.sheet import Sheet, few_ticks, plate
 from tarsus.report.style import BLUE, GREEN, INK, MUTED, ORANGE, RULE, VERMILION, Scale, scale_of
 from tarsus.solve import Run, simulate
+from tarsus.tables.numbers import amount, pretty_unit
 
 __all__ = ["Pair", "front", "landing_zoom", "learning", "on_grounds", "picture"]
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
-from tarsus.base.tables import MISSING, amount, number
 from tarsus.files.store import package_version
+from tarsus.tables.numbers import MISSING, amount, number
 
 if TYPE_CHECKING:
     from jinja2 import Environment

@@ -13,7 +13,8 @@ import numpy as np
 from tarsus.base.events import EVENT_WORDS, IMPACTS, SLIDING
 from tarsus.base.spec import float_paths
 from tarsus.files.ledger import LEDGER_WORDS, ledger_lines
-from tarsus.files.store import EVENTS_FILE, RunLike, counted, write_text
+from tarsus.files.store import EVENTS_FILE, RunLike, write_text
+from tarsus.files.summary import about as about_measure
 from tarsus.model.structure import Walker
 from tarsus.report import figures, walk_figures
 from tarsus.report.circular import circular
@@ -152,7 +153,7 @@ def _key_figures(run: RunLike) -> list[tuple[str, str, str]]:
     for name, measure in list(run.measures.items())[:4]:
         spread = _spread(measure)
         spread = f"± {spread}" if spread not in (MISSING, "0") else ""
-        about = "; ".join(filter(None, (spread, str(measure.scope), counted(measure))))
+        about = "; ".join(filter(None, (spread, about_measure(measure))))
         found.append((name, amount(measure.value, measure.unit), about))
     return found
 
@@ -294,4 +295,3 @@ def _spread(measure: Any) -> str:
 
 def _words(name: str) -> str:
     return name.replace("_", " ")
-

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 
 from tarsus.base.spec import float_paths
-from tarsus.base.tables import amount, number, pretty_unit
 from tarsus.files.store import write_text
 from tarsus.report.charts import stack
 from tarsus.report.figures import Plate
@@ -20,6 +19,7 @@ from tarsus.study.axes import Logspace
 from tarsus.study.scores import offered
 from tarsus.study.sweep import Sweep
 from tarsus.study.workunit import DONE, OUTCOMES
+from tarsus.tables.numbers import amount, number, pretty_unit
 
 __all__ = ["sweep_html", "write_sweep_report"]
 

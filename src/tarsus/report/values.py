@@ -10,7 +10,7 @@ from itertools import groupby
 from typing import Any
 
 from tarsus.base.spec import float_paths
-from tarsus.base.tables import amount
+from tarsus.tables.numbers import amount
 
 LONGEST_LIST = 6
 """Values of a list shown one by one; longer lists are described by their length and range."""

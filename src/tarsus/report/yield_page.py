@@ -10,7 +10,6 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from tarsus.base.spec import float_paths
-from tarsus.base.tables import pretty_unit
 from tarsus.files.store import write_text
 from tarsus.report.figures import Plate
 from tarsus.report.html import MISSING, Cell, Column, Markup, amount, number, page, table
@@ -19,6 +18,7 @@ from tarsus.report.sheet import Sheet, few_ticks, plate
 from tarsus.report.style import BLUE, MUTED, ORANGE, Scale, scale_of
 from tarsus.study.workunit import OUTCOMES
 from tarsus.study.yields import Yield
+from tarsus.tables.numbers import pretty_unit
 
 __all__ = ["write_yield_report", "yield_html"]
 
@@ -107,7 +107,9 @@ def _curves(found: Yield) -> Plate:
         few_ticks(axes, x=5, y=5)
 
     return _panels(
-        found, draw, "Share of the robots that meet a requirement, with its 95 % interval; failed runs meet none."
+        found,
+        draw,
+        "Share of the robots that meet a requirement, with its 95 % interval; failed runs meet none.",
     )
 
 
@@ -174,7 +176,9 @@ def _costs(found: Yield) -> Markup | str:
         [leg, amount(cost, found.units[first]), amount(error, found.units[first])]
         for leg, cost, error in known
     ]
-    return table((Column("leg", number=False), Column("difference"), Column("standard error")), rows, tall=True)
+    return table(
+        (Column("leg", number=False), Column("difference"), Column("standard error")), rows, tall=True
+    )
 
 
 def _indices(found: Yield) -> Plate:

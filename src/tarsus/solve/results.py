@@ -29,6 +29,7 @@ from tarsus.solve import shown
 from tarsus.solve.codes import EventColumns, ResultCode, structured_events, structured_marks, without_marks
 from tarsus.solve.engine import Accuracy, Log
 from tarsus.solve.run import Run
+from tarsus.tables.table import Table
 
 if TYPE_CHECKING:
     import xarray
@@ -84,6 +85,13 @@ class Batch:
         return f"<Batch '{self.scene.name}': {shown.runs_of(self)}{over}; {ended}>"
 
     def _repr_html_(self) -> str:
+        return self.table().html()
+
+    def __str__(self) -> str:
+        return self.table().text()
+
+    def table(self) -> Table:
+        """How the runs ended, and what varies in them."""
         return shown.batch_table(self)
 
     def plot(self, measure: str, **options: Any) -> Any:

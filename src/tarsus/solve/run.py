@@ -16,12 +16,14 @@ from tarsus.base.events import EventKind
 from tarsus.base.spec import with_values
 from tarsus.base.units import parse_quantity
 from tarsus.files.ledger import Ledger
+from tarsus.files.summary import run_summary
 from tarsus.measure import Measures, measures_of
 from tarsus.model.scene import Scene
 from tarsus.plan.lowering import Plan
 from tarsus.solve import shown
 from tarsus.solve.codes import CLOSED, ResultCode, structured_events, structured_marks, without_marks
 from tarsus.solve.engine import Accuracy, Log
+from tarsus.tables.table import Table
 
 if TYPE_CHECKING:
     import xarray
@@ -82,7 +84,14 @@ class Run:
         return bibtex(self.scene)
 
     def _repr_html_(self) -> str:
-        return shown.run_table(self)
+        return self.table(ledger=False).html()
+
+    def __str__(self) -> str:
+        return self.table(ledger=False).text()
+
+    def table(self, *, ledger: bool = True) -> Table:
+        """The run and its measures; with `ledger` its energy account, which of a run of a batch takes another run."""
+        return run_summary(self, ledger=ledger)
 
     def plot(self, **options: Any) -> Any:
         """Matplotlib axes with the motion over time: `tarsus.plot.motion`, which takes the options."""

@@ -9,27 +9,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tarsus.base.errors import InputError
-from tarsus.base.tables import html_amount, html_table
 from tarsus.model.scene import Scene
+from tarsus.tables.table import ROW, Column, Table
 
 if TYPE_CHECKING:
     from tarsus.solve.results import Batch
     from tarsus.solve.run import Run
 
-__all__ = ["batch_table", "drawn", "run_line", "run_table", "runs_of", "state_of"]
+__all__ = ["batch_table", "drawn", "run_line", "runs_of", "state_of"]
 
 
 def run_line(run: Run) -> str:
     """A run in a line; its energy account is not asked for."""
     code = run.__dict__.get("code", run.ended)
     return f"<Run '{run.scene.name}': {run.duration:g} s, {code.name}, {len(run.events)} events>"
-
-
-def run_table(run: Run) -> str:
-    """A run and its measures as an HTML table."""
-    code = run.__dict__.get("code", run.ended)
-    title = f"{run.scene.name}: {run.duration:g} s, {len(run.events)} events. {code.value}"
-    return run.measures.table(title)
 
 
 def drawn(result: Run | Batch, how: str, *args: Any, **options: Any) -> Any:
@@ -42,23 +35,16 @@ def runs_of(batch: Batch) -> str:
     return f"{' x '.join(map(str, batch.shape))} run{'' if len(batch) == 1 else 's'} of {batch.duration:g} s"
 
 
-def batch_table(batch: Batch) -> str:
-    """A batch and what varies in it as an HTML table."""
+def batch_table(batch: Batch) -> Table:
+    """A batch, and what varies in it."""
     from tarsus.base.spec import float_paths
 
     known = float_paths(batch.scene)
-    rows = [
-        (
-            path,
-            str(len(np.unique(values))),
-            html_amount(values.min(), known[path].unit),
-            html_amount(values.max(), known[path].unit),
-        )
-        for path, values in batch.vary.items()
-    ]
+    rows = [(path, len(np.unique(v)), v.min(), v.max()) for path, v in batch.vary.items()]
     ended = ", ".join(f"{count} {code}" for code, count in batch.outcomes.items())
-    title = f"{batch.scene.name}: {runs_of(batch)}; {ended}"
-    return html_table(title, ("varied", "values", "least", "greatest"), rows)
+    columns = ("varied", "values", Column("least", ROW), Column("greatest", ROW))
+    units = [known[path].unit for path in batch.vary]
+    return Table(f"{batch.scene.name}: {runs_of(batch)}; {ended}", columns, rows, units=units)
 
 
 def state_of(result: Any, scene: Scene) -> dict[str, Any]:

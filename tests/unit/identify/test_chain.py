@@ -44,7 +44,7 @@ def test_every_step_is_done():
     assert found.files_used == len(found.readings)
     page = found._repr_html_()
     assert page.count("<tr>") == 1 + sum(len(step.paths) for step in found.steps.values())
-    assert f"<td>{next(iter(GOALS))}</td>" in page
+    assert next(iter(GOALS)) in page.replace("<wbr>", "")
 
 
 @pytest.mark.parametrize("path", GOALS)

@@ -95,10 +95,11 @@ def test_a_landing_is_drawn_beside_the_step():
 
 
 def test_scenes_and_measures_are_tables(run):
-    page = run.scene._repr_html_()
-    assert "<td>robot.structure.frequencies.0</td><td>21 kHz</td><td>printed</td>" in page
-    whole = ts.load_scene("millipede-30")._repr_html_()
-    assert len(whole) < 6000 and "numbers of further legs, feet and drives are not shown" in whole
-    assert "legs.L1.mass" in whole and "legs.R1.mass" not in whole
-    assert "<td>hardest_impact</td><td>233.3 mm/s</td>" in run.measures._repr_html_()
+    assert ("robot.structure.frequencies.0", 21e3, "printed") in run.scene.table().rows
+    whole = ts.load_scene("millipede-30").table()
+    paths = [row[0] for row in whole.rows]
+    assert len(whole.rows) < 80 and "numbers of further legs, feet and drives are not shown" in whole.title
+    assert "robot.structure.legs.L1.mass" in paths and "robot.structure.legs.R1.mass" not in paths
+    (impact,) = [row for row in run.measures.table().rows if row[0] == "hardest impact"]
+    assert impact[1] == run.measures["hardest_impact"].value == pytest.approx(0.2333, rel=1e-3)
     assert repr(run.measures).startswith("<Measures: bounces, ")

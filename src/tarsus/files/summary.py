@@ -1,0 +1,92 @@
+"""A run as tables: its measures and its energy account. Made of a run that was simulated and of one that was read."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from tarsus.files.ledger import LEDGER_WORDS, ledger_lines
+from tarsus.tables.numbers import amount, number, spaced
+from tarsus.tables.table import ROW, Column, Table
+
+if TYPE_CHECKING:
+    from tarsus.files.store import RunLike
+
+__all__ = ["about", "account", "deviation", "measures_summary", "run_summary"]
+
+MOST_FEET_LISTED = 8
+"""Feet of which each measure is listed; of more, the least and the largest: else the table is longer than a screen."""
+
+ROUNDING = 1e-9
+"""A spread below this part of its value is rounding, as of a periodic motion: runs are exact to about as much."""
+
+LEAST = 1e-12
+"""An entry of the account below this part of the largest is rounding: accounts close to about 1e-14."""
+
+
+def run_summary(run: Any, *, ledger: bool = True) -> Table:
+    """A run (`RunLike`) and its measures; with `ledger` its energy account, for which one of a batch is run again."""
+    code = run.code if ledger else run.__dict__.get("code") or getattr(run, "ended", None) or run.code
+    title = f"{run.scene.name}: {run.duration:g} s simulated, {len(run.events)} events. {code.value}"
+    parts = [account(run)] if ledger else []
+    return measures_summary(run.measures, title, getattr(run, "remarks", ()), parts)
+
+
+def measures_summary(
+    measures: Mapping[str, Any],
+    title: str = "Measures",
+    notes: Sequence[str] = (),
+    parts: Sequence[Table] = (),
+) -> Table:
+    """All measures with the spread over their n values; of few feet each, of many the ends. Warnings are notes."""
+    wide = any(_ends(one.per_foot) for one in measures.values())
+    columns = ["measure", Column("value", ROW), Column("spread", ROW, 2), "n"]
+    columns += ["least foot", "largest foot"] if wide else []
+    rows: list[tuple[Any, ...]] = []
+    units: list[str] = []
+    for name, one in measures.items():
+        ends = [f"{amount(value, one.unit)} {foot}" for foot, value in _ends(one.per_foot)] or ["", ""]
+        rows.append((spaced(name), one.value, deviation(one), one.n, *(ends if wide else ()), about(one)))
+        listed = one.per_foot if 2 <= len(one.per_foot) <= MOST_FEET_LISTED else {}
+        blank = ("", "") if wide else ()
+        rows += [(f"   foot {foot}", value, None, None, *blank, "") for foot, value in listed.items()]
+        units += [one.unit] * (1 + len(listed))
+    notes = (*notes, *(f"Note: {one}" for one in getattr(measures, "warnings", ())))
+    return Table(title, (*columns, "of"), rows, notes, parts, units=units)
+
+
+def deviation(measure: Any) -> float:
+    """The spread of a measure; 0 where it is rounding."""
+    return 0.0 if measure.spread <= ROUNDING * abs(measure.value) else float(measure.spread)
+
+
+def about(measure: Any) -> str:
+    """Whose number a measure is, and what it counts: "worst foot, flights above 100 nm"."""
+    parts = [str(measure.scope)]
+    parts += [] if measure.height is None else [f"flights above {amount(measure.height, 'm')}"]
+    parts += [] if measure.dwell is None else [f"after contacts below {amount(measure.dwell, 's')}"]
+    return ", ".join(filter(None, parts))
+
+
+def _ends(values: Mapping[str, float]) -> list[tuple[str, float]]:
+    """Of many feet, those of the least and of the largest value; of few, which are listed, none."""
+    known = {foot: value for foot, value in values.items() if math.isfinite(value)}
+    if len(values) <= MOST_FEET_LISTED or not known or min(known.values()) == max(known.values()):
+        return []
+    ends = (min(known, key=known.__getitem__), max(known, key=known.__getitem__))
+    return [(foot, known[foot]) for foot in ends]
+
+
+def account(run: RunLike) -> Table:
+    """The energy account in words: every term [J], its share of the largest, and what is left over."""
+    lines = [one for one in ledger_lines(run) if one[1] != 0.0 or one[0] != LEDGER_WORDS["friction"]]
+    largest = max(abs(value) for _, value in lines) or 1.0
+    rows = [(label, value if abs(value) > LEAST * largest else 0.0) for label, value in lines]
+    rows.append(("residual (closes the ledger)", float(f"{float(run.ledger.residual):.2g}")))
+    return Table(
+        "Energy",
+        ("term", Column("energy", "J"), Column("share of the largest", "%")),
+        [(label, value, value / largest) for label, value in rows],
+        [f"Work in, changes and losses agree to {number(run.ledger.closure, 2)} of the largest term."],
+    )

@@ -1,0 +1,100 @@
+"""Numbers with units as people read them: every page, figure, notebook and console shows its numbers by these.
+
+What is read back by the program is written by `tarsus.base.units.format_quantity`.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+
+__all__ = ["MISSING", "amount", "interval", "number", "percent", "pretty_unit", "set_power", "spaced"]
+
+MISSING = "–"
+"""Shown where a value does not exist."""
+
+_PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
+_BEARS = re.compile(r"(?:s|m|N|J|V|A|Hz|W|Pa|C|F|g|kg|ohm)(?![\^A-Za-z])")
+"""A unit whose first factor may bear a prefix: powers of one, angles, pure numbers and prefixed units do not."""
+
+
+def number(value: float | None, digits: int = 4) -> str:
+    """A number for reading; a dash where there is none."""
+    if value is None or not math.isfinite(value):
+        return MISSING
+    if value == 0.0:
+        return "0"
+    shown = f"{value:.{digits}g}"
+    if "e+" in shown and abs(value) < 1e5:
+        shown = f"{float(shown):.0f}"
+    return set_power(shown)
+
+
+def set_power(shown: str) -> str:
+    """The text of a number with a minus sign and a power of ten set as such: "1.7e-21" -> "1.7·10⁻²¹"."""
+    mantissa, _, power = shown.partition("e")
+    return f"{mantissa}·10{_superscript(int(power))}".replace("-", "−") if power else shown.replace("-", "−")
+
+
+def amount(value: float | None, unit: str, digits: int = 4) -> str:
+    """A value with its unit under an engineering prefix, e.g. "264.1 µm" or "−137.1 nN/V"; unit "1" or "" is not shown.
+
+    What no prefix brings between 1 and 1000 has a power of ten; where there is no value stands a dash. A unit that
+    bears a prefix already ("um") stays; a value in "%" is a fraction of 1.
+    """
+    if unit == "%":
+        return percent(value, digits)
+    if value is None or unit in ("1", "", "-") or not math.isfinite(value):
+        return number(value, digits)
+    step, label = _prefixed(value, unit, digits)
+    shown = value if step == 1.0 else float(f"{value / step:.{digits}g}")
+    return f"{number(shown, digits)} {label}"
+
+
+def percent(fraction: float | None, digits: int = 3) -> str:
+    """A fraction of 1 in percent: 0.0941 -> "9.41 %"."""
+    if fraction is None or not math.isfinite(fraction):
+        return MISSING
+    return f"{number(100.0 * fraction, digits)} %"
+
+
+def interval(low: float | None, high: float | None, unit: str = "1", digits: int = 4) -> str:
+    """Two ends under one prefix, that of the farther one: "1.2 to 34 µm"."""
+    ends = (low, high)
+    if unit == "%":
+        ends, unit = tuple(None if one is None else 100.0 * one for one in ends), " %"
+    known = [abs(one) for one in ends if one is not None and math.isfinite(one)]
+    if not known:
+        return MISSING
+    step, label = (1.0, unit.strip()) if unit in ("1", "", "-", " %") else _prefixed(max(known), unit, digits)
+    shown = " to ".join(number(None if one is None else one / step, digits) for one in ends)
+    return f"{shown} {label}" if label not in ("1", "", "-") else shown
+
+
+def _prefixed(value: float, unit: str, digits: int) -> tuple[float, str]:
+    """The step by which a value is divided, and the unit with the prefix that says so; 1 where it bears none."""
+    if value == 0.0 or _BEARS.match(unit) is None:
+        return 1.0, pretty_unit(unit)
+    rounded, base, own = float(f"{value:.{digits}g}"), unit, 1.0
+    if unit.startswith("kg"):
+        rounded, base, own = float(f"{value * 1e3:.{digits}g}"), unit[1:], 1e-3
+    # a part in 1e12 above: 1e-6 is 1 µ, though its logarithm may be below -6 by rounding
+    power = 3 * math.floor(math.log10(abs(rounded) * (1.0 + 1e-12)) / 3)
+    if power not in _PREFIXES:
+        return 1.0, pretty_unit(unit)
+    return 10.0**power * own, pretty_unit(_PREFIXES[power] + base)
+
+
+def pretty_unit(unit: str) -> str:
+    """A unit with exponents and prefixes set as such: "uN m^2 s" -> "µN m² s"."""
+    out = re.sub(r"\^(-?\d+)", lambda m: _superscript(int(m[1])), unit)
+    return "" if out == "1" else re.sub(r"\bu(?=[A-Zmsg])", "µ", out)
+
+
+def spaced(name: str) -> str:
+    """A name of the program as words: "contact_duration" -> "contact duration"."""
+    return name.replace("_", " ")
+
+
+def _superscript(power: int) -> str:
+    return str(power).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))

@@ -1,0 +1,137 @@
+"""Tables: their four forms, and how numbers are written."""
+
+import csv
+import io
+import json
+import subprocess
+import sys
+
+import pytest
+
+from tarsus.tables import Column, Table, amount, interval, number, percent
+
+
+@pytest.fixture(scope="module")
+def table() -> Table:
+    columns = (
+        "path",
+        Column("value", "row"),
+        Column("error", "%", 2),
+        Column("range", "row", 3, over="95 %"),
+        "held",
+    )
+    rows = [
+        ("robot.mass", 2.641e-4, 0.0941, (1e-6, 3.4e-5), True),
+        ("b <c>\nall 30", float("nan"), None, None, False),
+    ]
+    part = Table("Part", ("n", Column("of", note="those that count")), [(1, 2)])
+    return Table("A title", columns, rows, ["A note."], [part], units=("m", "1"), flagged=[(0, 3)])
+
+
+def test_text(table):
+    lines = table.text().splitlines()
+    assert lines[0] == "A title" and lines[1].split() == [
+        "path",
+        "value",
+        "error",
+        "95",
+        "%:",
+        "range",
+        "held",
+    ]
+    assert lines[3].split("  ")[0] == "robot.mass" and "264.1 µm" in lines[3] and "1 to 34 µm !" in lines[3]
+    assert lines[4].startswith("b <c> (all 30)") and lines[4].count("–") == 3 and lines[4].endswith("no")
+    assert lines[5:8] == ["A note.", "", "Part"] and lines[-1] == "of: those that count"
+    assert str(table) == table.text() and all(line == line.rstrip() for line in lines)
+
+
+def test_text_is_broken_between_words_only_where_a_width_is_given():
+    words = " ".join(["word"] * 40)
+    long = Table("", ("what", "n"), [(words, 123456)])
+    assert words in long.text()
+    narrow = long.text(50).splitlines()
+    assert max(map(len, narrow)) <= 50 and sum(line.count("word") for line in narrow) == 40
+    assert any("123456" in line for line in narrow)
+
+
+def test_html_is_escaped_and_holds_everything(table):
+    page = table.html()
+    assert page == table._repr_html_() and page.count("<tr>") == 3 + 2  # heads, rows and those of the part
+    assert "b &lt;c&gt;<small>all 30</small>" in page and "<code>robot.<wbr>mass</code>" in page
+    assert 'class="n off">1 to 34 µm<' in page and '<th colspan="1" scope="colgroup">95 %</th>' in page
+    assert "A note." in page and "<caption>Part</caption>" in page
+
+
+def test_html_of_texts_that_are_html():
+    markup = pytest.importorskip("markupsafe").Markup("<b>x</b>")
+    one = Table("", ("a",), [(markup,)])
+    assert "<b>x</b>" in one.html() and one.text().splitlines()[-1] == "x" and one.json()["rows"] == [["x"]]
+
+
+def test_csv_and_plain_data_are_in_si(table):
+    head, first, second = csv.reader(io.StringIO(table.csv()))
+    assert head == ["path", "value", "error", "95 % range from", "95 % range to", "held", "unit"]
+    assert first == ["robot.mass", "0.0002641", "0.0941", "1e-06", "3.4e-05", "true", "m"]
+    assert second[1:5] == ["", "", "", ""]
+    data = json.loads(json.dumps(table.json()))
+    assert data["rows"][0] == ["robot.mass", 2.641e-4, 0.0941, [1e-6, 3.4e-5], True, "m"]
+    assert data["rows"][1][1] is None and data["parts"][0]["rows"] == [[1, 2]]
+    assert data["columns"][2] == {"name": "error", "unit": "1"}, "percent is how it is shown"
+    assert Table("", (Column("a", "m"),), [(1.0,)]).csv() == "a [m]\n1.0\n"
+
+
+@pytest.mark.parametrize("rows, units", [([(1,)], ()), ([(1, 2)], ("m", "s"))])
+def test_rows_that_do_not_fit_are_refused(rows, units):
+    with pytest.raises(ValueError):
+        Table("", ("a", "b"), rows, units=units)
+
+
+AMOUNTS = [
+    (264.1e-6, "m", "264.1 µm"),
+    (0.0, "s", "0 s"),
+    (1.0, "m", "1 m"),
+    (-0.6499e-6, "N", "−649.9 nN"),
+    (2.5e-7, "kg", "250 µg"),
+    (1e-3, "s", "1 ms"),
+    (3.14159, "1", "3.142"),
+    (float("nan"), "m", "–"),
+    (12345.0, "1", "12340"),
+    (1.747e-21, "N m^2 s", "1.747·10⁻²¹ N m² s"),
+    (-1.37088e-7, "N/V", "−137.1 nN/V"),
+    (8.623e-39, "J", "8.623·10⁻³⁹ J"),
+    (999.96e-6, "s", "1 ms"),
+    (2.5e-12, "kg m^2", "2.5 ng m²"),
+    (0.25, "rad", "0.25 rad"),
+    (1e-6, "kg", "1 mg"),
+    (12.5, "um", "12.5 µm"),
+    (0.0941, "%", "9.41 %"),
+    (None, "V", "–"),
+]
+
+
+@pytest.mark.parametrize("value, unit, text", AMOUNTS)
+def test_amounts(value, unit, text):
+    assert amount(value, unit) == text
+
+
+def test_numbers_percents_and_intervals():
+    assert (
+        number(None) == number(float("inf")) == "–"
+        and number(1234567.0) == "1.235·10⁶"
+        and number(12345.6) == "12350"
+    )
+    assert percent(1.0, 2) == "100 %" and percent(None) == "–"
+    assert interval(1e-6, 3.4e-5, "m", 3) == "1 to 34 µm" and interval(0.1, 0.25, "%") == "10 to 25 %"
+    assert (
+        interval(1.0, 2.0) == "1 to 2"
+        and interval(None, None, "m") == "–"
+        and interval(None, 2.0, "s") == "– to 2 s"
+    )
+
+
+def test_the_package_is_imported_without_what_shows_tables():
+    heavy = "{'rich', 'jinja2', 'markupsafe'} & set(sys.modules)"
+    told = (
+        f"import sys, tarsus; from tarsus.tables import Table; Table('', ('a',), [(1,)]); assert not {heavy}"
+    )
+    subprocess.run([sys.executable, "-c", told], check=True)
