@@ -30,9 +30,15 @@ def asset(name: str, folder: str = "assets") -> str:
 def rendered(template: str, **values: Any) -> Markup:
     """A template with its values; texts among them are escaped, `Markup` is used as it stands.
 
+    ``package:name`` is the template of that name in another package's folder `templates`.
     In it ``figure(plate)`` is a plate with the next number below it, or what a function makes of that number.
     """
     return Markup(_environment().get_template(template).render(numbers=count(1), **values))
+
+
+def _source(template: str) -> str:
+    package, _, name = template.rpartition(":")
+    return files(package or "tarsus.report").joinpath("templates", name).read_text(encoding="utf-8")
 
 
 @lru_cache
@@ -46,7 +52,7 @@ def _environment() -> Environment:
         return made
 
     environment = Environment(
-        loader=FunctionLoader(lambda name: asset(name, "templates")),
+        loader=FunctionLoader(_source),
         autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined,
     )  # fmt: skip
     environment.filters.update(amount=amount, number=number, words=lambda name: name.replace("_", " "))
