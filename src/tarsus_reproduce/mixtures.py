@@ -33,7 +33,7 @@ from tarsus.files.library import load_scene
 from tarsus.files.store import write_text
 from tarsus.files.toml import scene_text
 from tarsus.model.scene import Scene, Source
-from tarsus_reproduce.predictions import Member
+from tarsus_reproduce.forecast import Member
 
 __all__ = [
     "fitted_device",

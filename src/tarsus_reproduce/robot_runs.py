@@ -17,8 +17,9 @@ from tarsus.model.drive.waveforms import Square
 from tarsus.model.scene import Scene
 from tarsus.solve import Run, simulate
 from tarsus_reproduce.impacts import ImpactEnergies, impact_energies
-from tarsus_reproduce.robots import OBSERVED, SETTLE, Progress, describe, drive_frequency, scenario_scene
-from tarsus_reproduce.scenarios import Heights, Scenario, packaged_scenarios
+from tarsus_reproduce.reproduction import Progress
+from tarsus_reproduce.robots import OBSERVED, SETTLE, describe, drive_frequency, printed_rows, row_scene
+from tarsus_reproduce.rows import PrintedRow
 
 Floats = NDArray[np.float64]
 
@@ -47,7 +48,7 @@ class Near:
 
 
 @dataclass(frozen=True)
-class InAir:
+class AirRun:
     """Steady motion of np points under a square wave, with no ground in reach, over `AIR_PERIODS` drive periods.
 
     volt_v [V]; freq_hz [Hz]; time (nt,) [s]; volts (nt,) [V]; displacement (np, nt) [m].
@@ -73,7 +74,7 @@ class RobotRuns:
     """Runs as in Figs 3.19 to 3.22 and 3.9 or 3.10; energies: what the impact maps would do in the run `struck`."""
 
     near: tuple[Near, ...]
-    air: tuple[InAir, ...]
+    air: tuple[AirRun, ...]
     struck: Near
     energies: ImpactEnergies
 
@@ -122,7 +123,7 @@ def share_made(energies: Floats) -> float | None:
 def robot_runs(robot: str, device: str | None = None, *, progress: Progress | None = None) -> RobotRuns:
     """Run what the figures of a robot show.
 
-    Over the ground: the packaged scenarios of Table 3.2 and the bouncing foot, or, for a robot without a table, the
+    Over the ground: the packaged rows of Table 3.2 and the bouncing foot, or, for a robot without a table, the
     device's own gap and amplitude as a square wave and all points. In the air: the square waves of `AIR_DRIVES`.
 
     Parameters
@@ -146,7 +147,7 @@ def robot_runs(robot: str, device: str | None = None, *, progress: Progress | No
     freq_hz = printed or drive_frequency(robot, load_scene(name), "square")
     total = len(jobs) + len(volts)
     near: list[Near] = []
-    air: list[InAir] = []
+    air: list[AirRun] = []
     for job in jobs:
         if progress is not None:
             progress(len(near), total, job.title)
@@ -157,7 +158,7 @@ def robot_runs(robot: str, device: str | None = None, *, progress: Progress | No
         if progress is not None:
             progress(len(near) + len(air), total, f"in the air, {volt:g} V")
         air.append(_in_air(robot, name, volt, freq_hz))
-    struck = near[min(1, len(near) - 1)]  # the second scenario, a square wave
+    struck = near[min(1, len(near) - 1)]  # the second row, a square wave
     return RobotRuns(tuple(near), tuple(air), struck, impact_energies(struck.run, robot))
 
 
@@ -192,10 +193,10 @@ def _over_ground(robot: str, device: str) -> list[_Job]:
     own = load_scene(device)
     foot = next(iter(own.robot.feet.values()))
     jobs = []
-    for scenario in packaged_scenarios(robot):
-        freq_hz = scenario.freq_hz or drive_frequency(robot, own, scenario.wave)
-        scene = scenario_scene(own, scenario, freq_hz)
-        jobs.append(_Job(f"{describe(scenario)}, {freq_hz:.4g} Hz", scene, freq_hz, (foot.point,)))
+    for printed in printed_rows(robot):
+        freq_hz = printed.freq_hz or drive_frequency(robot, own, printed.wave)
+        scene = row_scene(own, printed, freq_hz)
+        jobs.append(_Job(f"{describe(printed)}, {freq_hz:.4g} Hz", scene, freq_hz, (foot.point,)))
     if not jobs:
         freq_hz = drive_frequency(robot, own, "square")
         scene = load_scene(device, wave="square", hz=freq_hz)
@@ -207,11 +208,10 @@ def _over_ground(robot: str, device: str) -> list[_Job]:
     return jobs
 
 
-def _in_air(robot: str, device: str, volts: float, freq_hz: float) -> InAir:
+def _in_air(robot: str, device: str, volts: float, freq_hz: float) -> AirRun:
     own = load_scene(device)
     gaps = {f"robot.feet.{foot}.gap": AIR_GAP for foot in own.robot.feet}
-    drive = Scenario("square", volts, 1e6 * AIR_GAP, freq_hz, Heights(), Heights(), "in the air")
-    scene = with_values(scenario_scene(own, drive, freq_hz), gaps)
+    scene = with_values(row_scene(own, PrintedRow("square", volts, freq_hz, 1e6 * AIR_GAP), freq_hz), gaps)
     start = math.ceil(settling_time(scene) * freq_hz)
     run = simulate(scene, (start + AIR_PERIODS) / freq_hz)
     whole = np.linspace(start, start + AIR_PERIODS, AIR_PERIODS * SAMPLES + 1) / freq_hz
@@ -219,7 +219,7 @@ def _in_air(robot: str, device: str, volts: float, freq_hz: float) -> InAir:
     points = own.robot.structure.points if robot == "quadruped" else (_first_point(own),)
     rows = np.array([scene.robot.structure.row(point) for point in points])
     signal = next(iter(scene.signals.values()))
-    return InAir(
+    return AirRun(
         volts,
         freq_hz,
         points,

@@ -17,7 +17,7 @@ from tarsus.model.drive.waveforms import Sine, Square
 from tarsus.model.scene import Scene
 from tarsus.study.relative import relative_error
 from tarsus.study.seeds import Statistics, foot_statistics
-from tarsus_reproduce.comparison import Progress
+from tarsus_reproduce.reproduction import Progress
 from tarsus_reproduce.forecast import (
     CALIBRATED,
     PREDICTED,
@@ -35,7 +35,7 @@ from tarsus_reproduce.rows import HEIGHTS, PrintedRow, packaged_rows, read_rows
 __all__ = ["HeightColumn", "RobotRows", "WindowsRow", "drive_frequency", "printed_rows", "robot_rows", "row_scene"]
 
 SEEDS = 32
-"""Initial states of every row: the medians of the packaged ensemble move by less than 5 % with twice as many."""
+"""Initial states of every row, shared out over the members of an ensemble; the packaged one has more: one each."""
 SETTLE, OBSERVED = 0.3, 0.7
 """Transient that is dropped and time observed after it [s], of every seed."""
 WINDOW = 0.05

@@ -10,14 +10,14 @@ from typing import Any
 
 from tarsus.files.rows import Cell, read_text, typed_rows
 
-__all__ = ["CANTILEVER", "HEIGHTS", "PrintedRow", "PrintedTable", "Quantity", "packaged_rows", "parse_rows", "read_rows"]
+__all__ = ["CANTILEVER", "HEIGHTS", "PrintedRow", "PrintedTable", "PrintedQuantity", "packaged_rows", "parse_rows", "read_rows"]
 
 WAVE = Cell(required=True, words=("square", "sine"))
 DRIVE = Cell(required=True, positive=True)
 
 
 @dataclass(frozen=True)
-class Quantity:
+class PrintedQuantity:
     """A measured quantity: its key in the table's unit, words, SI unit, and the factor from SI to the table's unit."""
 
     key: str
@@ -36,20 +36,20 @@ class PrintedTable:
     """A table of the dissertation: the file of its packaged rows, its quantities, its columns in their usual order."""
 
     file: str
-    quantities: tuple[Quantity, ...]
+    quantities: tuple[PrintedQuantity, ...]
     columns: Mapping[str, Cell]
 
 
-_BOUNCES = Quantity("bounces", "bounces per period", "1", 1.0)
+_BOUNCES = PrintedQuantity("bounces", "bounces per period", "1", 1.0)
 _CONTACTS = (
     _BOUNCES,
-    Quantity("peak_um", "peak after break-off", "m", 1e6),
-    Quantity("contact_ms", "contact per period", "s", 1e3),
+    PrintedQuantity("peak_um", "peak after break-off", "m", 1e6),
+    PrintedQuantity("contact_ms", "contact per period", "s", 1e3),
 )
 _HEIGHTS = (
-    Quantity("bounces_per_s", "bounces in a second", "1", 1.0),
-    Quantity("peak_um", "peak height", "m", 1e6),
-    Quantity("mean_um", "mean height", "m", 1e6),
+    PrintedQuantity("bounces_per_s", "bounces in a second", "1", 1.0),
+    PrintedQuantity("peak_um", "peak height", "m", 1e6),
+    PrintedQuantity("mean_um", "mean height", "m", 1e6),
 )
 
 CANTILEVER = PrintedTable(

@@ -9,19 +9,17 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import NullLocator
 
+from tarsus.report.circular import TURNS
 from tarsus.report.figures import Plate, shade
 from tarsus.report.html import amount
-from tarsus.report.series import Trace
+from tarsus.report.series import Trace, last_turns, point_trace
 from tarsus.report.sheet import Sheet, few_ticks, plate
-from tarsus.report.style import BLUE, INK, MUTED, ORANGE, RULE, VERMILION, Scale, decimate, scale_of, upright
+from tarsus.report.style import BLUE, INK, MUTED, RULE, VERMILION, Scale, decimate, scale_of, upright
 from tarsus_reproduce.impacts import ImpactEnergies, ModeRow
-from tarsus_reproduce.robots import Row, describe
+from tarsus_reproduce.robot_runs import RobotRuns
 
-CRITERIA = (
-    ("bounces_per_s", "bounces (1/s)"),
-    ("peak_um", "peak height (µm)"),
-    ("mean_um", "mean height (µm)"),
-)
+SAMPLES = 720
+"""Samples of a drive period in figures of motion: two for each of the 360 degrees of a circular plot."""
 
 SHOWN_PERIODS = 4
 """Drive periods in a figure of motion."""
@@ -30,42 +28,53 @@ DECADES = 5
 """Orders of magnitude of energy drawn on either side of zero."""
 
 
-def height_bars(rows: Sequence[Row]) -> Plate:
-    """Three criteria for every scenario: measured, without and with small forces (as Fig. 3.23 of the source)."""
-    words = [describe(row.scenario) for row in rows]
-    models = (
-        ("measured", "white", INK),
-        ("without small forces", ORANGE, ORANGE),
-        ("with small forces", BLUE, BLUE),
+def ground_traces(runs: RobotRuns) -> list[Trace]:
+    """Heights over the last drive periods of the runs over the ground that came to their end."""
+    traces: list[Trace] = []
+    for near in runs.near:
+        if not near.run.ok:
+            continue
+        series = last_turns(near.run, TURNS, SAMPLES)
+        for point in near.points:
+            foot = " (bouncing foot)" if point in series.foot_points else ""
+            title = near.title if len(near.points) == 1 else f"{point}{foot}"
+            traces.append(point_trace(series, point, title))
+    return traces
+
+
+def ground_motion(runs: RobotRuns) -> Plate:
+    """Motion over the ground of every run (as Figs 3.19 to 3.22 of the source)."""
+    traces = ground_traces(runs)
+    whole = [near for near in runs.near if near.run.ok]
+    which = f" {runs.near[0].title}." if len(runs.near) == 1 else ""
+    caption = (
+        f"Height above the ground over the last drive periods of a run of {whole[0].run.duration:g} s from rest, "
+        f"under the drive above.{which} Contact is shaded, the dashed line is the ground. Every run is one of many: "
+        "motion with bounces forgets its start within a few impacts."
     )
-    lines = np.arange(len(rows))
+    if any(len(near.points) > 1 for near in whole):
+        caption += (
+            " Heights of points without a foot are their displacement on the bouncing foot's gap at rest; only the "
+            "bouncing foot has ground below it."
+        )
+    return motion_of(traces, "height", caption, ground=True)
 
-    def draw(sheet: Sheet) -> None:
-        beside = 0.2 + 0.06 * max(map(len, words))
-        panels = sheet.grid(len(CRITERIA), 0.62 * len(rows), across=3, left=beside, joined=True)
-        for axes, (key, title) in zip(panels, CRITERIA, strict=True):
-            outcomes = [(row.without.prediction(key), row.ours.prediction(key)) for row in rows]
-            measured = [_float(getattr(row.scenario.measured, key)) for row in rows]
-            for k, (label, color, edge) in enumerate(models):
-                at = lines + 0.26 * (k - 1)
-                shown = np.array(measured if k == 0 else [pair[k - 1].median for pair in outcomes])
-                axes.barh(at, shown, height=0.22, lw=0.9, label=label, color=color, edgecolor=edge)
-                if k > 0:
-                    ends = np.array([[pair[k - 1].low, pair[k - 1].high] for pair in outcomes])
-                    axes.hlines(at, ends[:, 0], ends[:, 1], color=INK, lw=0.8)
-            axes.set_xlim(left=0.0)
-            axes.set_xlabel(title)
-            axes.tick_params(axis="y", length=0)
-            axes.set_yticks(lines, words)
-            axes.set_ylim(len(rows) - 0.5, -0.5)
-            few_ticks(axes, x=5)
-        sheet.legend(panels[0])
 
-    return plate(
-        draw,
-        "Bounces, peak and mean height of the bouncing foot: measured, and simulated without and with film and "
-        "electrostatic forces. Bars are medians over the windows of all seeds, lines on them hold 80 % of the "
-        "windows; where the white bar is missing nothing was measured.",
+def air_motion(runs: RobotRuns) -> Plate:
+    """Steady motion in the air (as Figs 3.9 and 3.10 of the source)."""
+    several = len(runs.air) > 1
+    traces = [
+        Trace(
+            f"{point}, {air.volt_v:g} V, {air.freq_hz:.4g} Hz" if several else point,
+            air.time, shift, air.volts, 1.0 / air.freq_hz,
+        )
+        for air in runs.air
+        if not air.problem
+        for point, shift in zip(air.points, air.displacement, strict=True)
+    ]  # fmt: skip
+    what = "the actuated foot" if several else "the points"
+    return motion_of(
+        traces, "displ.", f"Displacement of {what} in the air under a square wave, steady periods.", ground=False
     )
 
 
@@ -240,8 +249,4 @@ def _histogram(axes: Axes, values: np.ndarray, edges: np.ndarray, least: float) 
     axes.yaxis.set_minor_locator(NullLocator())
 
 
-def _float(value: float | None) -> float:
-    return math.nan if value is None else float(value)
-
-
-__all__ = ["height_bars", "impact_histograms", "mode_shapes", "motion_of"]
+__all__ = ["air_motion", "ground_motion", "ground_traces", "impact_histograms", "mode_shapes", "motion_of"]

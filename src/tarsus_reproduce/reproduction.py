@@ -10,7 +10,7 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,7 +23,7 @@ from tarsus_reproduce.forecast import Forecast
 if TYPE_CHECKING:
     from tarsus.report.figures import Plate
 
-__all__ = ["NOTABLE", "PAGE_FILES", "Comparison", "NumberRow", "Progress", "Section", "numbers_table"]
+__all__ = ["NOTABLE", "PAGE_FILES", "Reproduction", "NumberRow", "Progress", "Section", "numbers_table"]
 
 Progress = Callable[[int, int, str], None]
 """Called as `progress(done, total, what)` by long work."""
@@ -108,7 +108,7 @@ class Section:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class Reproduction:
     """What an experiment of the dissertation shows beside what Tarsus computes of it.
 
     name: of the experiment; title, about: what is compared, with which device; data: plain data, what `--json` prints;
@@ -126,7 +126,6 @@ class Comparison:
     problems: tuple[str, ...] = ()
     cautions: tuple[str, ...] = ()
     footer: str = ""
-    folder_files: tuple[str, ...] = field(default=PAGE_FILES)
 
     @property
     def ok(self) -> bool:
@@ -152,9 +151,9 @@ class Comparison:
 
     def html(self) -> str:
         """The page: every section with its figures and tables."""
-        from tarsus_reproduce.pages import comparison_html
+        from tarsus_reproduce.pages.page import reproduction_html
 
-        return comparison_html(self)
+        return reproduction_html(self)
 
     def write(self, folder: str | Path) -> list[Path]:
         """Write `PAGE_FILES` into a folder and return their paths. Raises InputError where they cannot be written."""

@@ -1,0 +1,283 @@
+"""A bulk PZT robot beside chapter 3 of the dissertation: rows of Table 3.2, motion, modes and impact maps."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tarsus.files.library import load_scene
+from tarsus.report.figures import Plate
+from tarsus.study.impacts import creation_warning
+from tarsus.tables import Column, Table
+from tarsus_reproduce.forecast import CALIBRATED, PREDICTED, Forecast, Member
+from tarsus_reproduce.impacts import printed_column
+from tarsus_reproduce.reproduction import NumberRow, Progress, Reproduction, Section, numbers_table
+from tarsus_reproduce.robot_runs import AIR_GAP, RobotRuns, check_device, robot_runs, share_made
+from tarsus_reproduce.robots import (
+    OBSERVED,
+    SEEDS,
+    SETTLE,
+    WINDOW,
+    HeightColumn,
+    RobotRows,
+    WindowsRow,
+    robot_rows,
+)
+from tarsus_reproduce.rows import HEIGHTS
+
+__all__ = ["reproduce_robot", "robot_reproduction"]
+
+ROUNDING = 1e-9
+"""Gains of kinetic energy and energies that differ by less of their size are one: sums of a run round far below."""
+
+FOOTER = (
+    "A bounce is a rebound whose apex clears the resolution of the published measurements, 0.1 µm; peak is the highest "
+    "clearance of the foot in a drive period, mean over the periods, and mean height its clearance averaged over time."
+)
+
+
+def reproduce_robot(
+    robot: str,
+    device: str | Sequence[Member] | None = None,
+    rows: str | Path | None = None,
+    *,
+    seeds: int = SEEDS,
+    column: HeightColumn = HeightColumn.MEAN_APEX,
+    progress: Progress | None = None,
+) -> Reproduction:
+    """A robot beside Table 3.2, with single runs over the ground and in the air; parameters and errors as for
+    `tarsus_reproduce.robots.robot_rows`. The single runs are of the named device, or of the packaged one."""
+    name = device if isinstance(device, str) else robot
+    check_device(load_scene(name), name)
+    found = robot_rows(robot, device, rows, seeds=seeds, column=column, progress=progress)
+    return robot_reproduction(found, robot_runs(robot, name, progress=progress))
+
+
+def robot_reproduction(found: RobotRows, runs: RobotRuns) -> Reproduction:
+    """Rows and runs as tables, figures and files."""
+    caution = creation_warning(found.scene)
+    problems = (*found.problems, *runs.problems)
+    data = {**found.to_dict(), **runs.to_dict(), "ok": not problems}
+    about = ("wave", "volt_v", "gap_um", "freq_hz", "origin", "role", "seeds", "p_bounce")
+    keys = [one.key for one in HEIGHTS.quantities]
+    header = [*about, *(f"{key}_{one}" for key in keys for one in ("measured", "source"))]
+    header += [f"{key}_{one}{end}" for key in keys for one in _OURS for end in ("", "_low", "_high")]
+    return Reproduction(
+        name=found.robot,
+        title=f"The {found.robot} on its bouncing foot",
+        about=f"Device {found.device}",
+        data=data,
+        header=tuple(header),
+        lines=tuple([*(row[name] for name in about), *_line(row, keys)] for row in data["rows"]),
+        sections=(
+            _heights(found),
+            Section("Motion over the ground", figures=tuple(_over_ground(runs))),
+            _in_air(runs),
+            _modes(found),
+            _maps(found, runs),
+        ),
+        problems=problems,
+        cautions=() if caution is None else (caution,),
+        footer=FOOTER,
+    )
+
+
+_OURS = ("ours", "without_small_forces")
+
+
+def _line(row: dict[str, Any], keys: Sequence[str]) -> list[float | None]:
+    """Numbers of a row of the CSV file."""
+    printed = [(row[who] or {}).get(key) for key in keys for who in ("measured", "source")]
+    ends = ("median", "low", "high")
+    return printed + [row[who][key][end] for key in keys for who in _OURS for end in ends]
+
+
+def _heights(found: RobotRows) -> Section:
+    if not found.rows:
+        nothing = f"The source prints no table of heights for the {found.robot}."
+        return Section("Heights and bounces", (Table("", (), (), (nothing,)),))
+    numbers = [one for row in found.rows for one in _number_rows(row)]
+    seeds = max(row.ours.seeds for row in found.rows)
+    notes = [
+        f"Every number of ours is the median over windows of {1e3 * WINDOW:g} ms, from which the table's counts in "
+        f"multiples of 20 seem to be read, of {seeds} runs from random initial states, with the interval that holds "
+        f"80 % of the windows; {SETTLE:g} s are dropped and {OBSERVED:g} s observed. Mean height is taken as "
+        f"{found.column.value}; the mean of the flights' highest points stands beside it.",
+        *found.told,
+    ]
+    ground = found.scene.ground
+    if ground.film is None and ground.electrostatic is None and ground.leg_electrostatic is None:
+        notes.append("This device has no small forces: with and without them are the same.")
+    caption = (
+        "Bounces, peak and mean height of the bouncing foot: measured, by the source's model, and simulated with and "
+        "without film and electrostatic forces. Marks are medians over the windows of all seeds, lines hold 80 % of "
+        "the windows; where a mark is missing nothing was measured."
+    )
+    tables = (_summary(found), numbers_table("Table 3.2, row by row", numbers, notes))
+    return Section("Heights and bounces", tables, (partial(_numbers_figure, numbers, caption),))
+
+
+def _numbers_figure(numbers: Sequence[NumberRow], caption: str) -> Plate:
+    from tarsus_reproduce.pages.numbers_figure import numbers_figure
+
+    return numbers_figure(numbers, caption)
+
+
+def _number_rows(row: WindowsRow) -> list[NumberRow]:
+    """Every quantity of a row in SI, the mean apex, and the share of windows with a bounce."""
+    nan = Forecast(*[math.nan] * 3)
+    found = []
+    for one in HEIGHTS.quantities:
+        values = ((getattr(row.printed, who) or {}).get(one.key) for who in ("measured", "source"))
+        measured, source = (None if value is None else value / one.factor for value in values)
+        ours, without = (part.forecasts[one.key].scaled(1.0 / one.factor) for part in (row.ours, row.without))
+        found.append(NumberRow(row.case, row.role, one.words, one.unit, measured, source, ours, without))
+    apex = row.ours.apex_um.scaled(1e-6)
+    chance = Forecast(math.nan if row.ours.p_bounce is None else row.ours.p_bounce, math.nan, math.nan)
+    found.append(NumberRow(row.case, row.role, "mean of the apexes", "m", None, None, apex, nan))
+    found.append(NumberRow(row.case, row.role, "windows with a bounce", "%", None, None, chance, nan))
+    return found
+
+
+def _summary(found: RobotRows) -> Table:
+    """Mean absolute errors of the source's model and ours, over rows of each role."""
+
+    def row(words: str, errors: dict[str, float | None]) -> tuple[Any, ...]:
+        return (words, *(None if value is None else value / 100.0 for value in errors.values()))
+
+    rows = [row("source's model, all rows", found.summary()["source"])]
+    counts = []
+    for role in (CALIBRATED, PREDICTED):
+        part = found.summary(role=role)
+        counts.append(sum(one.role == role and one.printed.measured is not None for one in found.rows))
+        rows.append(row(f"Tarsus, rows {role}", part["ours"]))
+        rows.append(row(f"Tarsus without small forces, rows {role}", part["without_small_forces"]))
+    note = (
+        f"{counts[0]} measured rows were calibrated on: their errors say how well the device can be fitted. {counts[1]} "
+        "measured rows are predicted: their errors say what the device knows."
+    )
+    columns = ["against the measurement", *(Column(one.words, "%", 3) for one in HEIGHTS.quantities)]
+    return Table("Mean absolute error", columns, rows, (note,))
+
+
+def _over_ground(runs: RobotRuns) -> list[Callable[[], Plate]]:
+    """Motion over the last periods, and as circles."""
+    if not any(near.run.ok for near in runs.near):
+        return []
+
+    def motion() -> Plate:
+        from tarsus_reproduce.pages.robot_figures import ground_motion
+
+        return ground_motion(runs)
+
+    def circles() -> Plate:
+        from tarsus.report.circular import dials
+        from tarsus_reproduce.pages.robot_figures import ground_traces
+
+        return dials(ground_traces(runs), across=3)
+
+    return [motion, circles]
+
+
+def _in_air(runs: RobotRuns) -> Section:
+    def motion() -> Plate:
+        from tarsus_reproduce.pages.robot_figures import air_motion
+
+        return air_motion(runs)
+
+    ended = [air for air in runs.air if not air.problem]
+    rows = [
+        (f"{air.volt_v:g} V square", air.freq_hz, point, float(size))
+        for air in ended
+        for point, size in zip(air.points, air.peak_to_peak, strict=True)
+    ]
+    note = (
+        f"The foot hangs {100 * AIR_GAP:g} cm above the ground, so that nothing touches; transients have died out. The "
+        "source shows these as figures only, without numbers to compare with."
+    )
+    columns = ("drive", Column("frequency", "Hz"), "point", Column("peak to peak", "m"))
+    shown = Table("Steady motion in the air", columns, rows, (note,))
+    return Section("Motion in the air", (shown,), (motion,) if ended else ())
+
+
+def _modes(found: RobotRows) -> Section:
+    title = "Modes and the printed impact matrix"
+    if not found.modes:
+        nothing = "The device's points are not those of the printed matrix, so no mode can be compared."
+        return Section(title, (Table("", (), (), (nothing,)),))
+    points, column = found.scene.robot.structure.points, printed_column(found.robot)
+
+    def shapes() -> Plate:
+        from tarsus_reproduce.pages.robot_figures import mode_shapes
+
+        return mode_shapes(found.modes, column, points)
+
+    columns = (
+        "mode",
+        Column("frequency", "Hz"),
+        Column("MAC", digits=3),
+        *(Column(one, digits=3, over="shape relative to the struck foot") for one in points),
+    )
+    rows = [(str(mode.number), mode.freq_hz, mode.mac, *mode.shape) for mode in found.modes]
+    rows.append(("printed", None, None, *column.tolist()))
+    note = "MAC: likeness of the mode and the printed CoR column, 1 = the same shape; the last line is that column."
+    return Section(title, (Table("Modes beside the printed CoR column", columns, rows, (note,)),), (shapes,))
+
+
+def _maps(found: RobotRows, runs: RobotRuns) -> Section:
+    columns = (
+        "map", Column("restitution"), Column("skew", digits=3),
+        Column("as it is", digits=3, over="worst gain"), Column("made passive", digits=3, over="worst gain"),
+    )  # fmt: skip
+    rows = [
+        (one.map, one.restitution, one.skew, one.worst_gain, one.passive_worst_gain) for one in found.maps
+    ]
+    flagged = [(k, 3 + j) for k, row in enumerate(rows) for j in (0, 1) if row[3 + j] > 1.0 + ROUNDING]
+    impact = found.scene.ground.impact
+    acting = (
+        "The device's ground has no impact map of its own: mass-weighted."
+        if impact is None
+        else f"The device acts through the {impact.title} map, {'made passive' if impact.passive else 'as it is'}."
+    )
+    note = (
+        "Gain is the largest factor by which one impact can multiply the kinetic energy; above 1 the map can create "
+        f"energy. Skew is how far the map's direction lies across that of an impulse at the foot, in the mass metric. {acting}"
+    )
+    tables = [Table("Impact maps at the bouncing foot", columns, rows, (note,), flagged=flagged)]
+    energies = runs.energies
+    if not runs.struck.run.ok or not len(energies.time):
+        why = "did not come to its end" if not runs.struck.run.ok else "has no impact"
+        tables.append(Table("", (), (), (f"The run at {runs.struck.title} {why}.",)))
+        return Section("Impact maps", tuple(tables))
+
+    def histograms() -> Plate:
+        from tarsus_reproduce.pages.robot_figures import impact_histograms
+
+        return impact_histograms(energies, runs.struck.title)
+
+    lists = {"as run": energies.actual} | {f"{k}, as it is": v for k, v in energies.by_map.items()}
+    columns = (
+        "energy made by", Column("sum", "J", 3), Column("mean of an impact", "J", 3), Column("most made", "J", 3),
+        Column("most lost", "J", 3), Column("impacts that make energy", "%", 3),
+    )  # fmt: skip
+    body = [
+        (name, float(v.sum()), float(v.mean()), _beyond(v), _beyond(-v), share_made(v))
+        for name, v in lists.items()
+    ]
+    note = (
+        "Each map is asked what it would have done with the velocities just before every impact of this one run; a run "
+        "under another map would meet other velocities."
+    )
+    title = f"{len(energies.time)} impacts at {runs.struck.title}"
+    return Section("Impact maps", (*tables, Table(title, columns, body, (note,))), (histograms,))
+
+
+def _beyond(values: np.ndarray) -> float:
+    """The largest value, 0 where it is below zero or rounding."""
+    most = float(values.max())
+    return most if most > ROUNDING * float(np.abs(values).max()) else 0.0
