@@ -118,7 +118,7 @@ def mixture_file(folder: str | Path) -> dict[str, Any]:
         kept, share = thinned(one.weights, MOST)
         members = []
         for i, part in zip(kept, share, strict=True):
-            values = dict(zip(unknowns.names, unknowns.at(one.points[i]).tolist(), strict=True))
+            values = dict(zip(unknowns.names, unknowns.values(one.points[i]).tolist(), strict=True))
             driven = run.values(values, run.rows[0])
             fitted = {path: float(f"{driven[path]:.9g}") for path in run.driven}
             sets = {name: float(f"{value:.9g}") for name, value in values.items()}
@@ -219,7 +219,7 @@ def fitted_device(device: str, folder: str | Path) -> Scene:
     plain = [n for n, one in enumerate(mixture.ensembles) if not column_names(study, one.branch.options)]
     best = mixture.ensembles[max(plain, key=lambda n: mixture.weights[n])]
     run = mixture.lowered.forward.branches[best.branch.run]
-    sets = [dict(zip(unknowns.names, unknowns.at(one).tolist(), strict=True)) for one in best.points]
+    sets = [dict(zip(unknowns.names, unknowns.values(one).tolist(), strict=True)) for one in best.points]
     members = [run.values(one, run.rows[0]) for one in sets]
     origins = dict(scene.provenance)
     for path, origin in scene.provenance.items():

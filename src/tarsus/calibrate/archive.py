@@ -95,14 +95,14 @@ class Archive:
         points = np.round(point, DIGITS)[None] + 0.0
         slopes = self.problem.slopes
         assert slopes is not None
-        at = self.problem.unknowns.at(points)[0]
+        at = self.problem.unknowns.values(points)[0]
         found = self._kept(run, points, "slopes", lambda: slopes(run, at, self.problem.rows))
         return np.asarray(found, dtype=np.float64)
 
     def _answer(self, run: int, points: Floats, rows: tuple[int, ...]) -> NDArray[np.floating]:
         def simulated() -> NDArray[np.floating]:
             self.simulated += len(points)
-            return self.problem.simulate(run, self.problem.unknowns.at(points), rows)
+            return self.problem.simulate(run, self.problem.unknowns.values(points), rows)
 
         return self._kept(run, points, "readings", simulated)
 

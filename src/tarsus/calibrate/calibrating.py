@@ -275,4 +275,4 @@ def other_rows(lowered: Lowered, solution: Solution) -> tuple[tuple[Prediction, 
 
 
 def _members(lowered: Lowered, ensemble: Ensemble, rows: tuple[int, ...]) -> NDArray[np.floating]:
-    return lowered.forward(ensemble.branch.run, lowered.problem.unknowns.at(ensemble.points), rows)
+    return lowered.forward(ensemble.branch.run, lowered.problem.unknowns.values(ensemble.points), rows)

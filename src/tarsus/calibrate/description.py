@@ -10,6 +10,7 @@ from pydantic import Field, StringConstraints, model_validator
 
 from tarsus.base.messages import PathErrors
 from tarsus.base.spec import Amount, Description, MaybeAmount, Name, quantity
+from tarsus.fit.unknowns import Unknown, Value
 from tarsus.model.scene import Scene
 
 __all__ = [
@@ -19,15 +20,11 @@ __all__ = [
     "Constraint",
     "MeasureColumn",
     "Option",
-    "Prior",
     "Sampling",
     "Search",
     "Study",
-    "Unknown",
 ]
 
-Value = float | str
-"""A number in SI, or a text with a unit."""
 Identifier = Annotated[str, StringConstraints(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$")]
 
 
@@ -60,37 +57,6 @@ class MeasureColumn(Description):
     counts: bool = Field(default=False, description="a count, known within 1 in the window")
     existence: bool = Field(default=False, description="whether it is above zero is a likelihood of its own")
     weight: float = Field(default=1.0, ge=0.0, description="factor of its cost")
-
-
-class Prior(Description):
-    """What is known of an unknown beforehand: normal (median, sd) or log-normal (median, factor)."""
-
-    median: Value
-    sd: Value | None = Field(default=None, description="standard deviation of a normal prior")
-    factor: float | None = Field(default=None, gt=1.0, description="one standard deviation, as a factor")
-
-    @model_validator(mode="after")
-    def _one_kind(self) -> Prior:
-        if (self.sd is None) == (self.factor is None):
-            raise PathErrors([("", "expected one of sd (normal) and factor (log-normal)")])
-        return self
-
-
-class Unknown(Description):
-    """A number that is searched between bounds."""
-
-    low: Value
-    high: Value
-    scale: Literal["linear", "log"] = "linear"
-    unit: str | None = Field(default=None, description="of an unknown without paths; else that of its paths")
-    paths: tuple[str, ...] = Field(default=(), description="floats of the scene that take it")
-    prior: Prior | None = None
-    size: Value | None = Field(
-        default=None,
-        description="of an unknown that may be zero or of either sign: what a change of it is compared with to tell "
-        "whether it is determined; the unknown itself when absent",
-    )
-    meaning: str = ""
 
 
 class Along(Description):

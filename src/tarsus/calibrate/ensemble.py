@@ -122,7 +122,7 @@ def ranges_of(unknowns: Unknowns, ensemble: Ensemble) -> list[Range]:
         def si(value: float, i: int = i) -> float:
             cube = np.zeros(len(unknowns))
             cube[i] = value
-            return float(unknowns.at(cube)[i])
+            return float(unknowns.values(cube)[i])
 
         q = {at: weighted_quantile(column, ensemble.weights, at) for at in (0.025, 0.05, 0.95, 0.975)}
         ends = min(q[0.025], column[0]), max(q[0.975], column[0])
@@ -147,10 +147,10 @@ def _word(
     if prior is not None:
         cube = np.zeros((len(column), len(unknowns)))
         cube[:, i] = column
-        values = unknowns.at(cube)[:, i]
-        x = np.log(values) if prior.factor else values
+        values = unknowns.values(cube)[:, i]
+        x = prior.offsets(values)
         spread = np.sqrt(np.average((x - np.average(x, weights=weights)) ** 2, weights=weights))
-        if spread > PRIOR_KEPT * (np.log(prior.spread) if prior.factor else prior.spread):
+        if spread > PRIOR_KEPT:
             return "prior only"
     cut = cut_ends(*ends, (0.0, 1.0))
     if any(cut):

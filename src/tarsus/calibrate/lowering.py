@@ -25,7 +25,7 @@ from tarsus.calibrate.problem import Problem
 from tarsus.calibrate.readings import MOTION, known_measures
 from tarsus.calibrate.scenes import Interpolated, Row, RunBranch, Setting, finite
 from tarsus.files.rows import Rows, number_of
-from tarsus.fit import Prior, Unknowns
+from tarsus.fit.unknowns import Unknowns
 from tarsus.measure import no_measure
 from tarsus.model.scene import Scene
 
@@ -102,7 +102,9 @@ def lower_study(study: Study, table: Rows, threads: Workers = None) -> Lowered:
         rows += tuple(range(len(trained), len(chosen)))
     own = [n for n, row in enumerate(built[0].rows) if n >= len(chosen)]
     rows += tuple(own)
-    middle = dict(zip(unknowns.names, unknowns.at(np.full((1, len(unknowns)), 0.5))[0].tolist(), strict=True))
+    middle = dict(
+        zip(unknowns.names, unknowns.values(np.full((1, len(unknowns)), 0.5))[0].tolist(), strict=True)
+    )
     cells, other = cells_of(study, table, trained, others, built[0], middle, faults)
     limits = limits_of(study, channels, len(trained), len(chosen) if everywhere else len(trained), faults)
     faults.stop()
@@ -310,47 +312,17 @@ def run_rows(
 
 def _unknowns(study: Study, scene: Scene, faults: Faults) -> Unknowns:
     """Unknowns with bounds and priors in SI."""
-    known = float_paths(scene)
-    units, lows, highs, priors, sizes = [], [], [], [], []
-    for name, one in study.unknowns.items():
-        where = f"unknowns.{name}"
+    for name in study.unknowns:
         if name in study.conditions or name in study.constants:
-            faults.add(f"{where}: is also the name of a condition or constant; give it another one")
-        faults.paths(scene, known, one.paths, where)
-        unit = known[one.paths[0]].unit if one.paths and one.paths[0] in known else one.unit or "1"
-        low = faults.quantity(one.low, unit, f"{where}.low")
-        high = faults.quantity(one.high, unit, f"{where}.high")
-        if low >= high:
-            faults.add(f"{where}: expected low below high, got {one.low} and {one.high}")
-        if one.scale == "log" and low <= 0.0:
-            faults.add(f"{where}.low: expected a value above 0 on a logarithmic scale, got {one.low}")
-        given = None
-        if one.prior is not None:
-            median = faults.quantity(one.prior.median, unit, f"{where}.prior.median")
-            factor = one.prior.factor is not None
-            spread = one.prior.factor or faults.quantity(one.prior.sd or 0.0, unit, f"{where}.prior.sd")
-            if spread <= 0.0 or (factor and (median <= 0.0 or low <= 0.0)):
-                faults.add(f"{where}.prior: expected a positive spread, and positive values for a factor")
-            else:
-                given = Prior(median, spread, factor)
-        size = None if one.size is None else faults.quantity(one.size, unit, f"{where}.size")
-        if size is not None and size <= 0.0:
-            faults.add(f"{where}.size: expected a value above 0, got {one.size}")
-        sizes.append(size)
-        units.append(unit)
-        lows.append(low)
-        highs.append(high)
-        priors.append(given)
-    log = np.array([one.scale == "log" for one in study.unknowns.values()])
-    return Unknowns(
-        tuple(study.unknowns),
-        tuple(units),
-        np.array(lows),
-        np.array(highs),
-        log,
-        tuple(priors),
-        sizes=tuple(sizes),
-    )
+            faults.add(f"unknowns.{name}: is also the name of a condition or constant; give it another one")
+    try:
+        return Unknowns.of(
+            scene, [one.model_copy(update={"name": name}) for name, one in study.unknowns.items()]
+        )
+    except InputError as error:
+        faults.add(*(f"unknowns.{text}" for text in error.problems))
+        faults.stop()
+        raise
 
 
 def _with_tables(study: Study, branch: RunBranch, unknowns: Unknowns, faults: Faults) -> RunBranch:
@@ -400,7 +372,7 @@ def _check_values(branches: list[RunBranch], unknowns: Unknowns, faults: Faults)
         if faults:
             continue
         for n, place in enumerate(places):
-            names = dict(zip(unknowns.names, unknowns.at(place).tolist(), strict=True))
+            names = dict(zip(unknowns.names, unknowns.values(place).tolist(), strict=True))
             for row in branch.rows if n == 0 else branch.rows[:1]:
                 values = branch.values(names, row)
                 if not finite(values):

@@ -80,12 +80,12 @@ class Mixture:
         faults.stop()
         forward = replace(lowered.forward, branches=tuple(branches), threads=threads)
         unknowns, places = lowered.problem.unknowns, tuple(range(len(rows)))
-        readings = [forward(one.branch.run, unknowns.at(one.points), places) for one in self.ensembles]
+        readings = [forward(one.branch.run, unknowns.values(one.points), places) for one in self.ensembles]
         out = []
         for n in places:
             best = self.ensembles[int(np.argmax(self.weights))]
             row = branches[best.branch.run].rows[n]
-            values = dict(zip(unknowns.names, unknowns.at(best.points[0]).tolist(), strict=True))
+            values = dict(zip(unknowns.names, unknowns.values(best.points[0]).tolist(), strict=True))
             period = scene_period(
                 with_values(row.template, branches[best.branch.run].values(values, row)), np.inf
             )
@@ -104,7 +104,7 @@ class Mixture:
         one = self.ensembles[branch]
         run = self.lowered.forward.branches[one.branch.run]
         unknowns = self.lowered.problem.unknowns
-        values = dict(zip(unknowns.names, unknowns.at(one.points[member]).tolist(), strict=True))
+        values = dict(zip(unknowns.names, unknowns.values(one.points[member]).tolist(), strict=True))
         return with_values(run.rows[0].template, run.values(values, run.rows[0]))
 
 
@@ -116,7 +116,7 @@ def mixture_table(mixture: Mixture) -> dict[str, Any]:
         run = mixture.lowered.forward.branches[one.branch.run]
         members = []
         for point, share, found in zip(one.points, one.weights, one.found, strict=True):
-            values = dict(zip(unknowns.names, unknowns.at(point).tolist(), strict=True))
+            values = dict(zip(unknowns.names, unknowns.values(point).tolist(), strict=True))
             members.append(
                 {
                     "weight": float(share),

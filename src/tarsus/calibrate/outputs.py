@@ -39,7 +39,7 @@ def branch_scene(result: Calibrated, place: int) -> Scene:
     run = lowered.forward.branches[ensemble.branch.run]
     unknowns = lowered.problem.unknowns
     members = [
-        run.values(dict(zip(unknowns.names, unknowns.at(one).tolist(), strict=True)), run.rows[0])
+        run.values(dict(zip(unknowns.names, unknowns.values(one).tolist(), strict=True)), run.rows[0])
         for one in ensemble.points
     ]
     scene = mixture.scene(place)

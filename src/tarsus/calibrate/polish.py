@@ -137,4 +137,4 @@ def polish(problem: Problem, archive: Archive, branch: int, start: Floats, round
     """Go down from a point (nu,) of the cube in a branch, by at most so many steps; what is visited is kept in the
     archive."""
     fit = BranchFit(problem, archive, problem.branches[branch])
-    return least_squares(fit, start, max_nfev=rounds, ftol=SETTLED, xtol=SETTLED)
+    return least_squares(fit, start, rounds, 0.03)

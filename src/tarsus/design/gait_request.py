@@ -148,7 +148,7 @@ def gait_request(
 def _of_duration(scene: Scene, unknowns: Unknowns, options: GaitOptions) -> list[str]:
     """What is wrong with a duration: walks are measured by whole drive periods."""
     duration = scene.duration if options.duration is None else options.duration
-    lowest = unknowns.values(np.zeros((1, len(unknowns)))).get("gait.frequency")
+    lowest = unknowns.numbers(np.zeros((1, len(unknowns)))).get("gait.frequency")
     periods = [wave.period or 0.0 for wave in scene.waveforms.values()] if lowest is None else [1.0 / float(lowest[0])]
     slowest = max(periods, default=0.0)
     if duration > 0.0 and duration >= slowest * (1.0 - 1e-9):  # but for rounding

@@ -57,9 +57,9 @@ class Unknowns(fit.Unknowns):
     share: Floats
     wrapped: NDArray[np.bool_]
 
-    def values(self, cube: Floats) -> dict[str, Floats]:
+    def numbers(self, cube: Floats) -> dict[str, Floats]:
         """Values (n,) by path of the scene at points (n, nu) of the unit cube."""
-        found = self.base + self.at(cube) @ self.share.T
+        found = self.base + self.values(cube) @ self.share.T
         found = np.where(self.wrapped, np.remainder(found, 1.0), found)
         return dict(zip(self.paths, np.ascontiguousarray(found.T), strict=True))
 

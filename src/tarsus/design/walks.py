@@ -83,7 +83,7 @@ class Walks:
         seen: dict[str, Floats] = {}
         if measures:
             self.runs += len(points)
-            vary = {**self.unknowns.values(points), **grounds}
+            vary = {**self.unknowns.numbers(points), **grounds}
             batch = self._session.batch(vary, duration, threads=self.threads)
             seen = {name: one.value for name, one in batch.measured(measures).items()}
         if any(one.priced for one in self.objectives):
@@ -100,7 +100,7 @@ class Walks:
 
     def energy(self, points: Floats) -> Floats:
         """Energy (n,) [J] that all drives draw in a drive period, as the measure ``electrical_energy`` has it."""
-        values = self.unknowns.values(points)
+        values = self.unknowns.numbers(points)
         if self._switched(values):
             gait, layout = self.scene.gait, self.scene.robot.layout()
             assert gait is not None and layout is not None
@@ -133,7 +133,7 @@ class Walks:
 
     def changes(self, point: Floats) -> dict[str, float]:
         """Values by path of the gait at a point (nu,)."""
-        return {path: float(column[0]) for path, column in self.unknowns.values(point[None]).items()}
+        return {path: float(column[0]) for path, column in self.unknowns.numbers(point[None]).items()}
 
     def scene_of(self, point: Floats, ground: Mapping[str, float] | None = None) -> Scene:
         """The scene with the gait at a point (nu,), on a ground with other values by path."""

@@ -8,9 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.base.messages import nearest
-from tarsus.base.spec import float_paths, get_value, with_values
-from tarsus.base.units import parse_quantity
+from tarsus.base.spec import get_value, with_values
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.fit.asked import Asked, Role, asked_of
 from tarsus.fit.case import Case
@@ -41,7 +39,7 @@ class Problem(Residuals):
     scene
         The scene, or a device's name or a scene file's path; what is not unknown is its own.
     unknowns
-        By path, or by a name where they have ``paths`` of their own or serve `derived` only.
+        Each a number of the scene or of `derived`.
     terms
         Readings, samples, goals and limits; those under the same conditions share a run.
     duration
@@ -62,7 +60,7 @@ class Problem(Residuals):
     def __init__(
         self,
         scene: SceneLike,
-        unknowns: Mapping[str, Unknown],
+        unknowns: Sequence[Unknown],
         terms: Sequence[Term],
         duration: float | str | None = None,
         accuracy: Accuracy | None = None,
@@ -89,14 +87,14 @@ class Problem(Residuals):
         self._last: tuple[bytes, Floats] = (b"", np.zeros((0, 0)))
         self._told: tuple[bytes, Floats, tuple[str, ...]] = (b"", np.zeros((0, 0)), ())
 
-    def _set_unknowns(self, unknowns: Mapping[str, Unknown]) -> None:
-        self.unknowns, self._paths = _unknowns_of(self.scene, unknowns, derived=self._derived is not None)
-        middle = self.unknowns.at(np.full(len(self.unknowns), 0.5))
+    def _set_unknowns(self, unknowns: Sequence[Unknown]) -> None:
+        self.unknowns = Unknowns.of(self.scene, unknowns)
+        middle = self.unknowns.values(np.full(len(self.unknowns), 0.5))
         with_values(self.scene, self._values({})(middle))
 
-    def _set_terms(self, unknowns: Mapping[str, Unknown]) -> None:
+    def _set_terms(self, unknowns: Sequence[Unknown]) -> None:
         self._asked = asked_of(self.scene, self.terms, self.seconds)
-        own = {path for name, one in unknowns.items() for path in one.paths or (name,)}
+        own = {path for one in unknowns for path in one.targets}
         twice = sorted({path for one in self._asked for path in one.under} & own)
         if twice:
             raise InputError(
@@ -108,9 +106,7 @@ class Problem(Residuals):
         """Numbers of the scene under conditions, of the unknowns' SI values."""
 
         def values(at: Floats) -> dict[str, float]:
-            out = dict(under)
-            for paths, value in zip(self._paths, at.tolist(), strict=True):
-                out |= {path: value for path in paths}
+            out = {**under, **self.unknowns.by_path(at)}
             if self._derived is not None:
                 out.update(self._derived(dict(zip(self.unknowns.names, at.tolist(), strict=True))))
             return out
@@ -119,7 +115,7 @@ class Problem(Residuals):
 
     def scene_at(self, x: ArrayLike) -> Scene:
         """The scene at a point (nu,) of the cube."""
-        return with_values(self.scene, self._values({})(self.unknowns.at(self.point(x))))
+        return with_values(self.scene, self._values({})(self.unknowns.values(self.point(x))))
 
     def residuals_at(self, points: Floats) -> Floats:
         rows = self._rows(points)
@@ -154,7 +150,7 @@ class Problem(Residuals):
             return np.zeros((0, len(self._goals)))
         key = np.ascontiguousarray(points, dtype=float).tobytes()
         if self._last[0] != key:
-            self._last = key, self._simulated(self.unknowns.at(points))
+            self._last = key, self._simulated(self.unknowns.values(points))
         return self._last[1].copy()
 
     def _simulated(self, at: Floats) -> Floats:
@@ -181,7 +177,7 @@ class Problem(Residuals):
         key = x.tobytes()
         if self._told[0] == key:
             return self._told[1:]
-        at, span = self.unknowns.at(x), self.unknowns.high - self.unknowns.low
+        at, span = self.unknowns.values(x), self.unknowns.high - self.unknowns.low
         parts: dict[int, Floats] = {}
         flags: list[str] = []
         for under in self._unders:
@@ -210,7 +206,7 @@ class Problem(Residuals):
         the cube to the inner one."""
         steps = STEP * np.eye(len(x))[columns]
         ahead, behind = np.minimum(x + steps, 1.0), np.maximum(x - steps, 0.0)
-        rows = self._simulated(self.unknowns.at(np.concatenate([ahead, behind])))
+        rows = self._simulated(self.unknowns.values(np.concatenate([ahead, behind])))
         width = (ahead - behind).sum(axis=1)
         return ((rows[: len(columns)] - rows[len(columns) :]) / width[:, None]).T
 
@@ -221,38 +217,3 @@ def _numbers(asked: Asked, batch: Batch, runs: NDArray[np.intp], measures: Mappi
         return measures[asked.reader.name][runs, None]
     nothing = np.full(asked.reader.count, np.nan)
     return np.array([asked.reader.numbers(batch.run(i)) if batch.done[i] else nothing for i in runs.tolist()])
-
-
-def _unknowns_of(
-    scene: Scene, unknowns: Mapping[str, Unknown], *, derived: bool
-) -> tuple[Unknowns, list[tuple[str, ...]]]:
-    """The unknowns in SI, and the paths that take each."""
-    known = float_paths(scene)
-    problems: list[str] = [] if unknowns else ["unknowns: expected at least one"]
-    units, ends, paths = [], [], []
-    for name, one in unknowns.items():
-        own = (name,) if one.paths is None and (name in known or not derived) else one.paths or ()
-        for path in own:
-            if path not in known:
-                problems.append(f"{name}: the scene has no number '{path}'{nearest(path, known)}")
-        unit = next((known[path].unit for path in own if path in known), "1")
-        try:
-            low, high = parse_quantity(one.low, unit), parse_quantity(one.high, unit)
-        except InputError as error:
-            problems += [f"{name}: {text}" for text in error.problems]
-            continue
-        if not low < high:
-            problems.append(f"{name}: expected low below high, got {one.low} and {one.high}")
-        elif one.log and low <= 0.0:
-            problems.append(f"{name}: expected a lower bound above 0 on a logarithmic scale, got {one.low}")
-        units.append(unit)
-        ends.append((low, high))
-        paths.append(own)
-    every = [path for own in paths for path in own]
-    problems += [f"{path}: is unknown twice" for path in dict.fromkeys(every) if every.count(path) > 1]
-    if problems:
-        raise InputError(problems)
-    low, high = np.array(ends).T
-    log = np.array([one.log for one in unknowns.values()])
-    priors = tuple(one.prior for one in unknowns.values())
-    return Unknowns(tuple(unknowns), tuple(units), low, high, log, priors), paths

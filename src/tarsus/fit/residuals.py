@@ -82,7 +82,7 @@ class Residuals(ABC):
 
     def values(self, x: ArrayLike) -> dict[str, float]:
         """SI values by name at a point (nu,) of the cube."""
-        return dict(zip(self.unknowns.names, self.unknowns.at(self.point(x)).tolist(), strict=True))
+        return self.unknowns.by_name(self.point(x))
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,31 @@ a bound of the search, set both of its ends. How wide the bounds were drawn does
 from __future__ import annotations
 
 import math
+from enum import StrEnum
 
-__all__ = ["CUT", "LEVEL", "WIDTH", "cut_ends", "determined", "half_width"]
+__all__ = [
+    "CUT",
+    "LEVEL",
+    "PRIOR_KEPT",
+    "WIDTH",
+    "Verdict",
+    "cut_ends",
+    "determined",
+    "half_width",
+    "verdict_of",
+]
+
+
+class Verdict(StrEnum):
+    """What data say of a number."""
+
+    DETERMINED = "determined"
+    NOT_DETERMINED = "not determined"
+    AT_BOUND = "at bound"
+    """A bound of the search set one end of its interval."""
+    PRIOR_ONLY = "prior only"
+    """Its spread is that of what was known beforehand."""
+
 
 LEVEL = 0.95
 """Probability that an interval is meant to cover the truth with: two standard errors, as is usual for measurements."""
@@ -57,3 +80,35 @@ def determined(low: float, high: float, size: float | None = None) -> bool:
         unit; by default the number itself.
     """
     return half_width(low, high, size) <= WIDTH
+
+
+PRIOR_KEPT = 0.6
+"""An ensemble that keeps so much of the prior's spread says nothing beyond it: the likelihood region cuts off a tenth
+to a fifth of the spread, and a short chain may miss as much again."""
+
+
+def verdict_of(
+    interval: tuple[float, float],
+    cut: tuple[bool, bool] = (False, False),
+    *,
+    size: float | None = None,
+    of_prior: float = 0.0,
+) -> Verdict:
+    """What data say of a number.
+
+    Parameters
+    ----------
+    interval
+        Its 95 % interval.
+    cut
+        Whether bounds of the search set its ends (`cut_ends`).
+    size
+        See `determined`.
+    of_prior
+        Its spread in parts of that of its prior; 0 without a prior.
+    """
+    if of_prior > PRIOR_KEPT:
+        return Verdict.PRIOR_ONLY
+    if any(cut):
+        return Verdict.NOT_DETERMINED if all(cut) else Verdict.AT_BOUND
+    return Verdict.DETERMINED if determined(*interval, size) else Verdict.NOT_DETERMINED

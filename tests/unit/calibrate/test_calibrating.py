@@ -173,7 +173,7 @@ def test_every_fault_of_a_study_is_told_at_once(tmp_path):
             "did you mean 'height'",
         ),
         ("[search]", "[search]\nwithn = 3", "withn"),
-        ("low = 0.5", "low = 0.5\nsize = 0", "unknowns.e.size: expected a value above 0"),
+        ("low = 0.5", "low = 0.5\nsize = 0", "unknowns.e: size: expected a value above 0"),
     ],
 )
 def test_a_fault_is_told_with_its_place(tmp_path, old, new, said):
@@ -275,7 +275,7 @@ def test_the_study_on_the_calibration_page_is_one(tmp_path):
         f"polarity {a}, peak {b}" for a in ("plain", "half") for b in ("highest", "average")
     }
     assert problem.objective.cells.observed[2].tolist() == [1.5, pytest.approx(156e-6)]
-    values = problem.unknowns.at(np.array([0.5, 0.5, 0.5]))
+    values = problem.unknowns.values(np.array([0.5, 0.5, 0.5]))
     row = lowered.forward.branches[1].rows[0]
     found = lowered.forward.branches[1].values(dict(zip(problem.unknowns.names, values, strict=True)), row)
     assert found["signals.pzt.amplitude"] == 4.0 and found["signals.pzt.frequency"] == 50.0

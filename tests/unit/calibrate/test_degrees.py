@@ -58,7 +58,7 @@ def test_a_prior_that_holds_an_unknown_makes_residuals_smaller():
         return (one[0] + one[1] * X + 0.0 * one[2:].sum())[:, None, None]
 
     scales = []
-    for names, priors in (("ab", ()), ("abcd", (None, None, Prior(0.5, 0.01, False), None))):
+    for names, priors in (("ab", ()), ("abcd", (None, None, Prior(0.5, 0.01), None))):
         one = problem(table, straight, unknowns(names, priors=priors), robust=1e3)
         archive = Archive(one)
         sets = np.random.default_rng(2).random((300, len(names)))
@@ -94,7 +94,7 @@ def test_unknowns_held_by_priors_leave_the_ensemble_near_the_rows_it_was_fitted_
         z = off + (one - 0.5) @ SLOPES
         return (1.0 + 0.05 * (z[:, None] + windows))[:, None, :]
 
-    priors = (None, None, *[Prior(0.5, 0.05, False)] * 3)
+    priors = (None, None, *[Prior(0.5, 0.05)] * 3)
     table = cells(np.ones((6, 1)), absolute=0.05)
     found = solve(problem(table, model, unknowns("abcde", priors=priors)), search(generations=15, spread=30))
     first = found.ranges[0][0]

@@ -81,7 +81,7 @@ def test_what_the_data_do_not_touch_is_not_determined_and_a_prior_is_told_apart(
     table = cells(straight(0, np.array(TRUTH))[:, :, 0])
     found = solve(problem(table, straight, unknowns("abc")), search(spread=30))
     assert [one.word for one in found.ranges[0]] == ["determined", "determined", "not determined"]
-    numbers = unknowns("abc", priors=(None, None, Prior(0.5, 0.05, False)))
+    numbers = unknowns("abc", priors=(None, None, Prior(0.5, 0.05)))
     found = solve(problem(table, straight, numbers), search(spread=40, members=32))
     assert found.ranges[0][2].word == "prior only"
     assert found.ranges[0][2].high - found.ranges[0][2].low == pytest.approx(3.29 * 0.05, rel=0.5)
@@ -174,7 +174,7 @@ def test_without_a_row_its_value_is_predicted_from_the_others():
         table, lambda run, one: np.full((3, 1, 1), one[0]), unknowns("a", 0.0, 4.0), robust=1e3
     )
     found = solve(constant, search(leave_out=True))
-    best = [float(constant.unknowns.at(one.fit.best.points[0])[0]) for one in found.refits or ()]
+    best = [float(constant.unknowns.values(one.fit.best.points[0])[0]) for one in found.refits or ()]
     assert best == pytest.approx([2.5, 2.0, 1.5], abs=0.02)
 
 

@@ -22,7 +22,7 @@ def test_numbers_of_a_gait_range_as_usual_or_as_said(hexapod):
     assert own is not None and free.names == ("duty", "frequency", "high") and free.units == ("1", "Hz", "V")
     assert free.low.tolist() == [0.1, 0.5 * own.frequency, 7.0]
     assert free.high.tolist() == [0.9, 2.0 * own.frequency, 12.0]
-    values = free.values(np.array([[0.0, 0.5, 1.0]]))
+    values = free.numbers(np.array([[0.0, 0.5, 1.0]]))
     assert values["gait.duty"][0] == pytest.approx(0.1) and values["gait.high"][0] == pytest.approx(12.0)
 
 
@@ -47,7 +47,7 @@ def test_free_phases_write_the_gait_out_leg_by_leg_without_changing_it(hexapod):
 )
 def test_symmetry_ties_phases(hexapod, symmetry, point, phases):
     scene, free = unknowns_of(hexapod, ["gait.phases"], symmetry)
-    found = free.values(np.array([point]))
+    found = free.numbers(np.array([point]))
     assert {path.rpartition(".")[2]: float(own[0]) for path, own in found.items()} == pytest.approx(phases)
     ts.with_values(scene, {path: float(own[0]) for path, own in found.items()})  # a gait that the robot takes
 

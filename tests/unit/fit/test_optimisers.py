@@ -29,22 +29,22 @@ class Valley(Residuals):
 
     def residuals_at(self, points):
         self.asked.append(len(points))
-        a, b = self.unknowns.at(points).T
+        a, b = self.unknowns.values(points).T
         every = np.array([10.0 * (b - a * a), 1.0 - a]).T
         return every[:, :0] if self.goals else every
 
     def jacobian(self, x):
-        a = self.unknowns.at(self.point(x))[0]
+        a = self.unknowns.values(self.point(x))[0]
         return 4.0 * np.array([[-20.0 * a, 10.0], [-1.0, 0.0]])[: 0 if self.goals else 2]
 
     def goals_at(self, points):
-        at = self.unknowns.at(points)
+        at = self.unknowns.values(points)
         return np.array([((at - p) ** 2).sum(axis=1) for p in ((0.0, 0.0), (1.0, 0.0))]).T[
             :, : 2 * self.goals
         ]
 
     def constraints_at(self, points):
-        return (self.unknowns.at(points)[:, :1] - 0.5)[:, : int(self.goals)]
+        return (self.unknowns.values(points)[:, :1] - 0.5)[:, : int(self.goals)]
 
 
 @pytest.mark.parametrize("optimise", [least_squares, minimize])
@@ -74,7 +74,7 @@ def test_pymoo_finds_the_front_of_two_goals_under_a_constraint():
     problem = pymoo_problem(Valley(goals=True))
     assert (problem.n_var, problem.n_obj, problem.n_ieq_constr) == (2, 2, 1)
     found = search(problem, NSGA2(pop_size=40), ("n_gen", 60), seed=1)
-    a, b = Valley().unknowns.at(found.X).T
+    a, b = Valley().unknowns.values(found.X).T
     assert np.abs(b).max() < 0.05 and a.min() > -0.05 and a.max() <= 0.5 and a.max() > 0.45
     assert pymoo_problem(Valley()).n_obj == 1
 
@@ -96,7 +96,7 @@ class Line(Residuals):
         self.unknowns = Unknowns(("a", "b", "idle"), ("m",) * 3, low, high, np.full(3, log), (None,) * 3)
 
     def residuals_at(self, points):
-        a, b, _ = self.unknowns.at(points).T
+        a, b, _ = self.unknowns.values(points).T
         return (a[:, None] + b[:, None] * self.times - (2.0 + 3.0 * self.times)) / self.error
 
     def jacobian(self, x):

@@ -47,7 +47,7 @@ def landings(**more):
 
 
 def test_residuals_and_their_jacobian_are_those_of_the_closed_form(ball):
-    problem = Problem(ball, {E: Unknown(0.5, 0.9), G: Unknown(5.0, 20.0, log=True)}, landings(), 2.0)
+    problem = Problem(ball, [Unknown(E, 0.5, 0.9), Unknown(G, 5.0, 20.0, "log")], landings(), 2.0)
     x = np.array([0.25, 0.6])
     e, g = problem.values(x).values()
     assert (e, g) == (pytest.approx(0.6), pytest.approx(5.0 * 4.0**0.6))
@@ -65,10 +65,8 @@ def test_residuals_and_their_jacobian_are_those_of_the_closed_form(ball):
 
 
 def test_least_squares_finds_the_ball_that_was_measured(ball):
-    problem = Problem(
-        ball, {E: Unknown(0.5, 0.9), G: Unknown("5 m/s^2", "20 m/s^2", log=True)}, landings(), 2.0
-    )
-    found = least_squares(problem, xtol=1e-12, ftol=1e-12, gtol=1e-12)
+    problem = Problem(ball, [Unknown(E, 0.5, 0.9), Unknown(G, "5 m/s^2", "20 m/s^2", "log")], landings(), 2.0)
+    found = least_squares(problem)
     assert found.values == {E: pytest.approx(0.8, rel=1e-8), G: pytest.approx(9.5, rel=1e-8)}
     assert found.cost < 1e-10 and found.slopes <= found.evaluations < 12
     assert ts.get_value(problem.scene_at(found.x), E) == found.values[E]
@@ -78,7 +76,7 @@ def test_samples_of_a_gap_have_the_slopes_of_the_parabola(ball):
     times = np.linspace(0.05, 0.9, 9)
     problem = Problem(
         ball,
-        {E: Unknown(0.5, 0.9), G: Unknown(5.0, 20.0)},
+        [Unknown(E, 0.5, 0.9), Unknown(G, 5.0, 20.0)],
         [Samples("ball", times, 0.0 * times, "1 mm")],
         1.0,
     )
@@ -103,10 +101,10 @@ def test_samples_of_a_gap_have_the_slopes_of_the_parabola(ball):
 def test_priors_derived_numbers_and_limits_are_residuals_with_slopes(ball):
     problem = Problem(
         ball,
-        {
-            "share": Unknown(0.2, 0.4, prior=Prior(0.25, 0.05)),
-            G: Unknown(5.0, 20.0, prior=Prior(9.81, 1.1, factor=True)),
-        },
+        [
+            Unknown(name="share", low=0.2, high=0.4, prior=Prior(0.25, 0.05)),
+            Unknown(G, 5.0, 20.0, prior=Prior(9.81, factor=1.1)),
+        ],
         [Reading(second_landing, 1.0, 0.1), Limit(first_landing, 0.01, high=0.4)],
         2.0,
         derived=lambda known: {E: 2.0 * known["share"]},
@@ -134,7 +132,7 @@ def test_priors_derived_numbers_and_limits_are_residuals_with_slopes(ball):
 def test_goals_are_minimised_with_their_gradient(ball):
     """As late a landing as a limit of 1 s, s = 30 ms soft, lets it: -t + ((t - 1) / s)^2 / 2 is least at 1 + s^2."""
     problem = Problem(
-        ball, {E: Unknown(0.5, 0.9), G: Unknown(5.0, 20.0)},
+        ball, [Unknown(E, 0.5, 0.9), Unknown(G, 5.0, 20.0)],
         [Goal(second_landing, -1.0), Limit(second_landing, 0.03, high=1.0)], 3.0,
     )  # fmt: skip
     x = np.array([0.1, 0.3])
@@ -156,7 +154,7 @@ def test_where_an_event_lies_on_the_edge_of_a_measure_the_difference_is_told_fro
     fall = float(np.sqrt(2.0 / 9.81))
     problem = Problem(
         ball,
-        {GAP: Unknown(0.5, 1.5)},
+        [Unknown(GAP, 0.5, 1.5)],
         [Reading(lambda rows: abs(first_landing(rows) - fall), 0.0, 1e-3)],
         1.0,
     )
@@ -174,7 +172,7 @@ def test_a_walker_is_differenced_in_one_batch_or_has_derivatives_and_both_agree(
     path = "ground.friction.coefficient"
     at = float(ts.get_value(scene, path))
     problem = Problem(
-        scene, {path: Unknown(0.8 * at, 1.2 * at)}, [Reading("mean_speed", 0.0, "1 mm/s")], 0.05
+        scene, [Unknown(path, 0.8 * at, 1.2 * at)], [Reading("mean_speed", 0.0, "1 mm/s")], 0.05
     )
     x = np.array([0.45])
     slope = problem.jacobian(x)[0, 0]
@@ -186,19 +184,19 @@ def test_a_walker_is_differenced_in_one_batch_or_has_derivatives_and_both_agree(
 @pytest.mark.parametrize(
     ("unknowns", "terms", "said"),
     [
-        ({}, [Reading("peak", 1.0, 1.0)], "unknowns: expected at least one"),
-        ({E + "s": Unknown(0.1, 0.2)}, [Reading("peak", 1.0, 1.0)], f"did you mean '{E}'"),
-        ({E: Unknown(0.5, 0.4)}, [Reading("peak", 1.0, 1.0)], "expected low below high"),
-        ({E: Unknown(0.0, 0.4, log=True)}, [Reading("peak", 1.0, 1.0)], "above 0 on a logarithmic scale"),
-        ({E: Unknown(0.5, 1.4)}, [Reading("peek", 1.0, 1.0)], "did you mean 'peak'"),
-        ({E: Unknown(0.5, 0.9)}, [], "terms: expected at least one"),
-        ({E: Unknown(0.5, 0.9)}, [Reading("peak", "1 V", 1.0)], "expected a length"),
-        ({E: Unknown(0.5, 0.9)}, [Reading("peak", 1.0, 0.0)], "error: expected a number above 0"),
-        ({E: Unknown(0.5, 0.9)}, [Reading("peak", 1.0, 1.0, {E: 0.6})], "is unknown, and a condition"),
-        ({E: Unknown(0.5, 0.9)}, [Samples("bal", [0.1], [0.0], 1.0)], "did you mean 'ball'"),
-        ({E: Unknown(0.5, 0.9)}, [Samples("ball", [0.2, 0.1], [0.0, 0.0], 1.0)], "times in order"),
-        ({E: Unknown(0.5, 0.9)}, [Limit("peak", 1.0)], "expected a lower or an upper bound"),
-        ({E: Unknown(0.5, 0.9)}, [Goal("peak", 0.0)], "scale: expected a number that is not zero"),
+        ([], [Reading("peak", 1.0, 1.0)], "unknowns: expected at least one"),
+        ([Unknown(E + "s", 0.1, 0.2)], [Reading("peak", 1.0, 1.0)], f"did you mean '{E}'"),
+        ([Unknown(E, 0.5, 0.4)], [Reading("peak", 1.0, 1.0)], "expected low below high"),
+        ([Unknown(E, 0.0, 0.4, "log")], [Reading("peak", 1.0, 1.0)], "above 0 on a logarithmic scale"),
+        ([Unknown(E, 0.5, 1.4)], [Reading("peek", 1.0, 1.0)], "did you mean 'peak'"),
+        ([Unknown(E, 0.5, 0.9)], [], "terms: expected at least one"),
+        ([Unknown(E, 0.5, 0.9)], [Reading("peak", "1 V", 1.0)], "expected a length"),
+        ([Unknown(E, 0.5, 0.9)], [Reading("peak", 1.0, 0.0)], "error: expected a number above 0"),
+        ([Unknown(E, 0.5, 0.9)], [Reading("peak", 1.0, 1.0, {E: 0.6})], "is unknown, and a condition"),
+        ([Unknown(E, 0.5, 0.9)], [Samples("bal", [0.1], [0.0], 1.0)], "did you mean 'ball'"),
+        ([Unknown(E, 0.5, 0.9)], [Samples("ball", [0.2, 0.1], [0.0, 0.0], 1.0)], "times in order"),
+        ([Unknown(E, 0.5, 0.9)], [Limit("peak", 1.0)], "expected a lower or an upper bound"),
+        ([Unknown(E, 0.5, 0.9)], [Goal("peak", 0.0)], "scale: expected a number that is not zero"),
     ],
 )  # fmt: skip
 def test_what_does_not_fit_is_told(ball, unknowns, terms, said):
@@ -209,5 +207,5 @@ def test_what_does_not_fit_is_told(ball, unknowns, terms, said):
 
 def test_faults_of_unknowns_and_of_terms_are_told_together(ball):
     with pytest.raises(InputError) as error:
-        Problem(with_values(ball, {E: 0.5}), {E: Unknown(0.5, 0.4)}, [Reading("peek", 1.0, 1.0)], 1.0)
+        Problem(with_values(ball, {E: 0.5}), [Unknown(E, 0.5, 0.4)], [Reading("peek", 1.0, 1.0)], 1.0)
     assert len(error.value.problems) == 2

@@ -148,7 +148,7 @@ def test_sets_of_a_calibration_read_the_same_elsewhere():
     described = load_study("cantilever-1")
     lowered = lower_study(described.study, described.table, 1)
     middle = np.full((2, len(lowered.problem.unknowns.names)), 0.5) + np.array([[0.0], [0.1]])
-    sets = lowered.problem.unknowns.at(middle)
+    sets = lowered.problem.unknowns.values(middle)
     here = lowered.forward(0, sets, (0,))
     there = dataclasses.replace(lowered.forward, threads=FailingExecutor(lambda _: False))(0, sets, (0,))
     assert np.array_equal(here, there, equal_nan=True)

@@ -1,0 +1,72 @@
+"""Sets that follow the likelihood: differential-evolution Markov chains.
+
+emcee, which has the same move (``moves.DEMove``), is an extra and not there in every installation; and its chains are
+long ones from anywhere, where a cost that takes a second leaves room for a few generations from known good points.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["chain", "spread_over"]
+
+Floats = NDArray[np.float64]
+
+JUMP = 5
+"""Every fifth generation takes whole differences, which carry a chain from one mode to another (ter Braak 2006)."""
+BURNT = 3
+"""The first third of the states is dropped: the start is spread over the likelihood already."""
+
+
+def chain(
+    costs: Callable[[Floats, int], Floats],
+    start: Floats,
+    generations: int,
+    rng: np.random.Generator,
+    scale: float = 1.0,
+) -> Floats:
+    """States (n, nu) of chains in the unit cube whose density is exp(-cost / (2 scale)), each as often as a chain was
+    in it (ter Braak, Stat. Comput. 16, 2006); points that leave the cube are reflected at its sides.
+
+    Parameters
+    ----------
+    costs
+        Costs (m,) of points (m, nu), of the generation of this number, from 0, the start's.
+    start
+        First states (m, nu), spread over what is likely.
+    generations
+        How often every chain is moved.
+    rng
+        Of all that is random.
+    scale
+        Cost that counts as one half of a squared standard deviation.
+    """
+    now, nu = start, start.shape[1]
+    now_cost = costs(now, 0)
+    states = [now]
+    for generation in range(generations):
+        gamma = 1.0 if generation % JUMP == JUMP - 1 else 2.38 / np.sqrt(2.0 * nu)
+        pairs = np.array([rng.choice(len(now), 2, replace=False) for _ in now])
+        moved = np.abs(now + gamma * (now[pairs[:, 0]] - now[pairs[:, 1]]) + rng.normal(0.0, 1e-3, now.shape))
+        moved = np.where(moved > 1.0, 2.0 - moved, moved).clip(0.0, 1.0)
+        cost = costs(moved, generation + 1)
+        taken = np.log(rng.random(len(now))) < (now_cost - cost) / (2.0 * scale)
+        now, now_cost = np.where(taken[:, None], moved, now), np.where(taken, cost, now_cost)
+        states.append(now)
+    return np.concatenate(states[len(states) // BURNT :])
+
+
+def spread_over(points: Floats, count: int, first: int = 0) -> list[int]:
+    """Places of up to ``count`` of the points (n, nu), each as far from those before it as can be."""
+    chosen = [first]
+    distance = np.linalg.norm(points - points[first], axis=1)
+    while len(chosen) < min(count, len(points)):
+        place = int(np.argmax(distance))
+        if distance[place] == 0.0:
+            break
+        chosen.append(place)
+        distance = np.minimum(distance, np.linalg.norm(points - points[place], axis=1))
+    return chosen
