@@ -11,8 +11,8 @@ from tarsus.report.figures import Plate
 from tarsus.report.html import pretty_unit
 from tarsus.report.sheet import Sheet, few_ticks, plate
 from tarsus.report.style import BLUE, CYCLE, GREEN, INK, RULE, VERMILION, Scale, decimate, scale_of
-from tarsus_reproduce.millipede import Example, MillipedeReproduction, Swept
-from tarsus_reproduce.readings import Readings
+from tarsus_reproduce.interpretations import Interpretations
+from tarsus_reproduce.millipede import DeviceTrends, Example, Swept
 
 PANELS = (
     (("max_heave",), "largest heave"),
@@ -125,8 +125,8 @@ def _trace(
     axes.plot(when / clock.step, thin / scale.step, color=color, lw=0.9, label=label)
 
 
-def readings_figure(readings: Readings, reproduction: MillipedeReproduction) -> Plate:
-    """Histograms of how many trends agree and contradict over random readings, with the named devices as points."""
+def interpretations_figure(drawn: Interpretations, devices: Sequence[DeviceTrends]) -> Plate:
+    """Histograms of how many trends agree and contradict over interpretations, with the named devices as points."""
     shown = (
         ("agree", "trends that agree"),
         ("contradict", "that contradict"),
@@ -136,21 +136,21 @@ def readings_figure(readings: Readings, reproduction: MillipedeReproduction) -> 
     def draw(sheet: Sheet) -> None:
         panels = sheet.grid(len(shown), 1.7, across=3)
         for axes, (name, label) in zip(panels, shown, strict=True):
-            counts = np.array([getattr(score, name) for score in readings.scores])
-            most = max([counts.max(), *(getattr(one.score, name) for one in reproduction.outcomes)])
+            counts = np.array([getattr(score, name) for score in drawn.judged])
+            most = max([counts.max(), *(getattr(one.score, name) for one in devices)])
             axes.hist(counts, bins=np.arange(most + 2) - 0.5, color=RULE, edgecolor="white", lw=0.6)
-            for k, outcome in enumerate(reproduction.outcomes):
+            for k, device in enumerate(devices):
                 axes.plot(
-                    getattr(outcome.score, name), 0.04 * (k + 1), "v", color=CYCLE[k], ms=6.0, label=outcome.name,
+                    getattr(device.score, name), 0.04 * (k + 1), "v", color=CYCLE[k], ms=6.0, label=device.name,
                     transform=axes.get_xaxis_transform(), clip_on=False,
                 )  # fmt: skip
             axes.set_xlabel(label)
-            axes.set_ylabel("readings")
+            axes.set_ylabel("interpretations")
             few_ticks(axes, x=6, y=4)
         sheet.legend(panels[0])
 
     return plate(
         draw,
         f"How many of the 16 trends agree and contradict, and how many of the directional ones agree, over "
-        f"{len(readings.scores)} random readings of what is not printed; marks are the named devices.",
+        f"{len(drawn.judged)} random interpretations of what is not printed; marks are the named devices.",
     )
