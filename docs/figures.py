@@ -280,7 +280,7 @@ def against_model() -> str:
 
 def source_error_of_hexapod(rows: int) -> float:
     """Mean relative error of the source's model over all numbers of the fitted rows."""
-    from tarsus.study.relative import relative_error
+    from tarsus_reproduce.cases import relative_error
     from tarsus_reproduce.scenarios import packaged_scenarios
 
     errors = [

@@ -12,11 +12,11 @@ OWN = ts.load_laws(SCENES / "squeeze.py")
 EXAMPLES: list[Law] = [
     ts.Film(coefficient=1.7e-21, thickness=5e-6),
     ts.Electrostatic(coefficient=2e-20, offset=1e-6),
-    ts.LegElectrostatic(coefficient=2e-20, offset=1e-6, rest=1e-5),
+    ts.laws.LegElectrostatic(coefficient=2e-20, offset=1e-6, rest=1e-5),
     ts.Adhesion(initial=1e-6, rate=1e-3),
     ts.Restitution(coefficient=0.378),
     ts.Friction(coefficient=0.35),
-    ts.AdhesiveFriction(coefficient=0.35),
+    ts.laws.AdhesiveFriction(coefficient=0.35),
     StribeckFriction(static=0.4, dynamic=0.2, speed=1e-3),
     RateWeakeningFriction(static=0.4, dynamic=0.2, speed=1e-3),
     OWN["own_film"](coefficient=1.7e-21, thickness=5e-6),

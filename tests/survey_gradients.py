@@ -138,7 +138,7 @@ def look_at(seed: int, legged: bool = False) -> dict[str, Any]:
         except ts.InputError as error:  # of a drive whose pieces change, which the sentence begins with
             refused.append(str(error).split(":")[0])
             paths.remove(refused[-1])
-    assert isinstance(run, ts.GradientRun)
+    assert isinstance(run, ts.solve.GradientRun)
     out: dict[str, Any] = {"code": run.code.name, "events": len(run.events), "worst": 0.0, "compared": 0}
     out |= {
         "wrong": [],

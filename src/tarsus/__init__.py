@@ -1,238 +1,57 @@
 """Tarsus: contact dynamics of legged piezoelectric micro-robots.
 
-Names are loaded when first used, so that ``import tarsus`` is light.
+Names are listed in `__init__.pyi` and loaded when first used, so that ``import tarsus`` is light.
 """
-
-from __future__ import annotations
-
-from importlib import import_module
-
-from tarsus.base import moved
 
 TYPE_CHECKING = False  # not imported: `typing` is half of what this module would load
 if TYPE_CHECKING:
     from typing import Any
 
-    from tarsus import design, fit, identify, impacts, measure, modes, synthesis
-    from tarsus.base.errors import InputError
-    from tarsus.base.spec import float_paths, get_value, quantity, with_values
-    from tarsus.calibrate.calibrating import calibrate
-    from tarsus.calibrate.mixture import load_mixture
-    from tarsus.cluster.verb import sweep
-    from tarsus.files.library import device_names, load_scene
-    from tarsus.files.toml import read_scene, write_scene
-    from tarsus.model.drive.amplifier import Amplifier
-    from tarsus.model.drive.gait import Alternating, CustomGait, MetachronalGait, Ripple, Tripod
-    from tarsus.model.drive.laws import Cubic, LinearForce, PrandtlIshlinskii, TwoBranch
-    from tarsus.model.drive.waveforms import (
-        Constant,
-        OnOff,
-        Poling,
-        Ramp,
-        RampedSquare,
-        Sampled,
-        Sine,
-        Square,
-        SweptSine,
-    )
-    from tarsus.model.laws import (
-        Adhesion,
-        AdhesionLaw,
-        AdhesiveFriction,
-        CaptureUnlessPulled,
-        DampingLaw,
-        DominantMode,
-        Electrostatic,
-        Film,
-        Friction,
-        FrictionLaw,
-        Gravity,
-        ImpactLaw,
-        LegElectrostatic,
-        MassWeighted,
-        MeasuredImpactMap,
-        PullAsPrinted,
-        RestituteFirst,
-        Restitution,
-        SmoothLaw,
-        load_laws,
-    )
-    from tarsus.model.robot import Drive, Foot, ModalLoad, PointLoad, Robot
-    from tarsus.model.scene import Ground, Initial, Scene
-    from tarsus.model.structure import Beam, Lumped, Modal, Walker, WalkerBody, WalkerLeg
-    from tarsus.orbits import Branch, Orbit, branch, periodic
-    from tarsus.records.readers import read_measurement
-    from tarsus.report import plot, write_report
-    from tarsus.solve import (
-        Accuracy,
-        Batch,
-        Gradient,
-        GradientBatch,
-        GradientRun,
-        Run,
-        Session,
-        gradient,
-        simulate,
-        simulate_batch,
-    )
+_HOMES: "dict[str, tuple[str, str]]" = {}
+"""Module and name there, of every name that is offered; filled at the first question.
 
-__all__ = [
-    "Accuracy",
-    "Adhesion",
-    "AdhesionLaw",
-    "AdhesiveFriction",
-    "Alternating",
-    "Amplifier",
-    "Batch",
-    "Beam",
-    "Branch",
-    "CaptureUnlessPulled",
-    "Constant",
-    "Cubic",
-    "CustomGait",
-    "DampingLaw",
-    "DominantMode",
-    "Drive",
-    "Electrostatic",
-    "Film",
-    "Foot",
-    "Friction",
-    "FrictionLaw",
-    "Gradient",
-    "GradientBatch",
-    "GradientRun",
-    "Gravity",
-    "Ground",
-    "ImpactLaw",
-    "Initial",
-    "InputError",
-    "LegElectrostatic",
-    "LinearForce",
-    "Lumped",
-    "MassWeighted",
-    "MeasuredImpactMap",
-    "MetachronalGait",
-    "Modal",
-    "ModalLoad",
-    "OnOff",
-    "Orbit",
-    "PointLoad",
-    "Poling",
-    "PrandtlIshlinskii",
-    "PullAsPrinted",
-    "Ramp",
-    "RampedSquare",
-    "RestituteFirst",
-    "Restitution",
-    "Ripple",
-    "Robot",
-    "Run",
-    "Sampled",
-    "Scene",
-    "Session",
-    "Sine",
-    "SmoothLaw",
-    "Square",
-    "SweptSine",
-    "Tripod",
-    "TwoBranch",
-    "Walker",
-    "WalkerBody",
-    "WalkerLeg",
-    "branch",
-    "calibrate",
-    "design",
-    "device_names",
-    "fit",
-    "float_paths",
-    "get_value",
-    "gradient",
-    "identify",
-    "impacts",
-    "load_laws",
-    "load_mixture",
-    "load_scene",
-    "measure",
-    "modes",
-    "periodic",
-    "plot",
-    "quantity",
-    "read_measurement",
-    "read_scene",
-    "simulate",
-    "simulate_batch",
-    "sweep",
-    "synthesis",
-    "with_values",
-    "write_report",
-    "write_scene",
-]
-
-_HOMES = {
-    "tarsus.calibrate.calibrating": "calibrate",
-    "tarsus.calibrate.mixture": "load_mixture",
-    "tarsus.cluster.verb": "sweep",
-    "tarsus.model.drive.gait": "Alternating CustomGait Ripple Tripod MetachronalGait",
-    "tarsus.model.drive.amplifier": "Amplifier",
-    "tarsus.model.drive.laws": "Cubic LinearForce PrandtlIshlinskii TwoBranch",
-    "tarsus.model.drive.waveforms": "Constant OnOff Poling Ramp RampedSquare Sampled Sine Square SweptSine",
-    "tarsus.base.errors": "InputError",
-    "tarsus.files.library": "device_names load_scene",
-    "tarsus.files.toml": "read_scene write_scene",
-    "tarsus.model.laws": (
-        "Adhesion AdhesionLaw AdhesiveFriction CaptureUnlessPulled DampingLaw DominantMode Electrostatic "
-        "Film Friction FrictionLaw Gravity ImpactLaw LegElectrostatic MassWeighted MeasuredImpactMap PullAsPrinted "
-        "RestituteFirst Restitution SmoothLaw load_laws"
-    ),
-    "tarsus.model.robot": "Drive Foot ModalLoad PointLoad Robot",
-    "tarsus.model.scene": "Ground Initial Scene",
-    "tarsus.orbits": "Branch Orbit branch periodic",
-    "tarsus.records.readers": "read_measurement",
-    "tarsus.report": "write_report",
-    "tarsus.solve": "Accuracy Batch Gradient GradientBatch GradientRun Run Session gradient simulate simulate_batch",
-    "tarsus.base.spec": "float_paths get_value quantity with_values",
-    "tarsus.model.structure": "Beam Lumped Modal Walker WalkerBody WalkerLeg",
-}
-_MODULES = {
-    "plot": "tarsus.report.plot",
-    **{
-        name: f"tarsus.{name}"
-        for name in ("design", "fit", "identify", "impacts", "measure", "modes", "synthesis")
-    },
-}
-_HOME = {name: module for module, names in _HOMES.items() for name in names.split()}
+`lazy_loader.attach_stub` reads such a file too, with `ast` and through relative imports alone: half of what importing
+this package takes.
+"""
 
 
-moved.install()
+def _homes() -> "dict[str, tuple[str, str]]":
+    if not _HOMES:
+        with open(__file__.removesuffix("c") + "i", encoding="utf-8") as stub:
+            lines = [line.split() for line in stub if line.startswith("from tarsus")]
+        for _, module, _, *words in lines:
+            for name, _, offered in (
+                " ".join(words).split(", ")[k].split() for k in range(words.count("as"))
+            ):
+                _HOMES[offered] = (module, name)
+    return _HOMES
 
 
-_RENAMED = {
-    "Free": "CustomGait",
-    "Given": "MeasuredImpactMap",
-    "LatchLaw": "AdhesionLaw",
-    "ResistiveLaw": "DampingLaw",
-    "Wave": "MetachronalGait",
-}
-"""Names of earlier versions, which still work and warn."""
-
-
-def __getattr__(name: str) -> Any:
-    if name in _RENAMED:
-        return moved.renamed("tarsus", name, _RENAMED[name])
+def __getattr__(name: str) -> "Any":
+    if name == "__all__":
+        return sorted(_homes())
     if name == "__version__":
         from importlib.metadata import version
 
         return version("tarsus")
-    if name in _MODULES:
-        return import_module(_MODULES[name])
-    if name not in _HOME:
+    if name not in _homes():
         from tarsus.base.messages import nearest
 
-        raise AttributeError(f"module 'tarsus' has no attribute '{name}'{nearest(name, __all__)}")
-    value = getattr(import_module(_HOME[name]), name)
+        raise AttributeError(f"module 'tarsus' has no attribute '{name}'{nearest(name, _HOMES)}")
+    from importlib import import_module
+
+    module, own = _HOMES[name]
+    if module == __name__ or module.startswith(
+        f"{__name__}.{name}."
+    ):  # a room; one of a verb's name can be called
+        return import_module(f"{__name__}.{name}")
+    found = import_module(module)
+    value = (
+        getattr(found, own) if hasattr(found, own) else import_module(f"{module}.{own}")
+    )  # one of its files
     globals()[name] = value
     return value
 
 
-def __dir__() -> list[str]:
-    return sorted([*globals(), *__all__, "__version__"])
+def __dir__() -> "list[str]":
+    return sorted({*globals(), *_homes(), "__version__"})

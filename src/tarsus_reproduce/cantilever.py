@@ -14,7 +14,6 @@ import numpy as np
 from tarsus.calibrate.prediction import Miss
 from tarsus.files.library import changed
 from tarsus.measure import Counting, by_window, histories_of
-from tarsus.study.relative import relative_error
 from tarsus.tables import Column, Table
 from tarsus_reproduce.reproduction import Reproduction, NumberRow, Progress, Section, numbers_table
 from tarsus_reproduce.forecast import (
@@ -29,7 +28,7 @@ from tarsus_reproduce.forecast import (
     role_of,
 )
 from tarsus_reproduce.mixtures import packaged_errors, packaged_members, packaged_misses
-from tarsus_reproduce.rows import CANTILEVER, PrintedRow, packaged_rows, read_rows
+from tarsus_reproduce.rows import CANTILEVER, PrintedRow, packaged_rows, read_rows, relative_error
 
 __all__ = ["PeriodsRow", "compare", "errors", "periods_of", "reproduce_cantilever", "simulate_row", "summary_of"]
 

@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.events import IMPACTS
+from tarsus.impacts.energy import directed
 from tarsus.measure.mac import mac
 from tarsus.model.laws import DominantMode, ImpactMap, MassWeighted, MeasuredImpactMap
 from tarsus.model.scene import Scene
 from tarsus.model.structure import Modal
 from tarsus.solve import Run
-from tarsus.study.impacts import directed
 from tarsus_reproduce.printed import modal_form, printed_model
 
 Floats = NDArray[np.float64]

@@ -20,7 +20,7 @@ from tarsus.measure import STANDSTILL, Measure
 from tarsus.model.scene import Scene
 from tarsus.model.structure import Walker
 from tarsus.solve import Run, simulate
-from tarsus.study.scores import offered
+from tarsus.solve.offered import offered
 from tarsus.study.studyfile import load_sweep
 from tarsus.study.sweep import Sweep
 from tarsus.study.sweeping import score_runs

@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Any
 
 from tarsus.files.jsontext import json_text
 from tarsus.files.store import write_text
-from tarsus.study.relative import relative_error
 from tarsus.tables import Column, Table
 from tarsus_reproduce.forecast import Forecast
+from tarsus_reproduce.rows import relative_error
 
 if TYPE_CHECKING:
     from tarsus.report.figures import Plate

@@ -12,7 +12,7 @@ import numpy as np
 
 from tarsus.files.library import load_scene
 from tarsus.report.figures import Plate
-from tarsus.study.impacts import creation_warning
+from tarsus.impacts.energy import creation_warning
 from tarsus.tables import Column, Table
 from tarsus_reproduce.forecast import CALIBRATED, PREDICTED, Forecast, Member
 from tarsus_reproduce.impacts import printed_column

@@ -15,8 +15,7 @@ from tarsus.calibrate.prediction import Miss
 from tarsus.files.library import changed
 from tarsus.model.drive.waveforms import Sine, Square
 from tarsus.model.scene import Scene
-from tarsus.study.relative import relative_error
-from tarsus.study.seeds import Statistics, foot_statistics
+from tarsus.solve.seeds import Statistics, foot_statistics
 from tarsus_reproduce.reproduction import Progress
 from tarsus_reproduce.forecast import (
     CALIBRATED,
@@ -30,7 +29,7 @@ from tarsus_reproduce.forecast import (
 )
 from tarsus_reproduce.impacts import MapRow, ModeRow, map_rows, mode_rows
 from tarsus_reproduce.mixtures import packaged_members, packaged_misses, packaged_told
-from tarsus_reproduce.rows import HEIGHTS, PrintedRow, packaged_rows, read_rows
+from tarsus_reproduce.rows import HEIGHTS, PrintedRow, packaged_rows, read_rows, relative_error
 
 __all__ = ["HeightColumn", "RobotRows", "WindowsRow", "drive_frequency", "printed_rows", "robot_rows", "row_scene"]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.resources import files
@@ -10,7 +11,10 @@ from typing import Any
 
 from tarsus.files.rows import Cell, read_text, typed_rows
 
-__all__ = ["CANTILEVER", "HEIGHTS", "PrintedRow", "PrintedTable", "PrintedQuantity", "packaged_rows", "parse_rows", "read_rows"]
+__all__ = [
+    "CANTILEVER", "HEIGHTS", "PrintedRow", "PrintedTable", "PrintedQuantity", "packaged_rows", "parse_rows", "read_rows",
+    "relative_error",
+]
 
 WAVE = Cell(required=True, words=("square", "sine"))
 DRIVE = Cell(required=True, positive=True)
@@ -135,3 +139,15 @@ def _row(line: Mapping[str, Any], table: PrintedTable, origin: str) -> PrintedRo
     return PrintedRow(
         line["wave"], line["volt_v"], line["freq_hz"], line.get("gap_um"), source, measured, origin
     )
+
+
+def relative_error(reference: float | None, simulated: float | None) -> float | None:
+    """(reference - simulated)/reference, the definition of Tables 2.3, 3.2 and A.1.
+
+    0 against 0 is no error; anything else against 0, or against an empty cell, has none (None).
+    """
+    if reference is None or simulated is None or not math.isfinite(simulated):
+        return None
+    if reference == 0.0:
+        return 0.0 if simulated == 0.0 else None
+    return (reference - simulated) / reference

@@ -31,7 +31,7 @@ def held(
 @pytest.mark.parametrize("gravity", [0.1, GRAVITY])
 def test_a_foot_pushed_ever_harder_slips_when_adhesion_carries_no_more(gravity: float) -> None:
     """r t = mu_a (C_a0 + C_a t); from there on m v' = (r - mu_a C_a)(t - t_slip)."""
-    scene = held(gravity, along=ts.Ramp(stop=0.02 * PUSH, duration=0.02))
+    scene = held(gravity, along=ts.waveforms.Ramp(stop=0.02 * PUSH, duration=0.02))
     onset = MU_A * INITIAL / (PUSH - MU_A * RATE)
     run = ts.simulate(scene, duration=2.0 * onset)
     slip = run.events[run.events["kind"] == SLIP]
@@ -67,7 +67,7 @@ def test_a_blow_takes_nothing_along_the_ground() -> None:
 @pytest.mark.parametrize("share", [0.5, 1.01])
 def test_friction_lasts_until_the_foot_is_pulled_off(share: float) -> None:
     """The bound does not know how close the pull is to the strength."""
-    lift = ts.Ramp(stop=2.0 * MASS * GRAVITY, duration=0.02)
+    lift = ts.waveforms.Ramp(stop=2.0 * MASS * GRAVITY, duration=0.02)
     scene = held(along=ts.Constant(level=share * MU_A * INITIAL), upward=lift)
     run = ts.simulate(scene, duration=0.015)
     off = (MASS * GRAVITY + INITIAL) / (MASS * GRAVITY / 0.01 - RATE)
@@ -113,7 +113,7 @@ def test_adhesive_friction_needs_adhesion() -> None:
 
 
 def test_its_coefficient_varies_in_batches() -> None:
-    scene = held(along=ts.Ramp(stop=0.02 * PUSH, duration=0.02))
+    scene = held(along=ts.waveforms.Ramp(stop=0.02 * PUSH, duration=0.02))
     batch = ts.simulate_batch(scene, {"ground.friction.coefficient": [0.2, MU_A]}, 5e-3)
     for i, coefficient in enumerate((0.2, MU_A)):
         events = batch.events(i)

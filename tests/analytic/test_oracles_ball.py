@@ -44,12 +44,6 @@ def test_infinitely_many_bounces_end_at_rest(e):
     assert run.ledger.impacts == pytest.approx(9.81, rel=1e-10)
 
 
-def test_accumulation_of_bounces_at_seven_tenths():
-    run = ts.simulate(scene("ball", {"ground.restitution.coefficient": 0.7}), duration=3.0)
-    np.testing.assert_allclose(run.events["time"][:3], [0.45152364, 1.08365674, 1.52614991], atol=1e-8)
-    assert run.events["time"][-1] == pytest.approx(2.5586339656, abs=1e-10)
-
-
 def test_a_ball_that_loses_nothing_bounces_for_ever():
     run = ts.simulate(scene("ball", {"ground.restitution.coefficient": 1.0}), duration=1000.0)
     assert run.ok and np.all(run.events["kind"] == BOUNCE)

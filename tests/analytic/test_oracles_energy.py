@@ -1,4 +1,4 @@
-"""Oracle 8: the energy ledger closes to 1e-8 of its largest term over any run."""
+"""Oracle 8: the energy ledger closes to 1e-8 of its largest term, with drives and users' laws of every kind."""
 
 from __future__ import annotations
 
@@ -13,16 +13,15 @@ TIMES = np.linspace(0.0, 0.1, 101)
 WAVES = {
     "sine": ts.Sine(amplitude=8.0, frequency=50.0),
     "square": ts.Square(amplitude=8.0, frequency=50.0),
-    "ramped square": ts.RampedSquare(amplitude=8.0, frequency=50.0, duty=0.25),
-    "swept sine": ts.SweptSine(amplitude=8.0, start_frequency=20.0, stop_frequency=900.0, duration=0.1),
-    "ramp": ts.Ramp(stop=9.0, duration=0.05),
+    "ramped square": ts.waveforms.RampedSquare(amplitude=8.0, frequency=50.0, duty=0.25),
+    "swept sine": ts.waveforms.SweptSine(
+        amplitude=8.0, start_frequency=20.0, stop_frequency=900.0, duration=0.1
+    ),
+    "ramp": ts.waveforms.Ramp(stop=9.0, duration=0.05),
     "on-off": ts.OnOff(levels=(8.0, -8.0, 3.0, -6.0), durations=(0.004, 0.006, 0.003, 0.005), repeat=True),
-    "poling": ts.Poling(level=10.0, hold=0.02, fall=0.01),
+    "poling": ts.waveforms.Poling(level=10.0, hold=0.02, fall=0.01),
     "sampled": ts.Sampled(times=tuple(TIMES), levels=tuple(8.0 * np.sin(400.0 * TIMES))),
 }
-NAMED = [
-    "ball", "impact_oscillator", "film_only", "mems_switch", "p1_n6", "three_feet", "sticky_feet", "damped_chain",
-]  # fmt: skip
 
 
 def check(run: ts.Run) -> None:
@@ -33,14 +32,6 @@ def check(run: ts.Run) -> None:
         assert loss >= -1e-12 * max(abs(ledger.work_in), ledger.damping, ledger.impacts, abs(ledger.kinetic))
     assert np.all(run.events["energy"] >= 0.0) and np.all(run.events["adhesion_energy"] >= 0.0)
     assert ledger.impacts + ledger.adhesion == pytest.approx(run.events["energy"].sum(), rel=1e-12)
-
-
-@pytest.mark.parametrize("name", NAMED)
-def test_scene(name):
-    run = ts.simulate(scene(name), duration=0.05 if name == "p1_n6" else None)
-    check(run)
-    if name not in ("film_only",):
-        assert len(run.events) > 0, "the scene must have contact"
 
 
 @pytest.mark.parametrize("device", ["cantilever", "cantilever-1"])

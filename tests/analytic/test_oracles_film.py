@@ -59,9 +59,13 @@ def test_a_thick_film_stops_a_foot_within_little_of_itself(own):
     law = OWN["own_film"] if own else ts.Film
     film = law(coefficient=coefficient, thickness=thickness)
     changes = {"ground.film": None, "ground.laws.own_film": film} if own else {"ground.film": film}
-    run = ts.simulate(scene("film_only", changes | {"robot.feet.plate.gap": gap, "initial.velocity": [SPEED]}))
+    run = ts.simulate(
+        scene("film_only", changes | {"robot.feet.plate.gap": gap, "initial.velocity": [SPEED]})
+    )
     assert run.ok and len(run.events) == 0
     start = gap + thickness
-    way = MASS * -SPEED * start**3 / coefficient  # to 1.5e-7 of itself: the first term of the integral's series
+    way = (
+        MASS * -SPEED * start**3 / coefficient
+    )  # to 1.5e-7 of itself: the first term of the integral's series
     assert gap - run.at([run.duration]).state.gap[0, 0] == pytest.approx(way, rel=1e-6)
     assert run.ledger.closure < 1e-9

@@ -125,7 +125,9 @@ def test_a_slow_sweep_traces_the_frf():
     f0, f1, seconds = 560.0, 690.0, 4.0
     law = ts.LinearForce(gain=1e-9)
     values = {
-        "signals.pzt": ts.SweptSine(amplitude=1.0, start_frequency=f0, stop_frequency=f1, duration=seconds),
+        "signals.pzt": ts.waveforms.SweptSine(
+            amplitude=1.0, start_frequency=f0, stop_frequency=f1, duration=seconds
+        ),
         "robot.drives.pzt.law": law,
         "robot.drives.pzt.history": (),
         "robot.feet.tip.gap": 1e-2,

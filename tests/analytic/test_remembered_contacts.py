@@ -17,7 +17,7 @@ FORCES = (0.0, -3e-5, -3e-5, 6e-5, -3e-5, -3e-5, 7e-5, 7e-5)
 FRESH, GAIN, AGEING, RECOVERY = 8e-6, 2.5e-5, 0.020, 0.030
 
 
-class Ripening(ts.AdhesionLaw):
+class Ripening(ts.laws.AdhesionLaw):
     """Grows to fresh + gain as it ages; in the air the age fades."""
 
     fresh: float = ts.quantity("N", "strength of a new contact", ge=0)
@@ -205,7 +205,8 @@ def test_nothing_is_brought_along_by_a_law_that_does_not_say(tmp_path):
         )
     file = tmp_path / "own.py"
     file.write_text(
-        "import tarsus as ts\nclass Own(ts.AdhesionLaw):\n    hold: float = ts.quantity('N', 'hold', default=1e-6)\n"
+        "import tarsus as ts\nclass Own(ts.laws.AdhesionLaw):\n"
+        "    hold: float = ts.quantity('N', 'hold', default=1e-6)\n"
         "    @staticmethod\n    def strength(age, hold):\n        return hold\n"
         "    @staticmethod\n    def remaining(age, away, hold):\n        while True:\n            pass\n"
     )

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import pytest
-from scipy.integrate import quad
-from scipy.optimize import brentq
 
 import tarsus as ts
 from random_scenes import sliding_scene
@@ -49,45 +45,6 @@ def test_adhesion_brakes_as_weight_does_and_friction_by_it_alone_does_not() -> N
     alone = {"friction": {"kind": "adhesive", "coefficient": MU}}
     run = ts.simulate(slider(speed=SPEED, adhesion=ts.Adhesion(initial=held, rate=0.0), **alone))
     assert place(run, 0.1) == pytest.approx(SPEED**2 * MASS / (2.0 * MU * held), rel=1e-10)
-
-
-@pytest.mark.parametrize("above", [0.999, 1.25])
-def test_a_constant_force_moves_a_block_when_it_is_more_than_friction_bears(above: float) -> None:
-    """As on an incline of which that is the tangent over mu."""
-    push = above * MU * PRESS
-    run = ts.simulate(ts.with_values(slider(), {"signals": {"along": ts.Constant(level=push)}}))
-    slips = of_kind(run, EventKind.SLIP_BEGINS)
-    if above < 1.0:
-        assert not len(slips)
-        assert place(run, 0.1) == pytest.approx(0.0, abs=1e-18)
-        assert run.at(np.array([0.05])).friction[0, 0] == pytest.approx(-push, rel=1e-12)
-        return
-    assert slips["time"].tolist() == [0.0]
-    assert place(run, 0.1) == pytest.approx(0.5 * (push - MU * PRESS) / MASS * 0.1**2, rel=1e-10)
-
-
-def test_a_driven_block_slips_and_sticks_at_the_times_of_its_closed_form() -> None:
-    """v = A/(m w) (cos w t0 - cos w t) - mu g (t - t0) from t0, where A sin w t0 = mu m g."""
-    hz, size = 50.0, 1.6 * MU * PRESS
-    omega = 2.0 * math.pi * hz
-    run = ts.simulate(
-        ts.with_values(slider(), {"signals": {"along": ts.Sine(amplitude=size, frequency=hz)}}), 0.9 / hz
-    )
-    begin = math.asin(MU * PRESS / size) / omega
-
-    def speed(t: float) -> float:
-        return size / (MASS * omega) * (math.cos(omega * begin) - math.cos(omega * t)) - MU * GRAVITY * (
-            t - begin
-        )
-
-    end = brentq(speed, 0.3 / hz, 0.9 / hz, xtol=1e-16)
-    assert of_kind(run, EventKind.SLIP_BEGINS)["time"][0] == pytest.approx(begin, rel=1e-11)
-    # it is pulled back harder than friction bears: it turns without sticking
-    turned = abs(size * math.sin(omega * end)) > MU * PRESS
-    after = run.events[run.events["time"] > begin * (1.0 + 1e-9)]
-    assert after["time"][0] == pytest.approx(end, rel=1e-11)
-    assert (after["kind"][0] == EventKind.SLIP_BEGINS) == turned
-    assert run.ledger.closure < 1e-10
 
 
 @pytest.mark.parametrize("speed", [0.02, 0.06])
@@ -138,21 +95,6 @@ def test_a_block_whose_friction_would_press_it_down_without_end_is_told_to_jam()
     jammed = ts.simulate(slider(speed=SPEED, coupling=-0.6, friction=Friction(coefficient=2.0)))
     assert jammed.code.name == "JAMMED" and "friction" in jammed.code.value
     assert ts.simulate(slider(speed=-SPEED, coupling=-0.6, friction=Friction(coefficient=2.0))).ok
-
-
-@pytest.mark.parametrize("kind", ["stribeck", "rate_weakening"])
-def test_friction_that_falls_with_the_slip_speed_stops_a_block_by_its_integral(kind: str) -> None:
-    law = {"kind": kind, "static": 0.4, "dynamic": 0.2, "speed": 0.02} | (
-        {"exponent": 2.0} if kind == "stribeck" else {}
-    )
-
-    def coefficient(v: float) -> float:
-        return 0.2 + 0.2 * (math.exp(-((v / 0.02) ** 2)) if kind == "stribeck" else 0.02 / (0.02 + v))
-
-    run = ts.simulate(slider(speed=SPEED, friction=law))
-    stop = quad(lambda v: 1.0 / (GRAVITY * coefficient(v)), 0.0, SPEED, epsabs=0.0, epsrel=1e-13)[0]
-    assert of_kind(run, EventKind.STICK_BEGINS)["time"] == pytest.approx([stop], rel=1e-8)
-    assert run.ledger.closure < 1e-8
 
 
 @pytest.mark.parametrize("seed", [453, 983, 3071])

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tarsus.cli import app
+from tarsus.cli import app, former
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +33,7 @@ WORDS = {
     "a scene": ("--set", "--law"),
     "laws": ("--law",),
     "draws": ("--seed",),
-    "many runs": ("--threads", "--dask"),
+    "many runs": ("--threads", "--on"),
     "threads": ("--threads",),
     "files": ("-o", "--output", "--overwrite"),
     "a page": ("-o", "--output", "--overwrite", "--report"),
@@ -139,10 +139,18 @@ def test_less_and_more_at_once_is_refused(tarsus):
     assert said.code == 2 and said.out == "" and "one of them" in said.sentences[0]
 
 
-def test_a_former_name_of_a_verb_works_and_says_so(tarsus):
-    said = tarsus("next", "cantilever", "--parameter", "ground.film.height", "--budget", "1 s")
-    assert said.sentences[0] == "note: `tarsus next` is now `tarsus recommend`; the former name will go"
-    assert said.code == 2 and "ground.film.height" in said.sentences[1]
+@pytest.mark.parametrize(
+    ("words", "now"),
+    [
+        *((name, now) for name, now in former.COMMANDS.items()),
+        *((name if " " in name else f"calibrate {name}", now) for name, now in former.OPTIONS.items()),
+    ],
+)
+def test_a_former_word_is_answered_with_the_present_one(tarsus, words, now):
+    said = tarsus(*words.split(), "x")
+    (sentence,) = said.sentences
+    assert (said.code, said.out) == (2, "")
+    assert words.split()[-1] in sentence and sentence.endswith(f" is gone: use {now}")
 
 
 def test_threads_are_a_number_of_one_or_more(tarsus):

@@ -39,7 +39,9 @@ def test_show_names_the_impact_map(tarsus):
 
 def test_show_names_the_landing_rule(tarsus, tmp_path):
     file = tmp_path / "slow.toml"
-    ts.write_scene(ts.load_scene("cantilever", **{"ground.landing": ts.RestituteFirst(speed=0.02)}), file)
+    ts.write_scene(
+        ts.load_scene("cantilever", **{"ground.landing": ts.laws.RestituteFirst(speed=0.02)}), file
+    )
     out = tarsus("show", str(file)).out
     assert "landing: restitution first, held when slow" in out
     assert "ground.landing.speed" in out

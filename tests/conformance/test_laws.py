@@ -94,35 +94,9 @@ def same_events(one: ts.Run, other: ts.Run) -> None:
     )
 
 
-@pytest.mark.parametrize(
-    ("slot", "own"),
-    [
-        ("film", "own_film"),
-        ("electrostatic", "own_electrostatic"),
-        ("restitution", "own_rebound"),
-        ("adhesion", "own_latch"),
-    ],
-)
-# Slow: a second scene. The one that has every law stays.
-@pytest.mark.parametrize("name", ["sticky_feet", pytest.param("p1_n2", marks=pytest.mark.slow)])
-def test_a_users_law_is_as_good_as_the_built_in_one(slot, own, name):
-    base = scene(name)
-    built_in = getattr(base.ground, slot)
-    if built_in is None:
-        pytest.skip(f"{name} has no {slot}")
-    mine = ts.with_values(base, {f"ground.{slot}": None, "ground.laws": {own: OWN[own](**dict(built_in))}})
-    same_events(ts.simulate(base, duration=0.05), ts.simulate(mine, duration=0.05))
-
-
-def test_users_laws_without_the_compiler():
-    base = scene("ball")
-    laws = {"own_rebound": OWN["own_rebound"](coefficient=0.9)}
-    mine = ts.with_values(base, {"ground.restitution": None, "ground.laws": laws})
-    same_events(ts.simulate(base), ts.simulate(mine))
-
-
 OWN_FRICTION = """
-from tarsus import FrictionLaw, quantity
+from tarsus import quantity
+from tarsus.model.laws import FrictionLaw
 
 class Rough(FrictionLaw):
     leading = ("margin", "strength")

@@ -68,7 +68,9 @@ def test_a_program_is_the_plain_law(law):
     plain = [law.function()(*point, *law.parameters()) for point in arguments.T]
     powers = type(law) in OWN.values()  # which Python rounds only once
     found = values(of(law), arguments, law.parameters())
-    if isinstance(law, ts.LegElectrostatic):  # log(1 + x) - x / (1 + x) cancels to a hundredth at |x| = 0.02
+    if isinstance(
+        law, ts.laws.LegElectrostatic
+    ):  # log(1 + x) - x / (1 + x) cancels to a hundredth at |x| = 0.02
         np.testing.assert_allclose(found, plain, rtol=1e-13, atol=0.0)
     elif not powers:
         np.testing.assert_array_equal(found, plain)
@@ -94,7 +96,7 @@ def test_its_derivatives_are_central_differences(law):
 
 
 def test_both_branches_of_the_leg_meet():
-    law = ts.LegElectrostatic(coefficient=2e-20, offset=1e-6, rest=1e-5)
+    law = ts.laws.LegElectrostatic(coefficient=2e-20, offset=1e-6, rest=1e-5)
     height = law.offset + law.rest
     gaps = law.rest + height * np.array([-0.02, -0.01, 0.0, 0.01, 0.02]) * (1.0 + 1e-12)
     arguments = np.vstack([gaps, np.zeros(5), np.full(5, 3.0), np.zeros(5)])

@@ -17,9 +17,8 @@ from tarsus.base.events import EventKind
 from tarsus.base.spec import with_values
 from tarsus.model.scene import Ground, Initial, Scene, Standing
 from tarsus.plan.lowering import lower_scene
-from tarsus.plan.slots import rows_of
 from tarsus.solve.codes import ResultCode, structured_events
-from tarsus.solve.engine import Accuracy, RawWalks, execute, walk
+from tarsus.solve.engine import Accuracy, execute, walk
 from tarsus.solve.simulate import RECORDED
 from walking_devices import creeping_millipede
 from walking_scenes import block, moving, sticky, trotter
@@ -66,10 +65,10 @@ SCENES = {
     "sticky": (on, 0.02),
     "bare": (lambda: trotter(ground=BARE), 0.02),
     "no friction": (lambda: on(friction=None), 0.02),
-    "restitute first": (lambda: on(landing=ts.RestituteFirst(speed=2e-3)), 0.02),
-    "restitute all": (lambda: on(landing=ts.RestituteFirst(speed=0.0)), 0.02),
-    "pull as printed": (lambda: on(landing=ts.PullAsPrinted()), 0.02),
-    "adhesive friction": (lambda: on(friction=ts.AdhesiveFriction(coefficient=0.3)), 0.02),
+    "restitute first": (lambda: on(landing=ts.laws.RestituteFirst(speed=2e-3)), 0.02),
+    "restitute all": (lambda: on(landing=ts.laws.RestituteFirst(speed=0.0)), 0.02),
+    "pull as printed": (lambda: on(landing=ts.laws.PullAsPrinted()), 0.02),
+    "adhesive friction": (lambda: on(friction=ts.laws.AdhesiveFriction(coefficient=0.3)), 0.02),
     "film": (lambda: on(film=FILM), 0.02),
     "thin film": (lambda: on(adhesion=None, film=THIN), 0.01),
     "electrostatic": (
@@ -77,7 +76,7 @@ SCENES = {
         0.02,
     ),
     "along the leg": (
-        lambda: on(leg_electrostatic=ts.LegElectrostatic(coefficient=1e-19, offset=1e-6, rest=1e-6)),
+        lambda: on(leg_electrostatic=ts.laws.LegElectrostatic(coefficient=1e-19, offset=1e-6, rest=1e-6)),
         0.02,
     ),
     "undamped": (lambda: trotter(damping=0.0), 0.01),
@@ -117,36 +116,6 @@ def test_the_events_marks_and_energies_that_another_implementation_found(name: s
     for first, last in ((0, 1), (1, 1 + body), (1 + body, 1 + body + 2 * feet)):
         close(run.marks[:, first:last], marks[:, first:last], 1e-8)
     close(run.end[3], energy, 1e-7)
-
-
-def varied() -> tuple[RawWalks, list[RawWalks]]:
-    """Four runs that differ in laws and start, in one batch and alone."""
-    plan = lower_scene(on(film=FILM))
-    parameters = np.repeat(plan.laws.parameters[None], 4, axis=0)
-    parameters *= np.linspace(0.7, 1.2, 4)[:, None, None]
-    initial = np.repeat(plan.initial[None], 4, axis=0)
-    initial[:, 1] += np.linspace(0.0, 1e-6, 4)
-    initial[:, -3] += np.linspace(0.0, 1e-3, 4)
-    rows = dataclasses.replace(rows_of(plan, 4, 1e-3), parameters=parameters, initial=initial)
-    one = rows_of(plan, 1, 1e-3)
-    alone = [
-        walk(
-            plan,
-            5e-3,
-            rows=dataclasses.replace(one, parameters=parameters[i : i + 1], initial=initial[i : i + 1]),
-        )
-        for i in range(4)
-    ]
-    return walk(plan, 5e-3, rows=rows), alone
-
-
-def test_runs_of_a_batch_are_those_made_alone_to_the_last_bit() -> None:
-    batch, alone = varied()
-    assert len({len(run.events) for run in alone}) > 1
-    for i, run in enumerate(alone):
-        np.testing.assert_array_equal(batch.of(i), run.events)
-        np.testing.assert_array_equal(batch.marks_of(i), run.marks)
-        np.testing.assert_array_equal(batch.finish[i], run.finish[0])
 
 
 def test_an_account_and_samples_change_no_bit_of_a_run() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 
 import numpy as np
 import pytest
@@ -62,14 +61,3 @@ def test_every_example_is_in_a_test():
     tests = "".join(path.read_text(encoding="utf-8") for path in EXAMPLES.parent.glob("tests/**/test_*.py"))
     for path in EXAMPLES.glob("*.py"):
         assert f'load("{path.stem}")' in tests or path.name in tests, f"{path.name} has no test"
-
-
-def test_the_python_of_the_readme_runs(capsys):
-    page = (EXAMPLES.parent / "README.md").read_text(encoding="utf-8")
-    (block,) = re.findall(r"```python\n(.+?)```", page, re.DOTALL)
-    names: dict = {}
-    exec(block, names)
-    sentence, closure, contact = capsys.readouterr().out.splitlines()
-    assert sentence == names["run"].code.value
-    assert float(closure) < 1e-8
-    assert "contact" in contact or "zero gap" in contact

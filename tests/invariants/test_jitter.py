@@ -28,7 +28,9 @@ def forms(scene: ts.Scene) -> set[str]:
     rows = {(tuple(robot.structure.row(point)), normal) for point, normal in feet}
     words = {kind, f"{len(robot.structure.legs)} legs"} if kind == "walker" else {kind}
     words |= {f"by {ground.landing.kind}"} if ground.landing else set()
-    words |= {name for name in ("film", "adhesion", "friction", "electrostatic", "gravity") if getattr(ground, name)}
+    words |= {
+        name for name in ("film", "adhesion", "friction", "electrostatic", "gravity") if getattr(ground, name)
+    }
     words |= {"own law"} if ground.laws else set()
     words |= {wave.kind for wave in scene.signals.values()}
     words |= {drive.law.kind for drive in robot.drives.values()}

@@ -14,7 +14,7 @@ def random_scene(number: int) -> ts.Scene:
     kind = (ts.Square, ts.Sine)[rng.integers(2)]
     hz = float(np.exp(rng.uniform(np.log(15.0), np.log(900.0))))
     drive = kind(amplitude=float(rng.uniform(1.0, 30.0)), frequency=hz)
-    chosen = (printed_map(), ts.DominantMode(), ts.DominantMode(mode=int(rng.integers(1, 7))))[
+    chosen = (printed_map(), ts.laws.DominantMode(), ts.laws.DominantMode(mode=int(rng.integers(1, 7))))[
         rng.integers(3)
     ]
     return hexapod(

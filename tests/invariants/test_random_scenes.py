@@ -49,36 +49,27 @@ def test_a_drive_that_rounding_cuts_into_a_sliver_is_followed_through_it() -> No
     assert len(run.events) == 8  # those of the second simulator
 
 
-@pytest.mark.parametrize("seed", [83, 150, 187, 160, 161, 223, 240, 313, 338])
-def test_a_strong_film_in_which_feet_hardly_move_keeps_its_account(seed: int) -> None:
-    """Its momentum per mass is 1e7 to 1e12 times their speed: counted from a step's start, it leaves their digits."""
+ONCE_WRONG = {
+    # a strong film in which feet hardly move: its momentum per mass is 1e7 to 1e12 their speed and left few digits
+    **dict.fromkeys((83, 150, 187, 160, 161, 223, 240, 313, 338), 2e-9),
+    # one gap, or a film, a thousand times what the feet that land have: tolerances went by the largest length
+    **dict.fromkeys((34, 75, 102, 217), 1e-9),
+    # a stiff dashpot beside a loose chain: a slow block was 2e4 times its rates, its gap rounding; it stalled
+    1340: 1e-10,
+    # a film of one's own in which feet hardly move: rounding by its own size let steps shrink to their bound
+    802: 2e-9,
+    # two feet on one coordinate: with one held the other follows no leading foot, yet loads it
+    151: 1e-8,
+}
+EVENTS = {1340: 3, 151: 22}
+
+
+@pytest.mark.parametrize("seed", ONCE_WRONG)
+def test_a_scene_that_went_wrong_once_keeps_its_account(seed: int) -> None:
+    """Up to the closure beside it: what is left there is rounding."""
     found = look_at(scene_of(seed))
-    assert found["code"] == "DONE"
-    assert found["closure"] < 2e-9
-
-
-@pytest.mark.parametrize("seed", [34, 75, 102, 217])
-def test_a_foot_far_away_or_a_thick_film_loosens_no_account(seed: int) -> None:
-    """One gap, or a film, a thousand times what the feet that land have: tolerances went by the largest length."""
-    found = look_at(scene_of(seed))
-    assert found["code"] == "DONE"
-    assert found["closure"] < 1e-9
-
-
-def test_a_stiff_dashpot_beside_a_loose_chain_leaves_its_events_in_place() -> None:
-    """It stalled where its foot is let go: a slow block was 2e4 times its rates, its gap rounding."""
-    found = look_at(scene_of(1340))
-    assert found["code"] == "DONE"
-    assert found["events"] == 3
-    assert found["closure"] < 1e-10  # rounding: 1.4e-11 where the last bits of linear algebra are others
-
-
-def test_a_film_of_ones_own_in_which_feet_hardly_move_needs_no_tiny_steps() -> None:
-    """Its momentum rounded by its own size, which let steps shrink to their bound; the account was open by 4e-4."""
-    found = look_at(scene_of(802))
-    assert found["code"] == "DONE"
-    assert found["steps"] < 200_000
-    assert found["closure"] < 2e-9  # of a few 1e-9 as rounding had it
+    assert found["code"] == "DONE" and found["closure"] < ONCE_WRONG[seed]
+    assert found["events"] == EVENTS.get(seed, found["events"]) and found["steps"] < 200_000
 
 
 @pytest.mark.parametrize("seed", [145, 335, 517, 307, 275])
@@ -97,13 +88,6 @@ def test_a_run_under_a_strong_film_ends_with_the_velocities_that_its_last_step_s
     run = ts.simulate(wide_scene(145))
     assert run.ledger.kinetic == pytest.approx(1.9050841e-14, rel=1e-6)
     np.testing.assert_allclose(run.at([run.end_time]).kinetic, run.ledger.kinetic, rtol=1e-9)
-
-
-def test_a_held_foot_carries_what_presses_feet_that_cannot_move() -> None:
-    """Two feet on one coordinate under voltage: with one held the other follows no leading foot, yet loads it."""
-    found = look_at(scene_of(151))
-    assert found["code"] == "DONE"
-    assert found["events"] == 22  # six times down, at rest and let go again
 
 
 @pytest.mark.slow

@@ -9,8 +9,6 @@ import sys
 from functools import cache
 from pathlib import Path
 
-import pytest
-
 ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "src"
 SOURCES = sorted(PACKAGE.rglob("*.py"))
@@ -113,20 +111,3 @@ def test_reasons_for_no_derivative_are_numbered_as_in_the_engine():
         assert said[name] in gradients._REASONS[number]
     assert {found["AT_THRESHOLD"], found["EDGE_AT_START"]} == gradients._ONE_SIDED
     assert {one.name: one.value for one in lanes.Doubt} == found
-
-
-def test_modules_are_found_by_their_former_names():
-    import importlib
-
-    from tarsus.base.moved import MOVED
-
-    for home, names in MOVED.items():
-        for name in names.split():
-            with pytest.warns(DeprecationWarning, match=rf"tarsus\.{name} is now tarsus\.{home}\.{name}"):
-                sys.modules.pop(f"tarsus.{name}", None)
-                former = importlib.import_module(f"tarsus.{name}")
-            assert former is importlib.import_module(f"tarsus.{home}.{name}")
-    with pytest.warns(DeprecationWarning):
-        assert importlib.import_module("tarsus.laws.film") is importlib.import_module(
-            "tarsus.model.laws.film"
-        )

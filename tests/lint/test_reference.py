@@ -86,8 +86,8 @@ def test_what_is_listed_says_what_it_is(name):
 
 
 FIRST = (
-    "load_scene", "device_names", "read_scene", "with_values", "get_value", "float_paths", "quantity", "load_laws",
-    "simulate", "simulate_batch", "gradient", "periodic", "branch", "sweep", "calibrate.calibrating.calibrate",
+    "load_scene", "device_names", "read_scene", "with_values", "get_value", "base.spec.float_paths", "quantity",
+    "load_laws", "simulate", "simulate_batch", "gradient", "periodic", "branch", "sweep", "calibrate.calibrating.calibrate",
     "load_mixture", "fit.least_squares", "fit.minimize", "design.gait", "design.landing", "design.standing",
     "read_measurement",
 )  # fmt: skip
@@ -134,32 +134,6 @@ def test_a_campaign_is_identified_by_the_name_of_its_package():
     with pytest.raises(tarsus.InputError, match=r"nowhere\.toml"):
         tarsus.identify("nowhere.toml")
     assert tarsus.modes.CircleFit is found("tarsus.modes.circle.CircleFit")
-
-
-@pytest.mark.parametrize(
-    ("old", "new"),
-    [
-        ("Free", "CustomGait"), ("Wave", "MetachronalGait"), ("Given", "MeasuredImpactMap"),
-        ("ResistiveLaw", "DampingLaw"), ("LatchLaw", "AdhesionLaw"),
-    ],
-)  # fmt: skip
-def test_former_names_work_and_warn(old, new):
-    with pytest.warns(DeprecationWarning, match=f"tarsus.{old} is now tarsus.{new}"):
-        assert getattr(tarsus, old) is getattr(tarsus, new)
-    assert old not in tarsus.__all__
-
-
-def test_former_words_of_files_and_modules_work_and_warn():
-    from tarsus.files.toml import parse_scene, scene_text
-
-    text = scene_text(tarsus.load_scene("cantilever"))
-    former = text.replace("near_field_forces = true", "small_forces = false")
-    with pytest.warns(DeprecationWarning, match=r"ground\.small_forces is now ground\.near_field_forces"):
-        assert parse_scene(former).ground.near_field_forces is False
-    with pytest.warns(DeprecationWarning, match=r"tarsus\.identify\.belief is now tarsus\.identify\.prior"):
-        module = importlib.import_module("tarsus.identify.belief")
-    with pytest.warns(DeprecationWarning, match=r"\.Belief is now .*\.LogNormalPrior"):
-        assert module.Belief is module.LogNormalPrior
 
 
 def test_a_verb_that_is_a_package_too_can_be_called():

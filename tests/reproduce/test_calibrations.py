@@ -55,7 +55,7 @@ def loop(amplitude: float, samples: int = 400):
     return np.concatenate([down, down[::-1]]), np.repeat([False, True], samples)
 
 
-def columns(law: ts.PrandtlIshlinskii, amplitude: float):
+def columns(law: ts.drives.PrandtlIshlinskii, amplitude: float):
     """Force [N] of the monomials and of a unit play at each threshold along a loop (2 samples, 4 + plays)."""
     volts, rising = loop(amplitude)
     bare = {"constant": 0.0, "linear": 0.0, "quadratic": 0.0, "cubic": 0.0}

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import tarsus as ts
+from tarsus.impacts.energy import creation_warning
 from tarsus.report.circular import dials
 from tarsus.report.run_page import report_html
 from tarsus.report.series import Trace, last_turns, point_trace
 from tarsus.report.sheet import figure_style
-from tarsus.study.impacts import creation_warning
 from tarsus_reproduce.impacts import impact_energies
 from tarsus_reproduce.mixtures import packaged_members
 from tarsus_reproduce.pages.robot import robot_html

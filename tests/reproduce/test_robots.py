@@ -137,7 +137,7 @@ def test_worst_gains_and_energies_along_a_run():
     assert gains["dominant mode"].worst_gain == pytest.approx(2.33, abs=0.05)  # at e = 0.515
     assert gains["printed"].worst_gain > 20.0
     assert all(row.passive_worst_gain == pytest.approx(1.0) for row in gains.values())
-    run = ts.simulate(ts.with_values(scene, {"ground.impact": ts.MassWeighted()}), duration=0.2)
+    run = ts.simulate(ts.with_values(scene, {"ground.impact": ts.laws.MassWeighted()}), duration=0.2)
     energies = impact_energies(run, "hexapod")
     assert len(energies.time) > 10
     bounced = run.events["kind"][np.isin(run.events["kind"], (1, 2, 4))] == 1

@@ -332,7 +332,7 @@ def test_an_output_that_has_settled_keeps_its_branch() -> None:
     square = OnOff(
         levels=(7.957256413493036, -6.6461928594664155), durations=(2.9468803e-4, 3.4747338e-4), repeat=True
     )
-    law = ts.TwoBranch(rising=RISING, falling=FALLING)
+    law = ts.drives.TwoBranch(rising=RISING, falling=FALLING)
     output = Amplifier(rise_time=lag * math.log(9.0)).output(square)
     t = np.linspace(0.0, 2.9e-4, 20001)[1:]
     np.testing.assert_allclose(evaluate(lower(output, law)[0], t), RISING(output.volts(t)), rtol=1e-9)

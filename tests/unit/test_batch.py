@@ -20,7 +20,6 @@ from tarsus.base.workers import spread, workers
 from tarsus.plan.lowering import lower_scene
 from tarsus.solve import Batch, ResultCode
 from tarsus.study import bench
-from walking_devices import creeping_millipede
 
 SCENES = Path(__file__).parent.parent / "scenes"
 FILM, VOLTS, HERTZ = "ground.film.coefficient", "signals.pzt.amplitude", "signals.pzt.frequency"
@@ -84,22 +83,6 @@ def test_rows_as_a_dataset_have_the_varied_values_as_coordinates():
         chain.robot.feet
     )
     assert data["peak_per_foot"].values[1].tolist() == list(batch.measures(1)["peak"].per_foot.values())
-
-
-@pytest.mark.parametrize("name", ["cantilever", "millipede"])
-def test_measures_of_all_runs_are_those_of_each_to_the_last_bit(name):
-    """Runs of different drive periods and plans."""
-    base = creeping_millipede() if name == "millipede" else ts.load_scene(name)
-    vary = {"gait.frequency" if name == "millipede" else HERTZ: [50.0, 100.0, 61.0, 50.0]}
-    vary |= {"robot.structure.body.mass": [2e-7, 2e-7, 3e-7, 2e-7]} if name == "millipede" else {}
-    batch = ts.simulate_batch(base, vary, 0.06, threads=1)
-    every = batch.measured()
-    for i in range(4):
-        alone = batch.measures(i)
-        assert list(alone) == list(every)
-        for key, one in alone.items():
-            assert repr(every[key].of(i)) == repr(one), key
-    assert np.isfinite(every["stride" if name == "millipede" else "peak"].value).all()
 
 
 @pytest.mark.parametrize("name", ["cantilever", "millipede", "hexapod"])

@@ -1,98 +1,253 @@
-"""Files and calls printed in the documentation work as printed."""
+"""The Python of the documentation runs as printed, its command lines are ones, its lists are of what there is."""
 
 from __future__ import annotations
 
 import re
+import shlex
+import sys
+from collections.abc import Callable
+from importlib.util import find_spec
 from pathlib import Path
+from types import ModuleType
+from typing import Any, NamedTuple
 
+import doc_pages
 import numpy as np
 import pytest
+import xarray
+from doc_pages import ROOT
 
-DOCS = Path(__file__).parents[2] / "docs"
+import tarsus as ts
+from tarsus.base.messages import alternatives, kind_of
+from tarsus.files.toml import parse_scene
+
+PAGES = doc_pages.PAGES | {"README.md": (ROOT / "README.md").read_text(encoding="utf-8")}
+ELSEWHERE = {
+    "CONTRIBUTING.md": "lint/test_repository.py",  # the law of the examples, which they run
+    "calibrate.md": "unit/calibrate/test_calibrating.py",
+}
+"""Pages whose Python other tests run."""
+Names = dict[str, Any]
 
 
-def test_the_scene_on_the_file_format_page_is_one():
-    from tarsus.files.toml import parse_scene
-
-    page = (DOCS / "file-format.md").read_text(encoding="utf-8")
-    (text,) = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
-    scene = parse_scene(text)
-    assert scene.robot.feet["tip"].gap == 70e-6
-    assert scene.origin("robot.feet.tip.gap").source.value == "printed"
+def blocks(page: str, language: str = "python") -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```", PAGES[page], re.DOTALL | re.MULTILINE)
 
 
-def test_the_grid_on_the_page_of_batches_runs():
-    page = (DOCS / "batches.md").read_text(encoding="utf-8")
-    (text,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
-    names: dict = {}
-    exec(text, names)
+# ---- what pages need that they do not make
+
+
+def nothing(folder: Path) -> Names:
+    return {}
+
+
+def lab(folder: Path) -> Names:
+    """The campaign of the page of identification: small, but whole."""
+    from tarsus.experiment.campaign_folder import write_campaign
+    from tarsus.experiment.synthesis import Instrument
+
+    write_campaign(ts.load_scene("cantilever"), folder / "lab", Instrument(rate=20e3, snr_db=50.0), 1)
+    return {}
+
+
+def records(folder: Path) -> Names:
+    """Files as the page of readers names them: a table of a leg, and frequency responses in MATLAB's format."""
+    from scipy.io import savemat
+
+    def table(file: str, head: str, *columns: np.ndarray) -> None:
+        rows = "\n".join(",".join(f"{x:.9g}" for x in row) for row in np.column_stack(columns))
+        (folder / file).write_text(f"{head}\n{rows}")
+
+    time = np.arange(200) * 1e-4
+    table("leg.csv", "t [s],Ch1,Ch2", time, np.sin(300.0 * time), 8.0 * np.sign(np.cos(300.0 * time)))
+    line = np.arange(1, 65) * 0.3125
+    response = 1.0 / (10.0**2 - line**2 + 0.5j * line)
+    savemat(folder / "leg.mat", {"H": response})
+    savemat(folder / "h.mat", {"frequency": line, "Hre": response.real, "Him": response.imag})
+    table("h.csv", "frequency [Hz],mag,arg", line, np.abs(response), np.degrees(np.angle(response)))
+    return {}
+
+
+def plate(folder: Path) -> Names:
+    """Responses of two modes at three points, as a universal file."""
+    import pyuff
+
+    hertz = np.arange(100.0, 1500.0, 1.0)
+    poles = [(400.0, 0.01), (900.0, 0.008)]
+    shapes = np.array([[1.0, 0.7, -0.4], [0.5, -0.8, 1.0]])
+    sets = []
+    for point in range(3):
+        value = sum(
+            shapes[k, point] * shapes[k, 0] / (f**2 - hertz**2 + 2j * d * f * hertz)
+            for k, (f, d) in enumerate(poles)
+        ) * -((2.0 * np.pi * hertz) ** 2)
+        sets.append(
+            pyuff.prepare_58(
+                binary=0, func_type=4, rsp_node=point + 1, rsp_dir=3, ref_dir=3, ref_node=1, data=value, x=hertz,
+                id1=f"point {point + 1}", rsp_ent_name="NONE", ref_ent_name="NONE", abscissa_spacing=1,
+                abscissa_spec_data_type=18, ordinate_spec_data_type=12, orddenom_spec_data_type=13,
+            )
+        )  # fmt: skip
+    pyuff.UFF(str(folder / "plate.uff")).write_sets(sets, mode="add")
+    return {}
+
+
+def gradients(folder: Path) -> Names:
+    paths = ["ground.film.coefficient", "robot.feet.tip.gap"]
+    vary = {"robot.feet.tip.gap": [69e-6, 70e-6]}
+    return {
+        "ts": ts,
+        "scene": ts.load_scene("cantilever"),
+        "times": [1e-3, 2e-3],
+        "paths": paths,
+        "vary": vary,
+    }
+
+
+def determined(folder: Path) -> Names:
+    draws = np.random.default_rng(1).normal([2.0, 5.0], [0.1, 0.2], (400, 2))
+    return {"names": ["a", "b"], "values": [2.0, 5.0], "draws": draws, "units": {"a": "m", "b": "s"}}
+
+
+def cluster(folder: Path) -> Names:
+    """A study, and a cluster of one thread here in place of the one that dask-jobqueue would start."""
+    import distributed
+
+    doc_pages.sweep_study(folder)
+
+    class SLURMCluster(distributed.LocalCluster):
+        def __init__(self, cores: int, memory: str, walltime: str) -> None:
+            super().__init__(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None)
+
+        def adapt(self, maximum_jobs: int) -> None:
+            """It has what it has."""
+
+    sys.modules["dask_jobqueue"] = ModuleType("dask_jobqueue")
+    sys.modules["dask_jobqueue"].__dict__["SLURMCluster"] = SLURMCluster
+    return {}
+
+
+def law(folder: Path) -> Names:
+    (folder / "examples").symlink_to(ROOT / "examples")
+    return {}
+
+
+# ---- what must hold afterwards
+
+
+def a_law(names: Names) -> None:
+    assert names["run"].ok
+
+
+def a_grid(names: Names) -> None:
     assert names["contact"].shape == (5, 3) and np.isfinite(names["contact"]).all()
     assert names["data"]["peak"].dims == ("ground.film.coefficient", "signals.pzt.amplitude")
 
 
-def test_the_session_on_the_page_of_slots_runs():
-    page = (DOCS / "slots.md").read_text(encoding="utf-8")
-    (text,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
-    names: dict = {}
-    exec(text, names)
-    assert names["first"].ok and names["second"].scene.robot.feet["tip"].gap == 65e-6
-    assert names["second"].motion.log.book.native is names["first"].motion.log.book.native
-    assert len(names["batch"]) == 3
-    slots = names["session"].slots
-    assert {"robot.feet.tip.gap", "signals.pzt.phase", "ground.film.coefficient"} <= set(slots)
+def restitution(names: Names) -> None:
+    assert np.isfinite(names["found"].restitution.value)
 
 
-def test_the_orbits_on_the_page_of_periodic_motion_are_found():
-    page = (DOCS / "orbits.md").read_text(encoding="utf-8")
-    text, walking = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
-    names: dict = {}
-    exec(text, names)
-    assert (
-        names["orbit"].kind == "stable, period 1, 4 impacts, 1 of them held" and names["orbit"].kind in text
-    )
-    assert np.abs(names["orbit"].multipliers).max() < 1e-9
-    exec(walking, names)
-    assert names["gait"].kind in walking and names["gait"].travel == pytest.approx(1.539e-6, rel=1e-3)
+def tooth(names: Names) -> None:
+    wave = names["Tooth"](top="8 V", half="10 ms")
+    assert wave.volts(np.array([0.005, 0.01, 0.025])) == pytest.approx([4.0, 8.0, 4.0])
 
 
-def test_the_fit_on_the_page_of_fits_finds_the_device():
-    page = (DOCS / "fit.md").read_text(encoding="utf-8")
-    (text,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
-    names: dict = {}
-    exec(text, names)
+def files(names: Names) -> None:
+    assert names["record"].count == 200 and names["record"].drive == "Ch2"
+    assert len(names["response"].frequency) == 64
+
+
+def a_fit(names: Names) -> None:
     found, problem = names["found"], names["problem"]
     assert found.values["robot.feet.tip.gap"] == pytest.approx(70e-6, rel=1e-6)
-    assert found.values["ground.restitution.coefficient"] == pytest.approx(
-        problem.scene.ground.restitution.coefficient, rel=1e-4
-    )
+    true = problem.scene.ground.restitution.coefficient
+    assert found.values["ground.restitution.coefficient"] == pytest.approx(true, rel=1e-4)
     assert found.values["ground.film.coefficient"] == pytest.approx(1.747e-21, rel=1e-3)
     assert found.evaluations < 10 and not problem.flags(found.x)
 
 
-def test_the_design_on_the_page_of_soft_landings_runs():
-    page = (DOCS / "landing.md").read_text(encoding="utf-8")
-    (text,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
-    names: dict = {}
-    exec(text, names)
+def a_gait(names: Names) -> None:
+    friction = names["walk"].scene.ground.friction.coefficient
+    assert friction == names["best"].worst_ground["ground.friction.coefficient"] and names["walk"].ok
+
+
+def identified(names: Names) -> None:
+    low, high = names["found"].steps["adhesion"].interval("ground.adhesion.rate")
+    assert 0.0 < low < high
+    assert "hysteresis" in names["chain"].steps
+
+
+def first_run(names: Names) -> None:
+    assert names["contact"] == pytest.approx(8.23e-3, rel=1e-2) and names["bounces"] == 3
+
+
+def a_landing(names: Names) -> None:
     assert names["softer"] < 0.5 and names["plain"] == pytest.approx(0.557, abs=1e-3)
     assert "LANDING_COUNT" in names["header"]
 
 
-def snippets(page: str, count: int | None = None) -> dict:
-    """Names after the Python of a page, its first ``count`` blocks or all, has run from top to bottom."""
-    import matplotlib
+def learned(names: Names) -> None:
+    """The derivative against differences, and an episode of the environment where Gymnasium is installed."""
+    value, slopes = names["value_and_slopes"]([8.0, 0.5])
+    ahead, behind = (names["value_and_slopes"]([8.0 + step, 0.5])[0] for step in (1e-4, -1e-4))
+    assert value > 0.0 and slopes[0] == pytest.approx((ahead - behind) / 2e-4, rel=1e-4)
+    if "torch" in names:
+        assert names["values"].grad.tolist() == pytest.approx(slopes)
+    if "jax" in names:
+        found = names["jax"].grad(names["hardest_impact"])(names["jnp"].array([8.0, 0.5]))
+        assert found.tolist() == pytest.approx(slopes)
+    if "Touchdown" in names:
+        world = names["Touchdown"]()
+        first, _ = world.reset(seed=1)
+        ends = [world.step(np.array([volts]))[3] for volts in [8.0, -8.0] * 10]
+        assert first.tolist() == [1.0, 0.0] and ends == [False] * 19 + [True]
 
-    matplotlib.use("Agg")
-    names: dict = {}
-    for text in re.findall(r"```python\n(.*?)```", (DOCS / page).read_text(encoding="utf-8"), re.DOTALL)[
-        :count
-    ]:
-        exec(text, names)
-    return names
+
+def leg(names: Names) -> None:
+    assert names["motion"].closure < 1e-6
 
 
-def test_the_numbers_on_the_page_of_theory_are_those_of_the_engine():
-    names = snippets("theory.md")
+def modes(names: Names) -> None:
+    assert [round(mode.frequency.value) for mode in names["fit"].modes] == [400, 900]
+
+
+def orbits(names: Names) -> None:
+    printed = PAGES["orbits.md"]
+    assert (
+        names["orbit"].kind == "stable, period 1, 4 impacts, 1 of them held"
+        and names["orbit"].kind in printed
+    )
+    assert np.abs(names["orbit"].multipliers).max() < 1e-9
+    assert names["gait"].kind in printed and names["gait"].travel == pytest.approx(1.539e-6, rel=1e-3)
+
+
+def readme(names: Names) -> None:
+    sentence, closure, contact = names["printed"].splitlines()
+    assert sentence == names["run"].code.value and float(closure) < 1e-8
+    assert "contact" in contact or "zero gap" in contact
+
+
+def spread(names: Names) -> None:
+    del sys.modules["dask_jobqueue"]
+    names["cluster"].close()
+    assert xarray.open_dataset("out/sweep.nc").sizes["ground.adhesion.rate"] == 2
+
+
+def a_session(names: Names) -> None:
+    assert names["first"].ok and names["second"].scene.robot.feet["tip"].gap == 65e-6
+    assert names["second"].motion.log.book.native is names["first"].motion.log.book.native
+    assert len(names["batch"]) == 3
+    assert {"robot.feet.tip.gap", "signals.pzt.phase", "ground.film.coefficient"} <= set(
+        names["session"].slots
+    )
+
+
+def swept(names: Names) -> None:
+    assert names["result"].runs == 11
+
+
+def theory(names: Names) -> None:
     assert names["moved"] == pytest.approx(names["landing"] / 2.0, rel=1e-10)
     assert names["found"] == pytest.approx(names["exact"], rel=1e-10)
     assert names["row"] == pytest.approx(names["exact"][0], rel=1e-10)
@@ -101,121 +256,188 @@ def test_the_numbers_on_the_page_of_theory_are_those_of_the_engine():
     assert names["half"] == pytest.approx(0.6) and names["least"] == pytest.approx(0.6)
 
 
-def test_the_tutorial_of_the_switch_runs():
-    names = snippets("tutorial-landing.md", 4)
-    assert names["closing"]["time"] == pytest.approx(27.795e-6, abs=0.5e-9)
-    account = names["account"]
-    assert -account.impacts / account.laws["electrostatic"] == pytest.approx(-1.0 / 3.0, abs=0.04)
-    design = names["design"]
-    assert design.speed < 0.233 / 20.0
-    assert design.signal.durations[:2] == pytest.approx((26.23e-6, 3.8e-6), abs=0.2e-6)
-
-
-@pytest.mark.slow
-def test_the_tutorial_of_the_switch_runs_to_its_end():
-    names = snippets("tutorial-landing.md")
-    assert names["robust"].worst == pytest.approx(0.098, abs=0.01)
-    assert names["robust"].nominal_worst == pytest.approx(0.13, abs=0.01)
-    assert "landing_ticks[LANDING_COUNT] = {0u, 262" in names["header"]
-
-
-@pytest.mark.slow
-def test_the_tutorial_of_gaits_runs_to_its_end():
-    names = snippets("tutorial-gait.md")
+def first_gait(names: Names) -> None:
     assert names["run"].measures.mean_speed.value == pytest.approx(0.48, abs=0.05)
     assert names["run"].ledger.closure < 1e-8
+
+
+def whole_gait(names: Names) -> None:
+    first_gait(names)
     assert names["fastest"].nominal[0] > 0.33 and names["cheapest"].nominal[1] < names["fastest"].nominal[1]
     assert names["speed"].value > 0.55
     assert names["sure"].robust.worst[0] >= 0.98 * names["sure"].optimum.worst[0] > 0.25
     assert "#define GAIT_COUNT 8u" in names["header"]
 
 
-def test_the_tutorial_of_gaits_begins_as_it_says():
-    names = snippets("tutorial-gait.md", 1)
-    assert names["run"].measures.mean_speed.value == pytest.approx(0.48, abs=0.05)
+def first_landing(names: Names) -> None:
+    assert names["closing"]["time"] == pytest.approx(27.795e-6, abs=0.5e-9)
+    account, design = names["account"], names["design"]
+    assert -account.impacts / account.laws["electrostatic"] == pytest.approx(-1.0 / 3.0, abs=0.04)
+    assert design.speed < 0.233 / 20.0
+    assert design.signal.durations[:2] == pytest.approx((26.23e-6, 3.8e-6), abs=0.2e-6)
 
 
-def test_the_design_on_the_page_of_gaits_runs():
-    page = (DOCS / "gaits.md").read_text(encoding="utf-8")
-    (text,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
-    names: dict = {}
-    exec(text, names)
-    friction = names["walk"].scene.ground.friction.coefficient
-    assert friction == names["best"].worst_ground["ground.friction.coefficient"] and names["walk"].ok
+def whole_landing(names: Names) -> None:
+    assert names["robust"].worst == pytest.approx(0.098, abs=0.01)
+    assert names["robust"].nominal_worst == pytest.approx(0.13, abs=0.01)
+    assert "landing_ticks[LANDING_COUNT] = {0u, 262" in names["header"]
 
 
-def test_the_objectives_and_symmetries_on_the_page_of_gaits_are_all_that_there_are():
-    from tarsus.design.adaptive import Sense
-    from tarsus.design.unknowns import Symmetry
-    from tarsus.design.walk_objectives import OBJECTIVES
+def ran(names: Names) -> None:
+    """That it ran is all there is to see."""
 
-    page = (DOCS / "gaits.md").read_text(encoding="utf-8")
-    for name in (*OBJECTIVES, *(one.value for one in (*Symmetry, *Sense))):
-        assert f"`{name}`" in page
+
+class Case(NamedTuple):
+    """Python of a page: what must hold afterwards, what it needs, whether it takes more than some seconds, and of how
+    many of its first blocks; of the page of sweeps, which shows how to read one before it makes one, the last first."""
+
+    page: str
+    check: Callable[[Names], None]
+    prepare: Callable[[Path], Names] = nothing
+    slow: bool = False
+    count: int | None = None
+
+
+CASES = [
+    Case("README.md", readme),
+    Case("add-a-law.md", a_law, law),
+    Case("batches.md", a_grid),
+    Case("determined.md", ran, determined),
+    Case("experiment.md", restitution, slow=True),
+    Case("extending.md", tooth),
+    Case("files-in.md", files, records),
+    Case("fit.md", a_fit),
+    Case("gaits.md", a_gait),
+    Case("gradients.md", a_law, gradients),
+    Case("identify.md", identified, lab, slow=True),
+    Case("index.md", a_law),
+    Case("install.md", first_run),
+    Case("landing.md", a_landing),
+    Case("learning.md", learned),
+    Case("legs.md", leg),
+    Case("modal.md", modes, plate),
+    Case("orbits.md", orbits),
+    Case("scale.md", spread, cluster, slow=True),
+    Case("slots.md", a_session),
+    Case("sweeps.md", swept),
+    Case("theory.md", theory),
+    Case("tutorial-gait.md", first_gait, count=1),
+    Case("tutorial-gait.md", whole_gait, slow=True),
+    Case("tutorial-landing.md", first_landing, count=4),
+    Case("tutorial-landing.md", whole_landing, slow=True),
+    Case("walking.md", a_law),
+]
+
+
+def missing(text: str) -> bool:
+    """Whether a block is of a library that Tarsus does not bring and that is not installed."""
+    others = ("torch", "jax", "gymnasium")
+    return any(
+        re.search(rf"^import {name}$", text, re.MULTILINE) and find_spec(name) is None for name in others
+    )
+
+
+def test_every_page_with_python_is_run():
+    assert {page for page in PAGES if blocks(page)} == {*(case.page for case in CASES), *ELSEWHERE}
+    for page, test in ELSEWHERE.items():
+        assert page in (ROOT / "tests" / test).read_text(encoding="utf-8"), page
+
+
+@pytest.mark.parametrize(
+    "case",
+    [pytest.param(case, marks=[pytest.mark.slow] if case.slow else []) for case in CASES],
+    ids=[f"{case.page}{'' if case.count is None else ' begins'}" for case in CASES],
+)
+def test_the_python_of_a_page_runs(case, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("MPLBACKEND", "agg")
+    names = case.prepare(tmp_path)
+    for text in blocks(case.page)[: case.count][:: -1 if case.page == "sweeps.md" else 1]:
+        if not missing(text):
+            exec(compile(text, case.page, "exec", dont_inherit=True), names)
+    case.check(names | {"printed": capsys.readouterr().out})
+
+
+def command_lines() -> list[tuple[str, str]]:
+    """Every command line of Tarsus in a block for the shell, and in the tables of the README."""
+    found = []
+    for page, text in sorted(PAGES.items()):
+        for block in blocks(page, "bash"):
+            lines = block.replace("\\\n", " ").splitlines()
+            found += [(page, line.removeprefix(".venv/bin/")) for line in lines]
+        found += [(page, line) for line in re.findall(r"^\| `(tarsus [^`]+)` \|", text, re.MULTILINE)]
+    return [(page, line) for page, line in found if line.startswith("tarsus ")]
+
+
+def test_every_command_line_is_one():
+    from tarsus.cli.app import RENAMED, VOICES, build
+
+    known = build([])
+    lines = command_lines()
+    assert len(lines) > 40
+    for page, line in lines:
+        words = [word for word in shlex.split(line, comments=True)[1:] if word not in VOICES]
+        words[0] = RENAMED.get(words[0], words[0])
+        try:
+            known.parse_args(words, print_error=False, exit_on_error=False)
+        except Exception as error:
+            pytest.fail(f"{page}: {line}: {error}")
+
+
+def test_verbs_on_the_page_of_installation_are_verbs():
+    from tarsus.cli.app import VERBS
+
+    said = {verb for verb in re.findall(r"^tarsus (\w+)", PAGES["install.md"], re.MULTILINE)}
+    assert {"new", "read", "check", "compare", "open"} <= said <= set(VERBS)
+
+
+def test_the_scene_on_the_file_format_page_is_one():
+    (text,) = blocks("file-format.md", "toml")
+    scene = parse_scene(text)
+    assert scene.robot.feet["tip"].gap == 70e-6
+    assert scene.origin("robot.feet.tip.gap").source.value == "printed"
+
+
+def test_the_walker_on_the_walking_page_is_one():
+    (text,) = blocks("walking.md", "toml")
+    scene = parse_scene(text)
+    assert scene.robot.structure.size == 4 + 2 * 4
+    times = np.array([0.0, 0.005, 0.01, 0.015])
+    rises = {name: wave.volts(times).argmax() for name, wave in scene.waveforms.items()}
+    assert rises == {"LF": 0, "hind": 1, "RF": 2}
+    assert min(ts.design.standing(scene).initial.displacement) < 0.0
+    stopped = ts.with_values(scene, {"signals.LF": ts.Constant(level=0.0)})
+    assert stopped.waveforms["LF"].volts(np.zeros(1))[0] == 0.0
 
 
 @pytest.mark.parametrize(
     "kind", ["sine", "square", "ramped_square", "ramp", "swept_sine", "on_off", "poling", "sampled"]
 )
 def test_every_signal_on_the_file_format_page_exists(kind):
-    from tarsus.base.messages import alternatives, kind_of
     from tarsus.model.drive.waveforms import Waveform
 
-    page = (DOCS / "file-format.md").read_text(encoding="utf-8")
-    (row,) = [line for line in page.splitlines() if line.startswith(f"| `{kind}`")]
+    (row,) = [line for line in PAGES["file-format.md"].splitlines() if line.startswith(f"| `{kind}`")]
     found = next(member for member in alternatives(Waveform) if kind_of(member) == kind)
-    for name in re.findall(r"`(\w+)`", row)[1:]:
-        assert name in found.model_fields
+    assert {*re.findall(r"`(\w+)`", row)[1:]} <= set(found.model_fields)
 
 
-def test_the_walker_on_the_walking_page_is_one():
-    import tarsus as ts
-    from tarsus.design import standing
-    from tarsus.files.toml import parse_scene
-
-    page = (DOCS / "walking.md").read_text(encoding="utf-8")
-    (text,) = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
-    scene = parse_scene(text)
-    assert scene.robot.structure.size == 4 + 2 * 4
-    rises = {
-        name: wave.volts(np.array([0.0, 0.005, 0.01, 0.015])).argmax()
-        for name, wave in scene.waveforms.items()
-    }
-    assert rises == {"LF": 0, "hind": 1, "RF": 2}
-    assert min(standing(scene).initial.displacement) < 0.0
-    stopped = ts.with_values(scene, {"signals.LF": ts.Constant(level=0.0)})
-    assert stopped.waveforms["LF"].volts(np.zeros(1))[0] == 0.0
-
-
-@pytest.mark.parametrize("page", ["file-format.md", "walking.md"])
-def test_every_gait_is_on_the_pages(page):
-    from tarsus.base.messages import alternatives, kind_of
+def test_what_pages_list_is_all_that_there_is():
+    from tarsus.design.adaptive import Sense
+    from tarsus.design.unknowns import Symmetry
+    from tarsus.design.walk_objectives import OBJECTIVES
     from tarsus.model.drive.gait import AnyGait
 
-    text = (DOCS / page).read_text(encoding="utf-8")
-    for gait in alternatives(AnyGait):
-        assert f"\n| `{kind_of(gait)}` |" in text
+    for page in ("file-format.md", "walking.md"):
+        assert all(f"\n| `{kind_of(gait)}` |" in PAGES[page] for gait in alternatives(AnyGait))
+    for page in ("file-format.md", "conventions.md"):
+        rules = (ts.CaptureUnlessPulled, ts.RestituteFirst, ts.PullAsPrinted)
+        assert all(f"`{kind_of(rule)}`" in PAGES[page] for rule in rules)
+    listed = (*OBJECTIVES, *(one.value for one in (*Symmetry, *Sense)))
+    assert all(f"`{name}`" in PAGES["gaits.md"] for name in listed)
 
 
 def test_the_two_readings_of_the_film_coefficient_differ_a_thousandfold():
     from tarsus.base.units import parse_quantity
 
-    page = (DOCS / "errata.md").read_text(encoding="utf-8")
-    (other,) = re.findall(r'--set ground\.film\.coefficient="([^"]+)"', page)
+    (other,) = re.findall(r'--set ground\.film\.coefficient="([^"]+)"', PAGES["errata.md"])
     assert parse_quantity(other, "N m^2 s") == pytest.approx(1.747e-24)
-
-
-def test_the_first_run_on_the_page_of_installation_runs():
-    page = (DOCS / "install.md").read_text(encoding="utf-8")
-    (text,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
-    names: dict = {}
-    exec(text, names)
-    assert names["contact"] == pytest.approx(8.23e-3, rel=1e-2) and names["bounces"] == 3
-
-
-def test_verbs_on_the_page_of_installation_are_verbs():
-    from tarsus.cli.app import VERBS
-
-    page = (DOCS / "install.md").read_text(encoding="utf-8")
-    said = {verb for verb in re.findall(r"^tarsus (\w+)", page, re.MULTILINE)}
-    assert {"new", "read", "check", "compare", "open"} <= said <= set(VERBS)

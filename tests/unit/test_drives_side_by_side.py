@@ -12,7 +12,7 @@ from tarsus.model.drive.lower import lower
 from tarsus.plan.channels import drive_courses
 from unit.drive_cases import PRINTED, WAVEFORMS
 
-PLAYS = ts.PrandtlIshlinskii(
+PLAYS = ts.drives.PrandtlIshlinskii(
     linear=-1e-4, quadratic=2e-6, cubic=1e-7, thresholds=(0.5, 1.5, 3.0, 5.0), weights=(-1e-4, -2e-4, -1e-4, -5e-5)
 )  # fmt: skip
 LAWS = {"linear": ts.LinearForce(gain=-1e-4, offset=2e-5), "plays": PLAYS, "branches": PRINTED}
@@ -56,7 +56,7 @@ def test_what_has_no_amplitude_or_no_edge_is_constant_beside_what_has():
     for wave, path, values in (
         (ts.Sine(amplitude=1.0, frequency=50.0, phase=0.3, offset=2.0), "amplitude", [0.0, 1.0, 3.0]),
         (ts.Square(amplitude=8.0, frequency=50.0), "duty", [0.0, 0.3, 1.0, 0.5]),
-        (ts.RampedSquare(amplitude=8.0, frequency=50.0, duty=0.2), "amplitude", [0.0, 3.0]),
+        (ts.waveforms.RampedSquare(amplitude=8.0, frequency=50.0, duty=0.2), "amplitude", [0.0, 3.0]),
         (ts.OnOff(levels=(3.0, 5.0), durations=(0.01, 0.02), repeat=True), "levels.1", [3.0, 5.0, 3.0]),
         (ts.OnOff(levels=(3.0, 5.0, 1.0), durations=(0.01, 0.02, 0.01)), "durations.1", [1e-3, 1e-17]),
         (ts.Sampled(times=(0.0, 0.1, 0.2, 0.3), levels=(1.0, 1.0, 1.0, 5.0)), "times.0", [0.0, 0.05]),
@@ -67,7 +67,7 @@ def test_what_has_no_amplitude_or_no_edge_is_constant_beside_what_has():
 
 
 def test_numbers_of_drives_of_histories_and_of_amplifiers():
-    wave = ts.RampedSquare(amplitude=8.0, frequency=50.0, duty=0.3, phase=0.4)
+    wave = ts.waveforms.RampedSquare(amplitude=8.0, frequency=50.0, duty=0.3, phase=0.4)
     scene = ts.with_values(
         scene_of("p1_n2"),
         {

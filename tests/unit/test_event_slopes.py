@@ -62,7 +62,7 @@ def test_a_measure_of_early_events_does_not_feel_sensitive_late_ones():
     assert run.gradient("peak")["robot.feet.f0.gap"] == pytest.approx(1.0, rel=1e-9)
 
 
-def run_of(count: int = 4) -> ts.GradientRun:
+def run_of(count: int = 4) -> ts.solve.GradientRun:
     return ts.simulate(scene_of("p1_n2"), 0.02 * count + 0.005, gradients=["signals.pull.frequency"])
 
 
@@ -75,7 +75,7 @@ def test_the_period_moves_what_is_told_per_time():
     assert not rows.any() and period == pytest.approx(-rate / run.period, rel=1e-12)
 
 
-def moved(run: ts.GradientRun, change) -> directional.Log:
+def moved(run: ts.solve.GradientRun, change) -> directional.EventDerivatives:
     rows = run._log.rows.copy()
     change(rows)
     return replace(run._log, rows=rows)

@@ -155,7 +155,7 @@ def test_a_passive_impact_map():
         signal=ts.Sine(amplitude=20.0, frequency=120.0),
         gap=1e-5,
         restitution=0.6,
-        impact=ts.DominantMode(mode=2),
+        impact=ts.laws.DominantMode(mode=2),
     )
     assert_as_differences(
         scene, ("ground.restitution.coefficient", "signals.pzt.amplitude"), 0.02, within=1e-6
@@ -259,7 +259,7 @@ def test_energies_by_a_stiffness_in_closed_form():
 def test_a_batch_has_the_gradients_of_its_runs():
     scene, path = scene_of("ball"), "robot.feet.ball.gap"
     batch = ts.simulate_batch(scene, {"ground.restitution.coefficient": [0.5, 0.8]}, 3.0, gradients=[path])
-    assert isinstance(batch, ts.GradientBatch)
+    assert isinstance(batch, ts.solve.GradientBatch)
     found = batch.gradient("hardest_impact")[path]
     assert found.shape == (2,)
     np.testing.assert_allclose(found, np.sqrt(2.0 * 9.81) / 2.0, rtol=1e-8)
@@ -370,17 +370,17 @@ def test_a_landing_at_the_threshold_of_the_pull_as_printed_has_no_derivative():
         feet={"a": ts.Foot(point="a", gap=gap)},
     )
 
-    def landed(adhesion: float) -> ts.GradientRun:
+    def landed(adhesion: float) -> ts.solve.GradientRun:
         ground = ts.Ground(
             restitution=ts.Restitution(coefficient=e),
             adhesion=ts.Adhesion(initial=adhesion, rate=0.0),
-            landing=ts.PullAsPrinted(),
+            landing=ts.laws.PullAsPrinted(),
         )
         scene = ts.Scene(
             name="hung", robot=robot, ground=ground, initial=ts.Initial(velocity=(-0.5,)), duration=4e-6
         )
         run = ts.simulate(scene, gradients=["ground.restitution.coefficient"])
-        assert isinstance(run, ts.GradientRun)
+        assert isinstance(run, ts.solve.GradientRun)
         return run
 
     # (2.13): -k g + c e v
@@ -405,7 +405,7 @@ def test_threads_may_ask_one_run_for_derivatives_by_its_structure():
     for _ in range(3):
         run, begin = ts.simulate(scene_of("three_feet"), 0.02, gradients=[path]), Barrier(8)
 
-        def ask(run: ts.GradientRun = run, begin: Barrier = begin) -> np.ndarray:
+        def ask(run: ts.solve.GradientRun = run, begin: Barrier = begin) -> np.ndarray:
             begin.wait()
             return run.state_gradients(times)[path].x
 

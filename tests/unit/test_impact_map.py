@@ -176,12 +176,21 @@ def test_given_columns_round_trip_and_sentences():
     assert parse_scene(scene_text(base)) == base
     with pytest.raises(ts.InputError, match=r"ground\.impact\.columns\.foot1\.foot9: .*no point 'foot9'"):
         ts.with_values(
-            base, {"ground.impact": MeasuredImpactMap(columns={"foot1": {**dict.fromkeys(POINTS, 1.0), "foot9": 1.0}})}
+            base,
+            {
+                "ground.impact": MeasuredImpactMap(
+                    columns={"foot1": {**dict.fromkeys(POINTS, 1.0), "foot9": 1.0}}
+                )
+            },
         )
     with pytest.raises(ts.InputError, match="2 points determine 2 of the 6 coordinates"):
-        ts.with_values(base, {"ground.impact": MeasuredImpactMap(columns={"foot1": {"foot1": 1.0, "foot2": 0.3}})})
+        ts.with_values(
+            base, {"ground.impact": MeasuredImpactMap(columns={"foot1": {"foot1": 1.0, "foot2": 0.3}})}
+        )
     with pytest.raises(ts.InputError, match="expected 1 at the foot itself"):
-        ts.with_values(base, {"ground.impact": MeasuredImpactMap(columns={"foot1": dict.fromkeys(POINTS, 0.5)})})
+        ts.with_values(
+            base, {"ground.impact": MeasuredImpactMap(columns={"foot1": dict.fromkeys(POINTS, 0.5)})}
+        )
     with pytest.raises(ts.InputError, match="has 6 modes, got 9"):
         ts.with_values(base, {"ground.impact": DominantMode(mode=9)})
     with pytest.raises(ts.InputError, match="at least one foot"):
@@ -192,7 +201,7 @@ def test_given_columns_round_trip_and_sentences():
 
 def test_a_leg_level_with_the_ground():
     # Leg electrostatics against its integral over the leg, and its limit of a stiff hip
-    law = ts.LegElectrostatic(coefficient=2e-20, offset=3e-6, rest=1e-5)
+    law = ts.laws.LegElectrostatic(coefficient=2e-20, offset=3e-6, rest=1e-5)
     from scipy.integrate import quad
 
     for gap in (0.0, 2e-6, 9.9e-6, 1e-5, 1.01e-5, 4e-5):
@@ -210,7 +219,7 @@ def test_near_field_forces_are_one_switch():
     forces = {
         "film": ts.Film(coefficient=1e-18, thickness=5e-6),
         "electrostatic": ts.Electrostatic(coefficient=1e-18, offset=5e-6),
-        "leg_electrostatic": ts.LegElectrostatic(coefficient=1e-18, offset=5e-6, rest=1e-5),
+        "leg_electrostatic": ts.laws.LegElectrostatic(coefficient=1e-18, offset=5e-6, rest=1e-5),
     }
     drive = ts.Square(amplitude=10.0, frequency=30.0)
     bare, all_on = hexapod(signal=drive), hexapod(signal=drive, **forces)

@@ -7,11 +7,12 @@ import pytest
 from tarsus.base.errors import InputError
 from tarsus.base.spec import float_paths, get_value
 from tarsus.files import installed, library
+from tarsus.files.installed import calibration_names, study_names
 from tarsus.files.library import device_names, load_scene
 from tarsus.files.toml import write_scene
 from tarsus.model.drive.waveforms import RampedSquare, Sine, Square
 from tarsus.model.scene import Source
-from tarsus.study.studyfile import calibration_names, load_sweep, study_names
+from tarsus.study.studyfile import load_sweep
 
 
 def test_packaged_devices() -> None:

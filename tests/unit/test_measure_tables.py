@@ -12,7 +12,7 @@ import pytest
 import tarsus as ts
 from tarsus.measure import PER_WINDOW, Judgement, PerWindow, RunTable, Scope, measured, measures_of
 from tarsus.solve.codes import EVENT_TYPE
-from tarsus.study.scores import offered
+from tarsus.solve.offered import offered
 
 BOUNCE, CAPTURE, RELEASE, REST, START, MARK = 1, 2, 3, 4, 5, 6
 

@@ -118,19 +118,6 @@ def test_starting_below_the_ground() -> None:
     assert problems(lambda: scene(robot=upside_down, initial=Initial(displacement=["71 um", "0 m"])))
 
 
-def test_zero_duration() -> None:
-    assert problems(lambda: scene(duration=0.0)) == [
-        "Scene.duration: expected a time (s) above 0, got 0.0 (time to simulate unless another is asked for)"
-    ]
-
-
-def test_a_film_needs_a_thickness() -> None:
-    table = {"film": {"coefficient": "1.7e-21 N m^2 s", "thickness": "0 um"}}
-    assert problems(lambda: Ground(**table))[0].startswith(
-        "Ground.film.thickness: expected a length (m) above 0"
-    )
-
-
 def test_gravity_needs_to_know_up() -> None:
     modal = Modal(frequencies=[0.0], damping_ratios=[0.0], modal_masses=[1.0], shapes={"tip": [1.0]})
     bare = robot(structure=modal, drives={})

@@ -23,7 +23,7 @@ LEVELS = (6.0, -3.5, 7.5, 2.0, -7.0, -1.5)
 TIMES = (0.011, 0.007, 0.013, 0.009, 0.006, 0.012)
 LAWS = {
     "linear": LinearForce(gain=-1e-4, offset=2e-5),
-    "plays": ts.PrandtlIshlinskii(
+    "plays": ts.drives.PrandtlIshlinskii(
         linear=-1e-4, quadratic=2e-6, cubic=1e-7, thresholds=(0.5, 1.5, 3.0, 5.0), weights=(-1e-4, -2e-4, -1e-4, -5e-5)
     ),
     "branches": TwoBranch(
@@ -40,15 +40,15 @@ WAVES = {
 OTHERS = {
     "sine": ts.Sine(amplitude=6.5, frequency=37.0, phase=0.7, offset=0.4),
     "square": ts.Square(amplitude=6.5, frequency=37.0, phase=0.7, offset=0.4, duty=0.3),
-    "ramped": ts.RampedSquare(amplitude=6.5, frequency=37.0, phase=0.7, offset=0.4, duty=0.4),
-    "swept": ts.SweptSine(
+    "ramped": ts.waveforms.RampedSquare(amplitude=6.5, frequency=37.0, phase=0.7, offset=0.4, duty=0.4),
+    "swept": ts.waveforms.SweptSine(
         amplitude=6.5, start_frequency=20.0, stop_frequency=60.0, duration=0.08, offset=0.3
     ),
     "spline": ts.Sampled(
         times=(0.001, 0.02, 0.04, 0.06), levels=(0.4, 7.0, -6.0, 1.0), interpolation="cubic"
     ),
-    "poling": ts.Poling(level=6.2, hold=0.03, fall=0.02),
-    "ramp": ts.Ramp(start=-3.0, stop=6.0, duration=0.05),
+    "poling": ts.waveforms.Poling(level=6.2, hold=0.03, fall=0.02),
+    "ramp": ts.waveforms.Ramp(start=-3.0, stop=6.0, duration=0.05),
     "constant": ts.Constant(level=4.0),
 }
 

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import tarsus as ts
+from example_laws import OWN
+from scene_files import scene as scene_of
 from tarsus.model.drive.signal import Signal
 from tarsus.model.scene import Scene
 from tarsus.plan.slots import Kind, slot, slots
@@ -46,6 +48,10 @@ def bouncing() -> Scene:
     return ts.with_values(made, {"ground.adhesion": ts.Adhesion(initial=2e-4, rate=1e-3)})
 
 
+def sticky_feet() -> Scene:
+    return scene_of("sticky_feet", {"ground.laws": {"drag": OWN["drag"](coefficient=1e-5, height=1e-6)}})
+
+
 def walking() -> Scene:
     return ts.load_scene("millipede")
 
@@ -55,7 +61,7 @@ TURNING = np.array([0.0, 0.5, 3.0, -2.0])
 CASES = {
     "gap": (chain, {"robot.feet.tip.gap": [0.0, 3e-5, 7e-5, 8e-5]}, 0.08),
     "gap, pull as printed": (
-        lambda: chain(landing=ts.PullAsPrinted()), {"robot.feet.tip.gap": [3e-5, 7e-5, 8e-5]}, 0.08,
+        lambda: chain(landing=ts.laws.PullAsPrinted()), {"robot.feet.tip.gap": [3e-5, 7e-5, 8e-5]}, 0.08,
     ),
     "gravity": (heavy, {"ground.gravity.acceleration": [0.0, 0.5, 9.81]}, 0.08),
     "displacement": (
@@ -71,7 +77,7 @@ CASES = {
     ),
     "frequency of a sine": (lambda: chain(sine()), {"signals.pull.frequency": [40.0, 50.0, 61.0]}, 0.08),
     "ramped": (
-        lambda: chain(ts.RampedSquare(amplitude=VOLTS, frequency=50.0, duty=0.3)),
+        lambda: chain(ts.waveforms.RampedSquare(amplitude=VOLTS, frequency=50.0, duty=0.3)),
         {"signals.pull.duty": [0.0, 0.3, 0.6, 1.0], "signals.pull.phase": TURNING}, 0.08,
     ),
     "switching times": (lambda: chain(ts.OnOff(**ONOFF)), {"signals.pull.durations.1": [0.01, 0.02, 0.03]}, 0.08),
@@ -80,14 +86,24 @@ CASES = {
         {"signals.pull.levels.1": [8.0, -8.0, 0.0], "signals.pull.durations.0": [0.01, 0.012, 0.02]}, 0.08,
     ),
     "poling": (
-        lambda: chain(ts.Poling(level=VOLTS, hold=0.01, fall=0.02)),
+        lambda: chain(ts.waveforms.Poling(level=VOLTS, hold=0.01, fall=0.02)),
         {"signals.pull.hold": [0.01, 0.02, 0.03], "signals.pull.fall": [0.0, 0.01, 0.02]}, 0.08,
     ),
     "ramp": (
-        lambda: chain(ts.Ramp(start=-VOLTS, stop=VOLTS, duration=0.03)),
+        lambda: chain(ts.waveforms.Ramp(start=-VOLTS, stop=VOLTS, duration=0.03)),
         {"signals.pull.start": [-8.0, 0.0], "signals.pull.duration": [0.03, 0.05]}, 0.08,
     ),
     "behind an amplifier": (amplified, {"signals.pull.amplitude": [7.0, 8.0], "signals.pull.phase": TURNING[:2]}, 0.05),
+    "every law": (
+        sticky_feet,
+        {
+            "ground.film.coefficient": [5e-21, 8e-21, 0.0], "ground.film.thickness": [4e-6, 5e-6, 6e-6],
+            "ground.adhesion.initial": [15e-6, 0.0, 40e-6], "ground.restitution.coefficient": [0.3, 0.0, 0.6],
+            "ground.electrostatic.coefficient": [1e-17, 0.0, 2e-17], "ground.laws.drag.coefficient": [1e-5, 0.0, 1e-4],
+            "ground.gravity.acceleration": [9.81, 1.62, 20.0], "robot.drives.pzt.law.gain": [1.2e-4, 9e-5, 1.5e-4],
+        },
+        0.02,
+    ),
     "cantilever": (
         lambda: ts.load_scene("cantilever"),
         {

@@ -161,60 +161,6 @@ def test_a_step_bound_ends_the_run_and_its_ledger_holds_at_every_step(scene, bou
         assert run.ledger.closure < 1e-8, steps
 
 
-VARIED = {
-    "ground.film.coefficient": [5e-21, 8e-21, 0.0],
-    "ground.film.thickness": [4e-6, 5e-6, 6e-6],
-    "ground.adhesion.initial": [15e-6, 0.0, 40e-6],
-    "ground.restitution.coefficient": [0.3, 0.0, 0.6],
-    "ground.electrostatic.coefficient": [1e-17, 0.0, 2e-17],
-    "ground.laws.drag.coefficient": [1e-5, 0.0, 1e-4],
-    "ground.gravity.acceleration": [9.81, 1.62, 20.0],
-    "robot.structure.frequencies.1": [480.0, 500.0, 450.0],
-    "robot.structure.damping_ratios.2": [0.02, 0.0, 1.0],
-    "robot.drives.pzt.law.gain": [1.2e-4, 9e-5, 1.5e-4],
-    "robot.feet.left.gap": [8e-6, 7e-6, 1e-5],
-    "signals.pzt.amplitude": [6.0, 5.0, 7.0],
-    "initial.displacement.0": [2e-6, 0.0, 4e-6],
-}
-
-
-def same_events(one: np.ndarray, other: np.ndarray) -> None:
-    """The first events agree to 1e-9; how small bounces die out may differ in rounding."""
-    count = min(len(one), len(other), 12)
-    assert min(len(one), len(other)) >= 0.9 * max(len(one), len(other)) - 1
-    assert one["kind"][:count].tolist() == other["kind"][:count].tolist()
-    assert one["foot"][:count].tolist() == other["foot"][:count].tolist()
-    for name in ("time", "speed_before", "speed_after", "energy", "apex"):
-        scale = max(np.abs(one[name]).max(initial=0.0), 1e-300)
-        np.testing.assert_allclose(
-            one[name][:count], other[name][:count], rtol=1e-9, atol=1e-9 * scale, err_msg=name
-        )
-
-
-@pytest.mark.parametrize("path", VARIED)
-def test_a_batch_equals_single_runs(scene, path):
-    batch = ts.simulate_batch(scene, {path: VARIED[path]}, accuracy=Accuracy(gap=1e-11), threads=1)
-    assert len(batch) == 3 and batch.codes == [ResultCode.DONE] * 3
-    for i, value in enumerate(VARIED[path]):
-        single = ts.simulate(ts.with_values(scene, {path: value}), accuracy=Accuracy(gap=1e-11))
-        same_events(single.events, batch.events(i))
-        assert batch.run(i).ok and batch.run(i).foot_names == ("left", "right")
-
-
-def test_batches_vary_several_values_and_threads_change_nothing(scene):
-    vary = {
-        "ground.film.coefficient": np.linspace(4e-21, 6e-21, 12),
-        "signals.pzt.amplitude": np.repeat([5.0, 6.0, 7.0], 4),
-    }
-    one = ts.simulate_batch(scene, vary, threads=1)
-    three = ts.simulate_batch(scene, vary, threads=3)
-    for i in range(12):
-        assert one.run(i).all_events.tobytes() == three.run(i).all_events.tobytes()
-    assert len({one.events(i)["time"][1] for i in range(12)}) == 12
-    name = next(iter(one.measures(0)))
-    assert one.measure(name).shape == (12,)
-
-
 def test_one_measure_of_a_batch_is_computed_alone(scene, monkeypatch):
     batch = ts.simulate_batch(scene, {"ground.restitution.coefficient": [0.2, 0.4]}, duration=0.02)
     every = batch.measures(0)

@@ -220,4 +220,6 @@ def test_with_values_is_little_work() -> None:
 def test_sizes_whose_products_are_no_numbers_are_refused(values):
     with pytest.raises(InputError, match=r"with a size from 1e-60 to 1e\+60 in SI, got"):
         Layer(**{"coefficient": 1e-20, "thickness": 1e-5} | values)
-    assert Layer(coefficient=1e-300, thickness=1e-60).coefficient == 1e-300, "as good as nothing, which it may be"
+    assert Layer(coefficient=1e-300, thickness=1e-60).coefficient == 1e-300, (
+        "as good as nothing, which it may be"
+    )

@@ -84,7 +84,7 @@ def test_a_law_that_is_infinite_on_the_ground_ends_the_run_in_its_sentence() -> 
 
 def test_a_leg_wide_electrostatic_law_below_its_electrode_changes_nothing() -> None:
     """At 0 V its force is 0, also where a step's trial reaches below the electrode."""
-    law = ts.LegElectrostatic(coefficient=1e-20, offset=1e-12, rest=0.0)
+    law = ts.laws.LegElectrostatic(coefficient=1e-20, offset=1e-12, rest=0.0)
     scene = trotter(ground=sticky())
     with_law = ts.with_values(
         scene.model_copy(update={"signals": {}}),
@@ -101,7 +101,7 @@ def lifted(push: float, friction: float = MU) -> ts.Run:
     """A block pushed along and pulled up ever harder, off the ground after 10 ms."""
     signals = {
         "along": ts.Constant(level=push),
-        "upward": ts.Ramp(stop=2.0 * MASS * GRAVITY, duration=0.02),
+        "upward": ts.waveforms.Ramp(stop=2.0 * MASS * GRAVITY, duration=0.02),
     }
     return ts.simulate(block(friction=friction, signals=signals), duration=0.011)
 
@@ -178,7 +178,10 @@ PATH = "ground.friction.coefficient"
 
 def test_a_sliding_block_is_pulled_off_where_the_ground_lets_go() -> None:
     run = ts.simulate(
-        moving(block(signals={"upward": ts.Ramp(stop=2.0 * MASS * GRAVITY, duration=0.02)}), block_x=0.1),
+        moving(
+            block(signals={"upward": ts.waveforms.Ramp(stop=2.0 * MASS * GRAVITY, duration=0.02)}),
+            block_x=0.1,
+        ),
         duration=0.011,
     )
     assert run.events["kind"][1:].tolist() == [RELEASE]

@@ -333,9 +333,9 @@ def test_a_near_miss_of_a_walkers_foot_has_no_derivative(part, near):
 def test_a_walkers_landing_at_the_threshold_of_the_pull_as_printed_has_no_derivative():
     path, gap, damping = "ground.restitution.coefficient", 1e-6, 2e-4
 
-    def landed(adhesion: float) -> ts.GradientRun:
+    def landed(adhesion: float) -> ts.solve.GradientRun:
         held = ts.Adhesion(initial=adhesion, rate=0.0)
-        scene = swinging(gap, damping, adhesion=held, landing=ts.PullAsPrinted())
+        scene = swinging(gap, damping, adhesion=held, landing=ts.laws.PullAsPrinted())
         return ts.simulate(scene, 4e-6, gradients=[path])
 
     # (2.13): -k g + c e v

@@ -13,6 +13,7 @@ import tomlkit
 
 import tarsus as ts
 from tarsus.base.errors import InputError
+from tarsus.base.spec import float_paths
 from tarsus.files.toml import parse_scene, scene_text
 from tarsus.model.drive.gait import Reach
 from tarsus.model.robot import ModalLoad
@@ -95,7 +96,7 @@ def test_the_scene_and_its_file() -> None:
     assert parse_scene(scene_text(scene)) == scene
     assert scene.robot.drives["a"].capacitance == pytest.approx(4e-10)
     assert scene.robot.drives["b"].capacitance is None
-    paths = ts.float_paths(scene)
+    paths = float_paths(scene)
     assert {"gait.frequency", "gait.duty", "gait.high", "ground.friction.coefficient"} <= set(paths)
     assert (
         paths["robot.structure.legs.a.mass"].unit == "kg" and paths["robot.drives.a.capacitance"].unit == "F"
@@ -172,7 +173,7 @@ def test_signals_prevail_over_the_gait_and_add_to_it() -> None:
 def test_mass_weighted_impacts_may_be_named() -> None:
     tables = table()
     tables["ground"]["impact"] = {"kind": "mass_weighted"}
-    assert parse_scene(tomlkit.dumps(tables)).ground.impact == ts.MassWeighted()
+    assert parse_scene(tomlkit.dumps(tables)).ground.impact == ts.laws.MassWeighted()
 
 
 LEG = "robot.structure.legs.a"

@@ -22,8 +22,8 @@ from tarsus.fit.case import Case
 from tarsus.measure import scene_period
 from tarsus.model.scene import Scene
 from tarsus.solve import Accuracy, simulate_batch
+from tarsus.solve.seeds import random_velocities
 from tarsus.solve.simulate import Shared
-from tarsus.study.seeds import random_velocities
 
 __all__ = ["Forward"]
 

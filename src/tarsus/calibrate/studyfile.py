@@ -11,10 +11,12 @@ from dataclasses import dataclass
 from tarsus.base.errors import InputError
 from tarsus.base.spec import validate
 from tarsus.calibrate.description import Study
+from tarsus.files.installed import study_path
+from tarsus.files.library import scene_of_study
 from tarsus.files.rows import Rows, parse_rows, read_text
 from tarsus.files.tables import Kind, expect, read_table
+from tarsus.files.toml import SCENE_FILE, STUDY_FILE
 from tarsus.model.laws import Law
-from tarsus.study.studyfile import SCENE_FILE, STUDY_FILE, scene_of_study, study_path
 
 __all__ = ["SCENE_FILE", "STUDY_FILE", "TABLE_FILE", "Described", "frozen_texts", "load_study"]
 

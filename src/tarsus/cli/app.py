@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from tarsus.cli import console, front
+from tarsus.cli import console, former, front
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -31,16 +31,6 @@ VERBS = (
 name; `MODULES` has those whose name is a word of Python."""
 
 MODULES = {"yield": "yields"}
-
-
-GONE = {
-    "validate": "there is no verb 'validate' any more: `tarsus reproduce` compares with a published experiment, "
-    "`tarsus check` checks a scene file",
-}
-"""Verbs of earlier versions, and what to use."""
-
-RENAMED = {"next": "recommend"}
-"""Verbs by their former names, which still work and say so."""
 
 VOICES = {
     "-q": console.Voice.QUIET, "--quiet": console.Voice.QUIET,
@@ -126,12 +116,10 @@ def _voice_of(argv: list[str]) -> tuple[console.Voice | None, list[str]]:
 
 def _run(argv: list[str]) -> int:
     """Run one command line without words for the voice."""
-    if argv and argv[0] in GONE:
-        console.complain([GONE[argv[0]]])
+    said = former.sentence(argv)
+    if said is not None:
+        console.complain([said])
         return BAD_INPUT
-    if argv and argv[0] in RENAMED:
-        console.note([f"`tarsus {argv[0]}` is now `tarsus {RENAMED[argv[0]]}`; the former name will go"])
-        argv = [RENAMED[argv[0]], *argv[1:]]
     return told(lambda: _page() if argv in ([], ["--help"], ["-h"]) else _done(argv), argv)
 
 

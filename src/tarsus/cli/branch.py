@@ -35,7 +35,7 @@ def branch(
     from tarsus.orbits import branch as follow
     from tarsus.orbits.files import BRANCH_FILES, write_branch
 
-    path, (start, end) = requests.range_of(along, "--along")
+    ((path, (start, end)),) = requests.spans_of([along], "--along").items()
     the_scene = changes.scene(scene)
     unit = requests.unit_at(the_scene, path)
     low, high = requests.ends(start, end, unit, "--along")

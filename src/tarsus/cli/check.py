@@ -41,10 +41,10 @@ def check(
 
 def _checked(name: str, laws: Mapping[str, type[Law]]) -> tuple[str, str, list[str]]:
     """What a name or file is, what it holds, and remarks on it; `InputError` with all that is wrong."""
+    from tarsus.files.installed import calibration_names, study_names
     from tarsus.files.library import device_names, load_scene
     from tarsus.files.tables import Kind, kind_of_table, read_table
     from tarsus.files.toml import read_scene
-    from tarsus.study.studyfile import calibration_names, study_names
 
     path = Path(name)
     if path.is_dir():

@@ -105,7 +105,7 @@ def gait(
     from tarsus.design.kept import KEPT_FILES
 
     options: dict[str, Any] = gaits.read(loss=(loss, "1")) | {"look": look}
-    the_free, grounds = _free(free), requests.grounds_of(over or ())
+    the_free, grounds = requests.spans_of(free, "--free", bare=True), requests.grounds_of(over or ())
     the_scene = changes.scene(scene)
     target = pages.target(output, "design gait", (*FRONT_FILES, *KEPT_FILES), resume=resume)
     gait_request(
@@ -184,7 +184,7 @@ def adapt(
     from tarsus.design.gait_files import ADAPT_FILES, adapt_table, write_adapt
 
     options = gaits.read(noise=(noise, "1"))
-    the_free, grounds = _free(free), requests.grounds_of(over or ())
+    the_free, grounds = requests.spans_of(free, "--free", bare=True), requests.grounds_of(over or ())
     the_scene = changes.scene(scene)
     target = pages.target(output, "design adapt", ADAPT_FILES)
     with console.progress_bar("adaptive gait") as progress, work.workers() as workers:
@@ -204,26 +204,6 @@ def adapt(
         _show_adapted(found)
         console.wrote([folder])
     return 0
-
-
-def _free(words: list[str]) -> dict[str, tuple[str, str] | None]:
-    """``PATH`` and ``PATH=a:b`` words as paths with their ranges."""
-    from tarsus.base.errors import InputError
-
-    problems: list[str] = []
-    found: dict[str, tuple[str, str] | None] = {}
-    for word in (part.strip() for one in words for part in one.split(",")):
-        path, equals, span = (one.strip() for one in word.partition("="))
-        low, colon, high = (one.strip() for one in span.partition(":"))
-        if not path or (equals and not (low and colon and high)):
-            problems.append(f"--free takes PATH or PATH=a:b, such as gait.duty=0.2:0.8, got '{word}'")
-        elif path in found:
-            problems.append(f"--free names '{path}' twice")
-        else:
-            found[path] = (low, high) if equals else None
-    if problems:
-        raise InputError(problems)
-    return found
 
 
 def _show(design: GaitFront) -> None:

@@ -111,11 +111,11 @@ class Work:
     """Who makes the runs."""
 
     threads: Threads = None
-    dask: Annotated[
+    on: Annotated[
         str | None,
         Parameter(
-            help="make the runs on the workers of a Dask cluster: address of its scheduler, its scheduler file, or "
-            "`local` for processes here."
+            help="make the runs on the workers of a Dask cluster: dask:ADDRESS of its scheduler or its scheduler file, "
+            "or dask:local for processes here."
         ),
     ] = None
 
@@ -123,7 +123,7 @@ class Work:
         """The threads, or the workers of the cluster, for the length of a block."""
         from tarsus.cli import requests
 
-        return requests.workers_for(self.dask, self.threads)
+        return requests.workers_for(self.on, self.threads)
 
 
 HERE = Work()

@@ -8,7 +8,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 from tarsus.base.errors import InputError
 from tarsus.cli import console
@@ -108,7 +108,7 @@ def laws_of(law_files: Sequence[Path]) -> dict[str, type[Law]]:
 
 def duration_for(scene: Scene, text: str | None) -> float:
     """Duration [s] of a run: the one asked for, else the scene's own; absurd ones are refused."""
-    from tarsus.study.cost import MOST_STEPS, estimated_steps
+    from tarsus.solve.cost import MOST_STEPS, estimated_steps
 
     seconds = quantities_of(duration=(text, "s")).get("duration", scene.duration)
     if not seconds > 0.0:
@@ -122,13 +122,34 @@ def duration_for(scene: Scene, text: str | None) -> float:
     return seconds
 
 
-def range_of(text: str, option: str) -> tuple[str, tuple[str, str]]:
-    """Path and both ends of a `PATH=a:b` word, as texts."""
-    path, equals, ends_ = text.partition("=")
-    first, colon, last = ends_.partition(":")
-    if not (equals and colon and path.strip() and first.strip() and last.strip()):
-        raise InputError(f"{option} takes PATH=a:b, such as robot.feet.tip.gap=66um:74um, got '{text}'")
-    return path.strip(), (first.strip(), last.strip())
+Span = tuple[str, str]
+"""Both ends of a range, as texts."""
+
+
+@overload
+def spans_of(words: Sequence[str], option: str) -> dict[str, Span]: ...
+@overload
+def spans_of(words: Sequence[str], option: str, *, bare: bool) -> dict[str, Span | None]: ...
+def spans_of(words: Sequence[str], option: str, *, bare: bool = False) -> Any:
+    """`PATH=a:b` words as both ends of a range by path, the only reader of such words.
+
+    With ``bare`` a word may be a path alone, whose range is None, and hold several words with commas.
+    """
+    takes = f"{option} takes {'PATH or ' * bare}PATH=a:b, such as robot.feet.tip.gap=66um:74um"
+    problems: list[str] = []
+    found: dict[str, Span | None] = {}
+    for word in (part for one in words for part in (one.split(",") if bare else [one])):
+        path, equals, span = (one.strip() for one in word.partition("="))
+        low, colon, high = (one.strip() for one in span.partition(":"))
+        if not path or not (low and colon and high if equals else bare):
+            problems.append(f"{takes}, got '{word}'")
+        elif path in found:
+            problems.append(f"{option} names '{path}' twice")
+        else:
+            found[path] = (low, high) if equals else None
+    if problems:
+        raise InputError(problems)
+    return found
 
 
 def unit_at(scene: Scene, path: str) -> str:
@@ -163,16 +184,25 @@ def ends(start: str, end: str, unit: str, option: str) -> tuple[float, float]:
 
 
 @contextlib.contextmanager
-def workers_for(dask: str | None, threads: int | None = None) -> Iterator[Workers]:
-    """The workers of the Dask cluster that `--dask` names, for the length of a block; without it the threads."""
-    if dask is None:
+def workers_for(on: str | None, threads: int | None = None) -> Iterator[Workers]:
+    """The workers of the Dask cluster that `--on` names, for the length of a block; without it the threads."""
+    if on is None:
         console.detail("worker threads: " + ("one for each processor" if threads is None else str(threads)))
         yield threads
         return
+    kind, address = place_of(on)
+    if kind != "dask":
+        raise InputError(f"--on: expected dask:ADDRESS or dask:local, got '{on}'")
     from tarsus.cluster.dask import dask_executor
 
-    with dask_executor(dask, threads) as executor:
+    with dask_executor(address, threads) as executor:
         yield executor
+
+
+def place_of(on: str) -> tuple[str, str]:
+    """The kind of a place that `--on KIND:WORDS` names, and the words."""
+    kind, colon, words = on.partition(":")
+    return (kind.strip(), words.strip()) if colon else ("", on)
 
 
 def grounds_of(words: Sequence[str]) -> Any:
@@ -180,20 +210,7 @@ def grounds_of(words: Sequence[str]) -> Any:
     nothing for no words."""
     if len(words) == 1 and words[0].endswith(".npz"):
         return words[0]
-    problems: list[str] = []
-    found: dict[str, tuple[str, str]] = {}
-    for word in words:
-        try:
-            path, span = range_of(word, "--over")
-        except InputError as error:
-            problems += error.problems
-            continue
-        if path in found:
-            problems.append(f"--over names '{path}' twice")
-        found[path] = span
-    if problems:
-        raise InputError(problems)
-    return found or None
+    return spans_of(words, "--over") or None
 
 
 def quantities_of(**given: tuple[str | None, str]) -> dict[str, float]:

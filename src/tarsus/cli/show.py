@@ -79,8 +79,8 @@ def _impact(scene: Any) -> dict[str, Any] | None:
     """The impact map at the first foot, and the largest factor by which it can multiply kinetic energy."""
     if not scene.robot.feet:
         return None
+    from tarsus.impacts.energy import directed
     from tarsus.model.laws import MassWeighted
-    from tarsus.study.impacts import directed
 
     chosen = scene.ground.impact or MassWeighted()
     gain = directed(scene, chosen).gain(passive=chosen.passive)

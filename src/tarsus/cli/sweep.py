@@ -80,8 +80,10 @@ def sweep(
         from tarsus.cli.task import task as do_task
 
         return do_task(Path(study), task, submission, work.threads, json=pages.json)
-    if slurm is not None and work.dask is not None:
-        raise InputError("--slurm submits an array and --dask uses a cluster of Dask: give one of them")
+    if slurm is not None and work.on is not None:
+        raise InputError(
+            "--slurm submits an array and --on dask:ADDRESS uses a cluster of Dask: give one of them"
+        )
     chosen, folder, resume = _chosen(study, output, law, resume, pages.overwrite)
     if seed is not None:
         chosen = _drawn_anew(chosen, seed, resume)

@@ -176,7 +176,7 @@ def _requirements(words: list[str] | tuple[()], measures: list[str], scene) -> l
     """Measure, text and value [SI] of every requirement."""
     from tarsus.base.errors import InputError
     from tarsus.base.units import parse_quantity
-    from tarsus.study.scores import offered
+    from tarsus.solve.offered import offered
 
     known, problems, out = offered(scene, scene.duration), [], []
     for word in words:

@@ -78,7 +78,7 @@ def dask_executor(address: str, threads: int | None = None) -> Iterator[Executor
     try:
         import distributed
     except ImportError:
-        raise InputError("--dask needs dask.distributed: pip install 'tarsus[dask]'") from None
+        raise InputError("--on dask:ADDRESS needs dask.distributed: pip install 'tarsus[dask]'") from None
     with contextlib.ExitStack() as stack:
         if address == "local":
             from tarsus.base.workers import workers
@@ -92,5 +92,5 @@ def dask_executor(address: str, threads: int | None = None) -> Iterator[Executor
         try:
             client = stack.enter_context(distributed.Client(**words, timeout=PATIENCE, set_as_default=False))
         except (OSError, ValueError) as error:
-            raise InputError(f"--dask: no scheduler answers at '{address}' ({error})") from error
+            raise InputError(f"--on: no scheduler answers at '{address}' ({error})") from error
         yield DaskExecutor(client)

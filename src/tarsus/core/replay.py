@@ -19,7 +19,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Sampled:
+class SampledStates:
     """State of a run at sample times: x, v (n, nt); gap, rate, resistive, smooth, pull (m, nt); held (m, nt) bool.
 
     resistive, smooth [N]: force on a free foot, as applied; pull [N]: structure's pull on a held foot. Of feet that know
@@ -70,7 +70,7 @@ def integrate(book: ModeBook, trace: Floats, acting: tuple[Any, Any, Any] | None
     return Integrals(time, np.vstack([work, damping, -resistive, smooth, -friction, *shares]), swing)
 
 
-def sample(sources: Floats, book: ModeBook, trace: Floats, times: Floats) -> Sampled:
+def sample(sources: Floats, book: ModeBook, trace: Floats, times: Floats) -> SampledStates:
     """States and forces at ``times`` [s] by the recorded steps; times outside the run take its nearest recorded state.
 
     sources (m + 1,): rest gaps [m] and gravity [m/s^2] of the run.
@@ -83,4 +83,4 @@ def sample(sources: Floats, book: ModeBook, trace: Floats, times: Floats) -> Sam
     x, v = np.split(motion, 2)
     gap, rate, resistive, smooth, pull, contact, *friction = feet.reshape(kinds, m, len(times))
     along = (contact, friction[0]) if friction else ()
-    return Sampled(x, v, gap, rate, resistive, smooth, pull, contact > 0.0, *along)
+    return SampledStates(x, v, gap, rate, resistive, smooth, pull, contact > 0.0, *along)

@@ -1,25 +1,74 @@
-"""TOML files by name: the library's own, and what installed packages add to Tarsus by entry points.
+"""Devices and studies by name: the library's own files, and what installed packages add to Tarsus by entry points.
 
-An entry point of a group of files is the path of one TOML file, called as the entry point, or of a folder of them, each
-called as its file.
+An entry point of a group is the path of one TOML file, called as the entry point, or of a folder of them, each called
+as its file.
 """
 
 from __future__ import annotations
 
+import os
 from functools import lru_cache
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
+from tarsus.files.tables import Kind, kind_of_table, read_table
 
-__all__ = ["DEVICES", "STUDIES", "file_names", "named_file"]
+__all__ = ["calibration_names", "device_names", "device_path", "is_path", "study_names", "study_path"]
 
 DEVICES, STUDIES = "tarsus.devices", "tarsus.studies"
 """Entry point groups of files."""
 
 _OWN = {DEVICES: Path(__file__).parents[1] / "data" / "devices"}
 """Folders of the library's own files, by group: machines of other sources than any package's."""
+
+_WORDS = {DEVICES: ("device", "scene"), STUDIES: ("study", "study")}
+"""What one of a group is called, and a file of the kind that is not packaged."""
+
+_INSIDE = {DEVICES: ("scene.toml", "identified.toml"), STUDIES: ("study.toml",)}
+"""Where such a file lies in folders that verbs write."""
+
+
+def device_names() -> list[str]:
+    """Names of all devices: the library's own and those of installed packages.
+
+    Returns
+    -------
+    list[str]
+        In alphabetical order; each is a name for `load_scene`.
+    """
+    return list(_files(DEVICES))
+
+
+def study_names() -> list[str]:
+    """Names of the sweeps among the studies of installed packages."""
+    return [name for name in _files(STUDIES) if _kind(name) is not Kind.CALIBRATION]
+
+
+def calibration_names() -> list[str]:
+    """Names of the calibrations among the studies of installed packages."""
+    return [name for name in _files(STUDIES) if _kind(name) is Kind.CALIBRATION]
+
+
+def device_path(name: str) -> Path:
+    """File of a device by name; `InputError` for an unknown name, and where its package cannot be loaded."""
+    return _named(DEVICES, name)
+
+
+def study_path(name: str | os.PathLike[str]) -> Path:
+    """File of an installed study by name, or the path itself; `InputError` as `device_path`."""
+    text = os.fspath(name)
+    return Path(text) if is_path(text) else _named(STUDIES, text)
+
+
+def is_path(text: str) -> bool:
+    """Whether a word is the path of a file, and no name."""
+    return text.endswith(".toml") or os.sep in text
+
+
+def _kind(name: str) -> Kind | None:
+    return kind_of_table(read_table(_named(STUDIES, name)))
 
 
 @lru_cache(maxsize=8)
@@ -45,39 +94,19 @@ def _loaded(entry: EntryPoint) -> Path | InputError:
         return InputError(f"'{entry.name}' of package {entry.value} cannot be loaded: {error}")
 
 
-def file_names(group: str) -> list[str]:
-    """Names of all files of a group, sorted."""
-    return list(_files(group))
-
-
-def named_file(group: str, name: str, what: str) -> Path:
-    """The file of a group by its name; `what` it is, for the sentences: 'device'.
-
-    Raises
-    ------
-    InputError
-        For an unknown name, and for a file whose package cannot be loaded.
-    """
-    files = _files(group)
-    if name not in files:
-        path = Path(name)
-        if name and path.exists():
-            is_ = "a folder" if path.is_dir() else "a file whose name does not end in .toml"
-            inside = next((one for one in _INSIDE[what] if (path / one).is_file()), None)
-            hint = f"; it holds {inside}: give '{path / inside}'" if inside else ""
-            raise InputError(f"'{name}' is {is_}: expected a {what} by name, or a {_FILE[what]} file (TOML){hint}")
-        hint = nearest(name, files)
-        raise InputError(
-            f"no {what} is called '{name}'{hint} (a {_FILE[what]} file is given by its path, ending in .toml)"
-        )
-    found = files[name]
+def _named(group: str, name: str) -> Path:
+    files, (what, kind) = _files(group), _WORDS[group]
+    found = files.get(name)
     if isinstance(found, InputError):
         raise InputError([f"{what} {problem}" for problem in found.problems])
-    return found
-
-
-_FILE = {"device": "scene", "study": "study"}
-"""What a file of the kind is called where it is not packaged."""
-
-_INSIDE = {"device": ("scene.toml", "identified.toml"), "study": ("study.toml",)}
-"""Where such a file lies in folders that verbs write."""
+    if found is not None:
+        return found
+    path = Path(name)
+    if name and path.exists():
+        is_ = "a folder" if path.is_dir() else "a file whose name does not end in .toml"
+        inside = next((one for one in _INSIDE[group] if (path / one).is_file()), None)
+        hint = f"; it holds {inside}: give '{path / inside}'" if inside else ""
+        raise InputError(f"'{name}' is {is_}: expected a {what} by name, or a {kind} file (TOML){hint}")
+    raise InputError(
+        f"no {what} is called '{name}'{nearest(name, files)} (a {kind} file is given by its path, ending in .toml)"
+    )

@@ -1,10 +1,10 @@
-"""Devices by name: the library's own and those of installed packages (entry point group ``tarsus.devices``)."""
+"""Scenes by the name of a device or the path of a file, with some values changed."""
 
 from __future__ import annotations
 
 import difflib
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -13,36 +13,21 @@ from pydantic import BaseModel
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import alternatives, kind_of, nearest
-from tarsus.files.installed import DEVICES, file_names, named_file
+from tarsus.files.installed import device_names, device_path, is_path
 from tarsus.files.toml import read_scene
 from tarsus.model.drive.waveforms import Waveform
 from tarsus.model.laws import Law
 from tarsus.model.scene import Scene, override
 
-__all__ = ["SceneLike", "as_scene", "changed", "device_names", "load_scene"]
+__all__ = ["SceneLike", "as_scene", "changed", "device_names", "flat_values", "load_scene", "scene_of_study"]
 
 SceneLike = Scene | str | os.PathLike[str]
 """A scene, or what `load_scene` takes for one: a device's name, or a scene file's path."""
 
 
-def device_names() -> list[str]:
-    """Names of all devices: the library's own and those of installed packages.
-
-    Returns
-    -------
-    list[str]
-        In alphabetical order; each is a name for `load_scene`.
-    """
-    return file_names(DEVICES)
-
-
 @lru_cache(maxsize=64)
 def _device(name: str) -> Scene:
-    return read_scene(_device_file(name))
-
-
-def _device_file(name: str) -> Path:
-    return named_file(DEVICES, name, "device")
+    return read_scene(device_path(name))
 
 
 def as_scene(scene: SceneLike) -> Scene:
@@ -98,10 +83,10 @@ def load_scene(
     6e-05
     """
     text = os.fspath(name)
-    if text.endswith(".toml") or (os.sep in text):
+    if is_path(text):
         scene = read_scene(text, laws)
     elif laws:
-        scene = read_scene(_device_file(text), laws)
+        scene = read_scene(device_path(text), laws)
     else:
         scene = _device(text)
     return changed(scene, volts=volts, hz=hz, wave=wave, **values)
@@ -135,7 +120,7 @@ def _meant(name: str) -> str | None:
     """Which of the short names a name is close to that is neither one nor a field of scenes."""
     if "." in name or name in Scene.model_fields:
         return None
-    return next(iter(difflib.get_close_matches(name.lower(), ("volts", "hz", "wave"), n=1, cutoff=0.65)), None)
+    return next(iter(difflib.get_close_matches(name.lower(), _SHORT, n=1, cutoff=0.65)), None)
 
 
 _KEPT = ("amplitude", "frequency", "phase", "offset")
@@ -155,7 +140,9 @@ def _signal_changes(
         problems.append("the scene has no signal to change; give signals in its file")
         return {}, dict(values)
     if wave is not None and not scene.signals:
-        problems.append(f"the drives follow a gait, which is made of square waves: it cannot take wave={wave}")
+        problems.append(
+            f"the drives follow a gait, which is made of square waves: it cannot take wave={wave}"
+        )
     others = dict(values)
     changes: dict[str, Any] = {}
     if scene.gait is not None:
@@ -188,3 +175,38 @@ def _signal_changes(
 
 def _fitting(sugar: Mapping[str, Any], cls: type[BaseModel]) -> dict[str, Any]:
     return {key: value for key, value in sugar.items() if key in cls.model_fields}
+
+
+_SHORT = ("volts", "hz", "wave")
+"""Names of settings that stand for the values of every signal."""
+
+_AXIS_FIELDS = {"kind", "paths", "values", "start", "stop", "count"}
+"""Names in a table that make it the axis of a sweep, and no part of a path."""
+
+
+def scene_of_study(named: Any, settings: Any, folder: Path, laws: Mapping[str, type[Law]] | None) -> Scene:
+    """The scene that a study names (a device, or a file from the study's folder) with its settings."""
+    if not isinstance(named, str):
+        raise InputError(f"scene: expected the name of a device or the path of a scene file, got {named!r}")
+    if not isinstance(settings, Mapping):
+        raise InputError(f"set: expected a table of paths and values, got {settings!r}")
+    values = dict(flat_values(settings))
+    short = {key: values.pop(key) for key in _SHORT if key in values}
+    try:
+        scene = load_scene(folder / named if is_path(named) else named, laws=laws, **short)
+    except InputError as error:
+        raise InputError([f"scene: {problem}" for problem in error.problems]) from None
+    try:
+        return override(scene, values, by="a study") if values else scene
+    except InputError as error:
+        raise InputError([f"set.{problem}" for problem in error.problems]) from None
+
+
+def flat_values(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Values by path, whether its names were written as one quoted key or as nested tables."""
+    for key, value in table.items():
+        path = f"{prefix}{key}"
+        if isinstance(value, Mapping) and value and "." not in key and not _AXIS_FIELDS & set(value):
+            yield from flat_values(value, f"{path}.")
+        else:
+            yield path, value

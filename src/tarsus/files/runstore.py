@@ -73,7 +73,7 @@ UNIT_FILES = tuple(
 SWEEP_FILES = (
     *(
         f"{name}{end}"
-        for name in ("study.toml", "scene.toml", "sobol.json", PLAN_FILE, COLLECTED_FILE, "report.html")
+        for name in ("study.toml", "scene.toml", PLAN_FILE, COLLECTED_FILE, "report.html")
         for end in ("", f".*{_PART}")
     ),
     *(f"laws/*.py{end}" for end in ("", f".*{_PART}")),

@@ -119,10 +119,21 @@ class StoredMeasure:
     dwell: float | None = None
 
 
-class StoredMeasures(dict[str, StoredMeasure]):
-    """Measures of a stored run by name; warnings: sentences to read beside them."""
+@dataclass(frozen=True)
+class StoredCaution:
+    """A sentence to read beside the measures of a stored run, and the name of what it is about as a `StoredCode`."""
 
-    def __init__(self, values: Mapping[str, StoredMeasure], warnings: Sequence[str] = ()) -> None:
+    kind: StoredCode
+    sentence: str
+
+    def __str__(self) -> str:
+        return self.sentence
+
+
+class StoredMeasures(dict[str, StoredMeasure]):
+    """Measures of a stored run by name; warnings: what to know when reading them."""
+
+    def __init__(self, values: Mapping[str, StoredMeasure], warnings: Sequence[StoredCaution] = ()) -> None:
         super().__init__(values)
         self.warnings = tuple(warnings)
 
@@ -268,7 +279,10 @@ def read_run(directory: str | Path, laws: Mapping[str, Any] | None = None) -> St
         ledger=stored_ledger(table["ledger"]),
         measures=StoredMeasures(
             {name: _stored_measure(entry) for name, entry in table["measures"].items()},
-            [one["sentence"] for one in table.get("warnings", ())],
+            [
+                StoredCaution(StoredCode(one["kind"], one["sentence"]), one["sentence"])
+                for one in table.get("warnings", ())
+            ],
         ),
         duration=read_number(summary["duration_s"]),
         version=summary["tarsus"],

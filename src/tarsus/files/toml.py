@@ -21,8 +21,9 @@ from tarsus.model.structure import AnyStructure
 
 __all__ = ["description_text", "parse_scene", "read_scene", "scene_text", "scene_texts", "write_scene"]
 
-SCENE_FILE = "scene.toml"
+SCENE_FILE, STUDY_FILE = "scene.toml", "study.toml"
 LAW_FOLDER = "laws"
+"""What folders that verbs write call the descriptions that they were made from."""
 
 _LONGEST_TEXT_LIST = 36
 """Lists of more numbers than this are written as plain SI floats, without units."""

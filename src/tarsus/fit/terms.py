@@ -12,7 +12,7 @@ __all__ = ["Goal", "Limit", "Number", "Reading", "Samples", "Term"]
 
 Number = str | Callable[[NDArray[np.void]], float]
 """A number of a run: a measure by name, or a function of its events with the period marks
-(`tarsus.GradientRun.gradient_of`), smooth in their numbers."""
+(`tarsus.solve.GradientRun.gradient_of`), smooth in their numbers."""
 Value = float | str
 """SI, or a text with a unit; of a function of the events always SI."""
 Under = Mapping[str, Value]

@@ -72,7 +72,7 @@ def candidate_grid(
     hz, volts
         Frequencies [Hz] and amplitudes [V].
     ramps
-        Lambda, the share of half a period that each ramp takes (`tarsus.RampedSquare.duty`): 0 a square, 1 a triangle.
+        Lambda, the share of half a period that each ramp takes (`RampedSquare.duty`): 0 a square, 1 a triangle.
     gaps
         Clearances [m]; None is the scene's own.
     periods

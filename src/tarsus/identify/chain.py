@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.identify.adhesion import identify_adhesion
-from tarsus.identify.campaign import Opened, Reading
+from tarsus.identify.campaign import Opened, Reading, read_campaign
 from tarsus.identify.contact_film import film_by_impacts
 from tarsus.identify.draws import DRAWS
 from tarsus.identify.electrostatics import identify_close
@@ -479,13 +480,15 @@ def _over_noise(one: Residual) -> float:
     return one.rms / one.noise if np.isfinite(one.noise) and one.noise > 0.0 else 0.0
 
 
-def identify(opened: Opened, seed: int = 1, progress: Progress | None = None) -> Identification:
+def identify(
+    campaign: Opened | str | os.PathLike[str], seed: int = 1, progress: Progress | None = None
+) -> Identification:
     """Identify a device from the records of a campaign.
 
     Parameters
     ----------
-    opened
-        From `tarsus.identify.campaign.read_campaign`.
+    campaign
+        Its file (campaign.toml) or the folder that holds it, or what `tarsus.identify.campaign.read_campaign` gave.
     seed
         Of the draws.
     progress
@@ -494,6 +497,7 @@ def identify(opened: Opened, seed: int = 1, progress: Progress | None = None) ->
     Raises
     ------
     InputError
-        If no step could be done at all, with every reason.
+        With every problem of the campaign; if no step could be done at all, with every reason.
     """
+    opened = campaign if isinstance(campaign, Opened) else read_campaign(campaign)
     return Chain(opened, seed, progress).run()

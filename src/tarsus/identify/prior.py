@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.stats import norm, qmc
 
 from tarsus.base.errors import InputError
-from tarsus.base.moved import renamed
 from tarsus.base.spec import float_paths, get_value
 from tarsus.fit.verdict import LEVEL
 from tarsus.model.scene import Scene
@@ -18,12 +17,6 @@ from tarsus.model.scene import Scene
 __all__ = ["LogNormalPrior", "unknown_paths"]
 
 Floats = NDArray[np.float64]
-
-
-def __getattr__(name: str) -> object:
-    if name == "Belief":
-        return renamed(__name__, "Belief", "LogNormalPrior")
-    raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import numpy as np
 
 from tarsus.measure.measure import Caution, CautionKind, Measure
 from tarsus.measure.segments import Floats
-from tarsus.measure.windows import Seen
+from tarsus.measure.windows import WindowedHistories
 
 HIGHEST = 0.1
 """Part of the flights that are the highest ones: those that a reader of a figure sees first."""
@@ -22,7 +22,12 @@ FEWEST = 3
 
 
 def cautions(
-    seen: Seen, feet: Sequence[str], measures: Mapping[str, Measure], *, count: int, periods: bool
+    seen: WindowedHistories,
+    feet: Sequence[str],
+    measures: Mapping[str, Measure],
+    *,
+    count: int,
+    periods: bool,
 ) -> list[Caution]:
     """Warnings on the measures of the feet of one run by so many windows; ``periods``: these are drive periods."""
     found = []
@@ -50,7 +55,7 @@ def cautions(
     return found
 
 
-def _of_feet(seen: Seen) -> list[tuple[Floats, np.ndarray]]:
+def _of_feet(seen: WindowedHistories) -> list[tuple[Floats, np.ndarray]]:
     """Of each foot: apexes [m] of the flights from the ground that begin within the windows, and which are bounces."""
     flights, windows = seen.flights, seen.windows
     hops = flights.hops(seen.counting.height)
@@ -83,7 +88,9 @@ def _low(apex: Floats, counted: np.ndarray, peak: float) -> str:
         return ""
     heights = np.sort(apex[counted])
     middle = len(heights) // 2
-    typical = float(0.5 * (heights[middle] + heights[-1 - middle]))  # `np.median` loads masked arrays at first use
+    typical = float(
+        0.5 * (heights[middle] + heights[-1 - middle])
+    )  # `np.median` loads masked arrays at first use
     if not typical < LOW * peak:
         return ""
     return f"its median bounce is {typical * 1e6:.3g} um high, its peak {peak * 1e6:.3g} um"

@@ -18,7 +18,7 @@ from tarsus.measure.periods import PER_WINDOW
 from tarsus.measure.segments import Floats, Rows, largest, sums
 from tarsus.measure.table import Judgement
 from tarsus.measure.whole import WHOLE_RUN
-from tarsus.measure.windows import Seen
+from tarsus.measure.windows import WindowedHistories
 
 __all__ = ["TOGETHER", "EventSlopes", "event_slopes"]
 
@@ -41,13 +41,13 @@ class _Kink(Exception):
 
 
 @dataclass(frozen=True)
-class _Told:
+class _EventOrigins:
     """What a run's feet did, and by which events: there the times are numbers of events from 1 on, 0 where none tells.
 
     slopes: derivatives (ne,) of the measure by fields of the events.
     """
 
-    seen: Seen
+    seen: WindowedHistories
     by: EventHistories
     height: float
     span: float
@@ -126,7 +126,7 @@ def event_slopes(judgement: Judgement, name: str, *, together: bool = False) -> 
     columns = {one: np.asarray(events[one]) for one in ("foot", "kind", "speed_before", "apex")}
     columns |= {"time": numbers, "apex_time": numbers, "gap_integral": numbers}
     by = EventHistories(columns, table.first, np.zeros(1), range(len(table.feet)), len(table.feet))
-    told = _Told(seen, by, judgement.height, float(judgement.spans[0]), together)
+    told = _EventOrigins(seen, by, judgement.height, float(judgement.spans[0]), together)
     weights = np.where(np.isfinite(values), share[own] / np.maximum(moments.count[own], 1), 0.0)
     try:
         rule(told, weights)
@@ -140,7 +140,7 @@ def event_slopes(judgement: Judgement, name: str, *, together: bool = False) -> 
     return EventSlopes(told.slopes, period if by_window else 0.0)
 
 
-def _contact(told: _Told, weights: Floats) -> None:
+def _contact(told: _EventOrigins, weights: Floats) -> None:
     windows = told.seen.windows
     own, start, end = told.seen.flights.contacts(told.height)
     _, begun, ended = told.by.flights.contacts(told.height)
@@ -156,14 +156,14 @@ def _contact(told: _Told, weights: Floats) -> None:
         told.add("time", events[some], sign * weights[windows.cell[own[some]] + k])
 
 
-def _peak(told: _Told, weights: Floats) -> None:
+def _peak(told: _EventOrigins, weights: Floats) -> None:
     tops = told.seen.histories.tops
     told.off_edges(tops.own, tops.time, np.ones(len(tops.own), dtype=bool))
     found, cell = told.seen.until(tops.own, tops.time)
     told.add_largest("apex", cell, tops.value[found], tops.time[found], told.by.tops.time[found], weights)
 
 
-def _hardest(told: _Told, weights: Floats) -> None:
+def _hardest(told: _EventOrigins, weights: Floats) -> None:
     impacts = told.seen.histories.impacts
     told.off_edges(impacts.own, impacts.time)
     found, cell = told.seen.until(impacts.own, impacts.time)
@@ -172,7 +172,7 @@ def _hardest(told: _Told, weights: Floats) -> None:
     )
 
 
-def _mean_apex(told: _Told, weights: Floats) -> None:
+def _mean_apex(told: _EventOrigins, weights: Floats) -> None:
     flights = told.seen.flights
     hops = flights.hops(told.height)
     told.clear()
@@ -182,7 +182,7 @@ def _mean_apex(told: _Told, weights: Floats) -> None:
     told.add("apex", told.by.flights.apex_time[hops][found], weights[cell] / count[cell])
 
 
-def _mean_impact(told: _Told, weights: Floats) -> None:
+def _mean_impact(told: _EventOrigins, weights: Floats) -> None:
     impacts = told.seen.histories.impacts
     told.off_edges(impacts.own, impacts.time)
     found, cell = told.seen.inside(impacts.own, impacts.time)
@@ -190,7 +190,7 @@ def _mean_impact(told: _Told, weights: Floats) -> None:
     told.add("speed_before", told.by.impacts.time[found], weights[cell] / count[cell])
 
 
-def _mean_height(told: _Told, weights: Floats) -> None:
+def _mean_height(told: _EventOrigins, weights: Floats) -> None:
     windows, knots, by = told.seen.windows, told.seen.histories.knots, told.by.knots
     at_edges = np.zeros(len(windows.edges))
     np.add.at(at_edges, windows.begin + 1, weights / windows.lengths)
@@ -209,12 +209,12 @@ def _mean_height(told: _Told, weights: Floats) -> None:
     told.add("time", by.time[at + 1], -by_part * s)
 
 
-def _highest(told: _Told, weights: Floats) -> None:
+def _highest(told: _EventOrigins, weights: Floats) -> None:
     tops = told.seen.histories.tops
     told.add_largest("apex", tops.own, tops.value, tops.time, told.by.tops.time, weights)
 
 
-def _longest(told: _Told, weights: Floats) -> None:
+def _longest(told: _EventOrigins, weights: Floats) -> None:
     own, start, end = told.seen.flights.contacts(told.height)
     _, begun, ended = told.by.flights.contacts(told.height)
     told.clear()
@@ -222,7 +222,7 @@ def _longest(told: _Told, weights: Floats) -> None:
     told.add_largest("time", own, end - start, end, begun, -weights)
 
 
-def _count(told: _Told, weights: Floats) -> None:
+def _count(told: _EventOrigins, weights: Floats) -> None:
     """What counts stays as it is: flights that clear the height, after contacts that are shorter than the dwell, which
     begin within a window."""
     flights, counting = told.seen.flights, told.seen.counting
@@ -236,7 +236,7 @@ def _count(told: _Told, weights: Floats) -> None:
         raise _Kink
 
 
-Rule = Callable[[_Told, Floats], None]
+Rule = Callable[[_EventOrigins, Floats], None]
 _OF_WINDOWS: dict[str, Rule] = {
     "contact_duration": _contact,
     "duty_factor": lambda told, weights: _contact(told, weights / told.seen.windows.lengths),

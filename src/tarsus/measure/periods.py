@@ -14,7 +14,7 @@ from tarsus.measure.history import RESOLUTION, Counting, EventHistories, Histori
 from tarsus.measure.measure import Caution, Definition, Measure, Measured, Measures, Moments, Scope, of_feet
 from tarsus.measure.segments import Floats
 from tarsus.measure.table import Judged, Judgement, RunTable
-from tarsus.measure.windows import Seen, Windows
+from tarsus.measure.windows import WindowedHistories, Windows
 
 
 def scene_period(scene: Any, duration: float) -> float:
@@ -97,7 +97,7 @@ def window_statistics(
     table = RunTable.of(run)
     counting = Counting.of(run.period, height, dwell)
     edges = start + length * np.arange(count + 1, dtype=float)
-    seen = Seen(histories_of(run), Windows.alike(edges, len(table.feet)), counting)
+    seen = WindowedHistories(histories_of(run), Windows.alike(edges, len(table.feet)), counting)
     found = _measured(seen, PER_WINDOW, table, f"window of {length * 1e3:.4g} ms", counting)
     values = {name: one.of(0) for name, one in found.items()}
     return Measures(values, cautions(seen, table.feet, values, count=count, periods=False))
@@ -112,13 +112,13 @@ def by_window(
     """Measures (nh, np) of nh feet in each window between ``edges`` (np + 1,) [s], SI, NaN where there is none: all
     that `period_statistics` has, or those in ``names``."""
     count = len(histories.flights.until)
-    seen = Seen(histories, Windows.alike(edges, count), counting)
+    seen = WindowedHistories(histories, Windows.alike(edges, count), counting)
     wanted = PER_WINDOW if names is None else names
     return {name: PER_WINDOW[name].of(seen).reshape(count, max(len(edges) - 1, 0)) for name in wanted}
 
 
 def _measured(
-    seen: Seen, names: Iterable[str], table: RunTable, span: str, counting: Counting
+    seen: WindowedHistories, names: Iterable[str], table: RunTable, span: str, counting: Counting
 ) -> dict[str, Measured]:
     own, count = seen.windows.own, len(seen.windows.count)
     return {
@@ -134,12 +134,12 @@ def _measured(
     }
 
 
-def _rebounds(seen: Seen) -> Floats:
+def _rebounds(seen: WindowedHistories) -> Floats:
     found = seen.flights.rebounds(seen.counting.height)
     return seen.total(seen.flights.own[found], seen.flights.start[found])
 
 
-def _peak(seen: Seen) -> Floats:
+def _peak(seen: WindowedHistories) -> Floats:
     tops = seen.histories.tops
     peak = seen.largest(tops.own, tops.time, tops.value)
     low = np.isnan(peak)
@@ -148,30 +148,30 @@ def _peak(seen: Seen) -> Floats:
     return peak
 
 
-def _mean_apex(seen: Seen) -> Floats:
+def _mean_apex(seen: WindowedHistories) -> Floats:
     flights = seen.flights
     hops = flights.hops(seen.counting.height)
     return seen.mean(flights.own[hops], flights.apex_time[hops], flights.apex[hops])
 
 
-def _mean_height(seen: Seen) -> Floats:
+def _mean_height(seen: WindowedHistories) -> Floats:
     windows = seen.windows
     own = np.repeat(np.arange(len(windows.count)), np.diff(windows.first))
     whole = seen.flights.integral_at(seen.histories.knots, own, windows.edges)
     return windows.differences(whole) / windows.lengths
 
 
-def _impacts(seen: Seen) -> Floats:
+def _impacts(seen: WindowedHistories) -> Floats:
     impacts = seen.histories.impacts
     return seen.total(impacts.own, impacts.time)
 
 
-def _mean_impact(seen: Seen) -> Floats:
+def _mean_impact(seen: WindowedHistories) -> Floats:
     impacts = seen.histories.impacts
     return seen.mean(impacts.own, impacts.time, impacts.value)
 
 
-def _hardest(seen: Seen) -> Floats:
+def _hardest(seen: WindowedHistories) -> Floats:
     impacts = seen.histories.impacts
     return seen.largest(impacts.own, impacts.time, impacts.value)
 
@@ -180,7 +180,7 @@ def _hardest(seen: Seen) -> Floats:
 class PerWindow(Definition):
     """A measure whose values (nw,) are those of every window of every foot."""
 
-    of: Callable[[Seen], Floats]
+    of: Callable[[WindowedHistories], Floats]
 
 
 _BOUNCE = (

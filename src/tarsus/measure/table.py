@@ -11,7 +11,7 @@ import numpy as np
 
 from tarsus.measure.history import RESOLUTION, Columns, Counting, EventHistories
 from tarsus.measure.segments import Floats, Rows
-from tarsus.measure.windows import Seen, Windows
+from tarsus.measure.windows import WindowedHistories, Windows
 
 
 class Judged(Protocol):
@@ -110,14 +110,16 @@ class Judgement:
         return Windows.of_periods(*self.used, self.spans, self.table.ends)
 
     @cached_property
-    def seen(self) -> Seen:
+    def seen(self) -> WindowedHistories:
         """What every foot of every run did, by drive period."""
         m = len(self.table.feet)
         if m == 1:
-            return Seen(self.histories, self.windows, self.by_foot)
+            return WindowedHistories(self.histories, self.windows, self.by_foot)
         dropped, count = (np.repeat(one, m) for one in self.used)
         spans, ends = (np.repeat(one, m) for one in (self.spans, self.table.ends))
-        return Seen(self.histories, Windows.of_periods(dropped, count, spans, ends), self.by_foot)
+        return WindowedHistories(
+            self.histories, Windows.of_periods(dropped, count, spans, ends), self.by_foot
+        )
 
     @cached_property
     def by_foot(self) -> Counting:

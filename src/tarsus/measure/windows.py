@@ -86,7 +86,7 @@ class Windows:
 
 
 @dataclass(frozen=True)
-class Seen:
+class WindowedHistories:
     """What nh feet did, by window."""
 
     histories: Histories

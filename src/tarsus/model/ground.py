@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -50,15 +49,6 @@ class _Ground(Description):
     laws: Named[Law] = Field(
         default=FrozenDict(), description="further laws by name, a user's own among them"
     )
-
-    @model_validator(mode="before")
-    @classmethod
-    def _by_the_former_name(cls, given: Any) -> Any:
-        if not isinstance(given, Mapping) or "small_forces" not in given:
-            return given
-        warnings.warn("ground.small_forces is now ground.near_field_forces", DeprecationWarning, stacklevel=2)
-        kept = {name: value for name, value in given.items() if name != "small_forces"}
-        return {"near_field_forces": given["small_forces"], **kept}
 
     @property
     def acting(self) -> Ground:

@@ -15,6 +15,7 @@ from tarsus.base.spec import float_paths
 from tarsus.files.ledger import LEDGER_WORDS, ledger_lines
 from tarsus.files.store import EVENTS_FILE, RunLike, write_text
 from tarsus.files.summary import about as about_measure
+from tarsus.impacts.energy import creation_warning
 from tarsus.model.structure import Walker
 from tarsus.report import figures, walk_figures
 from tarsus.report.circular import circular
@@ -26,7 +27,6 @@ from tarsus.report.render import rendered
 from tarsus.report.series import Series, Window, joined, series_of
 from tarsus.report.style import scale_of
 from tarsus.report.values import grouped, value_rows
-from tarsus.study.impacts import creation_warning
 
 __all__ = ["report_html", "write_report"]
 

@@ -15,8 +15,8 @@ from tarsus.report.figures import Plate
 from tarsus.report.html import Cell, Column, Markup, page, table
 from tarsus.report.render import rendered
 from tarsus.report.style import BLUE, MUTED, Scale, scale_of
+from tarsus.solve.offered import offered
 from tarsus.study.axes import Logspace
-from tarsus.study.scores import offered
 from tarsus.study.sweep import Sweep
 from tarsus.study.workunit import DONE, OUTCOMES
 from tarsus.tables.numbers import amount, number, pretty_unit

@@ -30,7 +30,12 @@ __all__ = [
     "simulate_batch",
 ]
 
-_HOME = {"Gradient": "gradients", "GradientBatch": "gradients", "GradientRun": "gradients", "gradient": "objective"}
+_HOME = {
+    "Gradient": "gradients",
+    "GradientBatch": "gradients",
+    "GradientRun": "gradients",
+    "gradient": "objective",
+}
 
 
 def __getattr__(name: str) -> Any:

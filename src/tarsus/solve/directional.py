@@ -18,7 +18,7 @@ from tarsus.plan.slots import Kind, slot
 from tarsus.solve.codes import EVENT_TYPE, event_order, structured_events, structured_marks
 
 __all__ = [
-    "Log",
+    "EventDerivatives",
     "Ways",
     "difference",
     "directional_slopes",
@@ -75,7 +75,7 @@ class Ways:
 
 
 @dataclass(frozen=True)
-class Log:
+class EventDerivatives:
     """Events of a run: rows (ne, 12) with its marks, and their derivatives slopes (ne, 12, P); time reached end [s],
     drive period [s] and its derivatives by_period (P,); ways: of a walker's run."""
 
@@ -87,10 +87,10 @@ class Log:
     ways: Ways | None = None
 
 
-def measure_slopes(log: Log, feet: Sequence[str], name: str) -> tuple[Floats, NDArray[np.bool_]]:
+def measure_slopes(log: EventDerivatives, feet: Sequence[str], name: str) -> tuple[Floats, NDArray[np.bool_]]:
     """Derivatives (P,) of a measure of a run of feet by name, and where (P,) it has a kink or a jump."""
 
-    def differences(log: Log) -> tuple[Floats, NDArray[np.bool_]]:
+    def differences(log: EventDerivatives) -> tuple[Floats, NDArray[np.bool_]]:
         return directional_slopes(
             log, lambda rows, periods, along: _values(log, feet, rows, periods, along, name)
         )
@@ -114,7 +114,7 @@ def measure_slopes(log: Log, feet: Sequence[str], name: str) -> tuple[Floats, ND
     return slopes, kinked
 
 
-def _leave_edges(log: Log) -> NDArray[np.bool_]:
+def _leave_edges(log: EventDerivatives) -> NDArray[np.bool_]:
     """Along which derivatives (P,) an event leaves the edge of a period that it is at."""
     rows, kinds = log.rows, (EventKind.PERIOD_MARK, EventKind.CONTACT_AT_START)
     time = rows[:, E_TIME]
@@ -126,7 +126,9 @@ def _leave_edges(log: Log) -> NDArray[np.bool_]:
     return np.asarray((ways > 1e-9 * np.abs(turns[at, None] * log.by_period)).any(axis=0))
 
 
-def row_slopes(log: Log, feet: Sequence[str], name: str, *, together: bool) -> tuple[Floats, float] | None:
+def row_slopes(
+    log: EventDerivatives, feet: Sequence[str], name: str, *, together: bool
+) -> tuple[Floats, float] | None:
     """Derivatives of a measure by event rows (ne, 12) in the order in which the engine met them, and by the drive
     period, with which the marks move; None where they are not known, or the measure may have a kink or a jump. together
     as for `tarsus.measure.event_slopes`."""
@@ -141,14 +143,14 @@ def row_slopes(log: Log, feet: Sequence[str], name: str, *, together: bool) -> t
     return rows, found.period
 
 
-def jumps(log: Log) -> bool:
+def jumps(log: EventDerivatives) -> bool:
     """Whether the number of whole periods of a run changes with the period, however little that moves."""
     sides = log.period * (1.0 + np.array([-1e-6, 0.0, 1e-6]))
     return len({tuple(one) for one in np.transpose(periods_used(np.full(3, log.end), sides, None))}) > 1
 
 
 def directional_slopes(
-    log: Log, of: Callable[[Floats, Floats, Floats], Floats]
+    log: EventDerivatives, of: Callable[[Floats, Floats, Floats], Floats]
 ) -> tuple[Floats, NDArray[np.bool_]]:
     """Derivatives (P, ...) of what a function makes of runs' events (nr, ne, 12), periods (nr,) and steps (P, nr / P)
     along the derivatives, a number of each run or several (nr, ...), and where (P, ...) it has a kink or a jump."""
@@ -173,12 +175,16 @@ def difference(values: Floats) -> tuple[Floats, NDArray[np.bool_]]:
     return moved @ _WEIGHTS, kinked
 
 
-def _values(log: Log, feet: Sequence[str], rows: Floats, periods: Floats, along: Floats, name: str) -> Floats:
+def _values(
+    log: EventDerivatives, feet: Sequence[str], rows: Floats, periods: Floats, along: Floats, name: str
+) -> Floats:
     """The measure of runs that differ in their events (nr, ne, 12), periods and steps along the derivatives."""
     return measured(Judgement(table_of(log, feet, rows, periods, along)), [name])[name].value
 
 
-def table_of(log: Log, feet: Sequence[str], rows: Floats, periods: Floats, along: Floats) -> RunTable:
+def table_of(
+    log: EventDerivatives, feet: Sequence[str], rows: Floats, periods: Floats, along: Floats
+) -> RunTable:
     """Runs of feet that differ in their events (nr, ne, 12), periods (nr,) and steps (P, nr / P) along the derivatives,
     as measures see them."""
     runs, events = rows.shape[:2]
@@ -194,7 +200,7 @@ def table_of(log: Log, feet: Sequence[str], rows: Floats, periods: Floats, along
     )  # fmt: skip
 
 
-def step_along(log: Log, p: int) -> float:
+def step_along(log: EventDerivatives, p: int) -> float:
     """How far along derivative number p events may move."""
     events, slopes, period, by_period = log.rows, log.slopes[..., p], log.period, float(log.by_period[p])
     limits: list[float] = []

@@ -14,12 +14,12 @@ import numpy.typing as npt
 from tarsus.base.errors import InputError
 from tarsus.base.events import EventKind
 from tarsus.core.arrays import E_APEX, E_APEX_TIME, E_FOOT, E_KIND, E_TIME
-from tarsus.core.replay import Sampled
+from tarsus.core.replay import SampledStates
 from tarsus.measure import PER_WINDOW, WHOLE_RUN, RunTable, no_measure
 from tarsus.model.scene import Scene
 from tarsus.solve.acting import Acting
 from tarsus.solve.codes import EVENT_TYPE, apex_rows, event_order, structured_events, structured_marks
-from tarsus.solve.directional import Log, Ways, directional_slopes, measure_slopes, table_of
+from tarsus.solve.directional import EventDerivatives, Ways, directional_slopes, measure_slopes, table_of
 from tarsus.solve.engine import RECORDED, Accuracy, RawRuns, execute, settings_of
 from tarsus.solve.lanes import Doubt, Tangents, tangents, walk_tangents
 from tarsus.solve.motion import Replayed
@@ -158,7 +158,7 @@ class GradientRun(Run):
             out[path] = found
         return MappingProxyType(out)
 
-    def state_gradients(self, times: npt.ArrayLike) -> Mapping[str, Sampled]:
+    def state_gradients(self, times: npt.ArrayLike) -> Mapping[str, SampledStates]:
         """Derivatives of the states and forces at times [s], in order, by path, as `states` has them; NaN from the
         time on from which there is none. At the very moment of an event they are those after it.
 
@@ -176,7 +176,7 @@ class GradientRun(Run):
                 rows[:, when >= start] = np.nan
             motion, feet = np.split(rows, [2 * n])
             gap, rate, resistive, smooth, pull = feet.reshape(5, m, len(when))
-            out[path] = Sampled(motion[:n], motion[n:], gap, rate, resistive, smooth, pull, held)
+            out[path] = SampledStates(motion[:n], motion[n:], gap, rate, resistive, smooth, pull, held)
         return MappingProxyType(out)
 
     def gradient(self, name: str) -> Gradient:
@@ -207,7 +207,9 @@ class GradientRun(Run):
 
         return self._gradient(*directional_slopes(self._log, values))
 
-    def told_along(self, slopes: Callable[[Log], tuple[Floats, npt.NDArray[np.bool_]]]) -> Gradient:
+    def told_along(
+        self, slopes: Callable[[EventDerivatives], tuple[Floats, npt.NDArray[np.bool_]]]
+    ) -> Gradient:
         """Derivatives by path of a number from what a function finds along those of the events."""
         return self._gradient(*slopes(self._log))
 
@@ -247,10 +249,10 @@ class GradientRun(Run):
         return MappingProxyType(out)
 
     @property
-    def _log(self) -> Log:
+    def _log(self) -> EventDerivatives:
         derived, marks = self._derived, self.log.marks
         ways = None if marks is None else Ways(marks, derived.marks, self.scene, self.directions)
-        return Log(
+        return EventDerivatives(
             self.log.events, derived.events, self.end_time, self.period, self.entered.data.period[0], ways
         )
 

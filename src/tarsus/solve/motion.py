@@ -13,14 +13,14 @@ from tarsus.base.events import FootState
 from tarsus.core import arrays as a
 from tarsus.core import replay
 from tarsus.core.modes import contact_mode
-from tarsus.core.replay import Integrals, Sampled
+from tarsus.core.replay import Integrals, SampledStates
 from tarsus.plan.lowering import without_native
 from tarsus.solve.acting import Acting
 from tarsus.solve.engine import Accuracy, RawRuns, RawWalks, walk
 
 Floats = NDArray[np.float64]
 
-__all__ = ["Account", "Marched", "Motion", "Replayed", "Seen", "Way", "unpacked"]
+__all__ = ["Account", "Marched", "Motion", "MotionSamples", "Replayed", "Way", "unpacked"]
 
 
 class Account(NamedTuple):
@@ -49,10 +49,10 @@ class Way(NamedTuple):
     along: Floats
 
 
-class Seen(NamedTuple):
+class MotionSamples(NamedTuple):
     """A run at given times: its states, its energies up to then, and what feet that know it do along the way."""
 
-    state: Sampled
+    state: SampledStates
     account: Account
     way: Way | None
 
@@ -76,16 +76,16 @@ class Replayed:
         rows, laws = self.acting.rows, self.acting.plan.laws
         return replay.integrate(self.log.book, self.log.trace, (rows.signals, laws.native, rows))
 
-    def states(self, times: Floats) -> Sampled:
+    def states(self, times: Floats) -> SampledStates:
         """States and contact forces at times [s], increasing."""
         return replay.sample(self.acting.rows.sources[0], self.log.book, self.log.trace, times)
 
-    def seen(self, times: Floats) -> Seen:
+    def seen(self, times: Floats) -> MotionSamples:
         """The same with energies."""
         knots = np.concatenate([[0.0], self.integrals.time])
         energy = [np.interp(times, knots, np.concatenate([[0.0], row])) for row in self.integrals.energies]
         state = self.states(times)
-        return Seen(
+        return MotionSamples(
             state, account_of(self.acting, np.array(energy)), _way(self.acting.plan.system.tangents, state)
         )
 
@@ -111,7 +111,7 @@ class Replayed:
         return self.integrals.swing
 
 
-def _way(tangents: Floats | None, state: Sampled) -> Way | None:
+def _way(tangents: Floats | None, state: SampledStates) -> Way | None:
     """What feet that know their way do along the ground, places (n, m); None where none does."""
     if tangents is None or state.contact is None or state.friction is None:
         return None
@@ -121,7 +121,7 @@ def _way(tangents: Floats | None, state: Sampled) -> Way | None:
     return Way(none, tangents.T @ state.x, speed, state.contact, -np.sign(state.friction), along)
 
 
-def unpacked(acting: Acting, samples: Floats, times: Floats) -> tuple[Sampled, Way, Floats]:
+def unpacked(acting: Acting, samples: Floats, times: Floats) -> tuple[SampledStates, Way, Floats]:
     """States of a walker, what it does along the way, and its energies as the engine sums them up, of its samples."""
     plan, sources = acting.plan, acting.rows.sources[0]
     assert plan.legs is not None
@@ -141,7 +141,7 @@ def unpacked(acting: Acting, samples: Floats, times: Floats) -> tuple[Sampled, W
     forces = acting.forces(gap, rate, held, times)
     smooth, resistive = (acting.total(forces, hook, gap) for hook in ("force", "momentum"))
     pull = np.where(held, onto[nb + 1 :: 2][body.leg], 0.0)
-    state = Sampled(x, v, gap, rate, resistive, np.where(held, 0.0, smooth), pull, held)
+    state = SampledStates(x, v, gap, rate, resistive, np.where(held, 0.0, smooth), pull, held)
     x, speed = feet[body.leg, 1, 0], np.abs(feet[body.leg, 1, 1])
     return state, Way(place, x, speed, contact, sense, onto[nb::2][body.leg]), energy
 
@@ -159,16 +159,16 @@ class Marched:
     def __getstate__(self) -> dict[str, object]:
         return without_native(self)
 
-    def states(self, times: Floats) -> Sampled:
+    def states(self, times: Floats) -> SampledStates:
         return self.seen(times).state
 
-    def seen(self, times: Floats) -> Seen:
+    def seen(self, times: Floats) -> MotionSamples:
         again = walk(
             self.acting.plan, self.duration, rows=self.acting.rows, accuracy=self.accuracy, track=self.track,
             account=True, times=times,
         )  # fmt: skip
         state, way, energy = unpacked(self.acting, again.samples, times)
-        return Seen(state, account_of(self.acting, energy), way)
+        return MotionSamples(state, account_of(self.acting, energy), way)
 
     @property
     def account(self) -> Account:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tarsus.base.events import EventKind
 from tarsus.core.arrays import E_APEX, E_APEX_TIME, E_INTEGRAL, E_KIND, E_TIME
-from tarsus.core.replay import Sampled
+from tarsus.core.replay import SampledStates
 from tarsus.measure import RESOLUTION, TOGETHER
 from tarsus.solve.adjoint import Seeds
 from tarsus.solve.codes import EVENT_TYPE, event_order, structured_events
@@ -18,7 +18,7 @@ from tarsus.solve.directional import (
     LARGEST,
     MOVED,
     STEPS,
-    Log,
+    EventDerivatives,
     difference,
     jumps,
     measure_slopes,
@@ -30,7 +30,7 @@ __all__ = ["STATES", "NumberOf", "measure_seeds", "number_seeds"]
 Floats = NDArray[np.float64]
 Rows = NDArray[np.intp]
 NumberOf = Callable[..., float]
-"""A function of the events with the period marks, or of these and of states at given times (`Sampled`)."""
+"""A function of the events with the period marks, or of these and of states at given times (`SampledStates`)."""
 
 FINER = (1.0, 1e-2, 1e-4)
 """Parts of the longest steps that are tried where a number seems to have a kink: events that nearly repeat take turns
@@ -40,7 +40,7 @@ STATES = ("x", "v", "gap", "rate", "resistive", "smooth", "pull")
 _NAMES = EVENT_TYPE.names or ()
 
 
-def measure_seeds(log: Log, feet: tuple[str, ...], name: str, edges_move: bool) -> Seeds | None:
+def measure_seeds(log: EventDerivatives, feet: tuple[str, ...], name: str, edges_move: bool) -> Seeds | None:
     """Of a measure of a run by name. log: of the run, its derivatives not used but by_period, which says whether the
     drive period moves. edges_move: whether edges of drives do.
 
@@ -63,7 +63,9 @@ def measure_seeds(log: Log, feet: tuple[str, ...], name: str, edges_move: bool) 
     return Seeds(seeds, np.zeros(0), np.zeros((0, 0)), period)
 
 
-def number_seeds(log: Log, number: NumberOf, times: Floats, states: Sampled | None) -> Seeds | None:
+def number_seeds(
+    log: EventDerivatives, number: NumberOf, times: Floats, states: SampledStates | None
+) -> Seeds | None:
     """Of a function of a run's events, and of its states at times (nt,) where they are given. log as for
     `measure_seeds`.
 
@@ -159,7 +161,7 @@ def _marks(rows: Floats) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     return marks, marks & (rows[:, E_APEX_TIME] == rows[:, E_TIME]) & (rows[:, E_APEX] > 0.0)
 
 
-def _turns(log: Log) -> Floats:
+def _turns(log: EventDerivatives) -> Floats:
     """Of which end of a period each event row (ne,) is a mark; 0 where of none: the mark at the end of a run stays."""
     time = log.rows[:, E_TIME]
     turns = np.round(time / log.period)
@@ -174,7 +176,9 @@ def _at_once(foot: NDArray[np.generic], time: Floats, among: Rows) -> list[Rows]
     return np.split(ordered, cuts) if len(ordered) else []
 
 
-def _event_places(log: Log, events: NDArray[np.void], order: Rows, given: Rows, to: Floats) -> list[_Place]:
+def _event_places(
+    log: EventDerivatives, events: NDArray[np.void], order: Rows, given: Rows, to: Floats
+) -> list[_Place]:
     """Every number of the events that may move."""
     marks, rising = (one[order] for one in _marks(log.rows))
     out = []
@@ -206,7 +210,7 @@ def _event_places(log: Log, events: NDArray[np.void], order: Rows, given: Rows, 
     return out
 
 
-def _period_place(log: Log, events: NDArray[np.void], order: Rows, to: Floats) -> _Place:
+def _period_place(log: EventDerivatives, events: NDArray[np.void], order: Rows, to: Floats) -> _Place:
     """The drive period, with which the marks move."""
     marks, rising = (np.flatnonzero(one[order]) for one in _marks(log.rows))
     turns = _turns(log)[order]
@@ -217,11 +221,11 @@ def _period_place(log: Log, events: NDArray[np.void], order: Rows, to: Floats) -
     return _Place(parts, LARGEST * log.period / max(float(turns.max(initial=1.0)), 1.0), to, (0,))
 
 
-def _width(states: Sampled) -> int:
+def _width(states: SampledStates) -> int:
     return sum(len(getattr(states, name)) for name in STATES)
 
 
-def _state_places(states: Sampled, to: Floats) -> list[_Place]:
+def _state_places(states: SampledStates, to: Floats) -> list[_Place]:
     """Every number of the states."""
     out, column, one = [], 0, np.ones(1)
     for name in STATES:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from tarsus.files.library import SceneLike
 from tarsus.solve.adjoint import swept
 from tarsus.solve.codes import structured_events
-from tarsus.solve.directional import STEPS, Log, directional_slopes
+from tarsus.solve.directional import STEPS, EventDerivatives, directional_slopes
 from tarsus.solve.engine import Accuracy, settings_of
 from tarsus.solve.gradients import Gradient, GradientRun
 from tarsus.solve.numbers import STATES, NumberOf, measure_seeds, number_seeds
@@ -47,7 +47,7 @@ def gradient(
     duration, accuracy
         As for `simulate`.
     times
-        Times [s] (nt,), increasing: the function is one of the events and of the states then (`Sampled`).
+        Times [s] (nt,), increasing: the function is one of the events and of the states then (`SampledStates`).
 
     Returns
     -------
@@ -76,7 +76,7 @@ def _parts(run: GradientRun, objective: str | NumberOf, times: Floats | None) ->
     forwards = set(run.entered.structure)
     by_period = run.entered.data.period[0]
     rows = run.log.events
-    log = Log(rows, np.zeros((*rows.shape, 1)), run.end_time, run.period, by_period)
+    log = EventDerivatives(rows, np.zeros((*rows.shape, 1)), run.end_time, run.period, by_period)
     if isinstance(objective, str):
         data = run.entered.data
         edges_move = any(one.any() for one in (data.begin, data.end, data.loops))

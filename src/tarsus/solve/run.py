@@ -28,7 +28,7 @@ from tarsus.tables.table import Table
 if TYPE_CHECKING:
     import xarray
 
-    from tarsus.core.replay import Sampled
+    from tarsus.core.replay import SampledStates
     from tarsus.files.series import Variable
     from tarsus.solve.motion import Motion
     from tarsus.solve.series import Series
@@ -228,7 +228,7 @@ class Run:
 
         return sample(self, increasing(times))
 
-    def states(self, times: npt.ArrayLike) -> Sampled:
+    def states(self, times: npt.ArrayLike) -> SampledStates:
         """States and contact forces alone at the given times [s], increasing: by contact modes a fraction of the cost
         of `at`."""
         return self.motion.states(increasing(times))

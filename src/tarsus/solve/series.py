@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.events import CONTACT_BEGINS, EventKind, FootState
-from tarsus.core.replay import Sampled
+from tarsus.core.replay import SampledStates
 from tarsus.files.ledger import Ledger
 from tarsus.model.laws.base import AdhesionLaw, Law
 from tarsus.solve import acting
@@ -49,7 +49,7 @@ class Series:
     """
 
     time: Floats
-    state: Sampled
+    state: SampledStates
     force: Floats
     volts: Floats
     laws: Mapping[str, Floats]

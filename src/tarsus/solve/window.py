@@ -13,7 +13,7 @@ import numpy.typing as npt
 from tarsus.base.errors import InputError
 from tarsus.core import _native
 from tarsus.core.modes import ModeBook
-from tarsus.core.replay import Sampled, sample
+from tarsus.core.replay import SampledStates, sample
 from tarsus.plan.lowering import Plan
 from tarsus.plan.slots import Rows, rows_of
 from tarsus.solve.acting import Acting
@@ -81,7 +81,7 @@ class Window:
 
     acting: Acting
     times: Floats
-    states: Sampled
+    states: SampledStates
     code: ResultCode
     rows: Floats
 

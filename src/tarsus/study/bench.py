@@ -288,7 +288,7 @@ def _hysteresis_figures(repeats: int, duration: float = 1.0) -> dict[str, Any]:
 
 def _robot_figures(repeats: int, chain_ms_per_impact: float, seeds: int = 64) -> dict[str, Any]:
     from tarsus.files.library import load_scene
-    from tarsus.study.seeds import foot_statistics
+    from tarsus.solve.seeds import foot_statistics
 
     scene = load_scene(_scene_file("hexapod"))
     plan, duration = lower_scene(scene), 1.0

@@ -15,8 +15,8 @@ from tarsus.files.runstore import COLLECTED_FILE, RunStore, store_sentence
 from tarsus.files.series import Put, Variable, blank, write_netcdf
 from tarsus.files.store import package_version
 from tarsus.solve.labelled import measure_variables, outcome_variable
+from tarsus.solve.offered import offered
 from tarsus.study.axes import Floats, Grid
-from tarsus.study.scores import offered
 from tarsus.study.sweep import Sweep
 from tarsus.study.workunit import OUTCOMES
 

@@ -61,12 +61,18 @@ class Scattered(Description):
         """Values (k,) of the runs of a part, by axis."""
         shares = self._shares(axes, part)
         values = {name: axis.at(shares[:, i]) for i, (name, axis) in enumerate(axes.items())}
-        left = self.left(axes, part)
+        left = self._left(shares[:, len(axes) :])
         return values | {name: values[name] * left[:, i] for i, name in enumerate(self.parts)}
 
     def left(self, axes: Mapping[str, Axis], part: slice) -> Floats:
         """What is left (k, parts) of every part: 1 of a sound one, 0 of a dead one."""
-        shares = self._shares(axes, part)[:, len(axes) :]
+        return self._left(self._shares(axes, part)[:, len(axes) :])
+
+    def _shares(self, axes: Mapping[str, Axis], part: slice) -> Floats:
+        """Shares of the axes, of the numbers of dead and of weak parts, and of which ones they are."""
+        return sobol_shares(len(axes) + DRAWS + len(self.parts), self.seed, part)
+
+    def _left(self, shares: Floats) -> Floats:
         counts = [
             low + np.floor(shares[:, i] * (high - low + 1))
             for i, (low, high) in enumerate((self.dead, self.weak))
@@ -74,13 +80,6 @@ class Scattered(Description):
         order = np.argsort(np.argsort(shares[:, DRAWS:], axis=1), axis=1)
         dead, weak = counts[0][:, None], counts[1][:, None]
         return np.where(order < dead, 0.0, np.where(order < dead + weak, self.weakness, 1.0))
-
-    def dimensions(self, axes: Mapping[str, Axis]) -> int:
-        """Dimensions of the sequence: the axes, how many parts are dead and weak, and which."""
-        return len(axes) + DRAWS + len(self.parts)
-
-    def _shares(self, axes: Mapping[str, Axis], part: slice) -> Floats:
-        return sobol_shares(self.dimensions(axes), self.seed, part)
 
 
 class Saltelli(Description):
@@ -120,7 +119,11 @@ class Saltelli(Description):
 
         # SALib takes a seed of 0 for none
         found = sobol.analyze(
-            _problem(self.groups), values, calc_second_order=False, seed=self.seed + 1, num_resamples=RESAMPLES
+            _problem(self.groups),
+            values,
+            calc_second_order=False,
+            seed=self.seed + 1,
+            num_resamples=RESAMPLES,
         )
         keys = {"first": "S1", "first_error": "S1_conf", "total": "ST", "total_error": "ST_conf"}
         return {

@@ -32,10 +32,10 @@ from tarsus.base.spec import (
 from tarsus.base.units import parse_quantity
 from tarsus.measure import no_measure
 from tarsus.model.scene import Scene
+from tarsus.solve.cost import MOST_STEPS, estimated_steps
+from tarsus.solve.offered import offered
 from tarsus.study.axes import AnyAxis, Axis, Floats, Grid, Sobol
-from tarsus.study.cost import MOST_STEPS, estimated_steps
 from tarsus.study.manufacture import Saltelli, Scattered
-from tarsus.study.scores import offered
 
 __all__ = ["MOST_RUNS", "Sweep"]
 

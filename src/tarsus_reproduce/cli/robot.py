@@ -55,7 +55,7 @@ def run(
 def _print(reproduction: RobotReproduction, runs: RobotRuns, result: Mapping[str, Any]) -> None:
     from tarsus.cli import console
     from tarsus.cli.summary import short
-    from tarsus.study.impacts import creation_warning
+    from tarsus.impacts.energy import creation_warning
 
     print(f"Bouncing foot of the {reproduction.robot}, device '{reproduction.device}'")
     caution = creation_warning(reproduction.scene)
@@ -96,7 +96,7 @@ def _print(reproduction: RobotReproduction, runs: RobotRuns, result: Mapping[str
 
 def _print_rows(rows: list[dict[str, Any]], result: Mapping[str, Any]) -> None:
     from tarsus.cli import console
-    from tarsus.study.relative import relative_error
+    from tarsus_reproduce.cases import relative_error
     from tarsus_reproduce.robots import WINDOW
 
     print(

@@ -103,7 +103,9 @@ def test_a_second_probe_is_walked_where_one_does_not_tell():
     senses[1, :, 0], senses[2, :, 0] = kinds % 2, kinds // 2
     probes, table = posterior_of(*felt(rng, senses), costs, 4)
     assert set(probes[:2]) == {1, 2} and len(probes) == 2
-    sure = np.stack([{1: np.arange(4) % 2, 2: np.arange(4) // 2}[one] for one in probes], axis=1).astype(float)
+    sure = np.stack([{1: np.arange(4) % 2, 2: np.arange(4) // 2}[one] for one in probes], axis=1).astype(
+        float
+    )
     assert table(sure).tolist() == [0, 1, 2, 3]
     assert np.abs(table.expected(sure) - (1.0 - np.eye(4))).max() < 1e-6
     assert table.shares.sum() == pytest.approx(1.0)
@@ -118,7 +120,10 @@ def test_gaits_are_sought_for_the_grounds_that_they_are_best_for(monkeypatch):
         return np.abs(points[:, 0] - (friction - 4.0) / 8.0)[:, None] - 1.0
 
     monkeypatch.setattr(Walks, "each", match)
-    scene, few = ts.load_scene("millipede-printed"), SMALL | {"candidates": 2000, "training": 128, "hidden": 60}
+    scene, few = (
+        ts.load_scene("millipede-printed"),
+        SMALL | {"candidates": 2000, "training": 128, "hidden": 60},
+    )
     found = adapt(scene, FREE, BOX, "nothing", **few)
     duty = sorted((gait["gait.duty"] - 0.1) / 0.8 for gait in found.gaits)
     assert duty == pytest.approx([0.25, 0.75], abs=0.06)

@@ -131,14 +131,18 @@ class Needle(Kept):
         return np.stack([broad + narrow + 0.0 * points[:, 0], np.zeros(len(x))], axis=1)
 
 
-SQUARE = Box(("ground.friction.coefficient", "ground.restitution.coefficient"), np.full(2, 0.1), np.full(2, 0.7))
+SQUARE = Box(
+    ("ground.friction.coefficient", "ground.restitution.coefficient"), np.full(2, 0.1), np.full(2, 0.7)
+)
 
 
 def test_several_regions_are_climbed_where_one_hides_the_worst(scene):
     points = np.array([[0.5, 0.5]])
     kept = Needle(walks_of(scene))
     found = {
-        islands: [strike(kept, points, SQUARE, 32, 8, seed, islands=islands).costs[0, 0] for seed in range(12)]
+        islands: [
+            strike(kept, points, SQUARE, 32, 8, seed, islands=islands).costs[0, 0] for seed in range(12)
+        ]
         for islands in (1, 4)
     }
     reached = {islands: sum(cost > 1.45 for cost in costs) for islands, costs in found.items()}
@@ -279,7 +283,9 @@ def test_a_bad_request_is_told_whole(scene):
     with pytest.raises(InputError, match="'cantilever' does not walk"):
         gait(ts.load_scene("cantilever"), ["gait.duty"])
     for given, slowest in ((FREE, "0.01 s"), (["gait.duty"], "0.02028 s"), (["gait.frequency"], "0.04057 s")):
-        with pytest.raises(InputError, match=f"at least a drive period of the slowest gait, {slowest}, got 0.009 s"):
+        with pytest.raises(
+            InputError, match=f"at least a drive period of the slowest gait, {slowest}, got 0.009 s"
+        ):
             gait(scene, given, duration=0.009)
     with pytest.raises(InputError, match="is designed, so it cannot be part of the ground"):
         gait(scene, ["gait.duty"], over={"gait.duty": (0.2, 0.4)})

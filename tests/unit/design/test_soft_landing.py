@@ -157,7 +157,7 @@ def test_settling_is_measured_and_said(scene):
     assert settled_periods(trials, levels, durations, nominal) == 2
     light = ts.with_values(scene, {"robot.structure.damping_ratios": (1e-4, 1e-4)})
     # a tip that is never held remembers: it hops at its own frequency
-    free = ts.with_values(light, {"ground.adhesion": None, "ground.landing": ts.CaptureUnlessPulled()})
+    free = ts.with_values(light, {"ground.adhesion": None, "ground.landing": ts.laws.CaptureUnlessPulled()})
     shallow = Trials(free, "pzt", "tip", 1.0 / 400.0)
     slow = settled_periods(shallow, np.array([[8.0, -8.0]]), np.array([[1.25e-3, 1.25e-3]]), nominal)
     assert slow > 2

@@ -83,7 +83,7 @@ def test_a_candidate_changes_signal_and_gap_and_nothing_else():
     (one,) = candidate_grid((50.0,), (6.0,), (0.25,), (90e-6,))
     assert one.name == "50 Hz, 6 V, lambda 0.25, gap 90 um" and one.record == pytest.approx(8 / 50)
     changed = one.on(DEVICE)
-    assert changed.signals["pzt"] == ts.RampedSquare(amplitude=6.0, frequency=50.0, duty=0.25)
+    assert changed.signals["pzt"] == ts.waveforms.RampedSquare(amplitude=6.0, frequency=50.0, duty=0.25)
     assert ts.get_value(changed, "robot.feet.tip.gap") == 90e-6
     assert changed.ground == DEVICE.ground
 
@@ -97,9 +97,13 @@ def test_priors_come_from_draws_or_from_intervals():
     known = ts.with_values(DEVICE, {"provenance": {
         E: {"source": "calibrated", "note": "from bounces", "interval": [[0.2653 / 1.1, 0.2653 * 1.1]]}
     }})  # fmt: skip
-    assert LogNormalPrior.of_scene(known, (E, A), 0.4).std == pytest.approx([np.log(1.1) / 1.96, 0.4], rel=1e-3)
+    assert LogNormalPrior.of_scene(known, (E, A), 0.4).std == pytest.approx(
+        [np.log(1.1) / 1.96, 0.4], rel=1e-3
+    )
     drawn = np.exp(random.multivariate_normal([-18.0, -12.0], cov, 4000))
-    mixed = LogNormalPrior.of_scene(known, (A0, E, A), 0.4, {A0: drawn[:, 0], A: drawn[:, 1], E: np.zeros(4000)})
+    mixed = LogNormalPrior.of_scene(
+        known, (A0, E, A), 0.4, {A0: drawn[:, 0], A: drawn[:, 1], E: np.zeros(4000)}
+    )
     assert mixed.covariance[np.ix_([0, 2], [0, 2])] == pytest.approx(cov, rel=0.1)
     assert mixed.std[1] == pytest.approx(np.log(1.1) / 1.96, rel=1e-3) and mixed.covariance[0, 1] == 0.0
 

@@ -84,4 +84,7 @@ def test_values_that_no_prefix_reaches_are_drawn_in_a_power_of_ten() -> None:
     """uPlot draws nothing on a logarithmic axis of 1e-22."""
     scale = _scale("N m^2 s", np.array([1e-22, 9e-21]))
     assert (scale.step, scale.label) == (pytest.approx(1e-21), "10^-21 N m^2 s")
-    assert _scale("m", np.array([7e-5])).label == "um".replace("u", "µ") and _scale("1", np.array([1e-22])).label == ""
+    assert (
+        _scale("m", np.array([7e-5])).label == "um".replace("u", "µ")
+        and _scale("1", np.array([1e-22])).label == ""
+    )

@@ -102,7 +102,9 @@ def test_sections_of_the_page(text: str, motion: Motion) -> None:
     headings = ["The walk", "Measures", "Forces", "Energy", "Events", "Values of this run"]
     positions = [page.text.index(f" {heading} ") for heading in headings]
     assert positions == sorted(positions)
-    assert page.tags.count("canvas") == 2 and page.tags.count("noscript") == 2 + text.count('<div class="charts"')
+    assert page.tags.count("canvas") == 2 and page.tags.count("noscript") == 2 + text.count(
+        '<div class="charts"'
+    )
     numbers = [int(n) for n in re.findall(r"<b>Figure (\d+)\.</b>", text)]
     assert numbers == list(range(1, len(numbers) + 1)) and len(numbers) == 6
     for label in (

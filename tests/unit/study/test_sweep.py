@@ -12,9 +12,10 @@ from study.sweep_case import RATE, RESTITUTION, small
 
 import tarsus as ts
 import tarsus.study.layout as layout_of
+from tarsus.files.installed import study_names
 from tarsus.study.axes import Grid, Linspace, Logspace, Sobol, Values
 from tarsus.study.layout import Layout, runs_per_unit
-from tarsus.study.studyfile import frozen_texts, load_sweep, read_sweep, study_names
+from tarsus.study.studyfile import frozen_texts, load_sweep, read_sweep
 
 
 def test_a_grid_is_every_combination_with_the_last_axis_fastest():

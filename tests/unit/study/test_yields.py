@@ -165,7 +165,9 @@ def test_who_matters_most_is_said_only_where_intervals_are_apart():
     alike = leader_of(told(L1=(0.40, 0.1), R1=(0.45, 0.1), L2=(0.38, 0.1), R2=(0.1, 0.05)), 64)
     assert alike is not None and not alike.resolved and alike.rivals == ("L1", "L2")
     assert alike.draws == 1024  # 64 (0.2 / 0.05)^2
-    assert "is not resolved: R1 0.45 ± 0.10, and the interval of L1 and 1 more overlaps it" in alike.sentence("speed")
+    assert "is not resolved: R1 0.45 ± 0.10, and the interval of L1 and 1 more overlaps it" in alike.sentence(
+        "speed"
+    )
     twins = leader_of(told(L1=(0.5, 0.1), R1=(0.5, 0.1)), 64)
     assert twins is not None and twins.draws is None and "hardly" in twins.sentence("speed")
     assert leader_of({}, 64) is None

@@ -13,46 +13,68 @@ import matplotlib
 import numpy as np
 import pytest
 
+import tarsus as ts
+from scene_files import scene as scene_of
 from tarsus.base.errors import InputError
-from tarsus.files.store import read_run, write_run
-from tarsus.measure import Caution, CautionKind, Measures
+from tarsus.files.store import StoredRun, read_run, write_run
+from tarsus.measure import CautionKind
+from tarsus.model.scene import Provenance, Source
 from tarsus.report import write_report
 from tarsus.report.run_page import MOST_EVENTS, report_html
 from tarsus.report.series import contact_intervals, drive_period, series_of
 from tarsus.report.sheet import Sheet, figure_style, to_svg
 from tarsus.report.style import decimate, scale_of, upright
 from tarsus.report.values import ValueRow, grouped, value_rows
+from tarsus.solve.codes import EVENT_TYPE
 from unit.html_page import Page
-from unit.sample_run import EVENT, SampleRun, make_run, make_scene
 
 
 @pytest.fixture(scope="module")
-def run() -> SampleRun:
-    return make_run(duration=0.09, step=1e-5)
+def scene() -> ts.Scene:
+    """The cantilever, with characters of markup in its texts."""
+    made = ts.load_scene("cantilever")
+    note = Provenance(source=Source.PRINTED, note="section 2.2, <laser vibrometer> & network analyser")
+    return ts.with_values(
+        made,
+        {
+            "provenance": {**made.provenance, "robot.structure.frequencies": note},
+            "citations": ("J. Ryou, K. R. Oldham: contact dynamics of <micro> robots",),
+        },
+    )
 
 
 @pytest.fixture(scope="module")
-def companion() -> SampleRun:
-    return make_run(duration=0.09, step=1e-5, adhesive=False)
+def run(scene: ts.Scene) -> ts.Run:
+    return ts.simulate(scene, 0.09)
 
 
 @pytest.fixture(scope="module")
-def page_text(run: SampleRun, companion: SampleRun) -> str:
+def companion(scene: ts.Scene) -> ts.Run:
+    return ts.simulate(ts.with_values(scene, {"ground.adhesion": None}), 0.09)
+
+
+@pytest.fixture(scope="module")
+def stored(run: ts.Run, tmp_path_factory: pytest.TempPathFactory) -> StoredRun:
+    """The run as it is read back from a folder: a table whose parts can be replaced."""
+    folder = tmp_path_factory.mktemp("run")
+    write_run(run, folder)
+    return read_run(folder)
+
+
+@pytest.fixture(scope="module")
+def page_text(run: ts.Run, companion: ts.Run) -> str:
     return report_html(run, companion)
 
 
-CAUTION = Caution(CautionKind.COUNTED_LOW, "Foot tip: its median bounce is 0.4 um high, its peak 36 um.")
+@pytest.fixture(scope="module")
+def failed() -> ts.Run:
+    """A run that stopped, after more events than are listed."""
+    return ts.simulate(scene_of("vibrating_table"), 800.0, ts.Accuracy(steps=2000))
 
 
 @pytest.fixture(scope="module")
-def failed_text(run: SampleRun) -> str:
-    """The page of a run that failed, after more events than are listed, with a note on its measures."""
-    many = np.zeros(MOST_EVENTS + 37, EVENT)
-    many["time"] = np.linspace(0.0, 0.09, len(many))
-    many["kind"] = 1
-    return report_html(
-        dataclasses.replace(run, events=many, ok=False, measures=Measures(run.measures, [CAUTION]))
-    )
+def failed_text(failed: ts.Run) -> str:
+    return report_html(failed)
 
 
 @pytest.fixture(scope="module")
@@ -78,10 +100,10 @@ def test_ids_are_unique_and_references_resolve(page: Page) -> None:
     assert used and used <= set(ids)
 
 
-def test_page_says_what_was_run_and_how_it_ended(run: SampleRun, page: Page) -> None:
+def test_page_says_what_was_run_and_how_it_ended(run: ts.Run, page: Page) -> None:
     assert run.code.value in page.text
     assert "square, amplitude 8 V, frequency 50 Hz" in page.text
-    assert "computed in 12.3 ms" in page.text
+    assert re.search(r"90 ms simulated, computed in [\d.]+ m?s; 24 contact events", page.text)
     headings = ["Motion", "Measures", "Forces", "Energy", "Events", "Values of this run"]
     positions = [page.text.index(f" {heading} ") for heading in headings]
     assert positions == sorted(positions)
@@ -94,14 +116,14 @@ def test_failed_run_is_marked(failed_text: str, page_text: str) -> None:
 def test_every_figure_has_its_caption_and_axes_have_units(page: Page) -> None:
     figures = page.tags.count("figure")
     assert figures == page.tags.count("figcaption") == 7
-    for label in ("displacement (µm)", "drive (V)", "time (ms)", "energy since start (pJ)"):
+    for label in ("displacement (µm)", "drive (V)", "time (ms)", "energy since start (nJ)"):
         assert label in page.text
     for number_ in range(1, figures + 1):
         assert f"Figure {number_}." in page.text
     assert "without adhesion" in page.text
 
 
-def test_without_companion_there_is_one_curve(run: SampleRun) -> None:
+def test_without_companion_there_is_one_curve(run: ts.Run) -> None:
     text = Page(report_html(run)).text
     assert "without adhesion" not in text
     assert "with adhesion switched off" not in text
@@ -113,63 +135,62 @@ def test_texts_of_the_scene_are_escaped(page_text: str, page: Page) -> None:
     assert "contact dynamics of <micro> robots" in page.text
 
 
-def test_measures_come_with_definition_and_spread(page: Page) -> None:
-    assert "contact level to highest point after break-off" in page.text
-    assert "9.12 ms 40 µs 4" in page.text
+def test_measures_come_with_definition_and_spread(run: ts.Run, page: Page) -> None:
+    contact = run.measures["contact_duration"]
+    assert "total time per drive period with zero gap" in page.text
+    assert f" contact duration {amount(contact.value, 's')} " in page.text
     assert "nan" not in page.text.lower().replace("nanometre", "")
 
 
-def test_values_come_with_provenance() -> None:
-    rows = {row.path: row for row in value_rows(make_scene())}
+def test_values_come_with_provenance(scene: ts.Scene) -> None:
+    bare = {path: one for path, one in scene.provenance.items() if not path.startswith("robot.feet")}
+    rows = {row.path: row for row in value_rows(ts.with_values(scene, {"provenance": bare}))}
     assert rows["robot.structure.frequencies"].value == "623 Hz, 6.424 kHz"
     assert rows["robot.structure.frequencies"].source == "printed"
-    assert rows["ground.film.thickness"].source == "calibrated"
-    assert rows["ground.film.coefficient"].value == "1.747·10⁻²¹ N m² s"
+    assert rows["ground.film.coefficient"].source == scene.origin("ground.film.coefficient").source.value
     assert rows["robot.feet.tip.gap"].value == "70 µm"
     assert rows["robot.feet.tip.gap"].source == ""
 
 
-def test_long_event_list_is_cut_and_says_so(failed_text: str) -> None:
-    assert failed_text.count("<td>bounce</td>") == MOST_EVENTS
-    assert f"The first {MOST_EVENTS} are listed; 37 more are in events.csv." in failed_text
+def test_long_event_list_is_cut_and_says_so(failed: ts.Run, failed_text: str) -> None:
+    rows = failed_text.partition(">Events<")[2]
+    assert rows.count("<td>bounce</td>") == np.count_nonzero(failed.events["kind"][:MOST_EVENTS] == 1)
+    more = len(failed.events) - MOST_EVENTS
+    assert more > 0 and f"The first {MOST_EVENTS} are listed; {more} more are in events.csv." in failed_text
 
 
-def test_run_that_never_touches(run: SampleRun) -> None:
-    quiet = run.dataset.copy()
-    for name in ("contact_force", "adhesion_strength", "pull", "film_force"):
-        quiet[name] = quiet[name] * 0.0
-    text = Page(report_html(dataclasses.replace(run, events=run.events[:0], dataset=quiet))).text
+def test_run_that_never_touches(scene: ts.Scene) -> None:
+    high = ts.simulate(
+        ts.with_values(scene, {"robot.feet.tip.gap": 1e-3, "ground.film": None, "ground.adhesion": None}),
+        0.045,
+    )
+    text = Page(report_html(high)).text
     assert "No foot touched the ground." in text
-    assert "No film or contact force acts" in text
 
 
 def test_several_feet_get_a_panel_each() -> None:
-    run = make_run(feet=3, duration=0.05, step=2e-5)
-    page = Page(report_html(run))
-    for foot in ("foot-1", "foot-2", "foot-3"):
-        assert f"Forces on foot {foot}" in page.text
-    assert "the bars below mark contact" in page.text
+    text = Page(report_html(ts.simulate(scene_of("three_feet"), 0.03))).text
+    for foot in "abc":
+        assert f"Forces on foot {foot}" in text
+    assert "the bars below mark contact" in text
 
 
-def test_run_without_feet_or_drives(run: SampleRun) -> None:
-    scene = make_scene()
-    robot = scene.robot.model_copy(update={"feet": {}, "drives": {}})
-    bare = scene.model_copy(update={"robot": robot, "signals": {}})
-    none = {name: [] for name in ("foot", "drive")}
-    data = run.dataset.isel(none)
-    text = report_html(
-        dataclasses.replace(run, scene=bare, dataset=data, events=run.events[:0], foot_names=())
+def test_run_without_feet_or_drives() -> None:
+    structure = ts.Modal(
+        frequencies=(1e2,), damping_ratios=(0.1,), modal_masses=(1e-6,), shapes={"a": (1.0,)}
     )
-    assert "Kinetic energy" in Page(text).text
+    start = ts.Initial(displacement=(1e-6,))
+    bare = ts.Scene(name="bare", robot=ts.Robot(structure=structure), initial=start, duration=0.02)
+    assert "Kinetic energy" in Page(report_html(ts.simulate(bare))).text
 
 
-def test_run_shorter_than_a_period_has_no_circle() -> None:
-    text = Page(report_html(make_run(duration=0.012, step=1e-5))).text
+def test_run_shorter_than_a_period_has_no_circle(scene: ts.Scene) -> None:
+    text = Page(report_html(ts.simulate(scene, 0.012))).text
     assert "One turn clockwise" not in text
     assert "last 2 drive periods" not in text
 
 
-def test_equal_runs_give_equal_pages(run: SampleRun, companion: SampleRun, page_text: str) -> None:
+def test_equal_runs_give_equal_pages(run: ts.Run, companion: ts.Run, page_text: str) -> None:
     assert report_html(run, companion) == page_text
 
 
@@ -183,7 +204,7 @@ def test_settings_of_matplotlib_are_left_alone() -> None:
     assert dict(matplotlib.rcParams) == before != inside
 
 
-def test_the_report_of_a_run_does_without_matplotlib(run: SampleRun, monkeypatch) -> None:
+def test_the_report_of_a_run_does_without_matplotlib(run: ts.Run, monkeypatch) -> None:
     """It would take longer to load than all the rest of the report."""
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     monkeypatch.delitem(sys.modules, "tarsus.report.sheet")
@@ -192,15 +213,14 @@ def test_the_report_of_a_run_does_without_matplotlib(run: SampleRun, monkeypatch
     assert "<svg" in report_html(run)
 
 
-def test_stored_run_can_be_reported(run: SampleRun, tmp_path: Path) -> None:
-    write_run(run, tmp_path)
-    path = write_report(read_run(tmp_path), tmp_path / "report.html")
+def test_stored_run_can_be_reported(run: ts.Run, stored: StoredRun, tmp_path: Path) -> None:
+    path = write_report(stored, tmp_path / "report.html")
     text = path.read_text(encoding="utf-8")
     assert run.code.value in text
     assert "computed in" not in text
 
 
-def test_report_into_a_folder_is_refused(run: SampleRun, tmp_path: Path, monkeypatch) -> None:
+def test_report_into_a_folder_is_refused(run: ts.Run, tmp_path: Path, monkeypatch) -> None:
     monkeypatch.setattr("tarsus.report.run_page.report_html", lambda *words, **options: "<html></html>")
     with pytest.raises(InputError, match="folder"):
         write_report(run, tmp_path)
@@ -208,14 +228,14 @@ def test_report_into_a_folder_is_refused(run: SampleRun, tmp_path: Path, monkeyp
 
 def test_contact_intervals_follow_the_events() -> None:
     rows = [(0.0, 0, 5), (0.1, 0, 3), (0.15, 1, 2), (0.2, 0, 1), (0.3, 0, 2), (0.4, 0, 3), (0.5, 0, 4)]
-    events = np.zeros(len(rows), EVENT)
+    events = np.zeros(len(rows), EVENT_TYPE)
     events["time"], events["foot"], events["kind"] = zip(*rows, strict=True)
     assert contact_intervals(events, 0, 0.9) == [(0.0, 0.1), (0.3, 0.4), (0.5, 0.9)]
     assert contact_intervals(events, 1, 0.9) == [(0.15, 0.9)]
     assert contact_intervals(events[:0], 0, 0.9) == []
 
 
-def test_windows_end_at_whole_periods(run: SampleRun) -> None:
+def test_windows_end_at_whole_periods(run: ts.Run) -> None:
     series = series_of(run)
     assert series.period == drive_period(run.scene) == pytest.approx(0.02)
     assert series.last_periods(2) == pytest.approx((0.04, 0.08))
@@ -270,16 +290,18 @@ def test_a_sampled_square_wave_is_drawn_upright() -> None:
     np.testing.assert_array_equal(upright(time, np.zeros(8))[1], np.zeros(8))
 
 
-def test_measures_say_whose_they_are_what_they_count_and_where_that_misleads(failed_text: str) -> None:
+def test_measures_say_what_they_count_and_where_that_misleads(failed: ts.Run, failed_text: str) -> None:
     text = Page(failed_text).text
-    assert f"Note: {CAUTION}".replace(" um", " µm") in text
-    assert "mean over feet, flights above 100 nm, after contacts below 500 µs" in text
+    assert CautionKind.COUNTED_LOW in {one.kind for one in failed.measures.warnings}
+    for one in failed.measures.warnings:
+        assert f"Note: {one}".replace(" um", " µm") in text
+    assert "flights above 0.1 µm, after contacts below 0.5 ms" in text
     assert "names that begin with max, total or longest are of the whole run" in text
 
 
-def test_an_account_shows_no_number_below_its_rounding(run: SampleRun) -> None:
-    found = dataclasses.replace(run.ledger, work_in=1e-9, adhesion=8.623e-39, friction=2e-14)
-    table = report_html(dataclasses.replace(run, ledger=found)).partition("The account in numbers")[2]
+def test_an_account_shows_no_number_below_its_rounding(stored: StoredRun) -> None:
+    found = dataclasses.replace(stored.ledger, work_in=1e-9, adhesion=8.623e-39, friction=2e-14)
+    table = report_html(dataclasses.replace(stored, ledger=found)).partition("The account in numbers")[2]
     row = {
         name: re.findall(rf"<td>{name}</td><td class=n>([^<]*)", table)
         for name in ("lost to adhesion", "lost to friction")

@@ -4,7 +4,7 @@ Every worker starts, takes unit after unit of its share, writes each, and may di
 seen to matter: loading Python and the package, the spread of units' times, the file system that takes so many
 operations a second from all workers together, deaths and requeues, the tail at the end.
 
-``python -m tarsus.cluster.model --workers 100 --runs 1e7`` prints one case.
+``python benchmarks/cluster_model.py --workers 100 --runs 1e7`` prints one case.
 """
 
 from __future__ import annotations
@@ -14,8 +14,7 @@ import math
 import random
 from dataclasses import dataclass, replace
 
-HELP = 10
-"""As `tarsus.cluster.array.HELP`, which this file does not load numpy for."""
+from tarsus.cluster.array import HELP
 
 __all__ = ["Costs", "Outcome", "simulated"]
 

@@ -7,7 +7,7 @@ import pytest
 
 import tarsus as ts
 from tarsus.measure import period_statistics, window_statistics
-from tarsus.study.seeds import ACCURACY, foot_statistics, random_velocities
+from tarsus.solve.seeds import ACCURACY, foot_statistics, random_velocities
 
 PARTS = {"bounces": "bounces_per_second", "peak": "peak", "mean": "mean_height", "apex": "mean_apex"}
 

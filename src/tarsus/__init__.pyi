@@ -1,0 +1,42 @@
+# What `tarsus` offers, each name once: `__init__.py` reads it, and so do type checkers and editors. One line a module.
+from collections.abc import Callable
+from typing import Any, Generic, ParamSpec, TypeVar
+
+# Verbs: what the command line does, with the same words.
+from tarsus.calibrate.calibrating import calibrate as calibrate
+from tarsus.cluster.verb import sweep as sweep
+from tarsus.identify.chain import identify as identify
+from tarsus.orbits import branch as branch
+from tarsus.solve import simulate as simulate
+
+# Verbs of Python alone.
+from tarsus.base.spec import get_value as get_value, quantity as quantity, with_values as with_values
+from tarsus.calibrate.mixture import load_mixture as load_mixture
+from tarsus.files.library import device_names as device_names, load_scene as load_scene
+from tarsus.files.toml import read_scene as read_scene, write_scene as write_scene
+from tarsus.model.laws import load_laws as load_laws
+from tarsus.orbits import periodic as periodic
+from tarsus.records.readers import read_measurement as read_measurement
+from tarsus.solve import gradient as gradient, simulate_batch as simulate_batch
+
+# Nouns.
+from tarsus.base.errors import InputError as InputError
+from tarsus.fit import Unknown as Unknown, Unknowns as Unknowns
+from tarsus.model.drive.amplifier import Amplifier as Amplifier
+from tarsus.model.drive.laws import LinearForce as LinearForce
+from tarsus.model.drive.waveforms import Constant as Constant, OnOff as OnOff, Sampled as Sampled, Sine as Sine, Square as Square
+from tarsus.model.laws import Adhesion as Adhesion, Electrostatic as Electrostatic, Film as Film, Friction as Friction
+from tarsus.model.laws import Gravity as Gravity, Restitution as Restitution, SmoothLaw as SmoothLaw
+from tarsus.model.robot import Drive as Drive, Foot as Foot, ModalLoad as ModalLoad, PointLoad as PointLoad, Robot as Robot
+from tarsus.model.scene import Ground as Ground, Initial as Initial, Scene as Scene
+from tarsus.model.structure import Beam as Beam, Lumped as Lumped, Modal as Modal, Walker as Walker
+from tarsus.solve import Accuracy as Accuracy, Batch as Batch, Run as Run, Session as Session
+from tarsus.study.sweep import Sweep as Sweep
+
+# Rooms: further laws, waveforms, gaits and so on, by the names that their own pages list.
+from tarsus import design as design, fit as fit, impacts as impacts, measure as measure, modes as modes, solve as solve, synthesis as synthesis
+from tarsus.model import laws as laws, structure as structures
+from tarsus.model.drive import gait as gaits, laws as drives, waveforms as waveforms
+from tarsus.report import plot as plot
+
+__version__: str

@@ -1,0 +1,32 @@
+"""Words of earlier versions: each is answered with one sentence that names the present one. The only list of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+__all__ = ["sentence"]
+
+COMMANDS = {
+    "validate": "`tarsus reproduce` to compare with a published experiment, `tarsus check` to check a file",
+    "next": "`tarsus recommend`",
+}
+"""What to use in place of a command."""
+
+OPTIONS = {
+    "--dask": "`--on dask:ADDRESS`, or `--on dask:local`",
+}
+"""What to use in place of an option, of one command or of all."""
+
+
+def sentence(words: Sequence[str]) -> str | None:
+    """What to say of a command line in words of an earlier version; None where there is none."""
+    if not words:
+        return None
+    if words[0] in COMMANDS:
+        return f"`tarsus {words[0]}` is gone: use {COMMANDS[words[0]]}"
+    for word in words[1:]:
+        name = word.partition("=")[0]
+        for key in (name, f"{words[0]} {name}", f"{' '.join(words[:2])} {name}"):
+            if key in OPTIONS:
+                return f"{name} is gone: use {OPTIONS[key]}"
+    return None

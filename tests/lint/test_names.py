@@ -1,0 +1,34 @@
+"""A class name exists once in the sources, private ones too, so that a name says what is meant wherever it stands."""
+
+from __future__ import annotations
+
+import ast
+from collections import defaultdict
+from pathlib import Path
+
+SOURCES = Path(__file__).parents[2] / "src"
+TWICE = {
+    "Archive", "Asked", "Axis", "Branch", "Candidate", "Case", "Chain", "Choice", "Columns",
+    "Comparison", "Contacts", "Costs", "Curve", "Drawing", "Ensemble", "Film", "Fit", "Fitted", "Found",
+    "InAir", "Instrument", "Judged", "Kind", "Layout", "LeftOut", "Limit", "Line", "Objective",
+    "Outcome", "Pair", "Panel", "Pieces", "Plan", "Point", "Posterior", "Prediction", "Prior", "Problem",
+    "Range", "Reading", "Role", "Row", "Samples", "Sampling", "Search", "Series", "Setting", "Stage",
+    "Trace", "Unknown", "Unknowns", "Verdict", "Window", "_Designer", "_Line", "_Quantity", "_Told",
+    "_Verb",
+}  # fmt: skip
+"""Names that stand twice still: the list only ever becomes shorter."""
+
+
+def defined() -> dict[str, list[str]]:
+    """Files by the names of the classes that they define, within functions and other classes as well."""
+    found = defaultdict(list)
+    for file in sorted(SOURCES.rglob("*.py")):
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ClassDef):
+                found[node.name].append(file.relative_to(SOURCES).as_posix())
+    return found
+
+
+def test_a_class_name_exists_once() -> None:
+    twice = {name: files for name, files in defined().items() if len(files) > 1}
+    assert {name: files for name, files in twice.items() if name not in TWICE} == {}
