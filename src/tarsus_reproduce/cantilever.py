@@ -15,7 +15,6 @@ from tarsus.calibrate.prediction import Miss
 from tarsus.files.library import changed
 from tarsus.measure import Counting, by_window, histories_of
 from tarsus.tables import Column, Table
-from tarsus_reproduce.reproduction import Reproduction, NumberRow, Progress, Section, numbers_table
 from tarsus_reproduce.forecast import (
     CALIBRATED,
     PREDICTED,
@@ -28,9 +27,18 @@ from tarsus_reproduce.forecast import (
     role_of,
 )
 from tarsus_reproduce.mixtures import packaged_errors, packaged_members, packaged_misses
+from tarsus_reproduce.reproduction import NumberRow, Progress, Reproduction, Section, numbers_table
 from tarsus_reproduce.rows import CANTILEVER, PrintedRow, packaged_rows, read_rows, relative_error
 
-__all__ = ["PeriodsRow", "compare", "errors", "periods_of", "reproduce_cantilever", "simulate_row", "summary_of"]
+__all__ = [
+    "PeriodsRow",
+    "compare",
+    "errors",
+    "periods_of",
+    "reproduce_cantilever",
+    "simulate_row",
+    "summary_of",
+]
 
 SETTLING_TIME, SETTLING_PERIODS = 0.1, 4
 """Transients that are dropped: this long [s] and at least so many drive periods. By then the first mode
@@ -302,7 +310,12 @@ def _comparison(
         name="cantilever",
         title="Micro-cantilever under periodic drive",
         about=f"{device}, {len(rows)} drives",
-        data={"device": device, "ok": not any(row.problems for row in rows), "rows": plain, "summary": summary},
+        data={
+            "device": device,
+            "ok": not any(row.problems for row in rows),
+            "rows": plain,
+            "summary": summary,
+        },
         header=(*about, *(f"{one.key}_{who}" for one in CANTILEVER.quantities for who in _WHO)),
         lines=tuple([*(row[name] for name in about), *_line(row)] for row in plain),
         sections=tuple(sections),
@@ -383,7 +396,10 @@ _PARTS = {
 
 def _summary_tables(summary: Mapping[str, Any]) -> list[Table]:
     """Table 2.3 of all rows, then of those parts that there are."""
-    parts = [("all rows", summary), *((words, summary[key]) for key, words in _PARTS.items() if key in summary)]
+    parts = [
+        ("all rows", summary),
+        *((words, summary[key]) for key, words in _PARTS.items() if key in summary),
+    ]
     columns = [
         "figure of merit",
         *(
@@ -415,9 +431,14 @@ def _excluded_table(calibration: Mapping[str, Any]) -> Table:
     """Errors of the packaged ensemble over the rows it was fitted to, and over each row excluded from the fit."""
     parts = [("calibrated on", calibration["training"]), ("excluded", calibration["left_out"])]
     known = [(title, part) for title, part in parts if part is not None]
-    keys = (("mean_relative_error", "relative error", "%"), ("held", "in 80 %", "%"), ("brier", "Brier score", "1"))
+    keys = (
+        ("mean_relative_error", "relative error", "%"),
+        ("held", "in 80 %", "%"),
+        ("brier", "Brier score", "1"),
+    )
     columns = [
-        "measure", *(Column(words, unit, 3, over=title) for title, _ in known for _, words, unit in keys)
+        "measure",
+        *(Column(words, unit, 3, over=title) for title, _ in known for _, words, unit in keys),
     ]
     rows = [
         (name, *(part["measures"][name][key] for _, part in known for key, _, _ in keys))

@@ -50,8 +50,8 @@ class FilmUnit(Enum):
 
     @classmethod
     def of(cls, scene: Scene) -> FilmUnit:
-        """The unit that a device takes: Table 2.2 prints 1.747e-15, so its coefficient lies a thousand times lower in nN
-        than in uN; the limit is the geometric mean of both."""
+        """The unit that a device takes: Table 2.2 prints 1.747e-15, so its coefficient lies a thousand times lower in
+        nN than in uN; the limit is the geometric mean of both."""
         film = scene.ground.film
         limit = 1.747e-15 * (cls.NANO.unit * cls.MICRO.unit) ** 0.5
         return cls.NANO if film is not None and film.coefficient < limit else cls.MICRO

@@ -2,8 +2,8 @@
 
 A number of a table was read from some drive periods or a short window, and a bouncing foot does something else in each.
 A forecast is therefore a distribution: over the periods or windows of a run, over random initial states, and over the
-devices that fit, each with its weight; and over what the model misses, for an ensemble that knows it from rows that were
-excluded (`tarsus.calibrate.prediction`: the same numbers and the same function).
+devices that fit, each with its weight; and over what the model misses, for an ensemble that knows it from rows that
+were excluded (`tarsus.calibrate.prediction`: the same numbers and the same function).
 """
 
 from __future__ import annotations
@@ -20,7 +20,16 @@ from tarsus.calibrate.prediction import Miss, median_and_interval
 from tarsus.files.library import load_scene
 from tarsus.model.scene import Scene, Source
 
-__all__ = ["CALIBRATED", "PREDICTED", "Forecast", "Member", "WeightedValues", "forecast", "members_of", "role_of"]
+__all__ = [
+    "CALIBRATED",
+    "PREDICTED",
+    "Forecast",
+    "Member",
+    "WeightedValues",
+    "forecast",
+    "members_of",
+    "role_of",
+]
 
 Floats = NDArray[np.float64]
 

@@ -165,9 +165,7 @@ class Interpretations:
 
 def packaged_interpretations() -> Interpretations:
     """The interpretations that come with the package."""
-    return parse_interpretations(
-        files("tarsus_reproduce").joinpath("data", FILE).read_text(encoding="utf-8")
-    )
+    return parse_interpretations(files("tarsus_reproduce").joinpath("data", FILE).read_text(encoding="utf-8"))
 
 
 def parse_interpretations(text: str) -> Interpretations:
@@ -295,7 +293,9 @@ def judged_interpretations(
     walker_of(base)
     texts = {**scene_texts(base), "judging.txt": f"{COARSE}, {PERIODS} periods, ranges {_digest()}\n"}
     place = None if folder is None else folder / STORE
-    store = RunStore.open(place, texts, resume=place is not None and place.exists(), what="set of interpretations")
+    store = RunStore.open(
+        place, texts, resume=place is not None and place.exists(), what="set of interpretations"
+    )
 
     def judge(points: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
         return {"counts": np.array([_counts(base, point) for point in points])}

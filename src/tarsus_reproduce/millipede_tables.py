@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from tarsus.files.library import load_scene
 from tarsus.measure import STANDSTILL
-from tarsus.report.figures import Plate
 from tarsus.tables import Column, Table, amount, spaced
 from tarsus_reproduce.claims import DIRECTIONAL, TRENDS, examples
 from tarsus_reproduce.interpretations import (
@@ -24,6 +23,9 @@ from tarsus_reproduce.millipede import VARIANTS, DeviceTrends, judge_devices
 from tarsus_reproduce.reproduction import Progress, Reproduction, Section
 from tarsus_reproduce.scatter import scatter_scores, scatter_table
 from tarsus_reproduce.trends import CRITERION, TrendVerdict
+
+if TYPE_CHECKING:
+    from tarsus.report.figures import Plate
 
 __all__ = ["millipede_reproduction", "reproduce_millipede"]
 
@@ -107,7 +109,7 @@ def millipede_reproduction(
     return Reproduction(
         name="millipede",
         title="The walking millipede",
-        about="What the dissertation says of its simulations of walking (section 4.4.1, Figs. 4.7–4.11) and what ours do",
+        about="What section 4.4.1 of the dissertation says of its simulations (Figs. 4.7–4.11), and what ours do",
         data={
             "experiment": "millipede",
             "ok": not problems,
@@ -138,8 +140,8 @@ def _scores(devices: Sequence[DeviceTrends]) -> Table:
         counts = (one.agree, one.contradict, one.insensitive, one.not_determined)
         rows.append((device.name, *counts, f"{one.directional_agree} of {one.directional_total}"))
     notes = [
-        "By the measure of each figure, the film in the device's own interpretation of its unit. Insensitive means that "
-        "nothing changes over the printed range: that tells of the device, not of the dissertation.",
+        "By the measure of each figure, the film in the device's own interpretation of its unit. Insensitive means "
+        "that nothing changes over the printed range: that tells of the device, not of the dissertation.",
         f"White noise nearly always has local extrema; the {DIRECTIONAL} directional trends, which it rarely has, are "
         "counted apart.",
         *(f"{device.name}: {device.about}." for device in devices),
@@ -173,8 +175,8 @@ def _trends(devices: Sequence[DeviceTrends]) -> Table:
     notes = (
         "The dissertation prints no numbers, only trends in words, and neither masses nor stiffness of its model: the "
         "devices are interpretations of it, none is the device. Each trend is judged on the measure of its figure and "
-        "on others (*) that its words could mean; captions say maximum, so heights, travel and contact are those of the "
-        "whole run, and every rebound counts, however low. Replicates are the restitutions of Table 4.2.",
+        "on others (*) that its words could mean; captions say maximum, so heights, travel and contact are those of "
+        "the whole run, and every rebound counts, however low. Replicates are the restitutions of Table 4.2.",
         CRITERION,
     )
     columns = ("Fig.", "the source says", "measure", *(device.name for device in devices))
@@ -195,7 +197,8 @@ def _distribution(
         return Section(title, (Table("", (), (), ("No interpretation could be judged.",)),))
     plain = drawn.to_dict()
     counts = [
-        (spaced(name), *(plain[name][key] for key in ("mean", "median", "quantile_95"))) for name in COUNTS[:-1]
+        (spaced(name), *(plain[name][key] for key in ("mean", "median", "quantile_95")))
+        for name in COUNTS[:-1]
     ]
     notes = [
         f"{len(drawn.scores)} interpretations drawn from the ranges below (seed {drawn.seed}), {judged} of which could "
@@ -219,7 +222,7 @@ def _distribution(
         title,
         (
             Table(
-                "Trends of 16 that",
+                "Of 16 trends, over these interpretations",
                 ("trends that", *(Column(one, digits=3) for one in ("mean", "median", "95 % at most"))),
                 counts,
                 notes,
@@ -290,7 +293,11 @@ def _grounds(devices: Sequence[DeviceTrends]) -> tuple[Table, ...]:
     columns = ("device", "the source says", "ours", "vertical amplitude")
     tables.append(Table("What is said of Fig. 4.7", columns, rows, (note,), flagged=flagged))
     swings = [
-        (device.name, f"({one.name})", *(0.0 if abs(v) < STANDSTILL else v for v in (one.amplitude, one.stride)))
+        (
+            device.name,
+            f"({one.name})",
+            *(0.0 if abs(v) < STANDSTILL else v for v in (one.amplitude, one.stride)),
+        )
         for device in devices
         for one in device.examples
     ]

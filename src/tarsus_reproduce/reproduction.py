@@ -23,7 +23,7 @@ from tarsus_reproduce.rows import relative_error
 if TYPE_CHECKING:
     from tarsus.report.figures import Plate
 
-__all__ = ["NOTABLE", "PAGE_FILES", "Reproduction", "NumberRow", "Progress", "Section", "numbers_table"]
+__all__ = ["NOTABLE", "PAGE_FILES", "NumberRow", "Progress", "Reproduction", "Section", "numbers_table"]
 
 Progress = Callable[[int, int, str], None]
 """Called as `progress(done, total, what)` by long work."""
@@ -150,10 +150,11 @@ class Reproduction:
         return lines.getvalue()
 
     def html(self) -> str:
-        """The page: every section with its figures and tables."""
-        from tarsus_reproduce.pages.page import reproduction_html
+        """The page, one self-contained HTML file: every section with its figures and tables."""
+        from tarsus.report.html import page
+        from tarsus.report.render import rendered
 
-        return reproduction_html(self)
+        return page(f"{self.name} – reproduction", rendered("tarsus_reproduce:reproduction.html", one=self))
 
     def write(self, folder: str | Path) -> list[Path]:
         """Write `PAGE_FILES` into a folder and return their paths. Raises InputError where they cannot be written."""

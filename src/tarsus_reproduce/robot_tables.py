@@ -6,12 +6,11 @@ import math
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tarsus.files.library import load_scene
-from tarsus.report.figures import Plate
 from tarsus.impacts.energy import creation_warning
 from tarsus.tables import Column, Table
 from tarsus_reproduce.forecast import CALIBRATED, PREDICTED, Forecast, Member
@@ -29,6 +28,9 @@ from tarsus_reproduce.robots import (
     robot_rows,
 )
 from tarsus_reproduce.rows import HEIGHTS
+
+if TYPE_CHECKING:
+    from tarsus.report.figures import Plate
 
 __all__ = ["reproduce_robot", "robot_reproduction"]
 
@@ -158,8 +160,8 @@ def _summary(found: RobotRows) -> Table:
         rows.append(row(f"Tarsus, rows {role}", part["ours"]))
         rows.append(row(f"Tarsus without small forces, rows {role}", part["without_small_forces"]))
     note = (
-        f"{counts[0]} measured rows were calibrated on: their errors say how well the device can be fitted. {counts[1]} "
-        "measured rows are predicted: their errors say what the device knows."
+        f"{counts[0]} measured rows were calibrated on: their errors say how well the device can be fitted. "
+        f"{counts[1]} measured rows are predicted: their errors say what the device knows."
     )
     columns = ["against the measurement", *(Column(one.words, "%", 3) for one in HEIGHTS.quantities)]
     return Table("Mean absolute error", columns, rows, (note,))
@@ -221,11 +223,14 @@ def _modes(found: RobotRows) -> Section:
         "mode",
         Column("frequency", "Hz"),
         Column("MAC", digits=3),
-        *(Column(one, digits=3, over="shape relative to the struck foot") for one in points),
+        *(Column(one, digits=3, over="shape") for one in points),
     )
     rows = [(str(mode.number), mode.freq_hz, mode.mac, *mode.shape) for mode in found.modes]
     rows.append(("printed", None, None, *column.tolist()))
-    note = "MAC: likeness of the mode and the printed CoR column, 1 = the same shape; the last line is that column."
+    note = (
+        "MAC: likeness of the mode and the printed CoR column, 1 = the same shape; the last line is that column. Shapes "
+        "are relative to the struck foot."
+    )
     return Section(title, (Table("Modes beside the printed CoR column", columns, rows, (note,)),), (shapes,))
 
 
@@ -246,7 +251,8 @@ def _maps(found: RobotRows, runs: RobotRuns) -> Section:
     )
     note = (
         "Gain is the largest factor by which one impact can multiply the kinetic energy; above 1 the map can create "
-        f"energy. Skew is how far the map's direction lies across that of an impulse at the foot, in the mass metric. {acting}"
+        f"energy. Skew is how far the map's direction lies across that of an impulse at the foot, in the mass metric. "
+        f"{acting}"
     )
     tables = [Table("Impact maps at the bouncing foot", columns, rows, (note,), flagged=flagged)]
     energies = runs.energies

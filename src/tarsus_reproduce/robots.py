@@ -16,7 +16,6 @@ from tarsus.files.library import changed
 from tarsus.model.drive.waveforms import Sine, Square
 from tarsus.model.scene import Scene
 from tarsus.solve.seeds import Statistics, foot_statistics
-from tarsus_reproduce.reproduction import Progress
 from tarsus_reproduce.forecast import (
     CALIBRATED,
     PREDICTED,
@@ -29,9 +28,18 @@ from tarsus_reproduce.forecast import (
 )
 from tarsus_reproduce.impacts import MapRow, ModeRow, map_rows, mode_rows
 from tarsus_reproduce.mixtures import packaged_members, packaged_misses, packaged_told
+from tarsus_reproduce.reproduction import Progress
 from tarsus_reproduce.rows import HEIGHTS, PrintedRow, packaged_rows, read_rows, relative_error
 
-__all__ = ["HeightColumn", "RobotRows", "WindowsRow", "drive_frequency", "printed_rows", "robot_rows", "row_scene"]
+__all__ = [
+    "HeightColumn",
+    "RobotRows",
+    "WindowsRow",
+    "drive_frequency",
+    "printed_rows",
+    "robot_rows",
+    "row_scene",
+]
 
 SEEDS = 32
 """Initial states of every row, shared out over the members of an ensemble; the packaged one has more: one each."""
@@ -110,7 +118,9 @@ class WindowsRow:
             "mean_apex_um": self.ours.apex_um.to_dict(),
             "without_small_forces": self.without.to_dict(),
             "seeds": self.ours.seeds,
-            "errors": {q.key: relative_error((one.measured or {}).get(q.key), medians[q.key]) for q in HEIGHTS.quantities},
+            "errors": {
+                key: relative_error((one.measured or {}).get(key), median) for key, median in medians.items()
+            },
             "problems": list(self.ours.problems),
         }  # fmt: skip
 

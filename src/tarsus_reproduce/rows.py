@@ -1,4 +1,4 @@
-"""Rows of the printed tables (A.1 of the cantilever, 3.2 of the hexapod), packaged and from files of the same format."""
+"""Rows of the printed tables (A.1 of the cantilever, 3.2 of the hexapod), packaged and from files of their format."""
 
 from __future__ import annotations
 
@@ -12,7 +12,14 @@ from typing import Any
 from tarsus.files.rows import Cell, read_text, typed_rows
 
 __all__ = [
-    "CANTILEVER", "HEIGHTS", "PrintedRow", "PrintedTable", "PrintedQuantity", "packaged_rows", "parse_rows", "read_rows",
+    "CANTILEVER",
+    "HEIGHTS",
+    "PrintedQuantity",
+    "PrintedRow",
+    "PrintedTable",
+    "packaged_rows",
+    "parse_rows",
+    "read_rows",
     "relative_error",
 ]
 
@@ -66,7 +73,7 @@ CANTILEVER = PrintedTable(
         **{one.column(who): Cell(ranges=one is _BOUNCES) for one in _CONTACTS for who in ("sim", "exp")},
     },
 )
-"""Table A.1: bounces per drive period, peak oscillation amplitude after break-off, contact duration per drive period."""
+"""Table A.1, all per drive period: bounces, peak oscillation amplitude after break-off, contact duration."""
 
 HEIGHTS = PrintedTable(
     "table_3_2_hexapod.csv",

@@ -100,7 +100,7 @@ def _index(found: dict[str, Reproduction], output: Path, *, json: bool) -> None:
     """The index of all pages, and what was written."""
     from tarsus.cli import console
     from tarsus.files.store import write_text
-    from tarsus_reproduce.pages.page import index_html
+    from tarsus_reproduce.index import index_html
 
     data = {name: one.to_dict() for name, one in found.items()}
     write_text(output / "index.html", index_html(data))
@@ -126,7 +126,13 @@ def _folder(
 
 
 def _problems(
-    experiments: Sequence[str], *, whole: bool, all: bool, device: str | None, rows: Path | None, output: Path | None
+    experiments: Sequence[str],
+    *,
+    whole: bool,
+    all: bool,
+    device: str | None,
+    rows: Path | None,
+    output: Path | None,
 ) -> list[str]:
     """What is wrong with the words together."""
     from tarsus_reproduce import verb

@@ -64,11 +64,15 @@ def _quantity(axes: Axes, rows: Sequence[NumberRow], cases: Sequence[str]) -> No
             continue
         if who in intervals:
             ends, color = intervals[who]
-            low, high = (np.array([getattr(one, end) for one in ends]) / scale.step for end in ("low", "high"))
+            low, high = (
+                np.array([getattr(one, end) for one in ends]) / scale.step for end in ("low", "high")
+            )
             axes.hlines(at, low, high, color=color, lw=1.1, zorder=3)
         shown = np.array([_number(value) for value in found]) / scale.step
         axes.plot(shown, at, ls="none", label=who, zorder=4 if who == "Tarsus" else 3, **_LOOKS[who])
-    axes.set_xlabel(f"{rows[0].quantity} ({scale.label})" if scale.label not in ("", "1") else rows[0].quantity)
+    axes.set_xlabel(
+        f"{rows[0].quantity} ({scale.label})" if scale.label not in ("", "1") else rows[0].quantity
+    )
     axes.spines["left"].set_visible(False)
     axes.tick_params(axis="y", length=0)
     if rows[0].unit == "s":

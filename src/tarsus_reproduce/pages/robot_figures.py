@@ -74,7 +74,10 @@ def air_motion(runs: RobotRuns) -> Plate:
     ]  # fmt: skip
     what = "the actuated foot" if several else "the points"
     return motion_of(
-        traces, "displ.", f"Displacement of {what} in the air under a square wave, steady periods.", ground=False
+        traces,
+        "displ.",
+        f"Displacement of {what} in the air under a square wave, steady periods.",
+        ground=False,
     )
 
 

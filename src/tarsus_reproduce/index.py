@@ -1,4 +1,4 @@
-"""Pages of reproductions, and the index of them, from templates."""
+"""The index of all pages: what was calibrated, what is predicted, what cannot be matched, with a link to each page."""
 
 from __future__ import annotations
 
@@ -11,17 +11,12 @@ from tarsus.report.html import Markup, page
 from tarsus.report.render import rendered
 from tarsus.tables import Table
 from tarsus_reproduce.forecast import CALIBRATED, PREDICTED
-from tarsus_reproduce.reproduction import NOTABLE, Reproduction
+from tarsus_reproduce.reproduction import NOTABLE
 from tarsus_reproduce.verb import Experiment, experiments
 
-__all__ = ["index_html", "reproduction_html"]
+__all__ = ["index_html"]
 
 Result = Mapping[str, Any]
-
-
-def reproduction_html(found: Reproduction) -> str:
-    """A reproduction as one self-contained HTML file: every section with its figures and tables."""
-    return page(f"{found.name} – reproduction", rendered("tarsus_reproduce:reproduction.html", one=found))
 
 
 def index_html(results: Mapping[str, Result]) -> str:
