@@ -87,7 +87,7 @@ def _timed(function: Callable[[], Any]) -> tuple[Any, float]:
 
 
 def _own() -> Any | None:
-    """``tarsus.study.bench``: its ``Chain(n, seconds).impacts()`` and ``run_pairs`` use the general engine.
+    """``tarsus.study.bench``: its ``TimedChain(n, seconds).impacts()`` and ``run_pairs`` use the general engine.
 
     Building the scene and its step tables is outside the timing, as compiling is for the peers.
     """
@@ -126,7 +126,7 @@ def _entries_p1(n: int, names: Sequence[str]) -> list[Entry]:
     own = _own() if OWN in names else None
     if own is not None:
         span = horizon(n)
-        chain = own.Chain(n, span * 1e-3)
+        chain = own.TimedChain(n, span * 1e-3)
         entries.append(
             Entry(
                 OWN,

@@ -92,7 +92,7 @@ def measure(folder: Path, runs: int, chunk: int) -> None:
     for _ in range(2):
         subprocess.run([sys.executable, "-c", START, str(folder)], check=True)
         with timed("status"):
-            subprocess.run([sys.executable, "-m", "tarsus.cli", "sweep", str(folder), "--status"], check=True)
+            subprocess.run([sys.executable, "-m", "tarsus", "show", str(folder)], check=True)
     with timed("list what is missing"):
         assert store.pending() == []
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

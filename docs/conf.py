@@ -7,6 +7,7 @@ from pathlib import Path
 import sphinx.ext.autosummary
 
 sys.path.insert(0, str(Path(__file__).parent))
+import names
 
 # a summary ends with its first sentence, not at the full stop of a figure or an equation
 sphinx.ext.autosummary.WELL_KNOWN_ABBREVIATIONS += ("Fig.", "Figs.", "Eq.", "Sec.", "No.")
@@ -17,7 +18,7 @@ author = "The Tarsus developers"
 version = release = installed_version("tarsus")
 
 extensions = [
-    "myst_nb", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.napoleon", "mathml", "fields",
+    "myst_nb", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.napoleon", "mathml", "fields", "names",
 ]  # fmt: skip
 myst_enable_extensions = ["dollarmath", "deflist"]
 myst_update_mathjax = False
@@ -28,9 +29,10 @@ nb_execution_mode = "cache"  # notebooks are kept without outputs; each is run o
 nb_execution_timeout = 600
 nb_execution_raise_on_error = True
 nb_merge_streams = True
-exclude_patterns = ["_build", "jupyter_execute"]
+exclude_patterns = ["_build", "jupyter_execute", "names.rst"]
 templates_path = ["_templates"]
-autosummary_generate = True
+names.write_lists()
+autosummary_generate = ["names.rst"]
 autosummary_ignore_module_all = False
 autodoc_typehints = "description"
 autodoc_typehints_description_target = "documented"

@@ -6,13 +6,19 @@ from typing import Any, Generic, ParamSpec, TypeVar
 from tarsus.calibrate.calibrating import calibrate as calibrate
 from tarsus.cluster.verb import sweep as sweep
 from tarsus.identify.chain import identify as identify
+from tarsus.inspection.begin import new as new
+from tarsus.inspection.installation import devices as devices, doctor as doctor
+from tarsus.inspection.show import check as check, show as show
 from tarsus.orbits import branch as branch
+from tarsus.report.movie import movie as movie
+from tarsus.report.verb import report as report
 from tarsus.solve import simulate as simulate
+from tarsus.study.yields import yield_ as yield_
 
 # Verbs of Python alone.
 from tarsus.base.spec import get_value as get_value, quantity as quantity, with_values as with_values
 from tarsus.calibrate.mixture import load_mixture as load_mixture
-from tarsus.files.library import device_names as device_names, load_scene as load_scene
+from tarsus.files.library import load_scene as load_scene
 from tarsus.files.toml import read_scene as read_scene, write_scene as write_scene
 from tarsus.model.laws import load_laws as load_laws
 from tarsus.orbits import periodic as periodic
@@ -32,6 +38,7 @@ from tarsus.model.scene import Ground as Ground, Initial as Initial, Scene as Sc
 from tarsus.model.structure import Beam as Beam, Lumped as Lumped, Modal as Modal, Walker as Walker
 from tarsus.solve import Accuracy as Accuracy, Batch as Batch, Run as Run, Session as Session
 from tarsus.study.sweep import Sweep as Sweep
+from tarsus.tables.table import Table as Table
 
 # Rooms: further laws, waveforms, gaits and so on, by the names that their own pages list.
 from tarsus import design as design, fit as fit, impacts as impacts, measure as measure, modes as modes, solve as solve, synthesis as synthesis

@@ -9,6 +9,7 @@ import pytest
 from scipy.integrate import quad, solve_ivp
 
 import tarsus as ts
+from differences import AROUND, runs_around, slope
 from independent.compare import compare
 from random_scenes import plain_scene
 from tarsus.base.events import EventKind
@@ -171,7 +172,7 @@ def test_a_walk_on_friction_that_falls_at_once_neither_stalls_nor_chatters(speed
         assert np.all(np.diff(own["time"])[again] > 1e-7)
 
 
-@pytest.mark.parametrize("name", ["stribeck", "weakening"])
+@pytest.mark.parametrize("name", ["stribeck", pytest.param("weakening", marks=pytest.mark.slow)])
 def test_whole_sequences_agree_with_the_independent_simulator(name: str) -> None:
     scene = ts.with_values(plain_scene(22, True), {"ground.friction": LAWS[name]})
     found = compare(scene)
@@ -186,13 +187,9 @@ def test_derivatives_of_stick_slip_are_those_of_differences() -> None:
     assert np.count_nonzero(run.events["kind"] == STICK) == 2
     for path in paths:
         value = ts.get_value(scene, path)
-        other = [
-            ts.simulate(ts.with_values(scene, {path: value * (1.0 + k * 1e-4)}), duration)
-            for k in (-2, -1, 1, 2)
-        ]
-        weights = np.array([1.0, -8.0, 8.0, -1.0]) / (12e-4 * value)
-        times = sum(w * one.events["time"] for w, one in zip(weights, other, strict=True))
-        lost = sum(w * one.ledger.friction for w, one in zip(weights, other, strict=True))
+        near = runs_around(scene, path, 1e-4 * value, duration)
+        times = slope([one.events["time"] for one in near], 1e-4 * value)
+        lost = slope([one.ledger.friction for one in near], 1e-4 * value)
         found = run.event_gradients[path]["time"]
         np.testing.assert_allclose(found, times, rtol=0.0, atol=3e-7 * np.abs(times).max())
         assert run.gradient("ledger.friction")[path] == pytest.approx(lost, rel=1e-7)
@@ -207,7 +204,6 @@ def test_derivatives_of_the_time_in_which_a_block_stops(name: str) -> None:
     found = [run.event_gradients[path]["time"][-1] for path in [*paths, begun]]
     for number, had in zip(numbers, found, strict=False):
         at = getattr(law, number)
-        values = [stop_time(law.model_copy(update={number: at * (1.0 + k * 1e-3)})) for k in (-2, -1, 1, 2)]
-        wanted = float(np.dot(values, [1.0, -8.0, 8.0, -1.0])) / (12e-3 * at)
-        assert had == pytest.approx(wanted, rel=2e-8)
+        values = [stop_time(law.model_copy(update={number: at * (1.0 + k * 1e-3)})) for k in AROUND]
+        assert had == pytest.approx(slope(values, 1e-3 * at), rel=2e-8)
     assert found[-1] == pytest.approx(1.0 / (law.evaluate(1.0, 0.0, START) * GRAVITY), rel=2e-8)

@@ -65,7 +65,7 @@ def process() -> Callable[..., Result]:
     """The same in a process of its own."""
 
     def call(*words: str, **options: Any) -> Result:
-        command = [sys.executable, "-m", "tarsus.cli", *(str(word) for word in words)]
+        command = [sys.executable, "-m", "tarsus", *(str(word) for word in words)]
         done = subprocess.run(command, capture_output=True, text=True, timeout=300, **options)
         assert "Traceback" not in done.stderr
         return Result(done.returncode, done.stdout, done.stderr)

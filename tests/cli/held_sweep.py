@@ -12,7 +12,7 @@ import sys
 import threading
 
 from tarsus.cli import main
-from tarsus.study import crew
+from tarsus.study import pool
 
 PATIENCE = 300.0
 """Seconds after which a unit goes on by itself, so that a failing test leaves no process behind."""
@@ -20,7 +20,7 @@ PATIENCE = 300.0
 
 def hold(most: int) -> None:
     """Let so many units be done, and make the others wait for the interrupt."""
-    begun, whole, interrupted = itertools.count(), crew.work_unit, threading.Event()
+    begun, whole, interrupted = itertools.count(), pool.work_unit, threading.Event()
 
     def held(*words, **options):
         if next(begun) >= most:
@@ -31,7 +31,7 @@ def hold(most: int) -> None:
         interrupted.set()
         signal.default_int_handler(number, frame)
 
-    crew.work_unit = held
+    pool.work_unit = held
     signal.signal(signal.SIGINT, interrupt)
 
 

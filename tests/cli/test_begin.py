@@ -17,7 +17,7 @@ def test_a_new_device_is_a_good_scene_that_runs(tarsus, tmp_path):
 def test_a_new_device_may_be_a_copy(tarsus, tmp_path):
     file = tmp_path / "mine.toml"
     assert tarsus("new", "device", file, "--device", "cantilever-1").code == 0
-    found = tarsus("compare", "cantilever-1", file, "--json").json()
+    found = tarsus("show", "cantilever-1", file, "--json").json()
     assert found["values"] == [] and found["same"] > 20
 
 
@@ -139,12 +139,12 @@ def test_a_new_campaign_has_lines_to_uncomment_and_guesses_purposes(tarsus, bare
 
 
 def test_read_tells_what_a_record_holds(tarsus, lab):
-    found = tarsus("read", lab / "steps-1.csv", "--json").json()
+    found = tarsus("show", lab / "steps-1.csv", "--json").json()
     assert found["samples"] == 400 and found["rate_hz"] == pytest.approx(10e3)
     tip = next(one for one in found["channels"] if one["name"] == "tip velocity")
     assert tip["unit"] == "m/s" and tip["largest"] == pytest.approx(1e-3, rel=1e-3)
-    assert "a record of 400 samples at 10 kHz" in tarsus("read", lab / "steps-1.csv").out
-    bad = tarsus("read", lab / "none.csv")
+    assert "a record of 400 samples at 10 kHz" in tarsus("show", lab / "steps-1.csv").out
+    bad = tarsus("show", lab / "none.csv")
     assert bad.code == 2 and len(bad.sentences) == 1
 
 
@@ -156,9 +156,9 @@ def test_read_tells_what_a_record_holds(tarsus, lab):
         ("new", "law", "mine.py", "--device", "cantilever"),
         ("check", "cantilver"),
         ("check", "."),
-        ("open", "nowhere"),
+        ("report", "nowhere"),
         ("movie", "cantilever", "--duration", "1 ms", "-o", "walk.gif"),
-        ("compare", "cantilever", "cantilver"),
+        ("show", "cantilever", "cantilver"),
     ],
 )
 def test_bad_words_are_refused_in_a_sentence(tarsus, words, tmp_path, monkeypatch):
@@ -179,9 +179,10 @@ def test_a_forgotten_unit_is_remarked(tarsus, tmp_path):
 def test_packaged_devices_are_remarked_on_in_nothing(tarsus):
     import tarsus as ts
     from tarsus.base.plausible import remarks
+    from tarsus.files.library import device_names
 
-    assert {name: remarks(ts.load_scene(name)) for name in ts.device_names()} == {
-        name: [] for name in ts.device_names()
+    assert {name: remarks(ts.load_scene(name)) for name in device_names()} == {
+        name: [] for name in device_names()
     }
 
 
@@ -191,9 +192,9 @@ def test_doctor_checks_the_engine(tarsus):
 
 
 def test_doctor_complains_of_a_wrong_engine(tarsus, monkeypatch):
-    from tarsus.cli import doctor
+    from tarsus.inspection import installation
 
-    monkeypatch.setattr(doctor, "IMPACTS", (0.4515236409857308, 1.2642, 1.9957))
+    monkeypatch.setattr(installation, "IMPACTS", (0.4515236409857308, 1.2642, 1.9957))
     said = tarsus("doctor")
     assert said.code == 1 and "build it again" in said.sentences[0]
 

@@ -97,24 +97,24 @@ def test_words_that_mean_nothing(tarsus, words, said):
 
 
 def test_an_interrupt_ends_with_a_sentence(tarsus, monkeypatch):
-    import tarsus.files.library as library
+    from tarsus.inspection import installation
 
     def interrupted():
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(library, "device_names", interrupted)
+    monkeypatch.setattr(installation, "device_names", interrupted)
     result = tarsus("devices")
     assert result.code == 130
     assert "interrupted" in result.sentences[0]
 
 
 def test_an_interrupt_that_numpy_answers_is_one_too(tarsus, monkeypatch):
-    import tarsus.files.library as library
+    from tarsus.inspection import installation
 
     def interrupted():
         raise TypeError("cannot compare") from KeyboardInterrupt()
 
-    monkeypatch.setattr(library, "device_names", interrupted)
+    monkeypatch.setattr(installation, "device_names", interrupted)
     assert tarsus("devices").code == 130
 
 
@@ -123,7 +123,7 @@ def test_a_long_run_hears_an_interrupt():
     words = [
         sys.executable,
         "-m",
-        "tarsus.cli",
+        "tarsus",
         "movie",
         "millipede-30",
         "-o",
@@ -142,12 +142,12 @@ def test_a_long_run_hears_an_interrupt():
 
 
 def test_a_defect_ends_with_a_sentence_too(tarsus, monkeypatch):
-    import tarsus.files.library as library
+    from tarsus.inspection import installation
 
     def broken():
         raise RuntimeError("the cat sat on it")
 
-    monkeypatch.setattr(library, "device_names", broken)
+    monkeypatch.setattr(installation, "device_names", broken)
     result = tarsus("devices")
     assert result.code == 1
     assert "the cat sat on it" in result.sentences[0]
@@ -157,7 +157,7 @@ def test_a_defect_ends_with_a_sentence_too(tarsus, monkeypatch):
 def test_a_reader_that_stops_reading_is_no_error():
     code = "import os, sys; sys.stdin.close(); os._exit(0)"
     show = subprocess.Popen(
-        [sys.executable, "-m", "tarsus.cli", "show", "cantilever", "--json"],
+        [sys.executable, "-m", "tarsus", "show", "cantilever", "--json"],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
     )

@@ -43,14 +43,14 @@ WORDS = {
 """The words that a verb must take for what it does, beside --json."""
 
 VERBS = {
-    "devices": (), "show": ("laws",), "new": (), "check": ("laws",), "read": (), "compare": ("laws",),
-    "open": ("laws",), "bench": (), "doctor": (), "completion": (),
+    "devices": (), "show": ("laws",), "new": (), "check": ("laws",), "report": ("laws",), "bench": (), "doctor": (),
+    "completion": (),
     "simulate": ("a scene", "a page", "a time"),
     "plot": ("laws", "files"),
     "movie": ("a scene", "files", "a time"),
     "branch": ("a scene", "a page"),
     "sweep": ("laws", "draws", "many runs", "a page", "goes on"),
-    "yield": ("a scene", "draws", "many runs", "a page", "goes on"),
+    "yield": ("a scene", "draws", "many runs", "files", "goes on"),
     "synthesize": ("a scene", "draws", "files"),
     "identify": ("draws", "a page"),
     "calibrate": ("laws", "draws", "many runs", "a page", "goes on"),
@@ -123,12 +123,12 @@ def test_verbose_says_what_ran_and_what_it_took(tarsus):
 
 
 def test_verbose_shows_where_a_defect_is(monkeypatch, capsys):
-    import tarsus.files.library as library
+    from tarsus.inspection import installation
 
     def broken():
         raise RuntimeError("the cat sat on it")
 
-    monkeypatch.setattr(library, "device_names", broken)
+    monkeypatch.setattr(installation, "device_names", broken)
     assert app.run(["devices", "-v"]) == 1
     said = capsys.readouterr().err
     assert "Traceback" in said and said.splitlines()[-1].startswith("tarsus: something went wrong")

@@ -16,9 +16,7 @@ def test_summary(tarsus):
     result = tarsus("simulate", "cantilever", *SHORT)
     assert result.code == 0
     assert result.err == ""
-    assert "60 ms" in result.out or "0.06 s" in result.out
-    closure = re.search(r"closes to ([0-9.e+-]+)", result.out)
-    assert closure is not None and float(closure[1]) < 1e-8
+    assert "0.06 s simulated" in result.out and "lost in impacts" in result.out
 
 
 def test_json_is_one_object_with_the_ledger_closed(tarsus):
@@ -43,7 +41,7 @@ def test_the_summary_says_what_it_counts_and_where_that_misleads(tarsus):
     lines = tarsus("simulate", "cantilever", "--duration", "100 ms").out.splitlines()
     count = next(line for line in lines if line.startswith("bounces  "))
     assert "one foot, flights above 100 nm, after contacts below 500 µs" in count
-    assert int(count.split()[-3]) >= 1, "the hop of 25 um after a capture of 70 us that the report shows"
+    assert int(count.split()[1]) >= 1, "the hop of 25 um after a capture of 70 us that the report shows"
     assert any(line.startswith("Note: Foot tip:") and "dwell 0.5 ms" in line for line in lines)
     walk = tarsus("simulate", "millipede", "--duration", "60 ms").out.splitlines()
     for name, scope in (
@@ -122,7 +120,7 @@ def test_in_a_process_of_its_own_nothing_but_the_summary_is_printed(process, tar
     assert result.code == 0, result.err
     assert result.err == ""
     head, *summary = result.out.splitlines()
-    assert head.startswith("cantilever: 0.06 s simulated in ")
+    assert head.startswith("cantilever: 0.06 s simulated")
     assert summary == tarsus("simulate", "cantilever", *SHORT).out.splitlines()[1:]
 
 
@@ -167,7 +165,7 @@ def test_a_scene_with_a_law_but_no_law_file_is_refused(tarsus, tmp_path, magnet)
 
 
 def test_a_spread_at_the_level_of_rounding_is_shown_as_none(tarsus):
-    from tarsus.cli.summary import ROUNDING
+    from tarsus.files.summary import ROUNDING
 
     run = tarsus("simulate", "cantilever", "--json").json()
     tiny = [m for m in run["measures"].values() if m["spread"] and m["spread"] < ROUNDING * abs(m["value"])]

@@ -15,6 +15,8 @@ import pytest
 import xarray as xr
 from study.sweep_case import files
 
+from tarsus.cli.sweep import array_words
+from tarsus.cli.task import task
 from tarsus.study.studyfile import load_sweep
 from walking_devices import CREEPING
 
@@ -67,7 +69,7 @@ def test_a_study_becomes_one_file(tarsus, study, tmp_path):
     result = tarsus("sweep", study(), "-o", tmp_path / "out")
     assert result.code == 0 and result.sentences == []
     assert "small: 20 runs of 0.02 s" in result.out
-    assert "20  The run reached its end." in result.out
+    assert "20   The run reached its end." in result.out
     with xr.open_dataset(tmp_path / "out" / "sweep.nc") as dataset:
         assert dataset["peak"].shape == (2, 10)
         assert dataset["ground.adhesion.rate"].attrs["units"] == "N/s"
@@ -176,16 +178,16 @@ def says_how_to_resume(code: int, out: str, err: str, folder: Path) -> None:
 
 
 def test_an_interrupt_says_how_to_resume(tarsus, study, tmp_path, monkeypatch):
-    from tarsus.study import crew
+    from tarsus.study import pool
 
-    whole, begun = crew.work_unit, itertools.count(1)
+    whole, begun = pool.work_unit, itertools.count(1)
 
     def third_is_interrupted(*words, **options):
         if next(begun) == 3:
             raise KeyboardInterrupt
         return whole(*words, **options)
 
-    monkeypatch.setattr(crew, "work_unit", third_is_interrupted)
+    monkeypatch.setattr(pool, "work_unit", third_is_interrupted)
     folder = tmp_path / "a folder"
     words = ("sweep", study(count=2, chunk=2), "-o", folder)
     found = tarsus(*words)
@@ -285,16 +287,35 @@ def test_another_seed_draws_other_values(tarsus, tmp_path):
 
 def test_a_sweep_in_tasks_says_how_to_go_on_and_has_a_page_at_the_end(tarsus, study, tmp_path):
     folder = tmp_path / "out"
-    assert tarsus("sweep", study(count=1), "-o", folder, "--tasks", "2").code == 0
-    assert tarsus("sweep", folder, "--task", "1").code == 0
+    assert tarsus("sweep", study(count=1), "-o", folder, "--on", "array:tasks=2").code == 0
+    assert task(folder, 1, 1) == 0
     told = tarsus("sweep", folder, "--status")
     assert "1 of 2 units" in told.out and "to go on with what is missing: `tarsus sweep` of this folder" in told.out
-    refused = tarsus("open", folder, "--no-browser")
+    refused = tarsus("report", folder, "--no-browser")
     (sentence,) = refused.sentences
     assert refused.code == 2 and f"1 of 2 units done and no page yet: `tarsus sweep {folder}` makes" in sentence
-    assert tarsus("sweep", folder, "--task", "2").code == 0
+    assert task(folder, 2, 1) == 0
     assert "to go on" not in tarsus("sweep", folder, "--status").out
-    opened = tarsus("open", folder, "--no-browser", "--json").json()
+    opened = tarsus("report", folder, "--no-browser", "--json").json()
     assert opened == {"page": str(folder / "report.html"), "made_again": True}
     assert (folder / "report.html").stat().st_size > 10_000
-    assert not tarsus("open", folder, "--no-browser", "--json").json()["made_again"]
+    assert not tarsus("report", folder, "--no-browser", "--json").json()["made_again"]
+
+
+@pytest.mark.parametrize(
+    ("words", "options", "tasks"),
+    [
+        ("partition=main,time=2:00:00,tasks=100", "--partition=main --time=2:00:00", 100),
+        ("--partition=main --nodelist=a,b tasks=3", "--partition=main --nodelist=a,b", 3),
+        ("p=main,exclusive", "-p main --exclusive", 1),
+        ("", "", 1),
+    ],
+)
+def test_words_for_slurm_become_options_of_sbatch(words, options, tasks):
+    assert array_words(words, "slurm") == (options, tasks)
+
+
+@pytest.mark.parametrize("on", ["slurm:tasks=0", "slurm:tasks=x", "array:tasks=2,time=1", "moon:x"])
+def test_a_place_that_is_none_is_refused(tarsus, study, tmp_path, on):
+    said = tarsus("sweep", study(), "-o", tmp_path / "out", "--on", on)
+    assert said.code == 2 and "--on" in said.sentences[0]

@@ -58,11 +58,12 @@ def test_a_setting_that_is_too_much(tarsus, setting):
 
 
 def test_a_file_without_an_end(tarsus, tmp_path):
-    for words in (["check"], ["simulate", "-o", tmp_path / "out"], ["reproduce", "cantilever", "--rows"]):
+    for words in (["simulate", "-o", tmp_path / "out"], ["reproduce", "cantilever", "--rows"]):
         refused = tarsus(*words, "/dev/zero")
         assert refused.code == 2 and "/dev/zero: is larger than the 16 MiB" in refused.sentences[0]
-    (sentence,) = tarsus("read", "/dev/zero").sentences
-    assert "is a device and no file" in sentence
+    for verb in ("show", "check"):
+        (sentence,) = tarsus(verb, "/dev/zero").sentences
+        assert "is a device and no file" in sentence
 
 
 def test_a_byte_order_mark_is_no_fault(tmp_path):
@@ -97,7 +98,7 @@ def test_a_file_of_another_kind_says_who_takes_it(tarsus, tmp_path, words, text,
 @pytest.mark.parametrize("closed", [">&-", "<&- >&-", ">&- 2>&-"])
 def test_closed_streams_are_no_fault(closed):
     done = subprocess.run(
-        ["sh", "-c", f'"$0" -m tarsus.cli devices {closed}', sys.executable], capture_output=True, timeout=60
+        ["sh", "-c", f'"$0" -m tarsus devices {closed}', sys.executable], capture_output=True, timeout=60
     )
     assert (done.returncode, done.stdout, done.stderr) == (0, b"", b"")
 
@@ -107,7 +108,7 @@ def test_who_reads_only_the_first_fault_gets_no_other(tmp_path):
     file.write_text("".join(f"{'k' * 200}{i} = 1\n" for i in range(5000)))
     read, write = os.pipe()
     with subprocess.Popen(
-        [sys.executable, "-m", "tarsus.cli", "check", file], stdout=write, stderr=write
+        [sys.executable, "-m", "tarsus", "check", file], stdout=write, stderr=write
     ) as run:
         os.close(write)
         assert os.read(read, 8) == b"tarsus: "
@@ -119,7 +120,7 @@ def test_no_memory_is_said(tarsus, monkeypatch):
     def much(*_: object) -> None:
         raise MemoryError
 
-    monkeypatch.setattr("tarsus.files.library.device_names", much)
+    monkeypatch.setattr("tarsus.inspection.installation.device_names", much)
     refused = tarsus("devices")
     assert refused.code == 1 and refused.sentences == ["there is not enough memory for this"]
 

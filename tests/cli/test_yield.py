@@ -11,8 +11,8 @@ import xarray as xr
 from walking_devices import CREEPING
 
 WORDS = (
-    "--scatter", "robot.drives.*.law.gain=10%", "--over", "ground.friction.coefficient=0.3:0.5", "--dead", "legs=0:1",
-    "--measure", "mean_speed", "--measure", "foot_slip", "--count", "24", "--draws", "4", "--chunk", "8",
+    "--scatter", "robot.drives.*.law.gain=10%", "--scatter", "ground.friction.coefficient=0.3:0.5",
+    "--scatter", "dead=0:1", "--require", "mean_speed=0 m/s", "--require", "foot_slip",
 )  # fmt: skip
 
 
@@ -27,13 +27,12 @@ def creeping(tmp_path_factory) -> str:
 
 def test_robots_become_curves_and_a_page(tarsus, creeping, tmp_path):
     result = tarsus(
-        "yield", creeping, *WORDS, "--set", "duration=60 ms", "--require", "mean_speed=0 m/s", "-o", tmp_path / "out"
+        "yield", creeping, *WORDS, "--count", "24:4", "--set", "duration=60 ms", "-o", tmp_path / "out"
     )
     assert result.code == 0, result.err
     (told,) = (one for one in result.sentences if "further runs" in one)
-    assert "after the 24 robots, 20 further runs (4 draws times 3 groups and 2)" in told and "--draws 0" in told
-    assert any("the 20 runs about legs follow, about " in one for one in result.sentences)
-    assert "24 robots" in result.out and "mean_speed=0 m/s: " in result.out and "matters most" in result.out
+    assert "after the 24 robots, 20 further runs (4 draws times 3 groups and 2)" in told and "--count 24:0" in told
+    assert "24 robots" in result.out and "%" in result.out and "matters most" in result.out
     found = json.loads((tmp_path / "out" / "yield.json").read_text(encoding="utf-8"))
     with xr.open_dataset(tmp_path / "out" / "robots" / "sweep.nc") as robots:
         speed = robots["mean_speed"].values
@@ -48,19 +47,33 @@ def test_robots_become_curves_and_a_page(tarsus, creeping, tmp_path):
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert "Yield against requirement" in page and "Whose scatter matters" in page and "Dead legs" in page
     before = (tmp_path / "out" / "yield.json").read_bytes()
-    again = tarsus("yield", creeping, *WORDS, "--set", "duration=60 ms", "-o", tmp_path / "out", "--resume", "--json")
-    assert again.code == 0 and json.loads(again.out)["robots"] == 24
+    words = (*WORDS, "--count", "24:4", "--set", "duration=60 ms", "-o", tmp_path / "out", "--resume", "--json")
+    again = tarsus("yield", creeping, *words)
+    said = json.loads(again.out)
+    assert again.code == 0 and said["robots"] == 24 and list(said["shares"]) == ["mean_speed=0 m/s"]
+    assert said["shares"]["mean_speed=0 m/s"][0] == pytest.approx((speed >= 0.0).mean())
     assert (tmp_path / "out" / "yield.json").read_bytes() == before
 
 
 def test_runs_about_legs_can_be_left_out(tarsus, creeping, tmp_path):
-    words = [*WORDS[: WORDS.index("--draws")], "--draws", "0", "--chunk", "8", "--set", "duration=20 ms"]
-    result = tarsus("yield", creeping, *words, "--no-report", "-o", tmp_path / "out")
+    result = tarsus("yield", creeping, *WORDS, "--count", "24:0", "--set", "duration=20 ms", "-o", tmp_path / "out")
     assert result.code == 0 and "runs" not in result.err.replace("runs/s", "")
     assert not (tmp_path / "out" / "legs").exists()
 
 
-def test_a_requirement_on_nothing_is_told(tarsus, creeping, tmp_path):
-    result = tarsus("yield", creeping, *WORDS, "--require", "stride=1", "-o", tmp_path / "out")
-    assert result.code == 2 and "--require takes measure=value, one of mean_speed, foot_slip" in result.sentences[0]
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--require", "strike=1"), "--require: "),
+        (("--require", "mean_speed=1 kg"), "mean_speed: "),
+        (("--scatter", "dead=5"), "--scatter dead takes fewest:most, got 'dead=5'"),
+        (("--scatter", "weak=0:3@x"), "--scatter weak takes fewest:most@60%"),
+        (("--scatter", "ground.friction.coefficient"), "--scatter takes PATH=5%"),
+        (("--scatter", "dead=0:9"), "--scatter dead, weak: "),
+        (("--count", "many"), "--count takes ROBOTS or ROBOTS:DRAWS"),
+    ],
+)
+def test_wrong_words_are_said_of_their_options(tarsus, creeping, tmp_path, words, said):
+    result = tarsus("yield", creeping, "--scatter", "dead=0:1", *words, "-o", tmp_path / "out")
+    assert result.code == 2 and said in result.sentences[0]
     assert not (tmp_path / "out").exists()

@@ -17,7 +17,7 @@ from tarsus.cluster.array import _ranges, _units, prepare, run_task
 from tarsus.cluster.slurm import _jobs
 from tarsus.cluster.status import status_lines, status_of
 from tarsus.study.axes import Linspace, Sobol
-from tarsus.study.beats import Beats
+from tarsus.study.progress import Progress
 from tarsus.study.sweeping import run_sweep
 
 SWEEP = small(
@@ -156,7 +156,7 @@ def test_a_damaged_unit_is_done_again_by_the_task_that_finishes(alone, tmp_path)
 def test_a_task_that_ends_after_the_others_have_finished_leaves_nothing(alone, tmp_path):
     array = prepare(SWEEP, tmp_path, 2, resume=False)
     assert array is not None
-    with Beats(tmp_path, 0) as late:
+    with Progress(tmp_path, 0) as late:
         run_task(tmp_path, 0, array.number)
         run_task(tmp_path, 1, array.number)
         late.count("n1", 1)

@@ -69,15 +69,15 @@ def test_workers_that_are_killed_and_added_change_nothing(alone, tmp_path):
             time.sleep(0.2)
             return whole(plan, start, stop)
 
-        import tarsus.study.crew as crew
+        import tarsus.study.pool as pool
 
-        whole, crew.remote_unit = crew.remote_unit, slowly
+        whole, pool.remote_unit = pool.remote_unit, slowly
         killer = threading.Thread(target=kill)
         killer.start()
         try:
             result = ts.sweep(SWEEP, tmp_path, client=client)
         finally:
-            crew.remote_unit = whole
+            pool.remote_unit = whole
             over.set()
             killer.join()
     assert killed and len(result.workers) >= 2

@@ -20,7 +20,7 @@ import tarsus as ts
 from tarsus.cluster.array import prepare
 from tarsus.cluster.status import status_of
 from tarsus.study.axes import Linspace, Sobol
-from tarsus.study.beats import Beats
+from tarsus.study.progress import Progress
 from tarsus.study.sweeping import run_sweep
 
 KILLS = 30
@@ -75,8 +75,8 @@ def test_a_clock_that_is_an_hour_off_changes_nothing(tmp_path, monkeypatch):
     assert (tmp_path / "wrong" / "sweep.nc").read_bytes() == (tmp_path / "right" / "sweep.nc").read_bytes()
     folder = tmp_path / "begun"
     prepare(few, folder, 2, resume=False)
-    with Beats(folder) as beats:
-        beats.count("n1", 4)
+    with Progress(folder) as progress:
+        progress.count("n1", 4)
         found = status_of(folder)  # the disk's clock counts, and not that of who asks
     assert (found.working, found.lost) == (1, 0)
 
@@ -113,7 +113,7 @@ def test_a_real_full_disk_keeps_what_is_finished(tmp_path):
     subprocess.run(["mount", "-t", "tmpfs", "-o", "size=256k", "tmpfs", str(disk)], check=True)
     try:
         (disk / "ballast").write_bytes(bytes(120_000))
-        words = [sys.executable, "-m", "tarsus.cli", "sweep", str(tmp_path / "study.toml"), "-o", str(disk / "out")]
+        words = [sys.executable, "-m", "tarsus", "sweep", str(tmp_path / "study.toml"), "-o", str(disk / "out")]
         (tmp_path / "study.toml").write_text(STUDY, encoding="utf-8")
         full = subprocess.run(words, capture_output=True, text=True)
         assert full.returncode == 2 and "is full: make room; finished parts are kept" in full.stderr, full

@@ -92,7 +92,7 @@ def own_processes(folder: Path) -> list[int]:
 
 def test_an_array_gives_the_bytes_of_one_machine(study, alone, tmp_path, capsys):
     folder = tmp_path / "out"
-    assert main(["sweep", str(study), "-o", str(folder), "--slurm", ASKED, "--tasks", "4"]) == 0
+    assert main(["sweep", str(study), "-o", str(folder), "--on", f"slurm:{ASKED} tasks=4"]) == 0
     assert "30 units in 4 tasks" in capsys.readouterr().out
     until(lambda: status_of(folder).runs_done > 0)
     with pytest.raises(ts.InputError, match="tasks in the queue: wait for it, or `scancel"):
@@ -100,30 +100,30 @@ def test_an_array_gives_the_bytes_of_one_machine(study, alone, tmp_path, capsys)
     until(lambda: status_of(folder).finished)
     assert (folder / "sweep.nc").read_bytes() == alone
     until(lambda: not queued())
-    assert submit(load_sweep(study), folder, ASKED, 4, resume=True) is None
+    assert submit(load_sweep(study), folder, ASKED, 4, resume=True) == (None, None)
     assert main(["sweep", str(folder), "--status"]) == 0
     assert "60 of 60 runs done (100.0 %), 30 of 30 units\nfinished" in capsys.readouterr().out
 
 
 def test_killed_requeued_and_cancelled_tasks_lose_nothing(study, alone, tmp_path):
     folder = tmp_path / "out"
-    first = submit(load_sweep(study), folder, ASKED, 3, resume=False)
-    assert first is not None
+    first, job = submit(load_sweep(study), folder, ASKED, 3, resume=False)
+    assert first is not None and job is not None
     until(lambda: len(own_processes(folder)) >= 2 and status_of(folder).units_done >= 2)
     kept = {path: path.read_bytes() for path in folder.glob("units/*/*.npz")}
     random.Random(1).shuffle(pids := own_processes(folder))
     os.kill(pids[0], signal.SIGKILL)
-    slurm_says("scontrol", "requeue", f"{first.job}_1")
+    slurm_says("scontrol", "requeue", f"{job}_1")
     time.sleep(1.0)
-    slurm_says("scancel", f"{first.job}_2")
-    until(lambda: not queued() or status_of(folder).finished or _held(first.job))
-    for job in queued():
-        subprocess.run(["scontrol", "release", job], check=False, timeout=60)
+    slurm_says("scancel", f"{job}_2")
+    until(lambda: not queued() or status_of(folder).finished or _held(job))
+    for held in queued():
+        subprocess.run(["scontrol", "release", held], check=False, timeout=60)
     until(lambda: not queued())
     missing = status_of(folder)
     if not missing.finished:  # what was killed and cancelled
-        again = submit(load_sweep(study), folder, ASKED, 3, resume=True)
-        assert again is not None and again.array.units == missing.units - missing.units_done
+        again, _ = submit(load_sweep(study), folder, ASKED, 3, resume=True)
+        assert again is not None and again.units == missing.units - missing.units_done
         until(lambda: status_of(folder).finished)
     assert (folder / "sweep.nc").read_bytes() == alone
     assert kept.items() <= {path: path.read_bytes() for path in folder.glob("units/*/*.npz")}.items()

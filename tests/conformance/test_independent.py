@@ -12,8 +12,8 @@ from tarsus.base.events import EventKind
 from tarsus.base.spec import get_value
 from tarsus.model.laws import Friction
 
-FAST = {"modal": (2, 13), "legged": (22,)}
-BRANCHED = {"modal": (6,), "legged": (3,)}
+FAST = {"modal": (13,), "legged": (22,)}
+BRANCHED = {"modal": (6,), "legged": ()}
 TIGHT = ts.Accuracy(gap=1e-10, drive=1e-11)
 """A walker's steps err by 1e-8 of a length unless it is asked for less, which would hide a drive's error."""
 
@@ -53,7 +53,7 @@ SLIDERS = {
 }
 
 
-FAST_SLIDERS = ("cantilever", "biped", "biped on rate-weakening friction")
+FAST_SLIDERS = ("biped",)
 
 
 @pytest.mark.parametrize(
@@ -66,7 +66,7 @@ def test_feet_by_contact_modes_slip_and_stick_as_there(scene: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "seed", [24, 35, *(pytest.param(s, marks=pytest.mark.slow) for s in range(40) if s not in (24, 35))]
+    "seed", [24, *(pytest.param(s, marks=pytest.mark.slow) for s in range(40) if s != 24)]
 )
 def test_feet_that_nobody_chose_slip_and_stick_as_there(seed: int) -> None:
     found = compare(sliding_scene(seed), TIGHT)

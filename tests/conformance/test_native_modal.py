@@ -146,7 +146,7 @@ def test_a_scene_ends_with_its_account_closed(name):
 @pytest.mark.parametrize(("n", "steps", "rejected"), [(2, 4130, 548), (6, 1515, 358)])
 def test_reference_problems_step_for_step(n, steps, rejected):
     """P1: no impact wrong, few steps tried too long: 843 and 407 where a film grows as over its last node interval."""
-    chained = bench.Chain(n)
+    chained = bench.TimedChain(n)
     found = execute(chained.plan, chained.duration, book=chained.book, accuracy=chained.accuracy, track=False)
     times = found.events[np.isin(found.events[:, E_KIND], (1, 2, 4)), 0]
     assert bench.wrong_impacts(times, bench.reference_impacts(n)) == 0

@@ -159,7 +159,7 @@ def run_beside(folder: Path, script: str) -> dict:
 USE = """
 import numpy as np
 import tarsus as ts
-from tarsus.cli.summary import run_object
+from tarsus.inspection.runs import run_data
 from tarsus.files.store import read_run, write_run
 from tarsus.files.toml import parse_scene, scene_text
 from tarsus.model.laws.registry import built_in
@@ -197,7 +197,7 @@ for name, scene in scenes.items():
         "units": [data[f"gust_{what}"].attrs["units"] for what in ("force", "work")],
         "named": data["suction_force"].attrs["long_name"],
         "file": sorted(set(back.dataset) & {"gust_work", "suction_work"}),
-        "json": sorted(run_object(run, [])["ledger_J"]["laws"]),
+        "json": sorted(run_data(run, [])["ledger_J"]["laws"]),
         "lines": page and ["lost to the seal" in page, "work of the breeze" in page],
         "batch": len(batch.events(0)) and not np.array_equal(batch.events(0), batch.events(1)),
         "alike": bool(np.isclose(batch.events(0)["time"][0], run.events["time"][0], rtol=1e-9)),

@@ -50,7 +50,7 @@ def test_runs_of_a_batch_have_the_events_of_single_runs():
 
 def test_a_walkers_flights_are_as_high_as_its_series():
     robot = trotter()
-    run = ts.simulate(robot, 0.2)
+    run = ts.simulate(robot, 0.06)
     landings = run.events[np.isin(run.events["kind"], IMPACTS)]
     long = 0
     for foot in range(len(run.foot_names)):

@@ -20,13 +20,13 @@ SMALLER = {
     "--candidates 3000": "--candidates 64 --look 2",
     "--steps 20": "--steps 6 --hidden 2 --training 2 --candidates 64 --duration '10 ms'",
     '--duration "0.4 s" -o gaits': '--candidates 64 --look 2 --duration "50 ms" -o gaits',
-    'um/s" -o out': 'um/s" --set "duration=10 ms" --count 4 --draws 2 -o out',
+    'um/s" -o out': 'um/s" --set "duration=10 ms" --count 4:2 -o out',
     "=0.15:0.5 -o landing": "=0.15:0.5 --effort 0.02 -o landing",
     "tarsus calibrate cantilever -o fit": "tarsus devices",
     "tarsus calibrate cantilever-1 -o fit1": "tarsus devices",
-    '--slurm "--partition=main --time=2:00:00 --cpus-per-task=8" --tasks 100': "--tasks 4",
-    '--slurm "--partition=main --time=2:00:00" --tasks 100': "--tasks 4",
-    "-o /shared/out --tasks 100": "-o another --tasks 3",
+    "--on slurm:partition=main,time=2:00:00,cpus-per-task=8,tasks=100": "--on array:tasks=4",
+    "--on slurm:partition=main,time=2:00:00,tasks=100": "--on array:tasks=4",
+    "-o /shared/out --on array:tasks=100": "-o another --on array:tasks=3",
     "/shared/out/array": "another/array",
     "seq 0 99": "seq 0 2",
     "/shared/out": "shared",
@@ -50,7 +50,7 @@ def table_study(folder: Path) -> None:
 
 
 HERE: dict[str, tuple[Callable[[Path], None], tuple[str, ...], str]] = {
-    "CONTRIBUTING.md": (examples, ("out/report.html",), ""),
+    "CONTRIBUTING.md": (examples, ("out/report.html",), "slow"),  # as the page of laws does
     "add-a-law.md": (examples, ("out/report.html", "pulled/report.html"), ""),
     "calibrate.md": (table_study, ("out/calibration.json", "out/branch-1.toml"), "slow"),
     "determined.md": (nothing, (), "slow"),
@@ -96,7 +96,7 @@ def test_the_command_lines_of_a_page_run(page, tmp_path):
     programs = tmp_path / "programs"
     programs.mkdir()
     (programs / "tarsus").write_text(
-        f'#!/bin/sh\nexec "{sys.executable}" -m tarsus.cli "$@"\n', encoding="utf-8"
+        f'#!/bin/sh\nexec "{sys.executable}" -m tarsus "$@"\n', encoding="utf-8"
     )
     (programs / "tarsus").chmod(0o755)
     environment = {**os.environ, "PATH": f"{programs}{os.pathsep}{os.environ['PATH']}", "BROWSER": "true"}

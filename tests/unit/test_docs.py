@@ -43,8 +43,8 @@ def nothing(folder: Path) -> Names:
 
 def lab(folder: Path) -> Names:
     """The campaign of the page of identification: small, but whole."""
-    from tarsus.experiment.campaign_folder import write_campaign
-    from tarsus.experiment.synthesis import Instrument
+    from tarsus.synthesis.campaign_folder import write_campaign
+    from tarsus.synthesis.recordings import Instrument
 
     write_campaign(ts.load_scene("cantilever"), folder / "lab", Instrument(rate=20e3, snr_db=50.0), 1)
     return {}
@@ -370,14 +370,13 @@ def command_lines() -> list[tuple[str, str]]:
 
 
 def test_every_command_line_is_one():
-    from tarsus.cli.app import RENAMED, VOICES, build
+    from tarsus.cli.app import VOICES, build
 
     known = build([])
     lines = command_lines()
     assert len(lines) > 40
     for page, line in lines:
         words = [word for word in shlex.split(line, comments=True)[1:] if word not in VOICES]
-        words[0] = RENAMED.get(words[0], words[0])
         try:
             known.parse_args(words, print_error=False, exit_on_error=False)
         except Exception as error:
@@ -430,7 +429,7 @@ def test_what_pages_list_is_all_that_there_is():
     for page in ("file-format.md", "walking.md"):
         assert all(f"\n| `{kind_of(gait)}` |" in PAGES[page] for gait in alternatives(AnyGait))
     for page in ("file-format.md", "conventions.md"):
-        rules = (ts.CaptureUnlessPulled, ts.RestituteFirst, ts.PullAsPrinted)
+        rules = (ts.laws.CaptureUnlessPulled, ts.laws.RestituteFirst, ts.laws.PullAsPrinted)
         assert all(f"`{kind_of(rule)}`" in PAGES[page] for rule in rules)
     listed = (*OBJECTIVES, *(one.value for one in (*Symmetry, *Sense)))
     assert all(f"`{name}`" in PAGES["gaits.md"] for name in listed)

@@ -10,6 +10,7 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 import tarsus as ts
+from differences import runs_around, slope
 from printed_robots import hexapod
 from scene_files import scene as scene_of
 from survey_gradients import look_at
@@ -33,12 +34,9 @@ def differences(scene: ts.Scene, path: str, duration: float, values, steps=STEPS
     out = []
     for step in steps:
         size = step * (abs(at) or 1.0)
-        runs = [
-            ts.simulate(with_values(scene, {path: at + k * size}), duration, TIGHT) for k in (-2, -1, 1, 2)
-        ]
+        runs = runs_around(scene, path, size, duration, TIGHT)
         if len({tuple(run.events["kind"]) for run in runs}) == 1:
-            found = [values(run) for run in runs]
-            out.append((found[0] - 8.0 * found[1] + 8.0 * found[2] - found[3]) / (12.0 * size))
+            out.append(slope([values(run) for run in runs], size))
     return out
 
 

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from tarsus.base.spec import get_value, with_values
+from differences import runs_around, slope
+from tarsus.base.spec import get_value
 from tarsus.model.scene import Foot, Initial, Robot, Standing
 from tarsus.model.structure import Walker, WalkerBody, WalkerLeg
 from walking_scenes import GRAVITY, block, moving, sticky, trotter
@@ -125,14 +126,11 @@ def assert_as_differences(scene: ts.Scene, paths, duration: float, steps, within
         value, best = float(get_value(scene, path)), None
         for step in steps:
             size = step * abs(value)
-            runs = [
-                ts.simulate(with_values(scene, {path: value + k * size}), duration, TIGHT)
-                for k in (-2, -1, 1, 2)
-            ]
+            runs = runs_around(scene, path, size, duration, TIGHT)
             if {tuple(one.events["kind"]) for one in runs} != {tuple(run.events["kind"])}:
                 continue
             found = [numbers(one) for one in runs]
-            slopes = [(a - 8.0 * b + 8.0 * c - d) / (12.0 * size) for a, b, c, d in zip(*found, strict=True)]
+            slopes = [slope(four, size) for four in zip(*found, strict=True)]
             at, rows = states[path], run.way_gradients[path]
             got = [*(run.event_gradients[path][name] for name in FIELDS), at.x, at.v, at.rate, at.pull]
             got += [rows[name] for name in way]
@@ -148,7 +146,7 @@ def assert_as_differences(scene: ts.Scene, paths, duration: float, steps, within
         assert best is not None and best.max() <= within, (path, best)
 
 
-def rubbing(tmp_path, coefficient: float, growth: float) -> dict[str, ts.Law]:
+def rubbing(tmp_path, coefficient: float, growth: float) -> dict[str, ts.laws.Law]:
     """A friction that grows with the slip speed: margin (coefficient + growth speed)."""
     file = tmp_path / "rubbing.py"
     file.write_text(
@@ -257,14 +255,11 @@ def test_measures_and_energies_of_a_walk_as_differences():
     for p in run.paths:
         value = float(get_value(scene, p))
         size = 1e-4 * value
-        runs = [
-            ts.simulate(with_values(scene, {p: value + k * size}), duration, TIGHT) for k in (-2, -1, 1, 2)
-        ]
         found = [
-            np.array([*(getattr(one.ledger, t) for t in terms), *(one.measures[m].value for m in measures)])
-            for one in runs
+            [*(getattr(one.ledger, t) for t in terms), *(one.measures[m].value for m in measures)]
+            for one in runs_around(scene, p, size, duration, TIGHT)
         ]
-        slopes = (found[0] - 8.0 * found[1] + 8.0 * found[2] - found[3]) / (12.0 * size)
+        slopes = slope(found, size)
         got = np.array([run.gradient(name)[p] for name in names])
         np.testing.assert_allclose(got, slopes, rtol=2e-6)
 
@@ -298,15 +293,10 @@ def test_where_a_walker_has_no_derivative_a_sentence_says_so():
 def test_heights_of_the_body_are_derived_where_it_turned(name):
     path, step, fine = "gait.high", 1e-5, ts.Accuracy(gap=1e-11, drive=1e-11)
     scene = ts.load_scene("millipede-printed")
-    volts = ts.get_value(scene, path)
-
-    def value(steps: int) -> float:
-        changed = ts.with_values(scene, {path: volts * (1.0 + steps * step)})
-        return ts.simulate(changed, 0.03, fine).measures[name].value
-
-    slope = (8.0 * (value(1) - value(-1)) - (value(2) - value(-2))) / (12.0 * step * volts)
+    size = step * ts.get_value(scene, path)
+    wanted = slope([one.measures[name].value for one in runs_around(scene, path, size, 0.03, fine)], size)
     found = ts.simulate(scene, 0.03, fine, gradients=[path]).gradient(name)
-    assert not found.flags and found[path] == pytest.approx(slope, rel=1e-6)
+    assert not found.flags and found[path] == pytest.approx(wanted, rel=1e-6)
 
 
 def swinging(gap: float, damping: float = 0.0, **ground) -> ts.Scene:

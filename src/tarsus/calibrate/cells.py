@@ -15,7 +15,7 @@ from tarsus.calibrate.faults import Faults
 from tarsus.calibrate.objective import Cells, Limit
 from tarsus.calibrate.readings import unit_of
 from tarsus.calibrate.scenes import RunBranch
-from tarsus.files.rows import Rows, number_of
+from tarsus.files.rows import TableRows, number_of
 from tarsus.measure import scene_period
 
 __all__ = ["OtherCells", "absolute_of", "cells_of", "limits_of"]
@@ -31,7 +31,7 @@ class OtherCells:
 
 def cells_of(
     study: Study,
-    table: Rows,
+    table: TableRows,
     trained: Sequence[int],
     others: Sequence[int],
     branch: RunBranch,

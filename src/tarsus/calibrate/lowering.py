@@ -24,7 +24,7 @@ from tarsus.calibrate.objective import Branch, Objective
 from tarsus.calibrate.problem import Problem
 from tarsus.calibrate.readings import MOTION, known_measures
 from tarsus.calibrate.scenes import Interpolated, Row, RunBranch, Setting, finite
-from tarsus.files.rows import Rows, number_of
+from tarsus.files.rows import TableRows, number_of
 from tarsus.fit.unknowns import Unknowns
 from tarsus.measure import no_measure
 from tarsus.model.scene import Scene
@@ -44,7 +44,7 @@ class Lowered:
     """
 
     study: Study
-    table: Rows
+    table: TableRows
     forward: Forward
     problem: Problem
     trained: tuple[int, ...]
@@ -63,7 +63,7 @@ class Lowered:
         return tuple(" ".join(told(c, row[c]) for c in self.study.conditions) for row in self.table.rows)
 
 
-def lower_study(study: Study, table: Rows, threads: Workers = None) -> Lowered:
+def lower_study(study: Study, table: TableRows, threads: Workers = None) -> Lowered:
     """A study and its table as a problem.
 
     Raises
@@ -118,7 +118,7 @@ def lower_study(study: Study, table: Rows, threads: Workers = None) -> Lowered:
     return Lowered(study, table, forward, problem, trained, others, other.observed, other.absolute)
 
 
-def _split(study: Study, table: Rows, faults: Faults) -> tuple[tuple[int, ...], tuple[int, ...]]:
+def _split(study: Study, table: TableRows, faults: Faults) -> tuple[tuple[int, ...], tuple[int, ...]]:
     """Rows that are fitted and rows that are only predicted, from 0."""
     columns = [one.column or name for name, one in study.measures.items()]
     known = [n for n, row in enumerate(table.rows) if any(row[column] for column in columns)]

@@ -13,8 +13,8 @@ from tarsus.base.spec import validate
 from tarsus.calibrate.description import Study
 from tarsus.files.installed import study_path
 from tarsus.files.library import scene_of_study
-from tarsus.files.rows import Rows, parse_rows, read_text
-from tarsus.files.tables import Kind, expect, read_table
+from tarsus.files.rows import TableRows, parse_rows, read_text
+from tarsus.files.tables import FileKind, expect, read_table
 from tarsus.files.toml import SCENE_FILE, STUDY_FILE
 from tarsus.model.laws import Law
 
@@ -28,7 +28,7 @@ class Described:
     """A study and its table."""
 
     study: Study
-    table: Rows
+    table: TableRows
 
 
 def load_study(name: str | os.PathLike[str], laws: Mapping[str, type[Law]] | None = None) -> Described:
@@ -49,7 +49,7 @@ def load_study(name: str | os.PathLike[str], laws: Mapping[str, type[Law]] | Non
     """
     file = study_path(name)
     raw = read_table(file)
-    expect(Kind.CALIBRATION, raw, str(file))
+    expect(FileKind.CALIBRATION, raw, str(file))
     named = raw.pop("table", None)
     problems: list[str] = []
     table = None

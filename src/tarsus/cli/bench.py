@@ -9,16 +9,14 @@ def bench(*, json: Json = False) -> int:
     """Time the engine on the reference problems; whole event sequences are checked before a time is printed."""
     from tarsus.cli import console
     from tarsus.study.bench import run_bench
+    from tarsus.tables.table import Table
 
     with console.progress_bar("timing") as progress:
         result = run_bench(progress)
     if json:
         console.print_json(result)
     else:
-        console.table(
-            ("figure", "value"),
-            [(name, value if isinstance(value, str) else f"{value:.4g}") for name, value in result.items()],
-        )
+        print(Table("", ("figure", "value"), result.items()).text())
     wrong = {name: value for name, value in result.items() if name.endswith("_wrong") and value}
     if wrong:
         console.complain(

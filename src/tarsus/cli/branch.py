@@ -53,10 +53,6 @@ def branch(
     if pages.json:
         console.print_json(found.to_dict() | {"files": [str(one) for one in written]})
         return 0
-    print(f"{the_scene.name}: {len(found.points)} points along {path}; {found.ended}")
-    for point in found.special:
-        print(f"  {point.kind:<15} at {point.at:.10g} {unit}  {point.note}")
-    print(f"  from: {found.points[0].orbit.kind}")
-    print(f"  to:   {found.points[-1].orbit.kind}")
+    print(found.table().text())
     console.wrote(written)
     return 0

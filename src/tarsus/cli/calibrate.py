@@ -34,9 +34,10 @@ def calibrate(
     from tarsus.calibrate.calibrating import calibrate as run
     from tarsus.calibrate.outputs import CALIBRATION_FILES
     from tarsus.calibrate.studyfile import load_study
-    from tarsus.cli import console, requests
+    from tarsus.cli import console
+    from tarsus.model.laws.userfile import laws_of
 
-    described = load_study(study, requests.laws_of(law or ()))
+    described = load_study(study, laws_of(law or ()))
     folder = output if output is not None else Path(f"{Path(study).stem}.calibration")
     target = pages.target(folder, "calibrate", CALIBRATION_FILES, resume=resume)
     with (

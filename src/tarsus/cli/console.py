@@ -120,6 +120,23 @@ def table(headings: Sequence[str], rows: Sequence[Sequence[str]], *, numbers_fro
         print("  ".join(cells).rstrip())
 
 
+def show(found: Any, json: bool = False, written: Iterable[Path] = ()) -> int:
+    """A result of a verb as its table, or as its plain data, then its remarks; files that were written."""
+    if json:
+        print_json(found.to_dict())
+    else:
+        print(found.table().text())
+        wrote(written)
+    note(getattr(found, "remarks", ()))
+    return 0
+
+
+def files(written: Sequence[Path], data: dict[str, Any] | None) -> int:
+    """Files that were written, by name, or what is said of them in JSON."""
+    wrote(written) if data is None else print_json(data)
+    return 0
+
+
 @contextmanager
 def progress_bar(title: str, *, time_left: bool = False) -> Iterator[Progress]:
     """A progress bar on stderr for the length of the block; plain lines where stderr is no terminal.

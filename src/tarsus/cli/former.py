@@ -9,11 +9,25 @@ __all__ = ["sentence"]
 COMMANDS = {
     "validate": "`tarsus reproduce` to compare with a published experiment, `tarsus check` to check a file",
     "next": "`tarsus recommend`",
+    "read": "`tarsus show FILE`",
+    "compare": "`tarsus show FIRST SECOND`",
+    "open": "`tarsus report FOLDER`",
 }
 """What to use in place of a command."""
 
 OPTIONS = {
     "--dask": "`--on dask:ADDRESS`, or `--on dask:local`",
+    "sweep --slurm": "`--on slurm:partition=main,time=1:00:00,tasks=100`",
+    "sweep --tasks": "`--on array:tasks=N`, or `--on slurm:...,tasks=N`",
+    "sweep --task": "`python -m tarsus.cli.task DIR NUMBER ARRAY`, as the array's script does",
+    "sweep --submission": "`python -m tarsus.cli.task DIR NUMBER ARRAY`, as the array's script does",
+    "yield --dead": "`--scatter dead=0:5`",
+    "yield --weak": "`--scatter weak=0:5@60%`",
+    "yield --over": "`--scatter PATH=a:b`",
+    "yield --measure": "`--require MEASURE`",
+    "yield --draws": "`--count ROBOTS:DRAWS`",
+    "yield --chunk": "`chunk` of `tarsus.yield_`",
+    "yield --no-report": "nothing: the page is always written",
 }
 """What to use in place of an option, of one command or of all."""
 

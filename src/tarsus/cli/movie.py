@@ -36,24 +36,17 @@ def movie(
     import tarsus
     from tarsus.base.errors import InputError
     from tarsus.cli import console, options, requests
-    from tarsus.files.store import read_run
-    from tarsus.report.movie import write_movie
 
     options.check_new_file(output, (".gif",), overwrite)
-    run: Any
-    if Path(walk).is_dir():
-        if changes.set_ or duration:
-            raise InputError("--set and --duration are for a device or scene: a folder's run is over")
-        run = read_run(walk, changes.laws())
-    else:
-        scene = changes.scene(walk)
-        seconds = requests.duration_for(scene, duration)
-        with console.spinner("simulating"):
-            run = tarsus.simulate(scene, seconds)
-    with console.spinner("drawing"):
-        path = write_movie(run, output, width=width, periods=periods)
-    if json:
-        console.print_json({"file": str(path), "bytes": path.stat().st_size})
-    else:
-        console.wrote([path])
-    return 0
+    shown: Any = walk
+    seconds = None
+    if not Path(walk).is_dir():
+        shown = changes.scene(walk)
+        seconds = requests.duration_for(shown, duration)
+    elif changes.set_ or duration:
+        raise InputError("--set and --duration are for a device or scene: a folder's run is over")
+    with console.spinner("simulating and drawing"):
+        file = tarsus.movie(
+            shown, output, periods=periods, width=width, duration=seconds, law=changes.law or ()
+        )
+    return console.files([file], {"file": str(file), "bytes": file.stat().st_size} if json else None)

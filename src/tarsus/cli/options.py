@@ -97,9 +97,9 @@ class Changes:
 
     def laws(self) -> dict[str, type[Law]]:
         """The laws of the files given."""
-        from tarsus.cli import requests
+        from tarsus.model.laws.userfile import laws_of
 
-        return requests.laws_of(self.law or ())
+        return laws_of(self.law or ())
 
 
 UNCHANGED = Changes()
@@ -114,8 +114,9 @@ class Work:
     on: Annotated[
         str | None,
         Parameter(
-            help="make the runs on the workers of a Dask cluster: dask:ADDRESS of its scheduler or its scheduler file, "
-            "or dask:local for processes here."
+            help="where the runs are made: dask:ADDRESS of a scheduler or its scheduler file, dask:local for processes "
+            "here; of a sweep also slurm:partition=main,time=1:00:00,tasks=100 (words for sbatch), or array:tasks=100, "
+            "a script for any scheduler."
         ),
     ] = None
 

@@ -15,7 +15,6 @@ from tarsus.cli import console
 
 if TYPE_CHECKING:
     from tarsus.base.workers import Workers
-    from tarsus.model.laws import Law
     from tarsus.model.scene import Scene
 
 _LAWS = "ground.laws."
@@ -72,6 +71,7 @@ def _changed(name: str, values: dict[str, Any], law_files: Sequence[Path]) -> Sc
     if not law_files:
         return changed(load_scene(name), **values)
     from tarsus.base.spec import validate
+    from tarsus.model.laws.userfile import laws_of
     from tarsus.model.scene import override
 
     laws = laws_of(law_files)
@@ -91,19 +91,6 @@ def _changed(name: str, values: dict[str, Any], law_files: Sequence[Path]) -> Sc
         for law_name, given in own.items()
     }
     return override(scene, made, by="a law file") if made else scene
-
-
-def laws_of(law_files: Sequence[Path]) -> dict[str, type[Law]]:
-    """The laws of all files by name."""
-    from tarsus.model.laws import load_laws
-
-    laws: dict[str, type[Law]] = {}
-    for file in law_files:
-        for law_name, law in load_laws(file).items():
-            if law_name in laws:
-                raise InputError(f"{file}: a law named '{law_name}' is already given by another --law file")
-            laws[law_name] = law
-    return laws
 
 
 def duration_for(scene: Scene, text: str | None) -> float:
@@ -192,7 +179,7 @@ def workers_for(on: str | None, threads: int | None = None) -> Iterator[Workers]
         return
     kind, address = place_of(on)
     if kind != "dask":
-        raise InputError(f"--on: expected dask:ADDRESS or dask:local, got '{on}'")
+        raise InputError(f"--on: expected dask:ADDRESS or dask:local (of a sweep also slurm or array), got '{on}'")
     from tarsus.cluster.dask import dask_executor
 
     with dask_executor(address, threads) as executor:
@@ -201,8 +188,8 @@ def workers_for(on: str | None, threads: int | None = None) -> Iterator[Workers]
 
 def place_of(on: str) -> tuple[str, str]:
     """The kind of a place that `--on KIND:WORDS` names, and the words."""
-    kind, colon, words = on.partition(":")
-    return (kind.strip(), words.strip()) if colon else ("", on)
+    kind, _, words = on.partition(":")
+    return kind.strip(), words.strip()
 
 
 def grounds_of(words: Sequence[str]) -> Any:

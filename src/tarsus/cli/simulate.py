@@ -34,7 +34,8 @@ def simulate(
     """
     import tarsus
     from tarsus.base.plausible import remarks
-    from tarsus.cli import console, requests, summary
+    from tarsus.cli import console, requests
+    from tarsus.inspection.runs import run_data
 
     the_scene = changes.scene(scene)
     seconds = requests.duration_for(the_scene, duration)
@@ -50,9 +51,10 @@ def simulate(
         with target.writing() as folder:
             written = _write(run, the_scene, seconds, folder, mat=mat, report=pages.report)
     if pages.json:
-        console.print_json(summary.run_object(run, written))
+        console.print_json(run_data(run, written))
     else:
-        summary.print_run(run, written)
+        print(run.table().text())
+        console.wrote(written)
     console.note(remarks(the_scene))
     if not run.ok:
         console.complain([str(run.code.value)])

@@ -2,23 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from cyclopts import Parameter
-
-from tarsus.cli.options import (
-    FLAG,
-    HERE,
-    PAGES,
-    LawFiles,
-    MaybeFolder,
-    MaybeSeed,
-    Pages,
-    Resume,
-    Work,
-    at_least,
-)
+from tarsus.cli.options import FLAG, HERE, PAGES, LawFiles, MaybeFolder, MaybeSeed, Pages, Resume, Work
 
 if TYPE_CHECKING:
     from tarsus.base.workers import Workers
@@ -34,10 +22,6 @@ def sweep(
     work: Work = HERE,
     resume: Resume = False,
     law: LawFiles = None,
-    slurm: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
-    tasks: Annotated[int | None, at_least(1)] = None,
-    task: int | None = None,
-    submission: int = 1,
     status: Annotated[bool, FLAG] = False,
     pages: Pages = PAGES,
 ) -> int:
@@ -49,64 +33,79 @@ def sweep(
         a packaged study, a study file (TOML), or the folder of a sweep, which is continued.
     output
         folder for the study, its finished parts and sweep.nc; by default the study's name with .sweep.
-    slurm
-        submit an array to SLURM with these words for sbatch ("--partition=main --time=1:00:00"); on a folder that
-        holds a sweep, of what is missing.
-    tasks
-        tasks of the array; without --slurm its script is only written, for any scheduler.
-    task
-        do the share of one task of the array in this folder (what the array's script calls).
-    submission
-        which array of the folder the task is of.
     status
         print how the sweep in this folder goes, from any machine that sees it.
     """
-    from tarsus.base.errors import InputError
-    from tarsus.cli import console
+    from tarsus.cli import requests
     from tarsus.files.runstore import SWEEP_FILES
 
     if status:
-        from dataclasses import asdict
-
-        from tarsus.cluster.status import status_lines, status_of
-
-        try:
-            found = status_of(Path(study))
-        except ValueError as error:
-            raise InputError(str(error)) from None
-        console.print_json(asdict(found)) if pages.json else print("\n".join(status_lines(found)))
-        return 0
-    if task is not None:
-        from tarsus.cli.task import task as do_task
-
-        return do_task(Path(study), task, submission, work.threads, json=pages.json)
-    if slurm is not None and work.on is not None:
-        raise InputError(
-            "--slurm submits an array and --on dask:ADDRESS uses a cluster of Dask: give one of them"
-        )
+        return _status(Path(study), pages.json)
+    kind, words = ("", "") if work.on is None else requests.place_of(work.on)
     chosen, folder, resume = _chosen(study, output, law, resume, pages.overwrite)
     if seed is not None:
         chosen = _drawn_anew(chosen, seed, resume)
     target = pages.target(folder, "sweep", SWEEP_FILES, resume=resume)
-    if slurm is not None or tasks is not None:
+    if kind in ("slurm", "array"):
+        options, tasks = array_words(words, kind)
         with target.writing(resume=resume):
-            return _array(chosen, folder, slurm, tasks if tasks is not None else 1, resume, pages.json)
+            return _array(chosen, folder, options, tasks, resume, pages.json)
     with target.writing(resume=resume), work.workers() as workers:
         return _run(chosen, folder, resume, workers, pages)
+
+
+def _status(folder: Path, json: bool) -> int:
+    from dataclasses import asdict
+
+    from tarsus.base.errors import InputError
+    from tarsus.cli import console
+    from tarsus.cluster.status import status_lines, status_of
+
+    try:
+        found = status_of(folder)
+    except ValueError as error:
+        raise InputError(str(error)) from None
+    console.print_json(asdict(found)) if json else print("\n".join(status_lines(found)))
+    return 0
+
+
+def array_words(words: str, kind: str) -> tuple[str | None, int]:
+    """Options of sbatch, None of an array that is only written, and the number of tasks: of
+    ``partition=main,time=1:00:00,tasks=100``, or of options as sbatch itself takes them."""
+    from tarsus.base.errors import InputError
+
+    apart = words.split() if words.startswith("-") else words.split(",")
+    given = [one.strip() for one in apart if one.strip()]
+    tasks = [one.lstrip("-").removeprefix("tasks=") for one in given if re.match(r"-*tasks=", one)]
+    options = [one for one in given if not re.match(r"-*tasks=", one)]
+    if len(tasks) > 1 or not all(one.isdecimal() and int(one) > 0 for one in tasks):
+        raise InputError(f"--on {kind}: expected tasks=N with a number of tasks of at least 1, got '{words}'")
+    if kind == "array" and options:
+        raise InputError(f"--on array takes tasks=N alone, got '{words}'")
+    count = int(tasks[0]) if tasks else 1
+    if kind == "array":
+        return None, count
+    named = [one if one.startswith("-") else _option(*one.partition("=")) for one in options]
+    return " ".join(named), count
+
+
+def _option(name: str, equals: str, value: str) -> str:
+    """An option as commands take it, by its long name or its letter."""
+    return f"--{name}{equals}{value}" if len(name) > 1 else f"-{name} {value}".strip()
 
 
 def _chosen(
     study: str, output: Path | None, law: list[Path] | None, resume: bool, overwrite: bool
 ) -> tuple[Sweep, Path, bool]:
     """The sweep, its folder, and whether that is continued."""
-    from tarsus.cli import requests
     from tarsus.files.runstore import PLAN_FILE
+    from tarsus.model.laws.userfile import laws_of
     from tarsus.study.studyfile import frozen_sweep, load_sweep
 
     if (Path(study) / PLAN_FILE).exists() and output is None and not overwrite:
         return frozen_sweep(Path(study)), Path(study), True
     folder = output if output is not None else Path(f"{Path(study).stem}.sweep")
-    return load_sweep(study, requests.laws_of(law or ())), folder, resume
+    return load_sweep(study, laws_of(law or ())), folder, resume
 
 
 def _drawn_anew(chosen: Sweep, seed: int, resume: bool) -> Sweep:
@@ -126,12 +125,11 @@ def _array(chosen: Sweep, folder: Path, slurm: str | None, tasks: int, resume: b
     from tarsus.cluster.array import prepare
     from tarsus.cluster.slurm import submit
 
+    job = None
     if slurm is None:
         array = prepare(chosen, folder, tasks, resume=resume)
-        job = None
     else:
-        submitted = submit(chosen, folder, slurm, tasks, resume=resume)
-        array, job = (submitted.array, submitted.job) if submitted else (None, None)
+        array, job = submit(chosen, folder, slurm, tasks, resume=resume)
     if json:
         units, count, script = (array.units, array.tasks, str(array.script)) if array else (0, 0, None)
         console.print_json(
@@ -146,20 +144,13 @@ def _array(chosen: Sweep, folder: Path, slurm: str | None, tasks: int, resume: b
     return 0
 
 
-def _run(
-    chosen: Sweep,
-    folder: Path,
-    resume: bool,
-    threads: Workers,
-    pages: Pages,
-) -> int:
+def _run(chosen: Sweep, folder: Path, resume: bool, threads: Workers, pages: Pages) -> int:
     import time
     from collections.abc import Mapping
 
     from tarsus.cli import console
     from tarsus.files.store import REPORT_FILE
     from tarsus.study.sweeping import run_sweep
-    from tarsus.study.workunit import OUTCOMES
 
     start = time.perf_counter()
     with console.resumable(), console.progress_bar("runs", time_left=True) as progress:
@@ -175,17 +166,14 @@ def _run(
 
         written.append(write_sweep_report(chosen, result.file, folder / REPORT_FILE))
     seconds = time.perf_counter() - start
-    failed = result.runs - result.outcomes.get("DONE", 0)
+    code = 1 if result.failed == result.runs else 0
     if pages.json:
-        table = {"runs": result.runs, "units": result.units, "failed": failed, "seconds": seconds}
+        table = {"runs": result.runs, "units": result.units, "failed": result.failed, "seconds": seconds}
         console.print_json(table | {"workers": result.workers, "kept": result.kept, "file": str(result.file)})
-        return 0 if failed < result.runs else 1
-    earlier = f", {result.kept} of them done before" if result.kept else ""
-    print(f"{chosen.name}: {result.runs} runs of {chosen.seconds:g} s in {seconds:.1f} s{earlier}")
-    for name, count in result.outcomes.items():
-        print(f"  {count:>8}  {OUTCOMES[name]}")
+        return code
+    print(result)
     console.wrote(written)
-    return 0 if failed < result.runs else 1
+    return code
 
 
 SHOWN = 6

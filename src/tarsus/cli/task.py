@@ -1,6 +1,6 @@
 """One task of an array, ``python -m tarsus.cli.task DIR NUMBER SUBMISSION``: what the array's script calls.
 
-`tarsus sweep DIR --task NUMBER` does the same; a task of a minute notices what the reading of a command line loads.
+It is no verb of the command line: a task of a minute notices what the reading of one loads.
 """
 
 from __future__ import annotations

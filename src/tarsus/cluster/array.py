@@ -15,10 +15,10 @@ from tarsus.base.errors import InputError
 from tarsus.base.workers import workers
 from tarsus.files.runstore import COLLECTED_FILE
 from tarsus.files.store import write_text
-from tarsus.study.beats import Beats
 from tarsus.study.collecting import collect
-from tarsus.study.crew import Threads
 from tarsus.study.layout import open_store
+from tarsus.study.pool import Threads
+from tarsus.study.progress import Progress
 from tarsus.study.studyfile import frozen_sweep, stored_texts
 from tarsus.study.sweep import Sweep
 from tarsus.study.sweeping import do_units
@@ -78,7 +78,7 @@ def prepare(sweep: Sweep, folder: Path, tasks: int, *, resume: bool) -> Submissi
         As `tarsus.study.layout.open_store`.
     """
     if tasks < 1:
-        raise InputError(f"--tasks: expected a number of tasks of at least 1, got {tasks}")
+        raise InputError(f"tasks: expected a number of tasks of at least 1, got {tasks}")
     store, _ = open_store(sweep, folder, resume=resume)
     pending = store.pending()
     if not pending:
@@ -122,11 +122,11 @@ def run_task(folder: Path, task: int, submission: int, threads: int | None = Non
     sweep = frozen_sweep(folder)
     store, layout = open_store(sweep, folder, resume=True, texts=stored_texts(folder))
     own = [unit for unit in units[task % tasks :: tasks] if not store.has(unit)]
-    with Beats(folder, task) as beats:
+    with Progress(folder, task) as progress:
 
         def do(chosen: Sequence[int]) -> None:
             if chosen:
-                do_units(store, layout, Threads(sweep, layout, store, workers(threads)), chosen, beats)
+                do_units(store, layout, Threads(sweep, layout, store, workers(threads)), chosen, progress)
 
         do(own)
         missing = store.pending() if len(own) >= HELP else []
@@ -142,7 +142,7 @@ def run_task(folder: Path, task: int, submission: int, threads: int | None = Non
                     raise
                 do(damaged)
                 collect(sweep, store)
-    return TaskDone(sum(beats.runs.values()), beats.units, finished)
+    return TaskDone(sum(progress.runs.values()), progress.units, finished)
 
 
 def _ranges(numbers: Sequence[int]) -> str:

@@ -6,7 +6,6 @@ import contextlib
 import json
 import shlex
 import subprocess
-from dataclasses import dataclass
 from pathlib import Path
 
 from tarsus.base.errors import InputError
@@ -14,22 +13,17 @@ from tarsus.cluster.array import ARRAY_FOLDER, Submission, prepare
 from tarsus.files.store import write_text
 from tarsus.study.sweep import Sweep
 
-__all__ = ["Submitted", "submit"]
+__all__ = ["submit"]
 
 PATIENCE = 60.0
 """Seconds that SLURM's commands are given: a busy controller answers late."""
 
 
-@dataclass(frozen=True)
-class Submitted:
-    """An array that SLURM has taken: its job and what is in it."""
-
-    job: str
-    array: Submission
-
-
-def submit(sweep: Sweep, folder: Path, options: str, tasks: int, *, resume: bool) -> Submitted | None:
-    """Write a sweep's plan and submit an array over what is missing of it; None if nothing is.
+def submit(
+    sweep: Sweep, folder: Path, options: str, tasks: int, *, resume: bool
+) -> tuple[Submission | None, str | None]:
+    """Write a sweep's plan and submit an array over what is missing of it: the array and
+    SLURM's name of its job, or None and None if nothing is missing.
 
     Parameters
     ----------
@@ -58,7 +52,7 @@ def submit(sweep: Sweep, folder: Path, options: str, tasks: int, *, resume: bool
         )
     array = prepare(sweep, folder, tasks, resume=resume)
     if array is None:
-        return None
+        return None, None
     place = array.script.parent
     own = [
         f"--array=0-{array.tasks - 1}",
@@ -71,7 +65,7 @@ def submit(sweep: Sweep, folder: Path, options: str, tasks: int, *, resume: bool
         _command("sbatch", "--parsable", *own, *shlex.split(options), str(array.script)).split(";")[0].strip()
     )
     write_text(place / f"{array.number}.json", json.dumps({"job": job}) + "\n")
-    return Submitted(job, array)
+    return array, job
 
 
 def _jobs(folder: Path) -> list[str]:
@@ -99,11 +93,11 @@ def _command(*words: str) -> str:
         done = subprocess.run(words, capture_output=True, text=True, timeout=PATIENCE, check=False)
     except FileNotFoundError:
         raise InputError(
-            f"--slurm: there is no `{words[0]}` here: submit from a node that has SLURM's commands, or leave --slurm "
-            "out and give --tasks alone: that writes the array for any scheduler"
+            f"--on slurm: there is no `{words[0]}` here: submit from a node that has SLURM's commands; --on "
+            "array:tasks=N writes the array for any scheduler"
         ) from None
     except subprocess.TimeoutExpired:
-        raise InputError(f"--slurm: `{words[0]}` gave no answer within {PATIENCE:.0f} s") from None
+        raise InputError(f"--on slurm: `{words[0]}` gave no answer within {PATIENCE:.0f} s") from None
     if done.returncode:
-        raise InputError(f"--slurm: `{words[0]}` refused: {' '.join(done.stderr.split())}")
+        raise InputError(f"--on slurm: `{words[0]}` refused: {' '.join(done.stderr.split())}")
     return done.stdout

@@ -16,7 +16,7 @@ from pathlib import Path
 __all__ = ["Status", "status_lines", "status_of"]
 
 SILENT = 30.0
-"""Seconds without a sign of life after which a process counts as lost: six of those that it gives (`beats.EVERY`)."""
+"""Seconds without a sign of life after which a process counts as lost: six signs (`progress.EVERY`)."""
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ def status_lines(status: Status) -> list[str]:
         lines.append("nothing is missing: the next task, or `tarsus sweep` of this folder, collects it")
     elif status.lost or not status.working:
         lines.append(
-            "to go on with what is missing: `tarsus sweep` of this folder, here or with --slurm or --tasks as an array"
+            "to go on with what is missing: `tarsus sweep` of this folder, here or with --on slurm or --on array"
         )
     lines.append(f"{status.working} processes work, {status.lost} are lost, {status.ended} have ended")
     if status.seconds_left is not None:

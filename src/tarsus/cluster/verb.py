@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from tarsus.cluster.dask import executor_of
+from tarsus.study.progress import OnProgress
 from tarsus.study.studyfile import load_sweep
 from tarsus.study.sweep import Sweep
-from tarsus.study.sweeping import Progress, SweepResult, run_sweep
+from tarsus.study.sweeping import SweepResult, run_sweep
 
 __all__ = ["sweep"]
 
@@ -21,7 +22,7 @@ def sweep(
     client: Any = None,
     resume: bool = False,
     threads: int | None = None,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
 ) -> SweepResult:
     """Run a sweep into a folder, here or on a cluster.
 

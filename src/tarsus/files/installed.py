@@ -13,7 +13,7 @@ from pathlib import Path
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
-from tarsus.files.tables import Kind, kind_of_table, read_table
+from tarsus.files.tables import FileKind, kind_of_table, read_table
 
 __all__ = ["calibration_names", "device_names", "device_path", "is_path", "study_names", "study_path"]
 
@@ -43,12 +43,12 @@ def device_names() -> list[str]:
 
 def study_names() -> list[str]:
     """Names of the sweeps among the studies of installed packages."""
-    return [name for name in _files(STUDIES) if _kind(name) is not Kind.CALIBRATION]
+    return [name for name in _files(STUDIES) if _kind(name) is not FileKind.CALIBRATION]
 
 
 def calibration_names() -> list[str]:
     """Names of the calibrations among the studies of installed packages."""
-    return [name for name in _files(STUDIES) if _kind(name) is Kind.CALIBRATION]
+    return [name for name in _files(STUDIES) if _kind(name) is FileKind.CALIBRATION]
 
 
 def device_path(name: str) -> Path:
@@ -67,7 +67,7 @@ def is_path(text: str) -> bool:
     return text.endswith(".toml") or os.sep in text
 
 
-def _kind(name: str) -> Kind | None:
+def _kind(name: str) -> FileKind | None:
     return kind_of_table(read_table(_named(STUDIES, name)))
 
 

@@ -14,11 +14,11 @@ from tarsus.base.messages import nearest
 from tarsus.base.units import is_number
 from tarsus.files.tables import text_of
 
-__all__ = ["Cell", "Rows", "number_of", "parse_rows", "read_rows", "read_text", "typed_rows"]
+__all__ = ["Cell", "TableRows", "number_of", "parse_rows", "read_rows", "read_text", "typed_rows"]
 
 
 @dataclass(frozen=True)
-class Rows:
+class TableRows:
     """Rows of a table: the cells of every row by column, as written, and the line of the file each stands on."""
 
     columns: tuple[str, ...]
@@ -100,7 +100,7 @@ def read_text(path: str | Path) -> str:
         ) from error
 
 
-def parse_rows(text: str, where: str, cells: Mapping[str, Cell] | None = None) -> Rows:
+def parse_rows(text: str, where: str, cells: Mapping[str, Cell] | None = None) -> TableRows:
     """Rows of a table; ``where`` names it in sentences.
 
     Lines that begin with `#` and empty lines are skipped; cells are separated by commas, or by tabs where the first
@@ -140,7 +140,7 @@ def parse_rows(text: str, where: str, cells: Mapping[str, Cell] | None = None) -
     if problems:
         raise InputError(problems)
     rows = tuple(dict.fromkeys(head, "") | dict(zip(head, found, strict=False)) for _, found in lines)
-    return Rows(tuple(head), rows, tuple(number for number, _ in lines))
+    return TableRows(tuple(head), rows, tuple(number for number, _ in lines))
 
 
 def _names_columns(first: Sequence[str], cells: Mapping[str, Cell]) -> bool:
@@ -184,6 +184,6 @@ def typed_rows(text: str, where: str, cells: Mapping[str, Cell]) -> list[dict[st
     return read
 
 
-def read_rows(path: str | Path, cells: Mapping[str, Cell] | None = None) -> Rows:
+def read_rows(path: str | Path, cells: Mapping[str, Cell] | None = None) -> TableRows:
     """Rows of a table's file. Raises InputError as `read_text` and `parse_rows`."""
     return parse_rows(read_text(path), str(path), cells)

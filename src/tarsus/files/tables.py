@@ -12,7 +12,7 @@ from typing import Any
 
 from tarsus.base.errors import InputError
 
-__all__ = ["Kind", "NotToml", "expect", "kind_of_table", "read_table", "table_of", "text_of"]
+__all__ = ["FileKind", "NotToml", "expect", "kind_of_table", "read_table", "table_of", "text_of"]
 
 MOST_BYTES = 1 << 24
 """Largest file that is read as text: a signal of a million samples as text; packaged descriptions have up to 23 kB."""
@@ -26,7 +26,7 @@ class NotToml(InputError):
     """Text that breaks the rules of TOML."""
 
 
-class Kind(Enum):
+class FileKind(Enum):
     """What a file describes, and the verb that takes it."""
 
     SCENE = ("a scene", "`tarsus simulate`")
@@ -94,18 +94,18 @@ def _deeper(table: Mapping[str, Any], most: int) -> bool:
     return True
 
 
-def kind_of_table(table: Mapping[str, Any]) -> Kind | None:
+def kind_of_table(table: Mapping[str, Any]) -> FileKind | None:
     """What a raw table describes, by the names that only such files have; None where it has none of them."""
     if "records" in table:
-        return Kind.CAMPAIGN
+        return FileKind.CAMPAIGN
     if "table" in table:
-        return Kind.CALIBRATION
+        return FileKind.CALIBRATION
     if "vary" in table or isinstance(table.get("scene"), str):
-        return Kind.SWEEP
-    return Kind.SCENE if "robot" in table else None
+        return FileKind.SWEEP
+    return FileKind.SCENE if "robot" in table else None
 
 
-def expect(wanted: Kind, table: Mapping[str, Any], label: str) -> None:
+def expect(wanted: FileKind, table: Mapping[str, Any], label: str) -> None:
     """Raise InputError where a raw table clearly describes something else, with the verb that takes it."""
     found = kind_of_table(table)
     if found not in (None, wanted):

@@ -14,7 +14,7 @@ from pydantic import TypeAdapter, ValidationError
 from tarsus.base.errors import InputError
 from tarsus.base.spec import Description, described, quantity_units, validate, with_values
 from tarsus.base.units import format_quantity
-from tarsus.files.tables import Kind, expect, read_table, table_of
+from tarsus.files.tables import FileKind, expect, read_table, table_of
 from tarsus.model.laws import Law
 from tarsus.model.scene import Scene, provenance_faults, provenance_problems, table_faults
 from tarsus.model.structure import AnyStructure
@@ -51,7 +51,7 @@ def read_scene(path: str | os.PathLike[str], laws: Mapping[str, type[Law]] | Non
     """
     file = Path(path)
     table = read_table(file)
-    expect(Kind.SCENE, table, str(file))
+    expect(FileKind.SCENE, table, str(file))
     return _scene_of(table, laws, file.parent)
 
 

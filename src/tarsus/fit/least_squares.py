@@ -61,7 +61,10 @@ def least_squares(
 def least_squares_from(
     problem: Residuals, starts: ArrayLike, rounds: int = 50, settled: float = SETTLED
 ) -> list[Found]:
-    """The same from several starts (n, nu), whose trials share a batch; in the order of the starts."""
+    """The same from several starts (n, nu) [each in its unknown's unit], whose trials share a batch; in their order.
+
+    Raises InputError as `least_squares`.
+    """
     if problem.goals_at(np.zeros((0, len(problem.unknowns)))).shape[1]:
         raise InputError("least_squares: goals are no residuals; use minimize")
     own = np.array([problem.point(one) for one in np.atleast_2d(np.asarray(starts, dtype=float))])

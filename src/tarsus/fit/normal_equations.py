@@ -191,7 +191,7 @@ def descend(
     equations
         Normal equations at any place.
     own
-        First own unknowns (nr, q); q may be 0.
+        First own unknowns (nr, q), in any unit; q may be 0.
     shared
         First shared ones (p,); without them every record goes down by itself, with a damping of its own.
     prior

@@ -17,7 +17,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.messages import PathErrors, nearest
 from tarsus.base.spec import Amount, Description, MaybeAmount, Named, quantity, validate
 from tarsus.files.library import load_scene
-from tarsus.files.tables import Kind, expect, read_table
+from tarsus.files.tables import FileKind, expect, read_table
 from tarsus.identify.drive_check import cut_short, drive_faults, fit_drive
 from tarsus.identify.foot import FootModel
 from tarsus.model.drive.waveforms import Waveform
@@ -167,7 +167,7 @@ def read_campaign(path: str | os.PathLike[str]) -> Opened:
     if file.is_dir():
         file = file / "campaign.toml"
     table = read_table(file)
-    expect(Kind.CAMPAIGN, table, str(file))
+    expect(FileKind.CAMPAIGN, table, str(file))
     try:
         campaign = validate(Campaign, table)
     except InputError as error:

@@ -3,22 +3,28 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+import os
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from tarsus.base.errors import InputError
 from tarsus.base.units import format_quantity
-from tarsus.files.store import RunLike, written_whole
+from tarsus.files.library import SceneLike, load_scene
+from tarsus.files.store import RunLike, read_run, written_whole
+from tarsus.model.laws.userfile import laws_of
+from tarsus.model.scene import Scene
 from tarsus.model.structure import Walker
 from tarsus.report.motion import AIR, SLIPPING, Motion, motion_of
 from tarsus.report.stage import BACK, LIFT, Stage, drawn, stage_of
 from tarsus.report.style import BLUE, INK, MUTED, RULE, VERMILION
+from tarsus.solve.simulate import simulate
 
-__all__ = ["write_movie"]
+__all__ = ["movie", "write_movie"]
 
 FRAMES = 48
 """Frames of a drive period, or of a run without one."""
@@ -58,6 +64,53 @@ class _Canvas:
 
     def at(self, points: np.ndarray) -> list[tuple[float, float]]:
         return [(self.left + self.scale * x, self.floor - self.scale * z) for x, z in points]
+
+
+def movie(
+    walk: RunLike | SceneLike,
+    output: str | Path,
+    *,
+    periods: int = PERIODS,
+    width: int = 720,
+    duration: float | str | None = None,
+    law: Sequence[str | os.PathLike[str]] = (),
+) -> Path:
+    """Show a walk as a GIF that repeats.
+
+    Parameters
+    ----------
+    walk
+        A run, a run's folder, or a device, scene file or scene that is simulated now.
+    output
+        The file, ending in .gif.
+    periods
+        Drive periods shown, the last ones of the run.
+    width
+        Of the picture [pixels].
+    duration
+        How long to simulate [s]; the scene's own when left out.
+    law
+        Python files with laws of your own.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    InputError
+        As `write_movie`, and for a duration of what is simulated already.
+    """
+    found: Any = walk
+    if isinstance(walk, str | os.PathLike):
+        laws = laws_of(law)
+        found = read_run(walk, laws) if Path(walk).is_dir() else load_scene(walk, laws=laws)
+    if isinstance(found, Scene):
+        found = simulate(found, duration)
+    elif duration is not None:
+        raise InputError("a duration is for a device or scene: this run is over")
+    return write_movie(found, output, width=width, periods=periods)
 
 
 def write_movie(run: RunLike, path: str | Path, *, width: int = 720, periods: int = PERIODS) -> Path:

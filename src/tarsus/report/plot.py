@@ -14,12 +14,15 @@ from matplotlib.axes import Axes
 from tarsus.base.errors import InputError
 from tarsus.base.events import IMPACTS
 from tarsus.base.messages import nearest
+from tarsus.base.verb import callable_package
 from tarsus.report.style import CONTACT, CYCLE, INK, Scale, level_limits, scale_of
 
 if TYPE_CHECKING:
     from tarsus.design import GaitFront, LandingDesign
     from tarsus.orbits import Branch, Orbit
     from tarsus.solve import Batch, Run
+
+callable_package(__name__, "tarsus.report.plotted:plot")
 
 __all__ = ["branch", "front", "impacts", "landing", "ledger", "measure", "motion", "multipliers"]
 

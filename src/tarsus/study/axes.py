@@ -15,13 +15,21 @@ from tarsus.base.messages import PathErrors
 from tarsus.base.spec import Description
 
 __all__ = [
-    "AnyAxis", "Axis", "Grid", "Linspace", "Logspace", "Normal", "Sobol", "Values", "sobol_shares",
+    "AnyAxis",
+    "Grid",
+    "Linspace",
+    "Logspace",
+    "Normal",
+    "Sobol",
+    "SweepAxis",
+    "Values",
+    "sobol_shares",
 ]  # fmt: skip
 
 Floats = NDArray[np.float64]
 
 
-class Axis(Description):
+class SweepAxis(Description):
     """What one number of a sweep runs through, SI."""
 
     paths: tuple[str, ...] = Field(
@@ -47,7 +55,7 @@ class Axis(Description):
         raise NotImplementedError
 
 
-class Values(Axis):
+class Values(SweepAxis):
     """The values of a list, in its order; drawn with equal chance."""
 
     kind: Literal["list"] = "list"
@@ -68,7 +76,7 @@ class Values(Axis):
         return np.array(self.values)[(share * len(self.values)).astype(int)]
 
 
-class Span(Axis):
+class Span(SweepAxis):
     """Values from a start to a stop."""
 
     start: float = Field(description="first value")
@@ -116,7 +124,7 @@ class Logspace(Span):
         return self.start * (self.stop / self.start) ** share
 
 
-class Normal(Axis):
+class Normal(SweepAxis):
     """Values scattered about a mean, normally, cut off at `CUT` standard deviations: what is further off is not sold.
     It has no values on a grid."""
 
@@ -153,11 +161,11 @@ class Grid(Description):
 
     kind: Literal["grid"] = "grid"
 
-    def runs(self, axes: Mapping[str, Axis]) -> int:
+    def runs(self, axes: Mapping[str, SweepAxis]) -> int:
         """Number of runs."""
         return math.prod(axis.size or 1 for axis in axes.values())
 
-    def faults(self, axes: Mapping[str, Axis]) -> list[tuple[str, str]]:
+    def faults(self, axes: Mapping[str, SweepAxis]) -> list[tuple[str, str]]:
         """What the design cannot use, as (path in the axes, sentence)."""
         return [
             (f"{name}.count", "expected the number of values on the grid, nothing given")
@@ -165,7 +173,7 @@ class Grid(Description):
             if axis.size is None
         ]
 
-    def points(self, axes: Mapping[str, Axis], part: slice) -> dict[str, Floats]:
+    def points(self, axes: Mapping[str, SweepAxis], part: slice) -> dict[str, Floats]:
         """Values (k,) of the runs of a part, by axis."""
         values = [axis.values_on_grid() for axis in axes.values()]
         places = np.unravel_index(np.arange(part.start, part.stop), tuple(map(len, values)))
@@ -179,11 +187,11 @@ class Sobol(Description):
     count: int = Field(ge=1, description="number of runs")
     seed: int = Field(default=0, ge=0, description="seed of the scrambling")
 
-    def runs(self, axes: Mapping[str, Axis]) -> int:
+    def runs(self, axes: Mapping[str, SweepAxis]) -> int:
         """Number of runs."""
         return self.count
 
-    def faults(self, axes: Mapping[str, Axis]) -> list[tuple[str, str]]:
+    def faults(self, axes: Mapping[str, SweepAxis]) -> list[tuple[str, str]]:
         """What the design cannot use, as (path in the axes, sentence)."""
         return [
             (f"{name}.count", "a Sobol design has its own count; leave this one out")
@@ -191,7 +199,7 @@ class Sobol(Description):
             if not isinstance(axis, Values) and axis.size is not None
         ]
 
-    def points(self, axes: Mapping[str, Axis], part: slice) -> dict[str, Floats]:
+    def points(self, axes: Mapping[str, SweepAxis], part: slice) -> dict[str, Floats]:
         """Values (k,) of the runs of a part, by axis."""
         shares = sobol_shares(len(axes), self.seed, part)
         return {name: axis.at(shares[:, i]) for i, (name, axis) in enumerate(axes.items())}

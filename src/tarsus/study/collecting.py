@@ -20,7 +20,7 @@ from tarsus.study.axes import Floats, Grid
 from tarsus.study.sweep import Sweep
 from tarsus.study.workunit import OUTCOMES
 
-__all__ = ["collect", "collected_variables"]
+__all__ = ["collect", "collected_variables", "measures_in"]
 
 BLOCK = 2**22
 """Numbers of the results that are written at a time (32 MB). Blocks do not depend on units, so that the file does not
@@ -154,3 +154,12 @@ def collected_variables(
     if len(feet) > 1:
         out["foot"] = Variable(("foot",), np.array(feet), {})
     return out
+
+
+def measures_in(file: Path, names: Iterable[str]) -> tuple[dict[str, Floats], dict[str, str]]:
+    """Measures of a collected file by name: of every run (nr,), or by axis on a grid, SI; and their units."""
+    import h5py
+
+    with h5py.File(file) as stored:
+        values = {name: np.asarray(stored[name]) for name in names}  # pyright: ignore[reportCallIssue, reportArgumentType]
+        return values, {name: str(stored[name].attrs["units"]) for name in values}

@@ -17,7 +17,7 @@ from tarsus.study.studyfile import frozen_texts
 from tarsus.study.sweep import Sweep
 from tarsus.study.workunit import work_unit
 
-__all__ = ["Layout", "open_store", "runs_per_unit", "values_of"]
+__all__ = ["UnitPlan", "open_store", "runs_per_unit", "values_of"]
 
 ENDS = 64
 """Runs at either end of a plan whose values are part of its digest: any other points differ there."""
@@ -30,7 +30,7 @@ MOST_TRIED = 4096
 
 
 @dataclass(frozen=True)
-class Layout:
+class UnitPlan:
     """Units of work: number of runs, and runs in a unit."""
 
     runs: int
@@ -99,7 +99,7 @@ def _rounded(value: float) -> int:
 
 def open_store(
     sweep: Sweep, folder: Path, *, resume: bool, texts: Mapping[str, str] | None = None
-) -> tuple[RunStore, Layout]:
+) -> tuple[RunStore, UnitPlan]:
     """The store of a sweep and its units; where others have begun it, their units count.
 
     `texts` are the sweep's frozen ones, from whoever has them already.
@@ -110,9 +110,9 @@ def open_store(
         As `RunStore.open` and `runs_per_unit`.
     """
     begun = resume and (folder / PLAN_FILE).exists()
-    own = Layout(sweep.runs, sweep.runs if begun else runs_per_unit(sweep))
+    own = UnitPlan(sweep.runs, sweep.runs if begun else runs_per_unit(sweep))
     store = RunStore.open(
         folder, texts if texts is not None else frozen_texts(sweep), resume=resume, values=values_of(sweep),
         units=own.units, chunk=own.chunk, runs=sweep.runs,
     )  # fmt: skip
-    return store, Layout(sweep.runs, store.chunk)
+    return store, UnitPlan(sweep.runs, store.chunk)

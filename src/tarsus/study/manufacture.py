@@ -13,7 +13,7 @@ from pydantic import Field
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import Description
-from tarsus.study.axes import Axis, sobol_shares
+from tarsus.study.axes import SweepAxis, sobol_shares
 
 __all__ = ["Saltelli", "Scattered"]
 
@@ -38,11 +38,11 @@ class Scattered(Description):
     weak: tuple[int, int] = Field(default=(0, 0), description="fewest and most weak parts")
     weakness: float = Field(default=0.5, ge=0.0, le=1.0, description="what is left of a weak part")
 
-    def runs(self, axes: Mapping[str, Axis]) -> int:
+    def runs(self, axes: Mapping[str, SweepAxis]) -> int:
         """Number of runs."""
         return self.count
 
-    def faults(self, axes: Mapping[str, Axis]) -> list[tuple[str, str]]:
+    def faults(self, axes: Mapping[str, SweepAxis]) -> list[tuple[str, str]]:
         """What the design cannot use, as (path in the axes, sentence)."""
         faults = [(name, "is no axis, so it cannot be a part") for name in self.parts if name not in axes]
         for word, (low, high) in (("dead", self.dead), ("weak", self.weak)):
@@ -57,18 +57,18 @@ class Scattered(Description):
             )
         return faults
 
-    def points(self, axes: Mapping[str, Axis], part: slice) -> dict[str, Floats]:
+    def points(self, axes: Mapping[str, SweepAxis], part: slice) -> dict[str, Floats]:
         """Values (k,) of the runs of a part, by axis."""
         shares = self._shares(axes, part)
         values = {name: axis.at(shares[:, i]) for i, (name, axis) in enumerate(axes.items())}
         left = self._left(shares[:, len(axes) :])
         return values | {name: values[name] * left[:, i] for i, name in enumerate(self.parts)}
 
-    def left(self, axes: Mapping[str, Axis], part: slice) -> Floats:
+    def left(self, axes: Mapping[str, SweepAxis], part: slice) -> Floats:
         """What is left (k, parts) of every part: 1 of a sound one, 0 of a dead one."""
         return self._left(self._shares(axes, part)[:, len(axes) :])
 
-    def _shares(self, axes: Mapping[str, Axis], part: slice) -> Floats:
+    def _shares(self, axes: Mapping[str, SweepAxis], part: slice) -> Floats:
         """Shares of the axes, of the numbers of dead and of weak parts, and of which ones they are."""
         return sobol_shares(len(axes) + DRAWS + len(self.parts), self.seed, part)
 
@@ -95,11 +95,11 @@ class Saltelli(Description):
         """Names of the groups."""
         return tuple(dict.fromkeys(self.groups))
 
-    def runs(self, axes: Mapping[str, Axis]) -> int:
+    def runs(self, axes: Mapping[str, SweepAxis]) -> int:
         """Number of runs."""
         return self.count * (len(self.names) + 2)
 
-    def faults(self, axes: Mapping[str, Axis]) -> list[tuple[str, str]]:
+    def faults(self, axes: Mapping[str, SweepAxis]) -> list[tuple[str, str]]:
         """What the design cannot use, as (path in the axes, sentence)."""
         if len(self.groups) != len(axes):
             return [("", f"{len(self.groups)} names of groups for {len(axes)} axes")]
@@ -107,7 +107,7 @@ class Saltelli(Description):
             return [("", "one group alone makes all of the variance: at least two are compared")]
         return []
 
-    def points(self, axes: Mapping[str, Axis], part: slice) -> dict[str, Floats]:
+    def points(self, axes: Mapping[str, SweepAxis], part: slice) -> dict[str, Floats]:
         """Values (k,) of the runs of a part, by axis."""
         shares = _saltelli(self.count, self.seed, self.groups)[part]
         return {name: axis.at(shares[:, i]) for i, (name, axis) in enumerate(axes.items())}

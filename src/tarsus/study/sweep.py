@@ -30,11 +30,12 @@ from tarsus.base.spec import (
     with_values,
 )
 from tarsus.base.units import parse_quantity
+from tarsus.fit.unknowns import Scale, Unknown
 from tarsus.measure import no_measure
 from tarsus.model.scene import Scene
 from tarsus.solve.cost import MOST_STEPS, estimated_steps
 from tarsus.solve.offered import offered
-from tarsus.study.axes import AnyAxis, Axis, Floats, Grid, Sobol
+from tarsus.study.axes import AnyAxis, Floats, Grid, Sobol, SweepAxis
 from tarsus.study.manufacture import Saltelli, Scattered
 
 __all__ = ["MOST_RUNS", "Sweep"]
@@ -61,8 +62,9 @@ _AxisName = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.
 class Sweep(Description):
     """Runs of one scene over many values of some of its floats, and the measures that each is scored by.
 
-    Axes are given as a list of values, or as one of `Values`, `Linspace` and `Logspace` (or its table); unit strings
-    are read in the unit of the float they are for.
+    Axes are given as a list of values, as one of `Values`, `Linspace` and `Logspace` (or its table), or, in a design
+    that draws values, as the `tarsus.fit.Unknown` that a fit takes; unit strings are read in the unit of the float they
+    are for.
 
     Raises
     ------
@@ -111,7 +113,7 @@ class Sweep(Description):
         if not value:
             raise PathErrors([("", "expected at least one path with its values, got none")])
         known = float_paths(scene)
-        axes: dict[str, Axis] = {}
+        axes: dict[str, SweepAxis] = {}
         owner: dict[str, str] = {}
         faults: list[tuple[str, str]] = []
         for name, item in value.items():
@@ -205,8 +207,14 @@ def _join(name: str, path: str) -> str:
 
 
 def _paths(name: str, item: Any) -> tuple[str, ...]:
+    if isinstance(item, Unknown):
+        return item.targets or (name,)
     given = (
-        item.paths if isinstance(item, Axis) else item.get("paths", ()) if isinstance(item, Mapping) else ()
+        item.paths
+        if isinstance(item, SweepAxis)
+        else item.get("paths", ())
+        if isinstance(item, Mapping)
+        else ()
     )
     return tuple(map(str, given)) if isinstance(given, (list, tuple)) and given else (name,)
 
@@ -229,8 +237,11 @@ def _path_faults(scene: Scene, known: Mapping[str, FloatInfo], name: str, path: 
 
 
 def _in_si(item: Any, unit: str) -> Any:
-    """An axis as given, with its quantities as SI floats."""
-    if isinstance(item, Axis):
+    """An axis as given, with its quantities as SI floats; an unknown's range is one, on its scale."""
+    if isinstance(item, Unknown):
+        kind = "logspace" if item.scale is Scale.LOG else "linspace"
+        item = {"kind": kind, "start": item.low, "stop": item.high, "paths": item.targets}
+    if isinstance(item, SweepAxis):
         return item
     if isinstance(item, np.ndarray):
         item = item.tolist()
@@ -259,7 +270,7 @@ def _in_si(item: Any, unit: str) -> Any:
     return out
 
 
-def _ends_are_taken(scene: Scene, asked: Mapping[str, Any], axes: Mapping[str, Axis]) -> bool:
+def _ends_are_taken(scene: Scene, asked: Mapping[str, Any], axes: Mapping[str, SweepAxis]) -> bool:
     """Whether the scene takes the ends of all axes at once: then each needs no check of its own, which for hundreds
     of axes takes seconds."""
     if len(axes) < 2:
@@ -273,7 +284,7 @@ def _ends_are_taken(scene: Scene, asked: Mapping[str, Any], axes: Mapping[str, A
     return True
 
 
-def _bound_faults(scene: Scene, name: str, paths: tuple[str, ...], axis: Axis) -> list[tuple[str, str]]:
+def _bound_faults(scene: Scene, name: str, paths: tuple[str, ...], axis: SweepAxis) -> list[tuple[str, str]]:
     """What the scene says against the ends of an axis; bounds are intervals, so the ends suffice."""
     problems: dict[str, None] = {}
     for end in dict.fromkeys(axis.ends):

@@ -14,19 +14,19 @@ from pathlib import Path
 import numpy as np
 
 from tarsus.base.errors import InputError
-from tarsus.base.workers import Workers, is_executor, spread, workers
+from tarsus.base.workers import Workers, is_executor, workers
 from tarsus.files.runstore import RunStore
+from tarsus.solve.codes import ResultCode
 from tarsus.solve.simulate import Shared
-from tarsus.study.beats import Beats
 from tarsus.study.collecting import collect
-from tarsus.study.crew import Arrays, Crew, Remote, Threads
-from tarsus.study.layout import Layout, open_store, runs_per_unit
+from tarsus.study.layout import UnitPlan, open_store, runs_per_unit
+from tarsus.study.pool import Arrays, Remote, Threads, WorkerPool
+from tarsus.study.progress import OnProgress, Progress
 from tarsus.study.sweep import Sweep
-from tarsus.study.workunit import work_unit
+from tarsus.study.workunit import OUTCOMES, work_unit
+from tarsus.tables.table import Table
 
 __all__ = ["SweepResult", "do_units", "run_sweep", "score_runs"]
-
-Progress = Callable[[int, int, Mapping[str, int]], None]
 
 TRIES = 5
 """Times that a unit is handed out whose workers die: a unit that kills its worker must not go round for ever."""
@@ -47,7 +47,7 @@ class SweepResult:
 
     file: the collected NetCDF; runs: how many; kept: how many of them an earlier call had done; outcomes: how many runs
     ended how, by name in `OUTCOMES`, those that occurred; units: units of work; workers: runs of this call by who made
-    them: node, or node and process.
+    them: node, or node and process; name, seconds: of the sweep, and the time [s] of every run.
     """
 
     file: Path
@@ -56,6 +56,25 @@ class SweepResult:
     outcomes: Mapping[str, int]
     units: int = 0
     workers: Mapping[str, int] = field(default_factory=dict)
+    name: str = ""
+    seconds: float = 0.0
+
+    @property
+    def failed(self) -> int:
+        """Runs that did not reach their end."""
+        return self.runs - self.outcomes.get(ResultCode.DONE.name, 0)
+
+    def __str__(self) -> str:
+        return self.table().text()
+
+    def _repr_html_(self) -> str:
+        return self.table().html()
+
+    def table(self) -> Table:
+        """How the runs ended."""
+        earlier = f", {self.kept} of them done before" if self.kept else ""
+        title = f"{self.name}: {self.runs} runs of {self.seconds:g} s{earlier}"
+        return Table(title, ["runs", "outcome"], [(n, OUTCOMES[name]) for name, n in self.outcomes.items()])
 
 
 def run_sweep(
@@ -64,7 +83,7 @@ def run_sweep(
     *,
     resume: bool = False,
     threads: Workers = None,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
 ) -> SweepResult:
     """Run a sweep into a folder; what is finished is kept whenever the process ends, and never run again.
 
@@ -96,14 +115,14 @@ def run_sweep(
     made: Counter[str] = Counter()
     for last in (False, True):
         if pending:
-            with Beats(store.place) as beats:
-                crew: Crew = (
+            with Progress(store.place, runs=sweep.runs, told=progress) as counted:
+                pool: WorkerPool = (
                     Remote(sweep, layout, store, threads)
                     if is_executor(threads)
                     else Threads(sweep, layout, store, workers(threads))
                 )
-                do_units(store, layout, crew, pending, beats, progress)
-            made += beats.runs
+                do_units(store, layout, pool, pending, counted)
+            made += counted.runs
         try:
             file, outcomes = collect(sweep, store)
             break
@@ -112,16 +131,15 @@ def run_sweep(
             pending = store.pending()
             if last or not pending:
                 raise
-    return SweepResult(file, sweep.runs, kept, outcomes, layout.units, dict(made))
+    return SweepResult(file, sweep.runs, kept, outcomes, layout.units, dict(made), sweep.name, sweep.seconds)
 
 
 def do_units(
     store: RunStore,
-    layout: Layout,
-    crew: Crew,
+    layout: UnitPlan,
+    pool: WorkerPool,
     units: Iterable[int],
-    beats: Beats,
-    progress: Progress | None = None,
+    progress: Progress,
 ) -> None:
     """Have units done and kept, however often workers die; those that appear in the store meanwhile are left out.
 
@@ -130,14 +148,14 @@ def do_units(
     InputError
         As `run_sweep`; when a unit's workers died `TRIES` times.
     """
-    work = _Work(store, layout, crew, deque(units), beats, progress)
+    work = _Work(store, layout, pool, deque(units), progress)
     try:
         work.run()
     except BaseException:
-        crew.close(wait=True)
+        pool.close(wait=True)
         work.keep_finished()
         raise
-    crew.close(wait=False)
+    pool.close(wait=False)
 
 
 @dataclass
@@ -145,31 +163,28 @@ class _Work:
     """Units that wait, and those under way by their futures."""
 
     store: RunStore
-    layout: Layout
-    crew: Crew
+    layout: UnitPlan
+    pool: WorkerPool
     waiting: deque[int]
-    beats: Beats
-    progress: Progress | None
+    progress: Progress
     under_way: dict[Future[tuple[str, Arrays | None]], tuple[int, float]] = field(default_factory=dict)
     missing: set[int] = field(default_factory=set)
     tries: dict[int, int] = field(default_factory=dict)
     seconds: deque[float] = field(default_factory=lambda: deque(maxlen=200))
-    left: int = 0
 
     def run(self) -> None:
         self.missing = set(self.waiting)
-        self.left = sum(map(self.layout.size, self.missing))
-        self._say()
+        self.progress.expect(sum(map(self.layout.size, self.missing)))
         while self.missing:
             self._hand_out()
             ready, _ = wait(self.under_way, timeout=LOOK, return_when=FIRST_COMPLETED)
             for future in ready:
                 self._take(future)
-            if not ready and not self.waiting and self.crew.elsewhere:
+            if not ready and not self.waiting and self.pool.elsewhere:
                 self._again()
 
     def _hand_out(self) -> None:
-        wanted = self.crew.wanted()
+        wanted = self.pool.wanted()
         while self.waiting and len(self.under_way) < wanted:
             unit = self.waiting.popleft()
             if unit not in self.missing:
@@ -178,7 +193,7 @@ class _Work:
                 self._done(unit, None)
                 continue
             try:
-                future = self.crew.submit(unit)
+                future = self.pool.submit(unit)
             except RuntimeError as error:
                 raise InputError(f"no worker takes units any more ({error}); {KEPT}") from error
             self.under_way[future] = unit, time.monotonic()
@@ -192,7 +207,7 @@ class _Work:
         except InputError:
             raise
         except Exception as error:
-            if not self.crew.elsewhere:
+            if not self.pool.elsewhere:
                 raise
             # a worker died, or was taken away
             self.tries[unit] = self.tries.get(unit, 0) + 1
@@ -210,10 +225,7 @@ class _Work:
 
     def _done(self, unit: int, who: str | None) -> None:
         self.missing.discard(unit)
-        self.left -= self.layout.size(unit)
-        if who is not None:
-            self.beats.count(who, self.layout.size(unit))
-        self._say()
+        self.progress.count(who, self.layout.size(unit))
 
     def _again(self) -> None:
         """Hand out late units once more."""
@@ -235,10 +247,6 @@ class _Work:
                     with contextlib.suppress(InputError):  # why the sweep stops is said already
                         self.store.write(unit, arrays)
 
-    def _say(self) -> None:
-        if self.progress is not None:
-            self.progress(self.layout.runs - self.left, self.layout.runs, self.beats.runs)
-
 
 def score_runs(
     sweep: Sweep, *, threads: int | None = None, progress: Callable[[int, int], None] | None = None
@@ -254,14 +262,9 @@ def score_runs(
     progress
         Called as ``progress(runs done, runs)`` after each unit.
     """
-    layout, points, shared = Layout(sweep.runs, runs_per_unit(sweep)), sweep.points(), Shared()
-    slices = [layout.part(unit) for unit in range(layout.units)]
-    chosen = [{axis: values[part] for axis, values in points.items()} for part in slices]
-    parts = []
-    for part, arrays in zip(
-        slices, spread(lambda one: work_unit(sweep, one, shared), chosen, threads), strict=True
-    ):
-        parts.append(arrays)
-        if progress is not None:
-            progress(part.stop, sweep.runs)
-    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    points, shared = sweep.points(), Shared()
+    return RunStore().evaluate(
+        np.column_stack(list(points.values())),
+        lambda rows: work_unit(sweep, dict(zip(points, rows.T, strict=True)), shared),
+        chunk=runs_per_unit(sweep), threads=threads, progress=progress,
+    )  # fmt: skip

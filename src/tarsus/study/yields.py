@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import fnmatch
-import re
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -13,20 +12,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.base.messages import nearest
-from tarsus.base.spec import FloatInfo, float_paths
-from tarsus.base.units import format_quantity, parse_quantity
-from tarsus.model.scene import Scene
-from tarsus.study.axes import Axis, Linspace, Normal
+from tarsus.base.units import parse_quantity
+from tarsus.base.workers import Workers
+from tarsus.files.jsontext import json_text
+from tarsus.files.library import SceneLike, as_scene
+from tarsus.files.store import write_text
+from tarsus.solve.codes import ResultCode
+from tarsus.solve.offered import offered
+from tarsus.study.collecting import measures_in
 from tarsus.study.manufacture import Saltelli, Scattered
+from tarsus.study.robots import Robots, Scatter
 from tarsus.study.sweep import Sweep
+from tarsus.study.sweeping import run_sweep
+from tarsus.study.workunit import OUTCOMES
+from tarsus.tables.numbers import amount, interval, percent, spaced
+from tarsus.tables.table import ROW, Column, Table
 
-__all__ = ["Curve", "Leader", "Robots", "Yield", "leader_of", "read_robots", "yield_of"]
+__all__ = ["Leader", "Yield", "YieldCurve", "YieldStudy", "leader_of", "yield_"]
 
 Floats = NDArray[np.float64]
 
-GAINS = "robot.drives.*.law.gain"
-"""What a leg is dead by: the gain of its drive."""
+WALKS = ("mean_speed", "cost_of_transport")
+"""Measures unless others are asked for: how fast it walks, and at what price."""
 
 LESS = (
     "cost_of_transport", "electrical_energy", "foot_slip", "slip_ratio", "impact_speed", "hardest_impact",
@@ -37,181 +44,15 @@ LESS = (
 NORMAL_95 = 1.959964
 """Standard deviations of a 95 % interval."""
 
+SHARES = (0.99, 0.9, 0.5, 0.1)
+"""Shares of robots whose requirements are listed: nearly all, nine in ten, half, and the best tenth."""
+
 ENOUGH = 8
 """Robots below which a group has no quantiles worth printing."""
 
 
 @dataclass(frozen=True)
-class Robots:
-    """A scene with what is scattered in its manufacture.
-
-    scatter: axes of values by path; over: axes of grounds by path; legs: the leg of each path that a pattern with
-    `*` named; parts: paths that are dead or weak in some; dead, weak: fewest and most; weakness: what is left of a
-    weak one.
-    """
-
-    scene: Scene
-    scatter: Mapping[str, Axis]
-    over: Mapping[str, Axis]
-    legs: Mapping[str, str]
-    parts: tuple[str, ...] = ()
-    dead: tuple[int, int] = (0, 0)
-    weak: tuple[int, int] = (0, 0)
-    weakness: float = 0.5
-
-    def sweep(self, count: int, measures: Sequence[str], *, seed: int = 0, chunk: int | str = 64) -> Sweep:
-        """Runs of so many robots, each on a ground of its own."""
-        design = Scattered(
-            count=count, seed=seed, parts=self.parts, dead=self.dead, weak=self.weak, weakness=self.weakness
-        )
-        return self._sweep("robots", design, {**self.scatter, **self.over}, measures, chunk)
-
-    def legs_sweep(
-        self, count: int, measures: Sequence[str], *, seed: int = 0, chunk: int | str = 64
-    ) -> Sweep | None:
-        """Runs that tell how much each leg's scatter matters, no leg being dead; None where fewer than two vary."""
-        axes = {name: axis for name, axis in {**self.scatter, **self.over}.items() if np.ptp(axis.ends) > 0.0}
-        groups = tuple(self.legs.get(name, name) for name in axes)
-        if len(set(groups)) < 2:
-            return None
-        return self._sweep("legs", Saltelli(count=count, seed=seed, groups=groups), axes, measures, chunk)
-
-    def _sweep(
-        self, name: str, design: Any, axes: Mapping[str, Axis], measures: Sequence[str], chunk: Any
-    ) -> Sweep:
-        own: Any = dict(axes)
-        return Sweep(
-            name=f"{self.scene.name}: {name}", scene=self.scene, vary=own, design=design,
-            measures=tuple(measures), chunk=chunk,
-        )  # fmt: skip
-
-
-def read_robots(
-    scene: Scene,
-    scatter: Sequence[str],
-    over: Sequence[str] = (),
-    dead: str | None = None,
-    weak: str | None = None,
-) -> Robots:
-    """Robots from the words of a command line.
-
-    Parameters
-    ----------
-    scene
-        The robot of the drawing, on its ground.
-    scatter
-        ``PATH=5%`` (of the value) or ``PATH=2 um``: standard deviation of the value at a path; `*` in it stands for
-        every leg, each of which is drawn by itself.
-    over
-        ``PATH=a:b``: grounds, evenly drawn.
-    dead
-        ``legs=0:5``: fewest and most legs whose drive does nothing.
-    weak
-        ``legs=0:5@60%``: as well, whose drive has so much of its gain left.
-
-    Raises
-    ------
-    InputError
-        With everything that is wrong in the words.
-    """
-    known, problems = float_paths(scene), []
-    axes: dict[str, Axis] = {}
-    legs: dict[str, str] = {}
-    for word in scatter:
-        pattern, _, text = word.partition("=")
-        found = [path for path in known if fnmatch.fnmatchcase(path, pattern.strip())]
-        if not found or not text.strip():
-            problems.append(f"--scatter takes path=5% or path=value, got '{word}'{nearest(pattern, known)}")
-        for path in found:
-            try:
-                axes[path] = _scattered(known[path], text.strip())
-            except InputError as error:
-                problems += [f"--scatter {pattern}: {one}" for one in error.problems]
-                break
-            legs |= _leg(pattern.strip(), path)
-    grounds: dict[str, Axis] = {}
-    for word in over:
-        path, _, text = word.partition("=")
-        first, colon, last = text.partition(":")
-        if path not in known or not colon:
-            problems.append(f"--over takes path=a:b, got '{word}'{nearest(path, known)}")
-            continue
-        try:
-            ends = [parse_quantity(one.strip(), known[path].unit) for one in (first, last)]
-            grounds[path] = Linspace(start=ends[0], stop=ends[1])
-        except InputError as error:
-            problems += [f"--over {path}: {one}" for one in error.problems]
-    counts = {}
-    weakness = 0.5
-    for option, text in (("dead", dead), ("weak", weak)):
-        counts[option], left = _counted(option, text, problems)
-        weakness = left if left is not None else weakness
-    gains = [path for path in known if fnmatch.fnmatchcase(path, GAINS)]
-    parts = tuple(gains) if any(high for _, high in counts.values()) else ()
-    for path in parts:
-        axes.setdefault(path, Normal(mean=known[path].value, deviation=0.0))
-        legs |= _leg(GAINS, path)
-    if not axes and not problems:
-        problems.append("nothing is scattered: give --scatter path=5%, or --dead legs=0:5")
-    if problems:
-        raise InputError(problems)
-    return Robots(scene, axes, grounds, legs, parts, counts["dead"], counts["weak"], weakness)
-
-
-def _scattered(about: FloatInfo, text: str) -> Normal:
-    if text.endswith("%"):
-        share = parse_quantity(text[:-1].strip(), "1") / 100.0
-        if about.value == 0.0:
-            raise InputError(
-                f"{text} of 0 is nothing: give the standard deviation as a value, such as '2 {about.unit}'"
-            )
-        return Normal(mean=about.value, deviation=abs(about.value) * share)
-    deviation = parse_quantity(text, about.unit)
-    if about.value != 0.0 and deviation > MOST_SCATTER * abs(about.value):
-        own = format_quantity(about.value, about.unit)
-        raise InputError(
-            f"a standard deviation of {format_quantity(deviation, about.unit)} is {deviation / abs(about.value):.3g} "
-            f"times the value itself, {own}; a share of it is given in percent, such as '{_percent(text)}'"
-        )
-    return Normal(mean=about.value, deviation=deviation)
-
-
-MOST_SCATTER = 1.0
-"""Standard deviation over the value beyond which a word is taken for a slip: one robot in six would have the value's
-other sign."""
-
-
-def _percent(text: str) -> str:
-    """A plain number as the share that was probably meant."""
-    plain = re.fullmatch(r"\d+(?:\.\d+)?", text)
-    return f"{text}%" if plain and float(text) <= 100.0 else "10%"
-
-
-def _leg(pattern: str, path: str) -> dict[str, str]:
-    """The leg of a path: what the first `*` of its pattern stands for."""
-    if "*" not in pattern:
-        return {}
-    found = re.match(re.escape(pattern).replace(r"\*", "(.*?)") + "$", path)
-    return {path: found.group(1)} if found else {}
-
-
-def _counted(option: str, text: str | None, problems: list[str]) -> tuple[tuple[int, int], float | None]:
-    """`legs=0:5@60%`: both numbers, and the share."""
-    if text is None:
-        return (0, 0), None
-    found = re.fullmatch(r"legs=(\d+):(\d+)(?:@(\d+(?:\.\d+)?)%)?", text.replace(" ", ""))
-    if found is None or (found.group(3) and option == "dead"):
-        problems.append(
-            f"--{option} takes legs=fewest:most{'@60%' if option == 'weak' else ''}, got '{text}'"
-        )
-        return (0, 0), None
-    return (int(found.group(1)), int(found.group(2))), float(found.group(3)) / 100.0 if found.group(
-        3
-    ) else None
-
-
-@dataclass(frozen=True)
-class Curve:
+class YieldCurve:
     """Share of robots that meet a requirement on a measure, against the requirement.
 
     less: whether a value below the requirement meets it; requirement, share, low, high (n,): SI, and the 95 % interval
@@ -225,6 +66,11 @@ class Curve:
     share: Floats
     low: Floats
     high: Floats
+
+    def met_by(self, share: float) -> float | None:
+        """The hardest requirement [SI] that such a share of the robots meets; None where none is."""
+        met = self.requirement[self.share >= share]
+        return float(met.min() if self.less else met.max()) if len(met) else None
 
 
 MOST_DRAWS = 2**20
@@ -293,7 +139,8 @@ class Yield:
     values (nr,) of every measure by name, NaN of a robot that failed; lost (nr,) number of dead legs; curves by
     measure; outcomes: runs by how they ended; by_dead: for each number of dead legs robots, failed, and quantiles 5,
     50, 95 % of each measure; cost: by leg the mean of the first measure when it is dead, minus that when it is not, and
-    its standard error; indices: by measure and group, as `Saltelli.indices`, from so many draws.
+    its standard error; indices: by measure and group, as `Saltelli.indices`, from so many draws; required [SI] by
+    measure, None where nothing is.
     """
 
     robots: Robots
@@ -301,12 +148,13 @@ class Yield:
     units: Mapping[str, str]
     values: Mapping[str, Floats]
     lost: NDArray[np.int64]
-    curves: Mapping[str, Curve]
+    curves: Mapping[str, YieldCurve]
     outcomes: Mapping[str, int]
     by_dead: Sequence[Mapping[str, Any]]
     cost: Mapping[str, tuple[float, float]]
     indices: Mapping[str, Mapping[str, Mapping[str, float]]]
     draws: int = 0
+    required: Mapping[str, float | None] = field(default_factory=dict)
 
     @property
     def leaders(self) -> dict[str, Leader]:
@@ -320,7 +168,44 @@ class Yield:
         met = values <= requirement if measure in LESS else values >= requirement
         return _wilson(int(np.count_nonzero(met)), len(values))
 
-    def table(self) -> dict[str, Any]:
+    @property
+    def shares(self) -> dict[str, tuple[float, float, float]]:
+        """By measure that something is required of, as `share`."""
+        return {name: self.share(name, value) for name, value in self.required.items() if value is not None}
+
+    def __str__(self) -> str:
+        return self.table().text()
+
+    def _repr_html_(self) -> str:
+        return self.table().html()
+
+    def table(self) -> Table:
+        """The requirements that given shares of the robots meet; how runs ended, the shares that meet what is required,
+        and whose scatter matters most."""
+        rows = [
+            (
+                spaced(name), "at most" if curve.less else "at least",
+                *(curve.met_by(share) for share in SHARES), self._met(name),
+            )
+            for name, curve in self.curves.items()
+        ]  # fmt: skip
+        columns = ["measure", "is", *(Column(f"{share:.0%} of robots", ROW) for share in SHARES)]
+        ended = Table("", ["runs", "outcome"], [(n, OUTCOMES[name]) for name, n in self.outcomes.items()])
+        return Table(
+            f"{self.robots.scene.name}: {len(self.lost)} robots", [*columns, "what is required"], rows,
+            notes=[leader.sentence(name) for name, leader in self.leaders.items()], parts=[ended],
+            units=[self.units[name] for name in self.curves],
+        )  # fmt: skip
+
+    def _met(self, name: str) -> str | None:
+        """The requirement on a measure, and the share of robots that meet it, in words."""
+        value = self.required.get(name)
+        if value is None:
+            return None
+        share, low, high = self.shares[name]
+        return f"{amount(value, self.units[name])}: {percent(share)} ({interval(low, high, '%', 3)})"
+
+    def to_dict(self) -> dict[str, Any]:
         """Everything but the single robots, as plain values."""
         curves = {
             name: {key: getattr(one, key) for key in ("unit", "less", "requirement", "share", "low", "high")}
@@ -335,67 +220,180 @@ class Yield:
         }  # fmt: skip
 
 
-def yield_of(robots: Robots, sweep: Sweep, file: Path, legs: tuple[Sweep, Path] | None = None) -> Yield:
-    """What finished runs say: those of the robots, and those of the legs where they were made.
+def yield_(
+    scene: SceneLike,
+    scatter: Mapping[str, Scatter],
+    *,
+    dead: tuple[int, int] = (0, 0),
+    weak: tuple[int, int] | tuple[int, int, float] = (0, 0),
+    require: Mapping[str, float | str | None] | None = None,
+    robots: int = 1024,
+    draws: int = 64,
+    seed: int = 0,
+    output: str | os.PathLike[str] | None = None,
+    chunk: int | str = "2 s",
+    resume: bool = False,
+    threads: Workers = None,
+    progress: Callable[[int, int, str], None] | None = None,
+) -> Yield:
+    """Build many robots with the scatter of a workshop, run each on a ground of its own, and say how many are good.
+
+    Parameters
+    ----------
+    scene
+        The robot of the drawing: a scene, a device's name, or a scene file.
+    scatter
+        By path, the standard deviation of its value (SI, ``"2 um"``, or ``"5%"`` of the scene's own), or both ends of a
+        range that is drawn from evenly, such as that of a ground: ``("0.3", "0.5")``. `*` in a path stands for every
+        leg, each of which is drawn by itself.
+    dead, weak
+        Fewest and most legs whose drive does nothing, or has only a share of its gain: the third number, 0.5 without.
+    require
+        Measures that robots are judged by, each with the value that a good one has, or None; mean speed and cost of
+        transport without it. Of costs, slips and impacts less is better, of all other measures more.
+    robots
+        Number of robots.
+    draws
+        Draws behind the Sobol indices, which take (groups + 2) times as many runs beside those of the robots; 0: none.
+    seed
+        Of all draws.
+    output
+        Folder for both sweeps and ``yield.json``; by default the scene's name with `.yield`.
+    chunk
+        Runs in a unit of work, or the time that one takes.
+    resume
+        Continue what the folder holds.
+    threads
+        Worker threads, by default one for each processor that this process may use, or an executor.
+    progress
+        Called as ``progress(runs done, runs, "robots" or "legs")``.
 
     Raises
     ------
     InputError
-        When no robot's run reached its end.
+        With everything that is wrong in the scatter and the requirements; as `tarsus.sweep`; where no run reached its
+        end.
+
+    Examples
+    --------
+    >>> import tarsus as ts
+    >>> found = ts.yield_("millipede", {"robot.drives.*.law.gain": "10%"}, dead=(0, 1), robots=16,
+    ...                   require={"mean_speed": "50 um/s"})  # doctest: +SKIP
+    >>> found.share("mean_speed", 50e-6)  # doctest: +SKIP
+    (0.75, 0.51, 0.9)
     """
-    from tarsus.study.workunit import DONE
-
-    code, found, units = _results(sweep, file)
-    if not (code == DONE).any():
-        raise InputError("no robot's run reached its end: see its sweep.nc for how they ended")
-    outcomes = _outcomes(code)
-    design = sweep.design
-    assert isinstance(design, Scattered)
-    left = design.left(sweep.vary, slice(0, sweep.runs))
-    dead = left == 0.0
-    lost = dead.sum(axis=1)
-    first = found[sweep.measures[0]]
-    indices = {}
-    if legs is not None:
-        assert isinstance(legs[0].design, Saltelli)
-        for name, one in _results(*legs)[1].items():
-            # a failed run counts as the worst that was seen: SALib takes no gaps
-            worst = np.nanmax(one) if name in LESS else np.nanmin(one)
-            filled = np.where(np.isfinite(one), one, worst)
-            indices[name] = legs[0].design.indices(filled) if np.ptp(filled) > 0.0 else {}
-    return Yield(
-        robots,
-        sweep.measures,
-        units,
-        found,
-        lost,
-        {name: _curve(name, units[name], one) for name, one in found.items()},
-        outcomes,
-        [_group(int(n), lost == n, found) for n in np.unique(lost)],
-        {robots.legs.get(path, path): _difference(first, dead[:, i]) for i, path in enumerate(design.parts)},
-        indices,
-        legs[0].design.count if legs is not None and isinstance(legs[0].design, Saltelli) else 0,
-    )
+    drawing = as_scene(scene)
+    study = YieldStudy.of(
+        Robots.of(drawing, scatter, dead=dead, weak=weak[:2], weakness=weak[2] if len(weak) == 3 else 0.5),
+        require, count=robots, draws=draws, seed=seed, chunk=chunk,
+    )  # fmt: skip
+    name = scene if isinstance(scene, str | os.PathLike) else drawing.name
+    folder = Path(output) if output is not None else Path(f"{Path(name).stem}.yield")
+    return study.run(folder, resume=resume, threads=threads, progress=progress)
 
 
-def _results(sweep: Sweep, file: Path) -> tuple[NDArray[np.int8], dict[str, Floats], dict[str, str]]:
-    """How runs ended, measures by name and their units."""
-    import h5py
+@dataclass(frozen=True)
+class YieldStudy:
+    """What a yield runs: the sweep of the robots, that of the legs where it is asked for, and requirements [SI] by
+    measure, None where a measure has none."""
 
-    with h5py.File(file) as stored:
+    robots: Robots
+    sweep: Sweep
+    legs: Sweep | None
+    required: Mapping[str, float | None]
 
-        def read(name: str) -> np.ndarray:
-            return np.asarray(stored[name])  # pyright: ignore[reportCallIssue, reportArgumentType]
+    @classmethod
+    def of(
+        cls,
+        robots: Robots,
+        require: Mapping[str, float | str | None] | None = None,
+        *,
+        count: int = 1024,
+        draws: int = 64,
+        seed: int = 0,
+        chunk: int | str = "2 s",
+    ) -> YieldStudy:
+        """The sweeps of so many robots and draws. Raises InputError with every wrong measure and requirement."""
+        require = dict.fromkeys(WALKS) if require is None else require
+        known = offered(robots.scene, robots.scene.duration)
+        sweep = robots.sweep(count, list(require), seed=seed, chunk=chunk)
+        required: dict[str, float | None] = {}
+        problems: list[str] = []
+        for name, value in require.items():
+            try:
+                required[name] = None if value is None else parse_quantity(value, known[name].unit)
+            except InputError as error:
+                problems += [f"{name}: {one}" for one in error.problems]
+        if problems:
+            raise InputError(problems)
+        legs = robots.legs_sweep(draws, list(require), seed=seed, chunk=chunk) if draws else None
+        return cls(robots, sweep, legs, required)
 
-        units = {name: str(stored[name].attrs["units"]) for name in sweep.measures}
-        return read("code"), {name: read(name) for name in sweep.measures}, units
+    def run(
+        self,
+        folder: Path,
+        *,
+        resume: bool = False,
+        threads: Workers = None,
+        progress: Callable[[int, int, str], None] | None = None,
+    ) -> Yield:
+        """Run both sweeps in a folder and write ``yield.json`` there; as `yield_`."""
+        files: dict[str, Path] = {}
+        outcomes: Mapping[str, int] = {}
+        for name, sweep in (("robots", self.sweep), ("legs", self.legs)):
+            if sweep is None:
+                continue
 
+            def tell(done: int, runs: int, _: object, name: str = name) -> None:
+                if progress is not None:
+                    progress(done, runs, name)
 
-def _outcomes(code: NDArray[np.int8]) -> dict[str, int]:
-    from tarsus.study.workunit import OUTCOMES
+            place = folder / name
+            done = run_sweep(sweep, place, resume=resume and place.exists(), threads=threads, progress=tell)
+            files[name] = done.file
+            outcomes = outcomes or done.outcomes
+        found = self.judged(outcomes, files["robots"], files.get("legs"))
+        write_text(folder / "yield.json", json_text(found.to_dict()) + "\n")
+        return found
 
-    counts = np.bincount(code, minlength=len(OUTCOMES)).tolist()
-    return {name: n for name, n in zip(OUTCOMES, counts, strict=True) if n}
+    def judged(self, outcomes: Mapping[str, int], file: Path, legs: Path | None = None) -> Yield:
+        """What finished runs say: those of the robots, and those of the legs where they were made.
+
+        Raises
+        ------
+        InputError
+            When no robot's run reached its end.
+        """
+        if not outcomes.get(ResultCode.DONE.name):
+            raise InputError("no robot's run reached its end: see its sweep.nc for how they ended")
+        found, units = measures_in(file, self.sweep.measures)
+        design, about_legs = self.sweep.design, self.legs.design if self.legs is not None else None
+        assert isinstance(design, Scattered)
+        dead = design.left(self.sweep.vary, slice(0, self.sweep.runs)) == 0.0
+        lost = dead.sum(axis=1)
+        first = found[self.sweep.measures[0]]
+        indices = {}
+        if legs is not None and isinstance(about_legs, Saltelli):
+            for name, one in measures_in(legs, self.sweep.measures)[0].items():
+                # a failed run counts as the worst that was seen: SALib takes no gaps
+                worst = np.nanmax(one) if name in LESS else np.nanmin(one)
+                filled = np.where(np.isfinite(one), one, worst)
+                indices[name] = about_legs.indices(filled) if np.ptp(filled) > 0.0 else {}
+        named = self.robots.legs
+        return Yield(
+            self.robots,
+            self.sweep.measures,
+            units,
+            found,
+            lost,
+            {name: _curve(name, units[name], one) for name, one in found.items()},
+            outcomes,
+            [_group(int(n), lost == n, found) for n in np.unique(lost)],
+            {named.get(path, path): _difference(first, dead[:, i]) for i, path in enumerate(design.parts)},
+            indices,
+            about_legs.count if isinstance(about_legs, Saltelli) else 0,
+            self.required,
+        )
 
 
 def _wilson(met: int, count: int) -> tuple[float, float, float]:
@@ -405,12 +403,12 @@ def _wilson(met: int, count: int) -> tuple[float, float, float]:
     return p, max(float(middle - half), 0.0), min(float(middle + half), 1.0)
 
 
-def _curve(name: str, unit: str, values: Floats) -> Curve:
+def _curve(name: str, unit: str, values: Floats) -> YieldCurve:
     finite = np.sort(values[np.isfinite(values)])
     at = np.unique(np.quantile(finite, np.linspace(0.0, 1.0, 101)))
     counts = [np.count_nonzero(finite <= one if name in LESS else finite >= one) for one in at]
     rows = np.array([_wilson(int(met), len(values)) for met in counts])
-    return Curve(name, unit, name in LESS, at, rows[:, 0], rows[:, 1], rows[:, 2])
+    return YieldCurve(name, unit, name in LESS, at, rows[:, 0], rows[:, 1], rows[:, 2])
 
 
 def _group(number: int, members: NDArray[np.bool_], found: Mapping[str, Floats]) -> dict[str, Any]:

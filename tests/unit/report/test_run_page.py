@@ -26,6 +26,7 @@ from tarsus.report.sheet import Sheet, figure_style, to_svg
 from tarsus.report.style import decimate, scale_of, upright
 from tarsus.report.values import ValueRow, grouped, value_rows
 from tarsus.solve.codes import EVENT_TYPE
+from tarsus.tables.numbers import amount
 from unit.html_page import Page
 
 
@@ -295,7 +296,7 @@ def test_measures_say_what_they_count_and_where_that_misleads(failed: ts.Run, fa
     assert CautionKind.COUNTED_LOW in {one.kind for one in failed.measures.warnings}
     for one in failed.measures.warnings:
         assert f"Note: {one}".replace(" um", " µm") in text
-    assert "flights above 0.1 µm, after contacts below 0.5 ms" in text
+    assert "flights above 100 nm, after contacts below 500 µs" in text
     assert "names that begin with max, total or longest are of the whole run" in text
 
 

@@ -50,7 +50,7 @@ def test_errors_of_pairs_are_counted():
 
 @pytest.mark.parametrize("n", bench.SIZES)
 def test_whole_sequences_are_right(n):
-    chain = bench.Chain(n)
+    chain = bench.TimedChain(n)
     assert bench.wrong_impacts(chain.impacts(), bench.reference_impacts(n)) == 0
 
 

@@ -13,7 +13,7 @@ from study.failing_executor import FailingExecutor
 from study.sweep_case import files, small
 
 import tarsus as ts
-import tarsus.study.crew as crew
+import tarsus.study.pool as pool
 from tarsus.calibrate.lowering import lower_study
 from tarsus.calibrate.studyfile import load_study
 from tarsus.study.axes import Linspace, Sobol
@@ -63,7 +63,7 @@ def test_a_unit_that_kills_its_workers_ends_the_sweep_and_the_others_are_kept(al
 
 def test_a_worker_of_another_version_is_named(tmp_path, monkeypatch):
     executor = FailingExecutor(lambda _: False)
-    sent = crew.Remote.__init__
+    sent = pool.Remote.__init__
 
     def there(self, *words):
         sent(self, *words)
@@ -71,7 +71,7 @@ def test_a_worker_of_another_version_is_named(tmp_path, monkeypatch):
             self._plan, versions=(("engine", "feed"), ("tarsus", "9.9")), node="login1"
         )
 
-    monkeypatch.setattr(crew.Remote, "__init__", there)
+    monkeypatch.setattr(pool.Remote, "__init__", there)
     with pytest.raises(
         ts.InputError, match=r"node \S+ has engine \w+, tarsus \S+ and .* begun on login1 with engine feed"
     ):

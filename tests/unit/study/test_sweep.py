@@ -13,8 +13,9 @@ from study.sweep_case import RATE, RESTITUTION, small
 import tarsus as ts
 import tarsus.study.layout as layout_of
 from tarsus.files.installed import study_names
+from tarsus.fit.unknowns import Unknown, Unknowns
 from tarsus.study.axes import Grid, Linspace, Logspace, Sobol, Values
-from tarsus.study.layout import Layout, runs_per_unit
+from tarsus.study.layout import UnitPlan, runs_per_unit
 from tarsus.study.studyfile import frozen_texts, load_sweep, read_sweep
 
 
@@ -24,7 +25,7 @@ def test_a_grid_is_every_combination_with_the_last_axis_fastest():
     assert sweep.runs == 6
     assert points[RESTITUTION].tolist() == [0.2, 0.2, 0.2, 0.5, 0.5, 0.5]
     assert points[RATE].tolist() == [1e-6, 5e-6, 25e-6] * 2
-    layout = Layout(sweep.runs, 4)
+    layout = UnitPlan(sweep.runs, 4)
     assert layout.units == 2 and [layout.part(i) for i in range(2)] == [slice(0, 4), slice(4, 6)]
 
 
@@ -94,6 +95,23 @@ def test_a_store_of_too_many_units_is_refused():
     grid = {RATE: Linspace(start=1e-6, stop=2e-6, count=3_000_000)}
     with pytest.raises(ts.InputError, match="give at least 3"):
         runs_per_unit(small(chunk=2, vary=grid))
+
+
+def test_an_unknown_of_a_fit_is_an_axis():
+    rate = Unknown(RATE, "1 uN/s", "1 mN/s", "log")
+    both = small(vary={RATE: rate, "e": Unknown(RESTITUTION, 0.1, 0.5)}, design=Sobol(count=8, seed=2))
+    own = {RATE: Logspace(start=1e-6, stop=1e-3), "e": Linspace(start=0.1, stop=0.5)}
+    points, cube = (
+        both.points(),
+        Sobol(count=8, seed=2).points(dict.fromkeys("ab", Linspace(start=0, stop=1)), slice(0, 8)),
+    )
+    assert both.paths("e") == (RESTITUTION,) and both.paths(RATE) == (RATE,)
+    for name, axis, share in zip(own, own.values(), cube.values(), strict=True):
+        assert np.array_equal(points[name], axis.at(share))
+    unknowns = Unknowns.of(both.scene, [rate, Unknown(RESTITUTION, 0.1, 0.5)])
+    assert np.array_equal(
+        unknowns.values(np.column_stack(list(cube.values()))), np.column_stack(list(points.values()))
+    )
 
 
 def test_values_that_vary_together_take_one_value():

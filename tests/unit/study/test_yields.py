@@ -9,8 +9,9 @@ from scipy import stats
 import tarsus as ts
 from tarsus.study.axes import CUT, Linspace, Normal
 from tarsus.study.manufacture import Saltelli, Scattered
+from tarsus.study.robots import Robots
 from tarsus.study.studyfile import frozen_texts, read_sweep
-from tarsus.study.yields import Leader, _curve, _difference, _wilson, leader_of, read_robots
+from tarsus.study.yields import Leader, YieldStudy, _curve, _difference, _wilson, leader_of
 from walking_devices import creeping_millipede
 
 GAIN, STIFF = "robot.drives.*.law.gain", "robot.structure.legs.*.stiffness_v"
@@ -23,8 +24,8 @@ def millipede() -> ts.Scene:
 
 
 def robots(scene: ts.Scene, **words):
-    given = {"scatter": [f"{GAIN}=10%", f"{STIFF}=5%"], "over": [f"{FRICTION}=0.3:0.5"], "dead": "legs=0:5"}
-    return read_robots(scene, **(given | words))
+    given = {"scatter": {GAIN: "10%", STIFF: "5%", FRICTION: ("0.3", "0.5")}, "dead": (0, 5)}
+    return Robots.of(scene, **(given | words))
 
 
 def test_a_scatter_has_the_quantiles_of_a_normal_one():
@@ -35,7 +36,7 @@ def test_a_scatter_has_the_quantiles_of_a_normal_one():
 
 
 def test_every_leg_is_drawn_by_itself_and_some_are_dead(millipede):
-    sweep = robots(millipede, weak="legs=1:2@60%").sweep(512, ["mean_speed"])
+    sweep = robots(millipede, weak=(1, 2), weakness=0.6).sweep(512, ["mean_speed"])
     points, design = sweep.points(), sweep.design
     assert len(points) == 61 and isinstance(design, Scattered) and len(design.parts) == 30
     left = design.left(sweep.vary, slice(0, 512))
@@ -71,10 +72,7 @@ def test_groups_are_legs(millipede):
     assert sweep is not None and isinstance(sweep.design, Saltelli)
     assert sweep.design.names[:3] == ("L1", "R1", "L2") and sweep.design.names[-1] == FRICTION
     assert sweep.runs == 4 * (31 + 2)
-    assert (
-        robots(millipede, scatter=[f"{FRICTION}=1%"], over=(), dead=None).legs_sweep(4, ["mean_speed"])
-        is None
-    )
+    assert robots(millipede, scatter={FRICTION: "1%"}, dead=(0, 0)).legs_sweep(4, ["mean_speed"]) is None
 
 
 def test_indices_are_those_of_a_sum():
@@ -131,27 +129,31 @@ def test_a_dead_leg_costs_what_it_costs():
 @pytest.mark.parametrize(
     ("words", "said"),
     [
+        ({"scatter": {"robot.drives.*.law.gian": "5%"}}, r"law\.gian: is no number of the scene"),
         (
-            {"scatter": ["robot.drives.*.law.gian=5%"]},
-            r"--scatter takes path=5%.*got 'robot\.drives\.\*\.law\.gian",
+            {"scatter": {"robot.feet.*.gap": "5%"}},
+            "5% of 0 is nothing: give the standard deviation as a value",
         ),
-        ({"scatter": ["robot.feet.*.gap=5%"]}, "5% of 0 is nothing: give the standard deviation as a value"),
-        ({"scatter": [f"{GAIN}=2 V"]}, "--scatter .*N/V"),
-        ({"scatter": [f"{GAIN}=10"]}, r"times the value itself, .*N/V; .* in percent, such as '10%'"),
-        ({"dead": "5"}, "--dead takes legs=fewest:most, got '5'"),
-        ({"weak": "legs=0:3@x"}, "--weak takes legs=fewest:most@60%"),
-        ({"over": ["ground.friction=0.3:0.5"]}, "--over takes path=a:b"),
-        ({"scatter": (), "dead": None, "over": ()}, "nothing is scattered"),
+        ({"scatter": {GAIN: "2 V"}}, r"law\.gain: .*N/V"),
+        ({"scatter": {GAIN: "10"}}, r"times the value itself, .*N/V; .* in percent, such as '10%'"),
+        ({"scatter": {"ground.friction": ("0.3", "0.5")}}, "ground.friction: is no number"),
+        ({"scatter": {}, "dead": (0, 0)}, "nothing is scattered"),
     ],
 )
-def test_words_that_mean_nothing_are_told(millipede, words, said):
+def test_scatter_that_means_nothing_is_refused(millipede, words, said):
     with pytest.raises(ts.InputError, match=said):
         robots(millipede, **words)
 
 
+def test_every_wrong_requirement_is_named(millipede):
+    with pytest.raises(ts.InputError) as caught:
+        YieldStudy.of(robots(millipede), {"mean_speed": "1 kg", "foot_slip": "2 V"})
+    assert [one.split(":")[0] for one in caught.value.problems] == ["mean_speed", "foot_slip"]
+
+
 def test_more_dead_legs_than_legs_are_refused():
     with pytest.raises(ts.InputError, match=r"at most 5 dead and 0 weak of \d parts is too many"):
-        read_robots(creeping_millipede(), (), (), "legs=0:5").sweep(8, ["mean_speed"])
+        Robots.of(creeping_millipede(), {}, dead=(0, 5)).sweep(8, ["mean_speed"])
 
 
 def told(**totals: tuple[float, float]) -> dict[str, dict[str, float]]:

@@ -10,7 +10,7 @@ import os
 import sys
 import time
 import traceback
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from types import FrameType, ModuleType
 from typing import Any
@@ -19,13 +19,24 @@ from tarsus.base.errors import InputError
 from tarsus.model.laws.base import AdhesionLaw, DampingLaw, FrictionLaw, ImpactLaw, Law, SmoothLaw
 from tarsus.model.laws.translate import translate
 
-__all__ = ["load_laws"]
+__all__ = ["laws_of", "load_laws"]
 
 _PROTOCOLS = (DampingLaw, SmoothLaw, ImpactLaw, AdhesionLaw, FrictionLaw)
 _TRIAL = {
     "gap": 1e-6, "gap_rate": -1e-3, "volts": 1.0, "time": 1e-3, "speed": 1e-3, "age": 1e-3, "away": 1e-3,
     "margin": 1e-6, "strength": 1e-6,
 }  # fmt: skip
+
+
+def laws_of(files: Iterable[str | os.PathLike[str]]) -> dict[str, type[Law]]:
+    """The laws of all files by name. Raises InputError where two files have one of the same name."""
+    laws: dict[str, type[Law]] = {}
+    for file in files:
+        for name, law in load_laws(Path(file)).items():
+            if name in laws:
+                raise InputError(f"{file}: a law named '{name}' is already given by another file")
+            laws[name] = law
+    return laws
 
 
 def load_laws(path: str | Path) -> dict[str, type[Law]]:

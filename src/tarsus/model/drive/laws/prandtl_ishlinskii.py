@@ -67,14 +67,14 @@ class PrandtlIshlinskii(VoltageLaw):
         return np.array(self.thresholds, dtype=np.float64), np.array(self.weights, dtype=np.float64)
 
     def states(self, volts: ArrayLike, history: Sequence[float] = ()) -> Floats:
-        """States (N, n) [V] of the plays along a sequence of voltages (N,) [V], monotone between them."""
+        """States (N, n) [V] of the plays along a sequence of voltages (n,) [V], monotone between them."""
         past = visited(history)
         r, _ = self.plays()
         levels = np.concatenate([past, np.atleast_1d(np.asarray(volts, dtype=np.float64))])
         return play_states(levels, r, np.zeros(len(r)))[len(past) :]
 
     def force(self, volts: ArrayLike, history: Sequence[float] = ()) -> Floats:
-        """Force (N,) [N] along a sequence of voltages (N,) [V], monotone from each to the next."""
+        """Force (N,) [N] along a sequence of voltages (n,) [V], monotone from each to the next."""
         v = np.atleast_1d(np.asarray(volts, dtype=np.float64))
         free = ((self.cubic * v + self.quadratic) * v + self.linear) * v + self.constant
         return free + product(self.states(v, history), self.plays()[1])
@@ -242,7 +242,7 @@ def fit_branches(
     Parameters
     ----------
     rising, falling
-        Force [N] of voltages (N,) [V] on each branch, such as the two `Cubic` of (2.9).
+        Force [N] of voltages (n,) [V] on each branch, such as the two `Cubic` of (2.9).
     span_volts
         Lower and upper end of the loop [V].
     n_plays

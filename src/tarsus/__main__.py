@@ -1,4 +1,4 @@
-"""`python -m tarsus.cli` is `tarsus`."""
+"""`python -m tarsus` is `tarsus`."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""What a process that works on a sweep says of itself in the sweep's folder, for whoever asks how it goes."""
+"""How far a process has come with a sweep: to whoever started it, and in the sweep's folder for whoever asks."""
 
 from __future__ import annotations
 
@@ -10,25 +10,33 @@ import socket
 import threading
 import time
 from collections import Counter
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from tarsus.files.runstore import COLLECTED_FILE, WORKER_FOLDER
 
-__all__ = ["EVERY", "Beats"]
+__all__ = ["EVERY", "OnProgress", "Progress"]
+
+OnProgress = Callable[[int, int, Mapping[str, int]], None]
+"""Called as ``(runs done, runs, runs of this call by worker)``."""
 
 EVERY = 5.0
 """Seconds between two signs of life: a hundred processes write twenty small files a second."""
 
 
-class Beats:
+class Progress:
     """Counts runs by who made them, and writes that down every `EVERY` seconds while its block lasts.
 
-    Times are by the process's own clock that only counts up: whether a node's clock is right does not matter.
+    runs: made so far, by who made them; units: made so far. Times are by the process's own clock that only counts up:
+    whether a node's clock is right does not matter.
     """
 
-    def __init__(self, folder: Path, task: int | None = None) -> None:
+    def __init__(
+        self, folder: Path, task: int | None = None, *, runs: int = 0, told: OnProgress | None = None
+    ) -> None:
         self.runs: Counter[str] = Counter()
         self.units = 0
+        self._whole, self._left, self._told = runs, 0, told
         self._task = task
         self._begin = time.monotonic()
         self._over = threading.Event()
@@ -36,9 +44,9 @@ class Beats:
         name = f"{socket.gethostname()}-{os.getpid()}-{secrets.token_hex(4)}"
         self._file = folder / WORKER_FOLDER / f"{name}.json"
         self._collected = folder / COLLECTED_FILE
-        self._thread = threading.Thread(target=self._beat, daemon=True)
+        self._thread = threading.Thread(target=self._repeat, daemon=True)
 
-    def __enter__(self) -> Beats:
+    def __enter__(self) -> Progress:
         self._write(ended=False)
         self._thread.start()
         return self
@@ -48,12 +56,24 @@ class Beats:
         self._thread.join()
         self._write(ended=True)
 
-    def count(self, who: str, runs: int) -> None:
-        """Count a finished unit."""
-        self.runs[who] += runs
-        self.units += 1
+    def expect(self, runs: int) -> None:
+        """Report that so many runs are missing."""
+        self._left = runs
+        self._report()
 
-    def _beat(self) -> None:
+    def count(self, who: str | None, runs: int) -> None:
+        """Count a unit that `who` has finished, or another process meanwhile."""
+        self._left -= runs
+        if who is not None:
+            self.runs[who] += runs
+            self.units += 1
+        self._report()
+
+    def _report(self) -> None:
+        if self._told is not None:
+            self._told(self._whole - self._left, self._whole, self.runs)
+
+    def _repeat(self) -> None:
         while not self._over.wait(EVERY):
             self._write(ended=False)
 

@@ -20,12 +20,12 @@ from tarsus.base.workers import places
 from tarsus.files.runstore import RunStore, digest_of
 from tarsus.files.version import versions
 from tarsus.solve.simulate import Shared
-from tarsus.study.layout import Layout, values_of
+from tarsus.study.layout import UnitPlan, values_of
 from tarsus.study.studyfile import frozen_sweep, frozen_texts
 from tarsus.study.sweep import Sweep
 from tarsus.study.workunit import work_unit
 
-__all__ = ["Crew", "Remote", "Threads"]
+__all__ = ["Remote", "Threads", "WorkerPool"]
 
 Arrays = dict[str, np.ndarray]
 
@@ -36,7 +36,7 @@ FEWEST = 16
 """Units handed out at least: an executor that grows must see that there is work."""
 
 
-class Crew(Protocol):
+class WorkerPool(Protocol):
     """Does units.
 
     elsewhere: whether in other processes, which may die or be slow.
@@ -62,7 +62,7 @@ class Threads:
 
     elsewhere = False
 
-    def __init__(self, sweep: Sweep, layout: Layout, store: RunStore, threads: int) -> None:
+    def __init__(self, sweep: Sweep, layout: UnitPlan, store: RunStore, threads: int) -> None:
         self._sweep, self._layout, self._store = sweep, layout, store
         self._count = threads
         self._shared = Shared()
@@ -94,7 +94,7 @@ class Remote:
 
     elsewhere = True
 
-    def __init__(self, sweep: Sweep, layout: Layout, store: RunStore, executor: Executor) -> None:
+    def __init__(self, sweep: Sweep, layout: UnitPlan, store: RunStore, executor: Executor) -> None:
         self._layout, self._executor = layout, executor
         texts = {name: zlib.compress(text.encode()) for name, text in frozen_texts(sweep).items()}
         self._plan = SentPlan(

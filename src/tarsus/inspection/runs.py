@@ -1,0 +1,40 @@
+"""A run as one object of plain data."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from tarsus.base.events import EVENT_WORDS
+from tarsus.files.ledger import ledger_table
+from tarsus.files.store import measures_table
+
+__all__ = ["run_data"]
+
+
+def run_data(run: Any, written: Sequence[Path] = ()) -> dict[str, Any]:
+    """How a run ended, its measures [SI] and its energy account [J], and the files that were written of it."""
+    kinds = run.events["kind"].tolist()
+    return {
+        "scene": run.scene.name,
+        "ok": run.ok,
+        "code": run.code.name,
+        "sentence": str(run.code.value),
+        "remarks": list(getattr(run, "remarks", ())),
+        "duration_s": run.duration,
+        "wall_s": run.wall_s,
+        "feet": list(run.foot_names),
+        "events": {word: kinds.count(number) for number, word in EVENT_WORDS.items()},
+        "measures": measures_table(run),
+        "warnings": [_warning(one) for one in getattr(run.measures, "warnings", ())],
+        "ledger_J": {name: value for name, value in ledger_table(run).items() if name != "closure"},
+        "ledger_closure": run.ledger.closure,
+        "files": [str(path) for path in written],
+    }
+
+
+def _warning(one: Any) -> dict[str, str | None]:
+    """A warning on the measures; of a stored run it is a sentence alone."""
+    kind = getattr(one, "kind", None)
+    return {"kind": None if kind is None else kind.name, "sentence": str(one)}

@@ -1,0 +1,188 @@
+"""The verbs that look at what a name stands for: `tarsus.show` and `tarsus.check`."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tarsus.base.errors import InputError
+from tarsus.base.plausible import remarks
+from tarsus.base.spec import float_paths
+from tarsus.files.library import load_scene
+from tarsus.files.store import read_run
+from tarsus.inspection import comparison, records, studies
+from tarsus.inspection.kinds import Holding, holding_of
+from tarsus.inspection.runs import run_data
+from tarsus.inspection.scenes import scene_view
+from tarsus.inspection.view import View
+from tarsus.model.laws.userfile import laws_of
+from tarsus.tables.table import Table
+
+if TYPE_CHECKING:
+    from tarsus.model.scene import Scene
+
+__all__ = ["check", "show", "together"]
+
+Name = str | os.PathLike[str]
+
+
+def show(
+    name: Name,
+    other: Name | None = None,
+    *,
+    channel: Sequence[str] = (),
+    axis: str | None = None,
+    axis_unit: str | None = None,
+    step: str | None = None,
+    drive: str | None = None,
+    law: Sequence[Name] = (),
+) -> View:
+    """Show what a name stands for, or how two runs or two scenes differ.
+
+    Parameters
+    ----------
+    name
+        A device, a packaged study, a scene, study or campaign file, the folder of a run, sweep or campaign, or a record
+        of a vibrometer or recorder.
+    other
+        What it is compared with: two folders of runs, or two devices or scene files.
+    channel, axis, axis_unit, step, drive
+        What a record does not say itself: name=unit of channels, the series of times or frequencies and its unit, the
+        time between samples, the channel of the drive.
+    law
+        Python files with laws of your own.
+
+    Returns
+    -------
+    View
+        With `table()` and `to_dict()`.
+
+    Raises
+    ------
+    InputError
+        Where nothing of that name can be read, or the two are not of one kind.
+    """
+    name, laws = os.fspath(name), laws_of(law)
+    if other is not None:
+        return _compared(name, os.fspath(other), laws)
+    match holding_of(name):
+        case Holding.RECORD:
+            return records.record_view(
+                Path(name), channel, axis=axis, axis_unit=axis_unit, step=step, drive=drive
+            )
+        case Holding.RUN:
+            run = read_run(name, laws)
+            return View(run_data(run), run.table())
+        case Holding.SWEEP:
+            return studies.sweep_view(Path(name))
+        case Holding.STUDY:
+            from tarsus.study.studyfile import load_sweep
+
+            return studies.study_view(load_sweep(name, laws))
+        case Holding.CALIBRATION:
+            from tarsus.calibrate.studyfile import load_study
+
+            return studies.calibration_view(load_study(name, laws))
+        case Holding.CAMPAIGN:
+            from tarsus.identify.campaign import read_campaign
+
+            return studies.campaign_view(read_campaign(name))
+    return scene_view(load_scene(name, laws=laws))
+
+
+def _compared(first: str, second: str, laws: dict[str, Any]) -> View:
+    folders = [Path(name).is_dir() for name in (first, second)]
+    if all(folders):
+        return comparison.of_runs((first, second), read_run(first, laws), read_run(second, laws))
+    if any(folders):
+        folder, other = (first, second) if folders[0] else (second, first)
+        raise InputError(
+            f"'{folder}' is a folder of a run and '{other}' is none: compare two runs or two descriptions"
+        )
+    return comparison.of_scenes((first, second), load_scene(first, laws=laws), load_scene(second, laws=laws))
+
+
+def check(name: Name, *, law: Sequence[Name] = ()) -> View:
+    """Check that what a name stands for can be used, a campaign with all its records; name all errors at once.
+
+    Parameters
+    ----------
+    name
+        As of `tarsus.show`.
+    law
+        Python files with laws of your own.
+
+    Returns
+    -------
+    View
+        What it is, what it holds, and remarks on it.
+
+    Raises
+    ------
+    InputError
+        With every problem.
+    """
+    name, laws = os.fspath(name), laws_of(law)
+    kind = holding_of(name)
+    noted: Sequence[str] = ()
+    match kind:
+        case Holding.CAMPAIGN:
+            contents, noted = _campaign(name)
+        case Holding.STUDY:
+            from tarsus.study.studyfile import load_sweep
+
+            study = load_sweep(name, laws)
+            noted = remarks(study.scene)
+            contents = f"{study.name} ({_count(study.runs, 'run')} of {study.seconds:g} s)"
+        case Holding.CALIBRATION:
+            from tarsus.calibrate.studyfile import load_study
+
+            contents = _count(len(load_study(name, laws).study.unknowns), "unknown")
+        case Holding.RUN | Holding.SWEEP | Holding.RECORD:
+            found = show(name, law=law)
+            contents, noted = found.shown.text().splitlines()[0], found.remarks
+        case _:
+            scene = load_scene(name, laws=laws)
+            contents, noted = _scene(scene), remarks(scene)
+    data = {"name": name, "is": kind.value, "contents": contents, "remarks": list(noted)}
+    return View(data, Table(f"{name} is a good {kind.value}: {contents}.", (), ()), tuple(noted))
+
+
+def _scene(scene: Scene) -> str:
+    counts = (
+        _count(len(scene.robot.drives), "drive"),
+        _count(len(scene.robot.feet), "foot", "feet"),
+        _count(len(float_paths(scene)), "value"),
+    )
+    return f"{scene.name} ({', '.join(counts)})"
+
+
+def _campaign(name: str) -> tuple[str, list[str]]:
+    """A campaign is good when its file is, and every record can be read and has what its purpose needs."""
+    from tarsus.identify.campaign import read_campaign
+    from tarsus.identify.readiness import readiness_of
+
+    opened = read_campaign(name)
+    found = readiness_of(opened)
+    if found.problems:
+        raise InputError(together([*found.problems, *found.remarks]))
+    notes = [note for one in found.readings if one.record is not None for note in one.record.notes]
+    sets, files = _count(len(opened.campaign.records), "set"), _count(len(found.readings), "file")
+    return f"{opened.campaign.name} ({sets} of records, {files})", together([*notes, *found.remarks])
+
+
+def together(sentences: Sequence[str]) -> list[str]:
+    """Sentences `file: what`, with one for all files of which the same is said."""
+    files: dict[str, list[str]] = {}
+    for sentence in sentences:
+        file, _, said = sentence.partition(": ")
+        files.setdefault(said, []).append(file)
+    return [
+        f"{of[0]}{f' and {len(of) - 1} more' if len(of) > 1 else ''}: {said}" for said, of in files.items()
+    ]
+
+
+def _count(number: int, one: str, many: str = "") -> str:
+    return f"{number} {one if number == 1 else many or one + 's'}"

@@ -1,0 +1,68 @@
+"""What a study, a calibration, a campaign or a sweep's folder holds."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tarsus.base.errors import InputError
+from tarsus.cluster.status import status_lines, status_of
+from tarsus.inspection.view import View
+from tarsus.tables.table import Column, Table
+
+if TYPE_CHECKING:
+    from tarsus.calibrate.studyfile import Described
+    from tarsus.identify.campaign import Opened
+    from tarsus.study.sweep import Sweep
+
+__all__ = ["calibration_view", "campaign_view", "study_view", "sweep_view"]
+
+
+def study_view(study: Sweep) -> View:
+    """What varies in a study, over which values, and what its runs are scored by."""
+    axes = {name: axis.ends for name, axis in study.vary.items()}
+    data = {
+        "study": study.name,
+        "scene": study.scene.name,
+        "runs": study.runs,
+        "duration_s": study.seconds,
+        "vary": {name: list(ends) for name, ends in axes.items()},
+        "measures": list(study.measures),
+    }
+    rows = [(name, study.vary[name].kind, *ends) for name, ends in axes.items()]
+    title = f"{study.name}: {study.runs} runs of {study.scene.name}, {study.seconds:g} s each"
+    scored = f"scored by {', '.join(study.measures)}"
+    return View(data, Table(title, ("varies", "values", "from", "to"), rows, [scored]))
+
+
+def sweep_view(folder: Path) -> View:
+    """How a sweep's folder goes."""
+    try:
+        status = status_of(folder)
+    except ValueError as error:
+        raise InputError(str(error)) from None
+    return View(asdict(status), Table("", (), (), status_lines(status)))
+
+
+def calibration_view(described: Described) -> View:
+    """The unknowns of a calibration and their bounds, as the study writes them."""
+    study = described.study
+    rows = [(name, str(one.low), str(one.high)) for name, one in study.unknowns.items()]
+    data = {"unknowns": {name: {"low": low, "high": high} for name, low, high in rows}}
+    return View(data, Table(f"{len(rows)} unknowns", ("unknown", "from", "to"), rows))
+
+
+def campaign_view(opened: Opened) -> View:
+    """The sets of records of a campaign."""
+    campaign = opened.campaign
+    rows = [(name, one.purpose.value, len(one.files), one.gap) for name, one in campaign.records.items()]
+    data = {
+        "campaign": campaign.name,
+        "device": campaign.device,
+        "sets": {name: {"purpose": why, "files": count, "gap_m": gap} for name, why, count, gap in rows},
+    }
+    columns = ("records", "purpose", "files", Column("gap", "m"))
+    return View(
+        data, Table(f"{campaign.name}: {campaign.device}, {len(rows)} sets of records", columns, rows)
+    )

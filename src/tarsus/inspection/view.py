@@ -1,0 +1,35 @@
+"""What a file or a folder holds, as people read it and as plain data."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from tarsus.tables.table import Table
+
+__all__ = ["View"]
+
+
+@dataclass(frozen=True, repr=False)
+class View:
+    """What there is to see: ``data``, plain and in SI units; ``shown``, the same as a table; remarks beside it."""
+
+    data: dict[str, Any]
+    shown: Table
+    remarks: tuple[str, ...] = ()
+
+    def table(self) -> Table:
+        """The table."""
+        return self.shown
+
+    def to_dict(self) -> dict[str, Any]:
+        """The plain data."""
+        return self.data
+
+    def __str__(self) -> str:
+        return self.shown.text()
+
+    __repr__ = __str__
+
+    def _repr_html_(self) -> str:
+        return self.shown.html()

@@ -1,0 +1,76 @@
+"""The verb `tarsus.report`: the page of a folder that a verb wrote, made again from what is stored."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from tarsus.base.errors import InputError
+from tarsus.cluster.status import status_of
+from tarsus.files.runstore import COLLECTED_FILE, PLAN_FILE
+from tarsus.files.store import REPORT_FILE, SUMMARY_FILE, read_run
+from tarsus.model.laws.userfile import laws_of
+
+__all__ = ["page_of", "report"]
+
+PAGES = ("report.html", "reproduction.html", "index.html")
+"""The page of a folder, by the verbs that write one."""
+
+
+def report(folder: str | os.PathLike[str], *, law: Sequence[str | os.PathLike[str]] = ()) -> Path:
+    """The page of a folder that a verb wrote; of a run or a sweep it is made again from its files, nothing simulated.
+
+    Parameters
+    ----------
+    folder
+        What `simulate`, `sweep`, `identify`, `calibrate`, `design`, `branch` or `reproduce` wrote.
+    law
+        Python files with laws of your own, where the run has them.
+
+    Returns
+    -------
+    Path
+        The page, one file that works offline.
+
+    Raises
+    ------
+    InputError
+        Where the folder holds no page and nothing to make one of.
+    """
+    return page_of(Path(folder), laws_of(law))[0]
+
+
+def page_of(folder: Path, laws: Mapping[str, Any] | None = None) -> tuple[Path, bool]:
+    """The page, and whether it was made just now."""
+    if not folder.is_dir():
+        raise InputError(f"{folder}: is no folder; name one that a verb wrote with -o")
+    if (folder / SUMMARY_FILE).is_file():
+        from tarsus.report.run_page import write_report
+
+        return write_report(read_run(folder, laws), folder / REPORT_FILE), True
+    if (folder / PLAN_FILE).is_file() and not (folder / REPORT_FILE).is_file():
+        return _sweep_page(folder), True
+    for name in PAGES:
+        if (folder / name).is_file():
+            return folder / name, False
+    raise InputError(f"{folder}: holds no run and no page of tarsus ({', '.join(PAGES)})")
+
+
+def _sweep_page(folder: Path) -> Path:
+    """The page of a sweep whose array collected it without one; how to go on where it is not collected."""
+    from tarsus.report.sweep_page import write_sweep_report
+    from tarsus.study.studyfile import frozen_sweep
+
+    file = folder / COLLECTED_FILE
+    if not file.is_file():
+        try:
+            found = status_of(folder)
+        except ValueError as error:
+            raise InputError(str(error)) from None
+        raise InputError(
+            f"{folder}: holds a sweep with {found.units_done} of {found.units} units done and no page yet: "
+            f"`tarsus sweep {folder}` makes what is missing, collects it and writes the page"
+        )
+    return write_sweep_report(frozen_sweep(folder), file, folder / REPORT_FILE)

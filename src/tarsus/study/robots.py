@@ -1,0 +1,165 @@
+"""Robots as a workshop makes them: what is scattered about a drawing, on which grounds they walk, who is lame."""
+
+from __future__ import annotations
+
+import fnmatch
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from tarsus.base.errors import InputError
+from tarsus.base.messages import nearest
+from tarsus.base.spec import FloatInfo, float_paths
+from tarsus.base.units import format_quantity, parse_quantity
+from tarsus.model.scene import Scene
+from tarsus.study.axes import Linspace, Normal, SweepAxis
+from tarsus.study.manufacture import Saltelli, Scattered
+from tarsus.study.sweep import Sweep
+
+__all__ = ["Robots", "Scatter"]
+
+Scatter = float | str | tuple[float | str, float | str]
+"""How a value scatters: its standard deviation (SI, a text with a unit, or a share of the scene's own value such as
+``"5%"``), or both ends of a range that is drawn from evenly."""
+
+GAINS = "robot.drives.*.law.gain"
+"""What a leg is dead by: the gain of its drive."""
+
+MOST_SCATTER = 1.0
+"""Standard deviation over the value beyond which a word is taken for a slip: one robot in six would have the value's
+other sign."""
+
+
+@dataclass(frozen=True)
+class Robots:
+    """A scene with what is scattered in its manufacture.
+
+    scatter: axes of values by path; over: axes of grounds by path; legs: the leg of each path that a pattern with
+    `*` named; parts: paths that are dead or weak in some; dead, weak: fewest and most; weakness: what is left of a
+    weak one.
+    """
+
+    scene: Scene
+    scatter: Mapping[str, SweepAxis]
+    over: Mapping[str, SweepAxis]
+    legs: Mapping[str, str]
+    parts: tuple[str, ...] = ()
+    dead: tuple[int, int] = (0, 0)
+    weak: tuple[int, int] = (0, 0)
+    weakness: float = 0.5
+
+    @classmethod
+    def of(
+        cls,
+        scene: Scene,
+        scatter: Mapping[str, Scatter],
+        *,
+        dead: tuple[int, int] = (0, 0),
+        weak: tuple[int, int] = (0, 0),
+        weakness: float = 0.5,
+    ) -> Robots:
+        """Robots of a drawing.
+
+        Parameters
+        ----------
+        scene
+            The robot of the drawing, on its ground.
+        scatter
+            By path, how its value scatters; `*` in a path stands for every leg, each of which is drawn by itself.
+        dead, weak
+            Fewest and most legs whose drive does nothing, or has only a share of its gain.
+        weakness
+            That share.
+
+        Raises
+        ------
+        InputError
+            With everything that is wrong in the scatter, and where nothing is scattered.
+        """
+        known, problems = float_paths(scene), []
+        axes: dict[str, SweepAxis] = {}
+        grounds: dict[str, SweepAxis] = {}
+        legs: dict[str, str] = {}
+        for pattern, text in scatter.items():
+            found = [path for path in known if fnmatch.fnmatchcase(path, pattern)]
+            if not found:
+                problems.append(f"{pattern}: is no number of the scene{nearest(pattern, known)}")
+            for path in found:
+                try:
+                    if isinstance(text, tuple):
+                        first, last = (parse_quantity(one, known[path].unit) for one in text)
+                        grounds[path] = Linspace(start=first, stop=last)
+                    else:
+                        axes[path] = _scattered(known[path], text)
+                except InputError as error:
+                    problems += [f"{pattern}: {one}" for one in error.problems]
+                    break
+                legs |= _leg(pattern, path)
+        parts = ()
+        if max(dead[1], weak[1]) > 0:
+            parts = tuple(path for path in known if fnmatch.fnmatchcase(path, GAINS))
+        for path in parts:
+            axes.setdefault(path, Normal(mean=known[path].value, deviation=0.0))
+            legs |= _leg(GAINS, path)
+        if not axes and not problems:
+            problems.append("nothing is scattered: give the standard deviation of a value, or dead legs")
+        if problems:
+            raise InputError(problems)
+        return cls(scene, axes, grounds, legs, parts, dead, weak, weakness)
+
+    def sweep(self, count: int, measures: Sequence[str], *, seed: int = 0, chunk: int | str = 64) -> Sweep:
+        """Runs of so many robots, each on a ground of its own."""
+        design = Scattered(
+            count=count, seed=seed, parts=self.parts, dead=self.dead, weak=self.weak, weakness=self.weakness
+        )
+        return self._sweep("robots", design, {**self.scatter, **self.over}, measures, chunk)
+
+    def legs_sweep(
+        self, count: int, measures: Sequence[str], *, seed: int = 0, chunk: int | str = 64
+    ) -> Sweep | None:
+        """Runs that tell how much each leg's scatter matters, no leg being dead; None where fewer than two vary."""
+        axes = {name: axis for name, axis in {**self.scatter, **self.over}.items() if np.ptp(axis.ends) > 0.0}
+        groups = tuple(self.legs.get(name, name) for name in axes)
+        if len(set(groups)) < 2:
+            return None
+        return self._sweep("legs", Saltelli(count=count, seed=seed, groups=groups), axes, measures, chunk)
+
+    def _sweep(
+        self, name: str, design: Any, axes: Mapping[str, SweepAxis], measures: Sequence[str], chunk: Any
+    ) -> Sweep:
+        own: Any = dict(axes)
+        return Sweep(
+            name=f"{self.scene.name}: {name}", scene=self.scene, vary=own, design=design,
+            measures=tuple(measures), chunk=chunk,
+        )  # fmt: skip
+
+
+def _scattered(about: FloatInfo, text: float | str) -> Normal:
+    if isinstance(text, str) and text.endswith("%"):
+        share = parse_quantity(text[:-1].strip(), "1") / 100.0
+        if about.value == 0.0:
+            raise InputError(
+                f"{text} of 0 is nothing: give the standard deviation as a value, such as '2 {about.unit}'"
+            )
+        return Normal(mean=about.value, deviation=abs(about.value) * share)
+    deviation = parse_quantity(text, about.unit)
+    if about.value != 0.0 and deviation > MOST_SCATTER * abs(about.value):
+        plain = re.fullmatch(r"\d+(?:\.\d+)?", str(text))
+        meant = f"{text}%" if plain and float(text) <= 100.0 else "10%"
+        raise InputError(
+            f"a standard deviation of {format_quantity(deviation, about.unit)} is {deviation / abs(about.value):.3g} "
+            f"times the value itself, {format_quantity(about.value, about.unit)}; a share of it is given in percent, "
+            f"such as '{meant}'"
+        )
+    return Normal(mean=about.value, deviation=deviation)
+
+
+def _leg(pattern: str, path: str) -> dict[str, str]:
+    """The leg of a path: what the first `*` of its pattern stands for."""
+    if "*" not in pattern:
+        return {}
+    found = re.match(re.escape(pattern).replace(r"\*", "(.*?)") + "$", path)
+    return {path: found.group(1)} if found else {}
