@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from tarsus.base.spec import with_values
-from tarsus.design import Landscape, LinkDesign, design_links, landscape, step_lift
+from tarsus.design import Landscape, LinkDesign, landscape, step_lift
+from tarsus.design import leg as design_leg
 from tarsus.model.structure.leg import Leg
 from tarsus_reproduce.legs import millipede_leg
 
@@ -21,7 +22,7 @@ SHORTEST, LONGEST = 100e-6, 500e-6
 
 def designed(leg: Leg) -> LinkDesign:
     """The fastest leg that lifts its own load, within the bounds."""
-    return design_links(leg, SHORTEST, LONGEST)
+    return design_leg(leg, SHORTEST, LONGEST)
 
 
 def around(design: LinkDesign, points: int = 25) -> Landscape:

@@ -1,11 +1,10 @@
 # What `tarsus` offers, each name once: `__init__.py` reads it, and so do type checkers and editors. One line a module.
-from collections.abc import Callable
-from typing import Any, Generic, ParamSpec, TypeVar
 
 # Verbs: what the command line does, with the same words.
 from tarsus.calibrate.calibrating import calibrate as calibrate
 from tarsus.cluster.verb import sweep as sweep
 from tarsus.identify.chain import identify as identify
+from tarsus.identify.recommend import recommend as recommend
 from tarsus.inspection.begin import new as new
 from tarsus.inspection.installation import devices as devices, doctor as doctor
 from tarsus.inspection.show import check as check, show as show
@@ -13,7 +12,9 @@ from tarsus.orbits import branch as branch
 from tarsus.report.movie import movie as movie
 from tarsus.report.verb import report as report
 from tarsus.solve import simulate as simulate
+from tarsus.study.bench import run_bench as bench
 from tarsus.study.yields import yield_ as yield_
+from tarsus.synthesis.verb import synthesize as synthesize
 
 # Verbs of Python alone.
 from tarsus.base.spec import get_value as get_value, quantity as quantity, with_values as with_values

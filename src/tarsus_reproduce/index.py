@@ -7,8 +7,8 @@ from typing import Any
 
 from tarsus.files.library import load_scene
 from tarsus.model.scene import Source
-from tarsus.report.html import Markup, page
-from tarsus.report.render import rendered
+from tarsus.report.html import Markup
+from tarsus.report.pages import page, rendered
 from tarsus.tables import Table
 from tarsus_reproduce.forecast import CALIBRATED, PREDICTED
 from tarsus_reproduce.reproduction import NOTABLE

@@ -21,7 +21,7 @@ from tarsus_reproduce.forecast import Forecast
 from tarsus_reproduce.rows import relative_error
 
 if TYPE_CHECKING:
-    from tarsus.report.figures import Plate
+    from tarsus.report.pages import Plate
 
 __all__ = ["NOTABLE", "PAGE_FILES", "NumberRow", "Progress", "Reproduction", "Section", "numbers_table"]
 
@@ -151,8 +151,7 @@ class Reproduction:
 
     def html(self) -> str:
         """The page, one self-contained HTML file: every section with its figures and tables."""
-        from tarsus.report.html import page
-        from tarsus.report.render import rendered
+        from tarsus.report.pages import page, rendered
 
         return page(f"{self.name} – reproduction", rendered("tarsus_reproduce:reproduction.html", one=self))
 

@@ -30,7 +30,7 @@ from tarsus_reproduce.robots import (
 from tarsus_reproduce.rows import HEIGHTS
 
 if TYPE_CHECKING:
-    from tarsus.report.figures import Plate
+    from tarsus.report.pages import Plate
 
 __all__ = ["reproduce_robot", "robot_reproduction"]
 
@@ -178,10 +178,9 @@ def _over_ground(runs: RobotRuns) -> list[Callable[[], Plate]]:
         return ground_motion(runs)
 
     def circles() -> Plate:
-        from tarsus.report.circular import dials
-        from tarsus_reproduce.pages.robot_figures import ground_traces
+        from tarsus_reproduce.pages.robot_figures import ground_circles
 
-        return dials(ground_traces(runs), across=3)
+        return ground_circles(runs)
 
     return [motion, circles]
 
@@ -228,8 +227,8 @@ def _modes(found: RobotRows) -> Section:
     rows = [(str(mode.number), mode.freq_hz, mode.mac, *mode.shape) for mode in found.modes]
     rows.append(("printed", None, None, *column.tolist()))
     note = (
-        "MAC: likeness of the mode and the printed CoR column, 1 = the same shape; the last line is that column. Shapes "
-        "are relative to the struck foot."
+        "MAC: likeness of the mode and the printed CoR column, 1 = the same shape; the last line is that column. "
+        "Shapes are relative to the struck foot."
     )
     return Section(title, (Table("Modes beside the printed CoR column", columns, rows, (note,)),), (shapes,))
 

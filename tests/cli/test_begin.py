@@ -68,7 +68,9 @@ def test_a_campaign_is_checked_with_its_records(tarsus, lab):
     kept = text[: text.index("[records.bare]")] + text[text.index("[records.steps]") :]
     (lab / "campaign.toml").write_text(re.sub("# drive = .*", 'drive = "volts"', kept))
     bad = tarsus("check", lab)
-    assert bad.code == 2 and any("no channel is the displacement of point 'tip'" in one for one in bad.sentences)
+    assert bad.code == 2 and any(
+        "no channel is the displacement of point 'tip'" in one for one in bad.sentences
+    )
 
 
 SWEPT = (
@@ -131,7 +133,9 @@ def test_a_new_campaign_has_lines_to_uncomment_and_guesses_purposes(tarsus, bare
     tarsus("new", "campaign", bare, "--device", "cantilever")
     text = (bare / "campaign.toml").read_text()
     assert text.count("# x = ") == 1 and '# volts = "V"' in text and '# v = { unit = "mm/s"' in text
-    told = dict(zip(re.findall(r"\[records\.(.*)\]", text), re.findall('purpose = "(.*)"', text), strict=True))
+    told = dict(
+        zip(re.findall(r"\[records\.(.*)\]", text), re.findall('purpose = "(.*)"', text), strict=True)
+    )
     assert told == {"held-out-sine": "validation", "loops": "loops", "other": "validation", "sweep": "modal"}
     assert text.count("guessed from the name") == 3 and text.count("say what for") == 1
     (bare / "campaign.toml").write_text(re.sub(r"(?m)^# (?=[\[a-z].*( = |defaults))", "", text))

@@ -10,8 +10,8 @@ LANDING = ("design", "landing", "cantilever", "--foot", "tip")
 def test_one_line_makes_a_header_a_signal_and_a_page(tarsus, tmp_path):
     folder = tmp_path / "landing"
     done = tarsus(
-        *LANDING, "--levels", "free=-8V:8V", "--over", "robot.feet.tip.gap=69um:71um", "--effort", "0.012",
-        "--pairs", "1", "--risk", "mean", "-o", folder, "--json",
+        *LANDING, "--request", "levels=free=-8V:8V", "--over", "robot.feet.tip.gap=69um:71um", "--request",
+        "effort=0.012", "--request", "risk=mean", "-o", folder, "--json",
     )  # fmt: skip
     assert done.code == 0, done.err
     table = done.json()
@@ -34,14 +34,14 @@ def test_one_line_makes_a_header_a_signal_and_a_page(tarsus, tmp_path):
     ("words", "told"),
     [
         (("--foot", "toe"), "no foot 'toe'"),
-        (("--free", "signals.pzt.duty"), "no switching time"),
-        (("--over", "robot.feet.tip.gap=74um:66um"), "the box is empty"),
+        (("--request", "free=signals.pzt.duty"), "no switching time"),
+        (("--over", "robot.feet.tip.gap=74um:66um"), "low below high"),
         (("--over", "robot.feet.tip.gap"), "PATH=a:b"),
-        (("--levels", "-80 V, 80 V"), "beyond the drive's law"),
+        (("--request", "levels=-80 V, 80 V"), "beyond the drive's law"),
         (("--set", "robot.feet.tip.gap=1 mm"), "never lands"),
-        (("--risk", "cvar:2", "--over", "robot.feet.tip.gap=66um:74um"), "cvar:q"),
-        (("--objective", "beauty"), "--objective"),
-        (("--tick", "fast"), "--tick"),
+        (("--request", "risk=cvar:2", "--over", "robot.feet.tip.gap=66um:74um"), "cvar:q"),
+        (("--request", "objective=beauty"), "objective"),
+        (("--request", "tick=fast"), "tick"),
     ],
 )
 def test_a_bad_request_gets_one_sentence_and_writes_nothing(tarsus, tmp_path, words, told):
@@ -49,3 +49,14 @@ def test_a_bad_request_gets_one_sentence_and_writes_nothing(tarsus, tmp_path, wo
                      "-o", tmp_path / "out")  # fmt: skip
     assert refused.code == 2 and len(refused.sentences) == 1 and told in refused.sentences[0]
     assert not (tmp_path / "out").exists()
+
+
+def test_the_printed_request_is_a_file_that_the_verb_takes(tarsus, tmp_path):
+    printed = tarsus("design", "request", "landing").out.replace("# foot =", 'foot = "toe"')
+    (tmp_path / "own.toml").write_text(printed)
+    words = ("design", "landing", "cantilever", "--request", tmp_path / "own.toml", "-o", tmp_path / "out")
+    assert "no foot 'toe'" in tarsus(*words).sentences[0]
+    assert "pairs" in tarsus(*words, "--request", "foot=tip", "--request", "pairs=9").sentences[0]
+    (tmp_path / "own.toml").write_text(printed.replace("effort", "effrt"))
+    assert "did you mean 'effort'" in tarsus(*words).sentences[0]
+    assert "nothing" in tarsus("design", "request", "nothing").sentences[0]

@@ -7,12 +7,15 @@ import json
 
 import pytest
 
-WALK = ("millipede-printed", "--free", "gait.duty,gait.frequency=100Hz:200Hz", "--duration", "10 ms")
-GAIT = (*WALK, "--candidates", "64", "--look", "2", "--threads", "1")
+WALK = (
+    "millipede-printed", "--free", "gait.duty,gait.frequency=100Hz:200Hz", "--request", "duration=10 ms",
+    "--request", "candidates=64", "--threads", "1",
+)  # fmt: skip
+GAIT = (*WALK, "--request", "look=2")
 
 
 def test_a_front_is_written_and_read_again(tarsus, tmp_path):
-    words = ("--objective", "speed", "-o", str(tmp_path), "--no-report", "--json")
+    words = ("--request", "objective=speed", "-o", str(tmp_path), "--no-report", "--json")
     done = tarsus("design", "gait", *GAIT, *words)
     assert done.code == 0, done.err
     table = done.json()
@@ -48,18 +51,10 @@ def test_a_front_is_written_with_pages_that_play(tarsus, tmp_path):
 
 def test_an_adaptive_gait_prints_its_rule(tarsus, tmp_path):
     words = (
-        "--over",
-        "ground.friction.coefficient=4:12",
-        "--sense",
-        "nothing",
-        "--hidden",
-        "4",
-        "--training",
-        "4",
-    )
-    done = tarsus(
-        "design", "adapt", *WALK, "--candidates", "64", *words, "-o", str(tmp_path), "--threads", "1"
-    )
+        "--over", "ground.friction.coefficient=4:12", "--request", "sense=nothing", "--request", "hidden=4",
+        "--request", "training=4",
+    )  # fmt: skip
+    done = tarsus("design", "adapt", *WALK, *words, "-o", str(tmp_path))
     assert done.code == 0, done.err
     assert "always" in done.out and "lost on 4 hidden grounds" in done.out
     assert json.loads((tmp_path / "adapt.json").read_text())["table"][0]["when"] == "always"
@@ -67,7 +62,7 @@ def test_an_adaptive_gait_prints_its_rule(tarsus, tmp_path):
 
 
 def test_bad_requests_are_sentences_and_write_nothing(tarsus, tmp_path):
-    wrong = ("--free", "gait.dutty", "--over", "ground.friction.coefficient=0.5:0.2", "--objective", "spede")
+    wrong = ("--free", "gait.dutty", "--over", "ground.friction.coefficient=0.5:0.2", "--request", "objective=spede")
     done = tarsus("design", "gait", "millipede-printed", *wrong, "-o", str(tmp_path / "none"))
     assert done.code == 2 and len(done.sentences) == 3 and not (tmp_path / "none").exists()
     done = tarsus(

@@ -120,18 +120,7 @@ def test_an_interrupt_that_numpy_answers_is_one_too(tarsus, monkeypatch):
 
 def test_a_long_run_hears_an_interrupt():
     """In one call of the engine, which would take minutes."""
-    words = [
-        sys.executable,
-        "-m",
-        "tarsus",
-        "movie",
-        "millipede-30",
-        "-o",
-        "walk.gif",
-        "--duration",
-        "300 s",
-        "-v",
-    ]
+    words = [sys.executable, "-m", "tarsus", "simulate", "millipede-30", "--duration", "300 s", "-v"]
     hears = "import signal, os, sys; signal.signal(2, signal.default_int_handler); os.execv(sys.argv[1], sys.argv[1:])"
     run = subprocess.Popen([sys.executable, "-c", hears, *words], stderr=subprocess.PIPE, text=True)
     assert run.stderr is not None and "millipede-30" in run.stderr.readline()

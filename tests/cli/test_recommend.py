@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 
 RATE = "ground.adhesion.rate"
-SMALL = ("--hz", "15, 100", "--volts", "6", "--ramp", "0.25")
+SMALL = ("--vary", "hz=15, 100", "--vary", "volts=6", "--vary", "ramp=0.25")
 
 
 @pytest.fixture(scope="module")
 def _quick() -> None:
     """Fewer draws: what is printed is tested here, not how well."""
-    from tarsus.identify import ranking
+    from tarsus.identify import recommend
 
     patch = pytest.MonkeyPatch()
-    full = ranking.rank
-    patch.setattr(ranking, "rank", lambda *words, **more: full(*words, draws=2, **more))
+    full = recommend.rank
+    patch.setattr(recommend, "rank", lambda *words, **more: full(*words, draws=2, **more))
     yield
     patch.undo()
 
@@ -41,14 +41,14 @@ def test_a_table_and_a_plan(tarsus, _quick, plain):
     result = tarsus("recommend", plain, "--parameter", RATE, "--budget", "0.7 s", *SMALL)
     assert result.code == 0 and result.sentences == []
     lines = result.out.splitlines()
-    assert lines[0] == f"{RATE} = 3.4 uN/s, known within a factor of 1.8 (95 %)"
+    assert lines[0] == f"{RATE} = 3.4 µN/s, known within a factor of 1.8 (95 %)"
     assert "ground.adhesion.initial" in lines[1] and RATE not in lines[1]
-    assert lines[5].startswith("15 Hz, 6 V, lambda 0.25")
+    assert lines[4].startswith("15 Hz, 6 V, lambda 0.25")
     assert "of 0.7 s:" in result.out and lines[-1].startswith("Expected: known within ")
 
 
 def test_one_json_object(tarsus, _quick, plain):
-    words = ("--gap", "70 um, 90 um", "--unknown", "robot.feet.tip.gap", "--spread", "0.1", "--json")
+    words = ("--vary", "gap=70 um, 90 um", "--unknown", "robot.feet.tip.gap", "--spread", "0.1", "--json")
     found = tarsus("recommend", plain, "--parameter", RATE, "--budget", "0.1 s", *SMALL, *words).json()
     assert found["std"] == pytest.approx(0.1) and "robot.feet.tip.gap" in found["unknown"]
     assert {(one["signal"]["frequency"], one["gap_m"]) for one in found["signals"]} == {
@@ -78,7 +78,7 @@ def test_draws_beside_an_identified_device_are_used(tarsus, _quick, tmp_path):
 
 
 def test_nothing_worth_taking_is_said(tarsus, _quick):
-    words = ("--hz", "100", "--volts", "0.3", "--ramp", "0.25")
+    words = ("--vary", "hz=100", "--vary", "volts=0.3", "--vary", "ramp=0.25")
     result = tarsus(
         "recommend", "cantilever", "--parameter", "ground.restitution.coefficient", "--budget", "1", *words
     )
@@ -89,10 +89,10 @@ def test_nothing_worth_taking_is_said(tarsus, _quick):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--parameter", RATE, "--budget", "2 m", "--hz", "5, 1 V"], ["--hz: ", "--budget: "]),
+        (["--parameter", RATE, "--budget", "2 m", "--vary", "hz=5, 1 V"], ["hz: ", "budget: "]),
         (["--parameter", "ground.adhesion.rat", "--budget", "2 s"], [f"did you mean '{RATE}'"]),
         (["--parameter", RATE, "--budget", "-1 s", *SMALL], ["budget: expected a time above 0 s"]),
-        (["--parameter", RATE, "--budget", "1 s", "--hz", "0", "--volts", "6"], ["frequency"]),
+        (["--parameter", RATE, "--budget", "1 s", "--vary", "hz=0", "--vary", "volts=6"], ["frequency"]),
         (["--parameter", "signals.pzt.offset", "--budget", "1 s"], ["needs a value above 0"]),
     ],
 )

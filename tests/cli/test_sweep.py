@@ -289,13 +289,13 @@ def test_a_sweep_in_tasks_says_how_to_go_on_and_has_a_page_at_the_end(tarsus, st
     folder = tmp_path / "out"
     assert tarsus("sweep", study(count=1), "-o", folder, "--on", "array:tasks=2").code == 0
     assert task(folder, 1, 1) == 0
-    told = tarsus("sweep", folder, "--status")
+    told = tarsus("show", folder)
     assert "1 of 2 units" in told.out and "to go on with what is missing: `tarsus sweep` of this folder" in told.out
     refused = tarsus("report", folder, "--no-browser")
     (sentence,) = refused.sentences
     assert refused.code == 2 and f"1 of 2 units done and no page yet: `tarsus sweep {folder}` makes" in sentence
     assert task(folder, 2, 1) == 0
-    assert "to go on" not in tarsus("sweep", folder, "--status").out
+    assert "to go on" not in tarsus("show", folder).out
     opened = tarsus("report", folder, "--no-browser", "--json").json()
     assert opened == {"page": str(folder / "report.html"), "made_again": True}
     assert (folder / "report.html").stat().st_size > 10_000

@@ -107,9 +107,7 @@ def test_who_reads_only_the_first_fault_gets_no_other(tmp_path):
     file = tmp_path / "many.toml"
     file.write_text("".join(f"{'k' * 200}{i} = 1\n" for i in range(5000)))
     read, write = os.pipe()
-    with subprocess.Popen(
-        [sys.executable, "-m", "tarsus", "check", file], stdout=write, stderr=write
-    ) as run:
+    with subprocess.Popen([sys.executable, "-m", "tarsus", "check", file], stdout=write, stderr=write) as run:
         os.close(write)
         assert os.read(read, 8) == b"tarsus: "
         os.close(read)

@@ -101,7 +101,7 @@ def test_an_array_gives_the_bytes_of_one_machine(study, alone, tmp_path, capsys)
     assert (folder / "sweep.nc").read_bytes() == alone
     until(lambda: not queued())
     assert submit(load_sweep(study), folder, ASKED, 4, resume=True) == (None, None)
-    assert main(["sweep", str(folder), "--status"]) == 0
+    assert main(["show", str(folder)]) == 0
     assert "60 of 60 runs done (100.0 %), 30 of 30 units\nfinished" in capsys.readouterr().out
 
 

@@ -61,6 +61,21 @@ def designed(scene: ts.Scene) -> str:
     return f"{slope} {found.speed}"
 
 
+def looked_at(name: str) -> str:
+    """Verbs that look at files, and further names by their rooms."""
+    waves: list[ts.waveforms.Waveform] = [ts.Sine(amplitude="8 V", frequency="50 Hz"), ts.waveforms.Ramp(stop=1.0, duration="1 s")]
+    table: ts.Table = ts.show(name).table()
+    rule = ts.laws.RestituteFirst(speed="20 mm/s")
+    return f"{table} {ts.check(name)} {rule} {len(waves)} {ts.report(name)}"
+
+
+def fitted() -> str:
+    """Rooms that are verbs."""
+    calibrated = ts.calibrate("cantilever", seed=1)
+    identified = ts.identify("lab")
+    return f"{calibrated} {identified}"
+
+
 def changed(scene: ts.Scene) -> ts.Scene:
     """A copy with other values."""
     return ts.with_values(scene, {"robot.feet.ball.gap": "60 um"})

@@ -1,30 +1,36 @@
-"""`tarsus design`: what a description or a signal should be, given what it should do."""
+"""`tarsus design`: what a description or a signal should be, given what it should do.
+
+Each verb is one function of `tarsus.design` with its settings as a request: a TOML file in sections, single settings as
+NAME=VALUE, or both, of which the words prevail. `tarsus design request VERB` prints the file with every setting.
+"""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated, Any
 
 from cyclopts import App, Parameter
 
-from tarsus.cli import design_gait
-from tarsus.cli.options import (
-    HERE,
-    PAGES,
-    UNCHANGED,
-    Changes,
-    Folder,
-    Grounds,
-    Many,
-    Pages,
-    Risk,
-    Seed,
-    Work,
-    at_least,
-)
+from tarsus.cli.options import HERE, PAGES, UNCHANGED, Changes, Folder, Grounds, Pages, Resume, Work
 
 design = App(name="design", help="What a description or a signal should be, given what it should do.")
-design.command(design_gait.gait)
-design.command(design_gait.adapt)
+
+Request = Annotated[
+    list[str] | None,
+    Parameter(
+        negative=(),
+        help="a TOML file of settings, or one of them as NAME=VALUE, e.g. pairs=2; may be repeated. `tarsus design "
+        "request` prints a file with all of them.",
+    ),
+]
+Free = Annotated[
+    list[str] | None,
+    Parameter(
+        negative=(),
+        help="what may change: gait.frequency, gait.duty, gait.high=7V:14V, or gait.phases for the phases of all legs; "
+        "with commas, or repeated.",
+    ),
+]
 
 
 @design.command
@@ -32,22 +38,10 @@ def landing(
     scene: str,
     /,
     *,
-    foot: str,
     output: Folder,
-    pairs: Annotated[int, at_least(0)] = 1,
-    levels: Annotated[str, Parameter(allow_leading_hyphen=True)] = "-8 V, 8 V",
+    foot: str | None = None,
     over: Grounds = None,
-    risk: Risk = None,
-    objective: str = "speed",
-    drive: str | None = None,
-    free: Many = None,
-    tick: str = "1 us",
-    shortest: str = "10 us",
-    ringing: str | None = None,
-    learn: Annotated[int, at_least(0)] = 0,
-    sensor: str = "speed",
-    effort: float = 1.0,
-    seed: Seed = 0,
+    request: Request = None,
     changes: Changes = UNCHANGED,
     work: Work = HERE,
     pages: Pages = PAGES,
@@ -58,103 +52,180 @@ def landing(
     ----------
     scene
         a device (see `tarsus devices`) or a scene file; its signal gives the period, and the share of it on the ground.
-    foot
-        name of the foot.
     output
         folder for landing.json, signal.toml, scene.toml, landing.h, scenarios.csv and report.html.
-    pairs
-        pairs of switchings beside the step's two edges, at most.
-    levels
-        voltages, e.g. "-8 V, 8 V", or free=-8V:8V for any between; the lowest and the highest are held.
-    objective
-        speed, impulse or touchdowns.
-    drive
-        whose volts are designed; the only one when left out.
-    free
-        path of a switching time that may move, of a scene whose signal is on-off already; no others do, then; may be
-        repeated.
-    tick
-        of the timer that edges are rounded to.
-    shortest
-        time that a level lasts at least.
-    ringing
-        greatest overshoot after release over the mean gap in the air, e.g. "20 %".
-    learn
-        steps in which the landing is learned on hidden grounds; 0 for none.
-    sensor
-        what the learner is told: speed (a scalar) or contact (one bit).
-    effort
-        factor on the length of the search.
+    foot
+        name of the foot.
     """
-    from tarsus.cli import console, requests
-    from tarsus.design.landing_files import LANDING_FILES, landing_table, write_landing
+    from tarsus.cli import console
+    from tarsus.design.landing_files import LANDING_FILES
     from tarsus.design.soft_landing import landing as made
 
-    options = _options(objective, sensor, tick, shortest, ringing)
-    grounds = requests.grounds_of(over or ())
+    file, given = _asked(request, over, foot=foot)
     the_scene = changes.scene(scene)
     target = pages.target(output, "design landing", LANDING_FILES)
     with console.progress_bar("design") as progress, work.workers() as workers:
-        found = made(
-            the_scene, foot, pairs=pairs, levels=levels, over=grounds, risk=risk, learn=learn, progress=progress,
-            drive=drive, free=tuple(free or ()), seed=seed, effort=effort, threads=workers, **options,
-        )  # fmt: skip
+        found = made(the_scene, request=file, progress=progress, threads=workers, **given)
     with target.writing() as folder:
-        write_landing(found, folder)
+        found.write(folder)
         if pages.report:
             from tarsus.report.landing_page import write_landing_report
 
             write_landing_report(found, folder / "report.html")
-    table = landing_table(found)
-    if pages.json:
-        console.print_json(table)
-    else:
-        _show(table)
-        console.wrote([folder])
+    return _shown(found, folder, pages)
+
+
+@design.command
+def gait(
+    scene: str,
+    /,
+    *,
+    output: Folder,
+    free: Free = None,
+    over: Grounds = None,
+    request: Request = None,
+    changes: Changes = UNCHANGED,
+    work: Work = HERE,
+    resume: Resume = False,
+    pages: Pages = PAGES,
+) -> int:
+    """Find the gaits that no other beats in speed, energy, slip or contact, on grounds that nobody measured.
+
+    Parameters
+    ----------
+    scene
+        a walker: a device (see `tarsus devices`) or a scene file.
+    output
+        folder for gaits.json, front.csv, gait.h (the robust gait), report.html, and the scene and the page of every
+        gait of the front.
+    """
+    from tarsus.cli import console
+    from tarsus.design.gait_files import FRONT_FILES
+    from tarsus.design.gait_fronts import KEPT_FILES
+    from tarsus.design.gait_fronts import gait as made
+    from tarsus.design.gait_request import GaitSettings, gait_request
+    from tarsus.design.request import settings_of
+
+    file, given = _asked(request, over, free=_free(free))
+    the_scene = changes.scene(scene)
+    target = pages.target(output, "design gait", (*FRONT_FILES, *KEPT_FILES), resume=resume)
+    options = settings_of(GaitSettings, file, given)
+    gait_request(the_scene, options, options.risk)  # before a file is touched
+    with (
+        console.resumable(),
+        target.writing(resume=resume) as folder,
+        console.progress_bar("gaits") as progress,
+        work.workers() as workers,
+    ):
+        found = made(
+            the_scene, request=file, folder=folder, resume=resume, progress=progress, threads=workers, **given
+        )
+        found.write(folder)
+        if pages.report:
+            from tarsus.report.gait_page import write_gait_report
+
+            write_gait_report(found, folder)
+    return _shown(found, folder, pages)
+
+
+@design.command
+def adapt(
+    scene: str,
+    /,
+    *,
+    output: Folder,
+    free: Free = None,
+    over: Grounds = None,
+    request: Request = None,
+    changes: Changes = UNCHANGED,
+    work: Work = HERE,
+    pages: Pages = PAGES,
+) -> int:
+    """Find a few gaits, and the table that chooses among them by what the robot senses in its first steps.
+
+    Parameters
+    ----------
+    scene
+        a walker: a device (see `tarsus devices`) or a scene file.
+    output
+        folder for adapt.json, hidden.csv and report.html.
+    """
+    from tarsus.cli import console
+    from tarsus.design.adaptive import adapt as made
+    from tarsus.design.gait_files import ADAPT_FILES
+
+    file, given = _asked(request, over, free=_free(free))
+    the_scene = changes.scene(scene)
+    target = pages.target(output, "design adapt", ADAPT_FILES)
+    with console.progress_bar("adaptive gait") as progress, work.workers() as workers:
+        found = made(the_scene, request=file, progress=progress, threads=workers, **given)
+    with target.writing() as folder:
+        found.write(folder)
+        if pages.report:
+            from tarsus.report.gait_page import write_adapt_report
+
+            write_adapt_report(found, folder / "report.html")
+    return _shown(found, folder, pages)
+
+
+@design.command
+def request(verb: str, /) -> int:
+    """Print the file of settings of landing, gait, adapt or leg: every name, its default and what it is for.
+
+    Parameters
+    ----------
+    verb
+        landing, gait, adapt or leg.
+    """
+    from tarsus.design.request import settings_text
+
+    print(settings_text(verb), end="")
     return 0
 
 
-def _options(objective: str, sensor: str, tick: str, shortest: str, ringing: str | None) -> dict[str, Any]:
+def _asked(
+    words: list[str] | None, over: list[str] | None, **named: Any
+) -> tuple[Path | None, dict[str, Any]]:
+    """The file of settings, and those that are words of the command line, options of their own among them."""
     from tarsus.base.errors import InputError
     from tarsus.cli import requests
-    from tarsus.design.request import members
+
+    files = [word for word in words or () if "=" not in word]
+    if len(files) > 1:
+        raise InputError(f"--request: expected one file, got {' and '.join(files)}")
+    given = requests.settings([word for word in words or () if "=" in word], "--request")
+    if over:
+        given["over"] = requests.grounds_of(over)
+    given |= {name: value for name, value in named.items() if value is not None}
+    return Path(files[0]) if files else None, given
+
+
+def _free(words: list[str] | None) -> dict[str, tuple[str, str] | None] | None:
+    """``PATH`` and ``PATH=a:b`` words as paths with their ranges."""
+    from tarsus.base.errors import InputError
 
     problems: list[str] = []
-    found: dict[str, Any] = {}
-    quantities = {"tick": (tick, "s"), "shortest": (shortest, "s"), "ringing": (ringing, "1")}
-    for read in (
-        lambda: members({"objective": objective, "sensor": sensor}, "--"),
-        lambda: requests.quantities_of(**quantities),
-    ):
-        try:
-            found |= read()
-        except InputError as error:
-            problems += error.problems
+    found: dict[str, tuple[str, str] | None] = {}
+    for word in (part.strip() for one in words or () for part in one.split(",")):
+        path, equals, span = (one.strip() for one in word.partition("="))
+        low, colon, high = (one.strip() for one in span.partition(":"))
+        if not path or (equals and not (low and colon and high)):
+            problems.append(f"--free takes PATH or PATH=a:b, such as gait.duty=0.2:0.8, got '{word}'")
+        elif path in found:
+            problems.append(f"--free names '{path}' twice")
+        else:
+            found[path] = (low, high) if equals else None
     if problems:
         raise InputError(problems)
-    return found
+    return found or None
 
 
-def _show(table: dict[str, Any]) -> None:
+def _shown(found: Any, folder: Path, pages: Pages) -> int:
     from tarsus.cli import console
 
-    rows = [
-        (str(i), f"{time * 1e6:.6g}", f"{level:.5g}", f"{span * 1e6:.6g}")
-        for i, (time, level, span) in enumerate(
-            zip(table["switching_times"], table["levels"], table["durations"], strict=True)
-        )
-    ]
-    console.table(("switching", "time (us)", "level (V)", "lasts (us)"), rows)
-    plain = table["plain"]
-    print(f"\nplain step: {plain['speed']:.4g} m/s, {plain['touchdowns']:g} touchdowns a step")
-    print(
-        f"designed:   {table['speed']:.4g} m/s, {table['touchdowns']:g} touchdowns a step, {table['regime']}"
-    )
-    if table["worst"] == table["worst"]:
-        print(f"worst:      {table['worst']:.4g} m/s on {len(table['scenarios'])} grounds"
-              + (f", {table['worst_ground']['tried']} looked at" if table["worst_ground"] else "")
-              + f"; the nominal design's worst {table['nominal_worst']:.4g} m/s")  # fmt: skip
-    if table["energy"] == table["energy"]:
-        print(
-            f"energy:     {table['energy']:.4g} J a period, {table['energy_recovered']:.4g} J with charge recovery"
-        )
+    if pages.json:
+        console.print_json(found.to_dict())
+    else:
+        print(found.table())
+        console.wrote([folder])
+    return 0

@@ -15,10 +15,22 @@ COMMANDS = {
 }
 """What to use in place of a command."""
 
+DESIGNS = {
+    "landing": "pairs levels risk objective drive free tick shortest ringing learn sensor effort seed",
+    "gait": "objective risk look loss symmetry dead candidates duration seed",
+    "adapt": "sense objective steps gaits hidden training noise repeats symmetry dead candidates duration seed",
+}
+"""Options of earlier `tarsus design` that are settings of its request now."""
+
 OPTIONS = {
+    "recommend --hz": '`--vary hz="5, 15"`',
+    "recommend --volts": '`--vary volts="4, 6"`',
+    "recommend --ramp": '`--vary ramp="0, 0.25"`',
+    "recommend --gap": '`--vary gap="70 um, 90 um"`',
     "--dask": "`--on dask:ADDRESS`, or `--on dask:local`",
     "sweep --slurm": "`--on slurm:partition=main,time=1:00:00,tasks=100`",
     "sweep --tasks": "`--on array:tasks=N`, or `--on slurm:...,tasks=N`",
+    "sweep --status": "`tarsus show DIR`",
     "sweep --task": "`python -m tarsus.cli.task DIR NUMBER ARRAY`, as the array's script does",
     "sweep --submission": "`python -m tarsus.cli.task DIR NUMBER ARRAY`, as the array's script does",
     "yield --dead": "`--scatter dead=0:5`",
@@ -28,6 +40,11 @@ OPTIONS = {
     "yield --draws": "`--count ROBOTS:DRAWS`",
     "yield --chunk": "`chunk` of `tarsus.yield_`",
     "yield --no-report": "nothing: the page is always written",
+}
+OPTIONS |= {
+    f"design {verb} --{name}": f"`--request {name}=VALUE`"
+    for verb, names in DESIGNS.items()
+    for name in names.split()
 }
 """What to use in place of an option, of one command or of all."""
 

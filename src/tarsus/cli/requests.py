@@ -20,34 +20,35 @@ if TYPE_CHECKING:
 _LAWS = "ground.laws."
 
 
-def settings(words: Sequence[str]) -> dict[str, Any]:
-    """`path=value` words as a mapping.
-
-    A value is a number, a text with a unit, a list or table as TOML writes it, or `none`.
-    """
+def texts_of(words: Sequence[str], option: str) -> dict[str, str]:
+    """`name=text` words by name."""
     problems = []
-    values: dict[str, Any] = {}
+    found: dict[str, str] = {}
     for word in words:
-        path, equals, text = word.partition("=")
-        path, text = path.strip(), text.strip()
+        path, equals, text = (one.strip() for one in word.partition("="))
         if not equals or not path or not text:
-            problems.append(f"--set takes path=value, got '{word}'")
-        elif path in values:
-            problems.append(f"--set names '{path}' twice")
+            problems.append(f"{option} takes path=value, got '{word}'")
+        elif path in found:
+            problems.append(f"{option} names '{path}' twice")
         else:
-            values[path] = _value(path, text)
+            found[path] = text
     if problems:
         raise InputError(problems)
-    return values
+    return found
 
 
-def _value(path: str, text: str) -> Any:
+def settings(words: Sequence[str], option: str = "--set") -> dict[str, Any]:
+    """`path=value` words: numbers, texts with a unit, lists and tables as TOML writes them, or `none`."""
+    return {path: _value(f"{option} {path}", text) for path, text in texts_of(words, option).items()}
+
+
+def _value(label: str, text: str) -> Any:
     if text.lower() == "none":
         return None
     from tarsus.files.tables import NotToml, table_of
 
     try:
-        return table_of(f"value = {text}", f"--set {path}")["value"]
+        return table_of(f"value = {text}", label)["value"]
     except NotToml:
         return text
 
@@ -202,21 +203,16 @@ def grounds_of(words: Sequence[str]) -> Any:
 
 def quantities_of(**given: tuple[str | None, str]) -> dict[str, float]:
     """Quantities [SI] of options by name, each its words and its unit; those that are not given are left out."""
-    return {name: one for name, (one,) in quantity_lists_of(tuple(given), **given).items()}
-
-
-def quantity_lists_of(single: Sequence[str] = (), **given: tuple[str | None, str]) -> dict[str, list[float]]:
-    """The same of lists with commas; those that are named ``single`` are one quantity."""
     from tarsus.base.units import parse_quantity
 
     problems: list[str] = []
-    found: dict[str, list[float]] = {}
+    found: dict[str, float] = {}
     for name, (text, unit) in given.items():
-        for word in () if text is None else [text] if name in single else text.split(","):
-            try:
-                found.setdefault(name, []).append(parse_quantity(word.strip(), unit))
-            except InputError as error:
-                problems += [f"--{name}: {one}" for one in error.problems]
+        try:
+            if text is not None:
+                found[name] = parse_quantity(text.strip(), unit)
+        except InputError as error:
+            problems += [f"--{name}: {one}" for one in error.problems]
     if problems:
         raise InputError(problems)
     return found

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-from tarsus.cli.options import FLAG, HERE, PAGES, LawFiles, MaybeFolder, MaybeSeed, Pages, Resume, Work
+from tarsus.cli.options import HERE, PAGES, LawFiles, MaybeFolder, MaybeSeed, Pages, Resume, Work
 
 if TYPE_CHECKING:
     from tarsus.base.workers import Workers
@@ -22,7 +22,6 @@ def sweep(
     work: Work = HERE,
     resume: Resume = False,
     law: LawFiles = None,
-    status: Annotated[bool, FLAG] = False,
     pages: Pages = PAGES,
 ) -> int:
     """Run a study: a scene over many values of its floats, every run scored.
@@ -33,18 +32,15 @@ def sweep(
         a packaged study, a study file (TOML), or the folder of a sweep, which is continued.
     output
         folder for the study, its finished parts and sweep.nc; by default the study's name with .sweep.
-    status
-        print how the sweep in this folder goes, from any machine that sees it.
     """
     from tarsus.cli import requests
+    from tarsus.cluster.verb import redrawn
     from tarsus.files.runstore import SWEEP_FILES
 
-    if status:
-        return _status(Path(study), pages.json)
     kind, words = ("", "") if work.on is None else requests.place_of(work.on)
     chosen, folder, resume = _chosen(study, output, law, resume, pages.overwrite)
     if seed is not None:
-        chosen = _drawn_anew(chosen, seed, resume)
+        chosen = redrawn(chosen, seed, resume)
     target = pages.target(folder, "sweep", SWEEP_FILES, resume=resume)
     if kind in ("slurm", "array"):
         options, tasks = array_words(words, kind)
@@ -52,21 +48,6 @@ def sweep(
             return _array(chosen, folder, options, tasks, resume, pages.json)
     with target.writing(resume=resume), work.workers() as workers:
         return _run(chosen, folder, resume, workers, pages)
-
-
-def _status(folder: Path, json: bool) -> int:
-    from dataclasses import asdict
-
-    from tarsus.base.errors import InputError
-    from tarsus.cli import console
-    from tarsus.cluster.status import status_lines, status_of
-
-    try:
-        found = status_of(folder)
-    except ValueError as error:
-        raise InputError(str(error)) from None
-    console.print_json(asdict(found)) if json else print("\n".join(status_lines(found)))
-    return 0
 
 
 def array_words(words: str, kind: str) -> tuple[str | None, int]:
@@ -108,18 +89,6 @@ def _chosen(
     return load_sweep(study, laws_of(law or ())), folder, resume
 
 
-def _drawn_anew(chosen: Sweep, seed: int, resume: bool) -> Sweep:
-    """The sweep with another seed; its design must have one, and must not be that of a folder already."""
-    from tarsus.base.errors import InputError
-    from tarsus.base.spec import with_values
-
-    if resume:
-        raise InputError("--seed: a sweep that is continued keeps the values it was begun with")
-    if "seed" not in type(chosen.design).model_fields:
-        raise InputError(f"--seed: a {chosen.design.kind} draws nothing at random")
-    return with_values(chosen, {"design.seed": seed})
-
-
 def _array(chosen: Sweep, folder: Path, slurm: str | None, tasks: int, resume: bool, json: bool) -> int:
     from tarsus.cli import console
     from tarsus.cluster.array import prepare
@@ -140,7 +109,7 @@ def _array(chosen: Sweep, folder: Path, slurm: str | None, tasks: int, resume: b
         print(f"nothing is missing in '{folder}'; `tarsus sweep {folder}` collects it")
         return 0
     print(f"{f'job {job}: ' if job else ''}{array.units} units in {array.tasks} tasks, {array.script}")
-    print(f"how it goes: tarsus sweep {folder} --status")
+    print(f"how it goes: tarsus show {folder}")
     return 0
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from math import isfinite
 from typing import Annotated
 
 from cyclopts import Parameter
@@ -38,30 +37,19 @@ def synthesize(
     perturb
         multiply every number that a campaign identifies by 1 - this to 1 + this, at random.
     """
-    from tarsus.base.errors import InputError
+    import tarsus
     from tarsus.cli import console, requests
     from tarsus.files.output import OutputFolder
-    from tarsus.synthesis.campaign_folder import CAMPAIGN_FILES, write_campaign
-    from tarsus.synthesis.recordings import Instrument, perturbed
+    from tarsus.synthesis.campaign_folder import CAMPAIGN_FILES
+    from tarsus.synthesis.verb import checked_instrument
 
     scene = changes.scene(device)
     hertz = requests.quantities_of(rate=(rate, "Hz"))["rate"]
-    if not 1e3 <= hertz <= 1e7:
-        raise InputError(f"--rate: expected 1 kHz to 10 MHz, got '{rate}'")
-    if not isfinite(snr_db):
-        raise InputError(f"--snr-db: expected a finite number, got {snr_db:g}")
+    checked_instrument(hertz, snr_db)  # before a file is touched
     target = OutputFolder(output, "synthesize", CAMPAIGN_FILES, overwrite)
     target.check()
-    if perturb:
-        scene = perturbed(scene, perturb, seed)
     with target.writing() as folder, console.progress_bar("records") as progress:
-        written = write_campaign(scene, folder, Instrument(rate=hertz, snr_db=snr_db), seed, progress)
-    size = sum(path.stat().st_size for path in written)
-    if json:
-        files = [str(path) for path in written]
-        console.print_json({"campaign": files[0], "truth": files[-1], "files": files, "bytes": size})
-        return 0
-    print(f"{len(written)} files, {size / 1e6:.1f} MB; the truth is in {written[-1]}")
-    console.wrote([output])
-    console.note([f"identify it with `tarsus identify {written[0]} -o FOLDER`"])
-    return 0
+        found = tarsus.synthesize(
+            scene, folder, seed=seed, snr_db=snr_db, rate=hertz, perturb=perturb, progress=progress
+        )
+    return console.show(found, json, [output])

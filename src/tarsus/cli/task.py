@@ -10,8 +10,9 @@ import sys
 from pathlib import Path
 
 from tarsus.base.errors import InputError
-from tarsus.cli import alone, console
+from tarsus.cli import console
 from tarsus.cli.app import INTERRUPTED, told
+from tarsus.cli.entry import alone
 
 __all__ = ["task"]
 

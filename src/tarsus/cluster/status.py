@@ -1,6 +1,6 @@
 """How a sweep goes, from its folder alone, by whoever can see it; needs nothing but Python.
 
-``python -m tarsus.cluster.status DIR`` is what `tarsus sweep DIR --status` prints.
+``python -m tarsus.cluster.status DIR`` is what `tarsus show DIR` prints.
 """
 
 from __future__ import annotations

@@ -6,19 +6,22 @@ import os
 from pathlib import Path
 from typing import Any
 
+from tarsus.base.errors import InputError
+from tarsus.base.spec import with_values
 from tarsus.cluster.dask import executor_of
 from tarsus.study.progress import OnProgress
 from tarsus.study.studyfile import load_sweep
 from tarsus.study.sweep import Sweep
 from tarsus.study.sweeping import SweepResult, run_sweep
 
-__all__ = ["sweep"]
+__all__ = ["redrawn", "sweep"]
 
 
 def sweep(
     study: Sweep | str | os.PathLike[str],
     output: str | os.PathLike[str] | None = None,
     *,
+    seed: int | None = None,
     client: Any = None,
     resume: bool = False,
     threads: int | None = None,
@@ -32,6 +35,8 @@ def sweep(
         A `Sweep`, a packaged study's name, or a study file.
     output
         The folder; by default the study's name with `.sweep`.
+    seed
+        Of what is drawn at random; the study's own when left out.
     client
         Who does the work: a ``dask.distributed.Client`` of any cluster, or any executor of ``concurrent.futures``.
         Threads of this process without one. The results are the same, byte for byte.
@@ -66,6 +71,8 @@ def sweep(
     """
     chosen = study if isinstance(study, Sweep) else load_sweep(study)
     name = chosen.name if isinstance(study, Sweep) else Path(study).stem
+    if seed is not None:
+        chosen = redrawn(chosen, seed, resume)
     return run_sweep(
         chosen,
         output if output is not None else f"{name}.sweep",
@@ -73,3 +80,12 @@ def sweep(
         threads=threads if client is None else executor_of(client),
         progress=progress,
     )
+
+
+def redrawn(sweep: Sweep, seed: int, resume: bool = False) -> Sweep:
+    """The sweep with another seed. Raises InputError where it draws nothing, and of one that is continued."""
+    if resume:
+        raise InputError("--seed: a sweep that is continued keeps the values it was begun with")
+    if "seed" not in type(sweep.design).model_fields:
+        raise InputError(f"--seed: a {sweep.design.kind} draws nothing at random")
+    return with_values(sweep, {"design.seed": seed})

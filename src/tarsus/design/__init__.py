@@ -1,4 +1,8 @@
-"""Design: what a description or a signal should be, given what it should do. Names are loaded when first used."""
+"""Design: what a description or a signal should be, given what it should do. Names are loaded when first used.
+
+A verb is one function, with its settings as words, as a mapping or as a TOML file (`settings_text` writes it):
+`landing`, `gait`, `adapt`, `learn`, `leg`. Each returns a result with ``table()`` and ``write(folder)``.
+"""
 
 from __future__ import annotations
 
@@ -8,57 +12,58 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from tarsus.design.adaptive import AdaptiveGait, Sense, adapt
     from tarsus.design.gait_fronts import GaitFront, GaitPoint, gait
-    from tarsus.design.gait_header import gait_header_text
-    from tarsus.design.landing_files import header_text, landing_table, write_landing
+    from tarsus.design.gait_unknowns import Symmetry
+    from tarsus.design.grounds import Grounds
+    from tarsus.design.headers import gait_header_text, header_text
+    from tarsus.design.landing_request import Sensor
+    from tarsus.design.learning import Learning
     from tarsus.design.lifts import StepLift, step_lift
-    from tarsus.design.links import Landscape, LinkDesign, design_links, landscape
-    from tarsus.design.over import Box, Ensemble
-    from tarsus.design.request import Options, Sensor
-    from tarsus.design.soft_landing import LandingDesign, landing
-    from tarsus.design.target import Objective
-    from tarsus.design.unknowns import Symmetry
+    from tarsus.design.links import Landscape, LinkDesign, landscape, leg
+    from tarsus.design.request import settings_text
+    from tarsus.design.soft_landing import LandingDesign, landing, learn
+    from tarsus.design.target import LandingObjective
     from tarsus.model.standing import standing
 
 __all__ = [
     "AdaptiveGait",
-    "Box",
-    "Ensemble",
     "GaitFront",
     "GaitPoint",
+    "Grounds",
     "LandingDesign",
+    "LandingObjective",
     "Landscape",
+    "Learning",
     "LinkDesign",
-    "Objective",
-    "Options",
     "Sense",
     "Sensor",
     "StepLift",
     "Symmetry",
     "adapt",
-    "design_links",
     "gait",
     "gait_header_text",
     "header_text",
     "landing",
-    "landing_table",
     "landscape",
+    "learn",
+    "leg",
+    "settings_text",
     "standing",
     "step_lift",
-    "write_landing",
 ]
 
 _HOMES = {
     "tarsus.design.adaptive": "AdaptiveGait Sense adapt",
     "tarsus.design.gait_fronts": "GaitFront GaitPoint gait",
-    "tarsus.design.gait_header": "gait_header_text",
-    "tarsus.design.landing_files": "header_text landing_table write_landing",
-    "tarsus.design.links": "Landscape LinkDesign design_links landscape",
-    "tarsus.design.over": "Box Ensemble",
-    "tarsus.design.request": "Options Sensor",
-    "tarsus.design.soft_landing": "LandingDesign landing",
+    "tarsus.design.gait_unknowns": "Symmetry",
+    "tarsus.design.grounds": "Grounds",
+    "tarsus.design.headers": "gait_header_text header_text",
+    "tarsus.design.landing_request": "Sensor",
+    "tarsus.design.learning": "Learning",
     "tarsus.design.lifts": "StepLift step_lift",
-    "tarsus.design.target": "Objective",
-    "tarsus.design.unknowns": "Symmetry",
+    "tarsus.design.links": "Landscape LinkDesign landscape leg",
+    "tarsus.design.request": "settings_text",
+    "tarsus.design.soft_landing": "LandingDesign landing learn",
+    "tarsus.design.target": "LandingObjective",
     "tarsus.model.standing": "standing",
 }
 _HOME = {name: module for module, names in _HOMES.items() for name in names.split()}

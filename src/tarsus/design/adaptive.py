@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,14 +13,18 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
-from tarsus.design import shown
-from tarsus.design.gait_request import GaitOptions, GaitRequest, gait_request
-from tarsus.design.over import Box, Ensemble, even_points
-from tarsus.design.posterior import Posterior, posterior_of
-from tarsus.design.risk import Mean
+from tarsus.base.workers import Workers
+from tarsus.design.gait_choice import GaitChoice, gait_choice
+from tarsus.design.gait_files import adapt_data, adapt_line, adapt_table, write_adapt
+from tarsus.design.gait_request import AdaptSettings, GaitRequest, gait_request
+from tarsus.design.grounds import Grounds, drawn, spread
+from tarsus.design.request import Given, Problems, settings_of
+from tarsus.design.risk import MEAN
 from tarsus.design.walk_objectives import OBJECTIVES, WalkObjective
 from tarsus.design.walks import Walks
 from tarsus.files.library import SceneLike, as_scene
+from tarsus.fit.valleys import even_points, inside, shorter_steps
+from tarsus.tables.table import Table
 
 __all__ = ["AdaptiveGait", "Sense", "adapt", "senses_of"]
 
@@ -36,8 +41,10 @@ WORTH = 0.005
 """Share of the mean value that another gait must add to the few."""
 YOUNG = 8
 """Gaits tried about one in each step of a search."""
-STEP = 0.15
-"""First step of such a search, in the unit cube; a third shorter each time."""
+STEP, SHORTER = 0.15, 1.5
+"""First step of such a search, in the unit cube, and the divisor of the next ones."""
+KNOWING = 3
+"""Steps of the search on each hidden ground alone: from 0.15 to 0.07 of a range about the best of the few."""
 AGAIN = 4
 """Times as many walks as elsewhere by which the gait that knows its ground is chosen, and then judged."""
 DRAWS = 2000
@@ -94,21 +101,36 @@ class AdaptiveGait:
     gaits: tuple[Mapping[str, float], ...]
     probes: tuple[int, ...]
     senses: tuple[str, ...]
-    posterior: Posterior
+    posterior: GaitChoice
     costs: Floats
     known: Floats
     chosen: NDArray[np.int64]
     best: NDArray[np.int64]
-    grounds: Mapping[str, Floats]
+    grounds: Grounds
     probe_steps: int
     runs: int
     repeats: int = 1
 
     def __repr__(self) -> str:
-        return shown.adapt_line(self)
+        return f"<{adapt_line(self)}>"
+
+    def __str__(self) -> str:
+        return str(self.table())
 
     def _repr_html_(self) -> str:
-        return shown.adapt_html(self)
+        return self.table().html()
+
+    def table(self) -> Table:
+        """The few gaits, how often each is taken on the hidden grounds, and what is lost there."""
+        return adapt_table(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data in SI units: what ``--json`` prints."""
+        return adapt_data(self)
+
+    def write(self, folder: str | Path) -> Path:
+        """Write everything but the report into a folder; returns it. Raises InputError where it cannot be written."""
+        return write_adapt(self, folder)
 
     def _of(self, gaits: NDArray[np.int64]) -> Floats:
         return self.costs[np.arange(len(gaits)), gaits]
@@ -142,7 +164,7 @@ class AdaptiveGait:
         return self._lost(self._of(self.best))
 
     @property
-    def table(self) -> list[tuple[str, int]]:
+    def rule(self) -> list[tuple[str, int]]:
         """Gaits that the table chooses, and on how many of its grounds, in words."""
         if not self.probes:
             return [("always", int(np.argmax(self.posterior.shares)))]
@@ -169,123 +191,99 @@ def senses_of(given: str | Sequence[Sense]) -> tuple[Sense, ...]:
 
 def adapt(
     scene: SceneLike,
-    free: Mapping[str, Any] | Iterable[str],
-    over: Any,
-    sense: str | Sequence[Sense] = "charge",
-    objective: str | WalkObjective = "speed",
+    free: Mapping[str, Any] | Iterable[str] | None = None,
+    over: Any = None,
+    sense: str | Sequence[Sense] | None = None,
+    objective: str | WalkObjective | None = None,
     *,
-    steps: int = 20,
-    gaits: int = 10,
-    hidden: int = 200,
-    training: int = 256,
-    noise: float = 0.02,
-    repeats: int = 1,
+    request: Given = None,
+    threads: Workers = None,
     progress: Progress | None = None,
-    **options: Any,
+    **settings: Any,
 ) -> AdaptiveGait:
     """Design a table from what a robot senses in its first steps to one of a few gaits.
 
     Gaits are sought on grounds spread over the box: those that together lose least, each improved on the grounds that
     it is the best for. The robot walks ``steps`` steps in all with up to four of them, the probes, each from a stand;
-    what it feels weighs the training grounds by Bayes' rule, and it takes the gait that is best in expectation. Probes
+    what it senses weighs the training grounds by Bayes' rule, and it takes the gait that is best in expectation. Probes
     are those that lose least on training grounds, each judged by all the others. What is lost is measured on hidden
     grounds, which nothing above has seen, against the best gait that a search finds for each of them alone. The chosen
     gait is judged by a walk of its own from the start of the scene.
 
     Parameters
     ----------
-    scene, free, options
+    scene, free
         As for `tarsus.design.gait`.
     over
-        A mapping of paths to (low, high), or an `Ensemble`, of whose members the last ``hidden`` (at most half) are
-        hidden.
+        A mapping of paths to (low, high), or `tarsus.design.Grounds`, of whose members the last ``hidden`` (at most
+        half) are hidden.
     sense
         ``charge``, ``slip``, both with a comma, or ``nothing``.
     objective
-        What the gait is for, one.
-    steps, gaits, hidden, training
-        Steps of all probes, gaits at most, number of hidden grounds, and of those in a box that the table is of.
-    noise
-        Standard deviation of what is sensed, as a share of it.
-    repeats
-        Walks that each gait is judged by on each ground, whose values differ by a thousandth of their ranges. One is
-        right where a walk settles; where it rings, its speed is a matter of digits, and the best of many single walks
-        is luck.
+        What the gait is for, one; speed unless given.
+    request
+        Settings as a mapping or a TOML file, see `tarsus.design.settings_text`; what is given beside it prevails.
+    threads, progress
+        As for `tarsus.design.gait`.
+    settings
+        Further ones: steps of all probes; gaits, how many at most; hidden and training, numbers of grounds; noise,
+        standard deviation of what is sensed as a share of it; repeats, walks that each gait is judged by on each
+        ground, whose values differ by a thousandth of their ranges (one is right where a walk settles; where it rings,
+        its speed is a matter of digits, and the best of many single walks is luck); symmetry, dead, candidates,
+        duration, seed.
 
     Raises
     ------
     InputError
         With every problem of the request.
     """
-    scene = as_scene(scene)
-    problems = [
-        f"{name}: expected at least {least}, got {value}"
-        for name, value, least in (
-            ("steps", steps, 2),
-            ("gaits", gaits, 1),
-            ("hidden", hidden, 2),
-            ("training", training, 2),
-            ("repeats", repeats, 1),
-        )
-        if value < least
-    ]
-    if not 0.0 <= noise < 1.0:
-        problems.append(f"noise: expected a share from 0 to below 1, got {noise:g}")
-    if over is None:
-        problems.append("over: say the grounds between which the robot cannot know, PATH=a:b")
-    made: list[Any] = []
-    for one in (
-        lambda: senses_of(sense),
-        lambda: gait_request(
-            scene, free, [objective], over, None if over is None else Mean(), GaitOptions(**options)
-        ),
-    ):
-        try:
-            made.append(one())
-        except InputError as error:
-            problems += error.problems
-    if problems:
-        raise InputError(problems)
-    found, request = made
-    if len(request.objectives) != 1 or not request.objectives[0].grounded:
-        raise InputError(
+    named = {"free": free, "over": over, "sense": sense, "objective": objective}
+    given = settings | {name: one for name, one in named.items() if one is not None}
+    options = settings_of(AdaptSettings, request, given)
+    problems = Problems()
+    senses = problems.tried(lambda: senses_of(options.sense)) or ()
+    if not options.over:
+        problems.append("over: name the grounds between which the robot cannot know, each with its range")
+    asked = problems.tried(lambda: gait_request(as_scene(scene), options, MEAN, threads))
+    if asked is not None and (len(asked.objectives) != 1 or not asked.objectives[0].grounded):
+        problems.append(
             "objective: a robot adapts to its ground for one objective that depends on it, such as speed"
         )
-    adapter = _Adapter(request, found, noise, repeats, progress or (lambda done, total, what: None))
-    return adapter.design(steps, gaits, (training, hidden))
+    if problems or asked is None:
+        raise InputError(problems)
+    return _Adapter(asked, options, senses, progress or (lambda done, total, what: None)).design()
 
 
 class _Adapter:
     """The search of one request."""
 
     def __init__(
-        self, request: GaitRequest, sense: tuple[Sense, ...], noise: float, repeats: int, progress: Progress
+        self, request: GaitRequest, options: AdaptSettings, sense: tuple[Sense, ...], progress: Progress
     ) -> None:
-        self.request, self.sense, self.noise, self.progress = request, sense, noise, progress
-        self.repeats = repeats
-        options = request.options
+        self.request, self.options, self.sense, self.progress = request, options, sense, progress
+        self.repeats = options.repeats
         self.rng = np.random.default_rng([options.seed, 41])
         self.sensed = tuple(one for sense in self.sense for one in _SENSED[sense])
         self.walks = Walks(
-            request.scene, request.unknowns, request.objectives, request.duration, options.threads
+            request.scene, request.unknowns, request.objectives, request.duration, request.threads
         )
 
-    def design(self, steps: int, most: int, counts: tuple[int, int]) -> AdaptiveGait:
+    def design(self) -> AdaptiveGait:
         """The whole design."""
-        training, hidden = self._grounds(*counts)
+        training, hidden = self._grounds(self.options.training, self.options.hidden)
         self.progress(0, 4, "gaits on training grounds")
-        library = self._library(training, most)
+        library = self._library(training, self.options.gaits)
         costs = self._table(library, training)
-        few = _few(costs, most)
+        few = _few(costs, self.options.gaits)
         library, costs = library[few], costs[:, few]
         self.progress(1, 4, "what the robot senses")
-        probes = max(min(PROBES, steps // PROBE_STEPS), 1)
-        each = steps // probes
-        chosen, posterior = self._posterior(library, training, costs, each, probes)
+        probes = max(min(PROBES, self.options.steps // PROBE_STEPS), 1)
+        each = self.options.steps // probes
+        chosen, posterior = self._choice(library, training, costs, each, probes)
         self.progress(2, 4, "hidden grounds")
         on_hidden = self._table(library, hidden)
-        felt = [self._felt(library[one], hidden, each) for one in chosen]
-        taken = posterior(self._noisy(np.concatenate([np.zeros((len(on_hidden), 0)), *felt], axis=1)))
+        sensed = [self._sensed(library[one], hidden, each) for one in chosen]
+        taken = posterior(self._noisy(np.concatenate([np.zeros((len(on_hidden), 0)), *sensed], axis=1)))
         judged = on_hidden if self.repeats == 1 else self._table(library, hidden)
         self.progress(3, 4, "the gait that knows its ground")
         known = self._known(library, judged, taken, hidden)
@@ -296,39 +294,35 @@ class _Adapter:
             each, self.walks.runs, self.repeats,
         )  # fmt: skip
 
-    def _posterior(
-        self, library: Floats, training: Mapping[str, Floats], costs: Floats, steps: int, most: int
-    ) -> tuple[tuple[int, ...], Posterior]:
+    def _choice(
+        self, library: Floats, training: Grounds, costs: Floats, steps: int, most: int
+    ) -> tuple[tuple[int, ...], GaitChoice]:
         """Probes among the gaits of a library and the table, from two sets of walks on training grounds."""
         shape = (0, len(costs), 0)
         known, again = (
-            np.array([self._felt(one, training, steps) for one in library]) if self.sensed else np.zeros(shape)
+            np.array([self._sensed(one, training, steps) for one in library])
+            if self.sensed
+            else np.zeros(shape)
             for _ in range(2)
         )
-        return posterior_of(known, again, self._noisy(again), costs, most)
+        return gait_choice(known, again, self._noisy(again), costs, most)
 
-    def _grounds(self, some: int, count: int) -> tuple[dict[str, Floats], dict[str, Floats]]:
-        """Training and hidden grounds: values by path."""
+    def _grounds(self, some: int, count: int) -> tuple[Grounds, Grounds]:
+        """Training and hidden grounds."""
         over = self.request.over
-        if isinstance(over, Ensemble):
-            size = len(next(iter(over.values.values())))
-            count = min(count, size // 2)
-            own = {path: np.asarray(values, dtype=float) for path, values in over.values.items()}
-            return {p: v[:-count] for p, v in own.items()}, {p: v[-count:] for p, v in own.items()}
-        assert isinstance(over, Box)
-        train, test = (
-            over.spread(some, self.request.options.seed),
-            over.at(self.rng.random((count, len(over.paths)))),
-        )
-        return tuple({p: own[:, i] for i, p in enumerate(over.paths)} for own in (train, test))  # type: ignore
+        assert over is not None
+        if isinstance(over, Grounds):
+            count = min(count, len(over) // 2)
+            return Grounds(over.rows(np.s_[:-count])), Grounds(over.rows(np.s_[-count:]))
+        training = Grounds.of_points(over.names, spread(over, some, self.options.seed))
+        return training, drawn(over, count, self.rng)
 
-    def _library(self, training: Mapping[str, Floats], most: int) -> Floats:
+    def _library(self, training: Grounds, most: int) -> Floats:
         """Gaits (k, nu) that together lose least on some of the grounds: the best few of an even spread, each then
-        searched further on the grounds that it is the best for."""
-        every = len(next(iter(training.values())))
-        some = np.linspace(0, every - 1, min(SPREAD_GROUNDS, every)).astype(int)
-        grounds = {path: own[some] for path, own in training.items()}
-        candidates, nu = self.request.options.candidates, len(self.request.unknowns)
+        moved by steps that get shorter to what is better on the mean of the grounds that it is the best for."""
+        some = np.linspace(0, len(training) - 1, min(SPREAD_GROUNDS, len(training))).astype(int)
+        grounds = Grounds(training.rows(some))
+        candidates, nu = self.options.candidates, len(self.request.unknowns)
         scan = max(candidates // (2 * len(some)), 8)
         points = even_points(nu, scan, self.rng)
         costs = self._table(points, grounds)
@@ -336,101 +330,85 @@ class _Adapter:
         library, costs, step = points[few], costs[:, few], STEP
         each = len(some) * (YOUNG + len(few))
         for _ in range(max((candidates - scan * len(some)) // each, 1)):
-            changed = self._improved(library, costs, grounds, step)
-            if changed:
+            nearest = costs.argmin(axis=1)
+            own = nearest == np.arange(len(few))[:, None]  # (k, ng)
+            given = grounds.rows(np.repeat(np.arange(len(grounds)), YOUNG))
+
+            def means(
+                moved: Floats, nearest: NDArray[np.int64] = nearest, own: NDArray[np.bool_] = own, given=given
+            ):
+                found = self._judged(moved[nearest].reshape(-1, nu), given).reshape(len(nearest), YOUNG)
+                return np.array(
+                    [found[one].mean(axis=0) if one.any() else np.full(YOUNG, np.inf) for one in own]
+                )
+
+            now = np.array([costs[one, k].mean() if one.any() else -np.inf for k, one in enumerate(own)])
+            moved, after = shorter_steps(means, library, now, [step], YOUNG, self.rng, self._circular)
+            changed = np.flatnonzero(after < now)
+            library = moved
+            if len(changed):
                 costs[:, changed] = self._table(library[changed], grounds)
-            step /= 1.5
+            step /= SHORTER
         return library
 
-    def _improved(self, library: Floats, costs: Floats, grounds: Mapping[str, Floats], step: float) -> list[int]:
-        """Move gaits (k, nu) of costs (ng, k) to what is better on the mean of the grounds that each is the best for;
-        the numbers of those that moved."""
-        nearest = costs.argmin(axis=1)
-        young = self._moved(np.repeat(library[:, None], YOUNG, axis=1), step)
-        given = {path: np.repeat(own, YOUNG) for path, own in grounds.items()}
-        found = self._judged(young[nearest].reshape(-1, library.shape[1]), given).reshape(len(nearest), YOUNG)
-        changed: list[int] = []
-        for k in np.unique(nearest).tolist():
-            own = nearest == k
-            means = found[own].mean(axis=0)
-            if means.min() < costs[own, k].mean():
-                library[k] = young[k, int(means.argmin())]
-                changed.append(k)
-        return changed
+    @property
+    def _circular(self) -> NDArray[np.bool_]:
+        return self.request.unknowns.numbers.circular
 
-    def _sought(
-        self, best: Floats, costs: Floats, grounds: Mapping[str, Floats], generations: int
-    ) -> tuple[Floats, Floats]:
-        """Gaits (ng, nu), each searched further on its own ground by steps that get shorter, and their costs
-        (ng,)."""
-        best, costs, step = best.copy(), costs.copy(), STEP
-        n, nu = best.shape
-        for _ in range(generations):
-            moved = self._moved(np.repeat(best[:, None], YOUNG, axis=1), step)
-            given = {path: np.repeat(own, YOUNG) for path, own in grounds.items()}
-            found = self._judged(moved.reshape(-1, nu), given).reshape(n, YOUNG)
-            at, rows = found.argmin(axis=1), np.arange(n)
-            better = found[rows, at] < costs
-            best[better], costs[better] = moved[rows, at][better], found[rows, at][better]
-            step /= 1.5
-        return best, costs
-
-    def _moved(self, points: Floats, step: float) -> Floats:
-        """Points (..., nu) moved by chance, and back into the unit cube."""
-        moved = points + step * self.rng.standard_normal(points.shape)
-        low = np.abs(moved)
-        inside = np.clip(np.where(low > 1.0, 2.0 - low, low), 0.0, 1.0)
-        return np.where(self.request.unknowns.around, np.remainder(moved, 1.0), inside)
+    def _moved(self, points: Floats) -> Floats:
+        """Points (..., nu) as far from these as repeated walks differ."""
+        return inside(points + JITTER * self.rng.standard_normal(points.shape), self._circular)
 
     def _judged(self, points: Floats, grounds: Mapping[str, Floats]) -> Floats:
         """Costs (nr,) of gaits at points (nr, nu), each on its own ground: of one walk, or the mean of several."""
         if self.repeats == 1:
             return self.walks.each(points, grounds)[:, 0]
         given = {path: np.repeat(own, self.repeats) for path, own in grounds.items()}
-        costs = self.walks.each(self._moved(np.repeat(points, self.repeats, axis=0), JITTER), given)[:, 0]
+        costs = self.walks.each(self._moved(np.repeat(points, self.repeats, axis=0)), given)[:, 0]
         return costs.reshape(len(points), self.repeats).mean(axis=1)
 
-    def _table(self, points: Floats, grounds: Mapping[str, Floats]) -> Floats:
+    def _table(self, points: Floats, grounds: Grounds) -> Floats:
         """Costs (ng, n) of gaits on grounds; of a walk that did not reach its end those of standing still."""
-        n, ng = len(points), len(next(iter(grounds.values())))
-        given = {path: np.repeat(own, n) for path, own in grounds.items()}
+        n, ng = len(points), len(grounds)
+        given = grounds.rows(np.repeat(np.arange(ng), n))
         costs = self._judged(np.tile(points, (ng, 1)), given).reshape(ng, n)
         worst = float(np.max(costs, where=np.isfinite(costs), initial=0.0))
         return np.where(np.isfinite(costs), costs, worst)
 
-    def _felt(self, point: Floats, grounds: Mapping[str, Floats], steps: int) -> Floats:
+    def _sensed(self, point: Floats, grounds: Grounds, steps: int) -> Floats:
         """What is sensed (ng, ns) in the first steps of a gait at a point (nu,), without noise; walks differ by chance
         as those that gaits are judged by."""
         scene = self.walks.scene_of(point)
         period = max((wave.period or 0.0 for wave in scene.waveforms.values()), default=0.0)
-        ng = len(next(iter(grounds.values())))
-        points = np.repeat(point[None], ng, axis=0)
-        points = points if self.repeats == 1 else self._moved(points, JITTER)
+        points = np.repeat(point[None], len(grounds), axis=0)
+        points = points if self.repeats == 1 else self._moved(points)
         names = tuple(name for one in self.sensed for name in one.measures)
-        seen = self.walks.measured(points, grounds, names, steps * period)
+        seen = self.walks.measured(points, grounds.values, names, steps * period)
         values = np.stack([one.of(seen) for one in self.sensed], axis=1)
         return np.where(np.isfinite(values), values, 0.0)
 
     def _noisy(self, senses: Floats) -> Floats:
-        return senses * (1.0 + self.noise * self.rng.standard_normal(senses.shape))
+        return senses * (1.0 + self.options.noise * self.rng.standard_normal(senses.shape))
 
-    def _known(
-        self, library: Floats, costs: Floats, taken: NDArray[np.int64], hidden: Mapping[str, Floats]
-    ) -> Floats:
+    def _known(self, library: Floats, costs: Floats, taken: NDArray[np.int64], hidden: Grounds) -> Floats:
         """Costs (nh,) of the best gait for each hidden ground: the best of the few, or what a further search on this
         ground finds. Where walks differ by chance, what they were found by was partly luck: both, the gait that was
         taken and the best single one are judged anew, and the best of those once more."""
-        few = library[costs.argmin(axis=1)]
-        found, values = self._sought(few, costs.min(axis=1), hidden, 3)
+        few, nu = library[costs.argmin(axis=1)], library.shape[1]
+        given = hidden.rows(np.repeat(np.arange(len(hidden)), YOUNG))
+        found, values = shorter_steps(
+            lambda moved: self._judged(moved.reshape(-1, nu), given).reshape(-1, YOUNG),
+            few, costs.min(axis=1), [STEP / SHORTER**i for i in range(KNOWING)], YOUNG, self.rng, self._circular,
+        )  # fmt: skip
         if self.repeats == 1:
             return values
         single = np.broadcast_to(library[int(costs.mean(axis=0).argmin())], few.shape)
         rivals = np.stack([found, few, library[taken], single], axis=1)  # (nh, 4, nu)
-        given = {path: np.repeat(own, rivals.shape[1]) for path, own in hidden.items()}
-        flat = rivals.reshape(-1, rivals.shape[2])
+        given = hidden.rows(np.repeat(np.arange(len(hidden)), rivals.shape[1]))
+        flat = rivals.reshape(-1, nu)
         scores = np.mean([self._judged(flat, given) for _ in range(AGAIN)], axis=0).reshape(rivals.shape[:2])
         surest = rivals[np.arange(len(few)), scores.argmin(axis=1)]
-        again = np.mean([self._judged(surest, hidden) for _ in range(AGAIN)], axis=0)
+        again = np.mean([self._judged(surest, hidden.values) for _ in range(AGAIN)], axis=0)
         return np.where(np.isfinite(again), again, float(costs.max()))
 
 

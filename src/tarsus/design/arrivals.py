@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.design.over import Grounds
-from tarsus.design.search import Archive, Budget, descend
+from tarsus.design.grounds import Grounds
 from tarsus.design.target import Target
 from tarsus.design.trials import Landings, Trials
+from tarsus.fit.valleys import Budget, Visited, follow_down
 
 __all__ = ["ArrivalLine", "by_bits", "by_scalars"]
 
@@ -44,28 +44,29 @@ class ArrivalLine:
         cls,
         trials: Trials,
         target: Target,
-        start: tuple[Floats, Floats],
+        start: Floats,
         near: Callable[[Floats, Floats], Floats],
         prior: Grounds,
     ) -> ArrivalLine:
-        """Each the design at ``start``, levels and durations (1, S), searched on for its own ground of the ``prior``.
+        """Each the design at ``start``, a signal (1, 2S), searched on for its own ground of the ``prior``.
 
         ``near`` makes durations (n, S) about some (1, S) from logarithms (n, m) of the lengths of the plateaus.
         """
-        arrival = trials(*start, prior).first[0]
+        levels, first_spans = np.split(start, 2, axis=1)
+        arrival = trials.on(start, prior).first[0]
         order = np.argsort(arrival, kind="stable")
         chosen = order[np.linspace(0, len(order) - 1, MEMBERS).round().astype(int)]
-        values = {path: own[chosen] for path, own in prior.values.items()}
         known = np.where(np.isfinite(arrival), arrival, np.inf)[chosen]
         first = int(np.argmin(np.abs(known - np.median(known[np.isfinite(known)]))))
-        made = {first: _searched(trials, target, start, near, _one(values, first))}
-        for j in (*range(first + 1, MEMBERS), *range(first - 1, -1, -1)):
-            beside = made[j - 1] if j > first else made[j + 1]
-            made[j] = _searched(trials, target, (start[0], beside), near, _one(values, j))
+        made = {first: first_spans}
+        for j in (first, *range(first + 1, MEMBERS), *range(first - 1, -1, -1)):
+            beside = made[j - (j > first) + (j < first)]
+            made[j] = _searched(
+                trials, target, (levels, beside), near, Grounds(prior.rows(chosen[j : j + 1]))
+            )
         durations = np.concatenate([made[j] for j in range(MEMBERS)])
-        every = Grounds(values, np.full(MEMBERS, 1.0 / MEMBERS))
-        planned = trials(np.repeat(start[0], MEMBERS, axis=0), durations, every, every=True).first
-        return cls(durations, planned)
+        signals = np.concatenate([np.repeat(levels, MEMBERS, axis=0), durations], axis=1)
+        return cls(durations, trials.each(signals, prior.rows(chosen)).first)
 
     def at(self, place: Floats) -> tuple[Floats, Floats]:
         """Durations (n, S) and planned instants (n,) at places (n,) from 0 to 1 along the line."""
@@ -73,10 +74,6 @@ class ArrivalLine:
         spans = np.stack([np.interp(place, along, column) for column in self.durations.T], axis=1)
         known = np.isfinite(self.planned)
         return spans, np.interp(place, along[known], self.planned[known])
-
-
-def _one(values: dict[str, Floats], j: int) -> Grounds:
-    return Grounds({path: own[j : j + 1] for path, own in values.items()}, np.ones(1))
 
 
 def _searched(
@@ -93,15 +90,15 @@ def _searched(
         return near(start[1], (2.0 * points - 1.0) * REACH)
 
     def cost(_: NDArray[np.int64], points: Floats) -> Floats:
-        levels = np.repeat(start[0], len(points), axis=0)
-        return target.scores(trials(levels, placed(points), ground))[:, 0]
+        signals = np.concatenate([np.repeat(start[0], len(points), axis=0), placed(points)], axis=1)
+        return target.scores(trials.on(signals, ground))[:, 0]
 
     middle, number = np.full((1, unknowns), 0.5), np.zeros(1, dtype=np.int64)
-    archive = Archive.empty(unknowns)
-    archive.add(number, middle, cost(number, middle))
-    descend(cost, archive, number, middle, SEARCH, np.random.default_rng(17), step=FIRST)
-    best = int(np.argmin(archive.costs))
-    return placed(archive.points[best : best + 1])
+    visited = Visited.empty(unknowns)
+    visited.add(number, middle, cost(number, middle))
+    follow_down(cost, visited, number, middle, SEARCH, np.random.default_rng(17), step=FIRST)
+    best = int(np.argmin(visited.costs))
+    return placed(visited.points[best : best + 1])
 
 
 def by_bits(
@@ -141,9 +138,9 @@ def by_scalars(
         durations, searched = line.at(asked)[0], len(speeds) >= len(FIRST_PLACES)
         found = step(durations)
         speeds.append(found.speed)
-        felt = target.measure(found)
-        softer = (felt < score) & (span > FINEST)
-        place, score = np.where(softer, asked, place), np.where(softer, felt, score)
+        measured = target.measure(found)
+        softer = (measured < score) & (span > FINEST)
+        place, score = np.where(softer, asked, place), np.where(softer, measured, score)
         best = np.where(softer[:, None], durations, best)
         if searched:
             failed = ~softer & turned

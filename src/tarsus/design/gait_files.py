@@ -1,32 +1,38 @@
-"""Files of gait designs: the front as data, its gaits as scenes, the table that a robot carries."""
+"""Gait designs as data, as tables, and as files: the front, its gaits as scenes, the table that a robot carries."""
 
 from __future__ import annotations
 
-import csv
-import io
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from tarsus.base.spec import float_paths
-from tarsus.design.adaptive import AdaptiveGait
-from tarsus.design.gait_fronts import GaitFront, GaitPoint
-from tarsus.design.gait_header import gait_header_text
+from tarsus.design.headers import gait_header_text
+from tarsus.design.results import csv_text, units_of, write_texts
 from tarsus.files.jsontext import json_text
-from tarsus.files.store import package_version, write_text
+from tarsus.files.store import package_version
 from tarsus.files.toml import scene_text
+from tarsus.tables.numbers import amount, interval, percent
+from tarsus.tables.table import Column, Table
+
+if TYPE_CHECKING:
+    from tarsus.design.adaptive import AdaptiveGait
+    from tarsus.design.gait_fronts import GaitFront, GaitPoint
 
 __all__ = [
-    "ADAPT_FILES", "FRONT_FILES", "adapt_table", "gait_scene_names", "gait_table", "write_adapt", "write_front",
+    "ADAPT_FILES", "FRONT_FILES", "adapt_data", "adapt_line", "adapt_table", "gait_data", "gait_line",
+    "gait_scene_names", "gait_table", "write_adapt", "write_front",
 ]  # fmt: skip
 
 FRONT_FILES = ("gaits.json", "front.csv", "gait.h", "report.html", "gaits/*.toml", "gaits/*.html")
 """Names of everything that `tarsus design gait` writes at its end."""
 ADAPT_FILES = ("adapt.json", "hidden.csv", "report.html")
 """Names of everything that `tarsus design adapt` writes."""
+TICK, TICKS = 1e-6, 1000
+"""Tick of the timer of `gait.h` [s], and the least number of them in a period: shorter ones where the gait is fast."""
+SHOWN = 4
+"""Numbers of a gait in a table; all are in the files."""
 
 
-def gait_table(design: GaitFront) -> dict[str, Any]:
+def gait_data(design: GaitFront) -> dict[str, Any]:
     """A design as plain data, SI units; NaN where there is none.
 
     objectives: name, unit, whether the most is best; front, nominal_front: gaits, each with ``values`` by path and,
@@ -35,7 +41,9 @@ def gait_table(design: GaitFront) -> dict[str, Any]:
     grounds drawn by chance at the end, those more than 2 % worse than known, and the box's share that may be so.
     """
     request, looked = design.request, design.certificate
-    proof = None if looked is None else {"grounds": looked.grounds, "worse": looked.worse, "share": looked.share}
+    proof = (
+        None if looked is None else {"grounds": looked.grounds, "worse": looked.worse, "share": looked.share}
+    )
     return {
         "certificate": proof, "scene": request.scene.name, "risk": request.risk.name,
         "free": list(request.unknowns.names),
@@ -43,7 +51,7 @@ def gait_table(design: GaitFront) -> dict[str, Any]:
         "front": [_point(design, one) for one in design.members],
         "nominal_front": [_point(design, one) for one in design.nominal],
         "robust": _point(design, design.robust), "optimum": _point(design, design.optimum), "gain": design.gain,
-        "over": [] if request.over is None else list(request.over.paths),
+        "over": [] if request.over is None else list(request.over.names),
         "grounds": [
             {path: float(own[i]) for path, own in design.grounds.values.items()} for i in range(len(design.grounds))
         ],
@@ -68,43 +76,75 @@ def gait_scene_names(design: GaitFront) -> list[tuple[str, GaitPoint]]:
     return [*members, ("robust", design.robust), ("optimum", design.optimum)]
 
 
-def write_front(design: GaitFront, folder: Path) -> list[Path]:
-    """Write a front into a folder; the paths of the files."""
-    written = [folder / "gaits.json", folder / "front.csv"]
-    write_text(written[0], json_text(gait_table(design)) + "\n")
-    write_text(written[1], _csv(design))
-    (folder / "gaits").mkdir(exist_ok=True)
+def gait_line(design: GaitFront) -> str:
+    """A front of gaits in a line."""
+    names = " against ".join(one.name for one in design.objectives)
+    return f"GaitFront of '{design.request.scene.name}': {len(design.members)} gaits, {names}"
+
+
+def gait_table(design: GaitFront) -> Table:
+    """The gaits of a front, the robust one and the nominal optimum: what they reach, and the numbers that make them."""
+    judged = design.request.over is not None
+    paths = design.request.unknowns.paths[:SHOWN]
+    columns, kinds = [Column("gait")], []
+    for j, one in enumerate(design.objectives):
+        for kind in ("nominal", "worst") if judged and one.grounded else ("nominal",):
+            columns.append(Column(f"worst {one.name}" if kind == "worst" else one.name, one.unit))
+            kinds.append((kind, j))
+    columns += [Column(path, unit) for path, unit in units_of(design.request.scene, paths).items()]
+    rows = [
+        (name, *(getattr(point, kind)[j] for kind, j in kinds), *(point.values[path] for path in paths))
+        for name, point in gait_scene_names(design)
+    ]
+    read = f", {design.reused} read" if design.reused else ""
+    notes = [
+        f"{design.candidates} gaits tried, {design.runs} walks{read}",
+        f"all numbers are of walks of {amount(design.request.duration, 's')} from one start, not of settled motion",
+    ]
+    if judged and design.gap == design.gap:
+        notes.append(
+            f"gap of the worst grounds: {percent(design.gap, 2)}; {len(design.grounds)} grounds active"
+        )
+    if design.certificate is not None:
+        looked = design.certificate
+        notes.append(
+            f"of {looked.grounds} grounds drawn by chance at the end {looked.worse} were more than 2 % worse for any "
+            f"gait shown than known; at most {percent(looked.share, 2)} of the box are (95 %)"
+        )
+    if judged:
+        notes.append(
+            f"worst {design.objectives[0].name}, robust gait over nominal optimum: {design.gain:.3g}"
+        )
+    return Table(gait_line(design), columns, rows, notes)
+
+
+def write_front(design: GaitFront, folder: str | Path) -> Path:
+    """Write a front into a folder; returns the folder. Raises InputError where it cannot be written."""
+    texts = {"gaits.json": json_text(gait_data(design)) + "\n", "front.csv": _front_csv(design)}
     for name, point in gait_scene_names(design):
-        target = folder / "gaits" / f"{name}.toml"
-        write_text(target, scene_text(design.scene_of(point)))
-        written.append(target)
+        texts[f"gaits/{name}.toml"] = scene_text(design.scene_of(point))
     robust = design.scene_of(design.robust)
     if robust.gait is not None:
-        written.append(folder / "gait.h")
-        tick = min(1e-6, 1e-3 / robust.gait.frequency)  # fine enough at any frequency
-        write_text(written[-1], gait_header_text(robust, tick=tick))
-    return written
+        texts["gait.h"] = gait_header_text(robust, tick=min(TICK, 1.0 / (TICKS * robust.gait.frequency)))
+    return write_texts(folder, texts)
 
 
-def _csv(design: GaitFront) -> str:
-    units = {path: info.unit for path, info in float_paths(design.request.scene).items()}
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
+def _front_csv(design: GaitFront) -> str:
     kinds = ("nominal", "risk", "worst")
-    writer.writerow(
-        ["gait", *(f"{path} ({units[path]})" for path in design.request.unknowns.paths),
-         *(f"{one.name} {kind} ({one.unit})" for one in design.objectives for kind in kinds),
-         "energy (J)", "energy with charge recovery (J)"]
-    )  # fmt: skip
-    for name, point in gait_scene_names(design):
-        scores = [getattr(point, kind)[j] for j in range(len(design.objectives)) for kind in kinds]
-        writer.writerow(
-            [name, *(f"{v:.9g}" for v in (*point.values.values(), *scores, point.energy, point.recovered))]
-        )
-    return stream.getvalue()
+    paths = units_of(design.request.scene, design.request.unknowns.paths)
+    head = ["gait", *(f"{path} ({unit})" for path, unit in paths.items()),
+            *(f"{one.name} {kind} ({one.unit})" for one in design.objectives for kind in kinds),
+            "energy (J)", "energy with charge recovery (J)"]  # fmt: skip
+    rows = [
+        (name, *point.values.values(),
+         *(getattr(point, kind)[j] for j in range(len(design.objectives)) for kind in kinds),
+         point.energy, point.recovered)
+        for name, point in gait_scene_names(design)
+    ]  # fmt: skip
+    return csv_text(head, rows)
 
 
-def adapt_table(design: AdaptiveGait) -> dict[str, Any]:
+def adapt_data(design: AdaptiveGait) -> dict[str, Any]:
     """An adaptive gait as plain data, SI units.
 
     table: how often each gait is chosen on the table's grounds, in words; gaits: values by path; probes: numbers of the
@@ -117,7 +157,7 @@ def adapt_table(design: AdaptiveGait) -> dict[str, Any]:
         "scene": design.request.scene.name, "objective": design.request.objectives[0].name,
         "sense": [one.value for one in design.sense], "senses": list(design.senses),
         "probes": list(design.probes), "probe_steps": design.probe_steps, "gaits": [dict(one) for one in design.gaits],
-        "table": [{"when": said, "gait": number} for said, number in design.table],
+        "table": [{"when": said, "gait": number} for said, number in design.rule],
         "posterior": {
             "readings": design.posterior.readings, "costs": design.posterior.costs,
             "deviations": design.posterior.deviations,
@@ -128,30 +168,51 @@ def adapt_table(design: AdaptiveGait) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def write_adapt(design: AdaptiveGait, folder: Path) -> list[Path]:
-    """Write an adaptive gait into a folder; the paths of the files."""
-    written = [folder / "adapt.json", folder / "hidden.csv"]
-    write_text(written[0], json_text(adapt_table(design)) + "\n")
-    objective = design.request.objectives[0]
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(
-        [*design.grounds, "gait", f"{objective.name} chosen ({objective.unit})", f"{objective.name} known"]
+def adapt_line(design: AdaptiveGait) -> str:
+    """Adaptive gaits in a line."""
+    name = design.request.scene.name
+    return f"AdaptiveGait of '{name}': {len(design.gaits)} gaits, regret {percent(design.regret)}"
+
+
+def adapt_table(design: AdaptiveGait) -> Table:
+    """The few gaits, how often each is taken on the hidden grounds, and what is lost there."""
+    units = units_of(design.request.scene, design.gaits[0])
+    columns = ["gait", "taken", *(Column(path, unit) for path, unit in units.items())]
+    rows = [
+        (f"{number}{' (probe)' * (number in design.probes)}",
+         f"{int((design.chosen == number).sum())} of {len(design.chosen)}", *gait.values())
+        for number, gait in enumerate(design.gaits)
+    ]  # fmt: skip
+    low, high = design.regret_interval
+    notes = [f"gait {number} {said}" for said, number in design.rule]
+    notes.append(
+        f"lost on {len(design.known)} hidden grounds: {percent(design.regret, 2)} ({interval(low, high, '%', 2)}); the "
+        f"best single gait loses {percent(design.fixed_regret, 2)}, the best of these each time "
+        f"{percent(design.choice_regret, 2)}"
     )
-    for i, (chosen, known) in enumerate(zip(design.chosen.tolist(), design.known.tolist(), strict=True)):
-        got, best = objective.value(design.costs[i, chosen]), objective.value(known)
-        writer.writerow(
-            [*(f"{own[i]:.9g}" for own in design.grounds.values()), chosen, f"{got:.9g}", f"{best:.9g}"]
+    return Table(adapt_line(design), columns, rows, notes)
+
+
+def write_adapt(design: AdaptiveGait, folder: str | Path) -> Path:
+    """Write an adaptive gait into a folder; returns the folder. Raises InputError where it cannot be written."""
+    objective = design.request.objectives[0]
+    head = [
+        *design.grounds.names,
+        "gait",
+        f"{objective.name} chosen ({objective.unit})",
+        f"{objective.name} known",
+    ]
+    rows = [
+        (
+            *ground,
+            int(chosen),
+            float(objective.value(design.costs[i, chosen])),
+            float(objective.value(design.known[i])),
         )
-    write_text(written[1], stream.getvalue())
-    return written
-
-
-def values_in_words(values: Mapping[str, float], units: Mapping[str, str]) -> str:
-    """Values by path, with units."""
-    from tarsus.base.units import format_quantity
-
-    return ", ".join(
-        f"{path.removeprefix('gait.')} {format_quantity(float(f'{value:.4g}'), units[path])}"
-        for path, value in values.items()
+        for i, (ground, chosen) in enumerate(
+            zip(design.grounds.points().tolist(), design.chosen, strict=True)
+        )
+    ]
+    return write_texts(
+        folder, {"adapt.json": json_text(adapt_data(design)) + "\n", "hidden.csv": csv_text(head, rows)}
     )

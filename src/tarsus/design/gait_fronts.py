@@ -4,37 +4,37 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.design import shown
-from tarsus.design.front import Search, farthest, hypervolume, search_front, undominated
-from tarsus.design.gait_request import GaitOptions, GaitRequest, gait_request
-from tarsus.design.kept import Kept, store_of
-from tarsus.design.over import Box, Ensemble, Grounds
-from tarsus.design.risk import Nominal, Risk, Worst
-from tarsus.design.strike import Certificate, Strike, strike
+from tarsus.base.workers import Workers
+from tarsus.design.gait_files import gait_data, gait_line, gait_table, write_front
+from tarsus.design.gait_request import GaitRequest, GaitSettings, gait_request
+from tarsus.design.grounds import Grounds
+from tarsus.design.judge import CLOSED, Attack, Certificate, Judge, Look, Round, excess
+from tarsus.design.request import Given, settings_of
+from tarsus.design.risk import NOMINAL, WORST, Risk
 from tarsus.design.walk_objectives import WalkObjective
 from tarsus.design.walks import Walks
 from tarsus.files.library import SceneLike, as_scene
+from tarsus.files.runstore import UNIT_FILES, RunStore
+from tarsus.files.toml import scene_texts
+from tarsus.fit.front import FrontSearch, farthest, hypervolume, search_front, undominated
+from tarsus.fit.unknowns import Unknowns
 from tarsus.model.scene import Scene
+from tarsus.tables.table import Table
 
-__all__ = ["CLOSED", "FrontRound", "GaitFront", "GaitPoint", "gait"]
+__all__ = ["KEPT_FILES", "GaitFront", "GaitPoint", "gait"]
 
 Floats = NDArray[np.float64]
 Progress = Callable[[int, int, str], None]
 
 MEMBERS = 12
 """Gaits of a front that are shown, attacked and given pages: spread along it, its ends among them."""
-CLOSED = 0.02
-"""The gap is closed where no ground is found that is worse than the active ones by more than this share."""
-FLOOR = 0.1
-"""A gap is a share of the gait's own value, but of no less than a tenth of the front's best: that a gait which hardly
-moves moves even less on some ground is no news."""
 ROUNDS = 5
 """Rounds of cutting planes at most."""
 SHARES: tuple[float, ...] = (0.55, 0.15, 0.25)
@@ -47,17 +47,26 @@ STARTS = 48
 robust gait may, as far from each other as there are."""
 MEAN_GROUNDS = 24
 """Grounds that stand for a box where a risk averages over it."""
-MORE = 3
-"""Grounds added in a round at most: every one of them costs a run of each later candidate."""
 LAST_LOOKS = 3
 """Attacks at the end at most: grounds that one finds join, the best candidates are judged again, and the next looks
 elsewhere."""
 CLIMB = 4
-"""Steps uphill of an attack between rounds; the last attack climbs twice as long, and from `ISLANDS` regions."""
+"""Steps uphill of an attack between rounds; the last attack looks at four times as many grounds, climbs twice as long,
+and from `ISLANDS` regions."""
 ISLANDS = 3
 CHECK = 16
 """Grounds drawn by chance in the last look, for each that an attack between rounds looks at: what none of 768 is, is
 less than 0.4 % of a box."""
+
+KEPT_FILES = (
+    *(
+        f"{name}{end}"
+        for name in ("scene.toml", "request.txt", "plan.json", "laws/*.py")
+        for end in ("", ".*.part")
+    ),
+    *UNIT_FILES,
+)
+"""What a design keeps in its folder while it works, as glob patterns."""
 
 
 @dataclass(frozen=True)
@@ -82,15 +91,6 @@ class GaitPoint:
     recovered: float
 
 
-@dataclass(frozen=True)
-class FrontRound:
-    """One round of cutting planes: what for, how many grounds were active, and the largest gap that was found."""
-
-    what: str
-    grounds: int
-    gap: float
-
-
 @dataclass(frozen=True, repr=False)
 class GaitFront:
     """Gaits that no other beats, and why to believe it.
@@ -110,7 +110,7 @@ class GaitFront:
     robust: GaitPoint
     optimum: GaitPoint
     grounds: Grounds
-    rounds: tuple[FrontRound, ...]
+    rounds: tuple[Round, ...]
     gap: float
     points: Floats
     costs: Floats
@@ -120,10 +120,25 @@ class GaitFront:
     certificate: Certificate | None = None
 
     def __repr__(self) -> str:
-        return shown.front_line(self)
+        return f"<{gait_line(self)}>"
+
+    def __str__(self) -> str:
+        return str(self.table())
 
     def _repr_html_(self) -> str:
-        return shown.front_html(self)
+        return self.table().html()
+
+    def table(self) -> Table:
+        """The gaits of the front, the robust one and the nominal optimum."""
+        return gait_table(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data in SI units: what ``--json`` prints."""
+        return gait_data(self)
+
+    def write(self, folder: str | Path) -> Path:
+        """Write everything but the report into a folder; returns it. Raises InputError where it cannot be written."""
+        return write_front(self, folder)
 
     @property
     def objectives(self) -> tuple[WalkObjective, ...]:
@@ -158,10 +173,19 @@ class GaitFront:
 
 
 def gait(
-    scene: SceneLike, free: Mapping[str, Any] | Iterable[str],
-    objective: str | Sequence[str | WalkObjective] = "speed,energy", over: Any = None, risk: str | Risk | None = None,
-    *, folder: str | Path | None = None, resume: bool = False, progress: Progress | None = None, **options: Any,
-) -> GaitFront:  # fmt: skip
+    scene: SceneLike,
+    free: Mapping[str, Any] | Iterable[str] | None = None,
+    objective: str | Sequence[str | WalkObjective] | None = None,
+    over: Any = None,
+    risk: str | Risk | None = None,
+    *,
+    request: Given = None,
+    folder: str | Path | None = None,
+    resume: bool = False,
+    threads: Workers = None,
+    progress: Progress | None = None,
+    **settings: Any,
+) -> GaitFront:
     """Design gaits: the front of what no other gait beats in all objectives at once.
 
     Parameters
@@ -170,21 +194,26 @@ def gait(
         Of a walker with a gait; or the name of a device, or a scene file.
     free
         Paths of the gait and of signals that may change, with their ranges or None for the usual ones;
-        ``gait.phases`` for those of all legs, see `tarsus.design.unknowns.unknowns_of`.
+        ``gait.phases`` for those of all legs, see `tarsus.design.gait_unknowns.gait_unknowns`.
     objective
-        One to three of `tarsus.design.walk_objectives.OBJECTIVES`, with commas or as a list.
+        One to three of `tarsus.design.walk_objectives.OBJECTIVES`, with commas or as a list; speed and energy unless
+        given.
     over
-        Grounds: a mapping of paths to (low, high), a `tarsus.design.Ensemble`, or a file of draws of `tarsus
-        identify`. All candidates are judged on the same ones.
+        Grounds: a mapping of paths to (low, high), `tarsus.design.Grounds`, or a file of draws of `tarsus identify`.
+        All candidates are judged on the same ones.
     risk
         ``worst``, ``cvar:q``, ``mean`` or ``nominal``, of each objective for itself; worst with grounds, else
         nominal.
+    request
+        Settings as a mapping or a TOML file, see `tarsus.design.settings_text`; what is given beside it prevails.
     folder
         Where batches of runs are kept; with ``resume`` a design that was killed goes on there, and ends the same.
+    threads
+        Worker threads, or an executor.
     progress
         Called as ``progress(done, total, what)``.
-    options
-        Fields of `tarsus.design.gait_request.GaitOptions`: symmetry, dead, candidates, loss, duration, seed, threads.
+    settings
+        Further ones: symmetry, dead, candidates, look, loss, duration, seed.
 
     Returns
     -------
@@ -196,12 +225,15 @@ def gait(
     InputError
         With every problem of the request.
     """
-    request = gait_request(as_scene(scene), free, objective, over, risk, GaitOptions(**options))
-    store = None if folder is None else store_of(Path(folder), request.scene, request.lines, resume=resume)
-    walks = Walks(
-        request.scene, request.unknowns, request.objectives, request.duration, request.options.threads
-    )
-    return _Designer(request, Kept(walks, store), progress or (lambda done, total, what: None)).design()
+    named = {"free": free, "objective": objective, "over": over, "risk": risk}
+    given = settings | {name: one for name, one in named.items() if one is not None}
+    options = settings_of(GaitSettings, request, given)
+    asked = gait_request(as_scene(scene), options, options.risk, threads)
+    store = RunStore()
+    if folder is not None:
+        texts = {**scene_texts(asked.scene), "request.txt": "\n".join(asked.lines) + "\n"}
+        store = RunStore.open(folder, texts, resume=resume, what="design")
+    return _GaitSearch(asked, options, store, progress or (lambda done, total, what: None)).design()
 
 
 @dataclass(frozen=True)
@@ -260,57 +292,71 @@ def _within(best: float, loss: float) -> tuple[_Goal, float]:
     return _Goal("robust gait", costs, pick, 2), limit
 
 
-class _Designer:
+class _GaitSearch:
     """The search of one request."""
 
-    def __init__(self, request: GaitRequest, kept: Kept, progress: Progress) -> None:
-        self.request, self.kept, self.progress = request, kept, progress
-        self.own = Grounds.nominal(request.scene, () if request.over is None else request.over.paths)
-        self.tried = 0
-        self.asked = 0
+    def __init__(
+        self, request: GaitRequest, options: GaitSettings, store: RunStore, progress: Progress
+    ) -> None:
+        self.request, self.options, self.progress, self.memo = request, options, progress, store.memo()
+        self.walks = Walks(
+            request.scene, request.unknowns, request.objectives, request.duration, request.threads
+        )
+        own = Grounds.nominal(request.scene, () if request.over is None else request.over.names)
+        grounded = tuple(j for j, one in enumerate(request.objectives) if one.grounded)
+        seed = self.options.seed
+        self.judge = Judge(self._each, own, request.over, request.risk, seed, grounded)
+        self.tried = self.asked = 0
         self.certificate: Certificate | None = None
 
-    # -- searches ------------------------------------------------------------------------------------------------
+    def _each(self, points: Floats, grounds: Mapping[str, Floats]) -> Floats:
+        """Costs of walks, each made once and kept."""
+        nu = points.shape[1]
+
+        def walked(rows: Floats) -> dict[str, Floats]:
+            own = {path: np.ascontiguousarray(rows[:, nu + i]) for i, path in enumerate(grounds)}
+            return {"costs": self.walks.each(np.ascontiguousarray(rows[:, :nu]), own)}
+
+        return self.memo.evaluate(np.column_stack([points, *grounds.values()]), walked)["costs"]
 
     def _search(self, goal: _Goal, grounds: Grounds, risk: Risk, share: float, starts: Floats) -> _Found:
         """Search the front of a goal on grounds."""
         every: list[tuple[Floats, Floats]] = []
 
         def costs(points: Floats) -> Floats:
-            self.progress(self.tried, self.request.options.candidates, f"{goal.what}, {len(grounds)} grounds")
-            each = self.kept(points, grounds)
+            self.progress(self.tried, self.options.candidates, f"{goal.what}, {len(grounds)} grounds")
+            each = self.judge.costs(points, grounds)
             self.tried += len(points)
-            every.append((_risked(risk, each, grounds), each[:, 0]))
+            every.append((self.judge.risked(each, grounds, risk), each[:, 0]))
             return goal.costs(*every[-1])
 
-        search = search_of(int(share * self.request.options.candidates) - len(starts))
+        search = search_of(int(share * self.options.candidates) - len(starts))
         self.asked += 1
-        seed = 1000 * self.request.options.seed + self.asked
+        seed = 1000 * self.options.seed + self.asked
         unknowns = self.request.unknowns
-        points, values = search_front(costs, len(unknowns), unknowns.around, search, seed, starts)
+        points, values = search_front(costs, len(unknowns), unknowns.numbers.circular, search, seed, starts)
         risked, own = (np.concatenate(part) for part in zip(*every, strict=True))
-        return _Found(points, values, risked, own)
+        return _Found(points, values, risked, own, len(grounds))
 
     def design(self) -> GaitFront:
         """The whole design."""
-        request, risk, over = self.request, self.request.risk, self.request.over
-        robust_too = over is not None and not isinstance(risk, Nominal)
+        request, own = self.request, self.judge.own
         none = np.zeros((0, len(request.unknowns)))
-        share = SHARES if robust_too else (1.0, 0.0, 0.0)
-        nominal = self._search(_FRONT, self.own, Nominal(), share[0], none)
+        share = SHARES if self.judge.robust else (1.0, 0.0, 0.0)
+        nominal = self._search(_FRONT, own, NOMINAL, share[0], none)
         best = nominal.points[_best(nominal.costs)]
-        found, robust, grounds, rounds = nominal, best, self.own, []
-        if robust_too:
+        found, robust, grounds, rounds = nominal, best, own, []
+        if self.judge.robust:
             starts = nominal.points[along(nominal.costs, STARTS)]
-            found, grounds, rounds = self._judged(_FRONT, starts, self.own, share[1])
-            goal, limit = _within(float(nominal.own[:, 0].min()), request.options.loss)
+            found, grounds, rounds = self._judged(_FRONT, starts, own, share[1])
+            goal, limit = _within(float(nominal.own[:, 0].min()), self.options.loss)
             near = nominal.points[nominal.own[:, 0] <= limit]
-            near = near[farthest(near, request.unknowns.around, STARTS)]
+            near = near[farthest(near, request.unknowns.numbers.circular, STARTS)]
             starts = np.concatenate([best[None], near, found.points[along(found.costs, STARTS)]])
             compared, grounds, more = self._judged(goal, starts, grounds, share[2])
             rounds += more
             best = compared.points[_best(compared.own)]  # the optimum so far is among them
-            goal, _ = _within(float(compared.own[:, 0].min()), request.options.loss)
+            goal, _ = _within(float(compared.own[:, 0].min()), self.options.loss)
             robust = compared.points[goal.pick(goal.costs(compared.risked, compared.own), 1)[0]]
             found = self._again(found.points[along(found.costs, STARTS)], found, grounds)
         made, gap = [], np.nan
@@ -320,93 +366,65 @@ class _Designer:
             if not gap > CLOSED or number == LAST_LOOKS - 1:
                 break
             grounds = grounds.with_more(hurt)
-            rounds.append(FrontRound("last look", len(grounds), gap))
+            rounds.append(Round("last look", len(grounds), gap))
             found = self._again(found.points[along(found.costs, STARTS)], found, grounds)
         plain, _, _ = self._shown(nominal.points[along(nominal.costs)], grounds, None)
         return GaitFront(
             request, tuple(made[:-2]), tuple(plain), made[-2], made[-1], grounds, tuple(rounds), gap,
-            found.points, found.costs, self.tried, self.kept.walks.runs, self.kept.reused, self.certificate,
+            found.points, found.costs, self.tried, self.memo.computed, self.memo.reused, self.certificate,
         )  # fmt: skip
 
     def _again(self, points: Floats, before: _Found, grounds: Grounds) -> _Found:
         """The candidates at these points judged anew where there are more grounds than they were judged on."""
         if len(grounds) == before.grounds:
             return before
-        each = self.kept(points, grounds)
-        costs = _risked(self.request.risk, each, grounds)
+        each = self.judge.costs(points, grounds)
+        costs = self.judge.risked(each, grounds)
         return _Found(points, costs, costs, each[:, 0], len(grounds))
 
     def _judged(
         self, goal: _Goal, starts: Floats, grounds: Grounds, share: float
-    ) -> tuple[_Found, Grounds, list[FrontRound]]:
+    ) -> tuple[_Found, Grounds, list[Round]]:
         """Search the front of a goal under the request's risk, its grounds, and the rounds that made them."""
-        over, risk = self.request.over, self.request.risk
-        if isinstance(over, Box) and isinstance(risk, Worst):
-            return self._cutting_planes(goal, over, starts, grounds, share)
-        grounds = self._fixed(over)
-        return replace(self._search(goal, grounds, risk, share, starts), grounds=len(grounds)), grounds, []
+        if not self.judge.by_planes:
+            grounds = self.judge.fixed(MEAN_GROUNDS)
+            return self._search(goal, grounds, self.request.risk, share, starts), grounds, []
+        found: list[_Found] = []
 
-    def _fixed(self, over: Box | Ensemble | None) -> Grounds:
-        if isinstance(over, Ensemble):
-            return over.grounds(self.request.scene)
-        assert isinstance(over, Box)
-        return self.own.with_more(over.spread(MEAN_GROUNDS, self.request.options.seed))
+        def improve(active: Grounds) -> Floats:
+            begun = found[-1].points[along(found[-1].costs, STARTS)] if found else starts
+            found.append(self._search(goal, active, WORST, MORE_SHARE if found else share, begun))
+            return found[-1].points[goal.pick(found[-1].costs, goal.attacked)]
 
-    # -- grounds -------------------------------------------------------------------------------------------------
+        first = starts[np.linspace(0, len(starts) - 1, min(goal.attacked, len(starts))).astype(int)]
+        look = Look(self.options.look, CLIMB)
+        grounds, rounds, _ = self.judge.close_gap(improve, first, grounds, look, ROUNDS, goal.what)
+        return found[-1], grounds, rounds
 
-    def _cutting_planes(
-        self, goal: _Goal, box: Box, starts: Floats, grounds: Grounds, share: float
-    ) -> tuple[_Found, Grounds, list[FrontRound]]:
-        """Search the front, attack it, add what hurts, until the gap is closed."""
-        rounds: list[FrontRound] = []
-        found: _Found | None = None
-        attacked = starts[np.linspace(0, len(starts) - 1, min(goal.attacked, len(starts))).astype(int)]
-        for number in range(ROUNDS + 1):
-            options = self.request.options
-            seed = 100 * options.seed + 10 * self.asked
-            struck = strike(self.kept, attacked, box, options.look, CLIMB, seed)
-            gaps = _excess(self.kept(attacked, grounds).max(axis=1), struck.costs)
-            rounds.append(FrontRound(goal.what, len(grounds), float(gaps.max())))
-            closed = rounds[-1].gap <= CLOSED
-            if found is not None and (closed or number == ROUNDS):
-                break
-            if not closed:
-                grounds = grounds.with_more(_worst(struck.grounds, gaps, box))
-            searched = self._search(goal, grounds, Worst(), share if not number else MORE_SHARE, starts)
-            found = replace(searched, grounds=len(grounds))
-            starts = found.points[along(found.costs, STARTS)]
-            attacked = found.points[goal.pick(found.costs, goal.attacked)]
-        assert found is not None
-        return found, grounds, rounds
-
-    def _last_look(self, points: Floats, active: Floats, risked: Floats, number: int) -> Strike:
+    def _last_look(self, points: Floats, active: Floats, risked: Floats, number: int) -> Attack:
         """An attack on gaits at points (k, nu), of worst costs (k, no) on active grounds: four times as many grounds as
         between rounds, and many more by chance, which certify the others: for the gaits that matter most, and for all
         where that leaves nothing open."""
-        box, options = self.request.over, self.request.options
-        assert isinstance(box, Box)
-        seed, count, steps = 100 * options.seed + 5 + number, CHECK * options.look, 2 * CLIMB
-        struck = strike(self.kept, points, box, 4 * options.look, steps, seed, islands=ISLANDS)
-        known = np.maximum(struck.costs, _finite(active))
-        looked = np.repeat(known[:, None], count, axis=1)
+        count = self.options.look
+        found = self.judge.attack(points, Look(4 * count, 2 * CLIMB, ISLANDS))
+        known = np.maximum(found.costs, active)
+        looked = np.repeat(known[:, None], CHECK * count, axis=1)
         first = np.unique([*np.argmin(risked[:-2], axis=0), len(points) - 2, len(points) - 1])
         for rows in filter(len, (first, np.setdiff1d(np.arange(len(points)), first))):
-            checked = strike(self.kept, points[rows], box, count, steps, seed + 50, islands=ISLANDS, by_chance=True)
+            checked = self.judge.attack(points[rows], Look(CHECK * count, 2 * CLIMB, ISLANDS), by_chance=True)
             looked[rows] = checked.first
-            worse = checked.costs > struck.costs[rows]
-            struck.costs[rows] = np.where(worse, checked.costs, struck.costs[rows])
-            struck.grounds[rows] = np.where(worse[:, :, None], checked.grounds, struck.grounds[rows])
-            if self._open(active, struck) > CLOSED and number < LAST_LOOKS - 1:
+            worse = checked.costs > found.costs[rows]
+            found.costs[rows] = np.where(worse, checked.costs, found.costs[rows])
+            found.grounds[rows] = np.where(worse[:, :, None], checked.grounds, found.grounds[rows])
+            if self._open(active, found) > CLOSED and number < LAST_LOOKS - 1:
                 break  # there will be another look
-        beyond = (_excess(known[:, None], looked) > CLOSED).any(axis=2)
-        self.certificate = Certificate(count, int(beyond.sum(axis=1).max()))
-        return struck
+        beyond = (excess(known[:, None], looked) > CLOSED).any(axis=2)
+        self.certificate = Certificate(CHECK * count, int(beyond.sum(axis=1).max()))
+        return found
 
-    def _open(self, active: Floats, struck: Strike) -> float:
+    def _open(self, active: Floats, found: Attack) -> float:
         """The gap of all gaits but the last, of worst costs (k, no) on active grounds; NaN where none join."""
-        if not isinstance(self.request.risk, Worst):
-            return np.nan
-        return float(_excess(active, struck.costs)[:-1].max())
+        return float(excess(active, found.costs)[:-1].max()) if self.judge.by_planes else np.nan
 
     def _shown(
         self, points: Floats, grounds: Grounds, look: int | None
@@ -414,34 +432,33 @@ class _Designer:
         """Points (k, nu) as gaits; the gap of all but the last, which is of no front, and the grounds (n, np) that
         open it. look: number of the attack on them; None for none, and then the worst is that of the grounds."""
         request, objectives = self.request, self.request.objectives
-        each = self.kept(points, grounds)
-        risked = _risked(request.risk, each, grounds)
+        each = self.judge.costs(points, grounds)
+        risked = self.judge.risked(each, grounds)
         gap, worst, hurt = np.nan, np.full(risked.shape, np.nan), np.zeros((0, 0))
         where: list[dict[str, float]] = [{} for _ in points]
         first = next((j for j, one in enumerate(objectives) if one.grounded), 0)
         if request.over is not None:
             worst, at = each.max(axis=1), each[:, :, first].argmax(axis=1)
             where = [{path: float(own[i]) for path, own in grounds.values.items()} for i in at]
-        if look is not None and isinstance(request.over, Box):
-            self.progress(self.tried, request.options.candidates, "the last look at the box")
-            struck = self._last_look(points, each.max(axis=1), risked, look)
-            gap = self._open(each.max(axis=1), struck)
-            if isinstance(request.risk, Worst):
-                gaps = _excess(each.max(axis=1), struck.costs)[:-1]
-                hurt = _worst(struck.grounds[:-1], gaps, request.over)
-            for i in np.flatnonzero(struck.costs[:, first] > worst[:, first]):
-                where[i] = dict(zip(request.over.paths, struck.grounds[i, first].tolist(), strict=True))
-            worst = np.maximum(worst, struck.costs)
+        if look is not None and isinstance(request.over, Unknowns):
+            self.progress(self.tried, self.options.candidates, "the last look at the box")
+            found = self._last_look(points, worst, risked, look)
+            gap = self._open(worst, found)
+            if self.judge.by_planes:
+                hurt = self.judge.hurting(found.grounds[:-1], excess(worst, found.costs)[:-1])
+            for i in np.flatnonzero(found.costs[:, first] > worst[:, first]):
+                where[i] = dict(zip(request.over.names, found.grounds[i, first].tolist(), strict=True))
+            worst = np.maximum(worst, found.costs)
         priced = any(one.priced for one in objectives)
-        energy = self.kept.walks.energy(points) if priced else np.full(len(points), np.nan)
-        share = self.kept.walks.recovered_share()
+        energy = self.walks.energy(points) if priced else np.full(len(points), np.nan)
+        share = self.walks.recovered_share()
 
         def values(costs: Floats) -> tuple[float, ...]:
             return tuple(float(one.value(cost)) for one, cost in zip(objectives, costs, strict=True))
 
         made = [
             GaitPoint(
-                point, self.kept.walks.changes(point), values(each[i, 0]), values(risked[i]), values(worst[i]),
+                point, self.walks.changes(point), values(each[i, 0]), values(risked[i]), values(worst[i]),
                 where[i], float(energy[i]), share * float(energy[i]),
             )
             for i, point in enumerate(points)
@@ -449,49 +466,12 @@ class _Designer:
         return made, gap, hurt
 
 
-def search_of(candidates: int) -> Search:
+def search_of(candidates: int) -> FrontSearch:
     """A search of about so many candidates: a quarter of them spread evenly, a population of 24 to 96."""
     population = int(np.clip(candidates // 24, 24, 96)) // 2 * 2
     scan = max(candidates // 4, 2)
-    return Search(scan, population, max((candidates - scan) // population, 1))
+    return FrontSearch(scan, population, max((candidates - scan) // population, 1))
 
 
 def _best(costs: Floats) -> int:
     return int(np.argmin(costs[:, 0]))
-
-
-def _risked(risk: Risk, each: Floats, grounds: Grounds) -> Floats:
-    """Costs (n, no) under a risk, of costs (n, ng, no) on grounds."""
-    return np.stack([_finite(risk(each[:, :, j], grounds.weights)) for j in range(each.shape[2])], axis=1)
-
-
-def _excess(known: Floats, found: Floats) -> Floats:
-    """Shares by which costs that were found are worse than those known of gaits, in the first axis of both."""
-    known = _finite(known)
-    finite = np.where(np.isfinite(known), np.abs(known), 0.0)
-    scale = np.maximum(finite, FLOOR * finite.max(axis=0))
-    worse = np.maximum(np.nan_to_num(found - known, nan=0.0), 0.0)
-    return np.where(scale > 0.0, worse / np.where(scale > 0.0, scale, 1.0), 0.0)
-
-
-def _finite(costs: Floats) -> Floats:
-    """Costs in which what has no value is the worst."""
-    return np.where(np.isnan(costs), np.inf, costs)
-
-
-def _worst(grounds: Floats, gaps: Floats, box: Box) -> Floats:
-    """Of grounds (k, no, np) those with the largest gaps (k, no), at most `MORE` and no two of them near each
-    other."""
-    flat, size = grounds.reshape(-1, grounds.shape[2]), gaps.ravel()
-    chosen: list[int] = []
-    for row in np.argsort(-size, kind="stable"):
-        if size[row] <= CLOSED and chosen:
-            break
-        apart = (
-            np.abs((flat[chosen] - flat[row]) / (box.high - box.low)).max(axis=1) if chosen else np.ones(1)
-        )
-        if (apart > 0.05).all():
-            chosen.append(int(row))
-        if len(chosen) == MORE:
-            break
-    return flat[chosen]

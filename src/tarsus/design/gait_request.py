@@ -2,46 +2,93 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
+from pydantic import Field
 
 from tarsus.base.errors import InputError
-from tarsus.base.messages import nearest
+from tarsus.base.spec import Amount, MaybeAmount, quantity
 from tarsus.base.workers import Workers
-from tarsus.design.over import Over, over_of
-from tarsus.design.risk import Nominal, Risk, Worst, risk_of
-from tarsus.design.unknowns import Symmetry, Unknowns, unknowns_of
+from tarsus.design.gait_unknowns import GaitUnknowns, Symmetry, gait_unknowns
+from tarsus.design.grounds import Grounds, Over
+from tarsus.design.request import OVER, RISK, SEED, Count, Problems, Seed, Settings, setting
+from tarsus.design.risk import Risk
 from tarsus.design.walk_objectives import WalkObjective, objectives_of
 from tarsus.design.walks import without_legs
 from tarsus.model.scene import Scene
 from tarsus.model.structure import Walker
 
-__all__ = ["GaitOptions", "GaitRequest", "gait_request", "symmetry_of"]
-
-T = TypeVar("T")
+__all__ = ["AdaptSettings", "GaitRequest", "GaitSettings", "gait_request"]
 
 FEWEST = 64
-"""Candidates below which no search begins."""
+"""Candidates below which no search begins: a population of 24 and what it is chosen from."""
+FREE = 'paths of the gait and of signals that may change, each with its range or "usual"'
+TIED = "of free phases: none, mirror, pairs or wave"
+WALK = "of a walk, the scene's own unless given"
+ROUNDING = 1e-9
+"""A duration is a drive period where it is so near to it: what division of frequencies leaves."""
 
 
-@dataclass(frozen=True)
-class GaitOptions:
-    """symmetry: of the phases, where they are free; dead: legs that do not move; candidates: gaits that are tried
-    in all; look: grounds that an attack between rounds looks at in a box before it climbs, the last attack at four
-    times as many, with other random numbers; loss: share of the best nominal value that the robust gait may give
-    up; duration [s] of a run, the scene's when absent; seed; threads."""
+class GaitSettings(Settings):
+    """What a gait is designed for beside the scene, see `tarsus.design.gait` and `tarsus.design.adapt`."""
 
-    symmetry: Symmetry | str = Symmetry.NONE
-    dead: tuple[str, ...] = ()
-    candidates: int = 4000
-    look: int = 48
-    loss: float = 0.1
-    duration: float | None = None
-    seed: int = 0
-    threads: Workers = None
+    SECTIONS: ClassVar[Mapping[str, tuple[str, ...]]] = {
+        "objective": ("objective", "risk", "loss"),
+        "search": ("candidates", "look", "duration", "seed"),
+    }
+
+    free: Any = setting(..., FREE)
+    symmetry: Symmetry = setting(Symmetry.NONE, TIED)
+    dead: tuple[str, ...] = setting((), "legs that do not move")
+    objective: Any = setting(
+        "speed,energy", "one to three of speed, energy, transport, slip, contact, support and sway"
+    )
+    over: Any = setting(None, OVER)
+    risk: Any = setting(None, RISK)
+    loss: Amount = quantity(
+        "1",
+        "what the robust gait may lose of the best value on the scene's own ground",
+        default=0.1,
+        ge=0,
+        lt=1,
+    )
+    candidates: Annotated[int, Field(ge=FEWEST)] = setting(4000, "gaits that are tried in all")
+    look: Count = setting(
+        48, "grounds that an attack between rounds looks at before it climbs; the last at more"
+    )
+    duration: MaybeAmount = quantity("s", WALK, default=None, gt=0)
+    seed: Seed = setting(0, SEED)
+
+
+class AdaptSettings(Settings):
+    """What an adaptive gait is designed for beside the scene, see `tarsus.design.adapt`."""
+
+    SECTIONS: ClassVar[Mapping[str, tuple[str, ...]]] = {
+        "objective": ("objective", "gaits", "hidden", "repeats"),
+        "search": ("candidates", "training", "duration", "seed"),
+        "sense": ("sense", "steps", "noise"),
+    }
+
+    free: Any = setting(..., FREE)
+    symmetry: Symmetry = setting(Symmetry.NONE, TIED)
+    dead: tuple[str, ...] = setting((), "legs that do not move")
+    objective: Any = setting("speed", "one of speed, transport, slip, contact, support and sway")
+    over: Any = setting(None, OVER)
+    gaits: Count = setting(10, "how many gaits at most")
+    hidden: Annotated[int, Field(ge=2)] = setting(200, "hidden grounds that the choice is judged on")
+    repeats: Count = setting(1, "walks, a thousandth apart, that every gait is judged by on every ground")
+    candidates: Annotated[int, Field(ge=FEWEST)] = setting(4000, "gaits that are tried in all")
+    training: Annotated[int, Field(ge=2)] = setting(256, "grounds that the table is of")
+    duration: MaybeAmount = quantity("s", WALK, default=None, gt=0)
+    seed: Seed = setting(0, SEED)
+    sense: Any = setting("charge", "charge, slip, both with a comma, or nothing")
+    steps: Annotated[int, Field(ge=2)] = setting(20, "walked with up to four gaits before one is chosen")
+    noise: Amount = quantity(
+        "1", "standard deviation of what is sensed, as a share of it", default=0.02, ge=0, lt=1
+    )
 
 
 @dataclass(frozen=True)
@@ -49,111 +96,80 @@ class GaitRequest:
     """A scene with its unknowns, objectives, grounds and risk, all of them checked."""
 
     scene: Scene
-    unknowns: Unknowns
+    unknowns: GaitUnknowns
     objectives: tuple[WalkObjective, ...]
     over: Over | None
     risk: Risk
-    options: GaitOptions
+    options: GaitSettings | AdaptSettings
+    threads: Workers = None
 
     @property
     def duration(self) -> float:
-        """Of a run [s]."""
+        """Of a walk [s]."""
         return self.scene.duration if self.options.duration is None else self.options.duration
 
     @property
     def lines(self) -> list[str]:
-        """Everything that runs depend on beside the scene, as text."""
+        """Everything that walks and their order depend on beside the scene, as text."""
+        assert isinstance(self.options, GaitSettings)
+        free, options, numbers = self.unknowns, self.options, self.unknowns.numbers
+        ends = zip(numbers.names, numbers.units, numbers.low.tolist(), numbers.high.tolist(), strict=True)
         return [
-            *(f"{n} [{u}] {lo!r} {hi!r}" for n, u, lo, hi in
-              zip(self.unknowns.names, self.unknowns.units, self.unknowns.low.tolist(), self.unknowns.high.tolist(),
-                  strict=True)),
-            f"paths {', '.join(self.unknowns.paths)}",
-            f"shares {self.unknowns.base.tolist()} {self.unknowns.share.tolist()}",
+            *(f"{name} [{unit}] {low!r} {high!r}" for name, unit, low, high in ends),
+            f"paths {', '.join(free.paths)}", f"shares {free.base.tolist()} {free.share.tolist()}",
             f"objectives {', '.join(one.name for one in self.objectives)}",
-            f"over {described(self.over)}", f"risk {self.risk.name}",
-            f"candidates {self.options.candidates}, look {self.options.look}, duration {self.duration!r}, "
-            f"loss {self.options.loss!r}, seed {self.options.seed}",
+            f"over {_in_words(self.over)}", f"risk {self.risk.name}",
+            f"candidates {options.candidates}, look {options.look}, duration {self.duration!r}, loss {options.loss!r}, "
+            f"seed {options.seed}",
         ]  # fmt: skip
 
 
-def described(over: Over | None) -> str:
+def _in_words(over: Over | None) -> str:
     """Grounds in words that are the same for the same grounds."""
     if over is None:
         return "nothing"
-    if hasattr(over, "low"):
-        ends = zip(over.paths, over.low.tolist(), over.high.tolist(), strict=True)  # pyright: ignore
-        return "; ".join(f"{path} {low!r} to {high!r}" for path, low, high in ends)
-    return "; ".join(f"{path} {list(map(float, own))!r}" for path, own in over.values.items())  # pyright: ignore
-
-
-def symmetry_of(word: Symmetry | str) -> Symmetry:
-    """The symmetry of a word; raises InputError for any other."""
-    try:
-        return Symmetry(word)
-    except ValueError:
-        known = [one.value for one in Symmetry]
-        raise InputError(f"symmetry: there is none called '{word}'{nearest(str(word), known)}") from None
+    rows = over.points() if isinstance(over, Grounds) else np.stack([over.low, over.high])
+    return "; ".join(f"{path} {own.tolist()!r}" for path, own in zip(over.names, rows.T, strict=True))
 
 
 def gait_request(
-    scene: Scene,
-    free: Mapping[str, Any] | Iterable[str],
-    objective: str | Sequence[str | WalkObjective],
-    over: Any,
-    risk: str | Risk | None,
-    options: GaitOptions,
+    scene: Scene, options: GaitSettings | AdaptSettings, risk: str | Risk | None, threads: Workers = None
 ) -> GaitRequest:
     """Check everything; raises InputError with every problem that can be told at once."""
-    problems: list[str] = []
-
-    def tried(made: Callable[[], T]) -> T | None:
-        try:
-            return made()
-        except InputError as error:
-            problems.extend(error.problems)
-            return None
-
     if not isinstance(scene.robot.structure, Walker):
         raise InputError(
             f"'{scene.name}' does not walk: only a scene whose structure is a walker has a gait to design"
         )
-    scene = tried(lambda: without_legs(scene, options.dead)) or scene
-    objectives = tried(lambda: objectives_of(objective)) or ()
-    symmetry = tried(lambda: symmetry_of(options.symmetry))
-    made = None if symmetry is None else tried(lambda: unknowns_of(scene, free, symmetry))
-    grounds = tried(lambda: over_of(scene, over))
-    if made is not None and grounds is not None:
-        problems += [
-            f"{path}: is designed, so it cannot be part of the ground"
-            for path in grounds.paths
-            if path in made[1].paths
-        ]
-    chosen = tried(lambda: risk_of(risk)) if risk is not None else (Nominal() if grounds is None else Worst())
-    if grounds is None and over is None and isinstance(chosen, Risk) and not isinstance(chosen, Nominal):
-        problems.append(f"risk: '{chosen.name}' needs grounds to be judged on: give --over PATH=a:b")
+    problems = Problems()
+    scene = problems.tried(lambda: without_legs(scene, options.dead)) or scene
+    objectives = problems.tried(lambda: objectives_of(options.objective)) or ()
+    made = problems.tried(lambda: gait_unknowns(scene, options.free, options.symmetry))
+    over, judged = problems.bearing(
+        scene, options.over, risk, lambda path: made is not None and path in made[1].paths
+    )
     problems += _of_energy(scene, objectives)
     if made is not None:
-        problems += _of_duration(*made, options)
-    if options.candidates < FEWEST:
-        problems.append(f"candidates: expected at least {FEWEST}, got {options.candidates}")
-    if options.look < 1:
-        problems.append(f"look: expected at least 1 ground, got {options.look}")
-    if not 0.0 <= options.loss < 1.0:
-        problems.append(f"loss: expected a share from 0 to below 1, got {options.loss:g}")
-    if problems or made is None or chosen is None:
-        raise InputError(list(dict.fromkeys(problems)))
-    return GaitRequest(*made, objectives, grounds, chosen, options)
+        problems += _of_duration(*made, options.duration)
+    if problems or made is None:
+        raise InputError(problems)
+    return GaitRequest(*made, objectives, over, judged, options, threads)
 
 
-def _of_duration(scene: Scene, unknowns: Unknowns, options: GaitOptions) -> list[str]:
+def _of_duration(scene: Scene, unknowns: GaitUnknowns, given: float | None) -> list[str]:
     """What is wrong with a duration: walks are measured by whole drive periods."""
-    duration = scene.duration if options.duration is None else options.duration
-    lowest = unknowns.numbers(np.zeros((1, len(unknowns)))).get("gait.frequency")
-    periods = [wave.period or 0.0 for wave in scene.waveforms.values()] if lowest is None else [1.0 / float(lowest[0])]
+    duration = scene.duration if given is None else given
+    lowest = unknowns.changes(np.zeros((1, len(unknowns)))).get("gait.frequency")
+    periods = (
+        [wave.period or 0.0 for wave in scene.waveforms.values()]
+        if lowest is None
+        else [1.0 / float(lowest[0])]
+    )
     slowest = max(periods, default=0.0)
-    if duration > 0.0 and duration >= slowest * (1.0 - 1e-9):  # but for rounding
+    if duration >= slowest * (1.0 - ROUNDING):
         return []
-    return [f"duration: expected at least a drive period of the slowest gait, {slowest:.4g} s, got {duration:.4g} s"]
+    return [
+        f"duration: expected at least a drive period of the slowest gait, {slowest:.4g} s, got {duration:.4g} s"
+    ]
 
 
 def _of_energy(scene: Scene, objectives: Sequence[WalkObjective]) -> list[str]:

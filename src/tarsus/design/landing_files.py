@@ -1,36 +1,45 @@
-"""Files of a landing design: the signal for any scene, a header for a microcontroller, the table of grounds."""
+"""A landing design as data, as a table, and as files: the signal for any scene, a header for a microcontroller, the
+table of grounds."""
 
 from __future__ import annotations
 
-import hashlib
-import json
+import math
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tarsus.base.errors import InputError
-from tarsus.design.soft_landing import LandingDesign
+from tarsus.design.headers import digest, header_text
+from tarsus.design.results import csv_text, write_texts
 from tarsus.design.timer import in_comment
+from tarsus.design.trials import Landings
 from tarsus.files.jsontext import json_text
-from tarsus.files.store import package_version, write_text
-from tarsus.files.toml import write_scene
-from tarsus.model.drive.waveforms import OnOff
+from tarsus.files.store import package_version
+from tarsus.files.toml import scene_text
+from tarsus.tables.numbers import amount
+from tarsus.tables.table import Column, Table
 
-__all__ = ["LANDING_FILES", "header_text", "landing_table", "signal_text", "write_landing"]
+if TYPE_CHECKING:
+    from tarsus.design.soft_landing import LandingDesign
+
+__all__ = ["LANDING_FILES", "landing_data", "landing_line", "landing_table", "signal_text", "write_landing"]
 
 LANDING_FILES = ("landing.json", "signal.toml", "scene.toml", "landing.h", "scenarios.csv", "report.html")
 """Names of everything that `tarsus design landing` writes."""
 
 
-def landing_table(design: LandingDesign) -> dict[str, Any]:
+def landing_data(design: LandingDesign) -> dict[str, Any]:
     """A design as plain data, SI units; NaN where there is none.
 
     speed [m/s]: hardest nominal touchdown of the whole period; touchdowns: a step; worst [m/s]: over the grounds;
     switching_times [s]; energy [J] a period; scenarios: what the foot does on every ground.
     """
     energy, recovered = design.energies
-    request, step = design.request, design.request.step
+    request, step, found, learned = design.request, design.request.step, design.attack, design.learning
+    worst = None if found is None else {
+        "ground": dict(zip(design.grounds.names, found.grounds[0, 0].tolist(), strict=True)),
+        "score": float(found.costs[0, 0]), "tried": found.tried,
+    }  # fmt: skip
     return {
         "scene": request.scene.name, "foot": request.foot, "drive": request.drive, "risk": request.risk.name,
         "objective": request.options.objective.value, "speed": design.speed, "touchdowns": design.touchdowns,
@@ -41,56 +50,62 @@ def landing_table(design: LandingDesign) -> dict[str, Any]:
         "plain": _landed(design.before, 0), "nominal": _landed(design.after, 0), "regime": design.regime.words,
         "periods_to_settle": design.settle - 1, "scenarios": _scenarios(design),
         "rounds": [{"grounds": one.grounds, "score": one.score, "worst": one.worst} for one in design.rounds],
-        "worst_ground": _worst_ground(design), "front": [
+        "worst_ground": worst, "front": [
             {"pairs": one.pairs, "speed": one.speed, "energy": one.energy, "energy_recovered": one.recovered,
              "levels": list(one.signal.levels), "durations": list(one.signal.durations)}
             for one in design.front
-        ], "runs": design.runs, "digest": digest(design.signal), "learning": _learning(design),
-        "notes": list(design.notes), "version": package_version(),
+        ], "runs": design.runs, "digest": digest(design.signal), "learning": learned and {
+            "steps": learned.speeds.shape[1] - 1, "grounds": len(learned.grounds), "halved_in_ten": learned.halved,
+            "median_speed": np.median(learned.speeds, axis=0).tolist(),
+            "plain_speed": float(np.median(learned.plain)),
+            "median_regret": np.median(learned.regret, axis=0).tolist(), "sensor": learned.sensor.value,
+        }, "notes": list(design.notes), "version": package_version(),
     }  # fmt: skip
 
 
-def _landed(found: Any, at: int) -> dict[str, float]:
-    return {
-        name: float(getattr(found, name)[0, at])
-        for name in ("speed", "impulse", "touchdowns", "contact", "peak", "lifted")
-    }
+def _landed(found: Landings, at: int) -> dict[str, float]:
+    names = ("speed", "impulse", "touchdowns", "contact", "peak", "lifted")
+    return {name: float(getattr(found, name)[0, at]) for name in names}
 
 
 def _scenarios(design: LandingDesign) -> list[dict[str, Any]]:
-    paths = list(design.grounds.values)
+    plain = design.before_on_grounds.speed[0].tolist()
     return [
         {
-            "ground": {path: float(design.grounds.values[path][i]) for path in paths},
+            "ground": {path: float(own[i]) for path, own in design.grounds.values.items()},
             **_landed(design.on_grounds, i),
-            "plain_speed": float(design.before_on_grounds.speed[0, i]),
+            "plain_speed": plain[i],
         }
         for i in range(len(design.grounds))
     ]
 
 
-def _worst_ground(design: LandingDesign) -> dict[str, Any] | None:
-    if design.attack is None:
-        return None
-    where = dict(zip(design.grounds.values, design.attack.ground.tolist(), strict=True))
-    return {"ground": where, "score": design.attack.score, "tried": design.attack.tried}
+def landing_line(design: LandingDesign) -> str:
+    """A soft landing in a line."""
+    plain, softer = (amount(float(one.speed[0, 0]), "m/s") for one in (design.before, design.after))
+    pairs = f"{design.pairs} pair{'s' * (design.pairs != 1)}"
+    return f"LandingDesign of '{design.request.scene.name}': {softer} instead of {plain}, {pairs}"
 
 
-def _learning(design: LandingDesign) -> dict[str, Any] | None:
-    found = design.learning
-    if found is None:
-        return None
-    return {
-        "steps": found.speeds.shape[1] - 1, "grounds": len(found.grounds), "halved_in_ten": found.halved,
-        "median_speed": np.median(found.speeds, axis=0).tolist(), "plain_speed": float(np.median(found.plain)),
-        "median_regret": np.median(found.regret, axis=0).tolist(), "sensor": found.sensor.value,
-    }  # fmt: skip
-
-
-def digest(signal: OnOff) -> str:
-    """A digest of a signal: the first 16 hexadecimal digits of the SHA-256 of its levels and durations, exactly."""
-    told = json.dumps([[float(x).hex() for x in part] for part in (signal.levels, signal.durations)])
-    return hashlib.sha256(told.encode()).hexdigest()[:16]
+def landing_table(design: LandingDesign) -> Table:
+    """The plateaus of a soft landing under what they are for."""
+    before, (energy, recovered) = design.before, design.energies
+    notes = [
+        f"plain step: {amount(float(before.speed[0, 0]), 'm/s')}, {before.touchdowns[0, 0]:g} touchdowns a step",
+        f"designed: {amount(design.speed, 'm/s')}, {design.touchdowns:g} touchdowns a step, {design.regime.words}",
+    ]
+    if math.isfinite(design.worst):
+        looked = "" if design.attack is None else f", {design.attack.tried} looked at"
+        rival = amount(design.nominal_worst, "m/s")
+        notes.append(
+            f"worst: {amount(design.worst, 'm/s')} on {len(design.grounds)} grounds{looked}; the nominal design's "
+            f"worst {rival}"
+        )
+    if math.isfinite(energy):
+        notes.append(f"energy: {amount(energy, 'J')} a period, {amount(recovered, 'J')} with charge recovery")
+    signal = zip(design.switching_times, design.signal.levels, design.signal.durations, strict=True)
+    columns = (Column("from", "s", 6), Column("voltage", "V", 5), Column("for", "s", 6))
+    return Table(landing_line(design), columns, signal, (*notes, *design.notes))
 
 
 def signal_text(design: LandingDesign) -> str:
@@ -111,64 +126,16 @@ def signal_text(design: LandingDesign) -> str:
     )
 
 
-def header_text(design: LandingDesign) -> str:
-    """``landing.h``: when to switch, in whole ticks of the timer, and to what, in whole millivolts.
-
-    Raises InputError for a period of more ticks than 32 bits hold.
-    """
-    request, signal = design.request, design.signal
-    tick = request.step.period / request.ticks
-    if request.ticks >= 2**32:
-        raise InputError(f"tick: {request.ticks} ticks a period do not fit into 32 bits; give a longer tick")
-    times = [round(time / tick) for time in design.switching_times]
-    millivolts = [round(1e3 * level) for level in signal.levels]
-    count = len(times)
-    worst = (
-        ""
-        if np.isnan(design.worst)
-        else f", at most {design.worst:.4g} m/s on the grounds it was designed for"
-    )
-    about = f"{in_comment(request.scene.name)}, foot {request.foot}, drive {request.drive}"
-    return "\n".join(
-        [
-            "/* Soft landing, made by `tarsus design landing`; do not edit.",
-            f" * {about}: {design.speed:.4g} m/s{worst}.",
-            " * Switch to landing_millivolts[i] at landing_ticks[i] after the landing edge, every period. */",
-            "#ifndef TARSUS_LANDING_H", "#define TARSUS_LANDING_H", "", "#include <stdint.h>", "",
-            f"#define LANDING_COUNT {count}u",
-            f'#define LANDING_DIGEST "{digest(signal)}"', "",
-            f"static const uint32_t landing_tick_ns = {round(tick * 1e9)}u;",
-            f"static const uint32_t landing_period_ticks = {request.ticks}u;",
-            f"static const uint32_t landing_ticks[LANDING_COUNT] = {{{', '.join(f'{t}u' for t in times)}}};",
-            f"static const int32_t landing_millivolts[LANDING_COUNT] = {{{', '.join(map(str, millivolts))}}};",
-            "", "#endif", "",
-        ]
-    )  # fmt: skip
-
-
-def scenarios_text(design: LandingDesign) -> str:
-    """The table of grounds as CSV, SI units."""
-    rows = _scenarios(design)
-    paths = list(design.grounds.values)
-    names = [name for name in rows[0] if name != "ground"]
-    lines = [",".join([*paths, *names])]
-    lines += [
-        ",".join(f"{value:.9g}" for value in (*(row["ground"][p] for p in paths), *(row[n] for n in names)))
-        for row in rows
-    ]
-    return "\n".join(lines) + "\n"
-
-
 def write_landing(design: LandingDesign, folder: str | Path) -> Path:
     """Write everything but the report into a folder, which is made where it does not exist; returns the folder.
 
     Raises InputError where it cannot be written.
     """
-    target = Path(folder)
-    target.mkdir(parents=True, exist_ok=True)
-    write_scene(design.scene, target / "scene.toml")
-    write_text(target / "signal.toml", signal_text(design))
-    write_text(target / "landing.h", header_text(design))
-    write_text(target / "scenarios.csv", scenarios_text(design))
-    write_text(target / "landing.json", json_text(landing_table(design)) + "\n")
-    return target
+    rows = _scenarios(design)
+    names = [name for name in rows[0] if name != "ground"]
+    table = [(*row["ground"].values(), *(row[name] for name in names)) for row in rows]
+    return write_texts(folder, {
+        "scene.toml": scene_text(design.scene), "signal.toml": signal_text(design), "landing.h": header_text(design),
+        "scenarios.csv": csv_text((*design.grounds.names, *names), table),
+        "landing.json": json_text(landing_data(design)) + "\n",
+    })  # fmt: skip

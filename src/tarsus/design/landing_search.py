@@ -2,36 +2,45 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.design.over import Box, Ensemble, Grounds
+from tarsus.base.errors import InputError
+from tarsus.design.grounds import Grounds, corners
+from tarsus.design.judge import Judge, Look, Round
+from tarsus.design.landing_request import LandingRequest
 from tarsus.design.polish import polish
 from tarsus.design.pulses import Family, families
-from tarsus.design.request import Request
-from tarsus.design.risk import Nominal, Risk, Worst
-from tarsus.design.search import Archive, Budget, descend, search
+from tarsus.design.risk import NOMINAL, Risk
+from tarsus.design.settling import settled_periods
 from tarsus.design.target import Target
 from tarsus.design.touchdown_slopes import touchdown_pieces
 from tarsus.design.transfer import GENTLE, STARTS, Transfer, transfers
 from tarsus.design.trials import Trials
-from tarsus.design.worst_ground import Attack, Round, attack, close_gap
+from tarsus.fit.valleys import Budget, Visited, follow_down, search
 
-__all__ = ["DENSE", "Candidate", "Searcher", "replace_points"]
+__all__ = ["DENSE", "LandingSearch", "Signal"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Progress = Callable[[int, int, str], None]
 
+SAMPLE = 48
+"""Signals that the time to settle is measured on: of so many 95 % are all but two."""
 MEAN_GROUNDS = 48
 """Grounds that stand for a box where a risk averages over it: a search runs every candidate on all of them."""
-DENSE = 2048
-"""Grounds of the last, dense look at a box, before the climb from its worst regions."""
+BETWEEN, DENSE = Look(256, 10, 6), Look(2048, 10, 6)
+"""Attacks between rounds of cutting planes, and the last, dense one: ten steps uphill end below a thousandth of the
+box's sides, and six regions are more than any box of the cantilever has peaks. Whole designs are compared by a quarter
+of the dense one."""
+COMPARED = Look(DENSE.count // 4, DENSE.steps, DENSE.islands)
 ROUNDS = 6
 """Rounds of cutting planes at most; the cantilever needs one or two."""
+ATTACKED = 3
+"""Designs that are attacked in a round: the best, and two more for what hurts those that come after it."""
 NARROW, ABOUT_TRANSFERS = 0.01, 12
 """First step of the strategies about transfers, and how many of them: an eighth of a valley's size, for what stands
 behind a foot that is not let go is at rest within a few hundredths of the plateaus only."""
@@ -43,32 +52,52 @@ POLISHED, POLISHING = 2, 12
 
 
 @dataclass(frozen=True)
-class Candidate:
-    """A signal by its plateaus: levels [V] and durations [s] (S,), with its pairs; where it came from, the family's
-    number and the point (nu,) of the unit cube, is empty for the plain step."""
+class Signal:
+    """A candidate: a signal (2S,) as `Trials` take it, with its pairs of switchings."""
 
-    levels: Floats
-    durations: Floats
+    row: Floats
     pairs: int
-    number: int = 0
-    point: Floats = field(default_factory=lambda: np.zeros(0))
 
     @property
-    def rows(self) -> tuple[Floats, Floats]:
-        return self.levels[None], self.durations[None]
+    def rows(self) -> Floats:
+        return self.row[None]
 
 
-class Searcher:
-    """The searches of one request. archives: by pairs, the families and every point that was asked for."""
+class LandingSearch:
+    """The searches of one request, and what candidates are judged by. visited: by pairs, the families and every point
+    that was asked for.
 
-    def __init__(
-        self, request: Request, trials: Trials, target: Target, plain: Candidate, progress: Progress
-    ) -> None:
-        self.request, self.trials, self.target = request, trials, target
-        self.plain, self.progress = plain, progress
-        self.rng = np.random.default_rng([request.options.seed, 5])
-        self.nominal = Grounds.nominal(request.scene, () if request.over is None else request.over.paths)
-        self.archives: dict[int, tuple[list[Family], Archive]] = {}
+    Raises InputError where the foot does not land with the plain step.
+    """
+
+    def __init__(self, request: LandingRequest, progress: Progress | None = None) -> None:
+        self.request, self.progress = request, progress or (lambda done, total, what: None)
+        options, step = request.options, request.step
+        self.rng = np.random.default_rng([options.seed, 5])
+        self.visited: dict[int, tuple[list[Family], Visited]] = {}
+        self.trials = Trials(request.scene, request.drive, request.foot, step.period, threads=request.threads)
+        self.nominal = Grounds.nominal(request.scene, () if request.over is None else request.over.names)
+        self.plain = Signal(step.plain()[0], 0)
+        self.trials.periods = self._settled()
+        before = self.trials.on(self.plain.rows, self.nominal)
+        if not before.touchdowns[0, 0] > 0.0:
+            where = "stays on the ground" if before.contact[0, 0] > 0.0 else "stays in the air"
+            raise InputError(
+                f"foot '{request.foot}' never lands: with the plain step between {step.lift:g} V and "
+                f"{step.support:g} V it {where}"
+            )
+        self.target = Target(options.objective, before, options.contact, options.lift, options.ringing)
+        self.judge = Judge(self._each, self.nominal, request.over, request.risk, options.seed)
+
+    def _settled(self) -> int:
+        choices = families(self.request.step, 1)
+        rng = np.random.default_rng([self.request.options.seed, 7])
+        numbers = rng.integers(0, len(choices), SAMPLE)
+        points = rng.random((SAMPLE, self.request.step.unknowns(1)))
+        return settled_periods(self.trials, self.request.step.place(choices, numbers, points), self.nominal)
+
+    def _each(self, rows: Floats, grounds: Mapping[str, Floats]) -> Floats:
+        return self.target.scores(self.trials.each(rows, grounds))[:, None]
 
     def budget(self, pairs: int, share: float = 1.0) -> Budget:
         """A search's length: the more unknowns the longer, up to six of them."""
@@ -82,172 +111,134 @@ class Searcher:
         """As many of something as a search of this effort has, two at least; no more where the effort is above 1."""
         return max(int(count * min(self.request.options.effort, 1.0)), 2)
 
-    def score(self, one: Candidate, grounds: Grounds, risk: Risk) -> float:
-        return float(risk(self.target.scores(self.trials(*one.rows, grounds)), grounds.weights)[0])
+    def scores(self, rows: Floats, grounds: Grounds, risk: Risk | None = None) -> Floats:
+        """Scores (n,) of signals (n, 2S) by a risk, the request's unless given."""
+        return self.judge.risked(self.judge.costs(rows, grounds), grounds, risk)[:, 0]
 
-    def nominal_designs(self) -> list[Candidate]:
+    def _cost(self, choices: list[Family], grounds: Grounds, risk: Risk) -> Callable[[Ints, Floats], Floats]:
+        return lambda numbers, points: self.scores(
+            self.request.step.place(choices, numbers, points), grounds, risk
+        )
+
+    def _signals(self, pairs: int, count: int) -> list[Signal]:
+        """The best signals that were visited."""
+        choices, visited = self.visited[pairs]
+        rows = visited.best(count)
+        placed = self.request.step.place(choices, visited.numbers[rows], visited.points[rows])
+        return [Signal(row, pairs) for row in placed]
+
+    def nominal_designs(self) -> list[Signal]:
         """The best design for the nominal ground with 0, 1, ... pairs; none is worse than that with one pair less."""
         found = [self.plain]
         for pairs in range(1, self.request.pairs + 1):
             self.progress(pairs - 1, 2 * self.request.pairs, f"{pairs} pairs, nominal ground")
-            self.archives[pairs] = self._searched(pairs)
-            self._polish(pairs, self.nominal, Nominal())
-            best = self._best(pairs)
-            worse = self.score(best, self.nominal, Nominal()) > self.score(found[-1], self.nominal, Nominal())
-            found.append(found[-1] if worse else best)
+            self.visited[pairs] = self._searched(pairs)
+            self._polish(pairs, self.nominal, NOMINAL)
+            best = self._signals(pairs, 1)[0]
+            both = [self.scores(one.rows, self.nominal, NOMINAL)[0] for one in (best, found[-1])]
+            found.append(found[-1] if both[0] > both[1] else best)
         return found
 
-    def _searched(self, pairs: int) -> tuple[list[Family], Archive]:
+    def _searched(self, pairs: int) -> tuple[list[Family], Visited]:
         """The scene's own ground: scanned, valleys followed down, those about transfers more closely."""
         step, budget = self.request.step, self.budget(pairs)
         choices = families(step, pairs)
-        cost = self._cost(choices, self.nominal, Nominal())
+        cost = self._cost(choices, self.nominal, NOMINAL)
         starts = None
-        if pairs - 1 in self.archives:
-            before, archive = self.archives[pairs - 1]
+        if pairs - 1 in self.visited:
+            before, visited = self.visited[pairs - 1]
             made = [
-                step.children(before[archive.numbers[row]], archive.points[row], choices)
-                for row in archive.best(3)
+                step.children(before[visited.numbers[row]], visited.points[row], choices)
+                for row in visited.best(3)
             ]
             starts = np.concatenate([n for n, _ in made]), np.concatenate([x for _, x in made])
-        archive = search(cost, len(choices), step.unknowns(pairs), budget, self.rng, starts)
+        visited = search(cost, len(choices), step.unknowns(pairs), budget, self.rng, starts)
         speed = GENTLE * float(self.target.plain.speed[0, 0])
         transfer = Transfer.of(self.request.scene, self.request.drive, self.request.foot, step, speed)
         if transfer is not None:
-            begun = Archive.empty(step.unknowns(pairs))
+            begun = Visited.empty(step.unknowns(pairs))
             starts = max(self._shortened(STARTS), 256)
             numbers, points = transfers(transfer, step, choices, self.trials, self.rng, starts)
             if len(numbers):
                 begun.add(numbers, points, cost(numbers, points))
                 rows = begun.best(max(int(ABOUT_TRANSFERS * self.request.options.effort), 2), near=NARROW)
-                descend(cost, archive, begun.numbers[rows], begun.points[rows], budget, self.rng, step=NARROW)
-        return choices, archive
+                follow_down(
+                    cost, visited, begun.numbers[rows], begun.points[rows], budget, self.rng, step=NARROW
+                )
+        return choices, visited
 
     def _polish(self, pairs: int, grounds: Grounds, risk: Risk) -> None:
-        """The lowest points of the best valleys by slopes, which join the archive."""
-        choices, archive = self.archives[pairs]
+        """The lowest points of the best valleys by slopes, which join the visited ones."""
+        choices, visited = self.visited[pairs]
         effort, step = self.request.options.effort, self.request.step
         cost = self._cost(choices, grounds, risk)
         rounds = self._shortened(POLISHING)
-        for row in archive.best(max(int(POLISHED * effort), 1), near=0.03):
-            number = archive.numbers[row : row + 1]
+        for row in visited.best(max(int(POLISHED * effort), 1), near=0.03):
+            number = visited.numbers[row : row + 1]
             point, least, _ = polish(
                 lambda x, n=number: cost(np.repeat(n, len(x)), x),
                 lambda x, n=number: touchdown_pieces(
                     self.trials, step, self.target, choices, (int(n[0]), x), grounds
                 ),
-                archive.points[row], rounds, risk.tail, grounds.weights,
+                visited.points[row], rounds, risk.tail or 0.0, grounds.weights,
             )  # fmt: skip
-            archive.add(number, point[None], np.array([least]))
+            visited.add(number, point[None], np.array([least]))
 
-    def _cost(self, choices: list[Family], grounds: Grounds, risk: Risk) -> Callable[..., Floats]:
-        def cost(numbers: NDArray[np.int64], points: Floats) -> Floats:
-            placed = self.request.step.place(choices, numbers, points)
-            return risk(self.target.scores(self.trials(*placed, grounds)), grounds.weights)
-
-        return cost
-
-    def _candidate(self, pairs: int, choices: list[Family], archive: Archive, row: int) -> Candidate:
-        levels, durations = self.request.step.place(
-            choices, archive.numbers[row : row + 1], archive.points[row : row + 1]
-        )
-        return Candidate(levels[0], durations[0], pairs, int(archive.numbers[row]), archive.points[row])
-
-    def _best(self, pairs: int) -> Candidate:
-        choices, archive = self.archives[pairs]
-        return self._candidate(pairs, choices, archive, int(np.argmin(archive.costs)))
-
-    def robust_designs(self, nominal: list[Candidate]) -> tuple[list[Candidate], Grounds, tuple[Round, ...]]:
+    def robust_designs(self, nominal: list[Signal]) -> tuple[list[Signal], Grounds, tuple[Round, ...]]:
         """The best design for the risk with 0, 1, ... pairs, the grounds it was judged on, and rounds of the last."""
-        over, risk = self.request.over, self.request.risk
-        if over is None or isinstance(risk, Nominal):
+        if not self.judge.robust:
             return nominal, self.nominal, ()
-        if isinstance(over, Ensemble):
-            grounds = over.grounds(self.request.scene)
-        elif isinstance(risk, Worst):
-            grounds = self.nominal.with_more(over.first())
-        else:
-            grounds = self.nominal.with_more(over.spread(MEAN_GROUNDS, self.request.options.seed))
-        found, rounds = [self.plain], ()
+        planes, over = self.judge.by_planes, self.request.over
+        grounds = self.nominal.with_more(corners(over)) if planes else self.judge.fixed(MEAN_GROUNDS)  # pyright: ignore[reportArgumentType]
+        found, rounds = [self.plain], []
         for pairs in range(1, self.request.pairs + 1):
-            self.progress(
-                self.request.pairs + pairs - 1,
-                2 * self.request.pairs,
-                f"{pairs} pairs, {len(grounds)} grounds",
-            )
-            if isinstance(over, Box) and isinstance(risk, Worst):
-                best, grounds, rounds = self._cutting_planes(pairs, over, grounds)
+            done = self.request.pairs + pairs - 1
+            self.progress(done, 2 * self.request.pairs, f"{pairs} pairs, {len(grounds)} grounds")
+            judged = [found[-1], nominal[pairs]]
+            if planes:
+                grounds, rounds, more = self._planes(pairs, nominal[pairs], grounds)
+                judged += more
+                scores = [self.judge.attack(one.rows, COMPARED).costs[0, 0] for one in judged]
             else:
-                best = self._on_fixed_grounds(pairs, grounds)
-            judged = [one for one in (best, found[-1], nominal[pairs])]
-            scores = [self._judge(one, grounds) for one in judged]
+                self._again(pairs, grounds, self.budget(pairs, 0.5), 24)
+                judged += self._signals(pairs, 1)
+                scores = [self.scores(one.rows, grounds)[0] for one in judged]
             found.append(judged[int(np.argmin(scores))])
-        return found, grounds, rounds
+        return found, grounds, tuple(rounds)
 
-    def _judge(self, one: Candidate, grounds: Grounds) -> float:
-        """Score by the risk, of a box's worst by a dense look."""
-        over = self.request.over
-        if isinstance(over, Box) and isinstance(self.request.risk, Worst):
-            return self.strike(one, DENSE // 4).score
-        return self.score(one, grounds, self.request.risk)
-
-    def _on_fixed_grounds(self, pairs: int, grounds: Grounds) -> Candidate:
-        choices, archive = self.archives[pairs]
-        cost = self._cost(choices, grounds, self.request.risk)
-        count = self._shortened(24)
-        self.archives[pairs] = choices, self._descended(archive, cost, self.budget(pairs, 0.5), count)
-        self._polish(pairs, grounds, self.request.risk)
-        return self._best(pairs)
-
-    def _descended(
-        self, archive: Archive, cost: Callable[..., Floats], budget: Budget, count: int
-    ) -> Archive:
-        """The best of an archive judged by another cost, and followed down by it."""
-        rows = archive.best(max(VALLEYS * count, 64), near=0.03)
-        again = Archive.empty(archive.points.shape[1])
-        again.add(
-            archive.numbers[rows], archive.points[rows], cost(archive.numbers[rows], archive.points[rows])
-        )
+    def _again(self, pairs: int, grounds: Grounds, budget: Budget, count: int) -> None:
+        """The best of what was visited, judged on other grounds and followed down there."""
+        choices, visited = self.visited[pairs]
+        cost, count = self._cost(choices, grounds, self.request.risk), self._shortened(count)
+        rows = visited.best(max(VALLEYS * count, 64), near=0.03)
+        again = Visited.empty(visited.points.shape[1])
+        numbers, points = visited.numbers[rows], visited.points[rows]
+        again.add(numbers, points, cost(numbers, points))
         first = again.best(count)
-        descend(cost, again, again.numbers[first], again.points[first], budget, self.rng, step=0.05)
-        return again
+        follow_down(cost, again, again.numbers[first], again.points[first], budget, self.rng, step=0.05)
+        self.visited[pairs] = choices, again
+        self._polish(pairs, grounds, self.request.risk)
 
-    def _cutting_planes(
-        self, pairs: int, box: Box, grounds: Grounds
-    ) -> tuple[Candidate, Grounds, tuple[Round, ...]]:
-        state = {"round": 0, "grounds": grounds}
+    def _planes(
+        self, pairs: int, begun: Signal, grounds: Grounds
+    ) -> tuple[Grounds, list[Round], list[Signal]]:
+        """Cutting planes: the grounds, the rounds, and the design that was hurt least in all of them."""
+        shares = iter([(0.8, 32)])
 
-        def improve(points: Floats) -> tuple[Floats, list[Candidate]]:
-            active = replace_points(state["grounds"], points)
-            first, state["grounds"] = state["round"] == 0, active
-            state["round"] += 1
-            choices, archive = self.archives[pairs]
-            cost = self._cost(choices, active, Worst())
-            count = self._shortened(32 if first else 8)
-            again = self._descended(archive, cost, self.budget(pairs, 0.8 if first else 0.4), count)
-            self.archives[pairs] = choices, again
-            self._polish(pairs, active, Worst())
-            rows = again.best(3)
-            return again.costs[rows], [self._candidate(pairs, choices, again, int(row)) for row in rows]
+        def improve(active: Grounds) -> Floats:
+            share, count = next(shares, (0.4, 8))
+            self._again(pairs, active, self.budget(pairs, share), count)
+            return np.stack([one.row for one in self._signals(pairs, ATTACKED)])
 
-        best, _, rounds = close_gap(improve, lambda one: self.strike(one, 256), grounds.points(), ROUNDS)
-        return best, state["grounds"], tuple(rounds)
-
-    def strike(self, one: Candidate, count: int) -> Attack:
-        """An attack on a design from so many grounds of the box."""
-        box = self.request.over
-        assert isinstance(box, Box)
-
-        def hurt(points: Floats) -> Floats:
-            grounds = replace_points(self.nominal, points)
-            return self.target.scores(self.trials(*one.rows, grounds))[0]
-
-        return attack(box, hurt, count, np.random.default_rng([self.request.options.seed, 11]))
-
-
-def replace_points(grounds: Grounds, points: Floats) -> Grounds:
-    """Grounds of the same paths with other values (ng, np), of equal weight."""
-    values = {path: points[:, i] for i, path in enumerate(grounds.values)}
-    return Grounds(values, np.full(len(points), 1.0 / len(points)))
-
-
+        grounds, rounds, made = self.judge.close_gap(
+            improve, begun.rows, grounds, BETWEEN, ROUNDS, f"{pairs} pairs", decisive=1
+        )
+        _, row = min(
+            (
+                (float(cost), row)
+                for rows, found in made
+                for row, cost in zip(rows, found.costs[:, 0], strict=True)
+            ),
+            key=lambda one: one[0],
+        )
+        return grounds, rounds, [Signal(row, pairs)]

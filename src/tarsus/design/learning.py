@@ -12,9 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.errors import InputError
+from tarsus.base.spec import float_paths
 from tarsus.design.arrivals import FINEST, ArrivalLine, by_bits, by_scalars
-from tarsus.design.over import Box, Ensemble, Grounds
-from tarsus.design.request import Request, Sensor
+from tarsus.design.grounds import Grounds, Over, drawn, over_of
+from tarsus.design.landing_request import LandingRequest, Sensor
 from tarsus.design.target import Target
 from tarsus.design.trials import Landings, Trials
 
@@ -39,7 +41,7 @@ UNKNOWN = 0.06
 class Learning:
     """What was learned. speeds (nh, steps + 1) [m/s]: hardest touchdown of every step on every hidden ground, first
     that of the design; plain (nh,): of the plain step; regret (nh, steps): sum of what the steps so far struck harder
-    than the softest of all on that ground; grounds: the hidden ones; sensor: what was told."""
+    than the softest of all on that ground; grounds: the hidden ones; sensor: what was measured."""
 
     speeds: Floats
     plain: Floats
@@ -56,29 +58,29 @@ class Learning:
 
 def learn_on_hidden_grounds(
     trials: Trials,
-    request: Request,
+    request: LandingRequest,
     target: Target,
-    start: tuple[Floats, Floats],
+    start: Floats,
     steps: int,
     hidden: int = HIDDEN,
 ) -> Learning:
-    """Let a design (1, S) learn for so many steps on hidden grounds, all at once.
+    """Let a design, a signal (1, 2S), learn for so many steps on hidden grounds, all at once.
 
-    A step lasts until the motion has settled, and its last period is felt.
+    A step lasts until the motion has settled, and its last period is measured.
     """
     rng = np.random.default_rng([request.options.seed, 13])
-    grounds = _grounds(request, hidden, rng)
-    levels = np.repeat(start[0], hidden, axis=0)
+    over = _around(request)
+    grounds = drawn(over, hidden, rng)
+    levels, spans = (np.repeat(part, hidden, axis=0) for part in np.split(start, 2, axis=1))
 
     def step(durations: Floats) -> Landings:
-        return trials(levels, durations, grounds, every=True)
+        return trials.each(np.concatenate([levels, durations], axis=1), grounds.values)
 
-    held = [np.repeat(one, hidden, axis=0) for one in request.step.plain()]
-    plain = trials(held[0], held[1], grounds, every=True).speed
-    plateaus = _Plateaus(request, start[1][0], rng)
-    prior = _grounds(request, PRIOR, np.random.default_rng([request.options.seed, 14]))
+    plain = trials.each(np.repeat(request.step.plain(), hidden, axis=0), grounds.values).speed
+    plateaus = _Plateaus(request, spans[0], rng)
+    prior = drawn(over, PRIOR, np.random.default_rng([request.options.seed, 14]))
     line = ArrivalLine.of(trials, target, start, plateaus.near, prior)
-    first = step(np.repeat(start[1], hidden, axis=0))
+    first = step(spans)
     if request.options.sensor is Sensor.CONTACT:
         speeds = by_bits(line, step, hidden, steps, first)
     else:
@@ -104,7 +106,9 @@ def _by_speeds(
     logs = np.log(line.durations[:, plateaus.moved])
     reach, size = np.maximum(FINEST * np.ptp(logs, axis=0), LEAST), np.ones(hidden)
     while len(speeds) <= steps:
-        tried = plateaus.near(best, size[:, None] * reach * plateaus.rng.standard_normal((hidden, len(reach))))
+        tried = plateaus.near(
+            best, size[:, None] * reach * plateaus.rng.standard_normal((hidden, len(reach)))
+        )
         found = step(tried)
         speeds.append(found.speed)
         softer = target.measure(found) < softest
@@ -117,7 +121,7 @@ def _by_speeds(
 class _Plateaus:
     """The plateaus of a signal that learning moves, and the hold of each edge that gives way to them."""
 
-    def __init__(self, request: Request, durations: Floats, rng: np.random.Generator) -> None:
+    def __init__(self, request: LandingRequest, durations: Floats, rng: np.random.Generator) -> None:
         ends = np.cumsum(durations)
         size, self.rng = len(ends), rng
         first = int(np.argmin(np.abs(ends - request.step.supported)))  # the support level ends there
@@ -135,24 +139,17 @@ class _Plateaus:
         return found
 
 
-def _grounds(request: Request, hidden: int, rng: np.random.Generator) -> Grounds:
-    """So many grounds, drawn from what the request is over."""
-    over, scene = request.over, request.scene
-    if isinstance(over, Ensemble):
-        members = over.grounds(scene)
-        rows = rng.choice(len(members), hidden, p=members.weights)
-        return Grounds({p: own[rows] for p, own in members.values.items()}, np.full(hidden, 1.0 / hidden))
-    if not isinstance(over, Box):
-        from tarsus.base.spec import float_paths
-
-        known = float_paths(scene)
-        names = (
-            f"robot.feet.{request.foot}.gap",
-            "ground.restitution.coefficient",
-            "ground.film.coefficient",
+def _around(request: LandingRequest) -> Over:
+    """What the request is over, else a box about the scene's own gap, restitution and film."""
+    if request.over is not None:
+        return request.over
+    known = float_paths(request.scene)
+    names = (f"robot.feet.{request.foot}.gap", "ground.restitution.coefficient", "ground.film.coefficient")
+    middle = {path: known[path].value for path in names if path in known and known[path].value > 0.0}
+    ends = {path: ((1.0 - UNKNOWN) * value, (1.0 + UNKNOWN) * value) for path, value in middle.items()}
+    over = over_of(request.scene, ends)
+    if over is None:
+        raise InputError(
+            "learn: the scene has no gap, restitution or film to be unknown: name the grounds under over"
         )
-        paths = tuple(path for path in names if path in known and known[path].value > 0.0)
-        middle = np.array([known[path].value for path in paths])
-        over = Box(paths, (1.0 - UNKNOWN) * middle, (1.0 + UNKNOWN) * middle)
-    points = over.at(rng.random((hidden, len(over.paths))))
-    return Grounds({p: points[:, i] for i, p in enumerate(over.paths)}, np.full(hidden, 1.0 / hidden))
+    return over

@@ -4,25 +4,32 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import product
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import minimize
 
 from tarsus.base.errors import InputError
-from tarsus.base.spec import with_values
+from tarsus.base.spec import Amount, MaybeAmount, quantity, with_values
 from tarsus.design.lifts import StepLift, step_lift
+from tarsus.design.request import Given, Settings, settings_of
 from tarsus.model.structure.base import Array
 from tarsus.model.structure.leg import Leg
 from tarsus.model.structure.leg_motion import GRAVITY
 
-__all__ = ["LENGTHS", "Landscape", "LinkDesign", "design_links", "landscape"]
+__all__ = ["LENGTHS", "Landscape", "LegSettings", "LinkDesign", "landscape", "leg"]
 
 LENGTHS = ("hip.length", "thigh.length", "shin.length")
 """Paths of the design parameters (4.2)."""
 
-_COARSE = 5
-"""Lengths tried of each link before the optimiser starts from the best of them."""
+COARSE = 5
+"""Lengths tried of each link before the optimiser starts from the best of them: the optimum is at the load's limit or
+at a bound, and a fifth of the range from either is within reach of it."""
+ENOUGH, DIFFERENCE = 1e-10, 1e-6
+"""The optimiser ends where the speed gains less than this share, and takes differences of lengths by parts of the
+longest one: the time of a peak is known to 1e-14, so that slopes are good to 1e-8; with smaller ones the last line search
+hangs on rounding."""
 
 
 @dataclass(frozen=True)
@@ -108,8 +115,25 @@ def landscape(leg: Leg, across: str, x: ArrayLike, up: str, y: ArrayLike) -> Lan
     return Landscape(across, up, xs, ys, speed, np.array([[one.capacity for one in row] for row in lifts]))
 
 
-def design_links(
-    leg: Leg, shortest: float, longest: float, load: float | None = None, gravity: float = GRAVITY
+class LegSettings(Settings):
+    """What a leg is designed for, see `tarsus.design.leg`."""
+
+    shortest: Amount = quantity("m", "least length of every link", gt=0)
+    longest: Amount = quantity("m", "greatest length of every link", gt=0)
+    load: MaybeAmount = quantity(
+        "N", "force to be carried; the leg's own body unless given", default=None, gt=0
+    )
+    gravity: Amount = quantity("m/s^2", "acceleration of gravity, for that weight", default=GRAVITY, ge=0)
+
+
+def leg(
+    structure: Leg,
+    shortest: float | str | None = None,
+    longest: float | str | None = None,
+    load: float | str | None = None,
+    *,
+    request: Given = None,
+    **settings: Any,
 ) -> LinkDesign:
     """Lengths of hip link, thigh and shin that raise the body fastest and still carry the load.
 
@@ -120,31 +144,41 @@ def design_links(
 
     Parameters
     ----------
-    leg
+    structure
         Everything but the lengths; its links keep their mass per length.
     shortest, longest
         Bounds of every length [m].
     load
-        Force to be carried [N]; the weight of the leg's body mass when absent.
-    gravity
-        Acceleration of gravity [m/s^2], for that weight.
+        Force to be carried [N]; the weight of the leg's body mass unless given.
+    request
+        Settings as a mapping or a TOML file, see `tarsus.design.settings_text`; what is given beside it prevails.
+    settings
+        gravity: acceleration of gravity [m/s^2], for that weight.
 
     Raises
     ------
     InputError
         If the bounds are not in order, or no leg within them carries the load and answers with a peak.
     """
-    if not 0.0 < shortest < longest:
-        raise InputError(f"lengths must have 0 < shortest < longest, got {shortest:g} m and {longest:g} m")
-    needed = leg.body_mass * gravity if load is None else load
+    named = {"shortest": shortest, "longest": longest, "load": load}
+    given = settings | {name: one for name, one in named.items() if one is not None}
+    options = settings_of(LegSettings, request, given)
+    low, high = options.shortest, options.longest
+    if not low < high:
+        raise InputError(f"lengths must have shortest < longest, got {low:g} m and {high:g} m")
+    return _fastest(
+        structure, low, high, structure.body_mass * options.gravity if options.load is None else options.load
+    )
 
+
+def _fastest(leg: Leg, shortest: float, longest: float, needed: float) -> LinkDesign:
     def lift(parts: Array) -> StepLift:
         values = np.clip(parts, shortest / longest, 1.0) * longest
         return step_lift(with_values(leg, dict(zip(LENGTHS, values.tolist(), strict=True))))
 
     tried = [
         (parts, lift(np.array(parts)))
-        for parts in product(np.linspace(shortest / longest, 1.0, _COARSE), repeat=3)
+        for parts in product(np.linspace(shortest / longest, 1.0, COARSE), repeat=3)
     ]
     able = [(parts, one) for parts, one in tried if one.capacity >= needed and one.mean_speed > 0.0]
     if not able:
@@ -163,7 +197,7 @@ def design_links(
         method="SLSQP",
         bounds=[(shortest / longest, 1.0)] * 3,
         constraints={"type": "ineq", "fun": spare},
-        options={"ftol": 1e-12, "maxiter": 200},
+        options={"ftol": ENOUGH, "eps": DIFFERENCE, "maxiter": 200},
     )
     best = lift(found.x)
     if not found.success or best.capacity < needed * (1.0 - 1e-6):

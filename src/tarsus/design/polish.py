@@ -14,21 +14,21 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linprog
 
-__all__ = ["Pieces", "polish"]
+__all__ = ["CostPieces", "polish"]
 
 Floats = NDArray[np.float64]
 
 RADII = np.array([2.0, 0.5, 0.1])
 """Regions that are tried at once, in units of the last one: a batch of three runs costs hardly more than one."""
 FIRST, LEAST = 0.03, 1e-5
-"""Half width of the first region, less than half of a valley (`tarsus.design.search.NEAR`); the descent ends below the
+"""Half width of the first region, less than half of a valley (`tarsus.fit.valleys.NEAR`); the descent ends below the
 least one, 15 ns of a plateau of 0.4 ms."""
 ENOUGH = 1e-4
 """It ends, too, where two rounds have won less than this share: no touchdown is known to that."""
 
 
 @dataclass(frozen=True)
-class Pieces:
+class CostPieces:
     """Smooth pieces of a cost at a point: values (m,), their slopes (m, nu) along the unknowns, and the ground (m,)
     that each belongs to; on every ground the largest piece counts. complete: whether all have slopes."""
 
@@ -40,7 +40,7 @@ class Pieces:
 
 def polish(
     cost: Callable[[Floats], Floats],
-    pieces: Callable[[Floats], Pieces],
+    pieces: Callable[[Floats], CostPieces],
     point: Floats,
     rounds: int,
     tail: float = 0.0,
@@ -78,7 +78,7 @@ def polish(
     return point, best, asked
 
 
-def _step(found: Pieces, point: Floats, radius: float, tail: float, weights: Floats | None) -> Floats:
+def _step(found: CostPieces, point: Floats, radius: float, tail: float, weights: Floats | None) -> Floats:
     """The step (nu,) within a region that is best by the slopes: least a + sum(w u) / tail over d, a and u >= 0 with
     value + slope d <= a + u of its ground for every piece; without a tail u is 0."""
     nu = len(point)
@@ -97,6 +97,10 @@ def _step(found: Pieces, point: Floats, radius: float, tail: float, weights: Flo
     bounds = [(max(-1.0, -x / radius), min(1.0, (1.0 - x) / radius)) for x in point.tolist()]
     least = float(found.values.min()) / scale - 2.0 * np.abs(rows[:, :nu]).sum(axis=1).max() - 1.0
     solved = linprog(
-        price, rows, -found.values / scale, bounds=[*bounds, (least, None), *[(0.0, None)] * ng], method="highs"
+        price,
+        rows,
+        -found.values / scale,
+        bounds=[*bounds, (least, None), *[(0.0, None)] * ng],
+        method="highs",
     )
     return np.zeros(nu) if solved.x is None else radius * np.asarray(solved.x[:nu])

@@ -1,7 +1,8 @@
 """Unknowns of an on-off signal: when it switches, and to which levels between the two that it holds.
 
 A period is a step of the foot: *landing plateaus*, the support level held, *release plateaus*, the lift level held.
-N pairs of switchings are 2 N plateaus, shared out between the two edges.
+N pairs of switchings are 2 N plateaus, shared out between the two edges. A signal of S plateaus is a row (2S,): the
+levels [V], then the durations [s].
 """
 
 from __future__ import annotations
@@ -75,10 +76,8 @@ class Step:
         """Number of unknowns of a signal with so many pairs."""
         return 2 * pairs * (2 if self.levels.free else 1)
 
-    def place(
-        self, which: Sequence[Family], number: NDArray[np.int64], cube: Floats
-    ) -> tuple[Floats, Floats]:
-        """Levels [V] and durations [s] (n, S) of points (n, nu) of the unit cube, each of a family of its own.
+    def place(self, which: Sequence[Family], number: NDArray[np.int64], cube: Floats) -> Floats:
+        """Signals (n, 2S) of points (n, nu) of the unit cube, each of a family of its own.
 
         Raises nothing: plateaus that together would leave no time to hold are shortened in proportion.
         """
@@ -101,21 +100,21 @@ class Step:
             durations[rows] = np.column_stack([first, hold[0], last, hold[1]])
             held = [np.full(len(rows), self.support), np.full(len(rows), self.lift)]
             levels[rows] = np.column_stack([between[:, :a], held[0], between[:, a:], held[1]])
-        return levels, durations
+        return np.concatenate([levels, durations], axis=1)
 
     def _fit(self, spans: Floats, half: float) -> Floats:
         """At least half of the time between two edges is held: what is less is no step any more."""
         total = spans.sum(axis=1, keepdims=True)
         return spans * np.minimum(1.0, 0.5 * half / np.where(total > 0.0, total, 1.0))
 
-    def signal(self, levels: Floats, durations: Floats) -> OnOff:
-        """The waveform of one candidate (S,)."""
+    def waveform(self, signal: Floats) -> OnOff:
+        """The waveform of one signal (2S,)."""
+        levels, durations = np.split(signal, 2)
         return OnOff(levels=tuple(levels.tolist()), durations=tuple(durations.tolist()), repeat=True)
 
-    def plain(self) -> tuple[Floats, Floats]:
-        """Levels and durations (1, 2) of the step without pairs."""
-        held = np.array([[self.support, self.lift]])
-        return held, np.array([[self.supported, self.period - self.supported]])
+    def plain(self) -> Floats:
+        """The step (1, 4) without pairs."""
+        return np.array([[self.support, self.lift, self.supported, self.period - self.supported]])
 
     def children(
         self, parent: Family, cube: Floats, to: Sequence[Family]
@@ -159,13 +158,12 @@ class OwnStep(Step):
     def unknowns(self, pairs: int) -> int:
         return len(self.moving)
 
-    def plain(self) -> tuple[Floats, Floats]:
-        return np.array([self.own.levels]), np.array([self.own.durations])
+    def plain(self) -> Floats:
+        return np.array([[*self.own.levels, *self.own.durations]])
 
-    def place(
-        self, which: Sequence[Family], number: NDArray[np.int64], cube: Floats
-    ) -> tuple[Floats, Floats]:
-        levels, durations = (np.repeat(part, len(cube), axis=0) for part in self.plain())
+    def place(self, which: Sequence[Family], number: NDArray[np.int64], cube: Floats) -> Floats:
+        signals = np.repeat(self.plain(), len(cube), axis=0)
+        levels, durations = np.split(signals, 2, axis=1)  # views of them
         moving = list(self.moving)
         rest = [i for i in range(levels.shape[1]) if i not in moving]
         taker = rest[int(np.argmax(durations[0, rest]))]
@@ -175,7 +173,7 @@ class OwnStep(Step):
         spans = spans * np.minimum(1.0, room / total)
         durations[:, moving] = spans
         durations[:, taker] = room + self.shortest - spans.sum(axis=1)
-        return levels, durations
+        return signals
 
     def children(
         self, parent: Family, cube: Floats, to: Sequence[Family]

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.design.over import Grounds
+from tarsus.design.grounds import Grounds
 from tarsus.design.trials import Trials
 
 __all__ = ["Regime", "regime_of", "settled_periods"]
@@ -23,7 +23,8 @@ LONGEST = 32
 has forgotten its start long before."""
 SEEN = 8
 """Last periods that are compared: enough to see a motion that repeats after two or four."""
-_TRIED = (2, 3, 4, 6, 8, 12)
+TRIED = (2, 3, 4, 6, 8, 12)
+"""Lengths of a run in periods: longer ones are of motions that hardly settle, and every candidate pays for them."""
 
 
 @dataclass(frozen=True)
@@ -43,26 +44,21 @@ class Regime:
         return f"not periodic: touchdowns of {self.speeds.min():.3g} to {self.speeds.max():.3g} m/s"
 
 
-def settled_periods(trials: Trials, levels: Floats, durations: Floats, grounds: Grounds) -> int:
-    """Fewest periods of a run whose last one is, for `SHARE` of the signals (n, S), what it is after `LONGEST`."""
-    final = replace(trials, periods=LONGEST)(levels, durations, grounds).speed
+def settled_periods(trials: Trials, signals: Floats, grounds: Grounds) -> int:
+    """Fewest periods of a run whose last one is, for `SHARE` of the signals (n, 2S), what it is after `LONGEST`."""
+    speeds = trials.speeds(signals, grounds, LONGEST)
+    final = speeds[:, -1]
     scale = float(np.nanmax(final, initial=0.0))
-    for periods in _TRIED:
-        found = replace(trials, periods=periods)(levels, durations, grounds).speed
-        same = np.abs(found - final) <= SAME * np.maximum(final, 0.01 * scale)
+    for periods in TRIED:
+        same = np.abs(speeds[:, periods - 1] - final) <= SAME * np.maximum(final, 0.01 * scale)
         if float(np.mean(same[np.isfinite(final)])) >= SHARE:
             return periods
-    return _TRIED[-1]
+    return TRIED[-1]
 
 
-def regime_of(trials: Trials, levels: Floats, durations: Floats, grounds: Grounds) -> Regime:
-    """The regime of one signal (1, S) on one ground."""
-    speeds = np.array(
-        [
-            replace(trials, periods=LONGEST - SEEN + k + 1)(levels, durations, grounds).speed[0, 0]
-            for k in range(SEEN)
-        ]
-    )
+def regime_of(trials: Trials, signals: Floats, grounds: Grounds) -> Regime:
+    """The regime of one signal (1, 2S) on one ground."""
+    speeds = trials.speeds(signals, grounds, LONGEST)[0, -SEEN:]
     spread = SAME * max(float(np.max(speeds, initial=0.0)), 1e-12)
     for repeats in (1, 2, 3, 4):
         if np.all(np.abs(speeds[repeats:] - speeds[:-repeats]) <= spread):

@@ -4,36 +4,39 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.base.errors import InputError
-from tarsus.design import shown
+from tarsus.base.workers import Workers
 from tarsus.design.energy import Energy, period_rises
-from tarsus.design.landing_search import DENSE, Candidate, Searcher
+from tarsus.design.grounds import Grounds
+from tarsus.design.judge import Attack, Round
+from tarsus.design.landing_files import landing_data, landing_line, landing_table, write_landing
+from tarsus.design.landing_request import LandingRequest, LandingSettings, Sensor, landing_request
+from tarsus.design.landing_search import COMPARED, DENSE, LandingSearch, Signal
 from tarsus.design.learning import Learning, learn_on_hidden_grounds
-from tarsus.design.over import Box, Grounds
-from tarsus.design.pulses import families
-from tarsus.design.request import Options, Request, request_of
-from tarsus.design.risk import Risk
-from tarsus.design.settling import Regime, regime_of, settled_periods
-from tarsus.design.target import Target
+from tarsus.design.request import Given, settings_of
+from tarsus.design.settling import Regime, regime_of
 from tarsus.design.timer import neighbours
-from tarsus.design.trials import Landings, Trials
-from tarsus.design.worst_ground import Attack, Round
+from tarsus.design.trials import Landings
 from tarsus.files.library import SceneLike, as_scene
+from tarsus.fit.front import undominated
+from tarsus.fit.unknowns import Unknowns
 from tarsus.model.drive.waveforms import OnOff
 from tarsus.model.scene import Scene, override
+from tarsus.tables.table import Table
 
-__all__ = ["FrontPoint", "LandingDesign", "landing"]
+__all__ = ["FrontPoint", "LandingDesign", "landing", "learn"]
 
 Floats = NDArray[np.float64]
 Progress = Callable[[int, int, str], None]
 
-SAMPLE = 48
-"""Signals that the time to settle is measured on."""
+SHOWN = 12
+"""Signals of the search's front for each number of pairs that are run again for the front of the design."""
+
 
 @dataclass(frozen=True)
 class FrontPoint:
@@ -59,7 +62,7 @@ class LandingDesign:
     the design for the nominal ground alone. loss [m/s]: of rounding. runs: made in all; settle: periods of a run.
     """
 
-    request: Request
+    request: LandingRequest
     signal: OnOff
     exact: OnOff
     pairs: int
@@ -81,10 +84,25 @@ class LandingDesign:
     notes: tuple[str, ...] = field(default=())
 
     def __repr__(self) -> str:
-        return shown.landing_line(self)
+        return f"<{landing_line(self)}>"
+
+    def __str__(self) -> str:
+        return str(self.table())
 
     def _repr_html_(self) -> str:
-        return shown.landing_html(self)
+        return self.table().html()
+
+    def table(self) -> Table:
+        """The plateaus of the signal, and how softly it lands."""
+        return landing_table(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data in SI units: what ``--json`` prints."""
+        return landing_data(self)
+
+    def write(self, folder: str | Path) -> Path:
+        """Write everything but the report into a folder; returns it. Raises InputError where it cannot be written."""
+        return write_landing(self, folder)
 
     @property
     def speed(self) -> float:
@@ -118,21 +136,17 @@ class LandingDesign:
     @property
     def plain_signal(self) -> OnOff:
         """The step without pairs, the picture's before."""
-        levels, durations = self.request.step.plain()
-        return self.request.step.signal(levels[0], durations[0])
+        return self.request.step.waveform(self.request.step.plain()[0])
 
 
 def landing(
     scene: SceneLike,
-    foot: str,
+    foot: str | None = None,
     *,
-    pairs: int = 1,
-    levels: Any = "-8 V, 8 V",
-    over: Any = None,
-    risk: str | Risk | None = None,
-    learn: int = 0,
+    request: Given = None,
+    threads: Workers = None,
     progress: Progress | None = None,
-    **options: Any,
+    **settings: Any,
 ) -> LandingDesign:
     """Design an on-off signal with which a foot touches down softly, every touchdown of the period counted.
 
@@ -143,21 +157,18 @@ def landing(
         in which the foot stands, are kept.
     foot
         Name of the foot.
-    pairs
-        Pairs of switchings beside the two edges of the step, at most; fewer where more are no better.
-    levels
-        ``"-8 V, 8 V"`` or more listed voltages, or ``"free=-8V:8V"``: any between. The lowest and the highest are held.
-    over
-        Grounds: a mapping of paths to (low, high), a `tarsus.design.Ensemble`, or a file of draws of `tarsus identify`.
-    risk
-        ``worst``, ``cvar:q``, ``mean`` or ``nominal``; worst with grounds and nominal without.
-    learn
-        Steps in which the landing is learned on hidden grounds, from a scalar or a bit a step; 0 for none.
+    request
+        Settings as a mapping or a TOML file, see `tarsus.design.settings_text`.
+    threads
+        Worker threads, or an executor.
     progress
         Called as ``progress(done, total, what)``.
-    options
-        Fields of `tarsus.design.request.Options`: objective, drive, tick, shortest, ringing, contact, lift, seed,
-        threads, effort.
+    settings
+        In place of those of the request: pairs of switchings beside the two edges of the step, at most (fewer where
+        more are no better); levels ``"-8 V, 8 V"`` or more listed voltages, or ``"free=-8V:8V"``, any between; over, a
+        mapping of paths to (low, high), `tarsus.design.Grounds`, or a file of draws of `tarsus identify`; risk
+        ``worst``, ``cvar:q``, ``mean`` or ``nominal``; learn, steps in which the landing is learned on hidden grounds;
+        drive, free, objective, contact, lift, ringing, effort, seed, tick, shortest, sensor.
 
     Returns
     -------
@@ -170,115 +181,112 @@ def landing(
         With every problem of the request: an unknown foot, levels beyond the drive's law, an empty box, a foot that
         never lands.
     """
-    if learn < 0:
-        raise InputError(f"learn: expected 0 or more steps, got {learn}")
-    request = request_of(as_scene(scene), foot, pairs, levels, over, risk, Options(**options))
-    return _Designer(request, progress or (lambda done, total, what: None)).design(learn)
+    given = settings | ({} if foot is None else {"foot": foot})
+    options = settings_of(LandingSettings, request, given)
+    search = LandingSearch(landing_request(as_scene(scene), options, threads), progress)
+    design = _designed(search)
+    if options.learn:
+        return replace(design, learning=_learned(search, design.signal, options.learn))
+    return design
 
 
-class _Designer:
-    """The design of one request: what the plain step does, the searches, and what is told of the best."""
+def learn(
+    design: LandingDesign, steps: int = 30, sensor: Sensor | str | None = None, *, threads: Workers = None
+) -> Learning:
+    """Let a landing go on being learned on hidden grounds, from a scalar or a bit a step.
 
-    def __init__(self, request: Request, progress: Progress) -> None:
-        self.request = request
-        options, step = request.options, request.step
-        self.trials = Trials(request.scene, request.drive, request.foot, step.period, threads=options.threads)
-        paths = request.over.paths if request.over is not None else ()
-        self.nominal = Grounds.nominal(request.scene, paths)
-        levels, durations = step.plain()
-        self.settle = self._settle()
-        self.trials.periods = self.settle
-        plain = Candidate(levels[0], durations[0], 0)
-        before = self.trials(levels, durations, self.nominal)
-        if not before.touchdowns[0, 0] > 0.0:
-            where = "stays on the ground" if before.contact[0, 0] > 0.0 else "stays in the air"
-            raise InputError(
-                f"foot '{request.foot}' never lands: with the plain step between {step.lift:g} V and "
-                f"{step.support:g} V it {where}"
-            )
-        self.target = Target(options.objective, before, options.contact, options.lift, options.ringing)
-        self.search = Searcher(request, self.trials, self.target, plain, progress)
+    Parameters
+    ----------
+    design
+        Of `landing`: what the learner begins with, and over which grounds.
+    steps
+        Of each learner.
+    sensor
+        What is measured of each step, ``speed`` or ``contact``; that of the design's request unless given.
+    threads
+        Worker threads, or an executor.
 
-    def _settle(self) -> int:
-        step = self.request.step
-        choices = families(step, 1)
-        rng = np.random.default_rng([self.request.options.seed, 7])
-        numbers = rng.integers(0, len(choices), SAMPLE)
-        placed = step.place(choices, numbers, rng.random((SAMPLE, step.unknowns(1))))
-        return settled_periods(self.trials, *placed, self.nominal)
+    Raises
+    ------
+    InputError
+        For no steps, and for another sensor.
+    """
+    given = {"learn": steps} | ({} if sensor is None else {"sensor": sensor})
+    options = settings_of(LandingSettings, {**dict(design.request.options), **given})
+    search = LandingSearch(replace(design.request, options=options, threads=threads))
+    return _learned(search, design.signal, steps)
 
-    def design(self, learn: int) -> LandingDesign:
-        """The whole design."""
-        request = self.request
-        nominal = self.search.nominal_designs()
-        robust, grounds, rounds = self.search.robust_designs(nominal)
-        chosen = robust[-1]
-        rounded, loss = self._rounded(chosen, grounds)
-        struck = self.search.strike(rounded, DENSE) if isinstance(request.over, Box) else None
-        nominal_worst = np.nan
-        if struck is not None:
-            grounds = grounds.with_more(struck.grounds)
-            nominal_worst = self._worst_speed(nominal[-1], self.search.strike(nominal[-1], DENSE // 4), grounds)
-        on_grounds = self.trials(*rounded.rows, grounds)
-        worst = float(on_grounds.speed.max()) if request.over is not None else np.nan
-        signal = request.step.signal(rounded.levels, rounded.durations)
-        learning = None
-        if learn:
-            learning = learn_on_hidden_grounds(self.trials, request, self.target, rounded.rows, learn)
-        return LandingDesign(
-            request, signal, request.step.signal(chosen.levels, chosen.durations), chosen.pairs,
-            self.target.plain, self.trials(*rounded.rows, self.nominal),
-            regime_of(self.trials, *rounded.rows, self.nominal), grounds, on_grounds,
-            self.trials(*self.search.plain.rows, grounds), worst, nominal_worst, struck, rounds, loss,
-            self._front(nominal, robust), self.trials.runs, self.settle, learning,
+
+def _designed(search: LandingSearch) -> LandingDesign:
+    """The whole design: both searches, rounding, and what is reported of the best."""
+    request, trials, plain = search.request, search.trials, search.plain
+    nominal = search.nominal_designs()
+    robust, grounds, rounds = search.robust_designs(nominal)
+    rounded = _rounded(search, robust[-1], grounds)
+    attack, nominal_worst = None, np.nan
+    if isinstance(request.over, Unknowns):
+        attack = search.judge.attack(rounded.rows, DENSE)
+        grounds = grounds.with_more(attack.grounds[0])
+        other = search.judge.attack(nominal[-1].rows, COMPARED)
+        nominal_worst = float(trials.on(nominal[-1].rows, grounds.with_more(other.grounds[0])).speed.max())
+    on_grounds = trials.on(rounded.rows, grounds)
+    exact, whole = (trials.on(one.rows, grounds).speed for one in (robust[-1], rounded))
+    loss = request.risk(whole, grounds.weights)[0] - request.risk(exact, grounds.weights)[0]
+    return LandingDesign(
+        request, request.step.waveform(rounded.row), request.step.waveform(robust[-1].row), rounded.pairs,
+        search.target.plain, trials.on(rounded.rows, search.nominal), regime_of(trials, rounded.rows, search.nominal),
+        grounds, on_grounds, trials.on(plain.rows, grounds),
+        np.nan if request.over is None else float(on_grounds.speed.max()), nominal_worst, attack, rounds, float(loss),
+        _front(search, nominal, robust), trials.runs, trials.periods,
+    )  # fmt: skip
+
+
+def _learned(search: LandingSearch, signal: OnOff, steps: int) -> Learning:
+    """What learners make of a signal in so many steps on hidden grounds."""
+    row = np.array([[*signal.levels, *signal.durations]])
+    return learn_on_hidden_grounds(search.trials, search.request, search.target, row, steps)
+
+
+def _rounded(search: LandingSearch, one: Signal, grounds: Grounds) -> Signal:
+    """The best neighbour in whole ticks and whole millivolts."""
+    request = search.request
+    levels, durations = np.split(one.row, 2)
+    ticks = neighbours(durations, request.ticks, search.rng)
+    spans = np.asarray(ticks * (request.step.period / request.ticks), dtype=np.float64)
+    rows = np.concatenate([np.tile(np.round(levels, 3), (len(ticks), 1)), spans], axis=1)
+    return replace(one, row=rows[int(np.argmin(search.scores(rows, grounds)))])
+
+
+def _front(search: LandingSearch, nominal: list[Signal], robust: list[Signal]) -> tuple[FrontPoint, ...]:
+    """Designs that no other beats in both speed and energy: the best with each number of pairs, and those that the
+    search met on its way."""
+    step, energy = search.request.step, Energy(search.request.actuator)
+    signals = [*nominal, *robust]
+    for pairs, (choices, visited) in search.visited.items():
+        placed = step.place(choices, visited.numbers, visited.points)
+        best = _cheapest(_rises(placed), visited.costs)[:SHOWN]
+        signals += [Signal(placed[i], pairs) for i in best]
+    points, rises = [], []
+    for one in signals:
+        found = search.trials.on(one.rows, search.nominal)
+        if search.target.excess(found)[0, 0] > 0.0:
+            continue
+        squares = _rises(one.rows)
+        rises.append(squares[0])
+        points.append(
+            FrontPoint(one.pairs, float(found.speed[0, 0]), np.nan, float(energy.plain(squares)[0]),
+                       float(energy.recovered(squares)[0]), step.waveform(one.row))
         )  # fmt: skip
-
-    def _worst_speed(self, one: Candidate, struck: Attack, grounds: Grounds) -> float:
-        return float(self.trials(*one.rows, grounds.with_more(struck.grounds)).speed.max())
-
-    def _rounded(self, one: Candidate, grounds: Grounds) -> tuple[Candidate, float]:
-        """The best neighbour in whole ticks and whole millivolts, and what rounding costs [m/s]."""
-        request = self.request
-        ticks = neighbours(one.durations, request.ticks, self.search.rng)
-        durations = np.asarray(ticks * (request.step.period / request.ticks), dtype=np.float64)
-        levels = np.tile(np.round(one.levels, 3), (len(ticks), 1))
-        risk = request.risk
-        scores = risk(self.target.scores(self.trials(levels, durations, grounds)), grounds.weights)
-        best = int(np.argmin(scores))
-        rounded = replace(one, levels=levels[best], durations=durations[best])
-        both = [risk(self.trials(*c.rows, grounds).speed, grounds.weights)[0] for c in (one, rounded)]
-        return rounded, float(both[1] - both[0])
-
-    def _front(self, nominal: list[Candidate], robust: list[Candidate]) -> tuple[FrontPoint, ...]:
-        """Designs that no other beats in both speed and energy: the best with each number of pairs, and those that the
-        search met on its way."""
-        step, energy = self.request.step, Energy(self.request.actuator)
-        rows = [(one.levels, one.durations, one.pairs) for one in (*nominal, *robust)]
-        for pairs, (choices, archive) in self.search.archives.items():
-            placed = step.place(choices, archive.numbers, archive.points)
-            kept = _undominated(archive.costs, period_rises(placed[0]))
-            rows += [(placed[0][i], placed[1][i], pairs) for i in kept[:12]]
-        points = []
-        for levels, durations, pairs in rows:
-            found = self.trials(levels[None], durations[None], self.nominal)
-            if self.target.excess(found)[0, 0] > 0.0:
-                continue
-            squares = period_rises(levels[None])
-            points.append(
-                FrontPoint(pairs, float(found.speed[0, 0]), np.nan, float(energy.plain(squares)[0]),
-                           float(energy.recovered(squares)[0]), step.signal(levels, durations))
-            )  # fmt: skip
-        rises = np.array([period_rises(np.array([p.signal.levels]))[0] for p in points])
-        kept = _undominated(np.array([p.speed for p in points]), rises)
-        return tuple(points[i] for i in kept)
+    return tuple(points[i] for i in _cheapest(np.array(rises), np.array([one.speed for one in points])))
 
 
-def _undominated(first: Floats, second: Floats) -> list[int]:
-    """Rows that no other is at most as large as in both numbers, the lowest second number first."""
-    kept: list[int] = []
-    lowest = np.inf
-    for row in np.lexsort((first, np.round(second, 6))):
-        if first[row] < lowest:
-            kept.append(int(row))
-            lowest = float(first[row])
-    return kept
+def _rises(signals: Floats) -> Floats:
+    return period_rises(np.split(signals, 2, axis=1)[0])
+
+
+def _cheapest(rises: Floats, costs: Floats) -> list[int]:
+    """Rows that no other is at most as large as in both numbers, the lowest rises [V^2] first; a microvolt squared is
+    none."""
+    both = np.stack([np.round(rises, 6), costs], axis=1)
+    rows = np.flatnonzero(undominated(both))
+    return rows[np.argsort(both[rows, 0], kind="stable")].tolist()

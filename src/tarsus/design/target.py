@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tarsus.design.trials import Landings
 
-__all__ = ["Objective", "Target"]
+__all__ = ["LandingObjective", "Target"]
 
 Floats = NDArray[np.float64]
 
@@ -21,7 +21,7 @@ LOST = 100.0
 """Score, in the plain step's measure, of a run that did not reach its end: worse than any that did."""
 
 
-class Objective(Enum):
+class LandingObjective(Enum):
     """What is minimised. The value is a word for it."""
 
     SPEED = "speed"
@@ -38,7 +38,7 @@ class Target:
     least share of its mean height in the air; ringing: greatest overshoot of the highest gap over the mean gap in the
     air, as a share of it (1: twice as high), or None for any."""
 
-    objective: Objective
+    objective: LandingObjective
     plain: Landings
     contact: float = 0.8
     lift: float = 0.8
@@ -51,9 +51,9 @@ class Target:
 
     def measure(self, found: Landings) -> Floats:
         """What is minimised, of any shape."""
-        if self.objective is Objective.IMPULSE:
+        if self.objective is LandingObjective.IMPULSE:
             return found.impulse
-        if self.objective is Objective.TOUCHDOWNS:
+        if self.objective is LandingObjective.TOUCHDOWNS:
             fastest = max(float(self.plain.speed.flat[0]), 1e-30)
             return found.touchdowns + 0.5 * np.minimum(found.speed / fastest, 1.0)
         return found.speed

@@ -31,7 +31,9 @@ def in_ticks(period: float, tick: float) -> int:
     if not tick > 0.0:
         raise InputError(f"tick: expected a time above 0 s, got {tick:g} s")
     if period / tick > 1e15:
-        raise InputError(f"tick: {tick:g} s is more than 1e15 times in a period of {period:g} s; give a longer one")
+        raise InputError(
+            f"tick: {tick:g} s is more than 1e15 times in a period of {period:g} s; give a longer one"
+        )
     count = round(period / tick)
     if count < 100:
         shown = format_quantity(float(f"{tick:.4g}"), "s")

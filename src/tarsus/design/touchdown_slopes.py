@@ -8,11 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.base.events import IMPACTS
-from tarsus.design.over import Grounds
-from tarsus.design.polish import Pieces
+from tarsus.design.grounds import Grounds
+from tarsus.design.polish import CostPieces
 from tarsus.design.pulses import Family, Step
-from tarsus.design.target import Objective, Target
+from tarsus.design.target import LandingObjective, Target
 from tarsus.design.trials import Trials
 from tarsus.solve.gradients import GradientRun
 
@@ -38,60 +37,56 @@ def touchdown_pieces(
     choices: Sequence[Family],
     at: tuple[int, Floats],
     grounds: Grounds,
-) -> Pieces:
+) -> CostPieces:
     """Pieces of a design's score at a point (nu,) in the family of a number: every touchdown of its last periods."""
     number, point = at
     point = np.clip(point, EDGE, 1.0 - EDGE)
-    levels, durations = step.place(choices, np.array([number]), point[None])
+    signals = step.place(choices, np.array([number]), point[None])
     slopes = _of_signal(step, choices, number, point)
-    scores = target.scores(trials(levels, durations, grounds))[0]
+    scores = target.scores(trials.on(signals, grounds))[0]
     active = np.flatnonzero(scores >= NEGLECTED * scores.max())
     moving = np.flatnonzero(np.abs(slopes).max(axis=1) > 0.0)
-    values = {path: own[active] for path, own in grounds.values.items()}
     try:
-        runs = trials.sloped(levels[0], durations[0], values, moving.tolist())
+        runs = trials.sloped(signals[0], grounds.rows(active), moving.tolist())
     except InputError:  # two levels beside each other are one
-        return Pieces(np.zeros(0), np.zeros((0, len(point))), np.zeros(0, dtype=np.int64), False)
+        return CostPieces(np.zeros(0), np.zeros((0, len(point))), np.zeros(0, dtype=np.int64), False)
     found = [_of_run(run, trials, target) for run in runs]
     counts = [len(one) for one, _ in found]
     height = np.concatenate([one for one, _ in found])
     along = np.concatenate([by_path for _, by_path in found]) @ slopes[moving]
     known = np.isfinite(along).all(axis=1)
     kept = known & (height >= NEGLECTED * height.max(initial=0.0))
-    return Pieces(height[kept], along[kept], np.repeat(active, counts)[kept], bool(known.all()))
+    return CostPieces(height[kept], along[kept], np.repeat(active, counts)[kept], bool(known.all()))
 
 
 def _of_signal(step: Step, choices: Sequence[Family], number: int, point: Floats) -> Floats:
-    """Slopes (2 S, nu) of durations, then levels, by the unknowns."""
+    """Slopes (2S, nu) of a signal's numbers by the unknowns."""
     nu = len(point)
     low, high = (np.clip(point + side * BESIDE * np.eye(nu), 0.0, 1.0) for side in (-1.0, 1.0))
-    placed = [
-        np.concatenate(step.place(choices, np.full(nu, number), one)[::-1], axis=1) for one in (low, high)
-    ]
-    return ((placed[1] - placed[0]) / np.diagonal(high - low)[:, None]).T
+    below, above = (step.place(choices, np.full(nu, number), one) for one in (low, high))
+    return ((above - below) / np.diagonal(high - low)[:, None]).T
 
 
 def _of_run(run: GradientRun, trials: Trials, target: Target) -> tuple[Floats, Floats]:
     """Measures (k,) of the touchdowns of a run's last periods, and their slopes (k, P) by its paths."""
-    events = run.events
-    since = (trials.periods - trials.counted) * trials.period
-    foot = list(trials.scene.robot.feet).index(trials.foot)
-    hits = np.flatnonzero(np.isin(events["kind"], IMPACTS) & (events["foot"] == foot) & (events["time"] > since))
+    hits = trials.numbers_of(run.events)
     slopes = [run.event_gradients[path][hits] for path in run.paths]
-    here = events[hits]
+    here = run.events[hits]
 
     def by_path(name: str) -> Floats:
         return np.stack([one[name] for one in slopes], axis=1)
 
     before = by_path("speed_before") * np.sign(here["speed_before"])[:, None]
-    if target.objective is Objective.IMPULSE:
+    if target.objective is LandingObjective.IMPULSE:
         lost = np.abs(here["speed_before"]) - np.abs(here["speed_after"])
         with np.errstate(divide="ignore", invalid="ignore"):
-            blow = 2.0 * here["energy"] / lost
+            impulse = 2.0 * here["energy"] / lost
             of_lost = before - by_path("speed_after") * np.sign(here["speed_after"])[:, None]
-            return np.nan_to_num(blow), (2.0 * by_path("energy") - blow[:, None] * of_lost) / lost[:, None]
+            return np.nan_to_num(impulse), (2.0 * by_path("energy") - impulse[:, None] * of_lost) / lost[
+                :, None
+            ]
     speed = np.abs(here["speed_before"])
-    if target.objective is Objective.TOUCHDOWNS:
+    if target.objective is LandingObjective.TOUCHDOWNS:
         share = 0.5 / max(float(target.plain.speed.flat[0]), 1e-30)
         return len(hits) + share * speed, share * before
     return speed, before

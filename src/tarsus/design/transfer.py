@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.spec import with_values
-from tarsus.design.over import even_points
 from tarsus.design.pulses import Family, OwnStep, Step
 from tarsus.design.trials import Trials
+from tarsus.fit.valleys import even_points
 from tarsus.model.drive.lower import evaluate, lower
 from tarsus.model.drive.waveforms import OnOff
 from tarsus.model.scene import Scene
@@ -97,8 +97,8 @@ class Transfer:
         held = free.copy()
         gap = system.rest_gap[number] + normal @ free[:n]
         held[:n] -= per_force * gap / (normal @ per_force)
-        blow, landed = system.per_impulse[:, number], held.copy()
-        landed[n:] = -speed * blow / (normal @ blow)
+        pushed, landed = system.per_impulse[:, number], held.copy()
+        landed[n:] = -speed * pushed / (normal @ pushed)
         size = np.zeros((2 * n, 2 * n))
         size[:n, :n] = np.linalg.cholesky(0.5 * system.stiffness).T
         size[n:, n:] = np.linalg.cholesky(0.5 * system.mass).T
@@ -250,13 +250,13 @@ class _Aim:
         self.aims = np.repeat(self.aims, len(chosen), axis=0)
         return x[chosen]
 
-    def correct(self, trials: Trials, signals: tuple[Floats, Floats], x: Floats) -> None:
+    def correct(self, trials: Trials, signals: Floats, x: Floats) -> None:
         """Aim beside the ground by as much as the scene's own run misses what the structure alone would do: films and
         whatever else acts on the way. Runs that touch before their last edge keep their aim."""
         (volts, spans), held = self.signals(x), self.family.sizes[1]
         edges = spans[:, held + 1 : -1].sum(axis=1)
-        for row, (levels, durations) in enumerate(zip(*signals, strict=True)):
-            time, state = trials.approach(levels, durations, float(edges[row] + spans[row, -1]))
+        for row, signal in enumerate(signals):
+            time, state = trials.approach(signal, float(edges[row] + spans[row, -1]))
             if time > edges[row]:
                 spans[row, -1] = time - edges[row]
                 own = self.transfer.ends(self.transfer.held, volts[row : row + 1], spans[row : row + 1])

@@ -78,9 +78,12 @@ OBJECTIVES = {
 """What a gait can be designed for, by name."""
 
 
-def objectives_of(given: str | Sequence[str | WalkObjective]) -> tuple[WalkObjective, ...]:
+def objectives_of(given: str | WalkObjective | Sequence[str | WalkObjective]) -> tuple[WalkObjective, ...]:
     """Objectives of names, or of one text with commas; raises InputError for unknown, repeated and too many ones."""
-    words = [word.strip() for word in given.split(",")] if isinstance(given, str) else list(given)
+    given = (
+        given.split(",") if isinstance(given, str) else [given] if isinstance(given, WalkObjective) else given
+    )
+    words = [word.strip() if isinstance(word, str) else word for word in given]
     names = [word if isinstance(word, str) else word.name for word in words]
     problems = [
         f"objective: there is none called '{name}'{nearest(name, OBJECTIVES)}"

@@ -13,8 +13,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
 from tarsus.base.workers import Workers
 from tarsus.design.energy import RECOVERY
-from tarsus.design.over import Grounds
-from tarsus.design.unknowns import Unknowns
+from tarsus.design.gait_unknowns import GaitUnknowns
 from tarsus.design.walk_objectives import WalkObjective
 from tarsus.measure.switching import charging_energy
 from tarsus.model.drive.waveforms import Constant
@@ -38,7 +37,7 @@ class Walks:
     """
 
     scene: Scene
-    unknowns: Unknowns
+    unknowns: GaitUnknowns
     objectives: tuple[WalkObjective, ...]
     duration: float
     threads: Workers = None
@@ -47,14 +46,6 @@ class Walks:
     def __post_init__(self) -> None:
         self._session = Session(self.scene)
 
-    def __call__(self, points: Floats, grounds: Grounds) -> Floats:
-        """Costs (n, ng, no) of gaits at points (n, nu) of the unit cube on all grounds, infinite where a run did not
-        reach its end."""
-        n, ng = len(points), len(grounds)
-        who, where = np.repeat(np.arange(n), ng), np.tile(np.arange(ng), n)
-        found = self.each(points[who], {path: own[where] for path, own in grounds.values.items()})
-        return found.reshape(n, ng, len(self.objectives))
-
     def each(self, points: Floats, grounds: Mapping[str, Floats]) -> Floats:
         """Costs (nr, no) of gaits at points (nr, nu), each on its own ground, values (nr,) by path."""
         measures = tuple(dict.fromkeys(name for one in self.objectives for name in one.measures))
@@ -62,7 +53,11 @@ class Walks:
         return np.stack([one.cost(one.of(seen)) for one in self.objectives], axis=1)
 
     def measured(
-        self, points: Floats, grounds: Mapping[str, Floats], measures: Sequence[str], duration: float | None = None
+        self,
+        points: Floats,
+        grounds: Mapping[str, Floats],
+        measures: Sequence[str],
+        duration: float | None = None,
     ) -> dict[str, Floats]:
         """Measures (nr,) of gaits at points (nr, nu), each on its own ground, in walks of another duration [s] where
         one is given; with ``energy`` and ``weight``, where the objectives want them."""
@@ -83,7 +78,7 @@ class Walks:
         seen: dict[str, Floats] = {}
         if measures:
             self.runs += len(points)
-            vary = {**self.unknowns.numbers(points), **grounds}
+            vary = {**self.unknowns.changes(points), **grounds}
             batch = self._session.batch(vary, duration, threads=self.threads)
             seen = {name: one.value for name, one in batch.measured(measures).items()}
         if any(one.priced for one in self.objectives):
@@ -100,7 +95,7 @@ class Walks:
 
     def energy(self, points: Floats) -> Floats:
         """Energy (n,) [J] that all drives draw in a drive period, as the measure ``electrical_energy`` has it."""
-        values = self.unknowns.numbers(points)
+        values = self.unknowns.changes(points)
         if self._switched(values):
             gait, layout = self.scene.gait, self.scene.robot.layout()
             assert gait is not None and layout is not None
@@ -133,7 +128,7 @@ class Walks:
 
     def changes(self, point: Floats) -> dict[str, float]:
         """Values by path of the gait at a point (nu,)."""
-        return {path: float(column[0]) for path, column in self.unknowns.numbers(point[None]).items()}
+        return {path: float(column[0]) for path, column in self.unknowns.changes(point[None]).items()}
 
     def scene_of(self, point: Floats, ground: Mapping[str, float] | None = None) -> Scene:
         """The scene with the gait at a point (nu,), on a ground with other values by path."""

@@ -15,9 +15,9 @@ from tarsus.files.store import write_text
 from tarsus.files.toml import scene_text
 from tarsus.identify.campaign import guessed_purpose
 from tarsus.inspection.show import together
-from tarsus.inspection.view import View
 from tarsus.records.readers import read_measurement
 from tarsus.tables.table import Table
+from tarsus.tables.view import View
 
 __all__ = ["Beginning", "new"]
 

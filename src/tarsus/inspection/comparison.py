@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 from tarsus.base.events import EVENT_WORDS
 from tarsus.base.spec import float_paths, get_value
 from tarsus.files.ledger import ledger_lines
-from tarsus.inspection.view import View
 from tarsus.tables.numbers import spaced
 from tarsus.tables.table import ROW, Column, Table
+from tarsus.tables.view import View
 
 if TYPE_CHECKING:
     import numpy as np

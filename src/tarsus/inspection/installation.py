@@ -9,7 +9,6 @@ from importlib.metadata import PackageNotFoundError, version
 import numpy as np
 
 from tarsus.files.library import device_names, load_scene
-from tarsus.inspection.view import View
 from tarsus.model.laws import Gravity, Restitution
 from tarsus.model.robot import Foot, Robot
 from tarsus.model.scene import Ground, Scene
@@ -18,6 +17,7 @@ from tarsus.solve.engine import BUILT
 from tarsus.solve.simulate import simulate
 from tarsus.tables.numbers import spaced
 from tarsus.tables.table import Table
+from tarsus.tables.view import View
 
 __all__ = ["CLOSE", "devices", "doctor"]
 

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from tarsus.base.errors import InputError
 from tarsus.base.units import format_quantity
-from tarsus.inspection.view import View
 from tarsus.records.readers import read_measurement, read_response
 from tarsus.tables.table import ROW, Column, Table
+from tarsus.tables.view import View
 
 if TYPE_CHECKING:
     import numpy as np

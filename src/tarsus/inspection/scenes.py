@@ -8,10 +8,10 @@ from typing import Any
 from tarsus.base.spec import FloatInfo, float_paths
 from tarsus.base.units import format_quantity
 from tarsus.impacts.energy import directed
-from tarsus.inspection.view import View
 from tarsus.model.laws import MassWeighted
 from tarsus.model.scene import Scene
 from tarsus.tables.table import Table
+from tarsus.tables.view import View
 
 __all__ = ["scene_view"]
 

@@ -16,9 +16,9 @@ from tarsus.inspection import comparison, records, studies
 from tarsus.inspection.kinds import Holding, holding_of
 from tarsus.inspection.runs import run_data
 from tarsus.inspection.scenes import scene_view
-from tarsus.inspection.view import View
 from tarsus.model.laws.userfile import laws_of
 from tarsus.tables.table import Table
+from tarsus.tables.view import View
 
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene

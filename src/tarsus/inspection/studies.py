@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from tarsus.base.errors import InputError
 from tarsus.cluster.status import status_lines, status_of
-from tarsus.inspection.view import View
 from tarsus.tables.table import Column, Table
+from tarsus.tables.view import View
 
 if TYPE_CHECKING:
     from tarsus.calibrate.studyfile import Described

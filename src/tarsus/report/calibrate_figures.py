@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from tarsus.report.figures import Plate
+from tarsus.report.pages import Plate
 from tarsus.report.sheet import Sheet, few_ticks, plate
 from tarsus.report.style import BLUE, CYCLE, INK, ORANGE, RULE
 
@@ -28,8 +28,7 @@ def rows_figure(table: Mapping[str, Any], names: Sequence[str]) -> Plate:
     words = [row_name(row) for row in rows]
 
     def draw(sheet: Sheet) -> None:
-        beside = 0.3 + 0.065 * max(map(len, words))
-        panels = sheet.grid(len(names), 0.28 * len(rows), across=len(names), left=beside, joined=True)
+        panels = sheet.grid(len(names), 0.28 * len(rows))
         for axes, name in zip(panels, names, strict=True):
             _measure(axes, rows, name)
             axes.set_yticks(range(len(rows)), words)
@@ -37,7 +36,8 @@ def rows_figure(table: Mapping[str, Any], names: Sequence[str]) -> Plate:
         sheet.legend(panels[0])
 
     return plate(
-        draw, "Measured values, and median and 80 % interval of the mixture: fitted with all rows, and without the row."
+        draw,
+        "Measured values, and median and 80 % interval of the mixture: fitted with all rows, and without the row.",
     )
 
 
@@ -49,7 +49,9 @@ def _measure(axes: Axes, rows: Sequence[Mapping[str, Any]], name: str) -> None:
         entries = [(n, row[key][name]) for n, row in enumerate(rows) if row.get(key)]
         y = [n + shift for n, _ in entries]
         axes.hlines(y, [e["low"] for _, e in entries], [e["high"] for _, e in entries], color=color, lw=1.1)
-        axes.plot([e["median"] for _, e in entries], y, "D", ms=3.4, mew=0.0, color=color, label=label or None)
+        axes.plot(
+            [e["median"] for _, e in entries], y, "D", ms=3.4, mew=0.0, color=color, label=label or None
+        )
     seen = [_observed(row, name) for row in rows]
     axes.plot(seen, lines, "o", ms=6.0, mfc="white", mew=1.2, color=INK, label="measured")
     unit = _unit(rows, name)
@@ -65,13 +67,14 @@ def ranges(branches: Sequence[Mapping[str, Any]]) -> Plate:
 
     def draw(sheet: Sheet) -> None:
         height = 0.1 + len(names) * max(0.26, 0.09 * len(branches))
-        (axes,) = sheet.grid(1, height, left=0.3 + 0.065 * max(map(len, names)))
+        (axes,) = sheet.grid(1, height)
         for b, branch in enumerate(branches):
             shift = 0.7 * ((b + 0.5) / len(branches) - 0.5)
             color = CYCLE[b % len(CYCLE)]
             y = [n + shift for n in range(len(names))]
             low, high, best = (
-                [_place(one, one[key]) for one in branch["unknowns"].values()] for key in ("low", "high", "best")
+                [_place(one, one[key]) for one in branch["unknowns"].values()]
+                for key in ("low", "high", "best")
             )
             axes.hlines(y, low, high, color=color, lw=2.0)
             axes.plot(best, y, "o", ms=3.2, color=color)

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from markupsafe import Markup
 
 from tarsus.report.packing import packed, packed_times, script_text
-from tarsus.report.render import rendered
+from tarsus.report.pages import rendered
 from tarsus.report.style import CONTACT, INK, level_limits, paint_of, upright
 from tarsus.tables.numbers import number
 

@@ -3,24 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
-from markupsafe import Markup
 
-from tarsus.report.drawing import Drawing, Panel
-from tarsus.report.figures import MOST_FEET, Plate
+from tarsus.report.figures import MOST_FEET
+from tarsus.report.pages import Plate
 from tarsus.report.series import Series, Trace, foot_traces
+from tarsus.report.sheet import Sheet, plate
 from tarsus.report.style import BLUE, INK, MUTED, RULE, Scale, decimate, scale_of, upright
-from tarsus.tables.numbers import amount
+from tarsus.tables.numbers import amount, set_power
+
+__all__ = ["circular", "dials"]
 
 TURNS = 12
 """Drive periods laid over each other."""
 
-TITLE = 0.2
-"""Height of a title [inch]."""
-
 NOTHING = 1e-3
 """A height below the ground's level by less than this part of the largest is none."""
+
+SIDE = 3.2
+"""Height of a plot [inch]."""
 
 
 def circular(series: Series) -> Plate | None:
@@ -28,15 +31,14 @@ def circular(series: Series) -> Plate | None:
     traces = foot_traces(series)
     if not traces:
         return None
-    plate = dials(traces[:MOST_FEET], titled=len(traces) > 1)
+    found = dials(traces[:MOST_FEET], titled=len(traces) > 1)
     if len(traces) <= MOST_FEET:
-        return plate
-    more = f" Shown are the first {MOST_FEET} of {len(traces)} feet."
-    return Plate(plate.picture, plate.caption + more, plate.wide)
+        return found
+    return Plate(found.picture, f"{found.caption} Shown are the first {MOST_FEET} of {len(traces)} feet.")
 
 
-def dials(traces: Sequence[Trace], *, across: int = 2, titled: bool = True) -> Plate:
-    """One plot for each trace, all on one scale of heights, `across` of them side by side."""
+def dials(traces: Sequence[Trace], *, titled: bool = True) -> Plate:
+    """One plot for each trace, all on one scale of heights."""
     spans = [trace.last_periods(TURNS) for trace in traces]
     shown = [
         trace.height[trace.inside((first * trace.period, last * trace.period))]
@@ -46,23 +48,15 @@ def dials(traces: Sequence[Trace], *, across: int = 2, titled: bool = True) -> P
     largest = max(float(np.max(part, initial=0.0)) for part in shown) / scale.step
     least = min(float(np.min(part, initial=0.0)) for part in shown) / scale.step
     rings = _Rings(largest, least)
-    caption = _caption(traces, spans, rings, scale)
 
-    def drawn(across: int, size: float) -> Markup:
-        head = TITLE * titled
-        figure = Drawing(size * across, (size + head) * -(-len(traces) // across))
-        for number, (trace, (first, last)) in enumerate(zip(traces, spans, strict=True)):
-            down, right = divmod(number, across)
-            axes = figure.add(size * right, (size + head) * down + head, size, size)
-            _dial(axes, trace, first, last, rings, scale, 1.38 if size > 3.0 else 1.55)
+    def draw(sheet: Sheet) -> None:
+        panels = sheet.grid(len(traces), SIDE, polar=True)
+        for axes, trace, (first, last) in zip(panels, traces, spans, strict=True):
+            _dial(axes, trace, first, last, rings, scale)
             if titled:
-                axes.set_title(trace.title, centred=True)
-        return figure.svg(caption)
+                axes.set_title(trace.title)
 
-    if len(traces) == 1:
-        return Plate(drawn(1, 3.6), caption, wide=False)
-    across = min(len(traces), across)
-    return Plate.of_both(drawn(across, 7.2 / across), drawn(1, 3.6), caption)
+    return plate(draw, _caption(traces, spans, rings, scale))
 
 
 class _Rings:
@@ -74,55 +68,49 @@ class _Rings:
         self.centre = float(np.floor(least / step)) * step if below else 0.0
         count = int((largest - self.centre) / step + 0.3)
         self.heights = [self.centre + step * k for k in range(1, max(count, 1) + 1)]
-        self.rim = 1.12 * (max(largest, self.heights[-1]) - self.centre)
+        self.rim = self.beyond(1.12, max(largest, self.heights[-1]))
 
-    def radius(self, height: np.ndarray | float) -> np.ndarray:
-        return np.maximum(np.asarray(height) - self.centre, 0.0)
+    def beyond(self, part: float, height: float | None = None) -> float:
+        """A height so many times as far from the centre as another one, or as the rim."""
+        return self.centre + part * ((self.rim if height is None else height) - self.centre)
 
 
-def _dial(
-    axes: Panel, trace: Trace, first: int, last: int, rings: _Rings, scale: Scale, frame: float
-) -> None:
-    rim, period = rings.rim, trace.period
+def _dial(axes: Any, trace: Trace, first: int, last: int, rings: _Rings, scale: Scale) -> None:
+    """Heights of the last turns, contact and volts of the last one about them; angle clockwise from above."""
+    period = trace.period
+    axes.set_theta_zero_location("N")
+    axes.set_theta_direction(-1)
+    axes.set_thetagrids([0, 90, 180, 270], ["0", "T/4", "T/2", "3T/4"], color=INK)
+    axes.set_rgrids(
+        rings.heights, [set_power(f"{height:g}") for height in rings.heights], angle=45.0, color=MUTED
+    )
+    axes.grid(color=RULE, lw=0.6)
+    axes.spines["polar"].set_visible(False)
     circle = np.linspace(0.0, 2.0 * np.pi, 181)
-    for height in rings.heights:
-        radius = rings.radius(height)
-        level = abs(height) < 1e-9 * rim
-        look = {"color": INK, "ls": (0, (5, 3))} if level else {"color": RULE}
-        axes.plot(radius * np.sin(circle), radius * np.cos(circle), lw=0.6, zorder=0, **look)  # type: ignore[arg-type]
-        at = np.deg2rad(45.0)
-        axes.text(
-            float(radius * np.sin(at)), float(radius * np.cos(at)), f"{0.0 if level else height:g}".replace("-", "−"),
-            color=MUTED, size=7.0 if frame < 1.5 else 6.0, halo=True,
-        )  # fmt: skip
-    axes.plot([-rim, rim], [0, 0], color=RULE, lw=0.6, zorder=0)
-    axes.plot([0, 0], [-rim, rim], color=RULE, lw=0.6, zorder=0)
+    if rings.centre < 0.0:
+        axes.plot(circle, np.zeros(181), color=INK, lw=0.6, ls=(0, (5, 3)))
     for turn in range(first, last):
         inside = trace.inside((turn * period, (turn + 1) * period))
         when, height = decimate(trace.time[inside], trace.height[inside], bins=360)
-        angle = 2.0 * np.pi * (when / period - turn)
         newest = turn == last - 1
-        style = (
-            {"color": BLUE, "lw": 1.2, "zorder": 3} if newest else {"color": BLUE, "lw": 0.6, "alpha": 0.3}
+        look = {"lw": 1.2, "zorder": 3} if newest else {"lw": 0.6, "alpha": 0.3}
+        axes.plot(
+            2.0 * np.pi * (when / period - turn),
+            np.maximum(height / scale.step, rings.centre),
+            color=BLUE,
+            **look,
         )
-        radius = rings.radius(height / scale.step)
-        axes.plot(radius * np.sin(angle), radius * np.cos(angle), **style)  # type: ignore[arg-type]
     for start, end in trace.contacts:
         a, b = max(start, (last - 1) * period), min(end, last * period)
         if b > a:
             angle = 2.0 * np.pi * (np.linspace(a, b, 60) / period - (last - 1))
-            axes.plot(rim * np.sin(angle), rim * np.cos(angle), color=INK, lw=2.4, zorder=4)
+            axes.plot(angle, np.full(60, rings.rim), color=INK, lw=2.4, zorder=4)
     inside = trace.inside(((last - 1) * period, last * period))
     when, volts = decimate(*upright(trace.time[inside], trace.volts[inside]), bins=180)
     swing = float(np.max(np.abs(volts), initial=0.0)) or 1.0
-    around = rim * (1.12 + 0.06 * volts / swing)
-    angle = 2.0 * np.pi * (when / period - (last - 1))
-    axes.plot(around * np.sin(angle), around * np.cos(angle), color=MUTED, lw=0.9)
-    for turn, text in enumerate(("0", "T/4", "T/2", "3T/4")):
-        at, far = 0.5 * np.pi * turn, (1.29 + (turn % 2) * (frame - 1.38) / 2.0) * rim
-        axes.text(far * np.sin(at), far * np.cos(at), text, color=INK)
-    axes.set_xlim(-frame * rim, frame * rim)
-    axes.set_ylim(-frame * rim, frame * rim)
+    around = [rings.beyond(1.12 + 0.06 * one / swing) for one in volts]
+    axes.plot(2.0 * np.pi * (when / period - (last - 1)), around, color=MUTED, lw=0.9)
+    axes.set_rlim(rings.centre, rings.beyond(1.2))
 
 
 def _caption(traces: Sequence[Trace], spans: Sequence[tuple[int, int]], rings: _Rings, scale: Scale) -> str:
@@ -132,22 +120,18 @@ def _caption(traces: Sequence[Trace], spans: Sequence[tuple[int, int]], rings: _
     which = (
         f"the last {turns} periods laid over each other, the last one darkest" if turns > 1 else "one period"
     )
-    centre = (
-        "the centre is the ground"
-        if rings.centre == 0.0
-        else f"the centre is at {rings.centre:g} {scale.label}, the dashed ring is the ground's level".replace(
-            "-", "−"
+    centre = "the centre is the ground"
+    if rings.centre != 0.0:
+        height = set_power(f"{rings.centre:g}")
+        centre = f"the centre is at {height} {scale.label}, the dashed ring is the ground's level"
+    drive = " The grey curve is the drive voltage."
+    if any(trace.contacts for trace in traces):
+        drive = (
+            " The outer arc marks contact in the last period, the grey curve around it is the drive voltage."
         )
-    )
-    contact = " The outer arc marks contact in the last period," if any(t.contacts for t in traces) else ""
-    drive = (
-        " the grey curve around it is the drive voltage."
-        if contact
-        else " The grey curve is the drive voltage."
-    )
     return (
         f"One turn clockwise is one drive period{each}, radius is the height above the ground (rings in "
-        f"{scale.label}, {centre}); {which}.{contact}{drive}"
+        f"{scale.label}, {centre}); {which}.{drive}"
     )
 
 
@@ -157,6 +141,3 @@ def _round_step(largest: float) -> float:
         return 1.0
     power = 10.0 ** np.floor(np.log10(largest / 4.0))
     return float(next(power * f for f in (1.0, 2.0, 5.0, 10.0) if power * f * 4.5 >= largest))
-
-
-__all__ = ["circular", "dials"]

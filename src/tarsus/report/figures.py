@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import cycle
 from typing import TYPE_CHECKING
 
 import numpy as np
-from markupsafe import Markup
 
 from tarsus.report.charts import Dash, Panel, stack
+from tarsus.report.pages import Plate
 from tarsus.report.series import Series, Window, ever, joined
 from tarsus.report.style import (
     BLUE,
@@ -33,26 +32,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 MOST_FEET = 4
-"""Feet drawn one by one; a robot with more shows its first ones."""
-
+"""Feet drawn one by one; a robot with more shows its first ones, for each is a screen high."""
 
 LAW_COLORS = (GREEN, PURPLE, ORANGE, SKY, VERMILION)
 """Colours of the laws on the feet, in their order."""
-
-
-@dataclass(frozen=True)
-class Plate:
-    """One figure of the report: its markup (an SVG, or charts), and the sentence below it."""
-
-    picture: Markup
-    caption: str
-    wide: bool = True
-
-    @classmethod
-    def of_both(cls, wide: Markup, narrow: Markup, caption: str) -> Plate:
-        """One drawn for a wide screen and for a narrow one, of which a page shows what fits."""
-        both = Markup('<div class="on-wide">{}</div><div class="on-narrow">{}</div>').format(wide, narrow)
-        return cls(both, caption)
 
 
 def motion(series: Series, window: Window) -> Plate:
@@ -80,7 +63,7 @@ def motion(series: Series, window: Window) -> Plate:
         )
     for level in sorted(set(series.ground_levels)):
         axes.axhline(level / scale.step, color=INK, lw=0.7, ls=(0, (5, 3)), zorder=1)
-    axes.set_ylabel(f"displacement ({scale.label})")
+    axes.set_ylabel(scale.axis("displacement"))
     shaded = len(series.feet) == 1 and bool(series.contacts[0])
     if shaded:
         shade(axes, series.contacts[0], window, clock)
@@ -128,19 +111,19 @@ def forces(series: Series, window: Window, foot: int = 0) -> Plate:
     gap = series["gap"][foot]
     scale = scale_of("m", gap[part])
     _line(panels[0], series, window, clock, gap, scale, color=BLUE)
-    panels[0].set_ylabel(f"height ({scale.label})")
+    panels[0].set_ylabel(scale.axis("height"))
 
     scale = scale_of("N", *(values[part] for _, values in drive)) if drive else scale_of("N")
     for index, (name, values) in enumerate(drive):
         color = VERMILION if index == 0 else CYCLE[(index + 1) % len(CYCLE)]
         _line(panels[1], series, window, clock, values, scale, color=color, label=name)
     if drive:
-        panels[1].set_ylabel(f"drive ({scale.label})")
+        panels[1].set_ylabel(scale.axis("drive"))
 
     for axes, (label, values, color) in zip(panels[1 + bool(drive) :], rows, strict=False):
         scale = scale_of("N", values[part])
         _line(axes, series, window, clock, values, scale, color=color)
-        axes.set_ylabel(f"{label} ({scale.label})")
+        axes.set_ylabel(scale.axis(label))
     if touched:
         axes = panels[-1]
         scale = scale_of("N", contact[part], limit[part])
@@ -150,7 +133,7 @@ def forces(series: Series, window: Window, foot: int = 0) -> Plate:
                 axes, series, window, clock, bound, scale, color=MUTED, ls=(0, (2, 2)), label="pull-off limit"
             )
         _line(axes, series, window, clock, contact, scale, color=INK, label="contact force")
-        axes.set_ylabel(f"contact ({scale.label})")
+        axes.set_ylabel(scale.axis("contact"))
     for axes in panels:
         shade(axes, series.contacts[foot], window, clock)
         if axes is not panels[0]:
@@ -189,7 +172,7 @@ def energies(series: Series, companion: Series | None, window: Window) -> Plate:
         if companion is not None:
             style = {"color": VERMILION, "lw": 0.9, "ls": (0, (4, 1.5)), "label": without}
             _line(axes, companion, window, clock, companion[name], scale, **style)
-        axes.set_ylabel(f"{label} ({scale.label})")
+        axes.set_ylabel(scale.axis(label))
         if axes.least() >= 0.0:
             axes.set_ylim(bottom=0.0)
         if len(series.feet) == 1:
@@ -237,7 +220,7 @@ def ledger(series: Series) -> Plate:
     for name, label, color, dash in shown:
         width = 1.3 if name == "work_in" else 1.0
         _line(axes, series, window, clock, curves[name], scale, color=color, lw=width, ls=dash, label=label)
-    axes.set_ylabel(f"energy since start ({scale.label})")
+    axes.set_ylabel(scale.axis("energy since start"))
     time_axis(axes, window, clock)
     caption = "Cumulative energy: what the drives put in, what is stored, and what each loss has taken"
     if any(not law.loses and ever(series[f"{name}_work"]) for name, law in series.laws.items()):
@@ -272,7 +255,7 @@ def _voltage(axes: Panel, series: Series, window: Window, clock: Scale) -> None:
             dots: dict[str, object] = {"color": color, "lw": 0.7, "ls": (0, (1, 2)), "zorder": 1.5}
             _line(axes, series, window, clock, series["command"][index], scale, **dots)
         _line(axes, series, window, clock, series["volts"][index], scale, color=color, lw=1.0, label=name)
-    axes.set_ylabel(f"drive ({scale.label})")
+    axes.set_ylabel(scale.axis("drive"))
 
 
 def shade(axes: Axes | Panel, contacts: Sequence[Window], window: Window, clock: Scale) -> None:

@@ -2,28 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from markupsafe import Markup
 from matplotlib.axes import Axes
 
 from tarsus.base.spec import float_paths
 from tarsus.design.adaptive import AdaptiveGait
-from tarsus.design.gait_files import gait_scene_names, values_in_words
-from tarsus.design.gait_fronts import CLOSED, GaitFront, GaitPoint
-from tarsus.design.walk_objectives import WalkObjective
-from tarsus.files.store import write_text
-from tarsus.report.figures import Plate
-from tarsus.report.html import MISSING, Cell, Column, Markup, amount, number, page, table
-from tarsus.report.render import rendered
+from tarsus.design.gait_files import gait_scene_names
+from tarsus.design.gait_fronts import GaitFront
+from tarsus.design.judge import CLOSED
+from tarsus.design.results import values_in_words
+from tarsus.report.pages import Plate, page, rendered, write_page
 from tarsus.report.run_page import report_html
 from tarsus.report.sheet import Sheet, plate
-from tarsus.report.style import BLUE, GREEN, MUTED, RULE, VERMILION, Scale, scale_of
+from tarsus.report.style import BLUE, GREEN, MUTED, RULE, VERMILION, scale_of
 from tarsus.solve.simulate import simulate
+from tarsus.tables.table import Column, Table
 
 __all__ = ["adapt_html", "gait_html", "write_adapt_report", "write_gait_report"]
+
+MOST_VALUES = 8
+"""Values of a gait in its row, two lines of it: all are in front.csv."""
 
 
 def write_gait_report(design: GaitFront, folder: Path, *, play: bool = True) -> list[Path]:
@@ -34,138 +36,115 @@ def write_gait_report(design: GaitFront, folder: Path, *, play: bool = True) -> 
         (folder / "gaits").mkdir(exist_ok=True)
         for name, point in gait_scene_names(design):
             run: Any = simulate(design.scene_of(point, worst=True), design.request.duration)
-            target = folder / "gaits" / f"{name}.html"
-            write_text(target, report_html(run))
-            pages.append(target)
-    write_text(folder / "report.html", gait_html(design, linked=play))
-    return [folder / "report.html", *pages]
+            pages.append(write_page(report_html(run), folder / "gaits" / f"{name}.html"))
+    return [write_page(gait_html(design, linked=play), folder / "report.html"), *pages]
 
 
 def gait_html(design: GaitFront, *, linked: bool = False) -> str:
     """The page as text; ``linked``: whether there are pages of the gaits beside it."""
     judged = design.request.over is not None
-    told = {"optimum": design.optimum, "robust": design.robust, "rounds": _rounds(design),
+    more = {"optimum": design.optimum, "robust": design.robust, "rounds": _rounds(design),
             "grounds": _grounds(design)} if judged else {}  # fmt: skip
     body = rendered(
         "gait.html", design=design, request=design.request, objectives=design.objectives, judged=judged,
         linked=linked, first=design.objectives[0], front=_front_figure(design, linked), gaits=_gaits(design, linked),
-        closed=design.gap <= CLOSED if np.isfinite(design.gap) else None, **told,
+        closed=design.gap <= CLOSED if np.isfinite(design.gap) else None, **more,
     )  # fmt: skip
     return page(f"{design.request.scene.name} – gaits", body)
 
 
 def _front_figure(design: GaitFront, linked: bool) -> Plate:
     """The front: nominal values and those under the risk, in the first two objectives."""
-    judged = design.request.over is not None
     sets = [("the front", design.members, "risk", VERMILION)]
-    if judged:
+    if design.request.over is not None:
         sets = [
             ("nominal optimum's front, on its own ground", design.nominal, "nominal", MUTED),
             ("the front, on its own ground", design.members, "nominal", BLUE),
             (f"the front, {design.request.risk.name}", design.members, "risk", VERMILION),
         ]
-    up, along = (design.objectives[0], design.objectives[min(1, len(design.objectives) - 1)])
-    scales = [_scale(one, j, design) for j, one in enumerate((up, along))]
+    pair = [min(j, len(design.objectives) - 1) for j in (1, 0)]
+    shown = [design.objectives[j] for j in pair]
+    nominal = [point.nominal for point in (*design.members, *design.nominal)]
+    scales = [
+        scale_of(one.unit, np.array([row[j] for row in nominal])) for one, j in zip(shown, pair, strict=True)
+    ]
 
     def draw(sheet: Sheet) -> None:
         (axes,) = sheet.grid(1, 2.6)
         for label, points, kind, colour in sets:
-            own = np.array(
-                [[getattr(point, kind)[min(j, len(point.risk) - 1)] for j in range(2)] for point in points]
+            x, y = (
+                np.array([getattr(point, kind)[j] for point in points]) / scale.step
+                for j, scale in zip(pair, scales, strict=True)
             )
-            _scatter(axes, own, scales, label, colour, linked and points is design.members)
-        axes.set_xlabel(f"{along.name} ({scales[1].label})".removesuffix(" (1)"))
-        axes.set_ylabel(f"{up.name} ({scales[0].label})".removesuffix(" (1)"))
+            _scatter(axes, x, y, label, colour, linked and points is design.members)
+        axes.set(xlabel=scales[0].axis(shown[0].name), ylabel=scales[1].axis(shown[1].name))
         axes.grid(color=RULE, linewidth=0.4)
         sheet.legend(axes)
 
     return plate(draw, f"Gaits that no other beats in {' and '.join(one.name for one in design.objectives)}.")
 
 
-def _scatter(
-    axes: Axes, points: np.ndarray, scales: Sequence[Scale], label: str, colour: str, linked: bool
-) -> None:
-    x, y = points[:, 1] / scales[1].step, points[:, 0] / scales[0].step
+def _scatter(axes: Axes, x: np.ndarray, y: np.ndarray, label: str, colour: str, linked: bool) -> None:
+    """Gaits as dots; `linked` ones with their numbers, and each a link to its page."""
     drawn = axes.scatter(x, y, s=22, color=colour, label=label, zorder=3)
     if linked:
         drawn.set_urls([f"gaits/gait-{i:02d}.html" for i in range(1, len(x) + 1)])
-        for i, (left, up) in enumerate(zip(x, y, strict=True), start=1):
-            axes.annotate(str(i), (left, up), xytext=(3, 3), textcoords="offset points", fontsize=7)
+        for i, place in enumerate(zip(x, y, strict=True), start=1):
+            axes.annotate(str(i), place, xytext=(3, 3), textcoords="offset points", fontsize=7)
 
 
-def _scale(one: WalkObjective, j: int, design: GaitFront) -> Scale:
-    if one.unit == "1":
-        return Scale(1.0, "1")
-    values = [point.nominal[min(j, len(point.nominal) - 1)] for point in (*design.members, *design.nominal)]
-    return scale_of(one.unit, np.array(values))
-
-
-def _gaits(design: GaitFront, linked: bool) -> Markup:
+def _gaits(design: GaitFront, linked: bool) -> Table:
     judged = design.request.over is not None
     units = {path: info.unit for path, info in float_paths(design.request.scene).items()}
-    columns = [Column("gait", number=False), Column("values", number=False)]
+    columns: list[Column | str] = ["gait", "values"]
     for one in design.objectives:
-        columns.append(Column(f"{one.name}, own ground" if judged else one.name))
-        columns += [Column(f"{one.name}, worst found")] if judged and one.grounded else []
+        columns.append(Column(f"{one.name}, own ground" if judged else one.name, one.unit))
+        columns += [Column(f"{one.name}, worst found", one.unit)] if judged and one.grounded else []
     priced = any(one.priced for one in design.objectives)
-    columns += [Column("energy with charge recovery")] if priced else []
-    rows: list[list[Cell]] = []
+    columns += [Column("energy with charge recovery", "J")] if priced else []
+    rows = []
     for name, point in gait_scene_names(design):
         title = Markup('<a href="gaits/{0}.html">{0}</a>').format(name) if linked else name
-        row: list[Cell] = [title, values_in_words(_few(point), units)]
+        row: list[Any] = [title, values_in_words(dict(list(point.values.items())[:MOST_VALUES]), units)]
         for j, one in enumerate(design.objectives):
-            row.append(amount(point.nominal[j], one.unit))
-            row += [amount(point.worst[j], one.unit)] if judged and one.grounded else []
-        row += [amount(point.recovered, "J")] if priced else []
-        rows.append(row)
-    return table(columns, rows)
+            row += [point.nominal[j], point.worst[j]] if judged and one.grounded else [point.nominal[j]]
+        rows.append([*row, point.recovered] if priced else row)
+    return Table("", columns, rows)
 
 
-def _few(point: GaitPoint, most: int = 8) -> Mapping[str, float]:
-    """The first values; all are in front.csv."""
-    return dict(list(point.values.items())[:most])
+def _rounds(design: GaitFront) -> Table:
+    rows = [(i, one.what, one.grounds, one.gap) for i, one in enumerate(design.rounds)]
+    return Table("", ("round", "for", "active grounds", Column("gap found", "%", 2)), rows)
 
 
-def _rounds(design: GaitFront) -> Markup:
-    rows = [
-        [str(i), one.what, str(one.grounds), f"{100 * one.gap:.2g} %"] for i, one in enumerate(design.rounds)
-    ]
-    head = [Column("round"), Column("for", number=False), Column("active grounds"), Column("gap found")]
-    return table(head, rows) if rows else Markup()
-
-
-def _grounds(design: GaitFront) -> Markup:
-    units = {path: info.unit for path, info in float_paths(design.request.scene).items()}
-    paths = list(design.grounds.values)
-    rows = [
-        [str(i), *(number(float(design.grounds.values[p][i])) for p in paths)]
-        for i in range(len(design.grounds))
-    ]
-    return table([Column("ground"), *(Column(p, units[p]) for p in paths)], rows, tall=len(rows) > 20)
+def _grounds(design: GaitFront) -> Table:
+    known = float_paths(design.request.scene)
+    columns = [Column(path, known[path].unit) for path in design.grounds.values]
+    rows = enumerate(zip(*design.grounds.values.values(), strict=True))
+    return Table("", ("ground", *columns), [(i, *row) for i, row in rows])
 
 
 def write_adapt_report(design: AdaptiveGait, path: Path) -> Path:
     """Write the page of an adaptive gait and return its path. Raises InputError if it cannot be written."""
-    write_text(path, adapt_html(design))
-    return path
+    return write_page(adapt_html(design), path)
 
 
 def adapt_html(design: AdaptiveGait) -> str:
     """The page as text."""
     units = {path: info.unit for path, info in float_paths(design.request.scene).items()}
-    low, high = design.regret_interval
     lost = [
-        ["the table", f"{100 * design.regret:.2g} % ({100 * low:.2g} to {100 * high:.2g} %)"],
-        ["the best single gait", f"{100 * design.fixed_regret:.2g} %"],
-        ["always the best of these gaits", f"{100 * design.choice_regret:.2g} %"],
-    ]  # fmt: skip
-    gaits = [[str(i) + (" (probe)" if i in design.probes else ""), values_in_words(own, units) or MISSING]
+        ("the table", design.regret, tuple(design.regret_interval)),
+        ("the best single gait", design.fixed_regret, None),
+        ("always the best of these gaits", design.choice_regret, None),
+    ]
+    gaits = [(f"{i} (probe)" if i in design.probes else str(i), values_in_words(own, units) or None)
              for i, own in enumerate(design.gaits)]  # fmt: skip
+    against = "lost against the gait that knows the ground"
     body = rendered(
         "adapt.html", design=design, objective=design.request.objectives[0], hidden=_hidden_figure(design),
-        rule=table([Column("chosen", number=False), Column("gait")], [[said, str(n)] for said, n in design.table]),
-        gaits=table([Column("gait", number=False), Column("values", number=False)], gaits),
-        lost=table([Column("chosen by", number=False), Column("lost against the gait that knows the ground")], lost),
+        rule=Table("", ("chosen", "gait"), [(said, str(n)) for said, n in design.rule]),
+        gaits=Table("", ("gait", "values"), gaits),
+        lost=Table("", ("chosen by", Column(against, "%", 2), Column("95 % interval", "%", 2)), lost),
     )  # fmt: skip
     return page(f"{design.request.scene.name} – adaptive gait", body)
 
@@ -175,15 +154,18 @@ def _hidden_figure(design: AdaptiveGait) -> Plate:
     one = design.request.objectives[0]
     known = one.value(design.known)
     got = one.value(design.costs[np.arange(len(known)), design.chosen])
-    scale = scale_of(one.unit, known) if one.unit != "1" else Scale(1.0, "1")
+    scale = scale_of(one.unit, known)
     ends = [0.0, float(max(known.max(), got.max())) / scale.step]
 
     def draw(sheet: Sheet) -> None:
         (axes,) = sheet.grid(1, 2.5)
         axes.plot(ends, ends, color=GREEN, label="nothing lost")
         axes.scatter(known / scale.step, got / scale.step, s=9, color=BLUE, label="hidden ground", zorder=3)
-        axes.set_xlabel(f"{one.name} of the gait that knows the ground ({scale.label})".removesuffix(" (1)"))
-        axes.set_ylabel(f"reached ({scale.label})".removesuffix(" (1)"))
+        axes.set(
+            xlabel=scale.axis(f"{one.name} of the gait that knows the ground"), ylabel=scale.axis("reached")
+        )
         sheet.legend(axes)
 
-    return plate(draw, f"{one.name.capitalize()} on the hidden grounds, over that of the gait that knows the ground.")
+    return plate(
+        draw, f"{one.name.capitalize()} on the hidden grounds, over that of the gait that knows the ground."
+    )

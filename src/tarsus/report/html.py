@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from html import escape
 
 from markupsafe import Markup
 
-from tarsus.report.figures import Plate
-from tarsus.report.render import rendered
+from tarsus.report.pages import Plate, page, rendered
 from tarsus.tables.numbers import MISSING, amount, number, pretty_unit, set_power
 
 __all__ = [
@@ -102,25 +100,3 @@ def sentences(told: Iterable[str]) -> str:
     """A list of sentences; nothing for none."""
     lines = "".join(f"<li>{escape(one)}</li>" for one in told)
     return f"<ul>{lines}</ul>\n" if lines else ""
-
-
-_MICRO = re.compile(r"(?<=\d )u(?=(?:m|N|s|g|V|J|W)\b)")
-"""The prefix as terminals and files write it."""
-
-_HEADING = re.compile(r"<h2>(.*?)</h2>")
-
-
-def page(title: str, body: str) -> str:
-    """The whole page around `body`, with a list of its headings before the first of them."""
-    headings: list[tuple[str, Markup]] = []
-
-    def marked(found: re.Match[str]) -> str:
-        headings.append((f"part-{len(headings) + 1}", Markup(found[1])))
-        return f'<h2 id="{headings[-1][0]}">{found[1]}</h2>'
-
-    body = Markup(_MICRO.sub("µ", _HEADING.sub(marked, body)))
-    first = body.find('<h2 id="part-1">')
-    if first >= 0:
-        body = body[:first] + rendered("contents.html", headings=headings) + body[first:]
-    charts = '<div class="charts"' in body
-    return str(rendered("base.html", title=title, body=body, charts=charts))

@@ -6,16 +6,18 @@ from collections.abc import Sequence
 from textwrap import fill
 
 import numpy as np
+from markupsafe import Markup
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 
 from tarsus.identify.heldout import Comparison
 from tarsus.identify.step import Curve, Panel
 from tarsus.identify.verdict import Assessment
-from tarsus.report.figures import Plate
-from tarsus.report.html import Column, number, table
-from tarsus.report.sheet import Sheet, few_ticks, figure_style, plate, to_svg
-from tarsus.report.style import BLUE, MUTED, VERMILION, WIDTH_IN, Scale, decimate, scale_of
+from tarsus.report.pages import Plate
+from tarsus.report.sheet import Sheet, few_ticks, plate
+from tarsus.report.style import BLUE, MUTED, VERMILION, decimate, scale_of
+from tarsus.tables.numbers import number
+from tarsus.tables.table import Column, Table
 
 MOST_PANELS = 6
 """Panels of one figure; of more, the first ones."""
@@ -23,11 +25,11 @@ MOST_PANELS = 6
 PERIODS = 1.0
 """Drive periods of a held-out record that are drawn, after transients."""
 
-_POINTS = 400
+_POINTS = 300
 _TOLD = 0.3
 
-TITLE_LETTERS = 28
-"""Letters in a line of a panel's title: as many as a third of a page holds."""
+TITLE_LETTERS = 44
+"""Letters in a line of a panel's title: as many as a panel's width holds."""
 
 MOST_PAIRS = 12
 """Pairs of numbers that a narrow screen lists, on which their table of colours would be unreadable."""
@@ -41,14 +43,12 @@ OPPOSED = LinearSegmentedColormap.from_list("opposed", (VERMILION, "#f4f5f7", BL
 
 
 def panels(shown: Sequence[Panel], caption: str) -> Plate:
-    """Panels three side by side, below each other on narrow paper: measured as points, fitted as lines."""
+    """Panels: measured as points, fitted as lines."""
     kept = list(shown[:MOST_PANELS])
 
-    lines = max((-(-len(panel.title) // TITLE_LETTERS) for panel in kept), default=1)
-
     def draw(sheet: Sheet) -> None:
-        for axes, panel in zip(sheet.grid(len(kept), 1.35, across=3, title=lines), kept, strict=True):
-            _draw(axes, panel, _POINTS // (2 if sheet.narrow else 1))
+        for axes, panel in zip(sheet.grid(len(kept), 1.35), kept, strict=True):
+            _draw(axes, panel, _POINTS)
 
     return plate(draw, caption)
 
@@ -69,12 +69,12 @@ def correlations(judged: Assessment) -> Plate:
     labels = [short_name(name) for name in judged.names]
     shown = np.where(np.tri(count, k=-1, dtype=bool), judged.correlation, np.nan)
 
-    pairs = sorted(np.argwhere(np.abs(np.nan_to_num(shown)) >= _TOLD).tolist(), key=lambda ij: -abs(shown[*ij]))
-    caption = "Correlations of the numbers over their draws, in per cent where 30 or more."
-    with figure_style():
-        sheet = Sheet(WIDTH_IN)
-        beside = 0.15 + 0.052 * max(map(len, labels))
-        axes = sheet.square(min(WIDTH_IN - beside - 0.6, 0.26 * count), beside)
+    pairs = sorted(
+        np.argwhere(np.abs(np.nan_to_num(shown)) >= _TOLD).tolist(), key=lambda ij: -abs(shown[*ij])
+    )
+
+    def draw(sheet: Sheet) -> None:
+        (axes,) = sheet.grid(1, min(5.2, 0.24 * count), width=7.4)
         image = axes.imshow(shown, cmap=OPPOSED, vmin=-1.0, vmax=1.0)
         for i, j in pairs:
             color = ON_LIGHT if abs(shown[i, j]) <= 0.7 else ON_DARK
@@ -82,14 +82,15 @@ def correlations(judged: Assessment) -> Plate:
         axes.set_xticks(range(count), labels, rotation=90, fontsize=6.5)
         axes.set_yticks(range(count), labels, fontsize=6.5)
         axes.tick_params(length=0.0)
-        for spine in axes.spines.values():
-            spine.set_visible(False)
-        bar = sheet.figure.colorbar(image, ax=axes, fraction=0.04, pad=0.03, location="top", shrink=0.6)
+        axes.spines[:].set_visible(False)
+        bar = sheet.figures[0].colorbar(image, ax=axes, shrink=0.6)
         bar.outline.set_visible(False)
-        picture = to_svg(sheet.figure, caption)
-    rows = [[labels[i], labels[j], f"{number(100 * shown[i, j], 2)} %"] for i, j in pairs[:MOST_PAIRS]]
-    head = (Column("correlated", number=False), Column("with", number=False), Column("by"))
-    return Plate.of_both(picture, table(head, rows), caption)
+
+    wide = plate(draw, "Correlations of the numbers over their draws, in per cent where 30 or more.")
+    rows = [(labels[i], labels[j], shown[i, j]) for i, j in pairs[:MOST_PAIRS]]
+    narrow = Table("", ("correlated", "with", Column("by", "%", 2)), rows).html()
+    both = Markup('<div class="on-wide">{}</div><div class="on-narrow">{}</div>').format(wide.picture, narrow)
+    return Plate(both, wide.caption)
 
 
 def short_name(path: str) -> str:
@@ -113,8 +114,8 @@ def _last_period(one: Comparison) -> Panel:
 
 def _draw(axes: Axes, panel: Panel, most: int) -> None:
     """A panel with at most so many points a curve."""
-    across = _scale(panel.x_unit, [curve.x for curve in panel.curves])
-    up = _scale(panel.y_unit, [curve.y for curve in panel.curves])
+    across = scale_of(panel.x_unit, *(curve.x for curve in panel.curves))
+    up = scale_of(panel.y_unit, *(curve.y for curve in panel.curves))
     for place, curve in enumerate(panel.curves):
         color = BLUE if place else MUTED
         if curve.joined:
@@ -132,11 +133,6 @@ def _draw(axes: Axes, panel: Panel, most: int) -> None:
             axes.errorbar(x, y, yerr=bars, fmt=".", ms=4.0, color=color, elinewidth=0.6, zorder=2)
         else:
             axes.plot(x, y, ".", ms=2.6, mew=0.0, color=color, zorder=2)
-    axes.set_title(fill(panel.title, TITLE_LETTERS), loc="left")
-    axes.set_xlabel(f"{panel.x_label} ({across.label})" if across.label else panel.x_label)
-    axes.set_ylabel(f"{panel.y_label} ({up.label})" if up.label else panel.y_label)
+    axes.set_title(fill(panel.title, TITLE_LETTERS))
+    axes.set(xlabel=across.axis(panel.x_label), ylabel=up.axis(panel.y_label))
     few_ticks(axes, x=4, y=5)
-
-
-def _scale(unit: str, values: Sequence[np.ndarray]) -> Scale:
-    return Scale(1.0, "") if unit == "1" else scale_of(unit, *values)

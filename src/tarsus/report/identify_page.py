@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from tarsus.base.spec import float_paths
-from tarsus.files.store import write_text
 from tarsus.identify.assessment import assessed, law_slopes
 from tarsus.identify.chain import Identification
 from tarsus.identify.heldout import Comparison
@@ -21,13 +20,17 @@ from tarsus.identify.step import StepResult
 from tarsus.identify.verdict import Assessment, Determined
 from tarsus.records.excluded import Excluded
 from tarsus.report import identify_figures, modal_figures
-from tarsus.report.html import MISSING, Cell, Column, Markup, amount, code, number, page, table
-from tarsus.report.render import rendered
+from tarsus.report.pages import page, rendered, write_page
+from tarsus.tables.numbers import MISSING, interval, percent
+from tarsus.tables.table import ROW, Column, Table
 
-__all__ = ["identify_html", "write_identify_report"]
+__all__ = ["identify_html", "parameters", "write_identify_report"]
 
 NOTABLE = 0.30
 """Relative error below which a held-out case counts, as in Table 2.3 of the source."""
+
+NO_ERROR, NO_CHANGE = 1e-6, 1e-5
+"""Relative error, and change by another zero position, below which there is none: fits stop at some 1e-7."""
 
 MOST_LISTED = 60
 """Left-out data listed one by one; of more, the first ones and how many there are."""
@@ -54,9 +57,7 @@ def write_identify_report(found: Identification, path: str | Path) -> Path:
 
     Raises InputError if `path` cannot be written.
     """
-    target = Path(path)
-    write_text(target, identify_html(found))
-    return target
+    return write_page(identify_html(found), path)
 
 
 def identify_html(found: Identification) -> str:
@@ -66,7 +67,7 @@ def identify_html(found: Identification) -> str:
     slopes = law_slopes(found.known)
     left = found.all_left_out
     body = rendered(
-        "identify.html", found=found, name=name, parameters=_parameters(found, judged, slopes), of_slope=bool(slopes),
+        "identify.html", found=found, name=name, parameters=parameters(found, judged, slopes), of_slope=bool(slopes),
         open=[] if judged is None else _open(found, judged),
         correlations=identify_figures.correlations(judged) if judged and len(judged.names) > 1 else None,
         steps=[_step(found, step) for step in found.steps.values()], held_out=_held_out(found.comparisons),
@@ -76,31 +77,27 @@ def identify_html(found: Identification) -> str:
     return page(f"{name} – identification", body)
 
 
-def _parameters(found: Identification, judged: Assessment | None, slopes: Mapping[str, float]) -> Markup:
-    units = float_paths(found.model.scene)
-    rows: list[list[Cell]] = []
+def parameters(found: Identification, judged: Assessment | None, slopes: Mapping[str, float]) -> Table:
+    """Every number with its interval, half of it as a part of the number (or of the drive's slope), and its verdict."""
+    known = float_paths(found.model.scene)
+    rows: list[tuple[Any, ...]] = []
     for step in found.steps.values():
-        for path, value in zip(step.paths, step.values, strict=True):
-            unit = units[path].unit
+        for path, value in zip(step.paths, step.values.tolist(), strict=True):
             low, high = step.interval(path)
-            rows.append(
-                [
-                    code(path),
-                    amount(float(value), unit, 5),
-                    f"{amount(low, unit, 5)} to {amount(high, unit, 5)}" if np.isfinite(low) else MISSING,
-                    _percent(slopes.get(path, float(value)), low, high) + " of slope" * (path in slopes),
-                    TAKEN if path in step.taken else _word(judged, path),
-                ]
-            )
+            part = _half(slopes.get(path, value), low, high)
+            shown = f"{percent(part, 2)} of slope" if path in slopes else part
+            word = TAKEN if path in step.taken else _word(judged, path)
+            rows.append((known[path].unit, path, value, (low, high), shown, word))
         for name, (value, draws, unit) in step.combinations.items():
-            low, high = (float(q) for q in np.quantile(draws, [0.025, 0.975]))
-            interval = f"{amount(low, unit, 5)} to {amount(high, unit, 5)}"
-            rows.append([name, amount(value, unit, 5), interval, _percent(value, low, high), "combination"])
-    head = (
-        Column("parameter", number=False), Column("value"), Column("95 % interval"), Column("half-width"),
-        Column("verdict", number=False),
-    )  # fmt: skip
-    return table(head, rows)
+            low, high = np.quantile(draws, [0.025, 0.975]).tolist()
+            rows.append((unit, name, value, (low, high), _half(value, low, high), "combination"))
+    columns = (
+        "parameter",
+        Column("value", ROW, 5),
+        Column("95 % interval", ROW, 5),
+        Column("half-width", "%", 2),
+    )
+    return Table("", (*columns, "verdict"), [row[1:] for row in rows], units=[row[0] for row in rows])
 
 
 def _word(judged: Assessment | None, path: str) -> str:
@@ -117,11 +114,9 @@ def _open(found: Identification, judged: Assessment) -> list[str]:
     ]
 
 
-def _percent(size: float, low: float, high: float) -> str:
+def _half(size: float, low: float, high: float) -> float | None:
     """Half an interval as a part of a size."""
-    if not size or not np.isfinite(high - low):
-        return MISSING
-    return f"{number(50.0 * (high - low) / abs(size), 2)} %"
+    return 0.5 * (high - low) / abs(size) if size and np.isfinite(high - low) else None
 
 
 def _step(found: Identification, step: StepResult) -> dict[str, Any]:
@@ -150,164 +145,119 @@ def _by_reason(left: Sequence[Excluded]) -> list[tuple[int, str]]:
     return [(count, reason) for reason, count in counts.most_common()]
 
 
-def _residuals(step: StepResult) -> Markup | str:
-    rows: list[list[Cell]] = [
-        [
-            one.label,
-            amount(one.rms, one.unit, 3),
-            amount(one.noise, one.unit, 3) if np.isfinite(one.noise) else MISSING,
-            str(one.count),
-        ]
-        for one in step.residuals
-    ]
-    head = (Column("residual", number=False), Column("rms"), Column("of noise alone"), Column("values"))
-    return table(head, rows, tall=len(rows) > 14) if rows else ""
+def _residuals(step: StepResult) -> Table | None:
+    rows = [(one.label, one.rms, one.noise, one.count) for one in step.residuals]
+    columns = ("residual", Column("rms", ROW, 3), Column("of noise alone", ROW, 3), "values")
+    return Table("", columns, rows, units=[one.unit for one in step.residuals]) if rows else None
 
 
 def _held_out(comparisons: Sequence[Comparison]) -> dict[str, Any]:
     """Records that no step has seen beside their simulations."""
     if not comparisons:
         return {}
-    rows: list[list[Cell]] = []
-    for one in comparisons:
+    rows, flagged = [], []
+    for i, one in enumerate(comparisons):
         a, b = one.measured, one.simulated
+        errors = {column: one.error(which) for which, column in (("peak", 5), ("contact", 8))}
+        flagged += [(i, column) for column, error in errors.items() if abs(error) >= NOTABLE]
+        peak, contact = (0.0 if abs(error) < NO_ERROR else error for error in errors.values())
         rows.append(
-            [
-                one.name,
-                number(a.bounces, 3), number(b.bounces, 3),
-                number(1e6 * a.peak, 4), number(1e6 * b.peak, 4), _coloured(one.error("peak")),
-                number(1e3 * a.contact, 4), number(1e3 * b.contact, 4), _coloured(one.error("contact")),
-                number(100.0 * one.off, 2),
-            ]
-        )  # fmt: skip
-    head = (
-        Column("held-out record", number=False),
-        Column("measured"), Column("simulated"),
-        Column("measured", "µm"), Column("simulated", "µm"), Column("error", "%"),
-        Column("measured", "ms"), Column("simulated", "ms"), Column("error", "%"),
-        Column("off", "%"),
-    )  # fmt: skip
-    over = (("", 1), ("bounces", 2), ("peak", 3), ("contact", 3), ("motion", 1))
+            (one.name, a.bounces, b.bounces, a.peak, b.peak, peak, a.contact, b.contact, contact, one.off)
+        )
+    columns = [
+        "held-out record",
+        *(Column(title, digits=3, over="bounces") for title in ("measured", "simulated")),
+    ]
+    for name, unit in (("peak", "m"), ("contact", "s")):
+        columns += [Column(title, unit, over=name, shared=True) for title in ("measured", "simulated")]
+        columns += [Column("error", "%", 2, over=name, shared=True)]
+    columns += [Column("off", "%", 2, over="motion", shared=True)]
     counted = [one.measured.counting for one in comparisons]
+    heights, dwells = ([float(getattr(one, name)) for one in counted] for name in ("height", "dwell"))
     return {
-        "height": _between([1e6 * float(one.height) for one in counted]),
-        "dwell": _between([1e3 * float(one.dwell) for one in counted]),
-        "records": table(head, rows, over=over), "summary": _summary(comparisons),
+        "height": interval(min(heights), max(heights), "m", 3), "dwell": interval(min(dwells), max(dwells), "s", 3),
+        "records": Table("", columns, rows, flagged=flagged), "summary": _summary(comparisons),
         "plate": identify_figures.held_out(comparisons),
     }  # fmt: skip
 
 
-def _between(values: Sequence[float]) -> str:
-    low, high = number(min(values), 3), number(max(values), 3)
-    return low if low == high else f"{low} to {high}"
-
-
-def _coloured(error: float) -> Cell:
-    if not np.isfinite(error):
-        return MISSING
-    shown = number(100.0 * error if abs(error) >= 1e-6 else 0.0, 2)
-    return Markup('<td class="n off">{}</td>').format(shown) if abs(error) >= NOTABLE else shown
-
-
-def _summary(comparisons: Sequence[Comparison]) -> Markup:
-    rows: list[list[Cell]] = []
+def _summary(comparisons: Sequence[Comparison]) -> Table:
     total = len(comparisons)
     exists = sum((one.measured.bounces > 0) == (one.simulated.bounces > 0) for one in comparisons)
     right = sum(abs(one.measured.bounces - one.simulated.bounces) < 0.5 for one in comparisons)
-    rows.append(["presence of bounces right", f"{exists} of {total}", MISSING, MISSING])
-    rows.append(["number of bounces right, within 0.5", f"{right} of {total}", MISSING, MISSING])
+    rows: list[tuple[Any, ...]] = [
+        ("presence of bounces right", f"{exists} of {total}", None, None),
+        ("number of bounces right, within 0.5", f"{right} of {total}", None, None),
+    ]
     for which in ("peak", "contact"):
         errors = np.array([one.error(which) for one in comparisons])
         known = errors[np.isfinite(errors)]
         below = int(np.count_nonzero(np.abs(known) < NOTABLE))
-        mean, size = (
-            number(100 * float(of.mean()), 2) if len(of) else MISSING for of in (known, np.abs(known))
-        )
-        rows.append([f"{which}: error below 30 %", f"{below} of {total}", mean, size])
-    head = (
-        Column("summary, as Table 2.3", number=False),
-        Column("cases"),
-        Column("mean error", "%"),
-        Column("mean absolute", "%"),
+        means = [float(of.mean()) if len(of) else None for of in (known, np.abs(known))]
+        rows.append((f"{which}: error below 30 %", f"{below} of {total}", *means))
+    columns = (
+        "summary, as Table 2.3",
+        "cases",
+        Column("mean error", "%", 2),
+        Column("mean absolute", "%", 2),
     )
-    return table(head, rows)
+    return Table("", columns, rows)
 
 
-def _in_air(found: Identification) -> Markup | str:
+def _in_air(found: Identification) -> Table | None:
     if not found.in_air:
-        return ""
+        return None
     points = list(found.in_air[0].off)
-    rows: list[list[Cell]] = [
-        [one.file, *(number(100.0 * one.off[point], 2) for point in points)] for one in found.in_air
-    ]
-    head = (Column("record", number=False), *(Column(point, "%") for point in points))
-    return table(head, rows, tall=len(rows) > 14)
+    rows = [(one.file, *(one.off[point] for point in points)) for one in found.in_air]
+    return Table("", ("record", *(Column(point, "%", 2) for point in points)), rows)
 
 
-def _landing(found: Identification) -> Markup | str:
+def _landing(found: Identification) -> Table | None:
     """Every landing rule that was tried, against one record of each set."""
     verdict = found.landing
     if verdict is None:
-        return ""
-    columns = [
-        Column("rule", number=False), Column("speed", "mm/s"), Column("contradicted by"), Column("off", "%"),
-    ]  # fmt: skip
-    rows: list[list[Cell]] = []
-    for one, wrong in zip(verdict.fits, verdict.contradicted, strict=True):
-        speed = getattr(one.rule, "speed", None)
-        shown = MISSING if speed is None else number(1e3 * speed, 3)
-        off = number(100.0 * float(np.median(one.off)), 3) if np.isfinite(one.off).all() else MISSING
-        rows.append([code(one.rule.kind), shown, str(wrong), off])
-    return table(columns, rows)
+        return None
+    rows = [
+        (one.rule.kind, getattr(one.rule, "speed", None), wrong, float(np.median(one.off)))
+        for one, wrong in zip(verdict.fits, verdict.contradicted, strict=True)
+    ]
+    return Table("", ("rule", Column("speed", "m/s", 3), "contradicted by", Column("off", "%", 3)), rows)
 
 
-def _zero(found: Identification) -> Markup | str:
+def _zero(found: Identification) -> Table | None:
     """The ground's numbers again, with the zero position elsewhere."""
     if not found.shifts:
-        return ""
-    units = float_paths(found.model.scene)
-    rows: list[list[Cell]] = []
-    for path, value in zip(found.known.paths, found.known.values, strict=True):
+        return None
+    known = float_paths(found.model.scene)
+    rows: list[list[Any]] = []
+    for path, value in zip(found.known.paths, found.known.values.tolist(), strict=True):
         if not path.startswith("ground."):
             continue
-        row: list[Cell] = [code(path), amount(float(value), units[path].unit, 4)]
+        rows.append([path, value])
         for shift in found.shifts:
-            other = shift.values.get(path, float("nan"))
-            change = 100.0 * (other / value - 1.0) if value else float("nan")
-            row += [amount(other, units[path].unit, 4), number(0.0 if abs(change) < 1e-3 else change, 2)]
-        rows.append(row)
-    columns = [Column("parameter", number=False), Column("as stated")]
-    for _ in found.shifts:
-        columns += [Column("value"), Column("change", "%")]
-    return table(columns, rows, over=[("", 2), *((shift.title, 2) for shift in found.shifts)])
+            other = shift.values.get(path)
+            change = other / value - 1.0 if value and other is not None else None
+            rows[-1] += [other, 0.0 if change is not None and abs(change) < NO_CHANGE else change]
+    columns = ["parameter", Column("as stated", ROW)]
+    for shift in found.shifts:
+        columns += [Column("value", ROW, over=shift.title), Column("change", "%", 2, over=shift.title)]
+    return Table("", columns, rows, units=[known[row[0]].unit for row in rows])
 
 
-def _sets(found: Identification) -> Markup:
-    rows: list[list[Cell]] = []
+def _sets(found: Identification) -> Table:
+    rows = []
     for name, one in found.opened.campaign.records.items():
         mine = [reading for reading in found.readings if reading.set == name]
-        good = sum(reading.record is not None for reading in mine)
-        samples = sum(reading.record.count for reading in mine if reading.record is not None)
-        rows.append([name, one.purpose.value, f"{good} of {len(mine)}", str(samples)])
-    head = (
-        Column("set", number=False), Column("serves", number=False), Column("files read"), Column("samples"),
-    )  # fmt: skip
-    return table(head, rows, tall=True)
+        good = [reading.record for reading in mine if reading.record is not None]
+        rows.append((name, one.purpose.value, f"{len(good)} of {len(mine)}", sum(one.count for one in good)))
+    return Table("", ("set", "serves", "files read", "samples"), rows)
 
 
-def _notes(found: Identification) -> Markup | str:
+def _notes(found: Identification) -> Table | None:
     notes = sorted({note for r in found.readings if r.record is not None for note in r.record.notes})
-    return table((Column("note", number=False),), [[note] for note in notes], tall=True) if notes else ""
+    return Table("", ("note",), [(note,) for note in notes]) if notes else None
 
 
-def _left_out(left: Sequence[Excluded]) -> Markup | str:
-    rows: list[list[Cell]] = [
-        [one.file, one.channel or MISSING, str(one.count), one.reason] for one in left[:MOST_LISTED]
-    ]
-    head = (
-        Column("file", number=False),
-        Column("channel", number=False),
-        Column("how many"),
-        Column("reason", number=False),
-    )
-    return table(head, rows, tall=True) if rows else ""
+def _left_out(left: Sequence[Excluded]) -> Table | None:
+    rows = [(one.file, one.channel or None, one.count, one.reason) for one in left[:MOST_LISTED]]
+    return Table("", ("file", "channel", "how many", "reason"), rows) if rows else None

@@ -11,12 +11,13 @@ from tarsus.base.events import IMPACTS
 from tarsus.base.spec import float_paths, with_values
 from tarsus.design.energy import period_rises
 from tarsus.design.soft_landing import LandingDesign
-from tarsus.report.figures import Plate, shade
+from tarsus.report.figures import shade
+from tarsus.report.pages import Plate
 from tarsus.report.series import Series, last_turns
 from tarsus.report.sheet import Sheet, few_ticks, plate
 from tarsus.report.style import BLUE, GREEN, INK, MUTED, ORANGE, RULE, VERMILION, Scale, scale_of
 from tarsus.solve import Run, simulate
-from tarsus.tables.numbers import amount, pretty_unit
+from tarsus.tables.numbers import amount
 
 __all__ = ["Pair", "front", "landing_zoom", "learning", "on_grounds", "picture"]
 
@@ -57,13 +58,13 @@ def picture(pair: Pair) -> Plate:
     high = scale_of("m", max(float(series["gap"][pair.foot].max()) for series in pair.series))
 
     def draw(sheet: Sheet) -> None:
-        sides = sheet.stacks(2, [1.7, 0.75], joined=True, title=1)
-        for column, (top, bottom) in enumerate(sides):
+        most = 1.06 * max(series["gap"][pair.foot].max() for series in pair.series) / high.step
+        for column, (top, bottom) in enumerate(sheet.stacks(2, [1.7, 0.75])):
             _side(pair, column, (top, bottom), clock, high)
-            if sheet.narrow or not column:
-                top.set_ylabel(f"height ({high.label})")
-                bottom.set_ylabel("volts (V)")
-        sheet.legend(sides[0][0])
+            top.set_ylim(top=max(most, top.get_ylim()[1]))
+            top.set_ylabel(high.axis("height"))
+            bottom.set_ylabel("volts (V)")
+            sheet.legend(top)
 
     return plate(
         draw,
@@ -91,8 +92,8 @@ def _side(pair: Pair, column: int, panels: tuple[Axes, Axes], clock: Scale, high
     top.axhline(0.0, color=INK, lw=0.6)
     bottom.plot(time, series["volts"][pair.drive], color=color, drawstyle="steps-post")
     _mark(top, pair.touchdowns(column), begin, clock.step)
-    top.set_title(("before: plain step", "after: designed")[column], loc="left")
-    bottom.set_xlabel(f"time ({clock.label})")
+    top.set_title(("before: plain step", "after: designed")[column])
+    bottom.set_xlabel(clock.axis("time"))
 
 
 def _mark(axes: Axes, hits: Sequence[tuple[float, float]], begin: float, step: float) -> None:
@@ -123,11 +124,13 @@ def landing_zoom(pair: Pair) -> Plate:
                 label=f"{label}, hardest at {amount(hardest, 'm/s', 3)}",
             )  # fmt: skip
             bottom.plot(time, series["volts"][pair.drive][kept], color=color, drawstyle="steps-post")
-            top.plot([t / clock.step for t, _ in hits], np.zeros(len(hits)), "^", ms=4.5, mew=0.0, color=color)
+            top.plot(
+                [t / clock.step for t, _ in hits], np.zeros(len(hits)), "^", ms=4.5, mew=0.0, color=color
+            )
         top.axhline(0.0, color=INK, lw=0.6)
-        top.set_ylabel(f"gap ({high.label})")
+        top.set_ylabel(high.axis("gap"))
         bottom.set_ylabel("volts (V)")
-        bottom.set_xlabel(f"time after the landing edge ({clock.label})")
+        bottom.set_xlabel(clock.axis("time after the landing edge"))
         sheet.legend(top)
 
     return plate(draw, "The landing: gap and volts before and after, touchdowns as triangles.")
@@ -138,21 +141,20 @@ def on_grounds(design: LandingDesign) -> Plate:
     paths, units = list(design.grounds.values), float_paths(design.request.scene)
 
     def draw(sheet: Sheet) -> None:
-        panels = sheet.grid(len(paths), 1.8, across=len(paths), joined=True)
+        panels = sheet.grid(len(paths), 1.8)
         for axes, path in zip(panels, paths, strict=True):
             unit, values = units[path].unit, design.grounds.values[path]
-            scale = Scale(1.0, "") if unit == "1" else scale_of(unit, *values)
+            scale = scale_of(unit, values)
             for speed, color, label in (
                 (design.before_on_grounds.speed[0], BEFORE, "before"), (design.on_grounds.speed[0], AFTER, "after"),
             ):  # fmt: skip
                 axes.plot(values / scale.step, speed, "o", ms=3.0, mew=0.0, color=color, label=label)
-            axes.set_xlabel(f"{path}{f' ({scale.label})' if scale.label else ''}")
+            axes.set_xlabel(scale.axis(path))
             few_ticks(axes, x=5)
             if np.isfinite(design.worst):
                 axes.axhline(design.worst, color=RULE, lw=0.8)
             axes.set_ylim(bottom=0.0)
-            if sheet.narrow or axes is panels[0]:
-                axes.set_ylabel("hardest touchdown (m/s)")
+            axes.set_ylabel("hardest touchdown (m/s)")
         sheet.legend(panels[0])
 
     return plate(
@@ -181,14 +183,14 @@ def front(design: LandingDesign) -> Plate:
                 plain[own] / scale.step, speeds[own], "o", ms=4.0, mew=0.0, color=color, label=_pairs(pairs)
             )
         axes.set_ylim(bottom=0.0)
-        axes.set_xlabel(f"{'energy a period' if known else 'sum of squared rises'} ({pretty_unit(scale.label)})")
+        axes.set_xlabel(scale.axis("energy a period" if known else "sum of squared rises"))
         axes.set_ylabel("hardest touchdown (m/s)")
         sheet.legend(axes)
 
     return plate(
-        draw, "The front on the nominal ground: designs that no other beats in both touchdown speed and plain energy.",
-        wide=False,
-    )  # fmt: skip
+        draw,
+        "The front on the nominal ground: designs that no other beats in both touchdown speed and plain energy.",
+    )
 
 
 def _pairs(count: int) -> str:
@@ -212,6 +214,6 @@ def learning(design: LandingDesign) -> Plate:
         sheet.legend(axes)
 
     return plate(
-        draw, f"Learning on {len(found.grounds)} hidden grounds: median and middle 80 % of the touchdown speeds.",
-        wide=False,
-    )  # fmt: skip
+        draw,
+        f"Learning on {len(found.grounds)} hidden grounds: median and middle 80 % of the touchdown speeds.",
+    )

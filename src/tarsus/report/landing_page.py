@@ -7,22 +7,20 @@ from pathlib import Path
 
 from tarsus.base.spec import float_paths
 from tarsus.design.energy import energy_of
-from tarsus.design.landing_files import digest, header_text
-from tarsus.design.request import Sensor
+from tarsus.design.headers import digest, header_text
+from tarsus.design.landing_request import Sensor
 from tarsus.design.soft_landing import LandingDesign
-from tarsus.files.store import write_text
 from tarsus.report import landing_figures
-from tarsus.report.html import MISSING, Cell, Column, Markup, amount, number, page, table
-from tarsus.report.render import rendered
+from tarsus.report.pages import page, rendered, write_page
+from tarsus.tables.numbers import number
+from tarsus.tables.table import ROW, Column, Table
 
 __all__ = ["landing_html", "write_landing_report"]
 
 
 def write_landing_report(design: LandingDesign, path: str | Path) -> Path:
     """Write a design as one self-contained HTML file; returns its path. Raises InputError if it cannot be written."""
-    target = Path(path)
-    write_text(target, landing_html(design))
-    return target
+    return write_page(landing_html(design), path)
 
 
 def landing_html(design: LandingDesign) -> str:
@@ -46,69 +44,60 @@ def landing_html(design: LandingDesign) -> str:
     return page(f"{request.scene.name} – soft landing", body)
 
 
-def _compared(design: LandingDesign) -> Markup:
+def _compared(design: LandingDesign) -> Table:
     names = (
-        ("hardest touchdown", "speed", "m/s"), ("touchdowns a step", "touchdowns", ""),
+        ("hardest touchdown", "speed", "m/s"), ("touchdowns a step", "touchdowns", "1"),
         ("largest impulse", "impulse", "N s"),
         ("contact a period", "contact", "s"), ("highest gap", "peak", "m"), ("mean gap in the air", "lifted", "m"),
     )  # fmt: skip
-    rows: list[list[Cell]] = [
-        [title, *(amount(float(getattr(one, name)[0, 0]), unit) for one in (design.before, design.after))]
+    rows = [
+        (title, *(getattr(one, name)[0, 0] for one in (design.before, design.after)), unit)
         for title, name, unit in names
     ]
-    energy, recovered = design.energies
-    plain = energy_of(design.request.actuator, design.plain_signal)
-    rows.append(["energy a period, plain on-off", amount(plain[0], "J"), amount(energy, "J")])
-    rows.append(["energy a period, charge recovered", amount(plain[1], "J"), amount(recovered, "J")])
-    return table((Column("", number=False), Column("before"), Column("after")), rows)
+    for title, before, after in zip(
+        ("energy a period, plain on-off", "energy a period, charge recovered"),
+        energy_of(design.request.actuator, design.plain_signal), design.energies, strict=True,
+    ):  # fmt: skip
+        rows.append((title, before, after, "J"))
+    columns = ("", Column("before", ROW), Column("after", ROW))
+    return Table("", columns, [row[:3] for row in rows], units=[row[3] for row in rows])
 
 
-def _signal(design: LandingDesign) -> Markup:
+def _signal(design: LandingDesign) -> Table:
     tick = design.request.step.period / design.request.ticks
-    rows: list[list[Cell]] = [
-        [str(i), f"{round(time / tick)}", amount(time, "s", 6), number(level, 5), amount(span, "s", 6)]
-        for i, (time, level, span) in enumerate(
-            zip(design.switching_times, design.signal.levels, design.signal.durations, strict=True)
-        )
-    ]
-    head = (Column("switching"), Column("tick"), Column("time"), Column("level", "V"), Column("lasts"))
-    return table(head, rows)
+    steps = zip(design.switching_times, design.signal.levels, design.signal.durations, strict=True)
+    columns = ("switching", "tick", Column("time", "s", 6), Column("level", "V", 5), Column("lasts", "s", 6))
+    rows = [(i, round(time / tick), time, level, span) for i, (time, level, span) in enumerate(steps)]
+    return Table("", columns, rows)
 
 
-def _grounds(design: LandingDesign) -> Markup:
-    units = float_paths(design.request.scene)
-    paths = list(design.grounds.values)
-    rows: list[list[Cell]] = [
-        [
-            *(amount(float(design.grounds.values[path][i]), units[path].unit) for path in paths),
-            number(float(design.before_on_grounds.speed[0, i]), 3), number(float(design.on_grounds.speed[0, i]), 3),
-            number(float(design.on_grounds.touchdowns[0, i]), 3),
-        ]
-        for i in range(len(design.grounds))
-    ]  # fmt: skip
-    head = (
-        *(Column(path) for path in paths),
-        Column("before", "m/s"),
-        Column("after", "m/s"),
-        Column("touchdowns"),
+def _grounds(design: LandingDesign) -> Table:
+    known = float_paths(design.request.scene)
+    paths, values = list(design.grounds.values), design.grounds.values.values()
+    after = design.on_grounds
+    speeds = (Column("before", "m/s", 3), Column("after", "m/s", 3), Column("touchdowns", digits=3))
+    found = (design.before_on_grounds.speed[0], after.speed[0], after.touchdowns[0])
+    return Table(
+        "", (*(Column(p, known[p].unit) for p in paths), *speeds), list(zip(*values, *found, strict=True))
     )
-    return table(head, rows, tall=len(rows) > 14)
 
 
-def _front(design: LandingDesign) -> Markup:
-    rows: list[list[Cell]] = [
-        [
-            str(one.pairs), number(one.speed, 3), amount(one.energy, "J", 3) if math.isfinite(one.energy) else MISSING,
-            amount(one.recovered, "J", 3) if math.isfinite(one.recovered) else MISSING,
+def _front(design: LandingDesign) -> Table:
+    rows = [
+        (
+            one.pairs,
+            one.speed,
+            one.energy,
+            one.recovered,
             ", ".join(number(level, 3) for level in one.signal.levels),
-        ]
+        )
         for one in design.front
-    ]  # fmt: skip
-    head = (
-        Column("pairs"),
-        Column("speed", "m/s"),
-        Column("energy"),
-        Column("recovered"),
-        Column("levels", "V", number=False),
+    ]
+    columns = (
+        "pairs",
+        Column("speed", "m/s", 3),
+        Column("energy", "J", 3),
+        Column("recovered", "J", 3),
+        "levels (V)",
     )
-    return table(head, rows)
+    return Table("", columns, rows)

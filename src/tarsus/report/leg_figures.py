@@ -9,7 +9,7 @@ from tarsus.design.links import Landscape, LinkDesign
 from tarsus.model.structure.base import Array
 from tarsus.model.structure.leg import Leg
 from tarsus.model.structure.leg_motion import LegMotion
-from tarsus.report.figures import Plate
+from tarsus.report.pages import Plate
 from tarsus.report.sheet import Sheet, few_ticks, plate
 from tarsus.report.style import BLUE, INK, MUTED, VERMILION, scale_of
 
@@ -40,8 +40,7 @@ def step_figure(motion: LegMotion, single: Array, volts: float) -> Plate:
             axes.plot(time[first], motion.lift[first] / lift.step, "o", ms=3.5, color=BLUE)
         axes.set_xlim(time[0], time[-1])
         axes.set_ylim(bottom=min(0.0, float(motion.lift.min()) / lift.step))
-        axes.set_ylabel(f"lift of the body ({lift.label})")
-        axes.set_xlabel(f"time ({clock.label})")
+        axes.set(xlabel=clock.axis("time"), ylabel=lift.axis("lift of the body"))
         few_ticks(axes, y=6)
         sheet.legend(axes)
 
@@ -72,8 +71,8 @@ def landscape_figure(land: Landscape, leg: Leg, load: float, design: LinkDesign 
     def draw(sheet: Sheet) -> None:
         (axes,) = sheet.grid(1, 2.6)
         shown = axes.contourf(x, y, land.speed / speed.step, levels=14, cmap="Blues")
-        bar = sheet.figure.colorbar(shown, ax=axes, pad=0.02)
-        bar.set_label(f"mean speed to the first peak ({speed.label})", color=INK)
+        bar = axes.figure.colorbar(shown, ax=axes, pad=0.02)
+        bar.set_label(speed.axis("mean speed to the first peak"), color=INK)
         if tight:
             axes.contour(x, y, land.capacity / load, levels=[1.0], colors=[INK], linewidths=1.2)
             axes.contourf(x, y, land.capacity / load, levels=[0.0, 1.0], colors=[MUTED], alpha=0.35)
@@ -82,8 +81,7 @@ def landscape_figure(land: Landscape, leg: Leg, load: float, design: LinkDesign 
                 at = (get_value(one, land.across) / wide.step, get_value(one, land.up) / high.step)
                 size = 9 if mark == "*" else 5
                 axes.plot(*at, mark, ms=size, color=color, label=name, clip_on=False, zorder=3)
-        axes.set_xlabel(f"{land.across} ({wide.label})")
-        axes.set_ylabel(f"{land.up} ({high.label})")
+        axes.set(xlabel=wide.axis(land.across), ylabel=high.axis(land.up))
         sheet.legend(axes)
 
     caption = "Mean speed of the body from the step to its first peak; none where the leg creeps without one."

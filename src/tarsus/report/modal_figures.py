@@ -6,7 +6,7 @@ import numpy as np
 
 from tarsus.modes.modal import IdentifiedMode, ModalFit, Verdict
 from tarsus.records.measurement import Quantity
-from tarsus.report.figures import Plate
+from tarsus.report.pages import Plate
 from tarsus.report.sheet import Sheet, few_ticks, plate
 from tarsus.report.style import BLUE, INK, MUTED, RULE, VERMILION, decimate, scale_of
 
@@ -41,7 +41,7 @@ def stabilisation(fit: ModalFit) -> Plate:
         axes.set_xlim(frequency[0], frequency[-1])
         axes.set_xlabel("frequency (Hz)")
         axes.set_ylabel("order of the model")
-        few_ticks(axes, x=4 if sheet.narrow else 8)
+        few_ticks(axes, x=4)
         sheet.legend(axes, markerscale=3.0)
 
     return plate(
@@ -56,7 +56,7 @@ def nyquist(fit: ModalFit) -> Plate:
     modes = fit.modes[:MOST_CURVES]
 
     def draw(sheet: Sheet) -> None:
-        for axes, mode in zip(sheet.grid(len(modes), 1.75, across=3, title=1), modes, strict=True):
+        for axes, mode in zip(sheet.grid(len(modes), 1.75), modes, strict=True):
             measured, fitted = (one[:: max(1, len(one) // 250)] for one in _mobility(fit, mode))
             scale = scale_of(Quantity.VELOCITY.unit, np.abs(measured))
             axes.plot(
@@ -68,10 +68,9 @@ def nyquist(fit: ModalFit) -> Plate:
                 color=MUTED,
             )
             axes.plot(np.real(fitted) / scale.step, np.imag(fitted) / scale.step, color=BLUE, lw=0.8)
-            axes.set_title(f"{mode.frequency.value:.5g} Hz, {100.0 * mode.damping.value:.2g} %", loc="left")
+            axes.set_title(f"{mode.frequency.value:.5g} Hz, {100.0 * mode.damping.value:.2g} %")
             axes.set_aspect("equal", adjustable="datalim")
-            axes.set_xlabel(f"real part ({scale.label})")
-            axes.set_ylabel(f"imaginary part ({scale.label})")
+            axes.set(xlabel=scale.axis("real part"), ylabel=scale.axis("imaginary part"))
             few_ticks(axes, x=4, y=4)
 
     return plate(
@@ -95,7 +94,7 @@ def synthesis(fit: ModalFit) -> Plate:
     def draw(sheet: Sheet) -> None:
         (axes,) = sheet.grid(1, 2.0)
         for size, label, color in curves:
-            x, y = decimate(fit.frf.frequency, size, 350 if sheet.narrow else 700)
+            x, y = decimate(fit.frf.frequency, size, 350)
             axes.semilogy(x, y, color=color, lw=0.9, label=label)
         axes.set_xlim(fit.frf.frequency[0], fit.frf.frequency[-1])
         axes.set_xlabel("frequency (Hz)")

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from PIL import Image, ImageDraw, ImageFont
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from PIL import Image
 
 from tarsus.base.errors import InputError
 from tarsus.base.units import format_quantity
@@ -19,9 +20,10 @@ from tarsus.files.store import RunLike, read_run, written_whole
 from tarsus.model.laws.userfile import laws_of
 from tarsus.model.scene import Scene
 from tarsus.model.structure import Walker
-from tarsus.report.motion import AIR, SLIPPING, Motion, motion_of
-from tarsus.report.stage import BACK, LIFT, Stage, drawn, stage_of
-from tarsus.report.style import BLUE, INK, MUTED, RULE, VERMILION
+from tarsus.report.motion import Motion, motion_of
+from tarsus.report.stage import BACK, LIFT, Stage, stage_of
+from tarsus.report.style import INK, MUTED
+from tarsus.report.walk_figures import draw_robot
 from tarsus.solve.simulate import simulate
 
 __all__ = ["movie", "write_movie"]
@@ -41,8 +43,8 @@ CAPTION = 20
 PACE_MS = 50
 """Time a frame is shown [ms]: 20 a second is fluent, and most viewers go no faster."""
 
-FINE = 2
-"""Frames are drawn so many times larger and reduced, which smooths their edges."""
+DPI = 100
+"""Pixels of an inch, by which letters and lines have their size."""
 
 COLOURS = 32
 """In the file: few, because the picture has few, and its size goes with them."""
@@ -50,20 +52,6 @@ COLOURS = 32
 
 WIDEST = 4096
 """Largest width [pixels]: of a large screen. The frames are in memory together."""
-
-
-@dataclass(frozen=True)
-class _Canvas:
-    """From metres of the stage to pixels: width and height of the picture, pixels per metre, where x = 0, z = 0 lie."""
-
-    width: int
-    height: int
-    scale: float
-    left: float
-    floor: float
-
-    def at(self, points: np.ndarray) -> list[tuple[float, float]]:
-        return [(self.left + self.scale * x, self.floor - self.scale * z) for x, z in points]
 
 
 def movie(
@@ -174,27 +162,35 @@ def _side_by_side(frames: list[Image.Image]) -> Image.Image:
 
 
 def _frames(motion: Motion, stage: Stage, width: int) -> Iterator[Image.Image]:
+    """The frames as pictures of a width [pixels], drawn as the player's still is."""
     back, front, _, _ = stage.box
-    deep = BACK[0] * stage.length
-    margin = 0.08 * (front - back)
-    scale = FINE * width / (front - back + deep + 2.0 * margin)
+    left, right = back - 0.08 * (front - back), front + BACK[0] * stage.length + 0.08 * (front - back)
     top = stage.leg + stage.thick + BACK[1] * stage.length + LIFT * stage.leg
-    height = (int(scale * (top + BELOW * stage.leg)) // FINE + CAPTION) * FINE
-    canvas = _Canvas(FINE * width, height, scale, scale * (margin - back), height - BELOW * stage.leg * scale)
+    low = -BELOW * stage.leg
+    height = int(width * (top - low) / (right - left)) + CAPTION
     surge = motion.coordinate("surge") - motion.coordinate("surge")[0]
     apart = _apart(stage, float(surge[-1]))
     slower = (motion.time[1] - motion.time[0]) / (1e-3 * PACE_MS)
     caption = f"{1.0 / slower:.0f} times slower; upward {stage.up:g}, forward {stage.along:g} times enlarged"
-    font = ImageFont.load_default(size=FINE * 12)
+    figure = Figure(figsize=(width / DPI, height / DPI), dpi=DPI)
+    canvas = FigureCanvasAgg(figure)
+    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0 - CAPTION / height))
+    axes.set_axis_off()
+    axes.set(xlim=(left, right), ylim=(low, top), autoscale_on=False)
+    figure.text(8 / width, 1.0 - 6 / height, caption, color=MUTED, va="top")
+    clock = figure.text(1.0 - 8 / width, 1.0 - 6 / height, "", color=INK, va="top", ha="right")
     for frame in range(len(motion.time)):
-        picture = Image.new("RGB", (canvas.width, canvas.height), "white")
-        pen = ImageDraw.Draw(picture)
-        _ground(pen, canvas, apart, stage.along * float(surge[frame]))
-        _robot(pen, canvas, motion, stage, frame)
-        now = format_quantity(float(f"{motion.time[frame] - motion.time[0]:.3g}"), "s")
-        pen.text((FINE * 8, FINE * 6), caption, fill=MUTED, font=font)
-        pen.text((canvas.width - FINE * 8, FINE * 6), now, fill=INK, font=font, anchor="ra")
-        yield picture.resize((width, canvas.height // FINE), Image.Resampling.LANCZOS)
+        for old in [*axes.lines, *axes.patches]:
+            old.remove()
+        axes.axhline(0.0, color=INK, lw=1.5, zorder=0)
+        first = (-stage.along * float(surge[frame]) - left) % apart + left
+        marks = np.arange(first - apart, right + apart, apart)
+        axes.plot([marks, marks - 0.4 * BELOW * stage.leg], [np.zeros(len(marks)), np.full(len(marks), low)],
+                  color=MUTED, lw=0.8)  # fmt: skip
+        draw_robot(axes, motion, stage, frame, forces=False)
+        clock.set_text(format_quantity(float(f"{motion.time[frame] - motion.time[0]:.3g}"), "s"))
+        canvas.draw()
+        yield Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
 
 
 def _apart(stage: Stage, way: float) -> float:
@@ -203,31 +199,3 @@ def _apart(stage: Stage, way: float) -> float:
     usual = stage.length / 12.0
     passed = abs(stage.along * way)
     return passed / round(passed / usual) if passed > 0.5 * usual else usual
-
-
-def _ground(pen: ImageDraw.ImageDraw, canvas: _Canvas, apart: float, way: float) -> None:
-    """The ground with marks that stay where they are on it, `apart` from each other, the picture gone on by `way`."""
-    pen.line([(0, canvas.floor), (canvas.width, canvas.floor)], fill=INK, width=2 * FINE)
-    step = canvas.scale * apart
-    first = (canvas.left - canvas.scale * way) % step
-    for x in np.arange(first - step, canvas.width + step, step):
-        pen.line([(x, canvas.floor), (x - 8 * FINE, canvas.floor + 10 * FINE)], fill=MUTED, width=FINE)
-
-
-def _robot(pen: ImageDraw.ImageDraw, canvas: _Canvas, motion: Motion, stage: Stage, frame: int) -> None:
-    """Far legs, the body, near legs; a foot on the ground is filled, one that slips in another colour."""
-    shape = drawn(motion, stage, frame)
-    legs = {far: [leg for leg in range(len(motion.legs)) if stage.far[leg] == far] for far in (True, False)}
-    pen.polygon(canvas.at(shape.far_face), fill=RULE, outline=MUTED)
-    for far in (True, False):
-        if not far:
-            pen.polygon(canvas.at(shape.near_face), fill="#eef1f5", outline=INK, width=FINE)
-        for leg in legs[far]:
-            hip, foot = canvas.at(np.stack([shape.hips[leg], shape.feet[leg]]))
-            state = motion.state[leg, frame]
-            colour = MUTED if far else INK
-            pen.line([hip, foot], fill=colour, width=(2 if far else 3) * FINE)
-            touching = VERMILION if state == SLIPPING else BLUE
-            radius = (4 if far else 5) * FINE
-            box = [foot[0] - radius, foot[1] - radius, foot[0] + radius, foot[1] + radius]
-            pen.ellipse(box, fill="white" if state == AIR else touching, outline=colour, width=FINE)

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
-from tarsus.report.html import amount
 from tarsus.report.motion import Motion, frame_limit
 from tarsus.report.packing import packed, packed_states, script_text
-from tarsus.report.render import rendered
+from tarsus.report.pages import rendered
 from tarsus.report.stage import BACK, Stage, stage_of
 from tarsus.report.walk_figures import still
+from tarsus.tables.numbers import amount
 
 CHARACTERS = 290_000
 """Characters of series in a payload at most."""

@@ -8,7 +8,7 @@ from markupsafe import Markup
 from tarsus.files.store import RunLike
 from tarsus.model.structure import Beam
 from tarsus.report.packing import packed, packed_times, script_text
-from tarsus.report.render import rendered
+from tarsus.report.pages import rendered
 from tarsus.report.series import Series, Window
 from tarsus.report.style import scale_of
 

@@ -3,53 +3,40 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from markupsafe import Markup
 
 from tarsus.base.events import EVENT_WORDS, IMPACTS, SLIDING
 from tarsus.base.spec import float_paths
-from tarsus.files.ledger import LEDGER_WORDS, ledger_lines
-from tarsus.files.store import EVENTS_FILE, RunLike, write_text
-from tarsus.files.summary import about as about_measure
+from tarsus.files.store import EVENTS_FILE, RunLike
+from tarsus.files.summary import about, account, deviation, measures_summary
 from tarsus.impacts.energy import creation_warning
 from tarsus.model.structure import Walker
 from tarsus.report import figures, walk_figures
-from tarsus.report.circular import circular
-from tarsus.report.html import MISSING, Cell, Column, Markup, amount, code, number, page, table, tag
 from tarsus.report.motion import motion_of, whole_motion
+from tarsus.report.pages import Plate, page, rendered, write_page
 from tarsus.report.player import walk_section
 from tarsus.report.points import points_section
-from tarsus.report.render import rendered
 from tarsus.report.series import Series, Window, joined, series_of
-from tarsus.report.style import scale_of
 from tarsus.report.values import grouped, value_rows
+from tarsus.tables.numbers import MISSING, amount, spaced
+from tarsus.tables.table import Column, Table
 
 __all__ = ["report_html", "write_report"]
 
-Shown = figures.Plate | Callable[[int], Markup]
+Shown = Plate | Callable[[int], Markup]
 """A figure, or what makes one with its number."""
 
 MOST_EVENTS = 500
-"""Rows of the event table in the page; all events are in `events.csv`."""
-
-MOST_VALUES = 24
-"""Rows of the table of values that stand in full; a longer one scrolls, about a screen high."""
-
-MOST_FEET_LISTED = 8
-"""Feet of which each measure is listed; of more, the least and the largest."""
-
-ROUNDING = 1e-9
-"""A spread smaller than this part of its value says nothing: runs are computed to about as much."""
-
-LEAST = 1e-12
-"""An entry of the energy account below this part of the largest is none: accounts close to about 1e-14."""
+"""Rows of the event table in the page: they make a tenth of its size; all events are in `events.csv`."""
 
 CLOSE_UP = 2
-"""Drive periods shown by the figures of detail."""
+"""Drive periods shown by the figures of detail: the second shows whether the first repeats."""
 
 _LANDING = ("speed_before", "speed_after", "pull", "strength", "energy", "apex")
 _HOLDING = ("pull", "strength")
@@ -63,9 +50,7 @@ def write_report(run: RunLike, path: str | Path, companion: RunLike | None = Non
     `companion` is a run of the same scene with adhesion off, for the energy comparison (Fig. 2.12). Raises
     InputError if `path` cannot be written.
     """
-    target = Path(path)
-    write_text(target, report_html(run, companion))
-    return target
+    return write_page(report_html(run, companion), path)
 
 
 def report_html(run: RunLike, companion: RunLike | None = None) -> str:
@@ -79,8 +64,8 @@ def report_html(run: RunLike, companion: RunLike | None = None) -> str:
     body = rendered(
         "run.html", run=run, signals=_signals(run.scene), landing=_landing(run.scene), warnings=warnings,
         wall=run.wall_s if math.isfinite(run.wall_s) else 0.0, key=_key_figures(run), walker=walker, motion=motion,
-        cautions=getattr(run.measures, "warnings", ()), measures=_measures(run), forces=forces,
-        energies=figures.energies(series, other, detail), ledger=figures.ledger(series), account=_ledger(run),
+        measures=measures_summary(run.measures, ""), forces=forces,
+        energies=figures.energies(series, other, detail), ledger=figures.ledger(series), account=account(run),
         events=_events(run), values=_values(run),
     )  # fmt: skip
     return page(f"{run.scene.name} – run report", body)
@@ -97,12 +82,12 @@ def _walk(run: RunLike, detail: Window) -> tuple[list[Shown], list[Shown]]:
 
 def _motion(run: RunLike, series: Series, detail: Window) -> tuple[list[Shown], list[Shown]]:
     """Figures of the motion of points, and those of the forces on the first feet."""
+    from tarsus.report.circular import circular  # it loads matplotlib
+
     motion: list[Shown] = [figures.motion(series, series.whole)]
     if detail != series.whole:
         plate = figures.motion(series, detail)
-        motion.append(
-            figures.Plate(plate.picture, f"The last {CLOSE_UP} drive periods of the run. {plate.caption}")
-        )
+        motion.append(Plate(plate.picture, f"The last {CLOSE_UP} drive periods of the run. {plate.caption}"))
     motion.append(partial(points_section, run, series, detail))
     turns = circular(series)
     if turns is not None:
@@ -137,11 +122,11 @@ def _landing(scene: Any) -> str:
 
 def _signal(signal: Any) -> str:
     """A waveform or a gait in words: its kind and what its float fields say."""
-    name = str(getattr(signal, "kind", type(signal).__name__)).replace("_", " ").lower()
+    name = spaced(str(getattr(signal, "kind", type(signal).__name__))).lower()
     parts = []
     for path, info in float_paths(signal).items():
         if "." not in path and (info.value != 0.0 or path == "amplitude"):
-            parts.append(f"{path.replace('_', ' ')} {amount(info.value, info.unit)}")
+            parts.append(f"{spaced(path)} {amount(info.value, info.unit)}")
     if getattr(signal, "clip", None):
         parts.append(f"clip {amount(signal.clip[0], 'V')} to {amount(signal.clip[1], 'V')}")
     return f"{name}, {', '.join(parts)}" if parts else name
@@ -151,71 +136,10 @@ def _key_figures(run: RunLike) -> list[tuple[str, str, str]]:
     """The first measures: name, value, and of what."""
     found = []
     for name, measure in list(run.measures.items())[:4]:
-        spread = _spread(measure)
-        spread = f"± {spread}" if spread not in (MISSING, "0") else ""
-        about = "; ".join(filter(None, (spread, about_measure(measure))))
-        found.append((name, amount(measure.value, measure.unit), about))
+        spread = amount(deviation(measure), measure.unit, 2)
+        whose = about(measure) if spread.split()[0] in (MISSING, "0") else f"± {spread}; {about(measure)}"
+        found.append((spaced(name), amount(measure.value, measure.unit), whose))
     return found
-
-
-def _measures(run: RunLike) -> Markup:
-    ranges = {name: _range(m.per_foot) for name, m in run.measures.items()}
-    wide = any(ranges.values())
-    columns = [Column("measure", number=False), Column("value"), Column("spread"), Column("n")]
-    columns += [Column("least foot"), Column("largest foot")] if wide else []
-    columns.append(Column("of", number=False))
-    rows: list[list[Cell]] = []
-    for name, m in run.measures.items():
-        ends = [f"{amount(value, m.unit)} {foot}" for foot, value in ranges[name]] or ["", ""]
-        row: list[Cell] = [_words(name), amount(m.value, m.unit), _spread(m), str(m.n)]
-        rows.append([*row, *(ends if wide else ()), str(m.scope)])
-        if 2 <= len(m.per_foot) <= MOST_FEET_LISTED:
-            rows += [
-                [f"   foot {foot}", amount(value, m.unit), "", "", ""] for foot, value in m.per_foot.items()
-            ]
-    return table(columns, rows)
-
-
-def _range(values: Mapping[str, float]) -> list[tuple[str, float]]:
-    """Of many feet, those of the least and of the largest value; of few, which are listed, none."""
-    known = {foot: value for foot, value in values.items() if math.isfinite(value)}
-    if len(values) <= MOST_FEET_LISTED or not known or min(known.values()) == max(known.values()):
-        return []
-    ends = (min(known, key=known.__getitem__), max(known, key=known.__getitem__))
-    return [(foot, known[foot]) for foot in ends]
-
-
-def _ledger(run: RunLike) -> Markup:
-    lines = [
-        (label, value)
-        for label, value in ledger_lines(run)
-        if value != 0.0 or label != LEDGER_WORDS["friction"]
-    ]
-    largest = max(abs(value) for _, value in lines) or 1.0
-    scale = scale_of("J", largest)
-    columns = [
-        Column("term", number=False),
-        Column("energy", scale.label),
-        Column("share of the largest", "%"),
-    ]
-    rows: list[list[Cell]] = [
-        [label, _settled(value, largest, scale.step), _settled(100.0 * value, 100.0 * largest, largest)]
-        for label, value in lines
-    ]
-    residual = float(run.ledger.residual)
-    rows.append(
-        [
-            "residual (closes the ledger)",
-            number(residual / scale.step, 2),
-            number(100.0 * residual / largest, 2),
-        ]
-    )
-    return table(columns, rows)
-
-
-def _settled(value: float, largest: float, step: float) -> str:
-    """A share of an account in steps of its unit; what is below the rounding of its largest entry is 0."""
-    return number(value / step) if abs(value) > LEAST * abs(largest) else "0"
 
 
 def _events(run: RunLike) -> dict[str, Any]:
@@ -223,75 +147,34 @@ def _events(run: RunLike) -> dict[str, Any]:
     events = run.events
     if not len(events):
         return {}
-    clock = scale_of("s", run.duration)
-    speed = scale_of("m/s", events["speed_before"], events["speed_after"])
-    force = scale_of("N", events["pull"], events["strength"])
-    energy = scale_of("J", events["energy"])
-    height = scale_of("m", events["apex"])
-    columns = [
-        Column("time", clock.label),
-        Column("foot", number=False),
-        Column("event", number=False),
-        Column("arrives", speed.label),
-        Column("leaves", speed.label),
-        Column("pull", force.label),
-        Column("strength", force.label),
-        Column("energy lost", energy.label),
-        Column("apex before", height.label),
-    ]
+    columns = [Column("time", "s", 8, shared=True), "foot", "event"] + [
+        Column(name, unit, shared=True)
+        for name, unit in (
+            ("arrives", "m/s"), ("leaves", "m/s"), ("pull", "N"), ("strength", "N"), ("energy lost", "J"),
+            ("apex before", "m"),
+        )
+    ]  # fmt: skip
     rows = [
-        [
-            f"{event['time'] / clock.step:.6f}",
-            str(run.foot_names[event["foot"]]),
-            EVENT_WORDS[int(event["kind"])],
-            *(
-                number(float(event[name]) / scale.step)
-                if name in EVENT_FIELDS[int(event["kind"])]
-                else MISSING
-                for name, scale in (
-                    ("speed_before", speed),
-                    ("speed_after", speed),
-                    ("pull", force),
-                    ("strength", force),
-                    ("energy", energy),
-                    ("apex", height),
-                )
-            ),
-        ]
+        (
+            event["time"], str(run.foot_names[event["foot"]]),
+            EVENT_WORDS[int(event["kind"])].replace(" ", "\N{NO-BREAK SPACE}"),
+            *(event[name] if name in EVENT_FIELDS[int(event["kind"])] else None for name in _LANDING),
+        )
         for event in events[:MOST_EVENTS]
-    ]
+    ]  # fmt: skip
     kinds, counts = np.unique(events["kind"], return_counts=True)
     tally = [f"{n} × {EVENT_WORDS[int(kind)]}" for kind, n in zip(kinds, counts, strict=True)]
     return {
-        "table": table(columns, rows, tall=True), "tally": joined(tally), "listed": len(rows), "file": EVENTS_FILE,
+        "table": Table("", columns, rows), "tally": joined(tally), "listed": len(rows), "file": EVENTS_FILE,
         "rest": len(events) - len(rows), "sliding": bool(np.isin(SLIDING, kinds).any()),
     }  # fmt: skip
 
 
-def _values(run: RunLike) -> Markup:
-    columns = [
-        Column("value", number=False),
-        Column("", number=True),
-        Column("source", number=False),
-        Column("where it comes from", number=False),
-    ]
-    rows: list[list[Cell]] = []
+def _values(run: RunLike) -> Table:
+    """Every number of the scene, with its source."""
+    rows = []
     for row in grouped(value_rows(run.scene)):
-        source: Cell = tag(row.source) if row.source else MISSING
+        source = Markup('<span class="tag {0}">{0}</span>').format(row.source) if row.source else None
         unbroken = ", ".join(part.replace(" ", "\N{NO-BREAK SPACE}") for part in row.value.split(", "))
-        path = Markup("{} <small>{}</small>").format(code(row.path), row.of) if row.of else code(row.path)
-        rows.append([path, unbroken, source, row.note or row.doc])
-    return table(columns, rows, wrap=True, tall=len(rows) > MOST_VALUES)
-
-
-def _spread(measure: Any) -> str:
-    """A spread for reading; one at the level of rounding, as of a periodic motion, is 0."""
-    if not math.isfinite(measure.spread):
-        return MISSING
-    if measure.spread <= ROUNDING * abs(measure.value):
-        return "0"
-    return amount(measure.spread, measure.unit, 2)
-
-
-def _words(name: str) -> str:
-    return name.replace("_", " ")
+        rows.append((f"{row.path}\n{row.of}" if row.of else row.path, unbroken, source, row.note or row.doc))
+    return Table("", ("path", "value", "source", "where it comes from"), rows)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -10,16 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from markupsafe import Markup
 
+from tarsus.tables.numbers import prefixed, set_power
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from tarsus.report.charts import Panel
-
-WIDTH_IN, NARROW_IN = 7.4, 3.7
-"""Widths of a figure [inch]: on a wide screen, and on one of a phone, where half as much fits beside each other."""
-
-LEGEND_ROW = 0.19
-"""Height of one row of legend [inch]."""
 
 INK = "#1f2328"
 MUTED = "#6b7280"
@@ -54,32 +49,40 @@ def themed(svg: str) -> Markup:
 
 _COLOR = re.compile(r"#[0-9a-f]{6}\b")
 
-_PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
-
 
 @dataclass(frozen=True)
 class Scale:
-    """Engineering prefix for plotting: shown number = SI value / `step`, with `label` as its unit."""
+    """Engineering prefix for plotting: shown number = SI value / `step`, with `label` as its unit, "" for none."""
 
     step: float
     label: str
+
+    def axis(self, words: str) -> str:
+        """What an axis is called: words with the unit."""
+        return f"{words} ({self.label})" if self.label else words
+
+
+SMALLEST = 1e-15
+"""Magnitude below which there is no prefix."""
 
 
 def time_axis(axes: Axes | Panel, window: tuple[float, float], clock: Scale) -> None:
     """Limits and label of a lowest axis that shows a window of time [s]."""
     axes.set_xlim(window[0] / clock.step, window[1] / clock.step)
-    axes.set_xlabel(f"time ({clock.label})")
+    axes.set_xlabel(clock.axis("time"))
 
 
 def scale_of(unit: str, *values: np.ndarray | float) -> Scale:
-    """Prefix that brings the largest finite magnitude of `values` (SI, in `unit`) into 1..1000, if one does."""
+    """Prefix that brings the largest finite magnitude of `values` (SI, in `unit`) into 1..1000, if the unit bears one.
+
+    Where no prefix reaches it is a power of ten, for an axis has no room for numbers of 1e-22.
+    """
     largest = max((float(np.max(np.abs(v), initial=0.0, where=np.isfinite(v))) for v in values), default=0.0)
-    if largest <= 0.0:
-        return Scale(1.0, unit)
-    power = 3 * math.floor(math.log10(largest * 1.000001) / 3)
-    if power not in _PREFIXES:
-        return Scale(1.0, unit)
-    return Scale(10.0**power, _PREFIXES[power] + unit)
+    step, label = prefixed(largest, unit)
+    if step == 1.0 and 0.0 < largest < SMALLEST:
+        power = 3 * int(np.floor(np.log10(largest) / 3.0))
+        return Scale(10.0**power, f"{set_power(f'1e{power}').removeprefix('1·')} {label}".rstrip())
+    return Scale(step, label)
 
 
 ROUNDING = 1e-9

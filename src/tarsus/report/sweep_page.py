@@ -5,21 +5,20 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from tarsus.base.spec import float_paths
-from tarsus.files.store import write_text
 from tarsus.report.charts import stack
-from tarsus.report.figures import Plate
-from tarsus.report.html import Cell, Column, Markup, page, table
-from tarsus.report.render import rendered
-from tarsus.report.style import BLUE, MUTED, Scale, scale_of
+from tarsus.report.pages import Plate, page, rendered, write_page
+from tarsus.report.style import BLUE, MUTED, scale_of
 from tarsus.solve.offered import offered
 from tarsus.study.axes import Logspace
 from tarsus.study.sweep import Sweep
 from tarsus.study.workunit import DONE, OUTCOMES
-from tarsus.tables.numbers import amount, number, pretty_unit
+from tarsus.tables.numbers import amount, spaced
+from tarsus.tables.table import ROW, Column, Table
 
 __all__ = ["sweep_html", "write_sweep_report"]
 
@@ -54,9 +53,7 @@ def write_sweep_report(sweep: Sweep, collected: str | Path, path: str | Path) ->
 
     Raises InputError if it cannot be written.
     """
-    target = Path(path)
-    write_text(target, sweep_html(sweep, collected))
-    return target
+    return write_page(sweep_html(sweep, collected), path)
 
 
 def sweep_html(sweep: Sweep, collected: str | Path) -> str:
@@ -97,27 +94,26 @@ def _span(values: np.ndarray, unit: str) -> str:
     return f"{different} values from {amount(values.min(), unit)} to {amount(values.max(), unit)}"
 
 
-def _table(found: _Scored, units: Mapping[str, str], kinds: Mapping[str, str]) -> Markup:
-    columns = [
-        Column("measure", number=False),
-        Column("runs"),
-        Column("least"),
-        Column("median"),
-        Column("largest"),
-    ]
-    columns += [Column("least at", number=False), Column("largest at", number=False)]
-    rows: list[list[Cell]] = []
+def _table(found: _Scored, units: Mapping[str, str], kinds: Mapping[str, str]) -> Table:
+    rows: list[tuple[Any, ...]] = []
     for name, values in found.values.items():
         known = np.flatnonzero(np.isfinite(values))
-        words = name.replace("_", " ")
         if not len(known):
-            rows.append([words, "0", *[number(None)] * 3, "", ""])
+            rows.append((spaced(name), 0, None, None, None, "", ""))
             continue
         low, high = (int(known[pick(values[known])]) for pick in (np.argmin, np.argmax))
-        figures = (values[low], float(np.median(values[known])), values[high])
-        rows.append([words, str(len(known)), *(amount(float(one), kinds[name]) for one in figures),
-                     _where(found, low, units), _where(found, high, units)])  # fmt: skip
-    return table(columns, rows)
+        rows.append(
+            (spaced(name), len(known), values[low], np.median(values[known]), values[high], _where(found, low, units),
+             _where(found, high, units))
+        )  # fmt: skip
+    columns = (
+        "measure",
+        "runs",
+        *(Column(one, ROW) for one in ("least", "median", "largest")),
+        "least at",
+        "largest at",
+    )
+    return Table("", columns, rows, units=[kinds[name] for name in found.values])
 
 
 def _where(found: _Scored, run: int, units: Mapping[str, str]) -> str:
@@ -146,7 +142,7 @@ def _against(found: _Scored, axis: str, axis_unit: str, measure: str, unit: str,
     x, y = found.points[axis], found.values[measure]
     known = np.isfinite(y)
     charts, (panel,) = stack([1.9])
-    across, up = _scale(axis_unit, x), _scale(unit, y)
+    across, up = scale_of(axis_unit, x), scale_of(unit, y)
     chosen = np.flatnonzero(known)[:: max(1, -(-int(known.sum()) // MOST_DOTS))]
     chosen = chosen[np.argsort(x[chosen], kind="stable")]
     levels = np.unique(x)
@@ -155,7 +151,7 @@ def _against(found: _Scored, axis: str, axis_unit: str, measure: str, unit: str,
     panel.dots(
         x[chosen] / across.step, y[chosen] / up.step, color=BLUE, label="" if alone or not few else "a run"
     )
-    caption = f"{measure.replace('_', ' ').capitalize()} against {axis}."
+    caption = f"{spaced(measure).capitalize()} against {axis}."
     if few and known.any():
         middle = np.array([_median_run(y[known & (x == one)]) for one in levels])
         name = "" if alone else "median run"
@@ -172,8 +168,8 @@ def _against(found: _Scored, axis: str, axis_unit: str, measure: str, unit: str,
         caption += "" if alone else " The line joins the median run of each value."
         if not np.isfinite(middle).all():
             caption += " It is broken at values of which no run gave a number."
-    panel.set_ylabel(f"{measure.replace('_', ' ')}{_in(up)}")
-    panel.set_xlabel(f"{axis}{_in(across)}")
+    panel.set_ylabel(up.axis(spaced(measure)))
+    panel.set_xlabel(across.axis(axis))
     panel.set_xlim(*_room(levels / across.step, log))
     panel.set_xscale(log=log)
     return Plate(charts.html(caption), caption)
@@ -190,23 +186,6 @@ def _stretches(known: np.ndarray) -> list[slice]:
     return [slice(a, b) for a, b in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True) if b - a > 1]
 
 
-def _scale(unit: str, values: np.ndarray) -> Scale:
-    """A prefix for a unit that bears one, a power of ten where no prefix reaches: a script draws no axis of 1e-22. Pure
-    numbers stay as they are."""
-    if unit in ("1", ""):
-        return Scale(1.0, "")
-    scale = scale_of(unit, values)
-    largest = float(np.max(np.abs(values), initial=0.0, where=np.isfinite(values)))
-    if scale.step != 1.0 or not 0.0 < largest < 1e-15:
-        return scale
-    power = 3 * int(np.floor(np.log10(largest) / 3.0))
-    return Scale(10.0**power, f"10^{power} {unit}")
-
-
-def _in(scale: Scale) -> str:
-    return f" ({pretty_unit(scale.label)})" if scale.label else ""
-
-
 def _room(levels: np.ndarray, log: bool) -> tuple[float, float]:
     """Limits with room for the dots at both ends."""
     low, high = float(levels[0]), float(levels[-1])
@@ -217,21 +196,21 @@ def _room(levels: np.ndarray, log: bool) -> tuple[float, float]:
     return low - beyond, high + beyond
 
 
-def _failures(found: _Scored, units: Mapping[str, str]) -> dict[str, Markup]:
+def _failures(found: _Scored, units: Mapping[str, str]) -> Table | None:
     """How the runs ended: those counted, and the first that did not reach their end; nothing where all did."""
     failed = np.flatnonzero(found.code != DONE)
     if not len(failed):
-        return {}
+        return None
     sentences = list(OUTCOMES.values())
     kinds, counts = np.unique(found.code[failed], return_counts=True)
-    tally = table(
-        [Column("runs"), Column("how they ended", number=False)],
-        [[str(n), sentences[int(kind)]] for kind, n in zip(kinds, counts, strict=True)],
-    )
-    columns = [Column("run"), *(Column(name) for name in found.points), Column("how it ended", number=False)]
-    rows: list[list[Cell]] = [
-        [str(int(run) * found.every), *(amount(float(one[run]), units[name]) for name, one in found.points.items()),
-         sentences[int(found.code[run])]]
+    columns = ["run", *(Column(name, units[name]) for name in found.points), "how it ended"]
+    rows = [
+        (
+            int(run) * found.every,
+            *(one[run] for one in found.points.values()),
+            sentences[int(found.code[run])],
+        )
         for run in failed[:MOST_FAILURES]
-    ]  # fmt: skip
-    return {"tally": tally, "first": table(columns, rows, tall=len(rows) > 12)}
+    ]
+    tally = [(n, sentences[int(kind)]) for kind, n in zip(kinds, counts, strict=True)]
+    return Table("", ("runs", "how they ended"), tally, parts=[Table("", columns, rows)])

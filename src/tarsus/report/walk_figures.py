@@ -3,30 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tarsus.report.charts import Panel, stack
-from tarsus.report.drawing import Drawing
-from tarsus.report.drawing import Panel as Picture
-from tarsus.report.figures import Plate
 from tarsus.report.motion import AIR, SLIPPING, STUCK, Motion
+from tarsus.report.pages import Plate
 from tarsus.report.series import Window, samples_inside
 from tarsus.report.stage import Stage, drawn
 from tarsus.report.style import (
     BLUE,
     GREEN,
     INK,
-    LEGEND_ROW,
     MUTED,
     PURPLE,
     RULE,
     VERMILION,
-    WIDTH_IN,
     Scale,
     scale_of,
     time_axis,
 )
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 FAR_BODY, NEAR_BODY, FAR_LEG = "#d9dee5", "#b9c3cf", "#9fb4c6"
 ARROW = 0.5
@@ -128,27 +128,31 @@ def _name_rows(axes: Panel, places: Sequence[float] | np.ndarray, legs: Sequence
 
 def still(motion: Motion, stage: Stage) -> Plate:
     """Moments of a walk side by side, as the animation draws them: a picture for paper."""
+    from tarsus.report.sheet import WIDTH, Sheet, plate
+
     frames = _moments(motion)
-    wide, down = 2, -(-len(frames) // 2)
     left, right, top = _extent(motion, stage, frames)
-    width = WIDTH_IN / wide
-    height = width * (top + 0.1 * stage.length) / (right - left)
-    figure = Drawing(WIDTH_IN, down * (height + LEGEND_ROW))
+    low = -0.1 * stage.length
     clock = scale_of("s", float(motion.time[-1]))
-    for number, frame in enumerate(frames):
-        row, column = divmod(number, wide)
-        place = (column * width, row * (height + LEGEND_ROW) + LEGEND_ROW)
-        axes = figure.add(*place, width, height)
-        _moment(axes, motion, stage, frame)
-        axes.set_xlim(left, right)
-        axes.set_ylim(-0.1 * stage.length, top)
-        axes.set_title(f"{motion.time[frame] / clock.step:.4g} {clock.label}")
+
+    def draw(sheet: Sheet) -> None:
+        height = WIDTH * (top - low) / (right - left)
+        for axes, frame in zip(sheet.grid(len(frames), height), frames, strict=True):
+            draw_robot(axes, motion, stage, frame)
+            axes.axhline(0.0, color=MUTED, lw=0.8, zorder=0)
+            axes.set(
+                xlim=(left, right),
+                ylim=(low, top),
+                title=f"{motion.time[frame] / clock.step:.4g} {clock.label}",
+            )
+            axes.set_axis_off()
+
     span = "a drive period" if motion.period is not None else "the run"
     caption = (
         f"{len(frames)} moments of {span}. Full feet are stuck, open triangles slip, open circles are in the air. "
         f"Displacements are drawn {stage.up:g} times larger upward and {stage.along:g} times along the way."
     )
-    return Plate(figure.svg(caption), caption)
+    return plate(draw, caption)
 
 
 def _moments(motion: Motion) -> list[int]:
@@ -174,27 +178,32 @@ def _extent(motion: Motion, stage: Stage, frames: list[int]) -> tuple[float, flo
     )
 
 
-def _moment(axes: Picture, motion: Motion, stage: Stage, frame: int) -> None:
-    moment = drawn(motion, stage, frame)
-    axes.axhline(0.0, color=MUTED, lw=0.8, zorder=0)
-    far = stage.far
-    axes.polygon(moment.far_face, fill=FAR_BODY, edge=MUTED, lw=0.5, zorder=1.5)
-    axes.polygon(moment.near_face, fill=NEAR_BODY, edge=INK, lw=0.6, zorder=2.5)
+def draw_robot(axes: Axes, motion: Motion, stage: Stage, frame: int, *, forces: bool = True) -> None:
+    """A moment of a walk in axes of metres: the body's faces, legs, feet by their state, forces of the ground."""
+    moment, far = drawn(motion, stage, frame), stage.far
+    axes.fill(*moment.far_face.T, facecolor=FAR_BODY, edgecolor=MUTED, lw=0.5, zorder=1.5)
+    axes.fill(*moment.near_face.T, facecolor=NEAR_BODY, edgecolor=INK, lw=0.6, zorder=2.5)
     size = float(np.clip(60.0 / len(motion.legs), 1.6, 4.5))
-    reach = ARROW * stage.leg / stage.force if stage.force > 0.0 else 0.0
-    for leg in range(len(motion.legs)):
-        color, order = (FAR_LEG, 1.0) if far[leg] else (BLUE, 3.0)
-        (x, z), foot = moment.feet[leg], motion.state[leg, frame]
-        axes.plot(*zip(moment.hips[leg], (x, z), strict=True), color=color, lw=0.9, zorder=order)
-        marker, fill, edge = _MARKS[int(foot)]
-        axes.marker(x, z, marker, size=size, fill=fill, edge=edge, zorder=order + 1.0)
-        if foot != AIR and reach > 0.0:
-            up, along = (
-                float(np.clip(values[leg, frame] * reach, -stage.leg, stage.leg))
-                for values in (motion.normal, motion.friction)
-            )
-            axes.plot([x, x], [z, z + up], color=GREEN, lw=1.2, zorder=order + 0.5)
-            axes.plot([x, x + along], [z, z], color=PURPLE, lw=1.2, zorder=order + 0.5)
+    reach = ARROW * stage.leg / stage.force if forces and stage.force > 0.0 else 0.0
+    state = motion.state[:, frame]
+    for side, color, order in ((far, FAR_LEG, 1.0), (~far, BLUE, 3.0)):
+        axes.plot(*_broken(moment.hips[side], moment.feet[side]), color=color, lw=0.9, zorder=order)
+        for kind, (marker, fill, edge) in _MARKS.items():
+            feet = moment.feet[side & (state == kind)]
+            axes.plot(*feet.T, marker, ms=size, mfc=fill, mec=edge, mew=0.8, zorder=order + 1.0)
+        pressed = side & (state != AIR)
+        foot = moment.feet[pressed]
+        for values, along, paint in (
+            (motion.normal, (0.0, 1.0), GREEN),
+            (motion.friction, (1.0, 0.0), PURPLE),
+        ):
+            arrow = np.clip(values[pressed, frame] * reach, -stage.leg, stage.leg)
+            axes.plot(*_broken(foot, foot + np.outer(arrow, along)), color=paint, lw=1.2, zorder=order + 0.5)
+
+
+def _broken(starts: np.ndarray, ends: np.ndarray) -> np.ndarray:
+    """Lines from points (n, 2) to others as one that is broken between them (2, 3 n)."""
+    return np.stack([starts, ends, np.full_like(starts, np.nan)], axis=1).reshape(-1, 2).T
 
 
 _MARKS = {AIR: ("o", "#ffffff", MUTED), STUCK: ("o", INK, INK), SLIPPING: ("^", "#ffffff", VERMILION)}

@@ -10,27 +10,23 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from tarsus.base.spec import float_paths
-from tarsus.files.store import write_text
-from tarsus.report.figures import Plate
-from tarsus.report.html import MISSING, Cell, Column, Markup, amount, number, page, table
-from tarsus.report.render import rendered
+from tarsus.report.pages import Plate, page, rendered, write_page
 from tarsus.report.sheet import Sheet, few_ticks, plate
-from tarsus.report.style import BLUE, MUTED, ORANGE, Scale, scale_of
+from tarsus.report.style import BLUE, MUTED, ORANGE, scale_of
 from tarsus.study.workunit import OUTCOMES
 from tarsus.study.yields import Yield
-from tarsus.tables.numbers import pretty_unit
+from tarsus.tables.numbers import spaced
+from tarsus.tables.table import ROW, Column, Table
 
 __all__ = ["write_yield_report", "yield_html"]
 
 BARS = 12
-"""Groups drawn at most: the ones that matter most."""
+"""Groups drawn at most, those that matter most: as many bars as have their names beside them in two inches."""
 
 
 def write_yield_report(found: Yield, path: str | Path) -> Path:
     """Write a yield as one self-contained HTML file; returns its path. Raises InputError if it cannot be written."""
-    target = Path(path)
-    write_text(target, yield_html(found))
-    return target
+    return write_page(yield_html(found), path)
 
 
 def yield_html(found: Yield) -> str:
@@ -42,37 +38,24 @@ def yield_html(found: Yield) -> str:
     dead, indices = len(found.by_dead) > 1, any(found.indices.values())
     body = rendered(
         "yield.html", found=found, scene=scene, first=first, unit=found.units[first], low=low, middle=middle,
-        high=high, leader="" if leader is None else leader.sentence(_words(first)), curves=_curves(found),
+        high=high, leader="" if leader is None else leader.sentence(spaced(first)), curves=_curves(found),
         distributions=_distributions(found), quantiles=_quantiles(found), dead=_dead(found) if dead else None,
-        dead_table=_dead_table(found) if dead else "", costs=_costs(found) if dead else "",
+        dead_table=_dead_table(found) if dead else "", costs=_costs(found) if dead else None,
         indices=_indices(found) if indices else None, index_table=_index_table(found) if indices else "",
         scatter=_scatter(found), outcomes=_outcomes(found),
     )  # fmt: skip
     return page(f"{scene.name} – yield", body)
 
 
-def _words(name: str) -> str:
-    return name.replace("_", " ")
-
-
 def _ranked(indices: Mapping[str, Mapping[str, float]]) -> list[tuple[str, Mapping[str, float]]]:
     return sorted(indices.items(), key=lambda one: -one[1]["total"])
 
 
-def _scale(unit: str, values: np.ndarray) -> Scale:
-    """As `scale_of`; numbers without a unit have no prefix."""
-    return Scale(1.0, "") if unit == "1" else scale_of(unit, values)
-
-
-def _in(scale: Scale) -> str:
-    return f" ({pretty_unit(scale.label)})" if scale.label else ""
-
-
-def _panels(found: Yield, draw: Callable[[Axes, str], object], caption: str, **room: float) -> Plate:
-    """One panel for each measure, two in a row on wide paper."""
+def _panels(found: Yield, draw: Callable[[Axes, str], object], caption: str) -> Plate:
+    """One panel for each measure."""
 
     def all_of_them(sheet: Sheet) -> None:
-        panels = sheet.grid(len(found.measures), 2.0, **room)
+        panels = sheet.grid(len(found.measures), 2.0)
         for axes, name in zip(panels, found.measures, strict=True):
             draw(axes, name)
         sheet.legend(panels[0])
@@ -83,9 +66,9 @@ def _panels(found: Yield, draw: Callable[[Axes, str], object], caption: str, **r
 def _distributions(found: Yield) -> Plate:
     def draw(axes: Axes, name: str) -> None:
         values = found.values[name][np.isfinite(found.values[name])]
-        scale = _scale(found.units[name], values)
+        scale = scale_of(found.units[name], values)
         axes.hist(values / scale.step, bins=40, color=BLUE)
-        axes.set_xlabel(f"{_words(name)}{_in(scale)}")
+        axes.set_xlabel(scale.axis(spaced(name)))
         axes.set_ylabel("robots")
         few_ticks(axes, x=5, y=5)
 
@@ -97,11 +80,11 @@ def _distributions(found: Yield) -> Plate:
 def _curves(found: Yield) -> Plate:
     def draw(axes: Axes, name: str) -> None:
         curve = found.curves[name]
-        scale = _scale(curve.unit, curve.requirement)
+        scale = scale_of(curve.unit, curve.requirement)
         at = curve.requirement / scale.step
         axes.fill_between(at, 100.0 * curve.low, 100.0 * curve.high, color=BLUE, alpha=0.25, lw=0.0)
         axes.plot(at, 100.0 * curve.share, color=BLUE, lw=1.2)
-        axes.set_xlabel(f"{_words(name)} {'at most' if curve.less else 'at least'}{_in(scale)}")
+        axes.set_xlabel(scale.axis(f"{spaced(name)} {'at most' if curve.less else 'at least'}"))
         axes.set_ylabel("robots that meet it (%)")
         axes.set_ylim(0.0, 101.0)
         few_ticks(axes, x=5, y=5)
@@ -113,24 +96,17 @@ def _curves(found: Yield) -> Plate:
     )
 
 
-def _quantiles(found: Yield) -> Markup:
+def _quantiles(found: Yield) -> Table:
     """The requirements that given shares of the robots meet."""
     shares = (0.99, 0.9, 0.5, 0.1)
-    rows: list[list[Cell]] = []
+    rows = []
     for name in found.measures:
         curve = found.curves[name]
-        cells = []
-        for share in shares:
-            met = curve.requirement[curve.share >= share]
-            hardest = (met.min() if curve.less else met.max()) if len(met) else None
-            cells.append(MISSING if hardest is None else amount(float(hardest), curve.unit))
-        rows.append([_words(name), "at most" if curve.less else "at least", *cells])
-    head = (
-        Column("measure", number=False),
-        Column("is", number=False),
-        *(Column(f"{s:.0%} of robots") for s in shares),
-    )
-    return table(head, rows)
+        met = [curve.requirement[curve.share >= share] for share in shares]
+        hardest = [(one.min() if curve.less else one.max()) if len(one) else None for one in met]
+        rows.append((spaced(name), "at most" if curve.less else "at least", *hardest))
+    columns = ("measure", "is", *(Column(f"{share:.0%} of robots", ROW) for share in shares))
+    return Table("", columns, rows, units=[found.curves[name].unit for name in found.measures])
 
 
 def _dead(found: Yield) -> Plate:
@@ -139,51 +115,42 @@ def _dead(found: Yield) -> Plate:
         if not groups:
             return
         at, rows = np.array([one for one, _ in groups]), np.array([row for _, row in groups])
-        scale = _scale(found.units[name], rows)
+        scale = scale_of(found.units[name], rows)
         rows = rows / scale.step
         axes.errorbar(at, rows[:, 1], yerr=[rows[:, 1] - rows[:, 0], rows[:, 2] - rows[:, 1]], fmt="o", ms=4.0,
                       color=BLUE, ecolor=MUTED, lw=1.0)  # fmt: skip
         axes.set_xlabel("dead legs")
-        axes.set_ylabel(f"{_words(name)}{_in(scale)}")
+        axes.set_ylabel(scale.axis(spaced(name)))
         axes.set_xticks(at)
         axes.margins(x=0.2)
 
     return _panels(found, draw, "Median, and the range of nine robots in ten, by the number of dead legs.")
 
 
-def _dead_table(found: Yield) -> Markup:
-    rows: list[list[Cell]] = []
-    for one in found.by_dead:
-        cells = [MISSING if one[n] is None else amount(one[n][1], found.units[n]) for n in found.measures]
-        rows.append([str(one["dead"]), str(one["robots"]), str(one["failed"]), *cells])
-    head = (
-        Column("dead legs"),
-        Column("robots"),
-        Column("failed"),
-        *(Column(f"median {_words(n)}") for n in found.measures),
-    )
-    return table(head, rows)
+def _dead_table(found: Yield) -> Table:
+    rows = [
+        (one["dead"], one["robots"], one["failed"], *(one[n] and one[n][1] for n in found.measures))
+        for one in found.by_dead
+    ]
+    columns = [Column(f"median {spaced(name)}", found.units[name]) for name in found.measures]
+    return Table("", ("dead legs", "robots", "failed", *columns), rows)
 
 
-def _costs(found: Yield) -> Markup | str:
-    """What each leg's death costs on average."""
+def _costs(found: Yield) -> Table | None:
+    """What each leg's death costs on average, the worst first."""
     first = found.measures[0]
     known = [(leg, *one) for leg, one in found.cost.items() if np.isfinite(one[0])]
-    if not known:
-        return ""
     known.sort(key=lambda one: one[1], reverse=found.curves[first].less)
-    rows: list[list[Cell]] = [
-        [leg, amount(cost, found.units[first]), amount(error, found.units[first])]
-        for leg, cost, error in known
-    ]
-    return table(
-        (Column("leg", number=False), Column("difference"), Column("standard error")), rows, tall=True
+    unit = found.units[first]
+    return (
+        Table("", ("leg", Column("difference", unit), Column("standard error", unit)), known)
+        if known
+        else None
     )
 
 
 def _indices(found: Yield) -> Plate:
     ranked = {name: _ranked(found.indices.get(name, {}))[:BARS] for name in found.measures}
-    longest = max((len(_short(group)) for one in ranked.values() for group, _ in one), default=4)
 
     def draw(axes: Axes, name: str) -> None:
         at = np.arange(len(ranked[name]))
@@ -195,14 +162,14 @@ def _indices(found: Yield) -> Plate:
             )  # fmt: skip
         axes.set_yticks(at, [_short(group) for group, _ in ranked[name]])
         axes.invert_yaxis()
-        axes.set_xlabel(f"Sobol index of {_words(name)}")
+        axes.set_xlabel(f"Sobol index of {spaced(name)}")
         few_ticks(axes, x=5)
 
     caption = (
         f"Share of the variance that a leg's scatter makes alone (first) and with all it acts together with (total), "
         f"the {BARS} largest; lines are 95 % intervals."
     )
-    return _panels(found, draw, caption, left=0.25 + 0.065 * longest)
+    return _panels(found, draw, caption)
 
 
 def _short(group: str) -> str:
@@ -214,30 +181,22 @@ def _settled(index: float) -> float:
     return index if abs(index) >= 1e-3 else 0.0
 
 
-def _index_table(found: Yield) -> Markup:
-    rows: list[list[Cell]] = [
-        [
-            group,
-            *(number(_settled(one[word]), 3) for word in ("total", "total_error", "first", "first_error")),
-        ]
+def _index_table(found: Yield) -> Table:
+    rows = [
+        (group, *(_settled(one[word]) for word in ("total", "total_error", "first", "first_error")))
         for group, one in _ranked(found.indices.get(found.measures[0], {}))
     ]
-    head = (Column("scatter of", number=False), Column("total"), Column("±"), Column("first"), Column("±"))
-    return table(head, rows, tall=True)
+    return Table("", ("scatter of", *(Column(name, digits=3) for name in ("total", "±", "first", "±"))), rows)
 
 
-def _scatter(found: Yield) -> Markup:
+def _scatter(found: Yield) -> Table:
     known = float_paths(found.robots.scene)
-    rows: list[list[Cell]] = []
-    for path, axis in {**found.robots.scatter, **found.robots.over}.items():
-        unit, (low, high) = known[path].unit, axis.ends
-        if high > low:
-            kind = "ground" if path in found.robots.over else "scatter"
-            rows.append([path, kind, amount(low, unit), amount(high, unit)])
-    head = (Column("path", number=False), Column("as", number=False), Column("from"), Column("to"))
-    return table(head, rows, tall=True)
+    ends = {path: axis.ends for path, axis in {**found.robots.scatter, **found.robots.over}.items()}
+    kept = {path: one for path, one in ends.items() if one[1] > one[0]}
+    rows = [(path, "ground" if path in found.robots.over else "scatter", *one) for path, one in kept.items()]
+    columns = ("path", "as", Column("from", ROW), Column("to", ROW))
+    return Table("", columns, rows, units=[known[path].unit for path in kept])
 
 
-def _outcomes(found: Yield) -> Markup:
-    rows: list[list[Cell]] = [[str(n), OUTCOMES[name]] for name, n in found.outcomes.items()]
-    return table((Column("robots"), Column("outcome", number=False)), rows)
+def _outcomes(found: Yield) -> Table:
+    return Table("", ("robots", "outcome"), [(n, OUTCOMES[name]) for name, n in found.outcomes.items()])

@@ -19,9 +19,9 @@ from tarsus.measure import RESOLUTION, Counting, by_window, scene_period
 from tarsus.model.scene import Scene
 from tarsus.plan.lowering import lower_scene
 from tarsus.plan.slots import rows_of
-from tarsus.solve import Accuracy, Batch
+from tarsus.solve.batch import Batch
 from tarsus.solve.codes import ResultCode
-from tarsus.solve.engine import book_of, execute
+from tarsus.solve.engine import Accuracy, book_of, execute
 from tarsus.solve.results import Part
 
 Floats = NDArray[np.float64]

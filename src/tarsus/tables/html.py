@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from markupsafe import Markup, escape
 
 if TYPE_CHECKING:
-    from tarsus.tables.table import Column, Table
+    from tarsus.tables.table import Table
 
 __all__ = ["table_html"]
 
@@ -31,14 +31,17 @@ _PATH = re.compile(r"[A-Za-z_*][\w*-]*(?:\.[\w*-]+)+")
 
 def table_html(table: Table) -> Markup:
     """The title, the rows, the notes and the parts of a table; classes are those of the page's style."""
-    columns = table.columns
-    letters = sum(len(one.name) for one in columns)
+    columns, heads = table.columns, table.heads()
+    letters = sum(map(len, heads))
     over = [(title, len(list(same))) for title, same in groupby(columns, lambda one: one.over)]
     made: Any = _macro()(
         table,
         rows=[[_cell(one) for one in row] for row in table.cells()],
         numbers=table.numeric(),
-        titles=[_title(one) for one in columns],
+        heads=heads,
+        titles=[
+            f"{one.over}: {head}" if one.over else head for one, head in zip(columns, heads, strict=True)
+        ],
         over=over if any(title for title, _ in over) else (),
         cards=len(columns) >= CARDS or letters > LETTERS,
         many=len(columns) > MANY,
@@ -56,11 +59,6 @@ def _macro() -> Any:
     )
     source = files("tarsus.tables").joinpath("table.html").read_text(encoding="utf-8")
     return environment.from_string(source).module.table  # type: ignore[attr-defined]
-
-
-def _title(column: Column) -> str:
-    """What a cell of a card is: the name of its column after the title above it."""
-    return f"{column.over}: {column.name}" if column.over else column.name
 
 
 def _cell(shown: str) -> Markup:

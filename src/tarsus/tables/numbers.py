@@ -8,7 +8,17 @@ from __future__ import annotations
 import math
 import re
 
-__all__ = ["MISSING", "amount", "interval", "number", "percent", "pretty_unit", "set_power", "spaced"]
+__all__ = [
+    "MISSING",
+    "amount",
+    "interval",
+    "number",
+    "percent",
+    "prefixed",
+    "pretty_unit",
+    "set_power",
+    "spaced",
+]
 
 MISSING = "–"
 """Shown where a value does not exist."""
@@ -46,7 +56,7 @@ def amount(value: float | None, unit: str, digits: int = 4) -> str:
         return percent(value, digits)
     if value is None or unit in ("1", "", "-") or not math.isfinite(value):
         return number(value, digits)
-    step, label = _prefixed(value, unit, digits)
+    step, label = prefixed(value, unit, digits)
     shown = value if step == 1.0 else float(f"{value / step:.{digits}g}")
     return f"{number(shown, digits)} {label}"
 
@@ -66,12 +76,12 @@ def interval(low: float | None, high: float | None, unit: str = "1", digits: int
     known = [abs(one) for one in ends if one is not None and math.isfinite(one)]
     if not known:
         return MISSING
-    step, label = (1.0, unit.strip()) if unit in ("1", "", "-", " %") else _prefixed(max(known), unit, digits)
+    step, label = (1.0, unit.strip()) if unit in ("1", "", "-", " %") else prefixed(max(known), unit, digits)
     shown = " to ".join(number(None if one is None else one / step, digits) for one in ends)
     return f"{shown} {label}" if label not in ("1", "", "-") else shown
 
 
-def _prefixed(value: float, unit: str, digits: int) -> tuple[float, str]:
+def prefixed(value: float, unit: str, digits: int = 4) -> tuple[float, str]:
     """The step by which a value is divided, and the unit with the prefix that says so; 1 where it bears none."""
     if value == 0.0 or _BEARS.match(unit) is None:
         return 1.0, pretty_unit(unit)

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from tarsus.tables.numbers import MISSING, amount, interval
+from tarsus.tables.numbers import MISSING, amount, interval, number, prefixed
 
 __all__ = ["ROW", "Column", "Table"]
 
@@ -23,7 +23,8 @@ class Column:
 
     unit: SI, "1" for pure numbers and texts, "%" for fractions of 1 that are shown in percent, `ROW` where every row
     has its own unit. digits: significant digits of its numbers where people read them. note: a sentence, shown below
-    the table. over: a title above the names of neighbouring columns that have the same one.
+    the table. over: a title above the names of neighbouring columns that have the same one. shared: whether all of its
+    numbers stand under one prefix, which is then said in its head.
     """
 
     name: str
@@ -31,6 +32,7 @@ class Column:
     digits: int = 4
     note: str = ""
     over: str = ""
+    shared: bool = False
 
     def shown(self, value: Any, unit: str) -> str:
         """A value as it is read; unit: that of its row, which counts where the column has none of its own."""
@@ -85,12 +87,39 @@ class Table:
         if len(self.units) != len(self.rows):
             raise ValueError(f"'{title}' has {len(self.units)} units for {len(self.rows)} rows")
 
+    def heads(self) -> list[str]:
+        """Names of the columns as they are read."""
+        labels = (step[1] if (step := self._step(j)) else "" for j in range(len(self.columns)))
+        return [
+            f"{one.name} ({label})" if label else one.name
+            for one, label in zip(self.columns, labels, strict=True)
+        ]
+
     def cells(self) -> list[list[str]]:
         """Every value as it is read."""
-        return [
-            [column.shown(value, unit) for column, value in zip(self.columns, row, strict=True)]
-            for row, unit in zip(self.rows, self.units, strict=True)
-        ]
+        columns = []
+        for j, column in enumerate(self.columns):
+            step, values = self._step(j), [row[j] for row in self.rows]
+            if step is None:
+                columns.append(
+                    [column.shown(value, unit) for value, unit in zip(values, self.units, strict=True)]
+                )
+            else:
+                columns.append(
+                    [number(None if one is None else one / step[0], column.digits) for one in values]
+                )
+        return [list(row) for row in zip(*columns, strict=True)]
+
+    def _step(self, j: int) -> tuple[float, str] | None:
+        """Of a column under one prefix: what its numbers are divided by, and the unit with the prefix."""
+        column = self.columns[j]
+        if not column.shared:
+            return None
+        if column.unit == "%":
+            return 0.01, "%"
+        return prefixed(
+            max((abs(row[j]) for row in self.rows if row[j] is not None), default=0.0), column.unit
+        )
 
     def numeric(self) -> list[bool]:
         """Of every column, whether it holds numbers and nothing else."""

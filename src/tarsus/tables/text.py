@@ -34,8 +34,8 @@ def _grid(table: Table, width: int | None) -> str:
     from rich.text import Text
 
     grid = Grid(box=SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 2, 0, 0))
-    for column, number in zip(table.columns, table.numeric(), strict=True):
-        name = f"{column.over}: {column.name}" if column.over else column.name
+    for column, head, number in zip(table.columns, table.heads(), table.numeric(), strict=True):
+        name = f"{column.over}: {head}" if column.over else head
         grid.add_column(Text(name), justify="right" if number else "left", no_wrap=number or width is None)
     for i, row in enumerate(table.cells()):
         cells = (_cell(one, (i, j) in table.flagged) for j, one in enumerate(row))

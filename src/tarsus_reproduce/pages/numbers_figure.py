@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
-from tarsus.report.figures import Plate
+from tarsus.report.pages import Plate
 from tarsus.report.sheet import Sheet, plate
 from tarsus.report.style import BLUE, INK, ORANGE, RULE, SKY, scale_of
 from tarsus_reproduce.reproduction import NumberRow
@@ -25,21 +25,19 @@ _LOOKS = {
 
 
 def numbers_figure(rows: Sequence[NumberRow], caption: str) -> Plate:
-    """Measured, source's model and ours as dots, our 80 % intervals as bars; rows without a printed quantity (shares)
-    are left out."""
-    shown = [row for row in rows if row.unit != "%"]
+    """Measured, source's model and ours as dots, our 80 % intervals as bars, of the quantities that are printed."""
+    printed = {row.quantity for row in rows if row.measured is not None or row.source is not None}
+    shown = [row for row in rows if row.quantity in printed]
     cases = list(dict.fromkeys(row.case for row in shown))
     quantities = list(dict.fromkeys(row.quantity for row in shown))
 
     def draw(sheet: Sheet) -> None:
-        beside = 0.2 + 0.06 * max(map(len, cases))
-        tall = 0.25 if len(cases) > 5 else 0.4
-        panels = sheet.grid(len(quantities), tall * len(cases) + 0.1, across=3, left=beside, joined=True)
+        panels = sheet.grid(len(quantities), 0.2 * max(len(cases), 5))
         for axes, quantity in zip(panels, quantities, strict=True):
             _quantity(axes, [row for row in shown if row.quantity == quantity], cases)
             axes.set_yticks(range(len(cases)), cases)
             axes.set_ylim(len(cases) - 0.5, -0.5)
-        sheet.legend(panels[min(1, len(panels) - 1)])
+        sheet.legend(panels[0])
 
     return plate(draw, caption)
 

@@ -11,13 +11,13 @@ import tarsus as ts
 from tarsus.base.errors import InputError
 from tarsus.cli.requests import grounds_of
 from tarsus.design.energy import Energy, energy_of, period_rises
-from tarsus.design.over import Box, Ensemble, Grounds, over_of
-from tarsus.design.polish import Pieces, polish
+from tarsus.design.grounds import Grounds, corners, over_of, spread
+from tarsus.design.judge import Judge
+from tarsus.design.polish import CostPieces, polish
 from tarsus.design.pulses import Levels, Step, families
-from tarsus.design.risk import CVaR, Mean, Nominal, Worst, risk_of
-from tarsus.design.search import Archive, Budget, search
+from tarsus.design.risk import MEAN
 from tarsus.design.timer import in_ticks, neighbours
-from tarsus.design.worst_ground import Attack, attack, close_gap
+from tarsus.fit.unknowns import Unknowns
 from tarsus.measure.switching import rise_squares
 
 GAP = "robot.feet.tip.gap"
@@ -30,30 +30,13 @@ def scene():
     return ts.load_scene("cantilever")
 
 
-def test_risks_are_what_they_say():
-    scores, weights = np.array([[1.0, 5.0, 3.0, 4.0]]), np.array([0.1, 0.2, 0.3, 0.4])
-    assert Nominal()(scores, weights)[0] == 1.0 and Worst()(scores, weights)[0] == 5.0
-    assert Mean()(scores, weights)[0] == pytest.approx(0.1 + 1.0 + 0.9 + 1.6)
-    # the worst 30 %: all of the 5 (0.2) and a quarter of the 4 (0.1)
-    assert CVaR(0.7)(scores, weights)[0] == pytest.approx((0.2 * 5.0 + 0.1 * 4.0) / 0.3)
-    assert CVaR(0.0)(scores, weights)[0] == pytest.approx(Mean()(scores, weights)[0])
-    assert [risk_of(word).name for word in ("worst", "cvar:0.9", "mean", "nominal")] == [
-        "worst", "cvar:0.9", "mean", "nominal",
-    ]  # fmt: skip
-    assert [risk_of(word).tail for word in ("worst", "nominal", "mean")] == [0.0, 0.0, 1.0]
-    assert risk_of("cvar:0.9").tail == pytest.approx(0.1)
-    for word in ("cvar", "cvar:1", "cvar:x", "best"):
-        with pytest.raises(InputError, match="risk"):
-            risk_of(word)
-
-
 def test_a_box_spreads_over_its_sides_and_has_its_corners(scene):
     box = over_of(scene, grounds_of([f"{GAP}=66um:74um", "ground.restitution.coefficient=0.15:0.5"]))
-    assert isinstance(box, Box) and len(box.first()) == 4
-    spread = box.spread(256)
-    assert np.allclose(spread.min(axis=0), box.low, atol=0.01 * (box.high - box.low))
-    assert np.allclose(spread.mean(axis=0), 0.5 * (box.low + box.high), rtol=0.01)
-    grounds = Grounds.nominal(scene, box.paths).with_more(spread)
+    assert isinstance(box, Unknowns) and len(corners(box)) == 4
+    points = spread(box, 256)
+    assert np.allclose(points.min(axis=0), box.low, atol=0.01 * (box.high - box.low))
+    assert np.allclose(points.mean(axis=0), 0.5 * (box.low + box.high), rtol=0.01)
+    grounds = Grounds.nominal(scene, box.names).with_more(points)
     assert (
         len(grounds) == 257
         and grounds.points()[0, 0] == 70e-6
@@ -61,23 +44,24 @@ def test_a_box_spreads_over_its_sides_and_has_its_corners(scene):
     )
 
 
-def test_an_ensemble_keeps_its_weights_and_gives_the_scene_itself_none(scene, tmp_path):
-    members = Ensemble({GAP: np.array([69e-6, 72e-6])}, np.array([1.0, 3.0]))
-    grounds = members.grounds(scene)
+def test_a_finite_number_of_grounds_keeps_its_weights_and_gives_the_scene_itself_none(scene, tmp_path):
+    members = Grounds({GAP: np.array([69e-6, 72e-6])}, np.array([1.0, 3.0]))
+    judge = Judge(lambda rows, grounds: rows, Grounds.nominal(scene, [GAP]), members, MEAN, 0)
+    grounds = judge.fixed(24)
     assert grounds.weights.tolist() == [0.0, 0.25, 0.75] and grounds.values[GAP][0] == 70e-6
     file = tmp_path / "draws.npz"
     np.savez(file, paths=np.array([GAP]), samples=np.array([[68e-6], [71e-6], [70e-6]]))
     drawn = over_of(scene, file)
-    assert isinstance(drawn, Ensemble) and drawn.values[GAP].tolist() == [68e-6, 71e-6, 70e-6]
+    assert isinstance(drawn, Grounds) and drawn.values[GAP].tolist() == [68e-6, 71e-6, 70e-6]
 
 
 @pytest.mark.parametrize(
     ("given", "told"),
     [
-        ({GAP: ("74 um", "66 um")}, "the box is empty"),
-        ({GAP: ("70 um", "70 um")}, "the box is empty"),
+        ({GAP: ("74 um", "66 um")}, "low below high"),
+        ({GAP: ("70 um", "70 um")}, "low below high"),
         ({"robot.feet.tip.gab": (0.0, 1.0)}, "did you mean"),
-        ({"robot.feet.tip.point": (0.0, 1.0)}, "is no number"),
+        ({"robot.feet.tip.point": (0.0, 1.0)}, "no number"),
         ({"ground.restitution.coefficient": (0.2, 1.4)}, "coefficient"),
         ({GAP: 3.0}, "expected"),
     ],
@@ -125,7 +109,8 @@ def test_two_levels_leave_no_choice_but_where_the_pairs_are():
 def test_every_point_is_a_signal_of_the_period_that_holds_half_of_each_half(step):
     choices, rng = families(step, 2), np.random.default_rng(1)
     numbers = rng.integers(0, len(choices), 300)
-    levels, durations = step.place(choices, numbers, rng.random((300, step.unknowns(2))) * 1.2 - 0.1)
+    signals = step.place(choices, numbers, rng.random((300, step.unknowns(2))) * 1.2 - 0.1)
+    levels, durations = np.split(signals, 2, axis=1)
     assert np.allclose(durations.sum(axis=1), 0.02) and (durations > 0.0).all()
     for number, row, volts in zip(numbers, durations, levels, strict=True):
         a, _ = choices[number].sizes
@@ -139,34 +124,11 @@ def test_a_child_differs_from_its_parent_by_the_shortest_plateaus_only(step):
     parent, point = one[-1], np.full(step.unknowns(1), 0.6)
     numbers, points = step.children(parent, point, two)
     assert len(numbers)
-    before = step.signal(*(part[0] for part in step.place([parent], np.zeros(1, dtype=int), point[None])))
+    before = step.waveform(step.place([parent], np.zeros(1, dtype=int), point[None])[0])
     times = np.linspace(0.0, 0.02, 4001, endpoint=False)
     for number, child in zip(numbers, points, strict=True):
-        placed = step.place(two, np.array([number]), child[None])
-        after = step.signal(*(part[0] for part in placed))
+        after = step.waveform(step.place(two, np.array([number]), child[None])[0])
         assert np.mean(after.volts(times) != before.volts(times)) <= 4.0 * step.shortest / 0.02 + 1e-3
-
-
-def _bowls(numbers, points):
-    return np.where(numbers == 1, 0.0, 0.3) + ((points - 0.7) ** 2).sum(axis=1) * (
-        1.0 + 30.0 * (points[:, 0] > 0.9)
-    )
-
-
-def test_the_search_finds_the_better_of_two_families():
-    archive = search(_bowls, 2, 4, Budget(200, 6, 40, 8), np.random.default_rng(0))
-    best = archive.best(3)
-    assert archive.numbers[best[0]] == 1 and archive.costs[best[0]] < 1e-6
-    assert np.allclose(archive.points[best[0]], 0.7, atol=1e-3)
-    assert (
-        len(
-            {
-                (int(n), *np.round(x, 1))
-                for n, x in zip(archive.numbers[best], archive.points[best], strict=True)
-            }
-        )
-        == 3
-    )
 
 
 def _kinked(point):
@@ -174,7 +136,7 @@ def _kinked(point):
     x, y = point
     values = np.array([x - 0.4, 0.4 - x, y - 0.6, 0.8 - y, 0.3 * (x + y)])
     slopes = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0], [0.3, 0.3]])
-    return Pieces(values, slopes, np.array([0, 0, 0, 0, 1]))
+    return CostPieces(values, slopes, np.array([0, 0, 0, 0, 1]))
 
 
 def _cost_of_kinks(points):
@@ -205,54 +167,13 @@ def test_polishing_by_a_mean_over_grounds_is_not_that_by_the_worst():
 def test_polishing_never_ends_above_its_start_whatever_the_slopes_are():
     def wrong(point):
         right = _kinked(point)
-        return Pieces(right.values, -right.slopes, right.ground)
+        return CostPieces(right.values, -right.slopes, right.ground)
 
     start = np.array([0.3, 0.6])
     point, least, _ = polish(_cost_of_kinks, wrong, start, 10)
     assert least <= _cost_of_kinks(start[None])[0] and _cost_of_kinks(point[None])[0] == least
-    nothing = Pieces(np.zeros(0), np.zeros((0, 2)), np.zeros(0, dtype=np.int64), False)
+    nothing = CostPieces(np.zeros(0), np.zeros((0, 2)), np.zeros(0, dtype=np.int64), False)
     assert polish(_cost_of_kinks, lambda _: nothing, start, 10)[2] == 1
-
-
-def test_the_worst_ground_of_a_peak_is_found_and_an_archive_keeps_valleys_apart():
-    box = Box(("a", "b"), np.array([0.0, 10.0]), np.array([1.0, 20.0]))
-    top = np.array([0.3137, 17.77])
-
-    def hurt(grounds):
-        off = (grounds - top) / (box.high - box.low)
-        return np.exp(-40.0 * (off**2).sum(axis=1))
-
-    found = attack(box, hurt, 64, np.random.default_rng(0))
-    assert found.score == pytest.approx(1.0, abs=1e-4) and np.allclose(found.ground, top, rtol=5e-3)
-    archive = Archive.empty(1)
-    archive.add(
-        np.zeros(4, dtype=int), np.array([[0.1], [0.11], [0.5], [0.9]]), np.array([1.0, 0.9, 3.0, 2.0])
-    )
-    assert archive.best(3).tolist() == [1, 3, 2]
-
-
-def test_cutting_planes_close_the_gap_of_a_minimax_problem():
-    """min over x of max over g in [0, 1] of (x - g)^2 + g: x = 3/4 - ..., by a fine grid."""
-    box = Box(("g",), np.zeros(1), np.ones(1))
-    xs, gs = np.linspace(0.0, 1.5, 3001), np.linspace(0.0, 1.0, 2001)
-    table = (xs[:, None] - gs) ** 2 + gs
-    wanted = table.max(axis=1).min()
-
-    def improve(grounds):
-        scores = ((xs[:, None] - grounds[:, 0]) ** 2 + grounds[:, 0]).max(axis=1)
-        order = np.argsort(scores)[:3]
-        return scores[order], [float(xs[i]) for i in order]
-
-    def strike(x):
-        return attack(box, lambda g: (x - g[:, 0]) ** 2 + g[:, 0], 32, np.random.default_rng(0))
-
-    best, worst, rounds = close_gap(improve, strike, np.array([[0.2]]), 8)
-    assert isinstance(worst, Attack) and worst.score == pytest.approx(wanted, rel=0.02)
-    assert (
-        rounds[0].gap > 0.02
-        and rounds[-1].gap <= 0.02
-        and table[np.argmin(np.abs(xs - best))].max() <= 1.02 * wanted
-    )
 
 
 def test_ticks_fill_the_period_and_begin_with_plain_rounding():

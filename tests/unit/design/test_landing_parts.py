@@ -7,10 +7,10 @@ import pytest
 
 import tarsus as ts
 from tarsus.design.arrivals import ArrivalLine, by_bits, by_scalars
-from tarsus.design.over import Grounds
+from tarsus.design.grounds import Grounds
+from tarsus.design.landing_request import LandingSettings, landing_request
 from tarsus.design.pulses import families
-from tarsus.design.request import Options, request_of
-from tarsus.design.target import Objective, Target
+from tarsus.design.target import LandingObjective, Target
 from tarsus.design.touchdown_slopes import touchdown_pieces
 from tarsus.design.transfer import Transfer, _Aim, transfers
 from tarsus.design.trials import Landings, Trials
@@ -24,13 +24,13 @@ def scene():
 
 
 def _made(scene, pairs, levels):
-    request = request_of(scene, "tip", pairs, levels, None, None, Options())
+    request = landing_request(scene, LandingSettings(foot="tip", pairs=pairs, levels=levels))
     trials = Trials(scene, "pzt", "tip", request.step.period)
-    plain = trials(*request.step.plain(), Grounds.nominal(scene))
+    plain = trials.on(request.step.plain(), Grounds.nominal(scene))
     return request.step, families(request.step, pairs), trials, plain
 
 
-@pytest.mark.parametrize("objective", [Objective.SPEED, Objective.IMPULSE])
+@pytest.mark.parametrize("objective", [LandingObjective.SPEED, LandingObjective.IMPULSE])
 @pytest.mark.parametrize("levels", ["-8 V, 8 V", "free=-8V:8V"])
 def test_slopes_of_touchdowns_are_those_of_differences(scene, levels, objective):
     step, choices, trials, plain = _made(scene, 1, levels)
@@ -43,7 +43,7 @@ def test_slopes_of_touchdowns_are_those_of_differences(scene, levels, objective)
 
     def hardest(points):
         placed = step.place(choices, np.full(len(points), number), points)
-        return target.measure(trials(*placed, grounds))
+        return target.measure(trials.on(placed, grounds))
 
     for ground in sorted(set(found.ground.tolist())):
         own = np.flatnonzero(found.ground == ground)
@@ -62,7 +62,7 @@ def test_four_unknowns_bring_the_structure_to_rest_on_the_ground_and_two_do_not(
     wanted = 0.02 * float(plain.speed[0, 0])
     transfer = Transfer.of(scene, "pzt", "tip", step, wanted)
     numbers, points = transfers(transfer, step, choices, trials, np.random.default_rng(1))
-    found = trials(*step.place(choices, numbers, points), Grounds.nominal(scene))
+    found = trials.on(step.place(choices, numbers, points), Grounds.nominal(scene))
     best = int(np.argmin(found.speed[:, 0]))
     if gentle:
         assert found.speed[best, 0] == pytest.approx(wanted, rel=0.2) and found.touchdowns[best, 0] == 1.0
@@ -118,7 +118,7 @@ def test_a_scalar_finds_the_place_of_every_ground_from_both_sides():
         far = durations[:, 0] - 1.0 - grounds
         return Landings(*(np.where(far < 0.0, -3.0 * far, far),) * 7)
 
-    target = Target(Objective.SPEED, step(np.full((50, 1), 1.5)))
+    target = Target(LandingObjective.SPEED, step(np.full((50, 1), 1.5)))
     speeds, best, softest = by_scalars(line, step, target, 50, 40)
     assert len(speeds) < 20 and (np.abs(best[:, 0] - 1.0 - grounds) < 1.0 / 32.0).all()
     assert np.array_equal(softest, np.min(speeds, axis=0)) and np.array_equal(step(best).speed, softest)

@@ -7,7 +7,8 @@ import pytest
 
 import tarsus as ts
 from tarsus.base.errors import InputError
-from tarsus.design import design_links, landscape, step_lift
+from tarsus.design import landscape, step_lift
+from tarsus.design import leg as design_leg
 from tarsus.model.structure.leg import SingleMode
 from tarsus.model.structure.leg_motion import equilibrium, standing_load, step_response
 from tarsus_reproduce.legs import millipede_leg
@@ -22,7 +23,7 @@ def leg():
 
 @pytest.fixture(scope="module")
 def design(leg):
-    return design_links(leg, *BOUNDS)
+    return design_leg(leg, *BOUNDS)
 
 
 def test_a_small_step_of_the_nonlinear_leg_peaks_as_the_linearised_one(leg):
@@ -87,7 +88,7 @@ def test_the_load_decides_the_length_of_the_hip(leg, design):
 # Slow: a second optimum. Its sibling above keeps that the load decides.
 @pytest.mark.slow
 def test_a_larger_load_asks_for_a_shorter_hip(leg, design):
-    stronger = design_links(leg, *BOUNDS, load=1.5 * design.load)
+    stronger = design_leg(leg, *BOUNDS, load=1.5 * design.load)
     assert stronger.lengths[0] < design.lengths[0]
     assert stronger.lift.mean_speed < design.lift.mean_speed
 
@@ -112,10 +113,10 @@ def test_the_design_is_faster_than_the_printed_leg_also_without_linearising(leg,
     assert speed(design.leg) > 1.3 * speed(leg)
 
 
-def test_what_cannot_be_designed_is_said(leg):
+def test_what_cannot_be_designed_is_said(leg, tmp_path):
     with pytest.raises(InputError, match="carries"):
-        design_links(leg, *BOUNDS, load=1e-3)
+        design_leg(leg, *BOUNDS, load=1e-3)
     with pytest.raises(InputError, match="shortest < longest"):
-        design_links(leg, 5e-4, 1e-4)
+        design_leg(leg, 5e-4, 1e-4)
     with pytest.raises(InputError, match="no leg of the landscape"):
         landscape(leg, "hip.length", [2e-4, 3e-4], "thigh.length", [2e-4]).best(1.0)

@@ -13,8 +13,8 @@ import pytest
 
 from chromium import found_in
 from tarsus.report.charts import POINTS, Charts, stack, thinned
-from tarsus.report.html import Column, Markup, page, table
 from tarsus.report.packing import unpacked
+from tarsus.report.pages import page
 from tarsus.report.style import BLUE, GREEN, INK, level_limits
 
 
@@ -173,11 +173,3 @@ def test_a_figure_of_matplotlib_draws_rounding_level_too():
     axes.plot(np.arange(20.0), 0.667 + 1e-13 * np.arange(20.0))
     _level(axes, 0.667 + 1e-13 * np.arange(20.0))
     assert axes.get_ylim()[1] - axes.get_ylim()[0] > 0.05
-
-
-def test_rows_of_wide_tables_are_cards_on_narrow_screens():
-    four = [Column(title, unit) for title, unit in (("a", "m"), ("b", ""), ("c", ""), ("d", "V"))]
-    text = table(four, [["1", Markup('<td class="n off">2</td>'), "3", "4"]], over=(("both", 2), ("", 2)))
-    assert 'class="table cards"' in text and '<td class=n data-of="both: a (m)">1</td>' in text
-    assert '<td data-of="both: b" class="n off">2</td>' in text and 'data-of="d (V)"' in text
-    assert "data-of" not in table(four[:3], [["1", "2", "3"]]) and "cards" not in table(four, [], tall=True)

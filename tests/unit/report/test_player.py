@@ -162,7 +162,7 @@ def test_everything_that_is_worked_has_a_name(section: str) -> None:
 
 
 def test_without_a_script_there_is_a_picture_of_four_moments(section: str) -> None:
-    (still,) = re.findall(r'<div class="walk-still">(.*?)</svg>', section, re.DOTALL)
+    (still,) = re.findall(r'<div class="walk-still">(.*?)<figcaption>', section, re.DOTALL)
     assert [time in still for time in ("180 ms", "185 ms", "190 ms", "195 ms")] == [True] * 4
     assert "4 moments of a drive period" in Page(section).text
 

@@ -8,8 +8,9 @@ from typing import Any
 import pytest
 
 from chromium import found_in
-from tarsus.report.html import amount, page
+from tarsus.report.pages import page
 from tarsus.report.player import walk_section
+from tarsus.tables.numbers import amount
 from unit.sample_motion import make_motion
 
 pytestmark = pytest.mark.browser

@@ -13,8 +13,8 @@ import pytest
 import tarsus as ts
 from chromium import found_in
 from laboratory import LABORATORY
-from tarsus.report.html import page
 from tarsus.report.packing import unpacked
+from tarsus.report.pages import page
 from tarsus.report.points import FRAMES, points_section
 from tarsus.report.series import series_of
 

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from tarsus.report.sweep_page import _median_run, _scale, _stretches, sweep_html, write_sweep_report
+from tarsus.report.style import scale_of
+from tarsus.report.sweep_page import _median_run, _stretches, sweep_html, write_sweep_report
 from tarsus.study.axes import Grid, Linspace, Logspace
 from tarsus.study.collecting import collected_variables
 from tarsus.study.sweep import Sweep
@@ -82,9 +83,6 @@ def test_a_line_joins_runs_and_breaks_where_there_is_none() -> None:
 
 def test_values_that_no_prefix_reaches_are_drawn_in_a_power_of_ten() -> None:
     """uPlot draws nothing on a logarithmic axis of 1e-22."""
-    scale = _scale("N m^2 s", np.array([1e-22, 9e-21]))
-    assert (scale.step, scale.label) == (pytest.approx(1e-21), "10^-21 N m^2 s")
-    assert (
-        _scale("m", np.array([7e-5])).label == "um".replace("u", "µ")
-        and _scale("1", np.array([1e-22])).label == ""
-    )
+    scale = scale_of("N m^2 s", np.array([1e-22, 9e-21]))
+    assert (scale.step, scale.label) == (pytest.approx(1e-21), "10⁻²¹ N m² s")
+    assert scale_of("m", np.array([7e-5])).label == "µm" and scale_of("1", np.array([0.3])).label == ""

@@ -11,9 +11,10 @@ import pytest
 
 import tarsus as ts
 from tarsus.files.store import read_run, write_run
+from tarsus.files.summary import MOST_FEET_LISTED
 from tarsus.report import figures
 from tarsus.report.motion import AIR, SLIPPING, STUCK, Motion, motion_of, whole_motion
-from tarsus.report.run_page import MOST_FEET_LISTED, report_html
+from tarsus.report.run_page import report_html
 from tarsus.report.sheet import figure_style
 from tarsus.report.walk_figures import footfalls, ground_forces, travel
 from tarsus.solve.run import Run
@@ -130,7 +131,7 @@ def test_the_page_needs_nothing_from_outside(text: str) -> None:
 
 
 def test_values_of_many_feet_are_listed_by_the_least_and_the_largest(run: Run, monkeypatch) -> None:
-    monkeypatch.setattr("tarsus.report.run_page.MOST_FEET_LISTED", 1)
+    monkeypatch.setattr("tarsus.files.summary.MOST_FEET_LISTED", 1)
     text = Page(report_html(run)).text
     assert "least foot largest foot" in text
 

@@ -7,7 +7,7 @@ import pytest
 
 import tarsus as ts
 from tarsus.base.errors import InputError
-from tarsus.design.unknowns import Symmetry, unknowns_of
+from tarsus.design.gait_unknowns import Symmetry, gait_unknowns
 from tarsus_reproduce.walkers import hexapod_walker
 
 
@@ -17,21 +17,25 @@ def hexapod() -> ts.Scene:
 
 
 def test_numbers_of_a_gait_range_as_usual_or_as_said(hexapod):
-    _, free = unknowns_of(hexapod, {"gait.duty": None, "gait.frequency": None, "gait.high": ("7 V", 12.0)})
+    _, free = gait_unknowns(hexapod, {"gait.duty": None, "gait.frequency": None, "gait.high": ("7 V", 12.0)})
     own = hexapod.gait
-    assert own is not None and free.names == ("duty", "frequency", "high") and free.units == ("1", "Hz", "V")
-    assert free.low.tolist() == [0.1, 0.5 * own.frequency, 7.0]
-    assert free.high.tolist() == [0.9, 2.0 * own.frequency, 12.0]
-    values = free.numbers(np.array([[0.0, 0.5, 1.0]]))
+    assert (
+        own is not None
+        and free.names == ("duty", "frequency", "high")
+        and free.numbers.units == ("1", "Hz", "V")
+    )
+    assert free.numbers.low.tolist() == [0.1, 0.5 * own.frequency, 7.0]
+    assert free.numbers.high.tolist() == [0.9, 2.0 * own.frequency, 12.0]
+    values = free.changes(np.array([[0.0, 0.5, 1.0]]))
     assert values["gait.duty"][0] == pytest.approx(0.1) and values["gait.high"][0] == pytest.approx(12.0)
 
 
 def test_free_phases_write_the_gait_out_leg_by_leg_without_changing_it(hexapod):
-    scene, free = unknowns_of(hexapod, ["gait.phases"])
+    scene, free = gait_unknowns(hexapod, ["gait.phases"])
     layout = hexapod.robot.layout()
     assert scene.gait is not None and hexapod.gait is not None and layout is not None
     assert scene.gait.waveforms(layout) == hexapod.gait.waveforms(layout)
-    assert len(free) == 5 and free.around.all()  # the first leg is at 0
+    assert len(free) == 5 and free.numbers.circular.all()  # the first leg is at 0
     (first,) = {path for path in free.paths if not free.share[free.paths.index(path)].any()}
     assert first == "gait.phases.L1"
 
@@ -46,8 +50,8 @@ def test_free_phases_write_the_gait_out_leg_by_leg_without_changing_it(hexapod):
     ],
 )
 def test_symmetry_ties_phases(hexapod, symmetry, point, phases):
-    scene, free = unknowns_of(hexapod, ["gait.phases"], symmetry)
-    found = free.numbers(np.array([point]))
+    scene, free = gait_unknowns(hexapod, ["gait.phases"], symmetry)
+    found = free.changes(np.array([point]))
     assert {path.rpartition(".")[2]: float(own[0]) for path, own in found.items()} == pytest.approx(phases)
     ts.with_values(scene, {path: float(own[0]) for path, own in found.items()})  # a gait that the robot takes
 
@@ -58,7 +62,7 @@ def test_all_that_is_wrong_is_said_at_once(hexapod):
         "gait.frequency": ("1 m", "2 m"), "gait.high": ("1 V", "2 V"),
     }  # fmt: skip
     with pytest.raises(InputError) as told:
-        unknowns_of(hexapod, wrong, Symmetry.WAVE)
+        gait_unknowns(hexapod, wrong, Symmetry.WAVE)
     said = " | ".join(told.value.problems)
     assert "gait.dutty: is no number of a gait or a signal" in said and "did you mean 'gait.duty'" in said
     assert "robot.drives.L1.law.gain: is no number of a gait" in said
@@ -70,9 +74,9 @@ def test_all_that_is_wrong_is_said_at_once(hexapod):
 
 def test_the_lower_voltage_stays_below_the_upper_one(hexapod):
     with pytest.raises(InputError, match=r"gait.low: reaches 9 V, above the least upper voltage 8 V"):
-        unknowns_of(hexapod, {"gait.low": ("0 V", "9 V"), "gait.high": ("8 V", "14 V")})
+        gait_unknowns(hexapod, {"gait.low": ("0 V", "9 V"), "gait.high": ("8 V", "14 V")})
 
 
 def test_a_leg_free_twice_is_told(hexapod):
     with pytest.raises(InputError, match=r"gait.phases.L2: is free twice"):
-        unknowns_of(hexapod, ["gait.phases", "gait.phases.L2"])
+        gait_unknowns(hexapod, ["gait.phases", "gait.phases.L2"])

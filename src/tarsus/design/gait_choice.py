@@ -1,7 +1,7 @@
 """What a robot's first steps tell of its ground, and the gait that is best by it in expectation.
 
-The robot carries a table: of grounds that were simulated, what its probes feel there and what every gait costs there.
-What it feels weighs these grounds by Bayes' rule (all alike before, readings normal about the table's), and it takes
+The robot carries a table: of grounds that were simulated, what its probes sense there and what every gait costs there.
+What it senses weighs these grounds by Bayes' rule (all alike before, readings normal about the table's), and it takes
 the gait whose expected cost under these weights is least. That is kernel regression of costs on readings (Nadaraya,
 Theory Probab. Appl. 9, 1964) in which the width says how far the table's grounds are apart.
 """
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Posterior", "posterior_of"]
+__all__ = ["GaitChoice", "gait_choice"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -27,7 +27,7 @@ saves one of them by chance."""
 
 
 @dataclass(frozen=True)
-class Posterior:
+class GaitChoice:
     """The table. readings (ng, nf): of the probes on each of its grounds, one after the other; costs (ng, k): of each
     gait there; deviations (nf,): of a reading: what weighs a ground half a logarithm less. Without readings the gait
     that is best on the mean is always chosen."""
@@ -36,33 +36,33 @@ class Posterior:
     costs: Floats
     deviations: Floats
 
-    def expected(self, felt: Floats) -> Floats:
-        """Costs (n, k) that are to be expected where readings (n, nf) were felt."""
-        return _expected(_apart(felt, self.readings, self.deviations), self.costs)
+    def expected(self, sensed: Floats) -> Floats:
+        """Costs (n, k) that are to be expected where readings (n, nf) were sensed."""
+        return _expected(_apart(sensed, self.readings, self.deviations), self.costs)
 
-    def __call__(self, felt: Floats) -> Ints:
+    def __call__(self, sensed: Floats) -> Ints:
         """Numbers (n,) of the gaits that are best by readings (n, nf)."""
-        return self.expected(felt).argmin(axis=1)
+        return self.expected(sensed).argmin(axis=1)
 
     @property
     def shares(self) -> Floats:
-        """Share (k,) of the table's grounds on which each gait would be chosen, were its own readings felt."""
+        """Share (k,) of the table's grounds on which each gait would be chosen, were its own readings sensed."""
         return np.bincount(self(self.readings), minlength=self.costs.shape[1]) / len(self.costs)
 
 
-def posterior_of(
+def gait_choice(
     table: Floats, again: Floats, noise: Floats, costs: Floats, most: int
-) -> tuple[tuple[int, ...], Posterior]:
+) -> tuple[tuple[int, ...], GaitChoice]:
     """The probes that are worth walking, and the table.
 
-    Probes are added one after the other, each the one with which least is lost on the table's grounds by what is felt
+    Probes are added one after the other, each the one with which least is lost on the table's grounds by what is sensed
     in other walks there, each ground judged by all the others; with the width that loses least. Where that saves no
     more than chance nothing is asked.
 
     Parameters
     ----------
     table, again
-        What is felt (np, ng, ns) by each of np gaits on each ground, in two sets of walks, without noise.
+        What is sensed (np, ng, ns) by each of np gaits on each ground, in two sets of walks, without noise.
     noise
         As ``again``, with the noise of the senses.
     costs
@@ -73,14 +73,16 @@ def posterior_of(
     Returns
     -------
     tuple
-        Numbers of the probes, in order, and the table of what they feel.
+        Numbers of the probes, in order, and the table of what they sense.
     """
     fixed = costs[:, int(np.argmin(costs.mean(axis=0)))]
-    none = Posterior(np.zeros((len(costs), 0)), costs, np.zeros(0))
-    deviations = np.sqrt((0.5 * (table - again) ** 2 + (noise - again) ** 2).mean(axis=1)) if table.size else table
+    none = GaitChoice(np.zeros((len(costs), 0)), costs, np.zeros(0))
+    deviations = (
+        np.sqrt((0.5 * (table - again) ** 2 + (noise - again) ** 2).mean(axis=1)) if table.size else table
+    )
     scale = np.abs(table).max(axis=1) if table.size else table
     deviations = np.maximum(deviations, 1e-6 * scale)  # a sense that never scatters still compares
-    apart = [_apart(felt, known, own) for felt, known, own in zip(noise, table, deviations, strict=True)]
+    apart = [_apart(sensed, known, own) for sensed, known, own in zip(noise, table, deviations, strict=True)]
     chosen: list[int] = []
     best, lost, width = list(chosen), fixed, 1.0
     total = np.where(np.eye(len(costs), dtype=bool), np.inf, 0.0)  # no ground tells of itself
@@ -96,14 +98,14 @@ def posterior_of(
     if not saved.mean() > SURE * saved.std() / np.sqrt(len(saved)):
         return (), none
     readings = np.concatenate([table[one] for one in best], axis=1)
-    return tuple(best), Posterior(readings, costs, width * np.concatenate([deviations[one] for one in best]))
+    return tuple(best), GaitChoice(readings, costs, width * np.concatenate([deviations[one] for one in best]))
 
 
-def _apart(felt: Floats, known: Floats, deviations: Floats) -> Floats:
+def _apart(sensed: Floats, known: Floats, deviations: Floats) -> Floats:
     """Half the squared distance (n, ng) of readings (n, nf) from those known (ng, nf): minus the logarithm of their
     likelihood."""
     scale = np.where(deviations > 0.0, deviations, 1.0)
-    return 0.5 * (((felt[:, None] - known[None]) / scale) ** 2).sum(axis=2)
+    return 0.5 * (((sensed[:, None] - known[None]) / scale) ** 2).sum(axis=2)
 
 
 def _expected(apart: Floats, costs: Floats) -> Floats:

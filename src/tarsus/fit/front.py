@@ -18,9 +18,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.design.over import even_points
+from tarsus.fit.valleys import even_points, inside
 
-__all__ = ["Search", "crowding", "farthest", "hypervolume", "ranks", "search_front", "undominated"]
+__all__ = ["FrontSearch", "crowding", "farthest", "hypervolume", "ranks", "search_front", "undominated"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -32,7 +32,7 @@ SHORTEST, LONGEST = 1e-4, 0.3
 
 
 @dataclass(frozen=True)
-class Search:
+class FrontSearch:
     """How long to search. scan: points spread evenly at first; population; generations of as many points each."""
 
     scan: int = 1024
@@ -121,7 +121,7 @@ def search_front(
     costs: Costs,
     unknowns: int,
     around: NDArray[np.bool_],
-    search: Search,
+    search: FrontSearch,
     seed: int,
     starts: Floats | None = None,
 ) -> tuple[Floats, Floats]:
@@ -206,7 +206,4 @@ def _young(
     taken = rng.random((count, nu)) < rng.uniform(0.3, 1.0, (count, 1))
     taken[np.arange(count), rng.integers(0, nu, count)] = True
     fresh = np.where((rng.random(count) < 0.5)[:, None], mixed, moved)
-    young = np.where(taken, fresh, points[parent])
-    low = np.abs(young)
-    reflected = np.clip(np.where(low > 1.0, 2.0 - low, low), 0.0, 1.0)
-    return np.where(around, np.remainder(young, 1.0), reflected)
+    return inside(np.where(taken, fresh, points[parent]), around)

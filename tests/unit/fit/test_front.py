@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tarsus.design.front import Search, crowding, farthest, hypervolume, ranks, search_front, undominated
+from tarsus.fit.front import FrontSearch, crowding, farthest, hypervolume, ranks, search_front, undominated
 
 
 def test_undominated_keeps_the_first_of_equals_and_leaves_out_what_is_beaten_or_has_no_value():
@@ -39,7 +39,7 @@ def test_the_search_finds_a_front_that_is_known():
         spread = 1.0 + 9.0 * points[:, 1:].mean(axis=1)
         return np.stack([points[:, 0], spread * (1.0 - np.sqrt(points[:, 0] / spread))], axis=1)
 
-    search = Search(scan=512, population=64, generations=60)
+    search = FrontSearch(scan=512, population=64, generations=60)
     points, found = search_front(costs, 4, np.zeros(4, dtype=bool), search, seed=1)
     exact = 0.1 * 1.1 + 1.0 * 0.1 + 2.0 / 3.0  # beyond 1, above 1, and the area over 1 - sqrt(x)
     assert len(points) == search.candidates
@@ -54,7 +54,7 @@ def test_the_search_goes_around_where_a_range_closes_on_itself():
         seen.append(points)
         return 1.0 - np.cos(2.0 * np.pi * points[:, :1])
 
-    search_front(costs, 1, np.array([True]), Search(scan=8, population=16, generations=12), seed=2)
+    search_front(costs, 1, np.array([True]), FrontSearch(scan=8, population=16, generations=12), seed=2)
     last = np.concatenate(seen[-3:])[:, 0]
     assert np.concatenate(seen).min() >= 0.0 and np.concatenate(seen).max() <= 1.0
     assert (last < 0.1).any() and (last > 0.9).any()

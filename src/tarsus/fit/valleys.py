@@ -1,18 +1,20 @@
-"""Searching many valleys at once: a coarse scan, then evolution strategies side by side, the worse half given up again
-and again. Only a function from points to costs is known here; it is asked for many points at a time.
+"""Searching many valleys at once: a coarse scan, then evolution strategies with covariance adaptation side by side, the
+worse half given up again and again; and steps by chance that get shorter, for many starts side by side.
+
+Only a function from points to costs is known here; it is asked for many points at a time. The package cma (`cma_es`)
+has one such strategy and more of its kind. These stay because a design runs with a plain installation, which has no
+cma, and because dozens of strategies ask for one batch together here, as arrays, and end when others are better.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.design.over import even_points
-
-__all__ = ["Archive", "Budget", "Cost", "search"]
+__all__ = ["Budget", "Cost", "Visited", "even_points", "follow_down", "inside", "search", "shorter_steps"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -42,7 +44,7 @@ class Budget:
 
 
 @dataclass
-class Archive:
+class Visited:
     """Every point that was asked for: families (n,), points (n, nu), costs (n,)."""
 
     numbers: Ints
@@ -50,7 +52,7 @@ class Archive:
     costs: Floats
 
     @classmethod
-    def empty(cls, unknowns: int) -> Archive:
+    def empty(cls, unknowns: int) -> Visited:
         return cls(np.zeros(0, dtype=np.int64), np.zeros((0, unknowns)), np.zeros(0))
 
     def add(self, numbers: Ints, points: Floats, costs: Floats) -> None:
@@ -70,6 +72,46 @@ class Archive:
         return np.array(chosen, dtype=np.int64)
 
 
+def even_points(unknowns: int, count: int, rng: np.random.Generator) -> Floats:
+    """Points (count, nu) of the unit cube, spread evenly: the first of a scrambled Sobol sequence."""
+    from scipy.stats import qmc  # takes longer to load than all searches
+
+    return qmc.Sobol(unknowns, rng=rng).random_base2(int(np.ceil(np.log2(max(count, 2)))))[:count]
+
+
+def inside(points: Floats, circular: NDArray[np.bool_] | bool = False) -> Floats:
+    """Points (..., nu) moved out of the unit cube, back in it: reflected at its sides, or around where the range of an
+    unknown closes on itself."""
+    low = np.abs(points)
+    reflected = np.clip(np.where(low > 1.0, 2.0 - low, low), 0.0, 1.0)
+    return np.where(circular, np.remainder(points, 1.0), reflected)
+
+
+def shorter_steps(
+    cost: Callable[[Floats], Floats],
+    points: Floats,
+    costs: Floats,
+    steps: Sequence[float],
+    tried: int,
+    rng: np.random.Generator,
+    circular: NDArray[np.bool_] | bool = False,
+) -> tuple[Floats, Floats]:
+    """Local searches from points (k, nu) of costs (k,), side by side: in each of some steps, given by their standard
+    deviations, so many points about every best one so far are tried.
+
+    ``cost`` takes points (k, tried, nu) to costs (k, tried). Returns the best points and their costs.
+    """
+    points, costs, rows = points.copy(), costs.copy(), np.arange(len(points))
+    for step in steps:
+        around = np.repeat(points[:, None], tried, axis=1)
+        moved = inside(around + step * rng.standard_normal(around.shape), circular)
+        found = cost(moved)
+        at = found.argmin(axis=1)
+        better = found[rows, at] < costs
+        points[better], costs[better] = moved[rows, at][better], found[rows, at][better]
+    return points, costs
+
+
 def search(
     cost: Cost,
     families: int,
@@ -77,9 +119,9 @@ def search(
     budget: Budget,
     rng: np.random.Generator,
     starts: tuple[Ints, Floats] | None = None,
-) -> Archive:
+) -> Visited:
     """Scan every family evenly, with ``starts`` beside it, then follow the best valleys down."""
-    archive = Archive.empty(unknowns)
+    archive = Visited.empty(unknowns)
     each = max(budget.scan // families, 1)
     grid = np.concatenate([even_points(unknowns, each, rng) for _ in range(families)])
     numbers = np.repeat(np.arange(families), each)
@@ -87,13 +129,13 @@ def search(
         numbers, grid = np.concatenate([starts[0], numbers]), np.concatenate([starts[1], grid])
     archive.add(numbers, grid, cost(numbers, grid))
     first = archive.best(budget.islands)
-    descend(cost, archive, archive.numbers[first], archive.points[first], budget, rng)
+    follow_down(cost, archive, archive.numbers[first], archive.points[first], budget, rng)
     return archive
 
 
-def descend(
+def follow_down(
     cost: Cost,
-    archive: Archive,
+    archive: Visited,
     numbers: Ints,
     starts: Floats,
     budget: Budget,
@@ -150,7 +192,7 @@ class _Islands:
         moved = np.einsum("kij,kj,klj->kli", self._vectors, self._roots, drawn)
         points = self.mean[:, None] + self.step[:, None, None] * moved
         points = np.abs(points)
-        return np.where(points > 1.0, np.abs(2.0 - points), points)
+        return np.where(points > 1.0, np.abs(2.0 - points), points)  # as they were drawn, but for the sides
 
     def tell(self, points: Floats, costs: Floats) -> None:
         """The points' costs (k, lambda)."""

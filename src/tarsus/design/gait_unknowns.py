@@ -10,22 +10,25 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus import fit
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.base.spec import float_paths, with_values
 from tarsus.base.units import format_quantity, parse_quantity
+from tarsus.design.request import Problems
+from tarsus.fit.unknowns import Unknown, Unknowns
 from tarsus.model.drive.gait import CustomGait, Layout
 from tarsus.model.scene import Scene
 from tarsus.plan.slots import Kind, slot
 
-__all__ = ["PHASES", "Symmetry", "Unknowns", "unknowns_of"]
+__all__ = ["PHASES", "GaitUnknowns", "Symmetry", "gait_unknowns"]
 
 Floats = NDArray[np.float64]
-Range = tuple[str | float, str | float]
+Ends = tuple[str | float, str | float]
 
 PHASES = "gait.phases"
 """Stands for the phases of all legs."""
+ANY = 0.37
+"""A phase that is no simple fraction, for which it is tried whether a symmetry fits the robot's drives at all."""
 
 
 class Symmetry(Enum):
@@ -44,43 +47,45 @@ class Symmetry(Enum):
 
 
 @dataclass(frozen=True)
-class Unknowns(fit.Unknowns):
+class GaitUnknowns:
     """nu numbers that a design chooses, and the np numbers of the scene that follow from them.
 
-    around (nu,): whose range closes on itself; paths: in the scene; base (np,), share (np, nu): value of path j is
-    base[j] + share[j] @ unknowns; wrapped (np,): those counted modulo 1.
+    numbers: the unknowns; paths: in the scene; base (np,), share (np, nu): value of path j is base[j] + share[j] @
+    unknowns, modulo 1 for phases.
     """
 
-    around: NDArray[np.bool_]
+    numbers: Unknowns
     paths: tuple[str, ...]
     base: Floats
     share: Floats
-    wrapped: NDArray[np.bool_]
 
-    def numbers(self, cube: Floats) -> dict[str, Floats]:
+    def __len__(self) -> int:
+        return len(self.numbers)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the unknowns."""
+        return self.numbers.names
+
+    def changes(self, cube: Floats) -> dict[str, Floats]:
         """Values (n,) by path of the scene at points (n, nu) of the unit cube."""
-        found = self.base + self.values(cube) @ self.share.T
-        found = np.where(self.wrapped, np.remainder(found, 1.0), found)
+        found = self.base + self.numbers.values(cube) @ self.share.T
+        found = np.where([_closes(path) for path in self.paths], np.remainder(found, 1.0), found)
         return dict(zip(self.paths, np.ascontiguousarray(found.T), strict=True))
 
 
-@dataclass(frozen=True)
-class _Part:
-    """Some unknowns and the paths that follow from them alone; see `Unknowns`."""
-
-    names: tuple[str, ...]
-    units: tuple[str, ...]
-    low: Sequence[float]
-    high: Sequence[float]
-    around: bool
-    paths: tuple[str, ...]
-    base: Floats
-    share: Floats
+Shared = tuple[Unknown, Mapping[str, float]]
+"""An unknown, and by path how much of it the scene's numbers take."""
 
 
-def unknowns_of(
-    scene: Scene, free: Mapping[str, Range | None] | Iterable[str], symmetry: Symmetry = Symmetry.NONE
-) -> tuple[Scene, Unknowns]:
+def _closes(path: str) -> bool:
+    """Whether a number of the scene is counted modulo 1."""
+    return path.startswith(f"{PHASES}.") or path == "gait.swing_lag"
+
+
+def gait_unknowns(
+    scene: Scene, free: Mapping[str, Ends | None] | Iterable[str], symmetry: Symmetry = Symmetry.NONE
+) -> tuple[Scene, GaitUnknowns]:
     """The unknowns of a design, and the scene that has them: one whose phases are free has a free gait.
 
     Parameters
@@ -99,9 +104,9 @@ def unknowns_of(
     InputError
         With every problem: paths that are no number of a gait or a signal, ranges that are empty or have to be given.
     """
-    given: dict[str, Range | None] = dict(free) if isinstance(free, Mapping) else dict.fromkeys(free)
-    problems: list[str] = []
-    parts: list[_Part] = []
+    given: dict[str, Ends | None] = dict(free) if isinstance(free, Mapping) else dict.fromkeys(free)
+    problems, found = Problems(), list[Shared]()
+    base: dict[str, float] = {}
     if not given:
         problems.append("free: name at least one number of the gait that may change, such as gait.duty")
     if symmetry is not Symmetry.NONE and PHASES not in given:
@@ -110,17 +115,24 @@ def unknowns_of(
         layout = scene.robot.layout()
         if layout is not None and not isinstance(scene.gait, CustomGait) and not scene.gait.faults(layout):
             scene = freed(scene, layout)
+    owners: list[str] = []
     for path, span in given.items():
-        try:
-            parts.append(_phases(scene, symmetry, span) if path == PHASES else _single(scene, path, span))
-        except InputError as error:
-            problems += error.problems
-    owners = [path for part in parts for path in part.paths]
+        if path == PHASES:
+            phases, fixed = problems.tried(lambda span=span: _phases(scene, symmetry, span)) or ([], {})
+            found += phases
+            base |= fixed
+            owners += fixed
+        elif one := problems.tried(lambda path=path, span=span: _single(scene, path, span)):
+            found.append(one)
+            owners.append(path)
     problems += [f"{path}: is free twice" for path in dict.fromkeys(owners) if owners.count(path) > 1]
-    problems += _order(scene, parts)
+    problems += _order(scene, found)
     if problems:
         raise InputError(problems)
-    return scene, _joined(parts)
+    paths = tuple(dict.fromkeys(owners))
+    share = np.array([[shares.get(path, 0.0) for _, shares in found] for path in paths])
+    numbers = Unknowns.of(scene, [one for one, _ in found])
+    return scene, GaitUnknowns(numbers, paths, np.array([base.get(path, 0.0) for path in paths]), share)
 
 
 def freed(scene: Scene, layout: Layout) -> Scene:
@@ -128,29 +140,12 @@ def freed(scene: Scene, layout: Layout) -> Scene:
     assert scene.gait is not None
     late = scene.gait.delays(layout)
     same = {name: getattr(scene.gait, name) for name in ("frequency", "low", "high", "duty", "swing_lag")}
-    return with_values(scene, {"gait": CustomGait(**same, phases={leg: late[leg] % 1.0 for leg in layout.hips})})
+    return with_values(
+        scene, {"gait": CustomGait(**same, phases={leg: late[leg] % 1.0 for leg in layout.hips})}
+    )
 
 
-def _joined(parts: Sequence[_Part]) -> Unknowns:
-    many, wide = sum(len(part.paths) for part in parts), sum(len(part.names) for part in parts)
-    share = np.zeros((many, wide))
-    row = column = 0
-    for part in parts:
-        share[row : row + len(part.paths), column : column + len(part.names)] = part.share
-        row, column = row + len(part.paths), column + len(part.names)
-    return Unknowns(
-        tuple(name for part in parts for name in part.names), tuple(unit for part in parts for unit in part.units),
-        np.array([one for part in parts for one in part.low], dtype=float),
-        np.array([one for part in parts for one in part.high], dtype=float),
-        np.zeros(wide, dtype=bool), (None,) * wide,
-        np.array([part.around for part in parts for _ in part.names], dtype=bool),
-        tuple(path for part in parts for path in part.paths),
-        np.concatenate([part.base for part in parts]), share,
-        np.array([path.startswith(f"{PHASES}.") or path == "gait.swing_lag" for part in parts for path in part.paths]),
-    )  # fmt: skip
-
-
-def _single(scene: Scene, path: str, span: Range | None) -> _Part:
+def _single(scene: Scene, path: str, span: Ends | None) -> Shared:
     known = float_paths(scene)
     place = slot(scene, path) if path in known else None
     if place is None or place.kind not in (Kind.GAIT, Kind.DRIVE) or path.startswith("robot."):
@@ -172,17 +167,15 @@ def _single(scene: Scene, path: str, span: Range | None) -> _Part:
         raise InputError(
             f"{path}: the range is empty, expected its lower end before its upper one, got {shown}"
         )
-    whole = path.startswith(f"{PHASES}.") or path == "gait.swing_lag"
-    around = whole and math.isclose(high - low, 1.0)
-    name = path.removeprefix("gait.")
     for end in (low, high) if not path.startswith(("gait.low", "gait.high")) else ():
         with_values(scene, {path: end})
-    return _Part((name,), (about.unit,), (low,), (high,), around, (path,), np.zeros(1), np.ones((1, 1)))
+    around = _closes(path) and math.isclose(high - low, 1.0)
+    return Unknown(path, low, high, name=path.removeprefix("gait."), circular=around), {path: 1.0}
 
 
 def _usual(path: str, value: float) -> tuple[float, float]:
     leaf = path.rpartition(".")[2]
-    if path.startswith(f"{PHASES}.") or path == "gait.swing_lag":
+    if _closes(path):
         return 0.0, 1.0
     if path == "gait.duty" or leaf == "duty":
         return 0.1, 0.9
@@ -193,8 +186,8 @@ def _usual(path: str, value: float) -> tuple[float, float]:
     raise InputError(f"{path}: has no usual range; give one, such as {path}=a:b")
 
 
-def _phases(scene: Scene, symmetry: Symmetry, span: Range | None) -> _Part:
-    """Phases of all legs."""
+def _phases(scene: Scene, symmetry: Symmetry, span: Ends | None) -> tuple[list[Shared], dict[str, float]]:
+    """Phases of all legs: the unknowns, and by path the part of each phase that is none."""
     layout = scene.robot.layout()
     if scene.gait is None or layout is None or not isinstance(scene.gait, CustomGait):
         raise InputError(f"{PHASES}: the scene has no gait whose phases could be free")
@@ -206,13 +199,14 @@ def _phases(scene: Scene, symmetry: Symmetry, span: Range | None) -> _Part:
     if not names:
         raise InputError(f"{PHASES}: no phase is left free; all legs move together")
     paths = tuple(f"{PHASES}.{leg}" for leg in layout.hips)
-    values = {path: float(b + s.sum() * 0.37) % 1.0 for path, b, s in zip(paths, base, share, strict=True)}
+    values = {path: float(b + s.sum() * ANY) % 1.0 for path, b, s in zip(paths, base, share, strict=True)}
     for _, text in with_values(scene.gait, {p.removeprefix("gait."): v for p, v in values.items()}).faults(
         layout
     ):
         raise InputError(f"symmetry: '{symmetry.value}' does not fit the robot: {text}")
-    count = len(names)
-    return _Part(tuple(names), ("1",) * count, (0.0,) * count, (1.0,) * count, True, paths, base, share)
+    columns = [dict(zip(paths, column.tolist(), strict=True)) for column in share.T]
+    unknown = [Unknown(low=0.0, high=1.0, name=name, unit="1", circular=True) for name in names]
+    return list(zip(unknown, columns, strict=True)), dict(zip(paths, base.tolist(), strict=True))
 
 
 def _tied(layout: Layout, symmetry: Symmetry) -> tuple[list[str], Floats, Floats]:
@@ -245,14 +239,14 @@ def _tied(layout: Layout, symmetry: Symmetry) -> tuple[list[str], Floats, Floats
     return names, base, share
 
 
-def _order(scene: Scene, parts: Sequence[_Part]) -> list[str]:
+def _order(scene: Scene, free: Sequence[Shared]) -> list[str]:
     """The lower voltage stays below the upper one wherever they are."""
     if scene.gait is None:
         return []
     ends = {"gait.low": (scene.gait.low,) * 2, "gait.high": (scene.gait.high,) * 2}
-    for part in parts:
-        if part.paths[0] in ends:
-            ends[part.paths[0]] = part.low[0], part.high[0]
+    for one, _ in free:
+        if one.path in ends:
+            ends[one.path] = float(one.low), float(one.high)
     low, high = ends["gait.low"][1], ends["gait.high"][0]
     if low > high:
         low, high = (format_quantity(float(f"{one:.6g}"), "V") for one in (low, high))

@@ -1,4 +1,4 @@
-"""What a file or a folder holds, as people read it and as plain data."""
+"""A result as people read it and as plain data: for verbs whose results are no objects of their own."""
 
 from __future__ import annotations
 

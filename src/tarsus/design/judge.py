@@ -1,0 +1,271 @@
+"""Candidates on grounds, judged by a risk: what every robust design does, whatever its candidates are.
+
+Worst grounds of a box come from cutting planes: candidates are searched on a few grounds, the box is searched for the
+ground that hurts the best of them most, that ground is added, and so on until none is found that is more than 2 %
+worse.
+After the outer approximations of semi-infinite programming (Blankenship and Falk, J. Optim. Theory Appl. 19, 1976).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import beta
+
+from tarsus.design.grounds import Grounds, Over, corners, spread
+from tarsus.design.risk import Risk
+from tarsus.fit.unknowns import Unknowns
+from tarsus.fit.valleys import shorter_steps
+
+__all__ = ["CLOSED", "Attack", "Certificate", "Judge", "Look", "Round", "excess"]
+
+Floats = NDArray[np.float64]
+Each = Callable[[Floats, Mapping[str, Floats]], Floats]
+"""Costs (nr, no) of candidates (nr, nx), each on its own ground, values (nr,) by path."""
+
+CLOSED = 0.02
+"""The gap is closed where no ground is found that is worse than the active ones by more than this share."""
+FLOOR = 0.1
+"""A gap is a share of the candidate's own cost, but of no less than a tenth of the largest one's: that a gait which
+hardly moves moves even less on some ground is no news."""
+MORE = 3
+"""Grounds added in a round at most: every one of them costs a run of each later candidate."""
+NEAR = 0.05
+"""Grounds nearer to each other than a twentieth of every side of the box are not both added: they say the same."""
+FIRST_STEP, SHRINK = 0.1, 0.6
+"""Steps uphill: at first a tenth of the box's sides, then by this factor shorter; after eight times below 0.2 %."""
+YOUNG = 6
+"""Grounds tried about the worst one in every step uphill."""
+
+
+@dataclass(frozen=True)
+class Look:
+    """How far an attack looks. count: grounds that all candidates are put on; steps uphill from the worst of each of so
+    many regions (islands)."""
+
+    count: int
+    steps: int
+    islands: int = 1
+
+
+@dataclass(frozen=True)
+class Attack:
+    """What was found of k candidates: costs (k, no), the worst of each objective, and the grounds (k, no, np) they are
+    on; tried: how many grounds each candidate was put on; first (k, ng, no): costs on the grounds before the climb."""
+
+    costs: Floats
+    grounds: Floats
+    tried: int
+    first: Floats
+
+
+@dataclass(frozen=True)
+class Round:
+    """One round of cutting planes. what: is searched; grounds: that were active; gap: the largest share by which an
+    attack found a candidate worse; score, worst: cost of the best one in the first objective, on these grounds and on
+    the worst that was found."""
+
+    what: str
+    grounds: int
+    gap: float
+    score: float = np.nan
+    worst: float = np.nan
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """A look at a box after everything else: grounds drawn by chance that a candidate was put on, and those of them
+    that were worse than its known worst by more than is allowed (of the candidate that had most)."""
+
+    grounds: int
+    worse: int
+
+    @property
+    def share(self) -> float:
+        """Upper end of the 95 % interval of the box's share that is so much worse (Clopper and Pearson 1934): about
+        3 / grounds where none was."""
+        return (
+            float(beta.ppf(0.95, self.worse + 1, self.grounds - self.worse))
+            if self.worse < self.grounds
+            else 1.0
+        )
+
+
+@dataclass
+class Judge:
+    """What candidates of one request are judged by.
+
+    each: see `Each`; own: the scene's own ground; over, risk, seed: of the request; grounded: numbers of the objectives
+    that depend on the ground at all.
+    """
+
+    each: Each
+    own: Grounds
+    over: Over | None
+    risk: Risk
+    seed: int
+    grounded: tuple[int, ...] = (0,)
+    looks: int = 0
+
+    @property
+    def robust(self) -> bool:
+        """Whether there is anything to bear beside the scene's own ground."""
+        return self.over is not None and self.risk.tail is not None
+
+    @property
+    def by_planes(self) -> bool:
+        """Whether the grounds are sought that hurt most: for the worst of a box."""
+        return isinstance(self.over, Unknowns) and self.risk.tail == 0.0
+
+    def costs(self, rows: Floats, grounds: Grounds) -> Floats:
+        """Costs (n, ng, no) of candidates (n, nx) on all grounds."""
+        n, ng = len(rows), len(grounds)
+        found = self.each(np.repeat(rows, ng, axis=0), grounds.rows(np.tile(np.arange(ng), n)))
+        return found.reshape(n, ng, -1)
+
+    def risked(self, costs: Floats, grounds: Grounds, risk: Risk | None = None) -> Floats:
+        """Costs (n, no) under the request's risk or another one, each objective for itself, of costs (n, ng, no); what
+        has no value is the worst."""
+        each = np.moveaxis(costs, 2, 0)
+        return finite(np.stack([(risk or self.risk)(one, grounds.weights) for one in each], axis=1))
+
+    def fixed(self, count: int) -> Grounds:
+        """Grounds that a risk averages over: the members, or so many spread over the box."""
+        if isinstance(self.over, Grounds):
+            return Grounds(
+                {path: np.append(self.own.values[path], own) for path, own in self.over.values.items()},
+                np.append(0.0, self.over.weights),
+            )
+        assert self.over is not None
+        return self.own.with_more(spread(self.over, count, self.seed))
+
+    def attack(self, rows: Floats, look: Look, *, by_chance: bool = False) -> Attack:
+        """Search the box for the worst grounds of candidates (k, nx): on the corners and an even spread, or on grounds
+        drawn by chance alone, the same for all; then uphill for each objective that depends on the ground."""
+        box, self.looks = self.over, self.looks + 1
+        assert isinstance(box, Unknowns)
+        rng = np.random.default_rng([self.seed, 31, self.looks])
+        if by_chance:
+            cube = rng.random((look.count, len(box)))
+        else:
+            cube = box.cube(np.concatenate([corners(box), spread(box, look.count, int(rng.integers(2**31)))]))
+        k = len(rows)
+        first = self._on(rows, np.broadcast_to(cube, (k, *cube.shape)))
+        seen, where = [first], [np.broadcast_to(cube, (k, *cube.shape))]
+        climbed = np.array([(i, j) for i in range(k) for j in self.grounded for _ in range(look.islands)])
+        if look.steps and len(climbed):
+            starts = np.concatenate(
+                [_apart(first[i, :, j], cube, look.islands) for i in range(k) for j in self.grounded]
+            )
+            who, what = climbed.T
+
+            def cost(points: Floats) -> Floats:
+                own = points.reshape(k, -1, len(box))
+                found = self._on(rows, own)
+                seen.append(found)
+                where.append(own)
+                each = found.reshape(*points.shape[:2], -1)
+                return -finite(each[np.arange(len(each)), :, what])
+
+            steps = FIRST_STEP * SHRINK ** np.arange(look.steps)
+            shorter_steps(cost, cube[starts], -finite(first[who, starts, what]), steps.tolist(), YOUNG, rng)
+        every, grounds = np.concatenate(seen, axis=1), np.concatenate(where, axis=1)
+        worst = finite(every).argmax(axis=1)  # (k, no)
+        at = box.values(np.take_along_axis(grounds, worst[:, :, None], axis=1))
+        return Attack(np.take_along_axis(every, worst[:, None], axis=1)[:, 0], at, every.shape[1], first)
+
+    def _on(self, rows: Floats, cube: Floats) -> Floats:
+        """Costs (k, m, no) of candidates (k, nx), each on grounds of its own (k, m, np) of the box."""
+        assert isinstance(self.over, Unknowns)
+        k, m, nb = cube.shape
+        values = self.over.values(cube.reshape(-1, nb))
+        grounds = {path: np.ascontiguousarray(values[:, i]) for i, path in enumerate(self.over.names)}
+        return self.each(np.repeat(rows, m, axis=0), grounds).reshape(k, m, -1)
+
+    def hurting(self, grounds: Floats, gaps: Floats) -> Floats:
+        """Of the grounds (k, no, np) of an attack those (n, np) with the largest gaps (k, no), at most `MORE`, no two of
+        them near each other."""
+        assert isinstance(self.over, Unknowns)
+        flat, size = grounds.reshape(-1, len(self.over)), gaps.ravel()
+        cube, chosen = self.over.cube(flat), []
+        for row in np.argsort(-size, kind="stable"):
+            if size[row] <= CLOSED and chosen:
+                break
+            if all(np.abs(cube[row] - cube[one]).max() > NEAR for one in chosen):
+                chosen.append(int(row))
+            if len(chosen) == MORE:
+                break
+        return flat[chosen]
+
+    def close_gap(
+        self,
+        improve: Callable[[Grounds], Floats],
+        rows: Floats,
+        grounds: Grounds,
+        look: Look,
+        rounds: int,
+        what: str,
+        decisive: int | None = None,
+    ) -> tuple[Grounds, list[Round], list[tuple[Floats, Attack]]]:
+        """Cutting planes until the gap is closed, or for so many rounds.
+
+        Parameters
+        ----------
+        improve
+            From active grounds to the candidates (k, nx) that are best on them, the best first.
+        rows
+            Candidates to begin with, before anything was searched.
+        decisive
+            How many of the first candidates must have no gap; all unless given.
+
+        Returns
+        -------
+        tuple
+            The active grounds, the rounds, and the candidates that `improve` made with what hurts them, round by round.
+        """
+        history: list[Round] = []
+        made: list[tuple[Floats, Attack]] = []
+        for number in range(rounds + 1):
+            found = self.attack(rows, look)
+            known = self.costs(rows, grounds).max(axis=1)
+            gaps = excess(known, found.costs)
+            gap = float(gaps[:decisive].max())
+            history.append(Round(what, len(grounds), gap, float(known[0, 0]), float(found.costs[0, 0])))
+            if number:
+                made.append((rows, found))
+                if gap <= CLOSED or number == rounds:
+                    break
+            if gap > CLOSED:
+                grounds = grounds.with_more(self.hurting(found.grounds, gaps))
+            rows = improve(grounds)
+        return grounds, history, made
+
+
+def excess(known: Floats, found: Floats) -> Floats:
+    """Shares by which costs that were found are worse than those known of candidates, in the first axis of both."""
+    known = finite(known)
+    size = np.where(np.isfinite(known), np.abs(known), 0.0)
+    scale = np.maximum(size, FLOOR * size.max(axis=0))
+    with np.errstate(invalid="ignore"):  # a candidate that fails on both is no worse on the one
+        worse = np.fmax(found - known, 0.0)
+    return np.where(scale > 0.0, worse / np.where(scale > 0.0, scale, 1.0), 0.0)
+
+
+def finite(costs: Floats) -> Floats:
+    """Costs in which what has no value is the worst."""
+    return np.where(np.isnan(costs), np.inf, costs)
+
+
+def _apart(costs: Floats, cube: Floats, count: int) -> list[int]:
+    """Numbers of the worst of grounds (ng, np) by costs (ng,), each a step from the others; the worst again where there
+    are fewer."""
+    chosen: list[int] = []
+    for row in np.argsort(-np.nan_to_num(costs, nan=-np.inf), kind="stable"):
+        if all(np.abs(cube[row] - cube[one]).max() > FIRST_STEP for one in chosen):
+            chosen.append(int(row))
+        if len(chosen) == count:
+            break
+    return chosen + chosen[:1] * (count - len(chosen))

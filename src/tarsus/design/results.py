@@ -1,0 +1,51 @@
+"""What the results of designs share: rows as CSV, and files that are written into a folder."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from tarsus.base.spec import float_paths
+from tarsus.base.units import format_quantity
+from tarsus.files.store import write_text
+from tarsus.model.scene import Scene
+
+__all__ = ["csv_text", "units_of", "values_in_words", "write_texts"]
+
+
+def csv_text(head: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
+    """Rows below a line of names, numbers with nine digits: more than any run is accurate to."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(head)
+    writer.writerows([one if isinstance(one, (str, int)) else f"{one:.9g}" for one in row] for row in rows)
+    return out.getvalue()
+
+
+def write_texts(folder: str | Path, texts: Mapping[str, str]) -> Path:
+    """Write texts by file name into a folder, which is made where it does not exist; returns the folder.
+
+    Raises InputError where it cannot be written.
+    """
+    target = Path(folder)
+    for name, text in texts.items():
+        (target / name).parent.mkdir(parents=True, exist_ok=True)
+        write_text(target / name, text)
+    return target
+
+
+def units_of(scene: Scene, paths: Iterable[str]) -> dict[str, str]:
+    """Unit of every number by path."""
+    known = float_paths(scene)
+    return {path: known[path].unit if path in known else "1" for path in paths}
+
+
+def values_in_words(values: Mapping[str, float], units: Mapping[str, str]) -> str:
+    """Values by path, with units."""
+    return ", ".join(
+        f"{path.removeprefix('gait.')} {format_quantity(float(f'{value:.4g}'), units[path])}"
+        for path, value in values.items()
+    )

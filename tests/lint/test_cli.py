@@ -1,0 +1,83 @@
+"""Verbs are the interface: every command is a function of the package with the same words, and has few options."""
+
+from __future__ import annotations
+
+import inspect
+from typing import Any
+
+import pytest
+
+import tarsus
+from tarsus.cli import app
+
+MOST_OPTIONS = 12
+"""Of a command: as many as a help page shows at once; what is longer goes into a file."""
+
+OF_THE_LINE = {
+    "--set", "--law",  # make the scene that the function is given
+    "--output", "--overwrite", "--report", "--mat", "--json", "--browser",  # what becomes of the result
+    "--on",  # names what `threads` takes as an object
+}  # fmt: skip
+"""Options that are about words, files and the console."""
+
+OTHERWISE = {"branch --along": {"path", "start", "end"}, "yield --count": {"robots", "draws"}}
+"""An option that the function takes as several arguments."""
+
+NOT_OF_PYTHON = {"completion"}
+"""Commands that are about the shell."""
+
+YET = {"design landing", "design gait", "design adapt", "reproduce"}
+"""Commands that are being cut: the list only ever becomes shorter."""
+
+
+def options() -> dict[str, set[str]]:
+    """Options of every command."""
+    found: dict[str, set[str]] = {}
+
+    def look(one: Any, verb: str) -> None:
+        for name in one:
+            if not name.startswith("-"):
+                look(one[name], f"{verb} {name}".strip())
+        if one.default_command is not None:
+            arguments = one.assemble_argument_collection(parse_docstring=False)
+            found[verb] = {
+                argument.names[0]
+                for argument in arguments
+                if argument.names and argument.names[0][:2] == "--"
+            }
+
+    look(app.build([]), "")
+    return found
+
+
+OPTIONS = options()
+
+
+def function_of(verb: str) -> Any:
+    """What the package has under the words of a command."""
+    one: Any = tarsus
+    for word in verb.split():
+        one = getattr(one, word, None) or getattr(one, f"{word}_")
+    return one
+
+
+def parameters(function: Any) -> set[str]:
+    """Names of its arguments; of a room that is a verb too, those of the verb."""
+    called = getattr(type(function), "_called", None) if inspect.ismodule(function) else None
+    if called is not None:
+        module, _, name = called.partition(":")
+        function = getattr(__import__(module, fromlist=[name]), name)
+    return set(inspect.signature(function).parameters)
+
+
+@pytest.mark.parametrize("verb", sorted(set(OPTIONS) - YET))
+def test_a_command_has_few_options(verb):
+    assert len(OPTIONS[verb]) <= MOST_OPTIONS
+
+
+@pytest.mark.parametrize("verb", sorted(set(OPTIONS) - NOT_OF_PYTHON - YET))
+def test_a_command_is_a_function_with_the_same_words(verb):
+    taken = parameters(function_of(verb))
+    for option in OPTIONS[verb] - OF_THE_LINE:
+        word = option.removeprefix("--").replace("-", "_")
+        assert OTHERWISE.get(f"{verb} {option}", {word}) <= taken, option
