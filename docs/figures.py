@@ -441,7 +441,7 @@ def page_differences() -> list[str]:
 
 def mixture_differences() -> list[str]:
     """Packaged mixtures that are of another calibration than the results, a sentence each."""
-    from tarsus_reproduce.mixtures import packaged_errors
+    from tarsus_reproduce.ensembles import packaged_errors
 
     told = []
     for name in ("cantilever", "hexapod"):
@@ -449,7 +449,7 @@ def mixture_differences() -> list[str]:
         if any(theirs.get(part) != one for part, one in mine.items()):
             told.append(
                 f"the packaged mixture of {name} is not of the calibration of docs/results/{name}.json: package "
-                f"the folder of one `{COMMANDS[name][0]}` (`python -m tarsus_reproduce.mixtures`), and take the same"
+                f"the folder of one `{COMMANDS[name][0]}` (`python docs/package_mixtures.py`), and take the same"
             )
     return told
 

@@ -26,7 +26,7 @@ from tarsus_reproduce.forecast import (
     members_of,
     role_of,
 )
-from tarsus_reproduce.mixtures import packaged_errors, packaged_members, packaged_misses
+from tarsus_reproduce.ensembles import packaged_errors, packaged_members, packaged_misses
 from tarsus_reproduce.reproduction import NumberRow, Progress, Reproduction, Section, numbers_table
 from tarsus_reproduce.rows import CANTILEVER, PrintedRow, packaged_rows, read_rows, relative_error
 
@@ -291,7 +291,7 @@ def _comparison(
     device: str, rows: Sequence[PeriodsRow], calibration: Mapping[str, Any] | None
 ) -> Reproduction:
     """Rows as tables, figure and files; calibration: what the packaged ensemble's calibration says of each row that was
-    excluded (see `tarsus_reproduce.mixtures.packaged_errors`)."""
+    excluded (see `tarsus_reproduce.ensembles.packaged_errors`)."""
     summary = summary_of(rows)
     numbers = [one for row in rows for one in _number_rows(row)]
     notes = [

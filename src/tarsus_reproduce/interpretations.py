@@ -12,9 +12,8 @@ ranges that it was drawn from by a digest, so that one of other ranges is not ta
 
 from __future__ import annotations
 
-import csv
 import hashlib
-import io
+import json
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from importlib.resources import files
@@ -53,7 +52,7 @@ PRINTED = {
 }
 """Reference ground of Table 2.2 in SI, the same in every interpretation."""
 
-FILE = "millipede_interpretations.csv"
+FILE = "millipede_interpretations.json"
 """The packaged interpretations."""
 
 STORE = "interpretations"
@@ -153,14 +152,11 @@ class Interpretations:
         return table
 
     def text(self) -> str:
-        """The packaged file: seed and digest of the ranges, then a row each, empty where it could not be judged."""
-        lines = io.StringIO()
-        lines.write(f"# seed {self.seed}, ranges {_digest()}\n")
-        writer = csv.writer(lines, lineterminator="\n")
-        writer.writerow(["number", *COUNTS])
-        for number, one in enumerate(self.scores):
-            writer.writerow([number, *("" if one is None else getattr(one, name) for name in COUNTS)])
-        return lines.getvalue()
+        """The packaged file: seed, digest of the ranges, and counts, None where it could not be judged."""
+        counts = [None if one is None else [getattr(one, name) for name in COUNTS] for one in self.scores]
+        table = {"seed": self.seed, "ranges": _digest(), "columns": COUNTS}
+        rows = ",\n".join(json.dumps(one) for one in counts)
+        return json.dumps(table)[:-1] + f', "counts": [\n{rows}\n]}}\n'
 
 
 def packaged_interpretations() -> Interpretations:
@@ -169,27 +165,11 @@ def packaged_interpretations() -> Interpretations:
 
 
 def parse_interpretations(text: str) -> Interpretations:
-    """Interpretations from `Interpretations.text`.
-
-    Raises
-    ------
-    InputError
-        For a file that is none, and one of other ranges.
-    """
-    first, _, table = text.partition("\n")
-    try:
-        (_, _, seed, _, digest) = first.split()
-        rows = list(csv.DictReader(table.splitlines()))
-        scores = [
-            Score(**{name: int(row[name]) for name in COUNTS}) if row["agree"] else None for row in rows
-        ]
-        found = Interpretations(int(seed.rstrip(",")), tuple(scores))
-        whole = [int(row["number"]) for row in rows] == list(range(len(rows)))
-    except (ValueError, KeyError, TypeError) as error:
-        raise InputError(f"this is no file of interpretations ({error})") from None
-    if digest != _digest() or not whole:
+    """Interpretations from `Interpretations.text`. Raises InputError for one of other ranges."""
+    table = json.loads(text)
+    if table["ranges"] != _digest():
         raise InputError("these interpretations were drawn from other ranges; judge them again")
-    return found
+    return Interpretations(table["seed"], tuple(one and Score(*one) for one in table["counts"]))
 
 
 def _digest() -> str:

@@ -27,7 +27,7 @@ from tarsus_reproduce.forecast import (
     role_of,
 )
 from tarsus_reproduce.impacts import MapRow, ModeRow, map_rows, mode_rows
-from tarsus_reproduce.mixtures import packaged_members, packaged_misses, packaged_told
+from tarsus_reproduce.ensembles import packaged_members, packaged_misses, packaged_told
 from tarsus_reproduce.reproduction import Progress
 from tarsus_reproduce.rows import HEIGHTS, PrintedRow, packaged_rows, read_rows, relative_error
 

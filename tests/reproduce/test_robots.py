@@ -8,7 +8,7 @@ import pytest
 import tarsus as ts
 from tarsus_reproduce import robots
 from tarsus_reproduce.impacts import impact_energies, map_rows, mode_rows, printed_column
-from tarsus_reproduce.mixtures import packaged_members
+from tarsus_reproduce.ensembles import packaged_members
 from tarsus_reproduce.robot_runs import STEADY, robot_runs, settling_time, share_made
 
 
