@@ -15,6 +15,7 @@ from tarsus.calibrate.prediction import Miss
 from tarsus.files.library import changed
 from tarsus.measure import Counting, by_window, histories_of
 from tarsus.tables import Column, Table
+from tarsus_reproduce.ensembles import packaged_errors, packaged_members, packaged_misses
 from tarsus_reproduce.forecast import (
     CALIBRATED,
     PREDICTED,
@@ -23,22 +24,19 @@ from tarsus_reproduce.forecast import (
     Member,
     WeightedValues,
     forecast,
+    medians,
     members_of,
     role_of,
 )
-from tarsus_reproduce.ensembles import packaged_errors, packaged_members, packaged_misses
-from tarsus_reproduce.reproduction import NumberRow, Progress, Reproduction, Section, numbers_table
+from tarsus_reproduce.reproduction import (
+    NumberRow,
+    Progress,
+    Reproduction,
+    Section,
+    number_rows,
+    numbers_table,
+)
 from tarsus_reproduce.rows import CANTILEVER, PrintedRow, packaged_rows, read_rows, relative_error
-
-__all__ = [
-    "PeriodsRow",
-    "compare",
-    "errors",
-    "periods_of",
-    "reproduce_cantilever",
-    "simulate_row",
-    "summary_of",
-]
 
 SETTLING_TIME, SETTLING_PERIODS = 0.1, 4
 """Transients that are dropped: this long [s] and at least so many drive periods. By then the first mode
@@ -80,11 +78,6 @@ class PeriodsRow:
     problems: tuple[str, ...]
 
     @property
-    def medians(self) -> dict[str, float | None]:
-        """What is compared with a table."""
-        return {key: one.to_dict()["median"] for key, one in self.forecasts.items()}
-
-    @property
     def case(self) -> str:
         """The drive in words; a star marks a row of a file."""
         one = self.printed
@@ -106,8 +99,8 @@ class PeriodsRow:
             "periods": self.periods,
             "errors": {
                 "source": errors(one.measured, one.source),
-                "ours": errors(one.measured, self.medians),
-                "ours_against_source": errors(one.source, self.medians),
+                "ours": errors(one.measured, medians(self.forecasts)),
+                "ours_against_source": errors(one.source, medians(self.forecasts)),
             },
             "problems": list(self.problems),
         }
@@ -218,7 +211,7 @@ def summary_of(rows: Sequence[PeriodsRow]) -> dict[str, Any]:
 def _merits_of(rows: Sequence[PeriodsRow]) -> dict[str, Any]:
     """Table 2.3 for both models against the measurement, and our model against the source's."""
     measured, source = ([getattr(row.printed, who) or {} for row in rows] for who in ("measured", "source"))
-    ours = [row.medians for row in rows]
+    ours = [medians(row.forecasts) for row in rows]
     return {
         "rows": len(rows),
         "source": compare(measured, source),
@@ -347,22 +340,9 @@ def _line(row: Mapping[str, Any]) -> list[float | None]:
 
 
 def _number_rows(row: PeriodsRow) -> list[NumberRow]:
-    """Every quantity of a case in SI, and the share of periods with a bounce."""
-    found = [
-        NumberRow(
-            row.case, row.role, one.words, one.unit,
-            *(_si((getattr(row.printed, who) or {}).get(one.key), one.factor) for who in ("measured", "source")),
-            row.forecasts[one.key].scaled(1.0 / one.factor),
-        )
-        for one in CANTILEVER.quantities
-    ]  # fmt: skip
-    chance = math.nan if row.p_bounce is None else row.p_bounce
-    certain = Forecast(chance, math.nan, math.nan)
-    return [*found, NumberRow(row.case, row.role, "periods with a bounce", "%", None, None, certain)]
-
-
-def _si(value: float | None, factor: float) -> float | None:
-    return None if value is None else value / factor
+    """Every quantity of a case, and the share of periods with a bounce."""
+    found = number_rows(row.case, row.role, row.printed, CANTILEVER, row.forecasts)
+    return [*found, NumberRow.probability(row.case, row.role, "periods with a bounce", row.p_bounce)]
 
 
 _MERITS = (
@@ -413,7 +393,8 @@ def _summary_tables(summary: Mapping[str, Any]) -> list[Table]:
         for title, place, unit in _MERITS:
             values = [_found(part[who], place) for who in ("source", "ours", "ours_against_source")]
             if any(value is not None for value in values):
-                rows.append((title, *(_si(value, 100.0) if unit == "%" else value for value in values)))
+                step = 100.0 if unit == "%" else 1.0
+                rows.append((title, *(None if value is None else value / step for value in values)))
                 units.append(unit)
         tables.append(Table(f"Table 2.3 for {words} ({part['rows']})", columns, rows, units=units))
     return tables

@@ -14,18 +14,6 @@ from enum import Enum
 from tarsus.model.scene import Scene
 from tarsus_reproduce.trends import Claim, Direction, HasExtrema, HasMaximum, falls, rises
 
-__all__ = [
-    "ADHESION",
-    "DIRECTIONAL",
-    "EXAMPLE_CLAIM",
-    "PAYLOAD",
-    "TRENDS",
-    "FilmUnit",
-    "Trend",
-    "examples",
-    "scored_trends",
-]
-
 PAYLOAD_KNEE = 0.2e-6
 """Body mass beyond which contact gets shorter (section 4.4.1, Fig. 4.11) [kg]; the only one the text names."""
 

@@ -53,6 +53,6 @@ def packaged_errors(device: str) -> dict[str, Any] | None:
 
 
 def packaged_told(device: str) -> tuple[str, ...]:
-    """What was chosen on the way to a packaged ensemble, a sentence each: options with their weights, interpretations of
-    the table that are not in it, constraints with their reasons. Empty without an ensemble."""
+    """What was chosen on the way to a packaged ensemble, a sentence each: options with their weights, interpretations
+    of the table that are not in it, constraints with their reasons. Empty without an ensemble."""
     return tuple(_packaged(device).get("told", ()))

@@ -9,7 +9,7 @@ were excluded (`tarsus.calibrate.prediction`: the same numbers and the same func
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,17 +19,6 @@ from tarsus.base.errors import InputError
 from tarsus.calibrate.prediction import Miss, median_and_interval
 from tarsus.files.library import load_scene
 from tarsus.model.scene import Scene, Source
-
-__all__ = [
-    "CALIBRATED",
-    "PREDICTED",
-    "Forecast",
-    "Member",
-    "WeightedValues",
-    "forecast",
-    "members_of",
-    "role_of",
-]
 
 Floats = NDArray[np.float64]
 
@@ -122,6 +111,11 @@ class Forecast:
             name: value if math.isfinite(value := getattr(self, name)) else None
             for name in ("median", "low", "high")
         }
+
+
+def medians(forecasts: Mapping[str, Forecast]) -> dict[str, float | None]:
+    """What is compared with a table, None where nothing is forecast."""
+    return {key: one.to_dict()["median"] for key, one in forecasts.items()}
 
 
 def forecast(samples: WeightedValues, miss: Miss | None = None) -> Forecast:

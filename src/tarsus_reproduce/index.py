@@ -14,8 +14,6 @@ from tarsus_reproduce.forecast import CALIBRATED, PREDICTED
 from tarsus_reproduce.reproduction import NOTABLE
 from tarsus_reproduce.verb import Experiment, experiments
 
-__all__ = ["index_html"]
-
 Result = Mapping[str, Any]
 
 

@@ -34,11 +34,6 @@ from tarsus.model.scene import Initial, Scene, Standing
 from tarsus_reproduce.claims import FilmUnit
 from tarsus_reproduce.millipede import Coarse, Score, judge_scene, walker_of
 
-__all__ = [
-    "CHOICES", "STORE_FILES", "UNPRINTED", "Interpretations", "UnprintedChoice", "drawn", "interpretation_scene",
-    "judged_interpretations", "packaged_interpretations", "parse_interpretations",
-]  # fmt: skip
-
 COARSE = Coarse(9, (0.1, 0.5, 0.9))
 """Runs of an interpretation's studies: with nine values a direction takes a rank correlation of 0.80 (p < 0.01)."""
 

@@ -29,11 +29,6 @@ from tarsus_reproduce.claims import EXAMPLE_CLAIM, TRENDS, FilmUnit, Trend, exam
 from tarsus_reproduce.reproduction import Progress
 from tarsus_reproduce.trends import RELEVANT, Finding, TrendCurve, TrendVerdict
 
-__all__ = [
-    "VARIANTS", "Coarse", "DeviceTrends", "Example", "GroundComparison", "JudgedTrend", "Score", "Swept",
-    "damping_ratio", "judge_devices", "judge_scene", "stands", "walker_of",
-]  # fmt: skip
-
 VARIANTS = ("millipede", "millipede-table", "millipede-printed")
 """Devices that are judged when none is named, those that are installed."""
 

@@ -27,7 +27,6 @@ from tarsus_reproduce.trends import CRITERION, TrendVerdict
 if TYPE_CHECKING:
     from tarsus.report.pages import Plate
 
-__all__ = ["millipede_reproduction", "reproduce_millipede"]
 
 FIGURES = {
     "millipede-electrostatics": ("Fig. 4.8: electrostatics", "C_e"),

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,12 +19,11 @@ from tarsus.files.jsontext import json_text
 from tarsus.files.store import write_text
 from tarsus.tables import Column, Table
 from tarsus_reproduce.forecast import Forecast
-from tarsus_reproduce.rows import relative_error
+from tarsus_reproduce.rows import PrintedRow, PrintedTable, relative_error
 
 if TYPE_CHECKING:
     from tarsus.report.pages import Plate
 
-__all__ = ["NOTABLE", "PAGE_FILES", "NumberRow", "Progress", "Reproduction", "Section", "numbers_table"]
 
 Progress = Callable[[int, int, str], None]
 """Called as `progress(done, total, what)` by long work."""
@@ -40,7 +40,15 @@ class NumberRow:
     """One printed number beside ours: what was measured and the source's model [SI], None where nothing is printed.
 
     case: of which drive; role: `CALIBRATED` or `PREDICTED`; without: ours without small forces, where that is asked.
+    Of a probability (unit "%") only the median is known.
     """
+
+    @classmethod
+    def probability(cls, case: str, role: str, words: str, p: float | None) -> NumberRow:
+        """A probability, for which nothing is printed."""
+        return cls(
+            case, role, words, "%", None, None, Forecast(math.nan if p is None else p, math.nan, math.nan)
+        )
 
     case: str
     role: str
@@ -67,6 +75,24 @@ class NumberRow:
             return False
         off = abs(self.measured - median)
         return off > NOTABLE * abs(self.measured) and (self.unit != "1" or off >= 0.5)
+
+
+def number_rows(
+    case: str,
+    role: str,
+    printed: PrintedRow,
+    table: PrintedTable,
+    ours: Mapping[str, Forecast],
+    without: Mapping[str, Forecast] | None = None,
+) -> list[NumberRow]:
+    """Every quantity of a printed row; forecasts are in the table's units."""
+    rows = []
+    for one in table.quantities:
+        values = ((getattr(printed, who) or {}).get(one.key) for who in ("measured", "source"))
+        numbers = [None if value is None else value / one.factor for value in values]
+        found = [None if part is None else part[one.key].scaled(1.0 / one.factor) for part in (ours, without)]
+        rows.append(NumberRow(case, role, one.words, one.unit, *numbers, *found))  # pyright: ignore[reportArgumentType]
+    return rows
 
 
 def numbers_table(title: str, rows: Sequence[NumberRow], notes: Iterable[str] = ()) -> Table:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -13,16 +12,23 @@ import numpy as np
 from tarsus.files.library import load_scene
 from tarsus.impacts.energy import creation_warning
 from tarsus.tables import Column, Table
-from tarsus_reproduce.forecast import CALIBRATED, PREDICTED, Forecast, Member
+from tarsus_reproduce.forecast import CALIBRATED, PREDICTED, Member
 from tarsus_reproduce.impacts import printed_column
-from tarsus_reproduce.reproduction import NumberRow, Progress, Reproduction, Section, numbers_table
+from tarsus_reproduce.reproduction import (
+    NumberRow,
+    Progress,
+    Reproduction,
+    Section,
+    number_rows,
+    numbers_table,
+)
 from tarsus_reproduce.robot_runs import AIR_GAP, RobotRuns, check_device, robot_runs, share_made
 from tarsus_reproduce.robots import (
+    MEAN_HEIGHT,
     OBSERVED,
     SEEDS,
     SETTLE,
     WINDOW,
-    HeightColumn,
     RobotRows,
     WindowsRow,
     robot_rows,
@@ -32,7 +38,6 @@ from tarsus_reproduce.rows import HEIGHTS
 if TYPE_CHECKING:
     from tarsus.report.pages import Plate
 
-__all__ = ["reproduce_robot", "robot_reproduction"]
 
 ROUNDING = 1e-9
 """Gains of kinetic energy and energies that differ by less of their size are one: sums of a run round far below."""
@@ -49,14 +54,13 @@ def reproduce_robot(
     rows: str | Path | None = None,
     *,
     seeds: int = SEEDS,
-    column: HeightColumn = HeightColumn.MEAN_APEX,
     progress: Progress | None = None,
 ) -> Reproduction:
     """A robot beside Table 3.2, with single runs over the ground and in the air; parameters and errors as for
     `tarsus_reproduce.robots.robot_rows`. The single runs are of the named device, or of the packaged one."""
     name = device if isinstance(device, str) else robot
     check_device(load_scene(name), name)
-    found = robot_rows(robot, device, rows, seeds=seeds, column=column, progress=progress)
+    found = robot_rows(robot, device, rows, seeds=seeds, progress=progress)
     return robot_reproduction(found, robot_runs(robot, name, progress=progress))
 
 
@@ -104,12 +108,12 @@ def _heights(found: RobotRows) -> Section:
         nothing = f"The source prints no table of heights for the {found.robot}."
         return Section("Heights and bounces", (Table("", (), (), (nothing,)),))
     numbers = [one for row in found.rows for one in _number_rows(row)]
-    seeds = max(row.ours.seeds for row in found.rows)
+    seeds = max(row.seeds for row in found.rows)
     notes = [
         f"Every number of ours is the median over windows of {1e3 * WINDOW:g} ms, from which the table's counts in "
         f"multiples of 20 seem to be read, of {seeds} runs from random initial states, with the interval that holds "
         f"80 % of the windows; {SETTLE:g} s are dropped and {OBSERVED:g} s observed. Mean height is taken as "
-        f"{found.column.value}; the mean of the flights' highest points stands beside it.",
+        f"{MEAN_HEIGHT}; the mean over time stands beside it.",
         *found.told,
     ]
     ground = found.scene.ground
@@ -131,19 +135,12 @@ def _numbers_figure(numbers: Sequence[NumberRow], caption: str) -> Plate:
 
 
 def _number_rows(row: WindowsRow) -> list[NumberRow]:
-    """Every quantity of a row in SI, the mean apex, and the share of windows with a bounce."""
-    nan = Forecast(*[math.nan] * 3)
-    found = []
-    for one in HEIGHTS.quantities:
-        values = ((getattr(row.printed, who) or {}).get(one.key) for who in ("measured", "source"))
-        measured, source = (None if value is None else value / one.factor for value in values)
-        ours, without = (part.forecasts[one.key].scaled(1.0 / one.factor) for part in (row.ours, row.without))
-        found.append(NumberRow(row.case, row.role, one.words, one.unit, measured, source, ours, without))
-    apex = row.ours.apex_um.scaled(1e-6)
-    chance = Forecast(math.nan if row.ours.p_bounce is None else row.ours.p_bounce, math.nan, math.nan)
-    found.append(NumberRow(row.case, row.role, "mean of the apexes", "m", None, None, apex, nan))
-    found.append(NumberRow(row.case, row.role, "windows with a bounce", "%", None, None, chance, nan))
-    return found
+    """Every quantity of a row, the mean over time, and the share of windows with a bounce."""
+    return [
+        *number_rows(row.case, row.role, row.printed, HEIGHTS, row.ours, row.without),
+        NumberRow(row.case, row.role, "mean height over time", "m", None, None, row.time_mean),
+        NumberRow.probability(row.case, row.role, "windows with a bounce", row.p_bounce),
+    ]
 
 
 def _summary(found: RobotRows) -> Table:

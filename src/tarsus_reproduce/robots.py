@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from enum import Enum
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +15,7 @@ from tarsus.files.library import changed
 from tarsus.model.drive.waveforms import Sine, Square
 from tarsus.model.scene import Scene
 from tarsus.solve.seeds import Statistics, foot_statistics
+from tarsus_reproduce.ensembles import packaged_members, packaged_misses, packaged_told
 from tarsus_reproduce.forecast import (
     CALIBRATED,
     PREDICTED,
@@ -23,23 +23,13 @@ from tarsus_reproduce.forecast import (
     Member,
     WeightedValues,
     forecast,
+    medians,
     members_of,
     role_of,
 )
 from tarsus_reproduce.impacts import MapRow, ModeRow, map_rows, mode_rows
-from tarsus_reproduce.ensembles import packaged_members, packaged_misses, packaged_told
 from tarsus_reproduce.reproduction import Progress
 from tarsus_reproduce.rows import HEIGHTS, PrintedRow, packaged_rows, read_rows, relative_error
-
-__all__ = [
-    "HeightColumn",
-    "RobotRows",
-    "WindowsRow",
-    "drive_frequency",
-    "printed_rows",
-    "robot_rows",
-    "row_scene",
-]
 
 SEEDS = 32
 """Initial states of every row, shared out over the members of an ensemble; the packaged one has more: one each."""
@@ -51,49 +41,30 @@ FASTEST = 1e5
 """Highest drive frequency of a row [Hz]: a hundred times the source's; faster ones take hours over many seeds."""
 
 
-class HeightColumn(Enum):
-    """What the table's "Avg. height" may be: its text does not say."""
-
-    TIME_MEAN = "clearance averaged over time"
-    MEAN_APEX = "mean of the flights' highest points"
-
-
-@dataclass(frozen=True)
-class WindowForecasts:
-    """Forecasts of an ensemble over the windows of all seeds, in the table's units by key of its quantities.
-
-    apex_um: the mean of the flights' highest points, beside a mean height over time; p_bounce: share of the windows
-    with a bounce; problems: sentences of runs that did not end well.
-    """
-
-    forecasts: Mapping[str, Forecast]
-    apex_um: Forecast
-    p_bounce: float | None
-    seeds: int
-    problems: tuple[str, ...]
-
-    @property
-    def medians(self) -> dict[str, float | None]:
-        """What is compared with a table."""
-        return {key: one.to_dict()["median"] for key, one in self.forecasts.items()}
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data of the quantities that the table has."""
-        return {key: one.to_dict() for key, one in self.forecasts.items()}
+MEAN_HEIGHT = "mean of the flights' highest points"
+"""What the table's "Avg. height" is taken to be, as in the packaged study; its text does not say. The mean over time
+stands beside it."""
 
 
 @dataclass(frozen=True)
 class WindowsRow:
-    """One row: ours with the ground as described, and with the small forces left out.
+    """One row, forecast by an ensemble over the windows of all seeds; in the table's units by key of its quantities.
 
-    freq_hz: drive frequency [Hz] of the first member; role: whether the device was calibrated on this row.
+    ours, without: with the ground as described, and without the small forces; time_mean: clearance averaged over time
+    [m]; p_bounce: share of the windows with a bounce; freq_hz: drive frequency [Hz] of the first member; role: whether
+    the device was calibrated on this row; problems, problems_without: sentences of runs that did not end well.
     """
 
     printed: PrintedRow
     freq_hz: float
-    ours: WindowForecasts
-    without: WindowForecasts
+    ours: Mapping[str, Forecast]
+    without: Mapping[str, Forecast]
+    time_mean: Forecast
+    p_bounce: float | None
+    seeds: int
     role: str
+    problems: tuple[str, ...]
+    problems_without: tuple[str, ...]
 
     @property
     def case(self) -> str:
@@ -103,7 +74,7 @@ class WindowsRow:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data; lengths in um, rates in 1/s."""
-        one, medians = self.printed, self.ours.medians
+        one = self.printed
         return {
             "wave": one.wave,
             "volt_v": one.volt_v,
@@ -113,16 +84,17 @@ class WindowsRow:
             "role": self.role,
             "measured": one.measured,
             "source": one.source,
-            "ours": self.ours.to_dict(),
-            "p_bounce": self.ours.p_bounce,
-            "mean_apex_um": self.ours.apex_um.to_dict(),
-            "without_small_forces": self.without.to_dict(),
-            "seeds": self.ours.seeds,
+            "ours": {key: found.to_dict() for key, found in self.ours.items()},
+            "p_bounce": self.p_bounce,
+            "mean_apex_um": self.ours["mean_um"].to_dict(),
+            "without_small_forces": {key: found.to_dict() for key, found in self.without.items()},
+            "seeds": self.seeds,
             "errors": {
-                key: relative_error((one.measured or {}).get(key), median) for key, median in medians.items()
+                key: relative_error((one.measured or {}).get(key), median)
+                for key, median in medians(self.ours).items()
             },
-            "problems": list(self.ours.problems),
-        }  # fmt: skip
+            "problems": list(self.problems),
+        }
 
 
 @dataclass(frozen=True)
@@ -135,7 +107,6 @@ class RobotRows:
     rows: tuple[WindowsRow, ...]
     modes: tuple[ModeRow, ...]
     maps: tuple[MapRow, ...]
-    column: HeightColumn
     told: tuple[str, ...] = ()
 
     @property
@@ -144,7 +115,7 @@ class RobotRows:
         return [
             f"{describe(row.printed)}: {problem}"
             for row in self.rows
-            for problem in dict.fromkeys((*row.ours.problems, *row.without.problems))
+            for problem in dict.fromkeys((*row.problems, *row.problems_without))
         ]
 
     def summary(self, origin: str | None = None, role: str | None = None) -> dict[str, Any]:
@@ -156,8 +127,8 @@ class RobotRows:
         rows = [row for row in self.rows if origin in (None, row.printed.origin) and role in (None, row.role)]
         models = {
             "source": [row.printed.source or {} for row in rows],
-            "ours": [row.ours.medians for row in rows],
-            "without_small_forces": [row.without.medians for row in rows],
+            "ours": [medians(row.ours) for row in rows],
+            "without_small_forces": [medians(row.without) for row in rows],
         }
         measured = [row.printed.measured or {} for row in rows]
         return {
@@ -179,7 +150,7 @@ class RobotRows:
         return {
             "robot": self.robot,
             "device": self.device,
-            "mean_um_is": self.column.value,
+            "mean_um_is": MEAN_HEIGHT,
             "ok": not self.problems,
             "rows": [row.to_dict() for row in self.rows],
             "summary": self.summary(),
@@ -205,7 +176,6 @@ def robot_rows(
     rows: str | Path | None = None,
     *,
     seeds: int = SEEDS,
-    column: HeightColumn = HeightColumn.MEAN_APEX,
     progress: Progress | None = None,
 ) -> RobotRows:
     """Simulate every row of Table 3.2, and of a rows file, over many seeds of initial state.
@@ -221,8 +191,6 @@ def robot_rows(
         A file of further rows (see `tarsus_reproduce.rows.read_rows`).
     seeds
         Initial states of every row, shared out over the members of an ensemble (one at least for each).
-    column
-        What the table's mean height is taken to be.
     progress
         Called as `progress(done, total, what)`.
 
@@ -239,12 +207,12 @@ def robot_rows(
     for number, one in enumerate(printed):
         if progress is not None:
             progress(number, len(printed), describe(one))
-        done.append(_row(members, one, robot, own_seeds, column, misses))
+        done.append(_row(members, one, robot, own_seeds, misses))
     name = device if isinstance(device, str) else _named(robot, members, device is None)
     scene = members[0].scene
     told = packaged_told(robot) if device is None else ()
     modes, maps = mode_rows(scene, robot), map_rows(scene, robot)
-    return RobotRows(robot, name, scene, tuple(done), modes, maps, column, told)
+    return RobotRows(robot, name, scene, tuple(done), modes, maps, told)
 
 
 def _added(path: str | Path) -> list[PrintedRow]:
@@ -296,12 +264,7 @@ def row_scene(scene: Scene, printed: PrintedRow, freq_hz: float) -> Scene:
 
 
 def _row(
-    members: Sequence[Member],
-    printed: PrintedRow,
-    robot: str,
-    seeds: int,
-    column: HeightColumn,
-    misses: Mapping[str, Miss],
+    members: Sequence[Member], printed: PrintedRow, robot: str, seeds: int, misses: Mapping[str, Miss]
 ) -> WindowsRow:
     found: dict[bool, list[tuple[float, Statistics]]] = {True: [], False: []}
     frequencies = [printed.freq_hz or drive_frequency(robot, one.scene, printed.wave) for one in members]
@@ -311,32 +274,30 @@ def _row(
             one = scene if near_field_forces else with_values(scene, {"ground.near_field_forces": False})
             statistics = foot_statistics(one, seeds, duration=OBSERVED, settle=SETTLE, window=WINDOW)
             of_members.append((member.weight, statistics))
-    ours, without = (_forecasts(of_members, seeds, column, misses) for of_members in found.values())
-    role = role_of(members, printed.origin == "packaged", printed.measured is not None)
-    return WindowsRow(printed, frequencies[0], ours, without, role)
+    failed, failed_without = (
+        tuple(problem for _, one in of_members for problem in one.failed) for of_members in found.values()
+    )
+    return WindowsRow(
+        printed, frequencies[0], *(_forecasts(of_members, misses) for of_members in found.values()),
+        time_mean=forecast(_joined(found[True], "mean")),
+        p_bounce=_joined(found[True], "bounces").share(0.5 / WINDOW),  # half a bounce a window: any
+        seeds=len(members) * seeds - len(failed),
+        role=role_of(members, printed.origin == "packaged", printed.measured is not None),
+        problems=failed, problems_without=failed_without,
+    )  # fmt: skip
 
 
-def _forecasts(
-    found: Sequence[tuple[float, Statistics]], seeds: int, column: HeightColumn, misses: Mapping[str, Miss]
-) -> WindowForecasts:
-    """The study's "mean" is a mean of apexes: what it misses says nothing of a mean over time."""
-    bounces, peak, mean, apex = (
-        WeightedValues.joined([(weight, getattr(one, name)) for weight, one in found])
-        for name in ("bounces", "peak", "mean", "apex")
-    )
-    failed = tuple(problem for _, one in found for problem in one.failed)
-    apexes = forecast(apex, misses.get("mean")).scaled(1e6)
-    return WindowForecasts(
-        {
-            "bounces_per_s": forecast(bounces, misses.get("bounces")),
-            "peak_um": forecast(peak, misses.get("peak")).scaled(1e6),
-            "mean_um": forecast(mean).scaled(1e6) if column is HeightColumn.TIME_MEAN else apexes,
-        },
-        apexes,
-        bounces.share(0.5 / WINDOW),  # half a bounce a window: any
-        len(found) * seeds - len(failed),
-        failed,
-    )
+def _forecasts(found: Sequence[tuple[float, Statistics]], misses: Mapping[str, Miss]) -> dict[str, Forecast]:
+    """Every quantity of the table, with what the model misses of it; the study's "mean" is a mean of apexes."""
+    parts = (("bounces", "bounces"), ("peak", "peak"), ("apex", "mean"))
+    return {
+        one.key: forecast(_joined(found, name), misses.get(own)).scaled(one.factor)
+        for one, (name, own) in zip(HEIGHTS.quantities, parts, strict=True)
+    }
+
+
+def _joined(found: Sequence[tuple[float, Statistics]], name: str) -> WeightedValues:
+    return WeightedValues.joined([(weight, getattr(one, name)) for weight, one in found])
 
 
 def _mean_error(measured: Sequence[Mapping], simulated: Sequence[Mapping], key: str) -> float | None:

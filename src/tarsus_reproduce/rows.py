@@ -11,18 +11,6 @@ from typing import Any
 
 from tarsus.files.rows import Cell, read_text, typed_rows
 
-__all__ = [
-    "CANTILEVER",
-    "HEIGHTS",
-    "PrintedQuantity",
-    "PrintedRow",
-    "PrintedTable",
-    "packaged_rows",
-    "parse_rows",
-    "read_rows",
-    "relative_error",
-]
-
 WAVE = Cell(required=True, words=("square", "sine"))
 DRIVE = Cell(required=True, positive=True)
 

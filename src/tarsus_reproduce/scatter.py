@@ -12,8 +12,6 @@ from tarsus.base.spec import float_paths, with_values
 from tarsus.model.scene import Scene
 from tarsus_reproduce.millipede import Coarse, DeviceTrends, Score, judge_scene
 
-__all__ = ["SPREAD", "scatter_scores", "scatter_table", "scattered"]
-
 SPREAD = 0.1
 """How far an unprinted number of a named device scatters when its score's firmness is asked for: 10 %, about what two
 builds of a thin film differ by."""

@@ -1,14 +1,7 @@
 """Whether a curve over a parameter does what is said of it: rises, falls, peaks inside, has extrema; by fixed rules.
 
-A curve has a value at every value of the parameter for several replicates: the same sweep on other grounds. What is
-said of it **agrees** if every replicate shows it, is **insensitive** if no replicate changes, which points at the
-device rather than at what is said, is **contradicted** if every replicate that changes shows the opposite, and is **not
-determined** else.
-
-A replicate *changes* if its range exceeds `RELEVANT` of its largest magnitude and twice its median spread (standard
-deviation from period to period). It *rises* or *falls* if it changes and its rank correlation with the parameter
-(Spearman's rho) has that sign with a two-sided p below `SIGNIFICANT`. It *peaks inside* if its largest value exceeds
-both ends by as much as a change needs. A *local extremum* stands out by `PROMINENT` of the range.
+A curve has a value at every value of the parameter for several replicates: the same sweep on other grounds. `CRITERION`
+has the rules in sentences.
 """
 
 from __future__ import annotations
@@ -23,22 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import find_peaks
 from scipy.stats import spearmanr
-
-__all__ = [
-    "CRITERION",
-    "PROMINENT",
-    "RELEVANT",
-    "SIGNIFICANT",
-    "Claim",
-    "Direction",
-    "Finding",
-    "HasExtrema",
-    "HasMaximum",
-    "TrendCurve",
-    "TrendVerdict",
-    "falls",
-    "rises",
-]
 
 Floats = NDArray[np.float64]
 

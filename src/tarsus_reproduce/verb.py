@@ -16,7 +16,6 @@ from tarsus.files.library import load_scene
 if TYPE_CHECKING:
     from tarsus_reproduce.reproduction import Progress, Reproduction
 
-__all__ = ["Experiment", "experiments", "options_of", "reproduce"]
 
 MOST_SEEDS = 10_000
 """More initial states than that narrow no interval by a hundredth and take hours."""

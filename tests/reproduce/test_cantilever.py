@@ -9,8 +9,8 @@ import math
 import pytest
 
 from tarsus_reproduce.cantilever import compare, errors, periods_of, reproduce_cantilever, simulate_row
-from tarsus_reproduce.forecast import members_of
 from tarsus_reproduce.ensembles import packaged_errors, packaged_members
+from tarsus_reproduce.forecast import members_of
 from tarsus_reproduce.rows import CANTILEVER, PrintedRow, packaged_rows
 
 

@@ -10,11 +10,11 @@ import pytest
 import tarsus as ts
 from reproduce.coarse_studies import FEW, ringing
 from tarsus_reproduce.cantilever import reproduce_cantilever
+from tarsus_reproduce.ensembles import packaged_errors, packaged_members
 from tarsus_reproduce.forecast import Forecast
 from tarsus_reproduce.index import index_html
 from tarsus_reproduce.millipede import judge_scene
 from tarsus_reproduce.millipede_tables import millipede_reproduction
-from tarsus_reproduce.ensembles import packaged_errors, packaged_members
 from tarsus_reproduce.reproduction import NumberRow, Reproduction, numbers_table
 from tarsus_reproduce.robot_tables import reproduce_robot
 from tarsus_reproduce.verb import experiments, reproduce

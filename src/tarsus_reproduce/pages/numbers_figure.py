@@ -14,8 +14,6 @@ from tarsus.report.sheet import Sheet, plate
 from tarsus.report.style import BLUE, INK, ORANGE, RULE, SKY, scale_of
 from tarsus_reproduce.reproduction import NumberRow
 
-__all__ = ["numbers_figure"]
-
 _LOOKS = {
     "measured": {"marker": "o", "color": INK, "ms": 6.0, "mfc": "white", "mew": 1.2},
     "source's model": {"marker": "s", "color": ORANGE, "ms": 4.2, "mew": 0.0},

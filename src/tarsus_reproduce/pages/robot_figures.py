@@ -20,8 +20,6 @@ from tarsus.tables import amount
 from tarsus_reproduce.impacts import ImpactEnergies, ModeRow
 from tarsus_reproduce.robot_runs import RobotRuns
 
-__all__ = ["air_motion", "ground_circles", "ground_motion", "impact_histograms", "mode_shapes"]
-
 SAMPLES = 720
 """Samples of a drive period in figures of motion: two for each of the 360 degrees of a circular plot."""
 
