@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -29,13 +28,16 @@ from tarsus_reproduce.forecast import (
     role_of,
 )
 from tarsus_reproduce.reproduction import (
+    OURS,
+    FigureCall,
     NumberRow,
     Progress,
     Reproduction,
     Section,
+    found_at,
     number_rows,
     numbers_table,
-)
+)  # fmt: skip
 from tarsus_reproduce.rows import CANTILEVER, PrintedRow, packaged_rows, read_rows, relative_error
 
 SETTLING_TIME, SETTLING_PERIODS = 0.1, 4
@@ -296,9 +298,16 @@ def _comparison(
     if calibration is not None:
         sections.append(Section("Calibrated on and excluded", (_excluded_table(calibration),)))
     shown = numbers_table("Table A.1, row by row", numbers, notes)
-    sections.append(Section("Row by row", (shown,), (partial(_figure, numbers),)))
-    about = ("freq_hz", "volt_v", "wave", "role", "p_bounce")
+    sections.append(
+        Section("Row by row", (shown,), (FigureCall("numbers_figure.numbers_figure", numbers, CAPTION),))
+    )
     plain = [row.to_dict() for row in rows]
+    columns: dict[str, tuple[str, ...]] = {
+        name: (name,) for name in ("freq_hz", "volt_v", "wave", "role", "p_bounce")
+    }
+    for one in CANTILEVER.quantities:
+        columns |= {f"{one.key}_{who}": (who, one.key) for who in ("source", "measured")}
+        columns |= {f"{one.key}_{name}": ("ours", one.key, end) for name, end in OURS.items()}
     return Reproduction(
         name="cantilever",
         title="Micro-cantilever under periodic drive",
@@ -309,34 +318,18 @@ def _comparison(
             "rows": plain,
             "summary": summary,
         },
-        header=(*about, *(f"{one.key}_{who}" for one in CANTILEVER.quantities for who in _WHO)),
-        lines=tuple([*(row[name] for name in about), *_line(row)] for row in plain),
+        columns=columns,
+        lines=plain,
         sections=tuple(sections),
         problems=tuple(f"{row.case}: {code}" for row in rows for code in row.problems),
         footer=FOOTER,
     )
 
 
-def _figure(numbers: Sequence[NumberRow]) -> Any:
-    from tarsus_reproduce.pages.numbers_figure import numbers_figure
-
-    return numbers_figure(
-        numbers,
-        "Bounces per period, peak after break-off and contact duration per period of every case, bars are our 80 % "
-        "intervals; the axis of contact durations is linear below 1 ms and logarithmic above.",
-    )
-
-
-_WHO = ("source", "measured", "ours", "ours_low", "ours_high")
-
-
-def _line(row: Mapping[str, Any]) -> list[float | None]:
-    """Numbers of a row of the CSV file."""
-    found: list[float | None] = []
-    for quantity in CANTILEVER.quantities:
-        found += [(row[who] or {}).get(quantity.key) for who in ("source", "measured")]
-        found += [row["ours"][quantity.key][end] for end in ("median", "low", "high")]
-    return found
+CAPTION = (
+    "Bounces per period, peak after break-off and contact duration per period of every case, bars are our 80 % "
+    "intervals; the axis of contact durations is linear below 1 ms and logarithmic above."
+)
 
 
 def _number_rows(row: PeriodsRow) -> list[NumberRow]:
@@ -391,21 +384,13 @@ def _summary_tables(summary: Mapping[str, Any]) -> list[Table]:
     for words, part in parts:
         rows, units = [], []
         for title, place, unit in _MERITS:
-            values = [_found(part[who], place) for who in ("source", "ours", "ours_against_source")]
+            values = [found_at(part[who], place) for who in ("source", "ours", "ours_against_source")]
             if any(value is not None for value in values):
                 step = 100.0 if unit == "%" else 1.0
                 rows.append((title, *(None if value is None else value / step for value in values)))
                 units.append(unit)
         tables.append(Table(f"Table 2.3 for {words} ({part['rows']})", columns, rows, units=units))
     return tables
-
-
-def _found(table: Mapping[str, Any], place: tuple[str, ...]) -> Any:
-    for name in place:
-        table = table.get(name)  # pyright: ignore[reportAssignmentType]
-        if table is None:
-            return None
-    return table
 
 
 def _excluded_table(calibration: Mapping[str, Any]) -> Table:

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from tarsus.files.library import load_scene
 from tarsus.measure import STANDSTILL
@@ -20,13 +19,9 @@ from tarsus_reproduce.interpretations import (
     packaged_interpretations,
 )
 from tarsus_reproduce.millipede import VARIANTS, DeviceTrends, judge_devices
-from tarsus_reproduce.reproduction import Progress, Reproduction, Section
+from tarsus_reproduce.reproduction import FigureCall, Progress, Reproduction, Section
 from tarsus_reproduce.scatter import scatter_scores, scatter_table
 from tarsus_reproduce.trends import CRITERION, TrendVerdict
-
-if TYPE_CHECKING:
-    from tarsus.report.pages import Plate
-
 
 FIGURES = {
     "millipede-electrostatics": ("Fig. 4.8: electrostatics", "C_e"),
@@ -116,12 +111,12 @@ def millipede_reproduction(
             "variants": variants,
             "readings": drawn.to_dict() | {"packaged": packaged},
         },
-        header=("variant", *about, "least_rho", "largest_rho"),
-        lines=tuple(
-            [name, *(one[column] for column in about), min(one["rho"]), max(one["rho"])]
+        columns={name: (name,) for name in ("variant", *about, "least_rho", "largest_rho")},
+        lines=[
+            {"variant": name, **one, "least_rho": min(one["rho"]), "largest_rho": max(one["rho"])}
             for name, variant in variants.items()
             for one in variant["trends"]
-        ),
+        ],
         sections=(
             Section("Trends", (_scores(devices, drawn), _trends(devices))),
             _distribution(devices, drawn, scatter or {}),
@@ -231,41 +226,23 @@ def _distribution(
                 [(one.name, " or ".join(one.options), one.why) for one in CHOICES],
             ),
         ),
-        (partial(_interpretations_figure, drawn, devices),),
+        (FigureCall("millipede_figures.interpretations_figure", drawn, devices),),
     )  # fmt: skip
 
 
-def _interpretations_figure(drawn: Interpretations, devices: Sequence[DeviceTrends]) -> Plate:
-    from tarsus_reproduce.pages.millipede_figures import interpretations_figure
-
-    return interpretations_figure(drawn, devices)
-
-
-def _over(devices: Sequence[DeviceTrends]) -> list[partial[Plate]]:
+def _over(devices: Sequence[DeviceTrends]) -> list[FigureCall]:
     """A figure for every study that was run."""
     drawn = []
     for study, (title, symbol) in FIGURES.items():
         curves = [(device.name, one) for device in devices for one in device.swept if one.study == study]
         if curves:
-            drawn.append(partial(_swept_figure, curves, title, symbol))
+            drawn.append(FigureCall("millipede_figures.swept_figure", curves, title, symbol))
     return drawn
 
 
-def _swept_figure(*about: Any) -> Plate:
-    from tarsus_reproduce.pages.millipede_figures import swept_figure
-
-    return swept_figure(*about)
-
-
-def _walks(devices: Sequence[DeviceTrends]) -> list[partial[Plate]]:
+def _walks(devices: Sequence[DeviceTrends]) -> list[FigureCall]:
     whole = [one for one in devices if one.examples and all(example.run.ok for example in one.examples)]
-    return [partial(_walks_figure, one.examples, one.name) for one in whole]
-
-
-def _walks_figure(*about: Any) -> Plate:
-    from tarsus_reproduce.pages.millipede_figures import walks_figure
-
-    return walks_figure(*about)
+    return [FigureCall("millipede_figures.walks_figure", one.examples, one.name) for one in whole]
 
 
 def _grounds(devices: Sequence[DeviceTrends]) -> tuple[Table, ...]:

@@ -12,6 +12,7 @@ import io
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,6 +28,9 @@ if TYPE_CHECKING:
 
 Progress = Callable[[int, int, str], None]
 """Called as `progress(done, total, what)` by long work."""
+
+OURS = {"ours": "median", "ours_low": "low", "ours_high": "high"}
+"""Ends of the names of columns of the CSV files -> what of a forecast stands there."""
 
 NOTABLE = 0.30
 """Relative error beyond which a cell is coloured: Table 2.3 counts cases below it as good."""
@@ -124,13 +128,33 @@ def numbers_table(title: str, rows: Sequence[NumberRow], notes: Iterable[str] = 
     return Table(title, columns, cells, (*notes, *said), units=[row.unit for row in rows], flagged=flagged)
 
 
+class FigureCall:
+    """A figure that is drawn when a page is written: a function of `tarsus_reproduce.pages`, as "module.function", and
+    its arguments. matplotlib is loaded by then and not before."""
+
+    def __init__(self, function: str, *arguments: Any) -> None:
+        self.function, self.arguments = function, arguments
+
+    def __call__(self) -> Plate:
+        module, _, name = self.function.partition(".")
+        return getattr(import_module(f"tarsus_reproduce.pages.{module}"), name)(*self.arguments)
+
+
 @dataclass(frozen=True)
 class Section:
-    """A part of a comparison: heading, tables, and functions that draw a figure each when a page is written."""
+    """A part of a reproduction: heading, tables and figures."""
 
     title: str
     tables: tuple[Table, ...] = ()
-    figures: tuple[Callable[[], Plate], ...] = ()
+    figures: tuple[FigureCall, ...] = ()
+
+
+def found_at(table: Mapping[str, Any] | None, place: Sequence[str]) -> Any:
+    """What plain data hold at a place, by names from the outside in; None where something on the way is missing."""
+    found: Any = table
+    for name in place:
+        found = None if found is None else found.get(name)
+    return found
 
 
 @dataclass(frozen=True)
@@ -138,16 +162,16 @@ class Reproduction:
     """What an experiment of the dissertation shows beside what Tarsus computes of it.
 
     name: of the experiment; title, about: what is compared, with which device; data: plain data, what `--json` prints;
-    header, lines: rows of the CSV file; problems: sentences of runs that did not reach their end; cautions: sentences
-    about the device; footer: definitions, below the page.
+    columns, lines: of the CSV file, where each column is found in the plain data of a line; problems: sentences of
+    runs that did not reach their end; cautions: sentences about the device; footer: definitions, below the page.
     """
 
     name: str
     title: str
     about: str
     data: Mapping[str, Any]
-    header: tuple[str, ...]
-    lines: tuple[Sequence[Any], ...]
+    columns: Mapping[str, Sequence[str]]
+    lines: Sequence[Mapping[str, Any]]
     sections: tuple[Section, ...]
     problems: tuple[str, ...] = ()
     cautions: tuple[str, ...] = ()
@@ -171,8 +195,8 @@ class Reproduction:
         """The rows as comma-separated values."""
         lines = io.StringIO()
         writer = csv.writer(lines, lineterminator="\n")
-        writer.writerow(self.header)
-        writer.writerows(self.lines)
+        writer.writerow(self.columns)
+        writer.writerows([found_at(line, place) for place in self.columns.values()] for line in self.lines)
         return lines.getvalue()
 
     def html(self) -> str:

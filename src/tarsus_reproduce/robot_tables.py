@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -15,13 +14,15 @@ from tarsus.tables import Column, Table
 from tarsus_reproduce.forecast import CALIBRATED, PREDICTED, Member
 from tarsus_reproduce.impacts import printed_column
 from tarsus_reproduce.reproduction import (
+    OURS,
+    FigureCall,
     NumberRow,
     Progress,
     Reproduction,
     Section,
     number_rows,
     numbers_table,
-)
+)  # fmt: skip
 from tarsus_reproduce.robot_runs import AIR_GAP, RobotRuns, check_device, robot_runs, share_made
 from tarsus_reproduce.robots import (
     MEAN_HEIGHT,
@@ -34,10 +35,6 @@ from tarsus_reproduce.robots import (
     robot_rows,
 )
 from tarsus_reproduce.rows import HEIGHTS
-
-if TYPE_CHECKING:
-    from tarsus.report.pages import Plate
-
 
 ROUNDING = 1e-9
 """Gains of kinetic energy and energies that differ by less of their size are one: sums of a run round far below."""
@@ -70,19 +67,25 @@ def robot_reproduction(found: RobotRows, runs: RobotRuns) -> Reproduction:
     problems = (*found.problems, *runs.problems)
     data = {**found.to_dict(), **runs.to_dict(), "ok": not problems}
     about = ("wave", "volt_v", "gap_um", "freq_hz", "origin", "role", "seeds", "p_bounce")
+    columns: dict[str, tuple[str, ...]] = {name: (name,) for name in about}
     keys = [one.key for one in HEIGHTS.quantities]
-    header = [*about, *(f"{key}_{one}" for key in keys for one in ("measured", "source"))]
-    header += [f"{key}_{one}{end}" for key in keys for one in _OURS for end in ("", "_low", "_high")]
+    columns |= {f"{key}_{who}": (who, key) for key in keys for who in ("measured", "source")}
+    columns |= {
+        f"{key}_{who}{name.removeprefix('ours')}": (who, key, end)
+        for key in keys
+        for who in ("ours", "without_small_forces")
+        for name, end in OURS.items()
+    }
     return Reproduction(
         name=found.robot,
         title=f"The {found.robot} on its bouncing foot",
         about=f"Device {found.device}",
         data=data,
-        header=tuple(header),
-        lines=tuple([*(row[name] for name in about), *_line(row, keys)] for row in data["rows"]),
+        columns=columns,
+        lines=data["rows"],
         sections=(
             _heights(found),
-            Section("Motion over the ground", figures=tuple(_over_ground(runs))),
+            _over_ground(runs),
             _in_air(runs),
             _modes(found),
             _maps(found, runs),
@@ -91,16 +94,6 @@ def robot_reproduction(found: RobotRows, runs: RobotRuns) -> Reproduction:
         cautions=() if caution is None else (caution,),
         footer=FOOTER,
     )
-
-
-_OURS = ("ours", "without_small_forces")
-
-
-def _line(row: dict[str, Any], keys: Sequence[str]) -> list[float | None]:
-    """Numbers of a row of the CSV file."""
-    printed = [(row[who] or {}).get(key) for key in keys for who in ("measured", "source")]
-    ends = ("median", "low", "high")
-    return printed + [row[who][key][end] for key in keys for who in _OURS for end in ends]
 
 
 def _heights(found: RobotRows) -> Section:
@@ -125,13 +118,9 @@ def _heights(found: RobotRows) -> Section:
         "the windows; where a mark is missing nothing was measured."
     )
     tables = (_summary(found), numbers_table("Table 3.2, row by row", numbers, notes))
-    return Section("Heights and bounces", tables, (partial(_numbers_figure, numbers, caption),))
-
-
-def _numbers_figure(numbers: Sequence[NumberRow], caption: str) -> Plate:
-    from tarsus_reproduce.pages.numbers_figure import numbers_figure
-
-    return numbers_figure(numbers, caption)
+    return Section(
+        "Heights and bounces", tables, (FigureCall("numbers_figure.numbers_figure", numbers, caption),)
+    )
 
 
 def _number_rows(row: WindowsRow) -> list[NumberRow]:
@@ -164,30 +153,14 @@ def _summary(found: RobotRows) -> Table:
     return Table("Mean absolute error", columns, rows, (note,))
 
 
-def _over_ground(runs: RobotRuns) -> list[Callable[[], Plate]]:
+def _over_ground(runs: RobotRuns) -> Section:
     """Motion over the last periods, and as circles."""
-    if not any(near.run.ok for near in runs.near):
-        return []
-
-    def motion() -> Plate:
-        from tarsus_reproduce.pages.robot_figures import ground_motion
-
-        return ground_motion(runs)
-
-    def circles() -> Plate:
-        from tarsus_reproduce.pages.robot_figures import ground_circles
-
-        return ground_circles(runs)
-
-    return [motion, circles]
+    figures = [FigureCall(f"robot_figures.{name}", runs) for name in ("ground_motion", "ground_circles")]
+    ended = any(near.run.ok for near in runs.near)
+    return Section("Motion over the ground", figures=tuple(figures) if ended else ())
 
 
 def _in_air(runs: RobotRuns) -> Section:
-    def motion() -> Plate:
-        from tarsus_reproduce.pages.robot_figures import air_motion
-
-        return air_motion(runs)
-
     ended = [air for air in runs.air if not air.problem]
     rows = [
         (f"{air.volt_v:g} V square", air.freq_hz, point, float(size))
@@ -200,7 +173,9 @@ def _in_air(runs: RobotRuns) -> Section:
     )
     columns = ("drive", Column("frequency", "Hz"), "point", Column("peak to peak", "m"))
     shown = Table("Steady motion in the air", columns, rows, (note,))
-    return Section("Motion in the air", (shown,), (motion,) if ended else ())
+    return Section(
+        "Motion in the air", (shown,), (FigureCall("robot_figures.air_motion", runs),) if ended else ()
+    )
 
 
 def _modes(found: RobotRows) -> Section:
@@ -209,11 +184,6 @@ def _modes(found: RobotRows) -> Section:
         nothing = "The device's points are not those of the printed matrix, so no mode can be compared."
         return Section(title, (Table("", (), (), (nothing,)),))
     points, column = found.scene.robot.structure.points, printed_column(found.robot)
-
-    def shapes() -> Plate:
-        from tarsus_reproduce.pages.robot_figures import mode_shapes
-
-        return mode_shapes(found.modes, column, points)
 
     columns = (
         "mode",
@@ -227,6 +197,7 @@ def _modes(found: RobotRows) -> Section:
         "MAC: likeness of the mode and the printed CoR column, 1 = the same shape; the last line is that column. "
         "Shapes are relative to the struck foot."
     )
+    shapes = FigureCall("robot_figures.mode_shapes", found.modes, column, points)
     return Section(title, (Table("Modes beside the printed CoR column", columns, rows, (note,)),), (shapes,))
 
 
@@ -257,11 +228,7 @@ def _maps(found: RobotRows, runs: RobotRuns) -> Section:
         tables.append(Table("", (), (), (f"The run at {runs.struck.title} {why}.",)))
         return Section("Impact maps", tuple(tables))
 
-    def histograms() -> Plate:
-        from tarsus_reproduce.pages.robot_figures import impact_histograms
-
-        return impact_histograms(energies, runs.struck.title)
-
+    histograms = FigureCall("robot_figures.impact_histograms", energies, runs.struck.title)
     lists = {"as run": energies.actual} | {f"{k}, as it is": v for k, v in energies.by_map.items()}
     columns = (
         "energy made by", Column("sum", "J", 3), Column("mean of an impact", "J", 3), Column("most made", "J", 3),

@@ -42,7 +42,7 @@ def swept_figure(swept: Sequence[tuple[str, Swept]], title: str, symbol: str) ->
     across, unit = _across(first)
 
     def draw(sheet: Sheet) -> None:
-        panels = sheet.grid(len(PANELS), 0.8)
+        panels = sheet.grid(len(PANELS), 0.7)
         for axes, (names, label) in zip(panels, PANELS, strict=True):
             values = [one.values[name] for _, one in swept for name in names]
             scale = scale_of(first.about[names[0]].unit, *values)
