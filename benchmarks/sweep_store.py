@@ -35,8 +35,8 @@ from tarsus.study.studyfile import frozen_sweep
 loaded = time.perf_counter()
 folder = Path(sys.argv[1])
 sweep = frozen_sweep(folder)
-store, layout = open_store(sweep, folder, resume=True)
-points = sweep.points(layout.part(layout.units - 1))
+store = open_store(sweep, folder, resume=True)
+points = sweep.points(store.part(store.units - 1))
 print(f"{loaded - begin:.2f} s to load, {time.perf_counter() - loaded:.2f} s to open the sweep and draw its last unit")
 """
 
@@ -73,8 +73,8 @@ def fill(folder: Path, digest: str, units: int, chunk: int, runs: int) -> None:
         value = np.full((count, 2), float(unit))
         stream = io.BytesIO()
         np.savez(
-            stream, plan=np.array(digest), unit=np.array([unit, units]), code=np.zeros(count, np.int8), value=value,
-            spread=value, per_foot=value[:, :, None],
+            stream, plan=np.array(digest), unit=np.array([str(unit), str(units)]), code=np.zeros(count, np.int8),
+            value=value, spread=value, per_foot=value[:, :, None],
         )  # fmt: skip
         place = folder / "units" / f"{unit // 1000:03d}"
         if unit % 1000 == 0:
@@ -85,10 +85,10 @@ def fill(folder: Path, digest: str, units: int, chunk: int, runs: int) -> None:
 def measure(folder: Path, runs: int, chunk: int) -> None:
     with timed("plan"):
         sweep = the_sweep(runs, chunk)
-        store, layout = open_store(sweep, folder, resume=False)
-    print(f"{runs} runs in {layout.units} units")
+        store = open_store(sweep, folder, resume=False)
+    print(f"{runs} runs in {store.units} units")
     with timed("filling units"):
-        fill(folder, store.digest, layout.units, chunk, runs)
+        fill(folder, store.digest, store.units, chunk, runs)
     for _ in range(2):
         subprocess.run([sys.executable, "-c", START, str(folder)], check=True)
         with timed("status"):

@@ -16,17 +16,16 @@ import numpy as np
 
 import tarsus as ts
 from tarsus.identify.candidates import Candidate, candidate_grid
-from tarsus.identify.feature_likelihood import FeatureLikelihood, Observed
-from tarsus.identify.features import Features, Instrument, features_of
-from tarsus.identify.posterior import Weighed, weigh_prior
+from tarsus.identify.features import Features, Resolution, features_of, simulated
 from tarsus.identify.prior import LogNormalPrior
 from tarsus.identify.ranking import Ranking, rank
+from tarsus.identify.verdict import Assessment, judge_samples
 
 START, RATE = "ground.adhesion.initial", "ground.adhesion.rate"
 UNITS = {START: "N", RATE: "N/s"}
 TRUTH = {START: 170e-9, RATE: 2.8e-6}
 KINDS = ("contact_duration", "peak")
-INSTRUMENT = Instrument(share=0.015)
+INSTRUMENT = Resolution(share=0.015)
 
 
 def device() -> ts.Scene:
@@ -34,31 +33,49 @@ def device() -> ts.Scene:
     return ts.load_scene("cantilever-capture", **{START: "150 nN", RATE: "3.4 uN/s"})
 
 
-def recorded(candidate: Candidate, seed: int) -> Observed:
+def recorded(candidate: Candidate, seed: int) -> tuple[Candidate, Features]:
     """Features of a record of the true device, as the instrument would give them."""
     scene = candidate.on(device())
     true = features_of(ts.simulate(ts.with_values(scene, TRUTH), candidate.record), KINDS)
     noise = true.error(INSTRUMENT) * np.random.default_rng(seed).standard_normal(len(KINDS))
-    seen = Features(true.names, true.units, true.values + noise, true.spread, true.periods)
-    return Observed(scene, seen, candidate.record)
+    return candidate, Features(true.names, true.units, true.values + noise, true.spread, true.periods)
 
 
 def learnt(
-    records: list[Observed], prior: LogNormalPrior, proposal: LogNormalPrior | None = None, draws: int = 1024
-) -> Weighed:
-    """What records leave of a prior."""
-    likelihood = FeatureLikelihood(records, prior.paths, instrument=INSTRUMENT)
-    return weigh_prior(likelihood, prior, proposal=proposal, draws=draws)
+    records: list[tuple[Candidate, Features]],
+    prior: LogNormalPrior,
+    near: LogNormalPrior | None = None,
+    draws: int = 1024,
+) -> np.ndarray:
+    """Draws (draws, 2) of what records leave of a prior: devices are drawn from it, or from where they are expected,
+    and drawn again by how well they give the features."""
+    logs = (near or prior).draws(draws)
+    devices = (near or prior).values * np.exp(logs)
+    log = _log_density(prior, devices) - _log_density(near or prior, devices)
+    for candidate, seen in records:
+        vary = dict(zip(prior.paths, devices.T, strict=True))
+        found = simulated(candidate.on(device()), vary, candidate.record, KINDS)
+        variance = seen.error(INSTRUMENT) ** 2 + found.spread**2 / found.periods
+        terms = (found.values - seen.values) ** 2 / variance + np.log(variance)
+        log -= 0.5 * np.nan_to_num(terms, nan=np.inf).sum(axis=1)
+    share = np.cumsum(np.exp(log - log.max()))
+    places = (np.arange(draws) + np.random.default_rng(0).random(draws)) / draws * share[-1]
+    return devices[np.searchsorted(share, places)]
+
+
+def _log_density(known: LogNormalPrior, devices: np.ndarray) -> np.ndarray:
+    off = np.log(devices / known.values)
+    return -0.5 * np.einsum("ni,ij,nj->n", off, np.linalg.inv(known.covariance), off)
 
 
 @dataclass(frozen=True)
 class Story:
     """What was known after the first record, what the ranking said, and what was known after what it asked for."""
 
-    first: Weighed
+    first: Assessment
     ranking: Ranking
-    second: Weighed
-    instead: Weighed
+    second: Assessment
+    instead: Assessment
 
 
 def measured(draws: int = 1024) -> Story:
@@ -68,24 +85,25 @@ def measured(draws: int = 1024) -> Story:
     prior = LogNormalPrior.of_scene(device(), (START, RATE), spread=0.5)
     record = recorded(begin, 1)
     first = learnt([record], prior, draws=draws)
-    proposal = first.as_prior()
-    ranking = rank(device(), grid, proposal, RATE, budget=2.0, kinds=KINDS, instrument=INSTRUMENT)
-    asked = recorded(ranking.ranked[0].candidate, 2)
-    second = learnt([record, asked], prior, proposal, draws)
-    return Story(first, ranking, second, learnt([record, recorded(begin, 2)], prior, proposal, draws))
+    near = LogNormalPrior.of_samples(prior.paths, first)
+    ranking = rank(device(), grid, near, RATE, budget=2.0, kinds=KINDS, instrument=INSTRUMENT)
+    asked, again = recorded(ranking.ranked[0].candidate, 2), recorded(begin, 2)
+    second, instead = (learnt([record, other], prior, near, draws) for other in (asked, again))
+    judged = [judge_samples(prior.paths, np.median(rows, axis=0), rows) for rows in (first, second, instead)]
+    return Story(judged[0], ranking, judged[1], judged[2])
 
 
 def text(story: Story) -> str:
     """The story for people."""
     top = story.ranking.ranked[0]
-    lines = ["After one record at 15 Hz:", *story.first.judge().sentences(UNITS), ""]
+    lines = ["After one record at 15 Hz:", *story.first.sentences(UNITS), ""]
     lines += [f"Signals by what they tell of {RATE}:"]
     lines += [
         f"  {one.candidate.name:24s} expected standard deviation {one.std:.0%}"
         for one in story.ranking.ranked
     ]
-    lines += ["", f"After a record at {top.candidate.name}:", *story.second.judge().sentences(UNITS)]
-    lines += ["", "After a second record at 15 Hz instead:", *story.instead.judge().sentences(UNITS)]
+    lines += ["", f"After a record at {top.candidate.name}:", *story.second.sentences(UNITS)]
+    lines += ["", "After a second record at 15 Hz instead:", *story.instead.sentences(UNITS)]
     lines += [
         "",
         f"The truth: {', '.join(f'{path} = {value:.3g} {UNITS[path]}' for path, value in TRUTH.items())}",

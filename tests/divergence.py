@@ -115,11 +115,11 @@ class Pair:
         """Growth of the distance over the run, as a number of e-folds: the exponent of divergence times the time, by
         least squares of the logarithm from where there is a distance at all."""
         times, apart = self.distances
-        told = apart > 0.0
-        if told.sum() < 3 or times[-1] <= 0.0:
+        apart_at = apart > 0.0
+        if apart_at.sum() < 3 or times[-1] <= 0.0:
             return 0.0
-        rate = np.polyfit(times[told], np.log(apart[told]), 1)[0]
-        return float(rate * (times[told][-1] - times[told][0]))
+        rate = np.polyfit(times[apart_at], np.log(apart[apart_at]), 1)[0]
+        return float(rate * (times[apart_at][-1] - times[apart_at][0]))
 
     @property
     def chaotic(self) -> bool:

@@ -47,8 +47,8 @@ def _flat(given: Any) -> list[np.ndarray]:
 def same_for(seed: int, *given: Any) -> np.random.Generator:
     """Random numbers that are the same whenever the same is given."""
     arrays = [np.ascontiguousarray(one) for one in _flat(given)]
-    told = [zlib.crc32(one.tobytes()) for one in arrays if one.dtype.kind in "fciu"]
-    return np.random.Generator(np.random.PCG64([seed, *told]))
+    sums = [zlib.crc32(one.tobytes()) for one in arrays if one.dtype.kind in "fciu"]
+    return np.random.Generator(np.random.PCG64([seed, *sums]))
 
 
 def moved(value: Any, rng: np.random.Generator) -> Any:

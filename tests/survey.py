@@ -201,10 +201,10 @@ def compare(found: dict[str, Found], scene: Callable[[int], Scene]) -> bool:
     """Print the scenes that differ between kernels; whether all of them are chaotic."""
     chaotic = unexplained = 0
     for seed in sorted(set.intersection(*(set(of) for of in found.values()))):
-        told = {kernel: of[seed] for kernel, of in found.items()}
-        if any("code" not in one and "error" not in one for one in told.values()):
+        every = {kernel: of[seed] for kernel, of in found.items()}
+        if any("code" not in one and "error" not in one for one in every.values()):
             continue  # stopped for its time; `tell` says so
-        facts = {kernel: _verdict(one) for kernel, one in told.items()}
+        facts = {kernel: _verdict(one) for kernel, one in every.items()}
         if len(set(facts.values())) == 1:
             continue
         two = max((pair(scene(seed), size, seed) for size in (1e-15, 1e-13)), key=lambda two: two.grown)

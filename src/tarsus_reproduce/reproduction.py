@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tarsus.files.jsontext import json_text
-from tarsus.files.store import write_text
+from tarsus.files.whole import write_text
 from tarsus.tables import Column, Table
 from tarsus_reproduce.forecast import Forecast
 from tarsus_reproduce.rows import PrintedRow, PrintedTable, relative_error

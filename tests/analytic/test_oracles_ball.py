@@ -67,17 +67,6 @@ def table_run(gamma: float, periods: int) -> ts.Run:
     return ts.simulate(scene("vibrating_table", values), duration=float(periods))
 
 
-def test_period_one_of_the_table_is_born():
-    born = math.pi / 3.0
-    assert born == pytest.approx(1.0471975512, abs=1e-10)
-    above = table_run(1.001 * born, 400)
-    flights = np.diff(above.events["time"])
-    assert np.all(above.events["kind"] == BOUNCE)
-    np.testing.assert_allclose(flights[-20:], 1.0, rtol=1e-6)
-    below = table_run(0.999 * born, 400)
-    assert np.any(below.events["kind"] != BOUNCE), "below it the ball ends in chatter and rest"
-
-
 def test_period_one_of_the_table_doubles():
     doubling = 1.5268237005
     flights = np.diff(table_run(0.998 * doubling, 4000).events["time"])

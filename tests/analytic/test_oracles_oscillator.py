@@ -9,7 +9,6 @@ import pytest
 
 import tarsus as ts
 from scene_files import scene
-from tarsus.solve import Accuracy
 
 TURN = 2.0 * math.pi
 PHASE, BEFORE, AFTER = 0.0759521649, 1.6957329376, -1.3565863501
@@ -29,31 +28,6 @@ def test_period_one_orbit():
     np.testing.assert_allclose((last["time"] + 0.076) % TURN, PHASE, atol=1e-9)
     np.testing.assert_allclose(last["speed_before"], BEFORE, rtol=1e-10)
     np.testing.assert_allclose(last["speed_after"], -AFTER, rtol=1e-10)
-
-
-def return_map(phase: float, velocity: float) -> np.ndarray:
-    """Phase and velocity just after the next impact, from those just after this one."""
-    start = {
-        "signals.shaker.phase": math.pi / 2 + phase, "initial.displacement": [1.0], "initial.velocity": [velocity],
-    }  # fmt: skip
-    run = ts.simulate(
-        scene("impact_oscillator", start), duration=9.0, accuracy=Accuracy(gap=1e-13, drive=1e-13)
-    )
-    impact = run.events[0]
-    return np.array([phase + impact["time"] - TURN, -impact["speed_after"]])
-
-
-def test_return_map_keeps_the_orbit_and_has_its_determinant():
-    fixed = np.array([PHASE, AFTER])
-    np.testing.assert_allclose(return_map(*fixed), fixed, atol=3e-10)
-
-    def jacobian(d: float) -> np.ndarray:
-        columns = [(return_map(*(fixed + s)) - return_map(*(fixed - s))) / (2.0 * d) for s in d * np.eye(2)]
-        return np.stack(columns, axis=1)
-
-    richardson = (4.0 * jacobian(5e-4) - jacobian(1e-3)) / 3.0
-    assert np.linalg.det(richardson) == pytest.approx(0.3414323783, abs=1e-9)
-    assert pytest.approx(0.8**2 * math.exp(-0.1 * TURN), abs=1e-10) == 0.3414323783
 
 
 @pytest.mark.parametrize(("excess", "touches"), [(-1e-9, False), (1e-9, True), (1e-6, True)])

@@ -90,7 +90,7 @@ def test_friction_bears_on_the_push_that_bears_it(coupling: float) -> None:
     assert run.ledger.closure < 1e-12
 
 
-def test_a_block_whose_friction_would_press_it_down_without_end_is_told_to_jam() -> None:
+def test_a_block_whose_friction_would_press_it_down_without_end_jams() -> None:
     """At mu |c| > m no motion follows (Painleve); the run says so, and does not stall."""
     jammed = ts.simulate(slider(speed=SPEED, coupling=-0.6, friction=Friction(coefficient=2.0)))
     assert jammed.code.name == "JAMMED" and "friction" in jammed.code.value

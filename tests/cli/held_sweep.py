@@ -12,7 +12,7 @@ import sys
 import threading
 
 from tarsus.cli import main
-from tarsus.study import pool
+from tarsus.study import sweeping
 
 PATIENCE = 300.0
 """Seconds after which a unit goes on by itself, so that a failing test leaves no process behind."""
@@ -20,7 +20,7 @@ PATIENCE = 300.0
 
 def hold(most: int) -> None:
     """Let so many units be done, and make the others wait for the interrupt."""
-    begun, whole, interrupted = itertools.count(), pool.work_unit, threading.Event()
+    begun, whole, interrupted = itertools.count(), sweeping.work_unit, threading.Event()
 
     def held(*words, **options):
         if next(begun) >= most:
@@ -31,7 +31,7 @@ def hold(most: int) -> None:
         interrupted.set()
         signal.default_int_handler(number, frame)
 
-    pool.work_unit = held
+    sweeping.work_unit = held
     signal.signal(signal.SIGINT, interrupt)
 
 

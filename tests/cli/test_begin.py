@@ -152,25 +152,6 @@ def test_read_tells_what_a_record_holds(tarsus, lab):
     assert bad.code == 2 and len(bad.sentences) == 1
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        ("new", "device", "mine.py"),
-        ("new", "campaign", "nowhere"),
-        ("new", "law", "mine.py", "--device", "cantilever"),
-        ("check", "cantilver"),
-        ("check", "."),
-        ("report", "nowhere"),
-        ("movie", "cantilever", "--duration", "1 ms", "-o", "walk.gif"),
-        ("show", "cantilever", "cantilver"),
-    ],
-)
-def test_bad_words_are_refused_in_a_sentence(tarsus, words, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    said = tarsus(*words)
-    assert said.code == 2 and len(said.sentences) == 1 and not list(tmp_path.iterdir())
-
-
 def test_a_forgotten_unit_is_remarked(tarsus, tmp_path):
     far = tarsus("simulate", "cantilever", "--duration", "1 ms", "--set", "robot.feet.tip.gap=70")
     assert far.code == 0 and [

@@ -3,103 +3,57 @@
 from __future__ import annotations
 
 import re
-from collections import defaultdict
 from pathlib import Path
 
 import pytest
 
+from cli_options import options_by_verb
 from tarsus.cli import app, former
 
-
-@pytest.fixture(scope="module")
-def options():
-    """Help of every option by verb: {"--set": {"simulate": "path=value ..."}}."""
-    found: dict[str, dict[str, str]] = defaultdict(dict)
-
-    def look(one, verb):
-        for name in one:
-            if not name.startswith("-"):
-                look(one[name], f"{verb} {name}".strip())
-        if one.default_command is not None:
-            for argument in one.assemble_argument_collection(parse_docstring=True):
-                for word in argument.names:
-                    found[word][verb] = argument.parameter.help or ""
-
-    look(app.build([]), "")
-    return found
-
-
-WORDS = {
-    "a scene": ("--set", "--law"),
-    "laws": ("--law",),
-    "draws": ("--seed",),
-    "many runs": ("--threads", "--on"),
-    "threads": ("--threads",),
-    "files": ("-o", "--output", "--overwrite"),
-    "a page": ("-o", "--output", "--overwrite", "--report"),
-    "goes on": ("--resume",),
-    "a time": ("--duration",),
-}
-"""The words that a verb must take for what it does, beside --json."""
-
-VERBS = {
-    "devices": (), "show": ("laws",), "new": (), "check": ("laws",), "report": ("laws",), "bench": (), "doctor": (),
-    "completion": (),
-    "simulate": ("a scene", "a page", "a time"),
-    "plot": ("laws", "files"),
-    "movie": ("a scene", "files", "a time"),
-    "branch": ("a scene", "a page"),
-    "sweep": ("laws", "draws", "many runs", "a page", "goes on"),
-    "yield": ("a scene", "draws", "many runs", "files", "goes on"),
-    "synthesize": ("a scene", "draws", "files"),
-    "identify": ("draws", "a page"),
-    "calibrate": ("laws", "draws", "many runs", "a page", "goes on"),
-    "recommend": ("a scene", "draws", "many runs"),
-    "design landing": ("a scene", "many runs", "a page"),
-    "design gait": ("a scene", "many runs", "a page", "goes on"),
-    "design adapt": ("a scene", "many runs", "a page"),
-    "design request": (),
-    "reproduce": ("draws", "threads", "files", "goes on"),
-}  # fmt: skip
-"""What each verb does. A new verb is added here."""
-
-
-def test_every_verb_is_listed(options):
-    assert {verb for said in options.values() for verb in said} - {"", "design"} == set(VERBS)
-
-
-@pytest.mark.parametrize("verb", VERBS)
-def test_a_verb_takes_the_words_of_what_it_does_and_no_other(options, verb):
-    own = {word for does in VERBS[verb] for word in WORDS[does]}
-    own |= {"--json"} if verb not in ("completion", "design request") else set()  # which print a file
-    shared = {word for words in WORDS.values() for word in words} | {"--json"}
-    assert {word for word in shared if verb in options[word]} == own
-
-
-@pytest.mark.parametrize(
-    "word", sorted({word for words in WORDS.values() for word in words} - {"-o", "--output"})
+OPTIONS = options_by_verb()
+SAME = (
+    "--set",
+    "--law",
+    "--seed",
+    "--threads",
+    "--on",
+    "--overwrite",
+    "--resume",
+    "--report",
+    "--json",
+    "--duration",
 )
-def test_a_word_means_the_same_in_every_verb(options, word):
-    assert len(options[word]) >= 2 and len(set(options[word].values())) == 1, options[word]
+"""Words that mean the same wherever they stand."""
 
 
-def test_every_word_is_explained(options):
-    silent = {(verb, word) for word, said in options.items() for verb, text in said.items() if not text}
-    assert {(verb, word) for verb, word in silent if word != "*"} == set()
+@pytest.mark.parametrize("word", SAME)
+def test_a_word_means_the_same_in_every_verb(word):
+    said = [words[word] for words in OPTIONS.values() if word in words]
+    assert len(said) >= 2 and len(set(said)) == 1
 
 
-def test_the_page_of_the_command_line_names_every_verb_and_its_words(options):
+@pytest.mark.parametrize("verb", OPTIONS)
+def test_words_come_with_those_that_belong_to_them(verb):
+    words = OPTIONS[verb]
+    assert ("--json" in words) != (verb in ("completion", "design request"))  # which print a file
+    assert ("--output" in words) == ("--overwrite" in words) >= ("--resume" in words)
+    assert ("--law" in words) >= ("--set" in words)
+    assert ("--threads" in words) == ("--on" in words) or verb == "reproduce"
+    assert all(words.values()), "every word is explained"
+
+
+def test_the_page_of_the_command_line_names_every_verb_and_its_words():
     page = (Path(__file__).parents[2] / "docs" / "cli.md").read_text(encoding="utf-8")
-    for verb in VERBS:
+    for verb, words in OPTIONS.items():
         line = " ".join(
             one
             for one in re.findall(r"^`(tarsus .*)`$", page, re.MULTILINE)
             if f"{one} ".startswith(f"tarsus {verb} ")
         )
         for word in ("-o", "--seed", "--threads", "--resume", "--json"):
-            assert (word in line) == (verb in options[word]), f"{verb}: {word}"
+            assert (word in line) == (word in words), f"{verb}: {word}"
         for word in re.findall(r"--[a-z-]+", line.replace("--no-", "--")):
-            assert verb in options[word], f"{verb}: {word}"
+            assert word in words, f"{verb}: {word}"
 
 
 def test_quiet_leaves_results_and_errors(tarsus):
@@ -152,17 +106,3 @@ def test_a_former_word_is_answered_with_the_present_one(tarsus, words, now):
     (sentence,) = said.sentences
     assert (said.code, said.out) == (2, "")
     assert words.split()[-1] in sentence and sentence.endswith(f" is gone: use {now}")
-
-
-def test_threads_are_a_number_of_one_or_more(tarsus):
-    said = tarsus(
-        "recommend",
-        "cantilever",
-        "--parameter",
-        "ground.film.coefficient",
-        "--budget",
-        "1 s",
-        "--threads",
-        "0",
-    )
-    assert said.code == 2 and "--threads: expected a number of 1 or more, got 0" in said.sentences[0]

@@ -121,13 +121,7 @@ def test_killed_and_resumed_it_equals_an_unbroken_sweep(tarsus, study, tmp_path)
     killed_and_resumed(tarsus, study(count=2, chunk=1), tmp_path, units=20, kills=1, within=0.04)
 
 
-# Slow: a process for every kill. Its sibling above is killed once.
-@pytest.mark.slow
-def test_so_it_does_killed_five_times(tarsus, study, tmp_path):
-    killed_and_resumed(tarsus, study(count=6, chunk=1), tmp_path, units=60, kills=5, within=0.04)
-
-
-# Slow: 480 walks. The first of its siblings stays.
+# Slow: 480 walks. Its sibling above is killed once.
 @pytest.mark.slow
 def test_so_does_a_ground_sweep_of_the_millipede(tarsus, tmp_path):
     file = tmp_path / "millipede.toml"
@@ -178,16 +172,16 @@ def says_how_to_resume(code: int, out: str, err: str, folder: Path) -> None:
 
 
 def test_an_interrupt_says_how_to_resume(tarsus, study, tmp_path, monkeypatch):
-    from tarsus.study import pool
+    from tarsus.study import sweeping
 
-    whole, begun = pool.work_unit, itertools.count(1)
+    whole, begun = sweeping.work_unit, itertools.count(1)
 
     def third_is_interrupted(*words, **options):
         if next(begun) == 3:
             raise KeyboardInterrupt
         return whole(*words, **options)
 
-    monkeypatch.setattr(pool, "work_unit", third_is_interrupted)
+    monkeypatch.setattr(sweeping, "work_unit", third_is_interrupted)
     folder = tmp_path / "a folder"
     words = ("sweep", study(count=2, chunk=2), "-o", folder)
     found = tarsus(*words)
@@ -211,18 +205,8 @@ def test_a_process_that_is_interrupted_says_so_too(study, tmp_path):
 def test_a_law_of_ones_own_is_part_of_the_plan(tarsus, study, magnet, tmp_path):
     law = tmp_path / "magnet.py"
     law.write_text(magnet.read_text(encoding="utf-8"), encoding="utf-8")
-    words = (
-        "simulate",
-        "cantilever",
-        "--law",
-        law,
-        "--duration",
-        "1 ms",
-        "-o",
-        tmp_path / "run",
-        "--no-report",
-    )
-    assert tarsus(*words).code == 0
+    words = ("simulate", "cantilever", "--law", law, "--duration", "1 ms", "--no-report")
+    assert tarsus(*words, "-o", tmp_path / "run").code == 0
     file = study()
     text = file.read_text(encoding="utf-8").replace('"cantilever"', '"run/scene.toml"')
     file.write_text(f"{text}ground.laws.magnet.strength = [0.0, 1e-24]\n", encoding="utf-8")
@@ -233,14 +217,11 @@ def test_a_law_of_ones_own_is_part_of_the_plan(tarsus, study, magnet, tmp_path):
     assert "its laws/magnet.py differs" in tarsus(*sweep, "--law", law).sentences[0]
 
 
-def test_a_bad_study_exits_with_2(tarsus, tmp_path):
+def test_all_that_is_wrong_with_a_study_is_said(tarsus, tmp_path):
     file = tmp_path / "bad.toml"
     file.write_text(STUDY.format(count=0, chunk=5).replace("peak", "peek"), encoding="utf-8")
     result = tarsus("sweep", file, "-o", tmp_path / "out")
-    assert result.code == 2 and len(result.sentences) == 2
-    assert not (tmp_path / "out").exists()
-    assert tarsus("sweep", "cantilever-adhesoin").code == 2
-    assert tarsus("sweep", tmp_path / "gone.toml").code == 2
+    assert result.code == 2 and len(result.sentences) == 2 and not (tmp_path / "out").exists()
 
 
 def test_the_packaged_cantilever_study_shows_where_the_tip_stays(tarsus, tmp_path):
@@ -262,8 +243,6 @@ def test_the_example_study(tarsus, tmp_path):
 
 
 def test_another_seed_draws_other_values(tarsus, tmp_path):
-    import xarray
-
     study = tmp_path / "drawn.toml"
     study.write_text(
         'scene = "cantilever"\nduration = "1 ms"\nmeasures = ["bounces"]\n[design]\nkind = "sobol"\ncount = 4\n'
@@ -272,15 +251,13 @@ def test_another_seed_draws_other_values(tarsus, tmp_path):
 
     def gaps(folder, *words):
         assert tarsus("sweep", study, "-o", tmp_path / folder, *words).code in (0, 1)
-        with xarray.open_dataset(tmp_path / folder / "sweep.nc") as data:
+        with xr.open_dataset(tmp_path / folder / "sweep.nc") as data:
             return data["robot.feet.tip.gap"].values.tolist()
 
     own, same, other = gaps("a"), gaps("b", "--seed", "0"), gaps("c", "--seed", "1")
     assert own == same != other
     said = tarsus("sweep", study, "-o", tmp_path / "c", "--resume", "--seed", "2")
     assert said.code == 2 and "keeps the values" in said.sentences[0]
-    said = tarsus("sweep", study, "-o", tmp_path / "d", "--seed", "-1")
-    assert said.code == 2 and "seed" in said.sentences[0] and not (tmp_path / "d").exists()
     said = tarsus("sweep", "cantilever-adhesion", "-o", tmp_path / "d", "--seed", "1")
     assert said.code == 2 and "draws nothing" in said.sentences[0]
 
@@ -290,10 +267,15 @@ def test_a_sweep_in_tasks_says_how_to_go_on_and_has_a_page_at_the_end(tarsus, st
     assert tarsus("sweep", study(count=1), "-o", folder, "--on", "array:tasks=2").code == 0
     assert task(folder, 1, 1) == 0
     told = tarsus("show", folder)
-    assert "1 of 2 units" in told.out and "to go on with what is missing: `tarsus sweep` of this folder" in told.out
+    assert (
+        "1 of 2 units" in told.out
+        and "to go on with what is missing: `tarsus sweep` of this folder" in told.out
+    )
     refused = tarsus("report", folder, "--no-browser")
     (sentence,) = refused.sentences
-    assert refused.code == 2 and f"1 of 2 units done and no page yet: `tarsus sweep {folder}` makes" in sentence
+    assert (
+        refused.code == 2 and f"1 of 2 units done and no page yet: `tarsus sweep {folder}` makes" in sentence
+    )
     assert task(folder, 2, 1) == 0
     assert "to go on" not in tarsus("show", folder).out
     opened = tarsus("report", folder, "--no-browser", "--json").json()

@@ -14,7 +14,7 @@ import pytest
 import tarsus as ts
 from tarsus.base.errors import InputError
 from tarsus.files import tables
-from tarsus.files.store import written_whole
+from tarsus.files.whole import written_whole
 from tarsus.records.measurement import Channel, Measurement, Quantity
 from tarsus.synthesis import record_files
 
@@ -112,15 +112,6 @@ def test_who_reads_only_the_first_fault_gets_no_other(tmp_path):
         assert os.read(read, 8) == b"tarsus: "
         os.close(read)
         assert run.wait(60) == 2
-
-
-def test_no_memory_is_said(tarsus, monkeypatch):
-    def much(*_: object) -> None:
-        raise MemoryError
-
-    monkeypatch.setattr("tarsus.inspection.installation.device_names", much)
-    refused = tarsus("devices")
-    assert refused.code == 1 and refused.sentences == ["there is not enough memory for this"]
 
 
 @pytest.fixture

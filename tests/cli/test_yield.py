@@ -27,7 +27,7 @@ def creeping(tmp_path_factory) -> str:
 
 def test_robots_become_curves_and_a_page(tarsus, creeping, tmp_path):
     result = tarsus(
-        "yield", creeping, *WORDS, "--count", "24:4", "--set", "duration=60 ms", "-o", tmp_path / "out"
+        "yield", creeping, *WORDS, "--count", "24:4", "--set", "duration=20 ms", "-o", tmp_path / "out"
     )
     assert result.code == 0, result.err
     (told,) = (one for one in result.sentences if "further runs" in one)
@@ -47,7 +47,7 @@ def test_robots_become_curves_and_a_page(tarsus, creeping, tmp_path):
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert "Yield against requirement" in page and "Whose scatter matters" in page and "Dead legs" in page
     before = (tmp_path / "out" / "yield.json").read_bytes()
-    words = (*WORDS, "--count", "24:4", "--set", "duration=60 ms", "-o", tmp_path / "out", "--resume", "--json")
+    words = (*WORDS, "--count", "24:4", "--set", "duration=20 ms", "-o", tmp_path / "out", "--resume", "--json")
     again = tarsus("yield", creeping, *words)
     said = json.loads(again.out)
     assert again.code == 0 and said["robots"] == 24 and list(said["shares"]) == ["mean_speed=0 m/s"]
@@ -56,7 +56,7 @@ def test_robots_become_curves_and_a_page(tarsus, creeping, tmp_path):
 
 
 def test_runs_about_legs_can_be_left_out(tarsus, creeping, tmp_path):
-    result = tarsus("yield", creeping, *WORDS, "--count", "24:0", "--set", "duration=20 ms", "-o", tmp_path / "out")
+    result = tarsus("yield", creeping, *WORDS, "--count", "24:0", "--set", "duration=10 ms", "-o", tmp_path / "out")
     assert result.code == 0 and "runs" not in result.err.replace("runs/s", "")
     assert not (tmp_path / "out" / "legs").exists()
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import cache
 
 import numpy as np
@@ -12,8 +13,9 @@ import tarsus as ts
 from example_laws import OWN
 from sliding_scenes import by_modes
 from tarsus.base.events import CONTACT_BEGINS, SLIDING, EventKind
+from tarsus.design import standing
 from tarsus.model.scene import Drive, Foot, Ground, PointLoad, Robot, Scene
-from walking_scenes import sticky, trotter
+from walking_scenes import block, moving, sticky, trotter
 
 FILM = {"coefficient": 1e-23, "thickness": 1e-6}
 PULL = {"coefficient": 1e-19, "offset": 1e-6}
@@ -160,7 +162,7 @@ def test_the_ground_pushes_back_what_structure_and_laws_leave(run: ts.Run) -> No
 
 
 def test_events_follow_from_one_another(run: ts.Run) -> None:
-    """A foot that is held leaves before it lands again; none departs faster than it came, or gains by a blow."""
+    """A foot that is held leaves before it lands again; none departs faster than it came, or gains by an impact."""
     events = run.events
     assert len(events) > 3 and np.all(np.diff(events["time"]) >= 0.0)
     assert np.all(events["speed_after"] <= events["speed_before"])
@@ -193,11 +195,41 @@ RUBBING = {
 } | GROUNDS
 
 
-@pytest.mark.parametrize("ground", [g for g in RUBBING if g not in ("pull as printed", "along the leg")])
-def test_a_walker_by_contact_modes_is_the_walker(ground: str) -> None:
+def slewed() -> Scene:
+    """A square of the trotter's drives behind amplifiers that lag and slew."""
+    scene = trotter(ground=sticky())
+    amplifier = ts.Amplifier(slew_rate=4e4, bandwidth=5e3)
+    drives = {f"robot.drives.{name}.amplifier": amplifier for name in scene.robot.drives}
+    square = ts.Square(amplitude=7.0, offset=7.0, frequency=200.0)
+    return ts.with_values(scene, drives | {f"signals.{name}": square for name in scene.signals})
+
+
+def hopping() -> Scene:
+    """A block thrown up that comes to rest and is thrown again."""
+    up, along = ts.Sine(amplitude=1.5e-5, frequency=60.0), ts.Sine(amplitude=3e-6, frequency=23.0)
+    return moving(block(signals={"upward": up, "along": along}), block_x=0.02)
+
+
+WALKS: dict[str, Callable[[], Scene]] = {
+    **{
+        ground: lambda ground=ground: trotter(ground=sticky(**RUBBING[ground]))
+        for ground in RUBBING
+        if ground not in ("pull as printed", "along the leg")
+    },
+    "undamped": lambda: trotter(damping=0.0),
+    "no turning": lambda: trotter(turning=False, legs=5),
+    "standing": lambda: standing(trotter(ground=sticky())),
+    "behind amplifiers": slewed,
+    "hopping": hopping,
+}
+
+
+@pytest.mark.parametrize("walk", WALKS)
+def test_a_walker_by_contact_modes_is_the_walker(walk: str) -> None:
     """Its body and legs as matrices, with rows for its feet upward and along: the same events, account and motion."""
-    legged = trotter(ground=sticky(**RUBBING[ground]))
-    one, other = ts.simulate(legged, 0.01), ts.simulate(by_modes(legged), 0.01)
+    legged = WALKS[walk]()
+    duration = 0.1 if walk == "hopping" else 0.01
+    one, other = ts.simulate(legged, duration), ts.simulate(by_modes(legged), duration)
     assert one.ok and other.ok, (one.code, other.code)
     assert len(one.events) > 3
     for field in ("foot", "kind"):
@@ -209,7 +241,7 @@ def test_a_walker_by_contact_modes_is_the_walker(ground: str) -> None:
     largest = max(one.ledger.work_in, one.ledger.friction)
     for name in ("work_in", "kinetic", "elastic", "damping", "friction", "impacts", "adhesion"):
         assert getattr(other.ledger, name) == pytest.approx(getattr(one.ledger, name), abs=1e-8 * largest)
-    times = np.linspace(0.0, 0.01, 201)
+    times = np.linspace(0.0, duration, 201)
     walked, slid = one.at(times), other.at(times)
     for name, size in (("foot_x", 1e-6), ("friction", 1e-6), ("contact", 1e-6)):
         np.testing.assert_allclose(getattr(slid, name), getattr(walked, name), atol=1e-6 * size)

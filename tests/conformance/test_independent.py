@@ -74,7 +74,7 @@ def test_feet_that_nobody_chose_slip_and_stick_as_there(seed: int) -> None:
 
 
 def bar_over_a_film() -> ts.Scene:
-    """A bar whose left foot lands on a film while its right one is moving away from it: the blow turns that."""
+    """A bar whose left foot lands on a film while its right one is moving away from it: the impact turns that."""
     return ts.Scene(
         name="bar over a film",
         robot=ts.Robot(
@@ -92,7 +92,7 @@ def bar_over_a_film() -> ts.Scene:
     )  # fmt: skip
 
 
-def test_the_film_on_other_feet_pulls_with_their_rates_after_the_blow() -> None:
+def test_the_film_on_other_feet_pulls_with_their_rates_after_the_impact() -> None:
     """With those before it the first pull is 4.94e-7 N, and the foot that is to be captured bounces."""
     scene = bar_over_a_film()
     assert ts.simulate(scene).events["kind"][0] == EventKind.CAPTURE
@@ -101,7 +101,7 @@ def test_the_film_on_other_feet_pulls_with_their_rates_after_the_blow() -> None:
 
 
 @pytest.mark.parametrize("path", ["robot.feet.right.gap", "robot.structure.mass.1.1", "initial.velocity.1"])
-def test_the_derivative_of_that_pull_is_that_of_the_rates_after_the_blow(path: str) -> None:
+def test_the_derivative_of_that_pull_is_that_of_the_rates_after_the_impact(path: str) -> None:
     """Against central differences, for a number of the ground, of the structure and of the start."""
     scene = bar_over_a_film()
     at = float(get_value(scene, path))

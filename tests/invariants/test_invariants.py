@@ -343,7 +343,7 @@ def test_a_foot_let_go_without_acceleration_rises():
     assert all(code.name == "DONE" for code in batch.codes)
 
 
-def test_a_blow_that_tears_others_off_is_not_lost():
+def test_an_impact_that_tears_others_off_is_not_lost():
     from printed_robots import hexapod
 
     scene = hexapod(signal=ts.Square(amplitude=10.0, frequency=40.0), feet=6, gap=2e-6)

@@ -1,4 +1,4 @@
-"""With a passive map nothing blows up: random drives, gaps and restitutions, bounded motion, closed ledgers."""
+"""With a passive map motion stays bounded: random drives, gaps and restitutions, closed ledgers."""
 
 from __future__ import annotations
 

@@ -42,11 +42,9 @@ def run_engine(environment: dict[str, str], *options: str) -> str:
 OTHERS = [kernel for kernel in KERNELS if set(in_use().values()) != {kernel}]
 
 
-# Slow: all but one. The one that differs most from what processors use by themselves stays.
-@pytest.mark.parametrize(
-    "kernel",
-    [one if one == OTHERS[-1] else pytest.param(one, marks=pytest.mark.slow) for one in OTHERS],
-)
+# Slow: by default events are compared to the last bit (invariants/test_same_everywhere.py), and last bits moved.
+@pytest.mark.slow
+@pytest.mark.parametrize("kernel", OTHERS)
 def test_the_engine_on_other_kernels(kernel: str) -> None:
     here = in_use()
     if not here:

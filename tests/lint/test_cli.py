@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 import tarsus
-from tarsus.cli import app
+from cli_options import options_by_verb
 
 MOST_OPTIONS = 12
 """Of a command: as many as a help page shows at once; what is longer goes into a file."""
@@ -23,34 +23,21 @@ OF_THE_LINE = {
 OTHERWISE = {"branch --along": {"path", "start", "end"}, "yield --count": {"robots", "draws"}}
 """An option that the function takes as several arguments."""
 
-NOT_OF_PYTHON = {"completion"}
-"""Commands that are about the shell."""
+NOT_OF_PYTHON = {"completion", "design request"}
+"""Commands that print what a shell or an editor takes."""
 
-YET = {"design landing", "design gait", "design adapt", "reproduce"}
+DESIGN = {"foot", "over", "free"}
+"""Settings of designs that are options too."""
+
+YET = {"reproduce"}
 """Commands that are being cut: the list only ever becomes shorter."""
 
 
-def options() -> dict[str, set[str]]:
-    """Options of every command."""
-    found: dict[str, set[str]] = {}
-
-    def look(one: Any, verb: str) -> None:
-        for name in one:
-            if not name.startswith("-"):
-                look(one[name], f"{verb} {name}".strip())
-        if one.default_command is not None:
-            arguments = one.assemble_argument_collection(parse_docstring=False)
-            found[verb] = {
-                argument.names[0]
-                for argument in arguments
-                if argument.names and argument.names[0][:2] == "--"
-            }
-
-    look(app.build([]), "")
-    return found
-
-
-OPTIONS = options()
+OPTIONS = {
+    verb: {word for word in words if word.startswith("--") and not word.startswith("--no-")}
+    for verb, words in options_by_verb().items()
+}
+"""Long names of the options of every command."""
 
 
 def function_of(verb: str) -> Any:
@@ -67,7 +54,9 @@ def parameters(function: Any) -> set[str]:
     if called is not None:
         module, _, name = called.partition(":")
         function = getattr(__import__(module, fromlist=[name]), name)
-    return set(inspect.signature(function).parameters)
+    found = inspect.signature(function).parameters
+    settings = any(one.kind is one.VAR_KEYWORD for one in found.values())  # as `design.request` names them
+    return set(found) | (DESIGN if settings else set())
 
 
 @pytest.mark.parametrize("verb", sorted(set(OPTIONS) - YET))

@@ -63,7 +63,8 @@ def designed(scene: ts.Scene) -> str:
 
 def looked_at(name: str) -> str:
     """Verbs that look at files, and further names by their rooms."""
-    waves: list[ts.waveforms.Waveform] = [ts.Sine(amplitude="8 V", frequency="50 Hz"), ts.waveforms.Ramp(stop=1.0, duration="1 s")]
+    sine = ts.Sine(amplitude="8 V", frequency="50 Hz")
+    waves: list[ts.waveforms.Waveform] = [sine, ts.waveforms.Ramp(stop=1.0, duration="1 s")]
     table: ts.Table = ts.show(name).table()
     rule = ts.laws.RestituteFirst(speed="20 mm/s")
     return f"{table} {ts.check(name)} {rule} {len(waves)} {ts.report(name)}"

@@ -14,10 +14,10 @@ from scipy.optimize import lsq_linear
 
 import tarsus as ts
 from example_files import load_file
-from tarsus.calibrate.ensemble import weighted_quantile
 from tarsus.calibrate.lowering import lower_study
 from tarsus.calibrate.studyfile import frozen_texts, load_study
 from tarsus.files.toml import scene_text
+from tarsus.fit.ranges import weighted_quantile
 from tarsus.measure import window_statistics
 from tarsus_reproduce.cantilever import reproduce_cantilever
 from tarsus_reproduce.forecast import members_of

@@ -13,7 +13,7 @@ from scene_files import scene
 from tarsus.base.events import IMPACTS
 from walking_scenes import trotter
 
-E, HEIGHT, GAP = "ground.restitution.coefficient", 1.0, "robot.feet.ball.gap"
+E, GAP = "ground.restitution.coefficient", "robot.feet.ball.gap"
 
 
 def ball(period: float) -> ts.Scene:
@@ -37,15 +37,6 @@ def test_flights_over_many_periods_keep_their_apex(period):
     np.testing.assert_allclose(by_gap, 0.9 ** (2.0 * number), rtol=1e-7)
     np.testing.assert_allclose(by_e, 2.0 * number * 0.9 ** (2.0 * number - 1.0), rtol=1e-7)
     assert len(run.all_events) > len(run.events), "the period marks are there"
-
-
-def test_runs_of_a_batch_have_the_events_of_single_runs():
-    values = np.array([0.4, 0.9])
-    batch = ts.simulate_batch(ball(0.05), {E: values}, 4.0)
-    for k, e in enumerate(values.tolist()):
-        high = batch.events(k)["apex"]
-        np.testing.assert_array_equal(high, batch.run(k).events["apex"])
-        np.testing.assert_allclose(high[:5], e ** (2.0 * np.arange(len(high[:5]))), rtol=1e-6)
 
 
 def test_a_walkers_flights_are_as_high_as_its_series():

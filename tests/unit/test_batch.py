@@ -22,7 +22,7 @@ from tarsus.solve import Batch, ResultCode
 from tarsus.study import bench
 
 SCENES = Path(__file__).parent.parent / "scenes"
-FILM, VOLTS, HERTZ = "ground.film.coefficient", "signals.pzt.amplitude", "signals.pzt.frequency"
+FILM, VOLTS = "ground.film.coefficient", "signals.pzt.amplitude"
 DURATION = 0.03
 
 
@@ -49,9 +49,7 @@ def test_a_grid_runs_every_combination_and_its_results_have_its_shape(scene, gri
 
 def test_axes_of_a_grid_may_differ_in_length_and_rows_may_not(scene):
     vary = {FILM: [4e-21, 6e-21, 8e-21], VOLTS: [8.0, 10.0]}
-    with pytest.raises(
-        InputError, match=r"has 3, signals.pzt.amplitude has 2 \(grid=True runs every combination\)"
-    ):
+    with pytest.raises(InputError, match=r"has 3, signals.pzt.amplitude has 2 .*grid=True"):
         ts.simulate_batch(scene, vary, DURATION)
     with pytest.raises(InputError, match="expected at least one run, got none"):
         ts.simulate_batch(scene, {FILM: [4e-21], VOLTS: []}, DURATION, grid=True)
@@ -200,9 +198,7 @@ def test_a_users_law_pickles_where_another_process_can_import_it(scene, tmp_path
     assert pickle.loads(pickle.dumps(run)).ledger == run.ledger
     monkeypatch.delitem(sys.modules, "soft_pad")
     loaded = run_with(ts.load_laws(file)["pad"])
-    with pytest.raises(
-        InputError, match=r"ground.laws.pad: the class Pad is in no module that another process"
-    ):
+    with pytest.raises(InputError, match=r"ground.laws.pad: the class Pad is in no module"):
         pickle.dumps(loaded)
 
 
@@ -240,7 +236,7 @@ def test_threads_are_as_many_as_the_process_may_use():
     ],
     ids=["modes", "delayed", "legs"],
 )  # fmt: skip
-def test_a_run_of_a_batch_tells_its_motion_and_where_its_energy_went(make, vary):
+def test_a_run_of_a_batch_has_its_motion_and_where_its_energy_went(make, vary):
     """It is made once more, the same step for step, and agrees with the changed scene's own run."""
     batch = ts.simulate_batch(make(), vary, DURATION)
     for i in range(len(batch)):
@@ -256,15 +252,6 @@ def test_a_run_of_a_batch_tells_its_motion_and_where_its_energy_went(make, vary)
         np.testing.assert_allclose(ours.volts, theirs.volts, rtol=0.0, atol=1e-9)
         np.testing.assert_allclose(ours.force, theirs.force, rtol=0.0, atol=1e-9 * np.abs(theirs.force).max())
         assert run.ledger.work_in == pytest.approx(alone.ledger.work_in, rel=1e-5)
-
-
-def test_every_run_is_a_run(grid):
-    """Of `simulate`, of a session, of a batch, of a walker: one class, asked alike."""
-    walker = ts.load_scene("millipede")
-    runs = [ran("cantilever"), ts.Session(walker).run({}, DURATION), grid.run((0, 0))]
-    assert {type(run) for run in runs} == {ts.Run}
-    assert [run.marks is None for run in runs] == [True, False, True]
-    assert [run.at([0.0, DURATION]).body is None for run in runs] == [True, False, True]
 
 
 def test_a_session_lowers_its_scene_once_for_runs_that_differ_in_slots(scene, monkeypatch):

@@ -17,11 +17,13 @@ NOT_RUN = re.compile(r"git clone|python3 -m venv|pip install|\.venv/bin/|jupyter
 """Lines that install, open a window, or need a cluster: `benchmarks/newcomer.py` and tests/cluster do those."""
 
 SMALLER = {
-    "--candidates 3000": "--candidates 64 --look 2",
-    "--steps 20": "--steps 6 --hidden 2 --training 2 --candidates 64 --duration '10 ms'",
-    '--duration "0.4 s" -o gaits': '--candidates 64 --look 2 --duration "50 ms" -o gaits',
+    "candidates=3000 ": "candidates=64 --request look=2 ",
+    "sense=slip -o": "sense=slip --request candidates=64 --request hidden=2 --request training=2"
+    " --request duration=50ms -o",
+    "duration=0.4s -o gaits": "duration=50ms --request candidates=64 --request look=2 -o gaits",
     'um/s" -o out': 'um/s" --set "duration=10 ms" --count 4:2 -o out',
-    "=0.15:0.5 -o landing": "=0.15:0.5 --effort 0.02 -o landing",
+    "=0.15:0.5 -o landing": "=0.15:0.5 --request effort=0.02 -o landing",
+    "effort=0.3 -o landing": "effort=0.02 -o again",
     "tarsus calibrate cantilever -o fit": "tarsus devices",
     "tarsus calibrate cantilever-1 -o fit1": "tarsus devices",
     "--on slurm:partition=main,time=2:00:00,cpus-per-task=8,tasks=100": "--on array:tasks=4",
@@ -49,6 +51,12 @@ def table_study(folder: Path) -> None:
     Path(file).rename(folder / "my-study.toml")
 
 
+def request(folder: Path) -> None:
+    """The request of the page of landings, by the name that the page gives it."""
+    (text,) = re.findall(r"```toml\n(.*?)```", PAGES["landing.md"], re.DOTALL)
+    (folder / "soft.toml").write_text(text, encoding="utf-8")
+
+
 HERE: dict[str, tuple[Callable[[Path], None], tuple[str, ...], str]] = {
     "CONTRIBUTING.md": (examples, ("out/report.html",), "slow"),  # as the page of laws does
     "add-a-law.md": (examples, ("out/report.html", "pulled/report.html"), ""),
@@ -58,7 +66,7 @@ HERE: dict[str, tuple[Callable[[Path], None], tuple[str, ...], str]] = {
     "gallery.md": (nothing, ("out/report.html", "hexapod/reproduction.html"), "slow"),
     "identify.md": (nothing, ("result/identified.toml",), "slow"),
     "install.md": (nothing, ("mine/report.html", "result/identified.toml", "own/campaign.toml"), "slow"),
-    "landing.md": (nothing, ("landing/landing.h",), "slow"),
+    "landing.md": (request, ("landing/landing.h",), "slow"),
     "scale.md": (sweep_study, ("out/sweep.nc", "shared/array/1.sh", "another/sweep.nc"), "slow"),
     "sweeps.md": (sweep_study, ("out/sweep.nc", "mine/sweep.nc"), "slow"),
     "tutorial-gait.md": (nothing, ("gaits/gait.h",), "slow"),
@@ -95,9 +103,7 @@ def test_the_command_lines_of_a_page_run(page, tmp_path):
     prepare(tmp_path)
     programs = tmp_path / "programs"
     programs.mkdir()
-    (programs / "tarsus").write_text(
-        f'#!/bin/sh\nexec "{sys.executable}" -m tarsus "$@"\n', encoding="utf-8"
-    )
+    (programs / "tarsus").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m tarsus "$@"\n', encoding="utf-8")
     (programs / "tarsus").chmod(0o755)
     environment = {**os.environ, "PATH": f"{programs}{os.pathsep}{os.environ['PATH']}", "BROWSER": "true"}
     script = "set -e\n" + "\n".join(lines(page))

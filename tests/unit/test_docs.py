@@ -283,6 +283,10 @@ def whole_landing(names: Names) -> None:
     assert "landing_ticks[LANDING_COUNT] = {0u, 262" in names["header"]
 
 
+def a_yield(names: Names) -> None:
+    assert 0.0 <= names["found"].share("mean_speed", 40e-6)[0] <= 1.0 and Path("out/yield.json").is_file()
+
+
 def ran(names: Names) -> None:
     """That it ran is all there is to see."""
 
@@ -326,6 +330,7 @@ CASES = [
     Case("tutorial-landing.md", first_landing, count=4),
     Case("tutorial-landing.md", whole_landing, slow=True),
     Case("walking.md", a_law),
+    Case("yield.md", a_yield, slow=True),
 ]
 
 
@@ -387,7 +392,7 @@ def test_verbs_on_the_page_of_installation_are_verbs():
     from tarsus.cli.app import VERBS
 
     said = {verb for verb in re.findall(r"^tarsus (\w+)", PAGES["install.md"], re.MULTILINE)}
-    assert {"new", "read", "check", "compare", "open"} <= said <= set(VERBS)
+    assert {"new", "show", "check", "report"} <= said <= set(VERBS)
 
 
 def test_the_scene_on_the_file_format_page_is_one():
@@ -421,9 +426,9 @@ def test_every_signal_on_the_file_format_page_exists(kind):
 
 
 def test_what_pages_list_is_all_that_there_is():
-    from tarsus.design.adaptive import Sense
+    from tarsus.design.adaptive_gait import Sense
     from tarsus.design.gait_unknowns import Symmetry
-    from tarsus.design.walk_objectives import OBJECTIVES
+    from tarsus.design.walks import OBJECTIVES
     from tarsus.model.drive.gait import AnyGait
 
     for page in ("file-format.md", "walking.md"):

@@ -156,15 +156,6 @@ def test_play_engagement_is_found_exactly_and_marked() -> None:
     assert np.all(force.coef[[1, 3, 5, 6, 8, 10], 1] != 0.0)
 
 
-def test_sine_engagement_times() -> None:
-    law = LAWS["one-play"]
-    force, _ = lower(Sine(amplitude=8.0, frequency=1.0), law)
-    inner = [t for t in force.start if 1.25 < t < 1.75]
-    engaged = 0.5 + math.asin(-2.0 / 8.0) / (2 * math.pi) + 1.0  # falling through 2 V
-    assert min(abs(t - engaged) for t in inner) <= 4e-16
-    assert force.kink[np.argmin(np.abs(force.start - engaged))]
-
-
 def test_turning_without_engaged_plays_is_no_kink() -> None:
     """Amplitude below the only threshold: the force is smooth, and so is the lowered one."""
     force, _ = lower(
@@ -194,27 +185,11 @@ def test_square_on_the_printed_branches() -> None:
     assert first == [float(FALLING(8.0)), float(RISING(8.0))]  # down from 10 V at first
 
 
-def test_sine_on_the_printed_branches_jumps_where_it_turns() -> None:
-    force, _ = lower(Sine(amplitude=6.0, frequency=50.0), PRINTED, [10.0, 0.0])
-    turn = 0.005
-    before, after = evaluate(force, [turn * (1 - 1e-9), turn * (1 + 1e-9)])
-    assert (before - after) * 1e6 == pytest.approx(0.6716, abs=1e-3)
-    assert force.kink[np.argmin(np.abs(force.start - turn))]
-
-
 def test_operator_is_continuous_where_the_printed_branches_jump() -> None:
     force, _ = lower(Sine(amplitude=6.0, frequency=50.0), LAWS["plays"], [10.0, 0.0])
     ends, begins = force.coef.sum(axis=1), force.coef @ (-1.0) ** np.arange(12)
     assert np.abs(ends[:-1] - begins[1:]).max() <= 1e-12 * np.ptp(begins)
     assert abs(ends[-1] - begins[force.loop]) <= 1e-12 * np.ptp(begins)
-
-
-def test_constant_drive_keeps_what_history_left() -> None:
-    law = LAWS["plays"]
-    for history in ([], [10.0, 0.0], [-5.0]):
-        force, _ = lower(Constant(level=3.0), law, history)
-        assert evaluate(force, 5.0) == pytest.approx(float(law.force([3.0], history)[0]), rel=1e-14)
-        assert np.all(force.coef[:, 1:] == 0.0)
 
 
 @example([1e-12], [], 1.0, 0.0, 0.0, 1.0, [6.8e-178])  # a sliver of a piece
@@ -289,17 +264,3 @@ def test_lowering_is_economical() -> None:
     assert force.count == 2 * 19
     assert force.loop == 19
     assert volts.count == 4
-
-
-def test_lowering_loads_no_scipy() -> None:
-    import subprocess
-    import sys
-
-    code = (
-        "import sys; from tarsus.model.drive.lower import lower; from tarsus.model.drive.waveforms import Sine;"
-        "from tarsus.model.drive.laws import PrandtlIshlinskii as P;"
-        "lower(Sine(amplitude=1.0, frequency=1.0), P(linear=1.0, thresholds=(0.5,), weights=(1.0,)));"
-        "print([m for m in ('scipy', 'numba', 'matplotlib') if m in sys.modules])"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"

@@ -66,7 +66,7 @@ def run_of(count: int = 4) -> ts.solve.GradientRun:
     return ts.simulate(scene_of("p1_n2"), 0.02 * count + 0.005, gradients=["signals.pull.frequency"])
 
 
-def test_the_period_moves_what_is_told_per_time():
+def test_the_period_moves_what_is_reported_per_time():
     """Events as they are: bounces per second fall with the period as its inverse."""
     run = run_of()
     rate = run.measures["bounces_per_second"].value

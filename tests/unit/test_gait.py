@@ -142,42 +142,32 @@ def test_a_drive_that_moves_no_leg_gets_no_volts() -> None:
 
 @pytest.mark.parametrize("duty", [0.0, 1.0, -0.2, 1.5])
 def test_a_duty_outside_of_0_to_1(duty: float) -> None:
-    with pytest.raises(
-        InputError, match=r"Alternating.duty: expected a pure number above 0 and below 1, got"
-    ):
+    with pytest.raises(InputError, match=r"Alternating.duty: .*above 0 and below 1"):
         Alternating(**COMMON, duty=duty)
 
 
 def test_voltages_in_order() -> None:
-    with pytest.raises(InputError, match=r"^MetachronalGait.high: .* 14 V is below the lower one, 15 V$"):
+    with pytest.raises(InputError, match=r"^MetachronalGait.high: .*14 V .*15 V"):
         MetachronalGait(**COMMON, low=15.0)
     still = MetachronalGait(**COMMON, low=14.0).waveforms(rows(1, 0))["L1"]
     assert still.volts(MIDDLES).tolist() == [14.0] * len(MIDDLES)
 
 
 def test_patterns_that_do_not_fit() -> None:
-    assert Tripod(**COMMON).faults(rows(2, 3)) == [
-        (
-            "kind",
-            "a tripod needs six legs, three on each side of the body, got 5 in all, 2 on the left and 3 on the right",
-        )
-    ]
-    assert CustomGait(**COMMON, phases={"L1": 0.0, "L9": 0.5}).faults(rows(2, 1)) == [
-        ("phases.L9", "the robot has no leg 'L9'; valid names are 'L1', 'L2', 'R1'"),
-        ("phases", "leg 'L2' has no phase; give one to every leg"),
-        ("phases", "leg 'R1' has no phase; give one to every leg"),
-    ]
-    nothing = [("", "no drive of the robot moves a leg, so that there is nothing to walk with")]
-    assert Alternating(**COMMON).faults(rows(2, 2, dead=("L1", "L2", "R1", "R2"))) == nothing
+    ((place, said),) = Tripod(**COMMON).faults(rows(2, 3))
+    assert place == "kind" and "2 on the left and 3 on the right" in said
+    faults = CustomGait(**COMMON, phases={"L1": 0.0, "L9": 0.5}).faults(rows(2, 1))
+    assert [place for place, _ in faults] == ["phases.L9", "phases", "phases"]
+    assert all(name in said for name, (_, said) in zip(("'L9'", "'L2'", "'R1'"), faults, strict=True))
+    ((place, said),) = Alternating(**COMMON).faults(rows(2, 2, dead=("L1", "L2", "R1", "R2")))
+    assert place == "" and "nothing to walk with" in said
 
 
 def test_a_group_must_share_one_phase() -> None:
     hips = rows(2, 2).hips
     pairs = Layout(hips, {"front": Reach(("L1", "R1")), "hind": Reach(("L2", "R2"))})
     assert Alternating(**COMMON).faults(pairs) == []
-    assert MetachronalGait(**COMMON).faults(pairs) == [
-        ("", "drive 'front' moves legs 'L1' and 'R1' together, but their phases differ"),
-        ("", "drive 'hind' moves legs 'L2' and 'R2' together, but their phases differ"),
-    ]
+    said = [said for _, said in MetachronalGait(**COMMON).faults(pairs)]
+    assert "'front'" in said[0] and "'hind'" in said[1] and len(said) == 2
     whole = {"L1": 0.25, "R1": -0.75, "L2": 1.0, "R2": 0.0}
     assert CustomGait(**COMMON, phases=whole).faults(pairs) == []

@@ -121,19 +121,6 @@ def test_the_engine_applies_the_map():
         )
 
 
-def test_a_map_that_makes_energy_is_bounded_only_when_projected():
-    drive = ts.Square(amplitude=10.0, frequency=30.0)
-    wild = ts.simulate(
-        hexapod(signal=drive, impact=printed_map(passive=False), restitution=0.5), duration=1.0
-    )
-    tame = ts.simulate(hexapod(signal=drive, impact=printed_map(), restitution=0.5), duration=1.0)
-    assert np.abs(wild.series.state.x).max() > 1.0, "the printed map blows a 20 mm robot up to metres"
-    assert wild.ledger.impacts < 0.0
-    assert tame.ok and np.abs(tame.series.state.x).max() < 1e-3
-    assert tame.ledger.impacts > 0.0 and tame.ledger.closure < 1e-8
-    assert np.all(tame.events["energy"] >= 0.0)
-
-
 # Slow: four periods of six feet. The printed map, which would make the most energy, stays.
 @pytest.mark.parametrize(
     "chosen",
@@ -147,26 +134,6 @@ def test_simultaneous_impacts_of_many_feet_make_no_energy(chosen):
     assert run.ledger.closure < 1e-8
     assert run.at(np.linspace(0.0, 0.1, 4001)).state.gap.min() >= -1e-12
     assert np.all(run.events["energy"] >= -1e-12 * run.events["energy"].max())
-
-
-def test_two_equal_feet_struck_at_once():
-    # A rigid bar falls flat on two feet: both impacts are taken, and it rises flat again, whichever goes first.
-    structure = ts.Lumped(
-        coordinates=("left", "right"), mass=[[2e-6, 1e-6], [1e-6, 2e-6]], stiffness=[0.0, 0.0]
-    )
-    feet = {name: ts.Foot(point=name, gap=1e-5) for name in ("left", "right")}
-    scene = ts.Scene(
-        name="bar", robot=ts.Robot(structure=structure, feet=feet), duration=0.02,
-        ground=ts.Ground(restitution=ts.Restitution(coefficient=0.5), gravity=ts.Gravity(acceleration=9.81)),
-    )  # fmt: skip
-    run = ts.simulate(scene)
-    assert run.ok and run.ledger.closure < 1e-8
-    assert set(run.events["foot"]) == {0, 1}
-    state = run.at(np.linspace(0.0, 0.02, 2001)).state
-    assert state.gap.min() >= -1e-12
-    assert run.events["energy"].sum() == pytest.approx(
-        3e-6 * 2.0 * 9.81 * 1e-5, rel=1e-6
-    )  # all of m g h at rest
 
 
 def test_given_columns_round_trip_and_sentences():
@@ -183,7 +150,7 @@ def test_given_columns_round_trip_and_sentences():
                 )
             },
         )
-    with pytest.raises(ts.InputError, match="2 points determine 2 of the 6 coordinates"):
+    with pytest.raises(ts.InputError, match="2 of the 6 coordinates"):
         ts.with_values(
             base, {"ground.impact": MeasuredImpactMap(columns={"foot1": {"foot1": 1.0, "foot2": 0.3}})}
         )
@@ -232,19 +199,3 @@ def test_near_field_forces_are_one_switch():
     assert third.ledger.closure < 1e-8
     least = [one.laws["electrostatic"].min() for one in (third.series, third.at(times))]
     assert math.isclose(*least, rel_tol=0.2)
-
-
-def test_initial_states_vary_in_one_batch():
-    drive = ts.Square(amplitude=10.0, frequency=30.0)
-    scene = ts.with_values(
-        hexapod(signal=drive), {"initial.velocity": (0.0,) * 6, "initial.displacement": (0.0,) * 6}
-    )
-    speeds, heights = np.linspace(-0.01, 0.01, 7), np.linspace(0.0, 1e-6, 7)
-    vary = {"initial.velocity.0": speeds, "initial.displacement.1": heights}
-    batch = ts.simulate_batch(scene, vary, duration=0.02)
-    for i in (0, 3, 6):
-        alone = ts.with_values(scene, {path: float(values[i]) for path, values in vary.items()})
-        run = ts.simulate(alone, duration=0.02, accuracy=ts.Accuracy())
-        np.testing.assert_allclose(batch.events(i)["time"], run.events["time"], rtol=1e-9)
-    with pytest.raises(ts.InputError, match="in run 1 foot 'foot1' would start"):
-        ts.simulate_batch(scene, {"initial.displacement.0": [0.0, -2e-5]}, duration=0.02)

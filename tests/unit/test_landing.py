@@ -70,10 +70,12 @@ def test_the_pull_as_printed_needs_points_that_are_coordinates(shapes):
     other = two_modes(**shapes)
     for rule in RULES[:2]:
         ts.with_values(other, {"ground": ts.Ground(landing=rule)})
-    with pytest.raises(ts.InputError, match=r"ground\.landing: .*K_pp.*cannot stand for the 2 coordinates"):
+    with pytest.raises(ts.InputError, match=r"ground\.landing: .*K_pp.*2 coordinates"):
         ts.with_values(other, {"ground": ts.Ground(landing=RULES[2])})
-    told = ts.with_values(two_modes(foot=(1.0, 1.0), hip=(2.0, 1.0)), {"ground": ts.Ground(landing=RULES[2])})
-    np.testing.assert_allclose(told.robot.structure.alone("foot"), [-1.0, 2.0], rtol=1e-12)
+    right = ts.with_values(
+        two_modes(foot=(1.0, 1.0), hip=(2.0, 1.0)), {"ground": ts.Ground(landing=RULES[2])}
+    )
+    np.testing.assert_allclose(right.robot.structure.alone("foot"), [-1.0, 2.0], rtol=1e-12)
 
 
 def test_coordinates_that_are_points_stand_for_themselves():
@@ -81,7 +83,7 @@ def test_coordinates_that_are_points_stand_for_themselves():
         coordinates=("left", "right"), mass=(1.0, 1.0), stiffness=(1.0, 2.0), weights={"mid": (0.5, 0.5)}
     )
     np.testing.assert_array_equal(bar.alone("right"), [0.0, 1.0])
-    with pytest.raises(ts.InputError, match="'mid' is a combination of the coordinates"):
+    with pytest.raises(ts.InputError, match="'mid' is a combination"):
         bar.alone("mid")
     walker = ts.load_scene("millipede").robot.structure
     leg = next(iter(walker.legs))

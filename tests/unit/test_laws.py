@@ -65,9 +65,7 @@ def test_friction_is_borne_by_push_and_adhesion_and_never_pulls() -> None:
     assert law.function() is Friction.bound
     assert Friction.bound(2e-6, 1e-6, *law.parameters()) == pytest.approx(0.6e-6)
     assert Friction.bound(0.0, 1e-6, 0.3) == 0.0 == Friction.bound(2e-6, 1e-6, 0.0)
-    with pytest.raises(
-        InputError, match=r"^Friction.coefficient: expected a pure number of at least 0, got -0.1"
-    ):
+    with pytest.raises(InputError, match=r"^Friction.coefficient: .* got -0.1"):
         Friction(coefficient=-0.1)
 
 
@@ -131,7 +129,7 @@ def test_names_are_snake_case() -> None:
 
 
 def test_a_law_field_needs_a_unit() -> None:
-    with pytest.raises(TypeError, match="strength: a law's field is a float with a unit"):
+    with pytest.raises(TypeError, match=r"strength: .*a unit"):
 
         class Bad(SmoothLaw):
             strength: float = 1.0
@@ -278,7 +276,7 @@ def test_a_law_that_breaks_its_promise_is_refused(tmp_path):
         "    def remaining(age, away, rate):\n        return age / (1 + 1e6 * away * away)\n"
     )
     laws = load_laws(path)
-    with pytest.raises(InputError, match="bound is negative at margin 1e-06, strength 0: friction brakes"):
+    with pytest.raises(InputError, match="bound is negative at margin 1e-06"):
         laws["driving"]()
     with pytest.raises(InputError, match="remaining is no flow of time: of an age"):
         laws["jumping"]()

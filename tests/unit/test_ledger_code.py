@@ -60,24 +60,24 @@ def test_an_account_that_is_no_number_is_open(scene: Scene) -> None:
     assert run.code is ResultCode.LEDGER_OPEN
 
 
-def test_batches_tell_where_they_are_asked_to(strict: None) -> None:
+def test_batches_report_it_where_they_are_asked_to(strict: None) -> None:
     vary = {"signals.d.amplitude": [0.0, 1e-3]}
     plain = ts.simulate_batch(pushed(), vary)
-    told = ts.simulate_batch(pushed(), vary, ledger=True)
+    kept = ts.simulate_batch(pushed(), vary, ledger=True)
     assert plain.codes == [ResultCode.DONE, ResultCode.DONE]
-    assert told.codes == [ResultCode.DONE, ResultCode.LEDGER_OPEN]
-    assert told.run(0).ok and not told.run(1).ok
+    assert kept.codes == [ResultCode.DONE, ResultCode.LEDGER_OPEN]
+    assert kept.run(0).ok and not kept.run(1).ok
     assert "LEDGER_OPEN" in OUTCOMES
 
 
 def test_a_batch_with_accounts_has_the_events_of_one_without() -> None:
     scene = ts.load_scene("cantilever")
     vary = {"ground.restitution.coefficient": [0.2, 0.5]}
-    plain, told = (ts.simulate_batch(scene, vary, 0.03, ledger=ledger) for ledger in (False, True))
+    plain, kept = (ts.simulate_batch(scene, vary, 0.03, ledger=ledger) for ledger in (False, True))
     for i in range(2):
-        assert told.run(i).ok and len(told.events(i)) > 1
-        assert told.events(i)["time"] == pytest.approx(plain.events(i)["time"], rel=1e-6)
-    assert told.measure("peak") == pytest.approx(plain.measure("peak"), rel=1e-5)
+        assert kept.run(i).ok and len(kept.events(i)) > 1
+        assert kept.events(i)["time"] == pytest.approx(plain.events(i)["time"], rel=1e-6)
+    assert kept.measure("peak") == pytest.approx(plain.measure("peak"), rel=1e-5)
 
 
 def test_the_command_line_says_it_and_exits_with_1(strict: None, tmp_path, capsys) -> None:

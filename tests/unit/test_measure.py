@@ -97,20 +97,6 @@ def measures_of_feet(run: Hand):
     return {**period_statistics(run), **whole_run_statistics(run)}
 
 
-@pytest.mark.parametrize(("step", "count"), [(0.1 * MS, 1), (0.2 * MS, 0)])
-def test_chatter_below_the_height_is_part_of_the_stay(step, count):
-    # lands, hops 50 nm twice, once let go, once thrown: one stay of four steps
-    start = 4 * MS
-    events = table(
-        (start, CAPTURE, 9e-6, 0.1), (start + step, RELEASE, 0.0, 0.0), (start + 2 * step, BOUNCE, 5e-8, 0.0),
-        (start + 3 * step, CAPTURE, 5e-8, 0.0), (start + 4 * step, RELEASE, 0.0, 0.0), (15 * MS, CAPTURE, 3e-6, 0.1),
-    )  # fmt: skip
-    found = measures_of_feet(Hand(events, T, T))
-    assert found["bounces"].value == count and found["rebounds"].value == 0.0
-    assert found["contact_duration"].value == pytest.approx(4 * step + 5 * MS)
-    assert found["longest_contact"].value == pytest.approx(5 * MS)
-
-
 def test_the_dwell_is_a_tenth_of_a_short_period():
     assert Counting.of(0.02).dwell == 0.5e-3 and Counting.of(2e-3).dwell == pytest.approx(0.2e-3)
     assert Counting.of(2e-3, dwell=1e-3).dwell == 1e-3
@@ -119,15 +105,6 @@ def test_the_dwell_is_a_tenth_of_a_short_period():
     assert fast.value == 0.0 and fast.dwell == pytest.approx(0.2e-3) and fast.height == 1e-7
     assert "0.1 um" in fast.definition and "0.2 ms" in fast.definition
     assert period_statistics(Hand(events, 2e-3, 2e-3), dwell=0.5e-3)["bounces"].value == 1.0
-
-
-def test_a_stay_that_began_with_the_run_is_no_touchdown():
-    begun = table((0.0, START, 0.0, 0.0), (0.1 * MS, RELEASE, 0.0, 0.0), (8 * MS, BOUNCE, 4e-6, 0.1),
-                  (12 * MS, CAPTURE, 3e-6, 0.1))  # fmt: skip
-    found = measures_of_feet(Hand(begun, T, T))
-    assert found["bounces"].value == 1.0, "only the second flight"
-    assert found["longest_contact"].value == pytest.approx(8 * MS)
-    assert found["contact_duration"].value == pytest.approx(0.1 * MS + 8 * MS)
 
 
 def test_contact_is_shared_out_among_the_periods_it_spans():
@@ -142,50 +119,18 @@ def test_contact_is_shared_out_among_the_periods_it_spans():
     assert late["contact_duration"].value == pytest.approx((0.25 + 0.5) / 2)
 
 
-def test_peaks_by_period_come_from_the_period_marks():
-    # one flight over three periods: the highest gap of each is known from its mark
-    events = table(
-        (0.1, BOUNCE, 3e-6, 0.1), (1.0, MARK, 4e-6, 0.0), (2.0, MARK, 9e-6, 0.0), (2.6, BOUNCE, 2e-6, 0.1),
-        (3.0, MARK, 1e-6, 0.0),
-    )  # fmt: skip
-    measures = period_statistics(Hand(events, 3.0, 1.0), skip=0)
-    assert measures["peak"].value == pytest.approx((4e-6 + 9e-6 + 2e-6) / 3)
-    assert measures["bounces"].value == pytest.approx(2 / 3), "the whole flight is one bounce"
-    assert measures["mean_apex"].per_foot["foot"] == pytest.approx((9e-6 + 1e-6) / 2), (
-        "in the periods of the apexes"
-    )
-
-
-def test_a_flight_cut_off_by_the_end_counts_if_it_was_seen_to_clear_the_height():
-    high = table((0.5, BOUNCE, 1e-6, 0.1), (1.0, MARK, 4e-7, 0.0))
-    assert period_statistics(Hand(high, 1.0, 1.0))["bounces"].value == 1.0
-    low = table((0.5, BOUNCE, 1e-6, 0.1), (1.0, MARK, 4e-8, 0.0))
-    found = period_statistics(Hand(low, 1.0, 1.0))
-    assert found["bounces"].value == 0.0 and found["contact_duration"].value == pytest.approx(0.5)
-
-
-def test_a_foot_that_starts_in_contact():
-    events = table((0.0, START, 0.0, 0.0), (0.25, RELEASE, 0.0, 0.0), (0.75, REST, 2e-6, 0.1))
-    flights = histories_of(Hand(events, 1.0, 1.0)).flights
-    _, start, end = flights.contacts(1e-7)
-    assert start.tolist() == [0.0, 0.75] and end.tolist() == [0.25, 1.0]
-    assert flights.start.tolist() == [0.25] and flights.end.tolist() == [0.75]
-    assert not flights.rebound.any() and not flights.airborne.any() and not flights.aloft.any()
-    assert period_statistics(Hand(events, 1.0, 1.0))["contact_duration"].value == pytest.approx(0.5)
-
-
 def test_no_event_at_all():
     measures = period_statistics(Hand(table(), 1.0, 0.25))
     assert measures["contact_duration"].value == 0.0 and measures["bounces"].value == 0.0
     assert np.isnan(measures["peak"].value) and np.isnan(measures["hardest_impact"].value)
     assert measures.bounces.definition.startswith("bounces per drive period: flights from a touchdown")
-    with pytest.raises(AttributeError, match="there is no measure 'nonsense'; valid names are 'bounces', "):
+    with pytest.raises(AttributeError, match="no measure 'nonsense'"):
         _ = measures.nonsense
 
 
 def test_a_measure_that_was_renamed_says_its_present_name():
     measures = whole_run_statistics(Hand(table(), 1.0, 0.25))
-    with pytest.raises(KeyError, match="no measure 'all_rebounds'; did you mean 'total_rebounds_any_height'"):
+    with pytest.raises(KeyError, match="did you mean 'total_rebounds_any_height'"):
         measures["all_rebounds"]
     assert "all_rebounds" not in measures and "total_rebounds_any_height" in measures
 
@@ -196,7 +141,7 @@ def test_names_of_the_whole_run_begin_alike():
     )
 
 
-def test_feet_are_told_apart():
+def test_each_foot_has_its_own():
     events = np.concatenate([table((0.5, CAPTURE, 1e-6, 0.1)), table((0.8, CAPTURE, 3e-6, 0.2))])
     events["foot"] = [0, 1]
     run = Hand(events, 1.0, 1.0, ("a", "b"))

@@ -69,14 +69,14 @@ def test_every_problem_is_said_at_once():
         Measurement((Channel("foot", Quantity.VELOCITY, noise=0.0),), [[0.0, 1.0]], 1.0)
 
 
-def test_an_unknown_channel_is_told_with_the_nearest():
+def test_an_unknown_channel_is_reported_with_the_nearest():
     with pytest.raises(ts.InputError, match="no channel 'food'; did you mean 'foot'"):
         _ = Measurement((FOOT,), [[0.0, 1.0]], 1.0)["food"]
     with pytest.raises(ts.InputError, match="no sample lies between"):
         Measurement((FOOT,), [[0.0, 1.0]], 1.0).between(3.0, 4.0)
 
 
-def test_clipped_channels_are_told():
+def test_clipped_channels_are_reported():
     record = Measurement((FOOT,), [[0.0, 0.5, -0.5, 0.1]], 1e-3)
     assert record.clipped() == ("channel 'foot' is clipped: 2 of 4 samples reach the full scale of 0.5 m/s",)
     assert Measurement((LEG,), [[0.0, 0.5]], 1e-3).clipped() == ()
@@ -86,9 +86,7 @@ def test_times_give_their_step_or_say_why_not():
     assert sampling_step([0.0, 0.1, 0.2]) == pytest.approx(0.1)
     rounded = np.round(np.arange(50) * 0.3333, 2)
     assert sampling_step(rounded, resolution=0.01) == pytest.approx(0.3333, rel=1e-2)
-    with pytest.raises(
-        ts.InputError, match=r"not even: the step is 0\.166667 s on average and 0\.3 s after sample 2"
-    ):
+    with pytest.raises(ts.InputError, match=r"not even: .* 0\.3 s after sample 2"):
         sampling_step([0.0, 0.1, 0.2, 0.5])
     with pytest.raises(ts.InputError, match="do not increase at sample 2"):
         sampling_step([0.0, 0.1, 0.1, 0.4])
@@ -100,12 +98,12 @@ def test_times_give_their_step_or_say_why_not():
 
 def test_records_that_do_not_belong_together():
     one = measurement(np.zeros(3))
-    with pytest.raises(ts.InputError, match="sampled differently: every 1e-05 s and every 2e-05 s"):
+    with pytest.raises(ts.InputError, match="every 1e-05 s and every 2e-05 s"):
         check_sampled_together(one, measurement(np.zeros(3), step=2e-5), ["a"])
     with pytest.raises(ts.InputError, match="the second record has no channel 'b'"):
         check_sampled_together(measurement(np.zeros(3), np.zeros(3)), one, ["a", "b"])
     volts = Measurement((Channel("a", Quantity.VOLTAGE),), np.zeros((1, 3)), 1e-5)
-    with pytest.raises(ts.InputError, match="in m/s in one record and in V in the other"):
+    with pytest.raises(ts.InputError, match=r"in m/s .* in V"):
         check_sampled_together(one, volts, ["a"])
 
 
@@ -113,7 +111,7 @@ def test_a_drive_is_one_of_the_channels():
     record = Measurement((FOOT, LEG), np.zeros((2, 3)), 1e-3, drive="leg volts")
     assert record.select(["leg volts"]).drive == "leg volts"
     assert record.select(["foot"]).drive is None
-    with pytest.raises(ts.InputError, match="the drive is no channel: 'leg volt'; did you mean 'leg volts'"):
+    with pytest.raises(ts.InputError, match="'leg volt'; did you mean 'leg volts'"):
         Measurement((FOOT, LEG), np.zeros((2, 3)), 1e-3, drive="leg volt")
 
 
@@ -131,7 +129,7 @@ def test_a_response_knows_its_unit_and_its_scatter():
     assert part.coherence is not None and part.coherence[0, 0, 0] == 0.5
     with pytest.raises(ValueError, match="read-only"):
         response.values[0, 0, 0] = 0.0
-    with pytest.raises(ts.InputError, match="fewer than two lines lie between 5 Hz and 9 Hz"):
+    with pytest.raises(ts.InputError, match="between 5 Hz and 9 Hz"):
         response.between(5.0, 9.0)
     with pytest.raises(ts.InputError, match="coherence of the response is not known"):
         FrequencyResponse((FOOT,), (FORCE,), LINES, values).deviation(averages=8)

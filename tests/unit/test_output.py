@@ -33,11 +33,9 @@ def test_new_and_empty_folders_are_written(tmp_path):
 
 def test_a_folder_that_holds_anything_is_refused(tmp_path):
     (tmp_path / "notes.md").write_text("mine", encoding="utf-8")
-    with pytest.raises(
-        InputError, match=r"is not empty; give .* or --overwrite to replace what `tarsus work`"
-    ):
+    with pytest.raises(InputError, match=r"is not empty; .*--overwrite"):
         output(tmp_path).check()
-    with pytest.raises(InputError, match=r"continue there with --resume, give another folder"):
+    with pytest.raises(InputError, match="--resume"):
         output(tmp_path, resumable=True).check()
     output(tmp_path, resumable=True).check(resume=True)
     assert names(tmp_path) == {"notes.md"} and not (tmp_path / MANIFEST).exists()
@@ -62,7 +60,7 @@ def test_what_the_verb_did_not_write_is_not_replaced(tmp_path, by):
             write(output(tmp_path), "units/1.npz")
         (tmp_path / "a.txt").write_text("theirs", encoding="utf-8")
     before = names(tmp_path)
-    with pytest.raises(InputError, match=r"holds a\.txt, and `tarsus work` did not write that there"):
+    with pytest.raises(InputError, match=r"holds a\.txt, and `tarsus work` did not"):
         output(tmp_path, overwrite=True).check()
     with pytest.raises(InputError, match=r"holds a\.txt"), output(tmp_path, overwrite=True).writing():
         raise AssertionError("it was written")

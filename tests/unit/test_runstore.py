@@ -7,6 +7,7 @@ import os
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +22,7 @@ TEXTS = {"study.toml": "a = 1\n", "scene.toml": "b = 2\n"}
 
 
 def opened(folder, texts: dict[str, str] = TEXTS, **options) -> RunStore:
-    return RunStore.open(folder, texts, units=3, **options)
+    return RunStore.open(folder, texts, **({"runs": 3, "chunk": 1} | options))
 
 
 def arrays(unit: int) -> dict[str, np.ndarray]:
@@ -59,7 +60,7 @@ def test_half_a_file_another_plans_and_another_units_are_put_aside(tmp_path):
     half, other, copied = (tmp_path / "units" / "000" / f"00000{n}.npz" for n in range(3))
     copied.write_bytes(half.read_bytes())
     half.write_bytes(half.read_bytes()[:-40])
-    RunStore(tmp_path, "another", 3).write(1, arrays(1))
+    RunStore(tmp_path, "another", 3, 1).write(1, arrays(1))
     with pytest.raises(InputError, match=r"unit 0 of .* is not done"):
         collected(store)
     assert store.check() == [1, 2]
@@ -69,7 +70,7 @@ def test_half_a_file_another_plans_and_another_units_are_put_aside(tmp_path):
 
 
 def test_units_lie_in_folders_of_a_thousand(tmp_path):
-    store = RunStore.open(tmp_path, {}, units=2001)
+    store = RunStore.open(tmp_path, {}, runs=2001, chunk=1)
     for unit in (0, 999, 1000, 2000):
         store.write(unit, arrays(0))
     assert {path.name for path in (tmp_path / "units").iterdir()} == {"000", "001", "002"}
@@ -81,27 +82,38 @@ import sys
 import numpy as np
 from tarsus.files.runstore import RunStore
 from pathlib import Path
-store = RunStore.open(Path(sys.argv[1]), {"study.toml": "a = 1\\n"}, units=20, resume=True)
+store = RunStore.open(Path(sys.argv[1]), {"study.toml": "a = 1\\n"}, runs=20, chunk=1, resume=True)
 for again in range(4):
     for unit in range(20):
         store.write(unit, {"code": np.full(200, unit, np.int8)})
         assert (store.read(unit)["code"] == unit).all()
+points = np.random.default_rng(0).random((40, 3))
+for again in range(6):
+    points = store.evaluate(points, lambda at: {"y": np.sin(at)}, chunk=3)["y"][::-1] + 0.5
+print(points.tobytes().hex())
 """
 
 
-def test_writers_of_the_same_units_do_not_meet(tmp_path):
+def test_writers_of_the_same_units_and_searches_do_not_meet(tmp_path):
     words = [sys.executable, "-c", WRITER, str(tmp_path / "store")]
-    writers = [subprocess.Popen(words, stderr=subprocess.PIPE, text=True) for _ in range(3)]
-    assert [(one.wait(), one.communicate()[1]) for one in writers] == [(0, "")] * 3
-    store = RunStore.open(tmp_path / "store", {"study.toml": "a = 1\n"}, units=20, resume=True)
+    writers = [
+        subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) for _ in range(2)
+    ]
+    said = [one.communicate() for one in writers]
+    points = np.random.default_rng(0).random((40, 3))
+    for _ in range(6):
+        points = np.sin(points)[::-1] + 0.5
+    assert said == [(points.tobytes().hex() + "\n", "")] * 2
+    store = RunStore.open(tmp_path / "store", {"study.toml": "a = 1\n"}, runs=20, chunk=1, resume=True)
     assert collected(store)["code"].tolist() == np.repeat(np.arange(20), 200).tolist()
     assert list((tmp_path / "store").rglob("*.part")) == []
 
 
 def test_the_first_of_many_writes_the_plan_and_the_others_take_its_units(tmp_path):
-    first = RunStore.open(tmp_path, TEXTS, units=3, chunk=7)
-    late = RunStore.open(tmp_path, TEXTS, units=30, chunk=1, resume=True)
+    first = opened(tmp_path, runs=20, chunk=7)
+    late = opened(tmp_path, runs=20, chunk=1, resume=True)
     assert (late.units, late.chunk) == (3, 7) == (first.units, first.chunk)
+    assert [late.part(unit).stop for unit in range(3)] == [7, 14, 20] and late.size(2) == 6
 
 
 def test_another_version_is_refused_with_both_nodes(tmp_path, monkeypatch):
@@ -130,7 +142,7 @@ def test_a_store_of_an_earlier_layout_says_what_it_needs(tmp_path):
         (errno.EIO, "cannot be used .*finished parts are kept"),
     ],
 )
-def test_what_a_disk_refuses_is_told_in_a_sentence(tmp_path, monkeypatch, number, said):
+def test_what_a_disk_refuses_is_reported_in_a_sentence(tmp_path, monkeypatch, number, said):
     store = opened(tmp_path)
     store.write(0, arrays(0))
 
@@ -196,10 +208,11 @@ def test_a_broken_plan_is_refused(tmp_path):
 
 
 def test_no_byte_of_a_unit_can_be_damaged_unseen(tmp_path):
-    store = opened(tmp_path)
-    store.write(0, arrays(0))
+    store = replace(opened(tmp_path), digest="d")  # short: every byte is a reading
+    right = {"code": arrays(1)["code"]}
+    store.write(0, right)
     file = next(tmp_path.glob("units/*/*.npz"))
-    whole, right = file.read_bytes(), arrays(0)
+    whole = file.read_bytes()
     for place in range(len(whole)):
         file.write_bytes(whole[:place] + bytes([whole[place] ^ 0x21]) + whole[place + 1 :])
         found = store.read(0)  # zipfile and numpy have a dozen errors for this
@@ -236,13 +249,16 @@ from tarsus.files.runstore import RunStore
 os.getpid = lambda: 7
 if sys.argv[2] == "die":
     os.replace = lambda *_: os._exit(9)
-RunStore(Path(sys.argv[1]), "d", 3).write(1, {"code": np.zeros(2, np.int8)})
+RunStore(Path(sys.argv[1]), sys.argv[3], 3, 1).write(1, {"code": np.zeros(2, np.int8)})
 """
     store = opened(tmp_path)
     store.write(0, arrays(0))
     words = [sys.executable, "-c", code, str(tmp_path)]
-    assert subprocess.run([*words, "die"]).returncode == 9 and len(list(tmp_path.rglob("*.part"))) == 1
-    again = subprocess.run([*words, "live"], capture_output=True, text=True)
+    assert (
+        subprocess.run([*words, "die", store.digest]).returncode == 9
+        and len(list(tmp_path.rglob("*.part"))) == 1
+    )
+    again = subprocess.run([*words, "live", store.digest], capture_output=True, text=True)
     assert again.returncode == 0, again.stderr
     assert store.pending() == [2]
 
@@ -374,29 +390,3 @@ def test_batches_of_a_question_are_kept_each_and_shared_between_threads(tmp_path
 def test_a_function_gives_as_many_values_as_points():
     with pytest.raises(ValueError, match="7 points"):
         RunStore().evaluate(POINTS, lambda points: {"sum": points.sum(axis=1)[1:]})
-
-
-SEARCHER = """
-import sys
-import numpy as np
-from pathlib import Path
-from tarsus.files.runstore import RunStore
-store = RunStore.open(Path(sys.argv[1]), {"study.toml": "a = 1\\n"}, resume=True)
-points = np.random.default_rng(0).random((40, 3))
-for again in range(6):
-    found = store.evaluate(points, lambda at: {"y": np.sin(at)}, chunk=3)["y"]
-    points = found[::-1] + 0.5
-print(found.sum().hex())
-"""
-
-
-def test_two_writers_of_one_search_do_not_meet(tmp_path):
-    words = [sys.executable, "-c", SEARCHER, str(tmp_path / "store")]
-    writers = [
-        subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) for _ in range(2)
-    ]
-    said = [one.communicate() for one in writers]
-    assert said[0] == said[1] and said[0][1] == ""
-    alone = subprocess.run([*words[:-1], str(tmp_path / "alone")], capture_output=True, text=True)
-    assert alone.stdout == said[0][0]
-    assert list(tmp_path.rglob("*.part")) == []

@@ -64,18 +64,18 @@ def test_loads_are_generalised_forces() -> None:
     np.testing.assert_allclose(ModalLoad(participation=[0.3, 0.4]).vector(structure), [0.3, 0.4])
 
 
+def places(build) -> list[str]:  # type: ignore[no-untyped-def]
+    return [one.split(":")[0] for one in problems(build)]
+
+
 def test_a_foot_below_the_ground_at_rest() -> None:
-    assert problems(lambda: Foot(point="tip", gap="-3 um")) == [
-        "Foot.gap: foot below ground at rest: expected a clearance of 0 or more, got -3 um"
-    ]
-    assert problems(lambda: Foot(point="tip", gap=0.0, normal=2)) == [
-        "Foot.normal: expected 1 (ground facing up) or -1 (facing down), got 2"
-    ]
+    assert "below ground at rest" in problems(lambda: Foot(point="tip", gap="-3 um"))[0]
+    assert places(lambda: Foot(point="tip", gap=0.0, normal=2)) == ["Foot.normal"]
     assert "got nan" in problems(lambda: Foot(point="tip", gap=math.nan))[0]
 
 
 def test_names_in_a_robot() -> None:
-    said = problems(
+    assert places(
         lambda: robot(
             feet={"toe": Foot(point="tpi", gap=0.0, electrode="pzd")},
             drives={
@@ -84,28 +84,18 @@ def test_names_in_a_robot() -> None:
                 "none": Drive(load=PointLoad(weights={}), law=LinearForce(gain=1.0)),
             },
         )
-    )
-    assert said == [
-        "Robot.feet.toe.point: the structure has no point 'tpi'; did you mean 'tip'?",
-        "Robot.feet.toe.electrode: there is no drive 'pzd'; did you mean 'pzt'?",
-        "Robot.drives.pzt.load.weights.bas: the structure has no point 'bas'; did you mean 'base'?",
-        "Robot.drives.two.load.participation: expected 2 values, one a coordinate, got 1",
-        "Robot.drives.none.load.weights: expected at least one point, got none",
-    ]
+    ) == [
+        "Robot.feet.toe.point", "Robot.feet.toe.electrode", "Robot.drives.pzt.load.weights.bas",
+        "Robot.drives.two.load.participation", "Robot.drives.none.load.weights",
+    ]  # fmt: skip
 
 
 def test_names_and_lengths_in_a_scene() -> None:
-    said = problems(
-        lambda: scene(
-            signals={"ptz": Sine(amplitude=1.0, frequency=1.0)},
-            initial=Initial(displacement=[0.0], velocity=[0.0]),
-        )
-    )
-    assert said == [
-        "Scene.signals.ptz: the robot has no drive 'ptz' for this signal; did you mean 'pzt'?",
-        "Scene.initial.displacement: expected 2 values, one a coordinate, got 1",
-        "Scene.initial.velocity: expected 2 values, one a coordinate, got 1",
-    ]
+    wrong = Initial(displacement=[0.0], velocity=[0.0])
+    ptz = {"ptz": Sine(amplitude=1.0, frequency=1.0)}
+    assert places(lambda: scene(signals=ptz, initial=wrong)) == [
+        "Scene.signals.ptz", "Scene.initial.displacement", "Scene.initial.velocity",
+    ]  # fmt: skip
 
 
 def test_starting_below_the_ground() -> None:
@@ -121,16 +111,13 @@ def test_starting_below_the_ground() -> None:
 def test_gravity_needs_to_know_up() -> None:
     modal = Modal(frequencies=[0.0], damping_ratios=[0.0], modal_masses=[1.0], shapes={"tip": [1.0]})
     bare = robot(structure=modal, drives={})
-    said = problems(lambda: scene(robot=bare, signals={}, ground=Ground(gravity=Gravity())))
-    assert said == [
-        "Scene.robot.structure.upward: gravity needs to know which way is up: give upward, the coordinates "
-        "of a unit upward translation"
-    ]
+    heavy = Ground(gravity=Gravity())
+    assert places(lambda: scene(robot=bare, signals={}, ground=heavy)) == ["Scene.robot.structure.upward"]
     scene(ground=Ground(gravity=Gravity()))
 
 
 def test_a_way_along_the_ground_is_not_the_foots_own_point() -> None:
-    with pytest.raises(ValueError, match="'tip' is the foot's own point, whose displacement is up"):
+    with pytest.raises(ValueError, match="'tip' is the foot's own point"):
         robot(feet={"toe": Foot(point="tip", gap=0.0, along="tip")})
 
 

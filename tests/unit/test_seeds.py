@@ -22,13 +22,13 @@ def started(scene: ts.Scene, seed: int) -> ts.Run:
 @pytest.mark.parametrize("threads", [1, 2])
 def test_each_number_is_the_measure_of_its_run(threads):
     scene = ts.load_scene("cantilever")
-    told: list[None] = []
+    done: list[None] = []
     count = 18  # more than a thread runs at a time
     found = foot_statistics(
-        scene, count, duration=0.06, settle=0.04, threads=threads, on_done=lambda: told.append(None)
+        scene, count, duration=0.06, settle=0.04, threads=threads, on_done=lambda: done.append(None)
     )
     cut = foot_statistics(scene, count, duration=0.06, settle=0.04, window=0.03, threads=threads)
-    assert found.ok and len(told) == count
+    assert found.ok and len(done) == count
     for seed in (0, 5, 17):
         run = started(scene, seed)
         periods = period_statistics(run, skip=2)

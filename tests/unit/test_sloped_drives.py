@@ -199,9 +199,9 @@ def test_a_walker_that_stands_otherwise_starts_otherwise():
 
 
 @pytest.mark.parametrize("law", ["linear", "plays"])
-def test_an_edge_at_the_very_start_is_told(law):
+def test_an_edge_at_the_very_start_is_reported(law):
     """A phase that moves the edge at t = 0: on one side alone it acts there, with and without memory."""
     wave = ts.Square(amplitude=6.0, frequency=40.0, phase=0.0)
     run = ts.simulate(driven(LAWS[law], wave), 0.1, gradients=["signals.pull.phase"])
-    told = run.gradient("impact_speed").flags["signals.pull.phase"]
-    assert any("at the very start" in text for text in np.atleast_1d(told).tolist())
+    found = run.gradient("impact_speed").flags["signals.pull.phase"]
+    assert any("at the very start" in text for text in np.atleast_1d(found).tolist())

@@ -35,10 +35,6 @@ def moved() -> Scene:
     return ts.with_values(chain(), {"initial": ts.Initial(displacement=(0.0, 0.0), velocity=(0.0, 0.0))})
 
 
-def sine(**more) -> ts.Sine:
-    return ts.Sine(amplitude=VOLTS, frequency=50.0, **more)
-
-
 def amplified() -> Scene:
     return ts.with_values(chain(), {"robot.drives.pull.amplifier": ts.Amplifier(rise_time=2e-4)})
 
@@ -56,7 +52,6 @@ def walking() -> Scene:
     return ts.load_scene("millipede")
 
 
-ONOFF = {"levels": (8.0, -8.0, 4.0), "durations": (0.01, 0.02, 0.013)}
 TURNING = np.array([0.0, 0.5, 3.0, -2.0])
 CASES = {
     "gap": (chain, {"robot.feet.tip.gap": [0.0, 3e-5, 7e-5, 8e-5]}, 0.08),
@@ -68,31 +63,7 @@ CASES = {
         moved, {"initial.displacement.0": [0.0, 1e-6, 1e-5], "initial.velocity.1": [0.0, 1e-3, 2e-3]}, 0.05
     ),
     "amplitude": (chain, {"signals.pull.amplitude": [0.0, 5.0, 8.0, 9.0]}, 0.08),
-    "offset and phase": (chain, {"signals.pull.offset": [0.0, 1.0, -1.0, 2.0], "signals.pull.phase": TURNING}, 0.08),
-    "duty": (chain, {"signals.pull.duty": [0.0, 0.3, 0.5, 1.0]}, 0.08),
     "gain": (chain, {"robot.drives.pull.law.gain": [-8e-4, -9e-4, 0.0]}, 0.08),
-    "force at no volts": (chain, {"robot.drives.pull.law.offset": [-1e-4, 0.0, 1e-4]}, 0.08),
-    "sine": (
-        lambda: chain(sine()), {"signals.pull.amplitude": [7.0, 8.0, 9.0], "signals.pull.phase": TURNING[:3]}, 0.08
-    ),
-    "frequency of a sine": (lambda: chain(sine()), {"signals.pull.frequency": [40.0, 50.0, 61.0]}, 0.08),
-    "ramped": (
-        lambda: chain(ts.waveforms.RampedSquare(amplitude=VOLTS, frequency=50.0, duty=0.3)),
-        {"signals.pull.duty": [0.0, 0.3, 0.6, 1.0], "signals.pull.phase": TURNING}, 0.08,
-    ),
-    "switching times": (lambda: chain(ts.OnOff(**ONOFF)), {"signals.pull.durations.1": [0.01, 0.02, 0.03]}, 0.08),
-    "levels, repeated": (
-        lambda: chain(ts.OnOff(repeat=True, **ONOFF)),
-        {"signals.pull.levels.1": [8.0, -8.0, 0.0], "signals.pull.durations.0": [0.01, 0.012, 0.02]}, 0.08,
-    ),
-    "poling": (
-        lambda: chain(ts.waveforms.Poling(level=VOLTS, hold=0.01, fall=0.02)),
-        {"signals.pull.hold": [0.01, 0.02, 0.03], "signals.pull.fall": [0.0, 0.01, 0.02]}, 0.08,
-    ),
-    "ramp": (
-        lambda: chain(ts.waveforms.Ramp(start=-VOLTS, stop=VOLTS, duration=0.03)),
-        {"signals.pull.start": [-8.0, 0.0], "signals.pull.duration": [0.03, 0.05]}, 0.08,
-    ),
     "behind an amplifier": (amplified, {"signals.pull.amplitude": [7.0, 8.0], "signals.pull.phase": TURNING[:2]}, 0.05),
     "every law": (
         sticky_feet,
@@ -103,6 +74,10 @@ CASES = {
             "ground.gravity.acceleration": [9.81, 1.62, 20.0], "robot.drives.pzt.law.gain": [1.2e-4, 9e-5, 1.5e-4],
         },
         0.02,
+    ),
+    "speed of a landing rule": (
+        lambda: ts.load_scene("cantilever", **{"ground.landing": {"kind": "restitute_first", "speed": 0.1}}),
+        {"ground.landing.speed": [0.01, 0.05, 0.2, 5.0]}, 0.02,
     ),
     "cantilever": (
         lambda: ts.load_scene("cantilever"),
@@ -238,3 +213,16 @@ def test_a_session_of_a_walker():
     run = session.run(changed, 0.02)
     np.testing.assert_array_equal(run.events, ts.simulate(ts.with_values(walking(), changed), 0.02).events)
     assert run.ok
+
+
+def test_varied_values_may_have_units_and_wrong_ones_are_a_sentence():
+    path, texts = "robot.feet.tip.gap", ["70 um", "0.08 mm"]
+    batch = ts.simulate_batch("cantilever", {path: texts}, "2 ms")
+    assert batch.vary[path].tolist() == [7e-5, 8e-5]
+    session = ts.Session("cantilever").batch({path: texts}, "2 ms")
+    for k in range(2):
+        np.testing.assert_array_equal(session.events(k), batch.events(k))
+    with pytest.raises(ts.InputError, match=r"robot\.feet\.tip\.gap: expected a length"):
+        ts.simulate_batch("cantilever", {path: ["70 V"]})
+    with pytest.raises(ts.InputError, match=r"robot\.feet\.tp\.gap: unknown path; did you mean"):
+        ts.simulate_batch("cantilever", {"robot.feet.tp.gap": ["70 um"]})

@@ -47,6 +47,11 @@ class Whole(Description):
     count: int = 1
 
 
+def places(error: InputError) -> list[str]:
+    """Where problems are; their words stand in full in test_toml."""
+    return [one.split(":")[0] for one in error.problems]
+
+
 def whole() -> Whole:
     return Whole(
         name="it",
@@ -117,18 +122,15 @@ def test_with_values_reports_everything_at_once() -> None:
                 "count": 1.5,
             },
         )
-    assert caught.value.problems == [
-        "layer.coeficient: unknown path; did you mean 'layer.coefficient'?",
-        "layer.thickness: expected a length (m) above 0, got -1.0 (residual thickness)",
-        "ratios.2: unknown path; did you mean 'ratios.1'?",
-        "signals.pz.amplitude: unknown path; did you mean 'signals.pzt.amplitude'?",
-        "name.first: unknown path; 'name' is one value",
-        "count: expected a whole number, got 1.5",
-    ]
+    assert places(caught.value) == [
+        "layer.coeficient", "layer.thickness", "ratios.2", "signals.pz.amplitude", "name.first", "count",
+    ]  # fmt: skip
+    assert "did you mean 'layer.coefficient'" in caught.value.problems[0]
+    assert "'name' is one value" in caught.value.problems[4]
 
 
 def test_a_path_inside_something_absent() -> None:
-    with pytest.raises(InputError, match="'layer' is not set here, so 'thickness' has nothing to act on"):
+    with pytest.raises(InputError, match="'layer' is not set here"):
         with_values(Whole(name="it", ratios=[]), {"layer.thickness": 1.0})
     with pytest.raises(InputError, match=r"unknown path; did you mean 'layer\.thickness'"):
         get_value(whole(), "layer.thicknes")
@@ -158,32 +160,22 @@ def test_a_wrong_table_gives_all_its_errors_at_once() -> None:
     }
     with pytest.raises(InputError) as caught:
         validate(Whole, table)
-    assert caught.value.problems == [
-        "name: expected a text, got 3",
-        "layer.coefficient: expected a film coefficient (N m^2 s) of at least 0, got -1 N m^2 s "
-        "(film coefficient)",
-        "layer.thickness: expected a length (m) above 0 (residual thickness), nothing given",
-        "layer.thicknes: unknown name 'thicknes'; did you mean 'thickness'?",
-        "signals.a.kind: unknown kind 'wve'; did you mean 'wave'?",
-        "signals.b.amplitude: expected a voltage (V) (amplitude), nothing given",
-        "signals.c.level: expected a voltage (V), got '8 m', which is a length (level)",
-        "signals.d.e: a name is ASCII letters, digits, '_' and '-' only, got 'd.e'",
-        "signals.f: expected a table with a 'kind', one of 'wave', 'step'",
-        "signals.g: expected a table, got 3",
-        "ratios.0: expected a pure number that is finite, got nan (damping ratio)",
-        "ratios.1: expected a pure number of at least 0, got -2 % (damping ratio)",
-        "shapes.tip.0: expected a pure number, got 'a', which is no number with a unit (shape)",
-        "zork: unknown name 'zork'; valid names are 'name', 'layer', 'signals', 'ratios', 'shapes', 'count'",
-    ]
+    assert places(caught.value) == [
+        "name", "layer.coefficient", "layer.thickness", "layer.thicknes", "signals.a.kind", "signals.b.amplitude",
+        "signals.c.level", "signals.d.e", "signals.f", "signals.g", "ratios.0", "ratios.1", "shapes.tip.0", "zork",
+    ]  # fmt: skip
+    words = (
+        "a text, got 3", "at least 0, got -1 N m^2 s", "nothing given", "did you mean 'thickness'",
+        "did you mean 'wave'", "nothing given", "which is a length", "ASCII letters", "with a 'kind'",
+        "a table, got 3", "finite, got nan", "got -2 %", "no number with a unit", "valid names are",
+    )  # fmt: skip
+    assert [word for word, one in zip(words, caught.value.problems, strict=True) if word not in one] == []
 
 
 def test_construction_raises_input_errors() -> None:
     with pytest.raises(InputError) as caught:
         Layer(coefficient=math.nan, thickness=0.0)
-    assert caught.value.problems == [
-        "Layer.coefficient: expected a film coefficient (N m^2 s) that is finite, got nan (film coefficient)",
-        "Layer.thickness: expected a length (m) above 0, got 0.0 (residual thickness)",
-    ]
+    assert places(caught.value) == ["Layer.coefficient", "Layer.thickness"]
 
 
 def test_long_lists_are_checked_too() -> None:

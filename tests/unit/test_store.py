@@ -20,7 +20,8 @@ from scipy.io import loadmat
 import tarsus as ts
 from tarsus.base.errors import InputError
 from tarsus.files import store
-from tarsus.files.store import read_run, write_run, write_text
+from tarsus.files.store import read_run, write_run
+from tarsus.files.whole import write_text
 from tarsus.solve import Run
 
 

@@ -14,6 +14,7 @@ from tarsus.core import _native
 from tarsus.core.modes import NODES
 from tarsus.core.nodes import TAU
 from tarsus.model.laws import Friction, SmoothLaw
+from tarsus.model.scene import Initial, Standing
 from tarsus.model.structure import Walker
 from tarsus.solve import batch as batches
 from tarsus.solve.codes import ResultCode
@@ -65,6 +66,18 @@ def test_every_coordinate_starts_with_the_velocity_it_is_given() -> None:
     rising = tuple(walker.vertical())
     run = ts.simulate(ts.with_values(scene, {"initial.velocity": rising}), duration=1e-3)
     np.testing.assert_allclose(run.at(np.array([1e-3])).state.x[:, 0], 1e-3 * walker.vertical(), atol=1e-12)
+
+
+@pytest.mark.parametrize("driven", [True, False])
+def test_a_walker_that_stands_under_its_volts_stays_there(driven: bool) -> None:
+    """Where it stands without them it begins to move."""
+    volts = {f"signals.leg{i}": ts.Constant(level=0.05) for i in range(3)}
+    scene = ts.with_values(trotter(3, ground=sticky(adhesion=None)), volts)
+    scene = scene.model_copy(update={"initial": Initial(standing=Standing(driven=driven))})
+    run = ts.simulate(scene, duration=2e-3)
+    x = run.at(np.linspace(0.0, 2e-3, 21)).state.x
+    moved = np.ptp(x, axis=1).max() / np.abs(x).max()
+    assert moved < 1e-9 if driven else moved > 1e-3
 
 
 def test_a_law_that_ends_at_the_ground_lets_a_foot_land() -> None:

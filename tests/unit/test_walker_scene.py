@@ -125,6 +125,14 @@ def test_every_gait_survives_the_file(kind: str) -> None:
     assert parse_scene(scene_text(scene)) == scene
 
 
+def test_a_standing_start_is_an_empty_table_which_is_not_an_absent_one() -> None:
+    scene = parse_scene(BASE)
+    standing = ts.with_values(scene, {"initial": {"standing": {}}})
+    text = scene_text(standing)
+    assert "[initial.standing]" in text
+    assert parse_scene(text) == standing != scene
+
+
 def test_drives_are_known_by_what_they_move() -> None:
     scene = parse_scene(BASE)
     layout = scene.robot.layout()
@@ -176,88 +184,26 @@ def test_mass_weighted_impacts_may_be_named() -> None:
     assert parse_scene(tomlkit.dumps(tables)).ground.impact == ts.laws.MassWeighted()
 
 
-LEG = "robot.structure.legs.a"
-BAD = {
+BAD: dict[str, tuple[list[Callable[[dict[str, Any]], None]], dict[str, str]]] = {
     "a foot below the ground": (
-        [put("robot.feet.a.gap", "-1 um")],
-        ["robot.feet.a.gap: foot below ground at rest: expected a clearance of 0 or more, got -1 um"],
+        [put("robot.feet.a.gap", "-1 um"), put("robot.structure.legs.b.mass", "-1 ug")],
+        {
+            "robot.structure.legs.b.mass": "above 0, got -1 ug",
+            "robot.feet.a.gap": "foot below ground at rest",
+        },
     ),
     "a foot that starts below the ground": (
         [put("initial.displacement", ["0 m", "0 m", "0 m", "0 m", "0 m", "-1.5 um"])],
-        ["initial.displacement: foot 'b' would start 500 nm below the ground"],
+        {"initial.displacement": "'b' would start 500 nm below"},
     ),
-    "no feet": (
-        [put("robot.feet", None)],
-        ["robot.feet: a walker needs at least one foot, the foot of one of its legs; got none"],
-    ),
-    "no legs": (
-        [put("robot.structure.legs", {})],
-        ["robot.structure.legs: expected at least one leg, got none"],
-    ),
-    "masses and stiffness": (
-        [
-            put(f"{LEG}.mass", "0 ug"),
-            put("robot.structure.legs.b.mass", "-1 ug"),
-            put(f"{LEG}.stiffness_l", "-2 N/m"),
-        ],
-        [
-            "robot.structure.legs.a.mass: expected a mass (kg) above 0, got 0 ug "
-            "(mass of the foot, what of the leg moves with it)",
-            "robot.structure.legs.a.stiffness_l: expected a stiffness (N/m) of at least 0, got -2 N/m "
-            "(stiffness between hip and foot, along the way)",
-            "robot.structure.legs.b.mass: expected a mass (kg) above 0, got -1 ug "
-            "(mass of the foot, what of the leg moves with it)",
-        ],
-    ),
-    "negative friction": (
-        [put("ground.friction.coefficient", -0.1)],
-        [
-            "ground.friction.coefficient: expected a pure number of at least 0, got -0.1 (coefficient of friction mu)"
-        ],
-    ),
+    "no feet": ([put("robot.feet", None)], {"robot.feet": "at least one foot"}),
+    "no legs": ([put("robot.structure.legs", {})], {"robot.structure.legs": "at least one leg"}),
     "a gait with a missing and an unknown leg": (
         [put("gait.kind", "free"), put("gait.phases", {"a": 0.0, "c": 0.5})],
-        [
-            "gait.phases.c: the robot has no leg 'c'; valid names are 'a', 'b'",
-            "gait.phases: leg 'b' has no phase; give one to every leg",
-        ],
+        {"gait.phases.c": "no leg 'c'", "gait.phases": "leg 'b' has no phase"},
     ),
-    "a gait without phases": (
-        [put("gait.kind", "free")],
-        [
-            "gait.phases: expected a pure number (how late each leg is, in periods, by its name), nothing given"
-        ],
-    ),
-    "a tripod on two legs": (
-        [put("gait.kind", "tripod")],
-        [
-            "gait.kind: a tripod needs six legs, three on each side of the body, got 2 in all, 0 on the left and 0 "
-            "on the right"
-        ],
-    ),
-    "a gait that is none": (
-        [put("gait.kind", "waves")],
-        ["gait.kind: unknown kind 'waves'; did you mean 'wave'?"],
-    ),
-    "a duty outside of 0 to 1": (
-        [put("gait.duty", 1.0)],
-        [
-            "gait.duty: expected a pure number above 0 and below 1, got 1.0 (fraction of the period at the upper "
-            "voltage)"
-        ],
-    ),
-    "volts out of order": (
-        [put("gait.low", "20 V")],
-        ["gait.high: the upper voltage 14 V is below the lower one, 20 V"],
-    ),
-    "no driven leg": (
-        [put("robot.drives", None)],
-        ["gait: no drive of the robot moves a leg, so that there is nothing to walk with"],
-    ),
-    "a group out of phase": (
-        [put("robot.drives.a.load.weights.b", -1.0), put("gait.kind", "wave")],
-        ["gait: drive 'a' moves legs 'a' and 'b' together, but their phases differ"],
-    ),
+    "a gait that is none": ([put("gait.kind", "waves")], {"gait.kind": "did you mean 'wave'"}),
+    "no driven leg": ([put("robot.drives", None)], {"gait": "no drive of the robot moves a leg"}),
     "a ground above, a hip, a body and a way as feet": (
         [
             put("robot.feet.a.normal", -1),
@@ -266,59 +212,41 @@ BAD = {
             put("robot.feet.d", {"point": "b_x", "gap": 0.0}),
             put("robot.feet.e", {"point": "bb", "gap": 0.0}),
         ],
-        [
-            "robot.feet.e.point: the structure has no point 'bb'; did you mean 'b'?",
-            "robot.feet.a.normal: a walker stands on its ground: expected 1, got -1",
-            "robot.feet.b.point: a walker's foot is that of a leg, named as the leg, got 'b_hip'; did you mean 'b'?",
-            "robot.feet.c.point: a walker's foot is that of a leg, named as the leg, got 'body'; valid names are "
-            "'a', 'b'",
-            "robot.feet.d.point: a walker's foot is that of a leg, named as the leg, got 'b_x'; did you mean 'b'?",
-        ],
+        {
+            "robot.feet.e.point": "did you mean 'b'",
+            "robot.feet.a.normal": "expected 1, got -1",
+            "robot.feet.b.point": "got 'b_hip'; did you mean 'b'",
+            "robot.feet.c.point": "got 'body'",
+            "robot.feet.d.point": "got 'b_x'",
+        },
     ),
-    "two feet on one leg": (
-        [put("robot.feet.b.point", "a")],
-        ["robot.feet.b.point: leg 'a' has a foot already, 'a'"],
-    ),
+    "two feet on one leg": ([put("robot.feet.b.point", "a")], {"robot.feet.b.point": "has a foot already"}),
     "a drive on a point that is not there": (
         [put("robot.drives.a.load.weights.a_hop", 1.0)],
-        ["robot.drives.a.load.weights.a_hop: the structure has no point 'a_hop'; did you mean 'a_hip'?"],
-    ),
-    "a capacitance of nothing": (
-        [put("robot.drives.a.capacitance", 0.0)],
-        [
-            "robot.drives.a.capacitance: expected a capacitance (F) above 0, got 0.0 (capacitance of the actuator, for "
-            "the energy of a switching, C V^2)"
-        ],
+        {"robot.drives.a.load.weights.a_hop": "did you mean 'a_hip'"},
     ),
     "another impact map": (
         [put("ground.impact", {"kind": "dominant_mode"})],
+        {"ground.impact": "point masses"},
+    ),
+    "all at once": (
         [
-            "ground.impact: the feet of a walker are point masses, for which the mass-weighted map is exact: leave it "
-            "out, got 'dominant_mode'"
+            put("gait.kind", "tripod"),
+            put("ground.impact", {"kind": "dominant_mode"}),
+            put("initial.displacement", [0.0, 0.0, 0.0, -1e-6, 0.0, 0.0]),
+            put("signals.c", {"kind": "constant", "level": "1 V"}),
         ],
+        {"signals.c": "", "initial.displacement": "", "gait.kind": "six legs", "ground.impact": ""},
     ),
 }
 
 
 @pytest.mark.parametrize("name", BAD)
 def test_bad_scenes(name: str) -> None:
-    changes, said = BAD[name]
-    assert refusals(*changes) == said
-
-
-def test_bad_walkers_are_told_all_at_once() -> None:
-    said = refusals(
-        put("gait.kind", "tripod"),
-        put("ground.impact", {"kind": "dominant_mode"}),
-        put("initial.displacement", [0.0, 0.0, 0.0, -1e-6, 0.0, 0.0]),
-        put("signals.c", {"kind": "constant", "level": "1 V"}),
-    )
-    assert [one.split(":")[0] for one in said] == [
-        "signals.c",
-        "initial.displacement",
-        "gait.kind",
-        "ground.impact",
-    ]
+    changes, words = BAD[name]
+    said = dict(one.split(": ", 1) for one in refusals(*changes))
+    assert list(said) == list(words)
+    assert [path for path, word in words.items() if word not in said[path]] == []
 
 
 def test_a_wrong_gait_in_a_file_with_other_faults() -> None:
@@ -341,28 +269,4 @@ def test_gaits_are_for_walkers_and_friction_for_feet_with_a_way_along_the_ground
     }
     with pytest.raises(InputError) as caught:
         parse_scene(tomlkit.dumps(tables))
-    assert caught.value.problems == [
-        "gait: needs the legs of a walker; this structure is of kind 'lumped'",
-        "ground.friction: acts on no foot: "
-        "give a foot its way along the ground, feet.NAME.along, a point of the structure",
-    ]
-
-
-def test_bad_values_set_later() -> None:
-    scene = parse_scene(BASE)
-    with pytest.raises(InputError) as caught:
-        ts.with_values(
-            scene, {"gait.duty": 1.5, "robot.feet.a.gap": -1e-6, "ground.friction.coefficient": -1.0}
-        )
-    assert len(caught.value.problems) == 3
-    with pytest.raises(InputError, match=r"^gait.kind: a tripod needs six legs"):
-        ts.with_values(scene, {"gait": {"kind": "tripod", "frequency": 50.0, "high": 14.0}})
-
-
-def test_gaits_vary_in_batches() -> None:
-    vary = {"gait.frequency": [50.0, 100.0, 100.0], "gait.duty": [0.5, 0.5, 0.3]}
-    batch = ts.simulate_batch(parse_scene(BASE), vary, duration=0.02, threads=1)
-    assert [code.name for code in batch.codes] == ["DONE"] * 3
-    assert batch.periods.tolist() == [0.02, 0.01, 0.01]
-    ends = [float(batch.run(i).marks["body"][-1][0]) for i in range(3)]
-    assert len(set(ends)) == 3, "each walks in its own way"
+    assert [one.split(":")[0] for one in caught.value.problems] == ["gait", "ground.friction"]

@@ -83,7 +83,7 @@ def test_a_foot_that_is_leaving_flies_though_its_contact_would_hold_it():
     assert not leaves.states.held.any()
 
 
-def test_what_does_not_fit_a_plan_is_told_at_once():
+def test_what_does_not_fit_a_plan_is_reported_at_once():
     plan = lower_scene(scene_of("p1_n2"))
     with pytest.raises(ts.InputError) as caught:
         simulate_window(

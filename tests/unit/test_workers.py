@@ -21,7 +21,7 @@ def test_a_job_that_spreads_work_does_it_on_its_own_thread():
     assert list(spread(lambda n: n * n, range(5), 3)) == [0, 1, 4, 9, 16], "elsewhere threads are free again"
 
 
-def test_long_jobs_are_told_when_one_has_failed():
+def test_long_jobs_hear_when_one_has_failed():
     stop = threading.Event()
 
     def job(number: int) -> int:

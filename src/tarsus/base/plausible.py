@@ -13,7 +13,7 @@ USUAL: dict[str, tuple[float, float]] = {
     "s": (1e-7, 1e4),  # from one sample of a fast recorder to hours of walking
     "Hz": (1e-2, 1e8),
     "V": (1e-4, 5e3),  # from the noise of an amplifier to the breakdown of air over a millimetre
-    "N": (1e-14, 10.0),  # from what vibrometry can tell to a hundred times the heaviest robot's weight
+    "N": (1e-14, 10.0),  # from what vibrometry can resolve to a hundred times the heaviest robot's weight
     "N/m": (1e-5, 1e7),
     "m/s": (1e-8, 100.0),
     "m/s^2": (1e-3, 1e3),

@@ -91,7 +91,7 @@ Named = Annotated[dict[Name, T], AfterValidator(FrozenDict)]
 if TYPE_CHECKING:
 
     class Amount:
-        """A field that is a float, and takes texts with a unit: how type checkers are told."""
+        """A field that is a float, and takes texts with a unit: what type checkers see."""
 
         def __get__(self, owner: Any, kind: Any, /) -> float: ...
         def __set__(self, owner: Any, value: float | str) -> None: ...
@@ -228,7 +228,9 @@ def _to_si(value: Any, spec: _Quantity, path: str, faults: list[tuple[str, str]]
         wanted = f"expected {describe_unit(spec.unit)}{bounds_text(spec.bounds)}"
         extreme = math.isfinite(number) and (abs(number) > MOST or 0.0 < number < LEAST)
         size = f" with a size from {LEAST:g} to {MOST:g} in SI" if extreme else ""
-        faults.append((path, f"{wanted}{size}, got {value if isinstance(value, str) else repr(number)}{about}"))
+        faults.append(
+            (path, f"{wanted}{size}, got {value if isinstance(value, str) else repr(number)}{about}")
+        )
     return number
 
 
@@ -323,7 +325,7 @@ def float_paths(desc: Description) -> dict[str, FloatInfo]:
     Returns
     -------
     dict[str, FloatInfo]
-        ``{"ground.film.coefficient": FloatInfo(value, unit, doc), ...}``; absent (None) values are left out.
+        ``{"ground.film.coefficient": FloatInfo(value, unit, doc), ...}``; absent (None) values are omitted.
 
     Raises
     ------

@@ -32,6 +32,7 @@ class Unit(NamedTuple):
 
 
 _PREFIXES = {"a": -18, "f": -15, "p": -12, "n": -9, "u": -6, "m": -3, "c": -2, "k": 3, "M": 6, "G": 9}
+"""Powers of ten of the SI's prefixes that these devices use; da, h and d are left to other trades."""
 _PREFIXES |= {"\N{MICRO SIGN}": -6, "\N{GREEK SMALL LETTER MU}": -6}
 
 _PREFIXABLE: dict[str, Unit] = {
@@ -50,11 +51,13 @@ _PREFIXABLE: dict[str, Unit] = {
     "F": Unit(0, 1.0, (-1, -2, 4, 2, 0)),
     "ohm": Unit(0, 1.0, (1, 2, -3, -2, 0)),
 }
+"""Units that take a prefix, in base units by the SI: of mass the gram, which is 1e-3 of its base unit."""
 _PLAIN: dict[str, Unit] = {
     "1": Unit(0, 1.0, (0, 0, 0, 0, 0)),
     "%": Unit(-2, 1.0, (0, 0, 0, 0, 0)),
     "deg": Unit(0, math.pi / 180.0, (0, 0, 0, 0, 1)),
 }
+"""Units that take none."""
 
 _NOUNS = {
     "1": "a pure number",

@@ -14,14 +14,12 @@ from pathlib import Path
 from tarsus.base.errors import InputError
 from tarsus.base.workers import workers
 from tarsus.files.runstore import COLLECTED_FILE
-from tarsus.files.store import write_text
-from tarsus.study.collecting import collect
+from tarsus.files.whole import write_text
 from tarsus.study.layout import open_store
-from tarsus.study.pool import Threads
 from tarsus.study.progress import Progress
 from tarsus.study.studyfile import frozen_sweep, stored_texts
 from tarsus.study.sweep import Sweep
-from tarsus.study.sweeping import do_units
+from tarsus.study.sweeping import do_units, finish
 
 __all__ = ["ARRAY_FOLDER", "Submission", "TaskDone", "prepare", "run_task"]
 
@@ -79,7 +77,7 @@ def prepare(sweep: Sweep, folder: Path, tasks: int, *, resume: bool) -> Submissi
     """
     if tasks < 1:
         raise InputError(f"tasks: expected a number of tasks of at least 1, got {tasks}")
-    store, _ = open_store(sweep, folder, resume=resume)
+    store = open_store(sweep, folder, resume=resume)
     pending = store.pending()
     if not pending:
         return None
@@ -120,28 +118,19 @@ def run_task(folder: Path, task: int, submission: int, threads: int | None = Non
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise InputError(f"'{file}' cannot be read: {error}") from None
     sweep = frozen_sweep(folder)
-    store, layout = open_store(sweep, folder, resume=True, texts=stored_texts(folder))
+    store = open_store(sweep, folder, resume=True, texts=stored_texts(folder))
     own = [unit for unit in units[task % tasks :: tasks] if not store.has(unit)]
     with Progress(folder, task) as progress:
 
         def do(chosen: Sequence[int]) -> None:
-            if chosen:
-                do_units(store, layout, Threads(sweep, layout, store, workers(threads)), chosen, progress)
+            do_units(sweep, store, chosen, workers(threads), progress)
 
         do(own)
         missing = store.pending() if len(own) >= HELP else []
         do(random.Random(task).sample(missing, min(len(own) // HELP, len(missing))))
         finished = not store.pending()
         if finished and not (folder / COLLECTED_FILE).exists():
-            try:
-                collect(sweep, store)
-            except InputError:
-                store.check()
-                damaged = store.pending()
-                if not damaged:
-                    raise
-                do(damaged)
-                collect(sweep, store)
+            finish(sweep, store, do)
     return TaskDone(sum(progress.runs.values()), progress.units, finished)
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from tarsus.base.errors import InputError
 from tarsus.cluster.array import ARRAY_FOLDER, Submission, prepare
-from tarsus.files.store import write_text
+from tarsus.files.whole import write_text
 from tarsus.study.sweep import Sweep
 
 __all__ = ["submit"]

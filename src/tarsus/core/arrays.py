@@ -7,10 +7,10 @@ from collections import namedtuple
 # columns of an event row
 (E_TIME, E_FOOT, E_KIND, E_BEFORE, E_AFTER, E_PULL, E_STRENGTH, E_ENERGY, E_ADHESION, E_APEX, E_APEX_TIME,
  E_INTEGRAL) = range(12)  # fmt: skip
-EVENT_WIDTH = 12
+EVENT_WIDTH = 12  # as many as the columns above
 # columns of a trace row before the state and the nodal inputs
 T_TIME, T_LENGTH, T_FRACTION, T_MODE, T_CLASS, T_JUMPS = range(6)
-TRACE_HEAD = 6
+TRACE_HEAD = 6  # as many as those above
 
 # Return codes of the engine, as in native/march/kinds.hpp.
 DONE, STALL, STEP_TOO_SMALL, STEP_LIMIT, NOT_FINITE, JAMMED = range(6)
@@ -27,4 +27,4 @@ Body = namedtuple(
 
 # Work done by drives and weight, and by dampers, films, smooth forces and friction, in samples and at the end of a run.
 WORK, DAMPING, FILM, SMOOTH, FRICTION = range(5)
-ENERGIES = 5
+ENERGIES = 5  # as many as those above

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
-N = 8
+N = 8  # nodes of a step, the order of the collocation; native/base has the same
 _GRID = 1 << 53  # nodes are whole numbers over it
 _FINE = 1 << 160  # and zeros of Legendre polynomials known to a few times one over that
 
@@ -113,7 +113,7 @@ LEFT: Floats = np.array([_lagrange(t, 2 * _GRID) for t in _NODES])
 RIGHT: Floats = np.array([_lagrange(t + _GRID, 2 * _GRID) for t in _NODES])
 # Values at TAU on [0, TAU[j]], from the nodal values of the whole step.
 PARTIAL: Floats = np.array([[_lagrange(t * u, _GRID**2) for u in _NODES] for t in _NODES])
-# Widest spacing of two neighbouring nodes, for the envelope of what happens between them.
+# Widest spacing of two neighbouring nodes, for the envelope of the motion between them.
 SPACING: float = float(np.max(np.diff(TAU)))
 
 

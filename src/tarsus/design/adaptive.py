@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from enum import Enum
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,19 +11,17 @@ from numpy.typing import NDArray
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.base.workers import Workers
+from tarsus.design.adaptive_gait import AdaptiveGait, Sense
 from tarsus.design.gait_choice import GaitChoice, gait_choice
-from tarsus.design.gait_files import adapt_data, adapt_line, adapt_table, write_adapt
 from tarsus.design.gait_request import AdaptSettings, GaitRequest, gait_request
 from tarsus.design.grounds import Grounds, drawn, spread
+from tarsus.design.judge import MEAN
 from tarsus.design.request import Given, Problems, settings_of
-from tarsus.design.risk import MEAN
-from tarsus.design.walk_objectives import OBJECTIVES, WalkObjective
-from tarsus.design.walks import Walks
+from tarsus.design.walks import OBJECTIVES, WalkObjective, Walks
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.fit.valleys import even_points, inside, shorter_steps
-from tarsus.tables.table import Table
 
-__all__ = ["AdaptiveGait", "Sense", "adapt", "senses_of"]
+__all__ = ["adapt", "senses_of"]
 
 Floats = NDArray[np.float64]
 Progress = Callable[[int, int, str], None]
@@ -47,23 +42,9 @@ KNOWING = 3
 """Steps of the search on each hidden ground alone: from 0.15 to 0.07 of a range about the best of the few."""
 AGAIN = 4
 """Times as many walks as elsewhere by which the gait that knows its ground is chosen, and then judged."""
-DRAWS = 2000
-"""Resamplings of the hidden grounds for the interval of the regret (Efron's bootstrap)."""
 JITTER = 1e-3
 """Standard deviation, in the unit cube, of what repeated walks of a gait differ by: what no timer and no leg keeps, and
 ten times what makes a walk that rings forget how it began."""
-
-
-class Sense(Enum):
-    """What a robot can sense of its own walk."""
-
-    NOTHING = "nothing"
-    """Nothing: one gait for all grounds."""
-    CHARGE = "charge"
-    """The charge of its actuators, which tells when a foot meets and leaves the ground: the share of the time on
-    the ground, and touchdowns a step."""
-    SLIP = "slip"
-    """Its way over the ground: path that the feet slide, and stride."""
 
 
 _SENSED = {
@@ -81,96 +62,6 @@ _SENSED = {
         ),
     ),
 }
-
-
-@dataclass(frozen=True, repr=False)
-class AdaptiveGait:
-    """A few gaits, a table by which one of them is chosen, and what that loses.
-
-    gaits: values by path of each; probes: numbers of those that are walked first, each from a stand; senses: names of
-    what each probe tells; posterior: from what all probes tell to the number of a gait. costs (nh, k): of the gaits on
-    the hidden grounds; known (nh,): of the best gait found for each ground by a search of its own; chosen (nh,): by the
-    posterior; best (nh,): the best of the few, by other walks where there are several; grounds (nh,) by path.
-    probe_steps: of each probe. runs: made in all. repeats: walks that each cost is the mean of; with several the gait
-    that knows the ground is judged by other walks than those that it was found by, so that chance is nobody's merit,
-    and losses may be below 0.
-    """
-
-    request: GaitRequest
-    sense: tuple[Sense, ...]
-    gaits: tuple[Mapping[str, float], ...]
-    probes: tuple[int, ...]
-    senses: tuple[str, ...]
-    posterior: GaitChoice
-    costs: Floats
-    known: Floats
-    chosen: NDArray[np.int64]
-    best: NDArray[np.int64]
-    grounds: Grounds
-    probe_steps: int
-    runs: int
-    repeats: int = 1
-
-    def __repr__(self) -> str:
-        return f"<{adapt_line(self)}>"
-
-    def __str__(self) -> str:
-        return str(self.table())
-
-    def _repr_html_(self) -> str:
-        return self.table().html()
-
-    def table(self) -> Table:
-        """The few gaits, how often each is taken on the hidden grounds, and what is lost there."""
-        return adapt_table(self)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data in SI units: what ``--json`` prints."""
-        return adapt_data(self)
-
-    def write(self, folder: str | Path) -> Path:
-        """Write everything but the report into a folder; returns it. Raises InputError where it cannot be written."""
-        return write_adapt(self, folder)
-
-    def _of(self, gaits: NDArray[np.int64]) -> Floats:
-        return self.costs[np.arange(len(gaits)), gaits]
-
-    def _lost(self, costs: Floats) -> float:
-        return float(np.mean(costs - self.known) / np.mean(np.abs(self.known)))
-
-    @property
-    def regret(self) -> float:
-        """Mean loss on the hidden grounds against the gait that knows the ground, over its mean value."""
-        return self._lost(self._of(self.chosen))
-
-    @property
-    def regret_interval(self) -> tuple[float, float]:
-        """95 % interval of the regret by resampling of the hidden grounds."""
-        rows = np.random.default_rng(17).integers(0, len(self.known), (DRAWS, len(self.known)))
-        lost, known = (self._of(self.chosen) - self.known)[rows], np.abs(self.known)[rows]
-        low, high = np.quantile(lost.mean(axis=1) / known.mean(axis=1), (0.025, 0.975))
-        return float(low), float(high)
-
-    @property
-    def fixed_regret(self) -> float:
-        """The same of that one of the gaits which is best on the mean of the hidden grounds: the best of no
-        sensing."""
-        return self._lost(self.costs[:, int(np.argmin(self.costs.mean(axis=0)))])
-
-    @property
-    def choice_regret(self) -> float:
-        """The same were the best of the gaits always chosen: what is lost by having only a few, and what no sense
-        takes away."""
-        return self._lost(self._of(self.best))
-
-    @property
-    def rule(self) -> list[tuple[str, int]]:
-        """Gaits that the table chooses, and on how many of its grounds, in words."""
-        if not self.probes:
-            return [("always", int(np.argmax(self.posterior.shares)))]
-        shares = self.posterior.shares
-        order = np.argsort(-shares, kind="stable")
-        return [(f"on {100.0 * shares[i]:.3g} % of the grounds", int(i)) for i in order if shares[i] > 0.0]
 
 
 def senses_of(given: str | Sequence[Sense]) -> tuple[Sense, ...]:
@@ -237,9 +128,9 @@ def adapt(
     InputError
         With every problem of the request.
     """
-    named = {"free": free, "over": over, "sense": sense, "objective": objective}
-    given = settings | {name: one for name, one in named.items() if one is not None}
-    options = settings_of(AdaptSettings, request, given)
+    options = settings_of(
+        AdaptSettings, request, free=free, over=over, sense=sense, objective=objective, **settings
+    )
     problems = Problems()
     senses = problems.tried(lambda: senses_of(options.sense)) or ()
     if not options.over:

@@ -31,7 +31,7 @@ from tarsus.base.messages import nearest
 from tarsus.base.spec import Description, quantity_units, validate
 from tarsus.base.units import format_quantity
 from tarsus.design.grounds import Over, over_of
-from tarsus.design.risk import NOMINAL, WORST, Risk, risk_of
+from tarsus.design.judge import NOMINAL, WORST, Risk, risk_of
 from tarsus.files.tables import read_table
 from tarsus.model.scene import Scene
 
@@ -71,8 +71,8 @@ class Settings(Description):
 S = TypeVar("S", bound=Settings)
 
 
-def settings_of(kind: type[S], request: Given = None, given: Mapping[str, Any] | None = None) -> S:
-    """Settings of a kind from a request, with what is ``given`` beside it in place of its own.
+def settings_of(kind: type[S], request: Given = None, **given: Any) -> S:
+    """Settings of a kind from a request, with what is ``given`` beside it, unless it is None, in place of its own.
 
     Raises
     ------
@@ -92,7 +92,7 @@ def settings_of(kind: type[S], request: Given = None, given: Mapping[str, Any] |
             )
     if folder is not None and isinstance(found.get("over"), str):
         found["over"] = folder / found["over"]  # a file of draws lies beside the request
-    found |= given or {}
+    found |= {name: value for name, value in given.items() if value is not None}
     for name, field in kind.model_fields.items():
         if isinstance(found.get(name), str) and field.annotation == tuple[str, ...]:
             found[name] = tuple(word.strip() for word in found[name].split(","))

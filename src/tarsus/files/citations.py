@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import re
-from importlib import metadata
+from typing import TYPE_CHECKING
 
+from tarsus.files.version import package_version
 from tarsus.model.laws.base import Law
-from tarsus.model.scene import Scene
+
+if TYPE_CHECKING:
+    from tarsus.model.scene import Scene
 
 __all__ = ["bibtex"]
 
@@ -28,14 +31,10 @@ def bibtex(scene: Scene) -> str:
         An entry for the library with its version, then one for each source. Sources are plain sentences: where one
         says "Title, what it is, where", its first part is the title, and the whole is the note.
     """
-    try:
-        version = metadata.version("tarsus")
-    except metadata.PackageNotFoundError:
-        version = "unknown"
     entries = [
         f"@software{{tarsus,\n  author = {{{{The Tarsus developers}}}},\n"
         "  title = {Tarsus: contact dynamics of legged piezoelectric micro-robots},\n"
-        f"  version = {{{version}}}\n}}"
+        f"  version = {{{package_version()}}}\n}}"
     ]
     said = dict.fromkeys([*scene.citations, *(law.source for law in _laws(scene) if law.source)])
     whole = [

@@ -7,7 +7,7 @@ import os
 from collections.abc import Iterator, Mapping
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel
 
@@ -16,8 +16,10 @@ from tarsus.base.messages import alternatives, kind_of, nearest
 from tarsus.files.installed import device_names, device_path, is_path
 from tarsus.files.toml import read_scene
 from tarsus.model.drive.waveforms import Waveform
-from tarsus.model.laws import Law
 from tarsus.model.scene import Scene, override
+
+if TYPE_CHECKING:
+    from tarsus.model.laws import Law
 
 __all__ = ["SceneLike", "as_scene", "changed", "device_names", "flat_values", "load_scene", "scene_of_study"]
 

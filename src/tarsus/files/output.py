@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tarsus.base.errors import InputError
+from tarsus.files.whole import write_text
 
 __all__ = ["MANIFEST", "OutputFolder", "check_writable"]
 
@@ -144,8 +145,6 @@ class OutputFolder:
         }
 
     def _remember(self, files: list[str] | None) -> None:
-        from tarsus.files.store import write_text
-
         known = self._manifest() | {self.verb: files}
         write_text(self.folder / MANIFEST, json.dumps(known, indent=1, sort_keys=True) + "\n")
 

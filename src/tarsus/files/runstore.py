@@ -20,7 +20,7 @@ import os
 import secrets
 import socket
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import IO, Any
 
@@ -88,15 +88,15 @@ SWEEP_FILES = (
 class RunStore:
     """Finished units of one plan, in a folder; ``RunStore()`` has none and keeps nothing but what its memos remember.
 
-    folder: where; digest: of the plan; units: number of units of the whole plan; what: a word for it; chunk: runs in a
-    unit, where the plan says. Safe between threads, processes and machines.
+    folder: where; digest: of the plan; runs: number of runs of the plan, in units of `chunk` runs, both 0 where it has
+    no such number; what: a word for it. Safe between threads, processes and machines.
     """
 
     folder: Path | None = None
     digest: str = ""
-    units: int = 0
-    what: str = "sweep"
+    runs: int = 0
     chunk: int = 0
+    what: str = "sweep"
     _memos: dict[str, Memo] = field(default_factory=dict, repr=False, compare=False)
 
     @classmethod
@@ -108,9 +108,8 @@ class RunStore:
         resume: bool = False,
         what: str = "sweep",
         values: Iterable[np.ndarray] = (),
-        units: int = 0,
-        chunk: int = 0,
         runs: int = 0,
+        chunk: int = 0,
     ) -> RunStore:
         """The store of a plan: a new one, or with `resume` the one that is there.
 
@@ -129,12 +128,10 @@ class RunStore:
             What it is the store of, for sentences.
         values
             Numbers that results depend on and that the texts do not fix, such as points of a library's design.
-        units
-            Number of units of the plan, where they are numbered; where the plan is there already its own counts.
+        runs
+            Number of runs of the plan, where it has one.
         chunk
             Runs in a unit; where the plan is there already its own counts.
-        runs
-            Number of runs of the plan, for whoever looks at the folder.
 
         Raises
         ------
@@ -144,9 +141,9 @@ class RunStore:
         """
         digest = digest_of(texts, values)
         if folder is None:
-            return cls(None, digest, units, what, chunk)
+            return cls(None, digest, runs, chunk, what)
         folder, made = Path(folder), versions()
-        store = cls(folder, digest, units, what, chunk)
+        store = cls(folder, digest, runs, chunk, what)
         try:
             present = {path.name for path in folder.iterdir()} - {MANIFEST} if folder.is_dir() else set()
             tops = {Path(name).parts[0] for name in texts}
@@ -161,7 +158,7 @@ class RunStore:
                         f"'{folder}' holds no {what} to continue: it has {foreign[0]} but no {PLAN_FILE}"
                     )
                 folder.mkdir(parents=True, exist_ok=True)
-                plan = {"format": FORMAT, "plan": digest, "units": units, "chunk": chunk, "runs": runs}
+                plan = {"format": FORMAT, "plan": digest, "units": store.units, "chunk": chunk, "runs": runs}
                 plan["made"] = {"node": socket.gethostname(), **made}
                 _claim(folder / PLAN_FILE, (json.dumps(plan, indent=2) + "\n").encode())
             found = store._compared(texts, made)
@@ -173,6 +170,20 @@ class RunStore:
         except OSError as error:
             raise InputError(store_sentence(error, folder)) from error
         return found
+
+    @property
+    def units(self) -> int:
+        """Number of units."""
+        return -(-self.runs // self.chunk) if self.chunk else 0
+
+    def part(self, unit: int) -> slice:
+        """The runs of unit ``unit``."""
+        return slice(unit * self.chunk, min((unit + 1) * self.chunk, self.runs))
+
+    def size(self, unit: int) -> int:
+        """Number of runs of a unit."""
+        part = self.part(unit)
+        return part.stop - part.start
 
     @property
     def place(self) -> Path:
@@ -205,9 +216,8 @@ class RunStore:
         try:
             plan = json.loads((self.place / PLAN_FILE).read_text(encoding="utf-8"))
             layout, digest, units = int(plan["format"]), str(plan["plan"]), int(plan["units"])
-            chunk, by = int(plan.get("chunk", 0)), dict(plan.get("made", {}))
-            if not (0 <= units <= MOST_UNITS and chunk >= 0):
-                raise ValueError(f"{units} units of {chunk} runs")
+            chunk, by = int(plan["chunk"]), dict(plan["made"])
+            found = replace(self, digest=digest, chunk=max(chunk, 0))
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise InputError(f"'{self.folder}' holds no whole plan of a {self.what}: {error}") from None
         if layout != FORMAT:
@@ -216,7 +226,11 @@ class RunStore:
                 f"(layout {layout}, and this one is {FORMAT}): continue with that version, or begin in another folder"
             )
         if digest == self.digest:
-            return RunStore(self.folder, digest, units, self.what, chunk)
+            if found.units != units or units > MOST_UNITS:
+                raise InputError(
+                    f"'{self.folder}' holds no whole plan of a {self.what}: {units} units of {chunk} runs"
+                )
+            return found
         why, remedy = self._why(texts, made, by)
         raise InputError(f"'{self.folder}' holds another {self.what} ({why}); {remedy}")
 

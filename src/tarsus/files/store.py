@@ -13,7 +13,6 @@ import io
 import json
 import math
 import os
-import secrets
 import shutil
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
@@ -29,6 +28,9 @@ from tarsus.base.events import EVENT_WORDS
 from tarsus.files.jsontext import json_text
 from tarsus.files.ledger import Ledger, ledger_table, read_number, stored_ledger
 from tarsus.files.series import Variables, matlab_content, read_netcdf, variables_of, write_netcdf
+from tarsus.files.toml import SCENE_FILE, read_scene, write_scene
+from tarsus.files.version import package_version
+from tarsus.files.whole import reason_of
 
 if TYPE_CHECKING:
     import xarray
@@ -38,7 +40,6 @@ if TYPE_CHECKING:
 FORMAT = 2
 """Version of the folder's layout, stored in `summary.json`."""
 
-SCENE_FILE = "scene.toml"
 SERIES_FILE = "series.nc"
 MATLAB_FILE = "series.mat"
 EVENTS_FILE = "events.csv"
@@ -178,56 +179,6 @@ class StoredRun:
         return bibtex(self.scene)
 
 
-def package_version() -> str:
-    """Installed version of tarsus, or "unknown" when run from a bare source tree."""
-    try:
-        return metadata.version("tarsus")
-    except metadata.PackageNotFoundError:
-        return "unknown"
-
-
-def write_text(path: Path, text: str) -> None:
-    """Write a text file whole or not at all (temporary file beside it, then `os.replace`).
-
-    Raises InputError if the folder cannot be written or `path` is a folder.
-    """
-    with written_whole(path) as part:
-        part.write_text(text, encoding="utf-8", newline="\n")
-
-
-@contextlib.contextmanager
-def written_whole(path: Path) -> Iterator[Path]:
-    """A temporary file beside `path`, with its ending, for the length of the block, which writes it; then `path` is it.
-
-    Raises InputError if the folder cannot be written or `path` is a folder, also where a writer of another library puts
-    its own words in place of the operating system's.
-    """
-    if path.is_dir():
-        raise InputError([f"cannot write {path}: it is a folder"])
-    # in containers on one disk the number of a process is often the same in every one
-    part = path.with_name(f".tarsus-{os.getpid()}-{secrets.token_hex(4)}-{path.name}")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        yield part
-        os.replace(part, path)
-    except Exception as error:
-        refused = _refusal(error)
-        if refused is None:
-            raise
-        raise InputError([f"cannot write {path}: {_reason(refused)}"]) from error
-    finally:
-        with contextlib.suppress(OSError):
-            part.unlink(missing_ok=True)
-
-
-def _refusal(error: BaseException) -> OSError | None:
-    """The operating system's refusal that an error is, or came after."""
-    seen: BaseException | None = error
-    while seen is not None and not isinstance(seen, OSError):
-        seen = seen.__cause__ or seen.__context__
-    return seen
-
-
 def write_run(run: RunLike, directory: str | Path, mat: bool = False) -> list[Path]:
     """Write a run into `directory` (made if missing) and return the files written.
 
@@ -238,7 +189,7 @@ def write_run(run: RunLike, directory: str | Path, mat: bool = False) -> list[Pa
     folder = Path(directory)
     with _staging(folder) as stage:
         variables = run.variables()
-        _write_scene(run.scene, stage / SCENE_FILE)
+        write_scene(run.scene, stage / SCENE_FILE)
         _write_netcdf(run, variables, stage / SERIES_FILE)
         if mat:
             _write_matlab(run, variables, stage / MATLAB_FILE)
@@ -266,8 +217,6 @@ def read_run(directory: str | Path, laws: Mapping[str, Any] | None = None) -> St
         found = summary.get("format")
         raise InputError([f"{folder} holds a run of format {found!r}; this version reads format {FORMAT}"])
     table = _read_json(folder / MEASURES_FILE)
-    from tarsus.files.toml import read_scene
-
     names = tuple(summary["feet"])
     return StoredRun(
         scene=read_scene(folder / SCENE_FILE, laws),
@@ -350,12 +299,6 @@ def events_csv(events: np.ndarray, foot_names: Sequence[str]) -> str:
     for time, foot, kind, *values in zip(events["time"].tolist(), feet, kinds, *columns, strict=True):
         writer.writerow([repr(time), foot, kind, *("" if math.isnan(v) else repr(v) for v in values)])
     return out.getvalue()
-
-
-def _write_scene(scene: Any, path: Path) -> None:
-    from tarsus.files.toml import write_scene
-
-    write_scene(scene, path)
 
 
 def _write_netcdf(run: RunLike, variables: Variables, path: Path) -> None:
@@ -455,7 +398,7 @@ def _readable(path: Path) -> Iterator[None]:
         yield
     except OSError as error:
         raise InputError(
-            [f"{path.parent} holds no whole run: cannot read {path.name}, {_reason(error)}"]
+            [f"{path.parent} holds no whole run: cannot read {path.name}, {reason_of(error)}"]
         ) from error
 
 
@@ -472,7 +415,7 @@ def _staging(folder: Path) -> Iterator[Path]:
             stage = Path(tempfile.mkdtemp(prefix=".tarsus-", dir=folder))
             yield stage
         except OSError as error:
-            raise InputError([f"cannot write a run into {folder}: {_reason(error)}"]) from error
+            raise InputError([f"cannot write a run into {folder}: {reason_of(error)}"]) from error
     finally:
         if stage is not None:
             shutil.rmtree(stage, ignore_errors=True)
@@ -491,7 +434,3 @@ def _move_into(stage: Path, folder: Path) -> list[Path]:
         os.replace(path, folder / path.name)
         written.append(folder / path.name)
     return written
-
-
-def _reason(error: OSError) -> str:
-    return error.strerror.lower() if error.strerror else str(error)

@@ -15,6 +15,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.spec import Description, described, quantity_units, validate, with_values
 from tarsus.base.units import format_quantity
 from tarsus.files.tables import FileKind, expect, read_table, table_of
+from tarsus.files.whole import write_text
 from tarsus.model.laws import Law
 from tarsus.model.scene import Scene, provenance_faults, provenance_problems, table_faults
 from tarsus.model.structure import AnyStructure
@@ -107,8 +108,6 @@ def write_scene(scene: Scene, path: str | os.PathLike[str]) -> None:
 
     Raises InputError for what is no scene, such as a device's name, and where the file cannot be written.
     """
-    from tarsus.files.store import write_text
-
     described(scene)
     write_text(Path(path), scene_text(scene))
 

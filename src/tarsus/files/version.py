@@ -5,14 +5,13 @@ from __future__ import annotations
 import importlib.util
 from functools import lru_cache
 from hashlib import sha256
+from importlib import metadata
 from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 
-from tarsus.files.store import package_version
+__all__ = ["SHOWING", "package_version", "result_sources", "source_hash", "versions"]
 
-__all__ = ["SHOWING", "result_sources", "source_hash", "versions"]
-
-SHOWING = ("cli", "cluster", "report")
+SHOWING = ("cli", "cluster", "inspection", "report")
 """Rooms that no result depends on: they ask for results and show them."""
 
 ENGINE = "tarsus.core._native"
@@ -41,3 +40,11 @@ def source_hash() -> str:
 def versions() -> dict[str, str]:
     """What every result depends on: version of the package, hash of the engine and its sources."""
     return {"tarsus": package_version(), "engine": source_hash()}
+
+
+def package_version() -> str:
+    """Installed version of tarsus, or "unknown" when run from a bare source tree."""
+    try:
+        return metadata.version("tarsus")
+    except metadata.PackageNotFoundError:
+        return "unknown"

@@ -20,7 +20,7 @@ from tarsus.identify.draws import newton_draws, within
 from tarsus.identify.film import FilmFit
 from tarsus.identify.known import Known
 from tarsus.identify.step import Curve, Panel, Residual, StepResult, Used
-from tarsus.identify.touchdown import Contacts, seen_contacts, simulated_contacts
+from tarsus.identify.touchdown import ContactDurations, seen_contacts, simulated_contacts
 from tarsus.model.drive.waveforms import Waveform
 from tarsus.records.excluded import Excluded
 
@@ -97,7 +97,7 @@ def identify_adhesion(
     return replace(found, notes=(note,)) if bounces else found
 
 
-def _fit(film: FilmFit, contacts: Contacts, seed: int) -> StepResult:
+def _fit(film: FilmFit, contacts: ContactDurations, seed: int) -> StepResult:
     """The line with its draws, for contacts that began at given times."""
     fitted, offs, late = film.fitted, film.offs, contacts.error
     kept = _near_line(contacts.duration, fitted.pull, fitted.pull_error, late)
@@ -115,9 +115,6 @@ def _fit(film: FilmFit, contacts: Contacts, seed: int) -> StepResult:
     groups = _events(offs)[kept]
     drawn = _draws(duration, pull, line, groups, film.pulls[:, kept], seed)
     _, samples, reached = within(line.values, drawn, BOUNDS)
-
-    def likelihood(theta: Floats) -> float:
-        return -0.5 * float(np.sum(line.weights * (pull - theta[0] - theta[1] * duration) ** 2))
 
     rest = pull - line.values[0] - line.values[1] * duration
     ends = np.array([0.0, float(duration.max())])
@@ -157,7 +154,6 @@ def _fit(film: FilmFit, contacts: Contacts, seed: int) -> StepResult:
         used=(Used("break-offs", int(kept.sum()), len(kept)),),
         left_out=left,
         panels=(panel, left_over),
-        likelihood=likelihood,
         bounds=dict(zip(PATHS, reached, strict=True)),
         files=frozenset(offs.traces[offs.items[int(r)].trace].file for r in np.flatnonzero(kept)),
     )

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from tarsus.identify.chain import Identification
 from tarsus.identify.known import Known
 from tarsus.identify.verdict import Assessment, judge_samples
+
+if TYPE_CHECKING:
+    from tarsus.identify.chain import Identification
 
 __all__ = ["assessed", "law_slopes"]
 

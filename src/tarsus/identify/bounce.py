@@ -14,13 +14,14 @@ from numpy.typing import NDArray
 from scipy.linalg import null_space
 
 from tarsus.base.errors import InputError
-from tarsus.identify.flight import SUBSTEPS, Film, Flow, Launches, Varied, observed, of_model
+from tarsus.fit.normal_equations import Descent, NormalEquations, descend
+from tarsus.identify.flight import SUBSTEPS, FilmConstants, Flow, Launches, Varied, observed, of_model
 from tarsus.identify.foot import FootModel
 from tarsus.identify.traces import STILL, Trace, jumps_of, runs_of
 from tarsus.identify.volts import Volts
 from tarsus.records.excluded import Excluded
 
-__all__ = ["Bounce", "BounceFit", "Bounces", "Zeros", "fewer", "find_bounces", "impacts_of"]
+__all__ = ["Bounce", "BounceFit", "Bounces", "fewer", "find_bounces", "impacts_of"]
 
 Floats = NDArray[np.float64]
 
@@ -30,7 +31,7 @@ LONGEST = 20
 FEWEST = 5
 """Samples there must be on each side."""
 
-_ROUNDS = 15
+_DESCENT = Descent(rounds=15)
 _PART = 0.3
 _SLOWEST = 8.0
 """Standard deviations of a velocity sample that an approach must reach."""
@@ -123,17 +124,6 @@ class BounceFit:
         return self.unknowns.shape[1] > 1 + 2 * (len(model.row) - 1) + 2
 
 
-@dataclass(frozen=True)
-class Zeros:
-    """Impacts and the zeros of their records: by_zero (ni, 2, np): change of departure and approach velocity with what
-    is added to the displacements of each point [1/s]; information (ni, np, np) [1/m^2] and score (ni, np) [1/m] of the
-    impacts about that, their own unknowns taken along."""
-
-    by_zero: Floats
-    information: Floats
-    score: Floats
-
-
 class Bounces:
     """Impacts of several records, ready to be fitted with any model and film."""
 
@@ -153,88 +143,56 @@ class Bounces:
     def fit(
         self,
         model: FootModel,
-        film: Film,
+        film: FilmConstants,
         start: Floats | None = None,
-        rounds: int = _ROUNDS,
         free: bool = False,
     ) -> BounceFit:
-        """Fit every impact by Levenberg-Marquardt; ``free``: the velocities of all coordinates jump as they like,
-        rather than by the mass-weighted law."""
+        """Fit every impact; ``free``: the velocities of all coordinates jump as they like, rather than by the
+        mass-weighted law."""
         ready = _Ready(self, model, film, free)
-        kept = ready.guess() if start is None else start.copy()
-        damping = np.full(len(kept), 1e-3)
-        normal, right, cost, residuals = ready.system(kept)
-        best = np.where(np.isnan(cost), np.inf, cost)
-        left = np.arange(len(kept))  # those that still fall
-        for _ in range(rounds - 1):
-            diagonal = np.einsum("rqq->rq", normal[left])[:, :, None] * np.eye(kept.shape[1])
-            damped = normal[left] + damping[left, None, None] * diagonal
-            tried = kept[left] + np.linalg.solve(damped, right[left][..., None])[..., 0]
-            new_normal, new_right, cost, new_residuals = ready.system(tried, left)
-            better = cost < best[left]
-            done = better & (best[left] - cost < 1e-6 * cost + 1e-9)
-            at = left[better]
-            kept[at], normal[at], right[at], best[at] = (
-                one[better] for one in (tried, new_normal, new_right, cost)
-            )
-            for k, r in enumerate(left.tolist()):
-                residuals[r] = new_residuals[k] if better[k] else residuals[r]
-            damping[left] *= np.where(better, 0.1, 10.0)
-            left = left[~done]
-            if not len(left):
-                break
-        good = normal, right, residuals
-        inverse = np.asarray(np.linalg.inv(good[0]), dtype=np.float64)
+        found = descend(ready.equations, ready.guess() if start is None else start, how=_DESCENT)
+        residuals = ready.slopes(found.own)[1]
+        inverse = found.equations.covariance()
         covariance = np.asarray(inverse[:, [-1, -2]][:, :, [-1, -2]], dtype=np.float64)
-        counts = np.array([one.size for one in good[2]]) - kept.shape[1]
+        chi = found.equations.cost / found.equations.count
         return BounceFit(
-            kept, kept[:, [-1, -2]], covariance, best / counts, tuple(good[2]), ready.changes, inverse
+            found.own, found.own[:, [-1, -2]], covariance, chi, tuple(residuals), ready.changes, inverse
         )
 
-    def zeros(self, model: FootModel, film: Film, fitted: BounceFit) -> Zeros:
-        """What wrong zeros of the displacements do to fitted impacts."""
-        ready, points = _Ready(self, model, film, fitted.free(model)), len(model.points)
-        slopes, residuals = ready.slopes(fitted.unknowns)
-        white = [one[:points, 0] for one in ready.white]
-        # a zero adds the same to every sample of a channel
-        across = np.array([s[:, :points].sum(axis=2) / w for s, w in zip(slopes, white, strict=True)])
-        total = np.array([s.shape[2] / w**2 for s, w in zip(slopes, white, strict=True)])
-        plain = np.array([r[:points].sum(axis=1) / w for r, w in zip(residuals, white, strict=True)])
-        right = np.array([np.einsum("qcs,cs->q", s, r) for s, r in zip(slopes, residuals, strict=True)])
-        by_zero = fitted.inverse @ across
-        information = total[:, :, None] * np.eye(points) - np.einsum("rqa,rqb->rab", across, by_zero)
-        score = np.einsum("rqa,rq->ra", by_zero, right) - plain
-        return Zeros(by_zero[:, [-1, -2]], information, score)
+    def about(
+        self,
+        model: FootModel,
+        film: FilmConstants,
+        unknowns: Floats,
+        free: bool,
+        offsets: Floats | None = None,
+    ) -> NormalEquations:
+        """Normal equations of impacts at their unknowns (ni, q) and what they share: the logarithms of the film's
+        coefficient and thickness, then the displacement offsets [m] of the points in every record with impacts."""
+        slopes, residuals = _Ready(self, model, film, free).slopes(unknowns, by_film=True)
+        record = np.unique([one.trace for one in self.items], return_inverse=True)[1]
+        points = len(model.points)
+        left, every = [], []
+        for one, number, slope, residual in zip(self.items, record, slopes, residuals, strict=True):
+            common = np.zeros((points * (int(record.max()) + 1), *residual.shape))
+            for k, noise in enumerate(self.traces[one.trace].noise_x):
+                common[points * number + k, k] = -1.0 / noise
+            whole = np.concatenate([slope, common])
+            left.append(-residual.ravel())
+            every.append(whole.reshape(len(whole), -1).T)
+        return NormalEquations.of(left, every, unknowns.shape[1])
 
-    def about_film(self, model: FootModel, film: Film, fitted: BounceFit) -> tuple[Floats, Floats]:
-        """Information (ni, 2 + np, 2 + np) and score (ni, 2 + np) of fitted impacts about the logarithms of the film's
-        coefficient and thickness and the zeros [m] of the points' displacements, their own unknowns taken along."""
-        free, points = fitted.free(model), len(model.points)
-        slopes, residuals = _Ready(self, model, film, free).slopes(fitted.unknowns, by_film=True)
-        information = np.empty((len(slopes), 2 + points, 2 + points))
-        score = np.empty((len(slopes), 2 + points))
-        for r, (slope, residual) in enumerate(zip(slopes, residuals, strict=True)):
-            common = np.zeros((2 + points, *residual.shape))
-            slope, common[:2] = slope[:-2], slope[-2:]
-            for k, trace_noise in enumerate(self.traces[self.items[r].trace].noise_x):
-                common[2 + k, k] = -1.0 / trace_noise
-            own, whole, left = slope.reshape(len(slope), -1), common.reshape(2 + points, -1), residual.ravel()
-            across = np.linalg.solve(own @ own.T, own @ np.column_stack([whole.T, left]))
-            information[r] = whole @ whole.T - (whole @ own.T) @ across[:, :-1]
-            score[r] = whole @ left - (whole @ own.T) @ across[:, -1]
-        return information, score
-
-    def moved(self, model: FootModel, film: Film, fitted: BounceFit) -> Floats:
+    def moved(self, model: FootModel, film: FilmConstants, fitted: BounceFit) -> Floats:
         """Departure and approach velocities (ni, 2) for a model near the fitted one, by one Gauss-Newton step."""
-        normal, right, _, _ = _Ready(self, model, film, fitted.free(model)).system(fitted.unknowns)
-        moved = fitted.unknowns + np.linalg.solve(normal, right[..., None])[..., 0]
-        return moved[:, [-1, -2]]
+        ready = _Ready(self, model, film, fitted.free(model))
+        step = ready.equations(fitted.unknowns, np.zeros(0), np.arange(len(self.items))).step()[0]
+        return (fitted.unknowns + step)[:, [-1, -2]]
 
 
 class _Ready:
     """Everything of bounces that depends on the model but not on the unknowns."""
 
-    def __init__(self, bounces: Bounces, model: FootModel, film: Film, free: bool = False) -> None:
+    def __init__(self, bounces: Bounces, model: FootModel, film: FilmConstants, free: bool = False) -> None:
         self.bounces, self.model, self.film = bounces, model, film
         step = bounces.step / SUBSTEPS
         self.onward, self.backward = of_model(model, step), of_model(model, -step)
@@ -300,18 +258,13 @@ class _Ready:
         )
         return before, after
 
-    def system(
-        self, unknowns: Floats, part: NDArray[np.intp] | None = None
-    ) -> tuple[Floats, Floats, Floats, list[Floats]]:
-        """Normal matrices (ni, q, q), right sides (ni, q), costs (ni,) and residuals at the unknowns of all impacts, or
-        of those of these numbers."""
-        count, q = unknowns.shape
-        normal, right, cost = np.empty((count, q, q)), np.empty((count, q)), np.empty(count)
+    def equations(self, unknowns: Floats, _: Floats, part: NDArray[np.intp]) -> NormalEquations:
+        """Normal equations of the impacts of these numbers."""
         slopes, residuals = self.slopes(unknowns, part)
-        for r, (slope, residual) in enumerate(zip(slopes, residuals, strict=True)):
-            flat = slope.reshape(q, -1)
-            normal[r], right[r], cost[r] = flat @ flat.T, flat @ residual.ravel(), np.sum(residual**2)
-        return normal, right, cost, residuals
+        own = unknowns.shape[1]
+        return NormalEquations.of(
+            [-one.ravel() for one in residuals], [one.reshape(own, -1).T for one in slopes], own
+        )
 
     def slopes(
         self, unknowns: Floats, part: NDArray[np.intp] | None = None, *, by_film: bool = False

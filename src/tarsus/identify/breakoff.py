@@ -9,16 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import null_space
 
 from tarsus.base.errors import InputError
-from tarsus.identify.flight import SUBSTEPS, Film, Launches, Varied, observed, of_model
+from tarsus.fit.normal_equations import Descent, NormalEquations, descend
+from tarsus.identify.flight import SUBSTEPS, FilmConstants, Launches, Varied, observed, of_model
 from tarsus.identify.foot import FootModel
-from tarsus.identify.normal_equations import NormalEquations
 from tarsus.identify.traces import STILL, Hold, Trace, holds
 from tarsus.identify.volts import Volts
 from tarsus.records.excluded import Excluded
@@ -34,11 +33,10 @@ FEWEST = 24
 """Samples a flight must have."""
 
 _SKIPPED = 2
-_ROUNDS = 12
-_SETTLED = 1e-3
-"""Change of chi-squared at which a joint fit has ended."""
-_JOINT_ROUNDS = 30
-_STUCK = 1e3
+_ROUGH = Descent(rounds=12, settled=0.1, damping=1e-2)
+"""For flights under one film, which only begin a joint fit or choose among flights: a tenth of a standard error."""
+_JOINT = Descent(rounds=30, far=1.0)
+"""For flights and film together; beyond a factor of e the flights are not linear in the film."""
 _BEGINNING = 48
 _LOOKING_BACK = 8
 _LANDING = 8
@@ -65,10 +63,10 @@ class FilmGuess:
         return FilmGuess(float(np.log(coefficient / thickness**3)), float(np.log(thickness)))
 
     @property
-    def film(self) -> Film:
+    def film(self) -> FilmConstants:
         """The law's own parameters."""
         g0 = float(np.exp(self.thickness))
-        return Film(float(np.exp(self.stiffness)) * g0**3, g0)
+        return FilmConstants(float(np.exp(self.stiffness)) * g0**3, g0)
 
 
 @dataclass(frozen=True)
@@ -82,14 +80,15 @@ class BreakOff:
 
 
 @dataclass(frozen=True)
-class Fitted:
+class FittedDetachments:
     """Break-offs fitted together with one film.
 
     unknowns (nr, q): time [s] from the moment to the first sample, places and speeds of the free coordinates, force
     that the drive's law misses at the first sample [N] and its drift [N/s]; film; pull, pull_error (nr,) [N];
     duration (nr,) [s] of the hold before; chi (nr,): chi-squared per degree of freedom; information (nr, 2, 2) and
     score (nr, 2) about the film, all unknowns of a flight taken along; by_film (nr, 2): change of each pull with
-    the film; residuals: (nr) arrays (channels, samples)."""
+    the film; residuals, flights: (nr) arrays
+    (channels, samples); cost (nr,): chi-squared."""
 
     unknowns: Floats
     film: FilmGuess
@@ -102,6 +101,7 @@ class Fitted:
     by_film: Floats
     residuals: tuple[Floats, ...]
     flights: tuple[Floats, ...]
+    cost: Floats
 
 
 def find_break_offs(
@@ -204,10 +204,9 @@ class BreakOffs:
         model: FootModel,
         film: FilmGuess,
         start: Floats | None = None,
-        rounds: int = _ROUNDS,
         fixed: bool = False,
-    ) -> Fitted:
-        """Fit all flights with one film (Gauss-Newton, with a step that is halved where it does not help).
+    ) -> FittedDetachments:
+        """Fit all flights with one film.
 
         Parameters
         ----------
@@ -217,20 +216,18 @@ class BreakOffs:
             First guess.
         start
             First unknowns (nr, q).
-        rounds
-            At most.
         fixed
             Whether the film stays as it is.
         """
         prepared = _Prepared(self, model)
         shared = np.array([film.stiffness, film.thickness])
-        unknowns = start
-        if unknowns is None:
-            unknowns = _settled(prepared, self._tried(model, shared), shared, rounds)
+        unknowns = self._tried(model, shared) if start is None else start
+        if start is None:
+            unknowns = _under(prepared, unknowns, shared)
         if not fixed:
-            unknowns, shared = _joint(prepared, unknowns, shared, _JOINT_ROUNDS)
-        system = prepared.system(unknowns, shared)
-        return prepared.result(system, unknowns, FilmGuess(float(shared[0]), float(shared[1])))
+            found = descend(prepared.equations, unknowns, shared, prior=(shared, _weak()), how=_JOINT)
+            unknowns, shared = found.own, found.shared
+        return prepared.result(unknowns, FilmGuess(float(shared[0]), float(shared[1])))
 
     def _tried(self, model: FootModel, shared: Floats) -> Floats:
         """Unknowns from the beginnings of the flights, each flight's best from several first guesses of the
@@ -246,80 +243,39 @@ class BreakOffs:
         for late in _TRIED:
             tried = unknowns.copy()
             tried[:, 0] += late * self.step
-            tried = _settled(prepared, tried, shared, _ROUNDS)
-            system = prepared.system(tried, shared)
-            found = prepared.result(system, tried, FilmGuess(float(shared[0]), float(shared[1])))
-            cost = system.cost + (np.minimum(found.pull, 0.0) / found.pull_error) ** 2
+            tried = _under(prepared, tried, shared)
+            found = prepared.result(tried, FilmGuess(float(shared[0]), float(shared[1])))
+            cost = found.cost + (np.minimum(found.pull, 0.0) / found.pull_error) ** 2
             kept = np.where((cost < best)[:, None], tried, kept)
             best = np.where(cost < best, cost, best)
         return kept
 
-    def likelihood(self, model: FootModel, fitted: Fitted, film: FilmGuess) -> float:
-        """Log-likelihood of a film, up to a constant, with the unknowns of every flight at their best."""
-        system = _Prepared(self, model).system(fitted.unknowns, np.array([film.stiffness, film.thickness]))
-        return -0.5 * _profiled(system)
-
-    def moved(self, model: FootModel, fitted: Fitted) -> tuple[Floats, Floats]:
+    def moved(self, model: FootModel, fitted: FittedDetachments) -> tuple[Floats, Floats]:
         """Film (2,) and pulls (nr,) for a model near the fitted one, by one Gauss-Newton step."""
         prepared = _Prepared(self, model)
         shared = np.array([fitted.film.stiffness, fitted.film.thickness])
-        system = prepared.system(fitted.unknowns, shared)
-        own, step = system.solve(_weak() * 1e-6, np.zeros(2), np.zeros(len(self.items)), 0.0)
+        every = np.arange(len(self.items))
+        own, step = prepared.equations(fitted.unknowns, shared, every).step(0.0, _weak() * 1e-6)
         return shared + step, prepared.pulls(fitted.unknowns + own)
-
-
-def _profiled(system: NormalEquations) -> float:
-    """Cost with every flight's unknowns at their best, to second order."""
-    gain = np.einsum(
-        "rq,rq->", system.right_own, np.linalg.solve(system.own, system.right_own[..., None])[..., 0]
-    )
-    return float(system.cost.sum() - gain)
 
 
 def _weak() -> Floats:
     return np.diag([_PRIOR[0] ** -2, _PRIOR[1] ** -2])
 
 
-def _settled(prepared: _Prepared, unknowns: Floats, shared: Floats, rounds: int) -> Floats:
-    """Unknowns of every flight for one film, each by Levenberg-Marquardt of its own."""
-    kept, damping = unknowns.copy(), np.full(len(unknowns), 1e-2)
-    left = np.arange(len(unknowns))  # those that still fall
-    good = prepared.system(unknowns, shared)
-    for _ in range(rounds):
-        own, _ = good.solve(_weak(), np.zeros(2), damping[left], np.inf)
-        tried = prepared.system(kept[left] + own, shared, left)
-        better = tried.cost < good.cost
-        gain = np.where(better, good.cost - tried.cost, 0.0)
-        done = (better & (gain < 1e-3 * good.cost)) | (damping[left] > _STUCK)
-        kept[left] += np.where(better[:, None], own, 0.0)
-        damping[left] *= np.where(better, 0.1, 10.0)
-        good, left = tried.where(better, good).of(~done), left[~done]
-        if not len(left):
-            break
-    return kept
+def _under(prepared: _Prepared, unknowns: Floats, shared: Floats) -> Floats:
+    """Unknowns of every flight under one film (2,), each by a descent of its own."""
+
+    def alone(own: Floats, _: Floats, part: NDArray[np.intp]) -> NormalEquations:
+        residuals, slopes, _flights = prepared.flown(own, shared, part)
+        return _equations(residuals, [one[: own.shape[1]] for one in slopes], own.shape[1])
+
+    return descend(alone, unknowns, how=_ROUGH).own
 
 
-def _joint(prepared: _Prepared, unknowns: Floats, shared: Floats, rounds: int) -> tuple[Floats, Floats]:
-    """Unknowns and film together by Levenberg-Marquardt."""
-    middle, prior, damping = shared, _weak(), 1e-3
-    best, kept = np.inf, (unknowns, shared)
-    system = prepared.system(unknowns, shared)
-    for _ in range(rounds):
-        off = shared - middle
-        cost = float(system.cost.sum() + off @ prior @ off)
-        if cost < best:
-            done = best - cost < _SETTLED
-            best, kept, damping, good = cost, (unknowns, shared), 0.1 * damping, system
-            if done:
-                break
-        else:
-            damping = max(10.0 * damping, 1e-2)
-            if damping > 1e6:
-                break
-        own, step = good.solve(prior, prior @ (middle - kept[1]), np.full(len(unknowns), damping), damping)
-        unknowns, shared = kept[0] + own, kept[1] + np.clip(step, -1.0, 1.0)
-        system = prepared.system(unknowns, shared)
-    return kept
+def _equations(residuals: Sequence[Floats], slopes: Sequence[Floats], own: int) -> NormalEquations:
+    """Of flights: what was measured less what was flown, and slopes (q + p, n) of the flights, over the noise."""
+    return NormalEquations.of([-one.ravel() for one in residuals], [one.T for one in slopes], own)
 
 
 def _grounded(model: FootModel) -> Floats:
@@ -388,47 +344,40 @@ class _Prepared:
         moves = float(_LIMITS[0] < shared[1] < _LIMITS[1])
         by_log[0, q:], by_log[1, q + 1] = (1.0, 3.0 * moves), moves
         thickness = float(np.exp(np.clip(shared[1], *_LIMITS)))
-        film = Film(float(np.exp(shared[0])) * thickness**3, thickness)
+        film = FilmConstants(float(np.exp(shared[0])) * thickness**3, thickness)
         return Launches(
             Varied(self.states(unknowns).T, state), Varied(-unknowns[:, 0], begin), Varied(unknowns[:, -2:], offset),
             film.column(count, by_log=(by_log[0], by_log[1])), np.full(count, self.model.gap), self.near[numbers],
             self.flow.step,
         )  # fmt: skip
 
-    def system(
-        self, unknowns: Floats, shared: Floats, part: NDArray[np.intp] | None = None
-    ) -> NormalEquations:
-        """All flights, or those of these numbers, at the unknowns (nr, q) and the film, and their derivatives."""
-        q = unknowns.shape[1]
-        numbers = np.arange(len(self.counts)) if part is None else part
-        counts = self.counts[numbers]
-        launches = self.launches(unknowns, shared, numbers)
-        values, by_unknown = self.flow.fly(launches, self.drive[numbers], counts, self.output)
-        pieces: list[Any] = []
-        for r, end, count in zip(numbers.tolist(), np.cumsum(counts), counts, strict=True):
+    def flown(
+        self, unknowns: Floats, shared: Floats, part: NDArray[np.intp]
+    ) -> tuple[list[Floats], list[Floats], list[Floats]]:
+        """Of the flights of these numbers at the unknowns (nr, q) and the film (2,): what they leave over the noise
+        (channels, samples), its slopes (q + 2, channels times samples) by the flight's unknowns and the film, and the
+        flights (channels, samples)."""
+        q, counts = unknowns.shape[1], self.counts[part]
+        launches = self.launches(unknowns, shared, part)
+        values, by_unknown = self.flow.fly(launches, self.drive[part], counts, self.output)
+        residuals, slopes, flights = [], [], []
+        for r, end, count in zip(part.tolist(), np.cumsum(counts), counts, strict=True):
             own, white = slice(end - count, end), self.white[r][:, None]
-            flown = values[own].T
-            residual = (self.measured[r] - flown) / white
-            flat = (by_unknown[own].transpose(2, 1, 0) / white).reshape(q + 2, -1)
-            pieces.append(
-                (flat @ flat.T, flat @ residual.ravel(), float(np.sum(residual**2)), residual, flown)
-            )
-        normal = np.array([one[0] for one in pieces])
-        right = np.array([one[1] for one in pieces])
-        return NormalEquations(
-            normal[:, :q, :q],
-            normal[:, :q, q:],
-            normal[:, q:, q:],
-            right[:, :q],
-            right[:, q:],
-            np.array([one[2] for one in pieces]),
-            np.array([one[3].size - q for one in pieces], dtype=float),
-            tuple(one[3] for one in pieces),
-            tuple(one[4] for one in pieces),
-        )
+            flights.append(values[own].T)
+            residuals.append((self.measured[r] - flights[-1]) / white)
+            slopes.append((by_unknown[own].transpose(2, 1, 0) / white).reshape(q + 2, -1))
+        return residuals, slopes, flights
 
-    def result(self, system: NormalEquations, unknowns: Floats, film: FilmGuess) -> Fitted:
+    def equations(self, unknowns: Floats, shared: Floats, part: NDArray[np.intp]) -> NormalEquations:
+        """Normal equations of the flights of these numbers and the film."""
+        residuals, slopes, _ = self.flown(unknowns, shared, part)
+        return _equations(residuals, slopes, unknowns.shape[1])
+
+    def result(self, unknowns: Floats, film: FilmGuess) -> FittedDetachments:
         """Pulls with their errors, at the end of a fit."""
+        shared = np.array([film.stiffness, film.thickness])
+        residuals, whole, flights = self.flown(unknowns, shared, np.arange(len(self.counts)))
+        system = _equations(residuals, whole, unknowns.shape[1])
         information, score = system.reduced()
         steps = np.maximum(np.abs(unknowns).max(axis=0), 1e-12) * 1e-6
         slopes = np.empty_like(unknowns)
@@ -442,7 +391,7 @@ class _Prepared:
         error = np.sqrt(np.einsum("rq,rqp,rp->r", slopes, covariance, slopes) * np.maximum(chi, 1.0))
         by_film = -np.einsum("rq,rqa->ra", slopes, np.linalg.solve(system.own, system.across))
         begun = (np.array([one.first - one.hold.first for one in self.offs.items]) + 0.5) * self.offs.step
-        return Fitted(
+        return FittedDetachments(
             unknowns,
             film,
             self.pulls(unknowns),
@@ -452,6 +401,7 @@ class _Prepared:
             information,
             score,
             by_film,
-            system.residuals,
-            system.flights,
+            tuple(residuals),
+            tuple(flights),
+            system.cost,
         )

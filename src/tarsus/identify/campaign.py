@@ -31,7 +31,7 @@ __all__ = [
     "Campaign",
     "Defaults",
     "Opened",
-    "Reading",
+    "RecordFile",
     "RecordSet",
     "drive_problems",
     "guessed_purpose",
@@ -145,7 +145,7 @@ class Opened:
 
 
 @dataclass(frozen=True)
-class Reading:
+class RecordFile:
     """One file as read: the set it belongs to, its record, or None with the sentences that say why not."""
 
     set: str
@@ -235,30 +235,30 @@ def _unknown(campaign: Campaign, scene: Scene) -> list[str]:
     return said
 
 
-def read_records(opened: Opened, name: str) -> list[Reading]:
+def read_records(opened: Opened, name: str) -> list[RecordFile]:
     """Records of a set, each as read; what is wrong with a file is told beside it.
 
     Files that are missing, and files with the same content as an earlier one for the same purpose, have no record.
     """
     one = opened.campaign.records[name]
     earlier = _listed_before(opened, name)
-    out: list[Reading] = []
+    out: list[RecordFile] = []
     for file in one.files:
         path = opened.folder / file
         twin = next((known for known in earlier if _same(path, opened.folder / known)), None)
         if not path.is_file():
             what = "is a folder" if path.is_dir() else "is missing: there is no such file"
-            out.append(Reading(name, file, None, (f"{file}: {what}",)))
+            out.append(RecordFile(name, file, None, (f"{file}: {what}",)))
         elif twin is not None:
             again, said = _twice(file, twin)
-            out.append(Reading(name, again, None, (f"{again}: {said}",)))
+            out.append(RecordFile(name, again, None, (f"{again}: {said}",)))
         else:
             out.append(_read(opened, name, file, [r for r in out if r.record is not None]))
         earlier.append(file)
     return out
 
 
-def _read(opened: Opened, name: str, file: str, others: Sequence[Reading]) -> Reading:
+def _read(opened: Opened, name: str, file: str, others: Sequence[RecordFile]) -> RecordFile:
     """One file of a set, of which others were read before."""
     one = opened.campaign.records[name]
     choices: dict[str, Any] = {key: getattr(one, key) for key in Choices.model_fields}
@@ -266,14 +266,14 @@ def _read(opened: Opened, name: str, file: str, others: Sequence[Reading]) -> Re
         common = opened.campaign.defaults
         record = _measured(opened.folder / file, choices, set(common.channels) if common else set())
     except InputError as error:
-        return Reading(name, file, None, tuple(_of_drive(said, one) for said in error.problems))
+        return RecordFile(name, file, None, tuple(_of_drive(said, one) for said in error.problems))
     for other in others:
         if other.record is not None and np.array_equal(other.record.values, record.values):
-            return Reading(name, file, None, (f"{file}: {_twice(file, other.file)[1]}",))
+            return RecordFile(name, file, None, (f"{file}: {_twice(file, other.file)[1]}",))
     problems, notes = drive_problems(record, one)
     problems = [*_clipped(record, one), *problems]
     record = replace(record, notes=(*record.notes, *notes))
-    return Reading(name, file, None if problems else record, tuple(problems))
+    return RecordFile(name, file, None if problems else record, tuple(problems))
 
 
 def _measured(path: Path, choices: dict[str, Any], optional: set[str]) -> Measurement:

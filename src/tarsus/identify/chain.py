@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.identify.adhesion import identify_adhesion
-from tarsus.identify.campaign import Opened, Reading, read_campaign
+from tarsus.identify.campaign import Opened, RecordFile, read_campaign
 from tarsus.identify.contact_film import film_by_impacts
 from tarsus.identify.draws import DRAWS
 from tarsus.identify.electrostatics import identify_close
@@ -27,14 +27,14 @@ from tarsus.identify.landing import LandingVerdict, judge_landing
 from tarsus.identify.pairs import InAir, Pair, compare_in_air, map_from_pairs, told_by_pairs
 from tarsus.identify.resonance import Resonances, identify_resonances, static_response
 from tarsus.identify.restitution import BounceStudy, identify_restitution
-from tarsus.identify.shown import Shown
 from tarsus.identify.step import NotDone, Residual, Shift, StepResult, Trouble, Used
 from tarsus.identify.traces import Trace
 from tarsus.model.drive.waveforms import SweptSine
 from tarsus.records.excluded import Excluded
 from tarsus.records.purpose import Purpose
+from tarsus.tables.table import Table
 
-__all__ = ["Chain", "Identification", "identify"]
+__all__ = ["Identification", "StepRunner", "identify"]
 
 Floats = NDArray[np.float64]
 Progress = Callable[[int, int, str], None]
@@ -49,7 +49,7 @@ _STRUCTURE = "robot.structure.frequencies"
 
 
 @dataclass(frozen=True, repr=False)
-class Identification(Shown):
+class Identification:
     """Everything a campaign has told.
 
     opened: the campaign; readings: every file; left_out: data not used, with reasons; steps: results by name; not_done;
@@ -58,7 +58,7 @@ class Identification(Shown):
     comparisons: held-out records; in_air: those with the drive of the bounces; shifts of the zero; remarks; seconds."""
 
     opened: Opened
-    readings: tuple[Reading, ...]
+    readings: tuple[RecordFile, ...]
     left_out: tuple[Excluded, ...]
     steps: dict[str, StepResult]
     not_done: tuple[NotDone, ...]
@@ -72,6 +72,22 @@ class Identification(Shown):
     shifts: tuple[Shift, ...]
     remarks: tuple[str, ...]
     seconds: float
+
+    def table(self) -> Table:
+        """Every number with its interval and verdict, and what the data were used for."""
+        from tarsus.identify.tables import identification_table
+
+        return identification_table(self)
+
+    def __repr__(self) -> str:
+        numbers = sum(len(step.paths) for step in self.steps.values())
+        return f"<Identification of '{self.opened.campaign.name}': {numbers} numbers in {len(self.steps)} steps>"
+
+    def __str__(self) -> str:
+        return self.table().text()
+
+    def _repr_html_(self) -> str:
+        return self.table().html()
 
     @property
     def model(self) -> FootModel:
@@ -92,7 +108,7 @@ class Identification(Shown):
 
 
 @dataclass
-class Chain:
+class StepRunner:
     """Runs the steps; what it has found so far.
 
     Parameters
@@ -178,7 +194,7 @@ class Chain:
         self.evidence.find_ground()
 
     @property
-    def readings(self) -> list[Reading]:
+    def readings(self) -> list[RecordFile]:
         """Every file."""
         return self.evidence.readings
 
@@ -408,7 +424,7 @@ class Chain:
 
     def _again(self, model: FootModel, path: str | None, force: float) -> dict[str, float]:
         """Parameters with another model, and the drive's force at one path moved after the loops."""
-        other = Chain(replace(self.opened, model=model), self.seed)
+        other = StepRunner(replace(self.opened, model=model), self.seed)
         other.evidence = replace(self.evidence, opened=other.opened, remarks=[])
         other.resonances = self.resonances
         other.steps["resonances"], other.film = self.steps["resonances"], self.film
@@ -433,7 +449,7 @@ class Chain:
         rest = model.static_load * float(model.law.force(np.zeros(1), model.history)[0])
         return -model.normal * (model.gap + rest)
 
-    def _of(self, purpose: Purpose) -> list[Reading]:
+    def _of(self, purpose: Purpose) -> list[RecordFile]:
         names = {name for name, _ in self.opened.sets(purpose)}
         return [one for one in self.readings if one.set in names]
 
@@ -500,4 +516,4 @@ def identify(
         With every problem of the campaign; if no step could be done at all, with every reason.
     """
     opened = campaign if isinstance(campaign, Opened) else read_campaign(campaign)
-    return Chain(opened, seed, progress).run()
+    return StepRunner(opened, seed, progress).run()

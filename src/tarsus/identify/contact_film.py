@@ -8,15 +8,16 @@ bend the flights near the ground alike."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.fit.normal_equations import Descent, NormalEquations, descend
 from tarsus.identify.bounce import BounceFit, Bounces, fewer, find_bounces
 from tarsus.identify.breakoff import WORST
 from tarsus.identify.electrostatics import FILM, combinations_of
-from tarsus.identify.flight import Film
+from tarsus.identify.flight import FilmConstants
 from tarsus.identify.foot import FootModel
 from tarsus.identify.known import Known
 from tarsus.identify.restitution import FEWEST, MOST, sound
@@ -28,27 +29,11 @@ __all__ = ["film_by_impacts"]
 
 Floats = NDArray[np.float64]
 
-_ROUNDS = 12
 _SHARES = (0.0, -1.0, 1.0, -2.0, 2.0)
 """Places tried first, in standard deviations: 95 % of what was known."""
-_FAR = 1.0
-"""Largest step of a logarithm in a round: beyond a factor of e the impacts are not linear in the film."""
-_SETTLED = 0.1
-"""Standard deviations below which a step of the fit no longer matters."""
-
-
-@dataclass(frozen=True)
-class _Told:
-    """What impacts say of the logarithms (2,) of C and g0 at a place: information (2, 2) and score (2,)."""
-
-    place: Floats
-    information: Floats
-    score: Floats
-
-    def likelihood(self, logs: Floats) -> float:
-        """Logarithm of it near the place, up to a constant."""
-        off = logs - self.place
-        return float(self.score @ off - 0.5 * off @ self.information @ off)
+_DESCENT = Descent(rounds=12, settled=0.1, far=1.0)
+"""Beyond a factor of e of the film's numbers the impacts are not linear in them; a tenth of a standard error no longer
+matters, for the interval is that wide."""
 
 
 def film_by_impacts(
@@ -95,18 +80,18 @@ def film_by_impacts(
     if np.count_nonzero(good) < FEWEST:
         text = f"{np.count_nonzero(good)} of {len(good)} are single ones between free motions, {FEWEST} are needed"
         return known, _untold(step, text)
-    told = _told(model, bounces.chosen(good), (place, fitted.unknowns[good]), (value, covariance), level[1])
-    spread = np.linalg.inv(told.information + np.linalg.inv(covariance))
+    place, information = _told(
+        model, bounces.chosen(good), (place, fitted.unknowns[good]), (value, covariance), level[1]
+    )
+    spread = np.linalg.inv(information + np.linalg.inv(covariance))
     narrower = np.linalg.cholesky(spread) @ np.linalg.inv(np.linalg.cholesky(covariance))
-    new = told.place + (seen - value) @ narrower.T
-    moved = _moved(known, seen, covariance, new, told.place - value)
+    new = place + (seen - value) @ narrower.T
+    moved = _moved(known, seen, covariance, new, place - value)
     files = {traces[bounces.items[int(r)].trace].file for r in np.flatnonzero(good)}
     if passed:
         text = f"Of {len(_SHARES)} films tried first, some let no flight be followed to the ground: {passed}."
         step = replace(step, notes=(*step.notes, text))
-    return moved, _with(
-        step, moved, told, close, Used("impacts, for the film", int(good.sum()), len(found)), files
-    )
+    return moved, _with(step, moved, close, Used("impacts, for the film", int(good.sum()), len(found)), files)
 
 
 def _untold(step: StepResult, why: str) -> StepResult:
@@ -130,7 +115,7 @@ def _begun(
         place = value + share * float(np.sqrt(strength[-1])) * ways[:, -1]
         try:
             with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-                fitted = bounces.fit(model, Film(*np.exp(place).tolist()), free=free)
+                fitted = bounces.fit(model, FilmConstants(*np.exp(place).tolist()), free=free)
         except np.linalg.LinAlgError as error:
             passed.append(f"C = {np.exp(place[0]):.3g} N m^2 s, g0 = {np.exp(place[1]):.3g} m: {error}")
             continue
@@ -168,58 +153,46 @@ def _told(
     start: tuple[Floats, Floats],
     before: tuple[Floats, Floats],
     level_error: float,
-) -> _Told:
-    """Gauss-Newton on the film's logarithms, from a place (2,) with the unknowns of the impacts there; ``before``: the
-    earlier values (2,) and covariance (2, 2)."""
-    values, covariance = before
-    prior = np.linalg.inv(covariance)
-    zeros = known_zeros(model, bounces, level_error)
-    place, unknowns = start
-    free = model.scene.ground.impact is not None
-    for _ in range(_ROUNDS):
-        film = Film(*np.exp(place).tolist())
-        fitted = bounces.fit(model, film, unknowns, free=free)
-        information, score = _pooled(model, bounces, film, fitted, zeros)
-        whole = information + prior
-        step = np.linalg.solve(whole, score + prior @ (values - place))
-        if np.all(np.abs(step) < _SETTLED * np.sqrt(np.diag(np.linalg.inv(whole)))):
-            break
-        place, unknowns = place + np.clip(step, -_FAR, _FAR), fitted.unknowns
-    return _Told(place, information, score)
-
-
-def _pooled(
-    model: FootModel, bounces: Bounces, film: Film, fitted: BounceFit, zeros: Floats
 ) -> tuple[Floats, Floats]:
-    """Information (2, 2) and score (2,) of all impacts about the film's logarithms, the zeros of their records taken
-    along."""
-    each, scores = bounces.about_film(model, film, fitted)
-    record = np.unique([one.trace for one in bounces.items], return_inverse=True)[1]
-    points = len(model.points)
-    size = 2 + len(zeros)
-    whole, right = np.zeros((size, size)), np.zeros(size)
-    whole[2:, 2:] = zeros
-    for r, number in enumerate(record):
-        place = np.concatenate([[0, 1], 2 + points * number + np.arange(points)])
-        whole[np.ix_(place, place)] += each[r]
-        right[place] += scores[r]
-    across = np.linalg.solve(whole[2:, 2:], np.column_stack([whole[2:, :2], right[2:]]))
-    return whole[:2, :2] - whole[:2, 2:] @ across[:, :2], right[:2] - whole[:2, 2:] @ across[:, 2]
+    """The film's logarithms (2,) that impacts and what was known before give, and the information (2, 2) of the impacts
+    about them; from a place (2,) with the unknowns of the impacts there; ``before``: the earlier values (2,) and
+    covariance (2, 2).
+
+    Under every film the impacts are fitted again: their unknowns follow it along curved valleys, in which all taken
+    together creep."""
+    offsets = known_zeros(model, bounces, level_error)
+    free, unknowns = model.scene.ground.impact is not None, start[1]
+
+    def equations(_: Floats, place: Floats, __: NDArray[np.intp]) -> NormalEquations:
+        nonlocal unknowns
+        film = FilmConstants(*np.exp(place).tolist())
+        unknowns = bounces.fit(model, film, unknowns, free=free).unknowns
+        return _without_offsets(bounces.about(model, film, unknowns, free), offsets)
+
+    prior = before[0], np.linalg.inv(before[1])
+    found = descend(equations, np.zeros((1, 0)), start[0], prior=prior, how=_DESCENT)
+    return found.shared, found.equations.shared[0]
 
 
-def _with(
-    step: StepResult, moved: Known, told: _Told, close: Sequence[Trace], used: Used, files: set[str]
-) -> StepResult:
+def _without_offsets(each: NormalEquations, offsets: Floats) -> NormalEquations:
+    """Normal equations of all impacts together about the film alone, the offsets of their records taken along, of which
+    ``offsets`` (nr np, nr np) is known."""
+    information, score = (one.sum(axis=0) for one in each.reduced())
+    information[2:, 2:] += offsets
+    across = np.linalg.solve(information[2:, 2:], np.column_stack([information[2:, :2], score[2:]]))
+    shared = information[:2, :2] - information[:2, 2:] @ across[:, :2]
+    right = score[:2] - information[:2, 2:] @ across[:, 2]
+    cost = each.cost.sum() - score[2:] @ across[:, 2]
+    return NormalEquations(
+        np.zeros((1, 0, 0)), np.zeros((1, 0, 2)), shared[None], np.zeros((1, 0)), right[None], np.array([cost]),
+        np.array([each.count.sum()]),
+    )  # fmt: skip
+
+
+def _with(step: StepResult, moved: Known, close: Sequence[Trace], used: Used, files: set[str]) -> StepResult:
     """The step with the numbers that it and the impacts tell together."""
     own = [moved.paths.index(path) for path in step.paths]
-    film = [step.paths.index(path) for path in FILM]
     values, samples = moved.values[own], moved.samples[:, own]
-    before = step.likelihood
-
-    def likelihood(theta: Floats) -> float:
-        assert before is not None
-        return before(theta) + told.likelihood(np.log(np.maximum(theta[film], 1e-30)))
-
     gap = min((t.gap for t in close if t.gap is not None and t.file in step.files), default=0.0)
     return replace(
         step,
@@ -228,5 +201,4 @@ def _with(
         combinations=combinations_of(step.paths, gap, np.log(values), np.log(samples)),
         used=(*step.used, used),
         files=step.files | files,
-        likelihood=None if before is None else likelihood,
     )

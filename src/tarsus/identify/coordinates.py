@@ -72,17 +72,3 @@ class Coordinates:
         with np.errstate(divide="ignore", invalid="ignore"):
             logs = np.log(np.asarray(x, dtype=float) / self.values)
         return np.where(self.logarithmic, logs, (np.asarray(x, dtype=float) - self.values) / self.sizes)
-
-    def outward(self, u: ArrayLike) -> Floats:
-        """Parameters (..., np) of pure numbers (..., np)."""
-        u = np.asarray(u, dtype=float)
-        raised = self.values * np.exp(np.where(self.logarithmic, u, 0.0))
-        return np.where(self.logarithmic, raised, self.values + u * np.nan_to_num(self.sizes))
-
-    def one_outward(self, j: int, u: float) -> float:
-        """Parameter number j at the pure number u; infinite where u is, zero not being an end of a logarithm."""
-        if not np.isfinite(u):
-            return float(np.copysign(u, u * self.values[j])) if self.logarithmic[j] else float(u)
-        if self.logarithmic[j]:
-            return float(self.values[j] * np.exp(u))
-        return float(self.values[j] + u * self.sizes[j])

@@ -9,8 +9,8 @@ from math import gcd
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.fit.ranges import Range
 from tarsus.fit.verdict import LEVEL, WIDTH
-from tarsus.identify.ranges import Range
 
 __all__ = ["Combination", "Sum", "Ties", "correlation", "find_exponents", "find_weight", "left_over"]
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from tarsus.identify.traces import jumps_of
 from tarsus.model.drive.waveforms import Waveform
 
-__all__ = ["DriveFit", "Fitted", "cut_short", "drive_faults", "fit_drive", "stated_length"]
+__all__ = ["DriveFit", "WithError", "cut_short", "drive_faults", "fit_drive", "stated_length"]
 
 Floats = NDArray[np.float64]
 
@@ -55,7 +55,7 @@ _SINGULAR = 1e-6
 
 
 @dataclass(frozen=True)
-class Fitted:
+class WithError:
     """A number and its standard error (infinite where the record does not tell it)."""
 
     value: float
@@ -74,10 +74,10 @@ class DriveFit:
     that is left; amplitude [V]: half of the span of the drive that was meant; smooth: it does not jump.
     """
 
-    gain: Fitted
-    offset: Fitted
-    late: Fitted
-    pace: Fitted
+    gain: WithError
+    offset: WithError
+    late: WithError
+    pace: WithError
     unexplained: float
     amplitude: float
     smooth: bool
@@ -152,7 +152,10 @@ def fit_drive(volts: Floats, step: float, rest: float, signal: Waveform) -> Driv
 
 
 def _refined(case: _Case, late: float, pace: float) -> DriveFit:
-    """Gauss-Newton from a start, as long as less is left at each step."""
+    """Gauss-Newton from a start, as long as less is left at each step.
+
+    Whole steps: where edges are compared what is left is no smooth function of their place, and the damped descent of
+    `tarsus.fit` ends beside it (a slow square that is 2 % fast: 1.9 samples off)."""
     recorded, length = case.averaged(case.volts), float(case.time[-1])
     least, place, errors = np.inf, (late, pace), np.full(2, np.inf)
     for _ in range(_STEPS):
@@ -217,10 +220,10 @@ def _judged(case: _Case, late: float, pace: float, errors: Floats) -> DriveFit:
     size = abs(gain) * float(np.std(m))
     unexplained = float(np.std(left)) / size if size > 0.0 else np.inf
     return DriveFit(
-        Fitted(float(gain), float(own[0])),
-        Fitted(float(offset), float(own[1])),
-        Fitted(late, float(errors[0])),
-        Fitted(pace, float(errors[1]) / float(case.time[-1])),
+        WithError(float(gain), float(own[0])),
+        WithError(float(offset), float(own[1])),
+        WithError(late, float(errors[0])),
+        WithError(pace, float(errors[1]) / float(case.time[-1])),
         unexplained,
         0.5 * float(np.ptp(meant)),
         case.running == 1,

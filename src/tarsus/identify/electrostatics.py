@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
+from tarsus.fit.normal_equations import Descent, NormalEquations, descend
 from tarsus.identify.draws import carried, newton_draws
 from tarsus.identify.flight import SUBSTEPS, Varied, from_rest, observed, of_model
 from tarsus.identify.foot import FootModel
@@ -35,11 +36,11 @@ LONGEST = 0.1
 
 _CLOSEST = 0.05
 """Part of the gap below which a foot counts as having touched."""
-_ROUNDS = 25
 _SPREAD = 2.3
 """Standard deviation of the logarithms about the first guess, a factor of ten, which keeps a fit from running
 away."""
-_SETTLED = 1e-3
+_DESCENT = Descent(rounds=25, far=1.0)
+"""Beyond a factor of e the motion is not linear in the constants."""
 _SHOWN = 4
 
 
@@ -74,10 +75,8 @@ class _Close:
         slopes = value[:, None] * np.array([[float(one == name) for name in self.names] for one in every])
         return Varied(np.tile(value, (len(self.traces), 1)), np.tile(slopes, (len(self.traces), 1, 1)))
 
-    def system(
-        self, model: FootModel, theta: Floats
-    ) -> tuple[Floats, Floats, Floats, list[Floats], list[Floats]]:
-        """By record: information (nr, p, p), score (nr, p), cost (nr,), residuals and flights."""
+    def flown(self, model: FootModel, theta: Floats) -> tuple[list[Floats], list[Floats], list[Floats]]:
+        """By record: what the motion leaves over the noise (channels, samples), slopes (p, n), and the motion."""
         count, p = len(self.traces), len(theta)
         flow = of_model(model, self.traces[0].step / SUBSTEPS)
         steps = SUBSTEPS * (max(self.counts) - 1) + 1
@@ -95,20 +94,22 @@ class _Close:
         values, by_theta = flow.fly(launches, drive, counts, observed(model), squares)
         ends = np.cumsum(counts)
         rest = model.rows @ start[:, : len(model.row)].T
-        information, score, cost = np.zeros((count, p, p)), np.zeros((count, p)), np.zeros(count)
-        residuals, flights = [], []
+        residuals, slopes, flights = [], [], []
         for r, trace in enumerate(self.traces):
             part = slice(self.first[r], self.first[r] + self.counts[r])
             measured = np.concatenate([trace.x[:, part] + rest[:, [r]], trace.v[:, part]])
             white = np.concatenate([trace.noise_x, trace.noise_v])[:, None]
             own = slice(ends[r] - counts[r], ends[r])
             residual = (measured - values[own].T) / white
-            slopes = (by_theta[own].transpose(2, 1, 0) / white).reshape(p, -1)
-            information[r], score[r] = slopes @ slopes.T, slopes @ residual.ravel()
-            cost[r] = float(np.sum(residual**2))
+            slopes.append((by_theta[own].transpose(2, 1, 0) / white).reshape(p, -1))
             residuals.append(residual)
             flights.append(values[own].T)
-        return information, score, cost, residuals, flights
+        return residuals, slopes, flights
+
+    def equations(self, model: FootModel, theta: Floats) -> NormalEquations:
+        """Normal equations of the records about the constants; none has unknowns of its own."""
+        residuals, slopes, _ = self.flown(model, theta)
+        return NormalEquations.of([-one.ravel() for one in residuals], [one.T for one in slopes], 0)
 
     def _start(self, model: FootModel) -> Floats:
         """Coordinates (n, nr) at rest before the drive."""
@@ -154,22 +155,22 @@ def identify_close(model: FootModel, known: Known, traces: Sequence[Trace], seed
     if not used:
         raise InputError([str(one) for one in left])
     close = _prepared(model, used, tuple(names))
-    theta, system = _fitted(close, model)
-    information, score, _, residuals, flights = system
-    prior = np.eye(len(theta)) / _SPREAD**2
+    prior = np.eye(len(names)) / _SPREAD**2
+    none = np.zeros((len(used), 0))
+    found = descend(
+        lambda _, theta, __: close.equations(model, theta),
+        none, close.centre, prior=(close.centre, prior), how=_DESCENT,
+    )  # fmt: skip
+    theta = found.shared
+    residuals, _, flights = close.flown(model, theta)
 
     def again(values: Floats) -> Floats:
-        moved = close.system(known.model(values), theta)
-        return theta + np.linalg.solve(
-            moved[0].sum(axis=0) + prior, moved[1].sum(axis=0) + prior @ (close.centre - theta)
-        )
+        moved = close.equations(known.model(values), theta)
+        return theta + moved.step(0.0, prior, prior @ (close.centre - theta))[1]
 
-    own = newton_draws(information, score, seed, prior)
+    own = newton_draws(found.equations.shared, found.equations.right_shared, seed, prior)
     logs = theta + own + carried(again, known.values, known.samples)
     samples = np.exp(np.clip(logs, *_LIMITS))
-
-    def likelihood(values: Floats) -> float:
-        return -0.5 * float(close.system(model, np.log(np.maximum(values, 1e-30)))[2].sum())
 
     return StepResult(
         "electrostatics",
@@ -185,7 +186,6 @@ def identify_close(model: FootModel, known: Known, traces: Sequence[Trace], seed
         files=frozenset(trace.file for trace in used),
         left_out=tuple(left),
         panels=_panels(model, close, residuals, flights),
-        likelihood=likelihood,
     )
 
 
@@ -229,34 +229,6 @@ def _prepared(model: FootModel, traces: Sequence[Trace], names: tuple[str, ...])
         names,
         np.log([guess[name] for name in names]),
     )
-
-
-def _fitted(
-    close: _Close, model: FootModel
-) -> tuple[Floats, tuple[Floats, Floats, Floats, list[Floats], list[Floats]]]:
-    """Logarithms of the constants by Levenberg-Marquardt."""
-    theta, damping = close.centre.copy(), 1e-3
-    prior = np.eye(len(theta)) / _SPREAD**2
-    good = close.system(model, theta)
-    cost = float(good[2].sum())
-    for _ in range(_ROUNDS):
-        whole = good[0].sum(axis=0) + prior
-        right = good[1].sum(axis=0) + prior @ (close.centre - theta)
-        step = np.linalg.solve(whole + damping * np.diag(np.diag(whole)), right)
-        tried = theta + np.clip(step, -1.0, 1.0)
-        new = close.system(model, tried)
-        off, before = tried - close.centre, theta - close.centre
-        total = float(new[2].sum() + off @ prior @ off)
-        if total < cost + float(before @ prior @ before):
-            done = cost + float(before @ prior @ before) - total < _SETTLED
-            theta, good, cost, damping = tried, new, float(new[2].sum()), 0.1 * damping
-            if done:
-                break
-        else:
-            damping = max(10.0 * damping, 1e-3)
-            if damping > 1e8:
-                break
-    return theta, good
 
 
 def combinations_of(

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from tarsus.base.errors import InputError
-from tarsus.identify.campaign import Opened, Reading, read_records
+from tarsus.identify.campaign import Opened, RecordFile, read_records
 from tarsus.identify.consistency import not_together, odd_ones
 from tarsus.identify.traces import Trace, contact_level, misplaced, trace_of
 from tarsus.records.excluded import Excluded, excluded_of
@@ -36,7 +36,7 @@ class Evidence:
     contact from the rest, with its standard error [m]; remarks: what does not fit together, though it is used."""
 
     opened: Opened
-    readings: list[Reading] = field(default_factory=list)
+    readings: list[RecordFile] = field(default_factory=list)
     left_out: list[Excluded] = field(default_factory=list)
     traces: dict[Purpose, list[Trace]] = field(default_factory=dict)
     level: tuple[float, float] | None = None
@@ -57,7 +57,7 @@ class Evidence:
                 traces = self._without(traces, odd_ones(traces))
             self.traces.setdefault(one.purpose, []).extend(traces)
 
-    def _trace(self, name: str, reading: Reading) -> list[Trace]:
+    def _trace(self, name: str, reading: RecordFile) -> list[Trace]:
         """The record of a file, if it has one whose channels belong together."""
         one, record = self.opened.campaign.records[name], reading.record
         if record is None or record.drive is None:

@@ -24,7 +24,7 @@ __all__ = [
     "FEATURES",
     "Batched",
     "Features",
-    "Instrument",
+    "Resolution",
     "features_of",
     "simulated",
 ]
@@ -38,7 +38,7 @@ FEATURES = ("contact_duration", "peak", "bounces", "impact_speed", "rebound")
 _UNITS = {"rebound": "m"}
 
 
-class Instrument(Description):
+class Resolution(Description):
     """What one drive period of a record resolves, and how far the model itself is trusted."""
 
     time: Amount = quantity("s", "standard error of a duration", default=5e-5, gt=0)
@@ -72,7 +72,7 @@ class Features:
     spread: Floats
     periods: int
 
-    def error(self, instrument: Instrument) -> Floats:
+    def error(self, instrument: Resolution) -> Floats:
         """Standard error (nf,) of the values: spread and resolution over the periods, and what does not average out."""
         resolved = np.array([instrument.resolution(unit) for unit in self.units])
         random = (np.nan_to_num(self.spread) ** 2 + resolved**2) / self.periods

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.identify.breakoff import WORST, BreakOffs, FilmGuess, Fitted, find_break_offs
+from tarsus.identify.breakoff import WORST, BreakOffs, FilmGuess, FittedDetachments, find_break_offs
 from tarsus.identify.draws import carried, newton_draws
 from tarsus.identify.foot import FootModel
 from tarsus.identify.known import Known
@@ -40,7 +40,7 @@ class FilmFit:
     step: StepResult
     foot: str
     offs: BreakOffs
-    fitted: Fitted
+    fitted: FittedDetachments
     pulls: Floats
 
 
@@ -129,7 +129,7 @@ def _first_guess(model: FootModel) -> FilmGuess:
 
 
 def _result(
-    model: FootModel, known: Known, offs: BreakOffs, fitted: Fitted, seed: int
+    model: FootModel, known: Known, offs: BreakOffs, fitted: FittedDetachments, seed: int
 ) -> tuple[StepResult, Floats]:
     groups = np.array([one.trace for one in offs.items])
     numbers = np.unique(groups)
@@ -152,10 +152,6 @@ def _result(
     values = np.array([float(np.asarray(film.coefficient)), float(np.asarray(film.thickness))])
     ratio = float(np.exp(fitted.film.stiffness))
 
-    def likelihood(theta: Floats) -> float:
-        guess = FilmGuess.of(float(theta[0]), float(theta[1]))
-        return offs.likelihood(model, fitted, guess)
-
     step = StepResult(
         "film",
         PATHS,
@@ -164,13 +160,12 @@ def _result(
         combinations={"C / g0^3": (ratio, stiffness, "N s/m")},
         residuals=_residuals(offs, fitted),
         panels=_panels(model, offs, fitted),
-        likelihood=likelihood,
         files=frozenset(offs.traces[one.trace].file for one in offs.items),
     )
     return step, pulls
 
 
-def _residuals(offs: BreakOffs, fitted: Fitted) -> tuple[Residual, ...]:
+def _residuals(offs: BreakOffs, fitted: FittedDetachments) -> tuple[Residual, ...]:
     out = []
     for number in sorted({one.trace for one in offs.items}):
         parts = [fitted.residuals[r].ravel() for r, one in enumerate(offs.items) if one.trace == number]
@@ -180,7 +175,7 @@ def _residuals(offs: BreakOffs, fitted: Fitted) -> tuple[Residual, ...]:
     return tuple(out)
 
 
-def _panels(model: FootModel, offs: BreakOffs, fitted: Fitted) -> tuple[Panel, ...]:
+def _panels(model: FootModel, offs: BreakOffs, fitted: FittedDetachments) -> tuple[Panel, ...]:
     k = model.points.index(model.foot_point)
     picked = np.unique(np.linspace(0, len(offs.items) - 1, _SHOWN).round().astype(int))
     panels = []

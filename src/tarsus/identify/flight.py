@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 from tarsus.identify.foot import FootModel
 from tarsus.solve.flights import SUBSTEPS, Flow, Launches, Varied
 
-__all__ = ["SUBSTEPS", "Film", "Flow", "Launches", "Varied", "from_rest", "observed", "of_model"]
+__all__ = ["SUBSTEPS", "FilmConstants", "Flow", "Launches", "Varied", "from_rest", "observed", "of_model"]
 
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Film:
+class FilmConstants:
     """Film coefficient C [N m^2 s] and thickness g0 [m]."""
 
     coefficient: float

@@ -30,13 +30,13 @@ from tarsus.measure import (
 from tarsus.model.drive.waveforms import Waveform
 from tarsus.solve import ResultCode, simulate
 
-__all__ = ["Comparison", "Contacts", "Moved", "compare", "contacts_of", "moved"]
+__all__ = ["Comparison", "ContactMeans", "Moved", "compare", "contacts_of", "moved"]
 
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Contacts:
+class ContactMeans:
     """Means over drive periods after transients: bounces; contact duration [s] a period; peak [m] over contact level;
     counting: what a flight had to clear and the dwell before it; periods counted."""
 
@@ -56,8 +56,8 @@ class Comparison:
 
     name: str
     file: str
-    measured: Contacts
-    simulated: Contacts
+    measured: ContactMeans
+    simulated: ContactMeans
     periods: int
     off: float
     panel: Panel
@@ -90,7 +90,7 @@ class Moved:
 
 def contacts_of(
     time: Floats, height: Floats, speed: Floats, period: float, noise_x: float, noise_v: float
-) -> Contacts:
+) -> ContactMeans:
     """What the motion of a foot over the ground shows.
 
     Parameters
@@ -118,7 +118,7 @@ def contacts_of(
     found = by_window(history, period * np.arange(skipped, count + 1, dtype=float), counting)
     values = (np.nan_to_num(found[name]) for name in ("bounces", "contact_duration", "peak"))
     bounces, contact, peak = (float(by_period.mean()) for by_period in values)
-    return Contacts(bounces, contact, peak, counting, int(count - skipped))
+    return ContactMeans(bounces, contact, peak, counting, int(count - skipped))
 
 
 def _history(

@@ -99,14 +99,6 @@ class LogNormalPrior:
         """Standard deviations (np,) of the logarithms."""
         return np.sqrt(np.diag(self.covariance))
 
-    def log_density(self, rows: Floats) -> Floats:
-        """Logarithm of the density (n,) of the logarithms of parameters (n, np), up to a constant."""
-        off = np.log(rows / self.values)
-        inverse = np.linalg.inv(self.covariance)
-        return (
-            -0.5 * np.einsum("ni,ij,nj->n", off, inverse, off) - 0.5 * np.linalg.slogdet(self.covariance)[1]
-        )
-
     def draws(self, count: int, seed: int = 0) -> Floats:
         """Draws (count, np) of the logarithms about those of the values, spread evenly (Sobol)."""
         # scipy before 1.15 knows no rng

@@ -15,13 +15,13 @@ from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.base.workers import Workers
 from tarsus.identify.candidates import Candidate
-from tarsus.identify.features import Features, Instrument, simulated
+from tarsus.identify.features import Features, Resolution, simulated
 from tarsus.identify.limits import field_limits
 from tarsus.identify.prior import LogNormalPrior
 from tarsus.model.scene import Scene
 from tarsus.solve import Accuracy
 
-__all__ = ["RANKED", "Plan", "Ranked", "Ranking", "rank"]
+__all__ = ["RANKED", "Ranked", "Ranking", "RecordingPlan", "rank"]
 
 Floats = NDArray[np.float64]
 Progress = Callable[[int, int, str], None]
@@ -50,7 +50,7 @@ class Ranked:
 
 
 @dataclass(frozen=True)
-class Plan:
+class RecordingPlan:
     """Records chosen within a budget, in the order of choice; cost [s]; std: expected after all of them."""
 
     steps: tuple[tuple[Candidate, float], ...]
@@ -69,7 +69,7 @@ class Ranking:
     std: float
     budget: float
     ranked: tuple[Ranked, ...]
-    plan: Plan
+    plan: RecordingPlan
 
 
 def rank(
@@ -80,7 +80,7 @@ def rank(
     budget: float,
     *,
     kinds: Sequence[str] = RANKED,
-    instrument: Instrument | None = None,
+    instrument: Resolution | None = None,
     draws: int = 8,
     step: float = 0.5,
     seed: int = 0,
@@ -129,7 +129,7 @@ def rank(
     """
     _check(candidates, prior, parameter, budget, scene)
     target = prior.paths.index(parameter)
-    tool = instrument or Instrument()
+    tool = instrument or Resolution()
     told, drawn = [], prior.draws(draws, seed)
     for i, candidate in enumerate(candidates):
         if progress is not None:
@@ -155,14 +155,14 @@ def rank(
         for k, c in enumerate(candidates)
     ]
     ranked.sort(key=lambda one: -one.gain)
-    plan = Plan(
+    plan = RecordingPlan(
         tuple((c, before * float(np.exp(-g))) for c, g in steps), cost, before * float(np.exp(-gain(counts)))
     )
     return Ranking(parameter, before, budget, tuple(ranked), plan)
 
 
 @dataclass(frozen=True)
-class _Told:
+class _FeatureSlopes:
     """Slopes (nd, nf, np) of a candidate's features at draws; values and spread (nd, nf) there; bent (nd, nf): how far
     each is from linear; ended: share of the runs that reached their end."""
 
@@ -175,7 +175,7 @@ class _Told:
     periods: int
     ended: float
 
-    def information(self, repeats: int, instrument: Instrument) -> Floats:
+    def information(self, repeats: int, instrument: Resolution) -> Floats:
         """Precision (nd, np, np) that some records add."""
         seen = [
             Features(self.names, self.units, v, s, self.periods * repeats)
@@ -187,9 +187,9 @@ class _Told:
 
 
 def _slopes(
-    candidate: Candidate, scene: Scene, prior: LogNormalPrior, instrument: Instrument, kinds: Sequence[str],
+    candidate: Candidate, scene: Scene, prior: LogNormalPrior, instrument: Resolution, kinds: Sequence[str],
     drawn: Floats, step: float, threads: Workers, accuracy: Accuracy | None,
-) -> _Told:  # fmt: skip
+) -> _FeatureSlopes:  # fmt: skip
     count = len(prior.paths)
     changed = candidate.on(scene)
     reach = step * prior.std
@@ -216,7 +216,7 @@ def _slopes(
     second = np.nan_to_num(values[:, up] + values[:, down] - 2.0 * values[:, :1])
     bent = 0.5 * np.sqrt(np.sum(second**2, axis=1))
     ended = float(np.mean(np.isfinite(found.values).any(axis=1)))
-    return _Told(
+    return _FeatureSlopes(
         slope.transpose(0, 2, 1),
         values[:, 0],
         spread[:, 0],
@@ -271,7 +271,7 @@ _LEAST_GAIN = 0.02
 """Gain of a record below which a plan ends."""
 
 
-def _note(told: _Told, candidate: Candidate, budget: float) -> str:
+def _note(told: _FeatureSlopes, candidate: Candidate, budget: float) -> str:
     if candidate.record > budget * (1.0 + 1e-9):
         return "longer than the budget"
     if told.ended < 0.5:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass
 
-from tarsus.identify.campaign import Opened, Reading, RecordSet, guessed_purpose
+from tarsus.identify.campaign import Opened, RecordFile, RecordSet, guessed_purpose
 from tarsus.identify.evidence import Evidence
 from tarsus.model.drive.waveforms import SweptSine
 from tarsus.modes.agreement import channels_of, needed_of
@@ -28,7 +28,7 @@ class Readiness:
     """Every file as read; problems: what `identify` will leave out or not do; remarks: what it will not try, and what
     looks odd."""
 
-    readings: tuple[Reading, ...]
+    readings: tuple[RecordFile, ...]
     problems: tuple[str, ...]
     remarks: tuple[str, ...]
 

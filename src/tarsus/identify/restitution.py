@@ -15,7 +15,7 @@ from tarsus.base.errors import InputError
 from tarsus.identify.bounce import BounceFit, Bounces, fewer, find_bounces
 from tarsus.identify.breakoff import WORST
 from tarsus.identify.draws import DRAWS, NORMAL, carried, newton_draws, within
-from tarsus.identify.flight import Film
+from tarsus.identify.flight import FilmConstants
 from tarsus.identify.foot import FootModel
 from tarsus.identify.known import Known
 from tarsus.identify.step import Curve, Panel, Residual, StepResult, Used
@@ -145,10 +145,10 @@ def _alike(fitted: BounceFit, single: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return off < _OUTSIDE * max(usual, 1.0)
 
 
-def film_of(model: FootModel) -> Film:
+def film_of(model: FootModel) -> FilmConstants:
     """The film of a model's ground; none damps nothing."""
     law = model.scene.ground.acting.film
-    return Film(0.0, 1.0) if law is None else Film(law.coefficient, law.thickness)
+    return FilmConstants(0.0, 1.0) if law is None else FilmConstants(law.coefficient, law.thickness)
 
 
 def _only(fitted: BounceFit, keep: NDArray[np.bool_]) -> BounceFit:
@@ -174,9 +174,9 @@ def _result(
     level_error: float,
     seed: int,
 ) -> StepResult:
-    by_zero = bounces.zeros(model, film_of(model), fitted)
-    zeros = zeros_of_records(model, bounces, by_zero, level_error, seed)
-    fitted_speeds = zeros.moved(fitted.speeds, by_zero, zeros.values)
+    equations = bounces.about(model, film_of(model), fitted.unknowns, fitted.free(model))
+    zeros = zeros_of_records(model, bounces, equations, level_error, seed)
+    fitted_speeds = zeros.moved(fitted.speeds, zeros.values)
     departure, approach = fitted_speeds[:, 0], -fitted_speeds[:, 1]
     covariance = fitted.covariance * _TURN
     try:
@@ -186,11 +186,11 @@ def _result(
 
     def again(values: Floats) -> Floats:
         other = known.model(values)
-        speeds = zeros.moved(bounces.moved(other, film_of(other), fitted), by_zero, zeros.values)
+        speeds = zeros.moved(bounces.moved(other, film_of(other), fitted), zeros.values)
         return np.array([common_ratio(speeds[:, 0], -speeds[:, 1], covariance).value])
 
     def shifted(values: Floats) -> Floats:
-        speeds = zeros.moved(fitted.speeds, by_zero, values.reshape(zeros.values.shape))
+        speeds = zeros.moved(fitted.speeds, values)
         return np.array([common_ratio(speeds[:, 0], -speeds[:, 1], covariance).value])
 
     groups = np.array([one.trace for one in bounces.items])
@@ -200,10 +200,6 @@ def _result(
     values, samples, reached = within(np.array([whole.value]), samples, (BOUNDS,))
     noise = _variance(covariance, whole.value)
     rest = departure - whole.value * approach
-
-    def likelihood(theta: Floats) -> float:
-        spread = _variance(covariance, float(theta[0]))
-        return -0.5 * float(np.sum((departure - theta[0] * approach) ** 2 / spread))
 
     line = np.array([0.0, float(approach.max())])
     error = np.sqrt(noise)
@@ -248,7 +244,6 @@ def _result(
         left_out=tuple(left),
         panels=(panel, left_over),
         notes=(f"The scatter of e from impact to impact, beyond noise, is {whole.scatter:.2g}.",),
-        likelihood=likelihood,
         bounds={PATH: reached[0]},
     )
 

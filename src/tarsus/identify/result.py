@@ -10,20 +10,18 @@ import numpy as np
 from tarsus.base.spec import FrozenDict, float_paths, with_values
 from tarsus.files.draws import write_draws
 from tarsus.files.jsontext import json_text
-from tarsus.files.store import write_text
 from tarsus.files.toml import scene_text
+from tarsus.files.whole import write_text
 from tarsus.identify.assessment import assessed
 from tarsus.identify.chain import Identification
 from tarsus.identify.heldout import Comparison
 from tarsus.identify.landing import LandingVerdict
 from tarsus.identify.step import StepResult
+from tarsus.identify.tables import TAKEN
 from tarsus.identify.verdict import Assessment
 from tarsus.model.scene import Provenance, Scene, Source
 
-__all__ = ["RESULT_FILES", "TAKEN", "identified_device", "summary_of", "write_identification"]
-
-TAKEN = "not told, taken"
-"""Verdict on a number that no record tells."""
+__all__ = ["RESULT_FILES", "identified_device", "summary_of", "write_identification"]
 
 RESULT_FILES = ("identified.toml", "identification.json", "draws.npz", "report.html")
 """Everything that an identification leaves in its folder, with its report."""

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tarsus.identify.flight import SUBSTEPS, Film, from_rest, observed, of_model
+from tarsus.identify.flight import SUBSTEPS, FilmConstants, from_rest, observed, of_model
 from tarsus.identify.foot import FootModel
 from tarsus.identify.traces import Trace
 from tarsus.identify.volts import Volts
@@ -29,7 +29,7 @@ def calmed(model: FootModel, trace: Trace) -> Trace:
     force = Volts.of(trace.volts).force(model.law, model.history, 0, len(trace.volts))
     start = np.zeros(len(model.flow))
     start[: len(model.row)] = np.linalg.solve(model.stiffness, model.load) * force[0]
-    launch = from_rest(start[None], Film(0.0, 1.0).column(1), np.array([trace.gap]))
+    launch = from_rest(start[None], FilmConstants(0.0, 1.0).column(1), np.array([trace.gap]))
     seen, points = observed(model), len(model.points)
     flow = of_model(model, trace.step / SUBSTEPS)
     moved = flow.fly(launch, force[None], np.array([len(trace.time)]), seen[:points])[0].T

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
@@ -23,7 +23,6 @@ __all__ = [
     "StepResult",
     "Trouble",
     "Used",
-    "joined_samples",
 ]
 
 Floats = NDArray[np.float64]
@@ -87,8 +86,7 @@ class StepResult:
     SI; samples (ns, np): draws of the estimate over repeats, with what earlier steps do not know drawn along (draw
     i of every step of a chain belongs together); combinations: named functions of the parameters that the data
     determine better than each alone, as (value, draws (ns,), unit); residuals; used and left_out: the account of
-    the data; panels: for figures; notes: sentences; likelihood: log-likelihood of parameters (np,) given what the
-    other steps found, up to a constant, or None where it is not cheap; taken: paths among them that these data do not
+    the data; panels: for figures; notes: sentences; taken: paths among them that these data do not
     tell, whose values only go with the others; files: of which something was used; bounds: by path, ends [SI] that
     physics sets a parameter and these data do not exclude, infinite where the data set the end.
 
@@ -108,7 +106,6 @@ class StepResult:
     left_out: tuple[Excluded, ...] = ()
     panels: tuple[Panel, ...] = ()
     notes: tuple[str, ...] = ()
-    likelihood: Callable[[Floats], float] | None = None
     taken: tuple[str, ...] = ()
     files: frozenset[str] = frozenset()
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
@@ -175,22 +172,6 @@ class StepResult:
         if len(self.samples) < 2:
             return np.full(len(self.paths), np.nan)
         return np.std(self.samples, axis=0, ddof=1)
-
-
-def joined_samples(steps: Mapping[str, StepResult]) -> tuple[tuple[str, ...], Floats]:
-    """Paths (np,) and draws (ns, np) of several steps of one chain side by side, in their order.
-
-    Raises
-    ------
-    InputError
-        If two steps have different numbers of draws.
-    """
-    counts = {name: len(step.samples) for name, step in steps.items() if step.paths}
-    if len(set(counts.values())) > 1:
-        raise InputError(f"the steps have different numbers of draws: {counts}")
-    paths = tuple(path for step in steps.values() for path in step.paths)
-    drawn = [step.samples for step in steps.values() if step.paths]
-    return paths, np.concatenate(drawn, axis=1) if drawn else np.zeros((0, 0))
 
 
 class Trouble:

@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.events import CONTACT_BEGINS, EventKind
-from tarsus.identify.breakoff import BreakOffs, Fitted
+from tarsus.identify.breakoff import BreakOffs, FittedDetachments
 from tarsus.identify.foot import FootModel
 from tarsus.model.drive.waveforms import Waveform
 from tarsus.solve import simulate
 
-__all__ = ["Contacts", "seen_contacts", "simulated_contacts"]
+__all__ = ["ContactDurations", "seen_contacts", "simulated_contacts"]
 
 Floats = NDArray[np.float64]
 
@@ -32,7 +32,7 @@ _TRUST = 0.2
 
 
 @dataclass(frozen=True)
-class Contacts:
+class ContactDurations:
     """Durations (nr,) [s] of the contacts before break-offs and their standard errors; simulated (nr,): whether the
     last touchdown is a simulation's."""
 
@@ -41,14 +41,16 @@ class Contacts:
     simulated: NDArray[np.bool_]
 
 
-def seen_contacts(offs: BreakOffs, fitted: Fitted, foot: str) -> Contacts:
+def seen_contacts(offs: BreakOffs, fitted: FittedDetachments, foot: str) -> ContactDurations:
     """Contacts that begin where the record shows a foot standing still."""
-    return Contacts(fitted.duration, offs.beginnings(foot), np.zeros(len(fitted.duration), dtype=bool))
+    return ContactDurations(
+        fitted.duration, offs.beginnings(foot), np.zeros(len(fitted.duration), dtype=bool)
+    )
 
 
 def simulated_contacts(
-    model: FootModel, offs: BreakOffs, fitted: Fitted, signals: Mapping[str, Waveform]
-) -> Contacts:
+    model: FootModel, offs: BreakOffs, fitted: FittedDetachments, signals: Mapping[str, Waveform]
+) -> ContactDurations:
     """Contacts that begin with the last touchdown of a simulation, where it agrees with the record.
 
     Parameters
@@ -79,7 +81,7 @@ def simulated_contacts(
         duration[r] = released - begins[k]
         error[r] = np.hypot(released - ends[k], _TRUST * (begins[k] - begins[first]))
         simulated[r] = True
-    return Contacts(duration, error, simulated)
+    return ContactDurations(duration, error, simulated)
 
 
 def _contacts(model: FootModel, offs: BreakOffs, name: str, signal: Waveform) -> tuple[Floats, Floats]:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tarsus.base.errors import InputError
+from tarsus.fit.ranges import Range, range_of
 from tarsus.fit.verdict import LEVEL
 from tarsus.identify.coordinates import Coordinates
 from tarsus.identify.correlation import (
@@ -20,7 +21,6 @@ from tarsus.identify.correlation import (
     find_weight,
     left_over,
 )
-from tarsus.identify.ranges import Range, range_of_draws
 
 __all__ = [
     "Assessment",
@@ -190,8 +190,8 @@ def judge_samples(
     wanted = ties or Ties()
     ends = limits or {}
     ranges = tuple(
-        range_of_draws(
-            rows[:, j], coordinates.values[j], level=level, limits=ends.get(name, (-np.inf, np.inf))
+        range_of(
+            rows[:, j], value=coordinates.values[j], level=level, limits=ends.get(name, (-np.inf, np.inf))
         )
         for j, name in enumerate(coordinates.names)
     )
@@ -227,7 +227,7 @@ def _tied_draws(
             rival = abs(coordinates.values[j]) * left_over(u, j, powers, level) * (_MUCH if whole else 1.0)
         if left < rival:
             value = float(coordinates.values[j] + weight * coordinates.values[k])
-            total = range_of_draws(rows[:, j] + weight * rows[:, k], value, level=level)
+            total = range_of(rows[:, j] + weight * rows[:, k], value=value, level=level)
             return sum_of(coordinates, j, k, weight, total)
     if not products:
         return None
@@ -235,7 +235,7 @@ def _tied_draws(
     used = powers != 0.0
     value = float(np.prod(np.abs(coordinates.values[used]) ** powers[used]))
     drawn = value * np.exp(u[:, used] @ powers[used])
-    return product_of(coordinates, powers, range_of_draws(drawn, value, level=level), whole)
+    return product_of(coordinates, powers, range_of(drawn, value=value, level=level), whole)
 
 
 def known_tie(

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.identify.bounce import Bounces, Zeros
+from tarsus.fit.normal_equations import NormalEquations
+from tarsus.identify.bounce import Bounces
 from tarsus.identify.draws import DRAWS
 from tarsus.identify.foot import FootModel
 
@@ -25,15 +26,17 @@ Floats = NDArray[np.float64]
 class RecordZeros:
     """What is to be added to the displacements of each record's points.
 
-    record (ni,): number of each impact's record; values (nr, np) [m]; samples (draws, nr, np)."""
+    by_zero (ni, 2, nr np): change of departure and approach velocity of each impact with it [1/s]; values (nr, np)
+    [m]; samples (draws, nr, np); record (ni,): number of each impact's record."""
 
-    record: NDArray[np.intp]
+    by_zero: Floats
     values: Floats
     samples: Floats
+    record: NDArray[np.intp]
 
-    def moved(self, speeds: Floats, zeros: Zeros, values: Floats) -> Floats:
-        """Departure and approach velocities (ni, 2) for zeros (nr, np)."""
-        return speeds + np.einsum("rap,rp->ra", zeros.by_zero, values[self.record])
+    def moved(self, speeds: Floats, values: Floats) -> Floats:
+        """Departure and approach velocities (ni, 2) for offsets (nr, np)."""
+        return speeds + self.by_zero @ values.ravel()
 
 
 def known_zeros(model: FootModel, bounces: Bounces, level_error: float) -> Floats:
@@ -47,20 +50,21 @@ def known_zeros(model: FootModel, bounces: Bounces, level_error: float) -> Float
 
 
 def zeros_of_records(
-    model: FootModel, bounces: Bounces, zeros: Zeros, level_error: float, seed: int
+    model: FootModel, bounces: Bounces, equations: NormalEquations, level_error: float, seed: int
 ) -> RecordZeros:
-    """Least squares of all records together: each record's zeros are known to the error of its rest, the ground to that
-    of the level, and the impacts tell the rest."""
-    names, record = np.unique([one.trace for one in bounces.items], return_inverse=True)
-    count, points = len(names), len(model.points)
-    prior = known_zeros(model, bounces, level_error)
-    information, score = prior.copy(), np.zeros(count * points)
-    for r in range(count):
-        part, mine = slice(points * r, points * (r + 1)), record == r
-        information[part, part] += zeros.information[mine].sum(axis=0)
-        score[part] += zeros.score[mine].sum(axis=0)
-    covariance = np.linalg.inv(information)
-    values = covariance @ score
+    """Least squares of all records together: each record's offsets are known to the error of its rest, the ground to
+    that of the level, and the impacts tell the rest.
+
+    equations: of the impacts about the film and the offsets (`Bounces.about`); the film is known.
+    """
+    record = np.unique([one.trace for one in bounces.items], return_inverse=True)[1]
+    information, score = equations.reduced()
+    covariance = np.linalg.inv(information[:, 2:, 2:].sum(axis=0) + known_zeros(model, bounces, level_error))
+    values = covariance @ score[:, 2:].sum(axis=0)
     random = np.random.default_rng([seed, 19])
     drawn = random.multivariate_normal(values, 0.5 * (covariance + covariance.T), DRAWS, method="cholesky")
-    return RecordZeros(record, values.reshape(count, points), drawn.reshape(DRAWS, count, points))
+    shape = -1, len(model.points)
+    by_zero = -np.linalg.solve(equations.own, equations.across)[:, [-1, -2], 2:]
+    return RecordZeros(
+        by_zero, values.reshape(shape), drawn.reshape(DRAWS, *values.reshape(shape).shape), record
+    )

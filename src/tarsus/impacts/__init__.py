@@ -4,16 +4,16 @@ from tarsus.impacts.alignment import Alignment, align, subtract
 from tarsus.impacts.detection import detect_impacts, plain_figures
 from tarsus.impacts.estimates import Spread, common_ratio, spread
 from tarsus.impacts.force import estimate_forces, impact_forces
-from tarsus.impacts.gate import Verdict, residual_gate
-from tarsus.impacts.impact_map import ImpactMapEstimate, Window, estimate_impact_map
+from tarsus.impacts.gate import GateVerdict, residual_gate
+from tarsus.impacts.impact_map import FitWindow, ImpactMapEstimate, estimate_impact_map
 from tarsus.impacts.shapes import compare_with_modes, normalised
 
 __all__ = [
     "Alignment",
+    "FitWindow",
+    "GateVerdict",
     "ImpactMapEstimate",
     "Spread",
-    "Verdict",
-    "Window",
     "align",
     "common_ratio",
     "compare_with_modes",

@@ -125,6 +125,8 @@ def _parts(y: Floats, x: Floats, cov: Floats, ratio: float, scatter: float) -> t
 
 
 def _solve(y: Floats, x: Floats, cov: Floats, scatter: float) -> float:
+    """Root of the score. It is no least squares: weights and supports move with the ratio, and taking their slopes along
+    would pull the ratio towards zero."""
     ratio = float(np.sum(x * y) / np.sum(x * x))
     for _ in range(_ROUNDS):
         residual, support, weight = _parts(y, x, cov, ratio, scatter)

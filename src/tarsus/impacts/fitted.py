@@ -14,7 +14,7 @@ from tarsus.impacts.detection import Impacts
 from tarsus.impacts.free import FreeResponse, ImpactFit, fit_impact
 from tarsus.records.measurement import Measurement
 
-__all__ = ["FittedImpacts", "Window", "fit_impacts", "joined", "usable"]
+__all__ = ["FitWindow", "FittedImpacts", "fit_impacts", "joined", "usable"]
 
 Floats = NDArray[np.float64]
 
@@ -23,7 +23,7 @@ _AIR_ORDER = 5
 
 
 @dataclass(frozen=True)
-class Window:
+class FitWindow:
     """How impacts are fitted and which of them count.
 
     cycles: length of the fit on either side at most, in periods of the structure's highest mode; fewest: samples on
@@ -75,7 +75,7 @@ def fit_impacts(
     share: float,
     zero: Floats,
     repeat: int,
-    window: Window,
+    window: FitWindow,
 ) -> FittedImpacts:
     """Fit every impact that has room on both sides.
 
@@ -120,7 +120,7 @@ def _link(start: int, uses: Floats, next_start: int, next_uses: Floats) -> Float
 
 
 def _best_fit(
-    free: FreeResponse, samples: Floats, earlier: int, window: Window
+    free: FreeResponse, samples: Floats, earlier: int, window: FitWindow
 ) -> tuple[ImpactFit, int] | None:
     """The interval between two samples, of three, that the impact fits into best, and its number."""
     best = None
@@ -195,7 +195,7 @@ def joined(parts: Sequence[FittedImpacts]) -> FittedImpacts:
     return FittedImpacts(*(np.concatenate([getattr(part, name) for part in parts]) for name in _FIELDS))
 
 
-def usable(fitted: FittedImpacts, foot: int, window: Window) -> FittedImpacts:
+def usable(fitted: FittedImpacts, foot: int, window: FitWindow) -> FittedImpacts:
     """Impacts between free motions, clear of the noise, that turn an approach."""
     clear = np.abs(fitted.change[:, foot]) > window.clarity * np.sqrt(
         fitted.covariance[:, 1 + foot, 1 + foot]

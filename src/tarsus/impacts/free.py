@@ -161,7 +161,8 @@ def fit_impact(free: FreeResponse, samples: Floats, earlier: int, smeared: int =
     """Fit the free motion before and after an impact that lies between two samples.
 
     The unknowns are the state before (2n), the change of the velocities (n) and the instant; the problem is linear but
-    for the instant, which is found by Gauss-Newton.
+    for the instant, which is found by Gauss-Newton. Its steps are those of a pseudo-inverse: fewer points than modes
+    leave directions of the state unseen, which normal equations, that square the condition, would take for seen.
 
     Parameters
     ----------

@@ -8,7 +8,7 @@ import numpy as np
 
 from tarsus.impacts.alignment import Alignment
 
-__all__ = ["GAIN_LIMIT", "RESIDUAL_LIMIT", "Verdict", "residual_gate"]
+__all__ = ["GAIN_LIMIT", "RESIDUAL_LIMIT", "GateVerdict", "residual_gate"]
 
 RESIDUAL_LIMIT = 0.10
 """Largest root mean square residual over signal before contact that passes, all channels together [1]."""
@@ -18,7 +18,7 @@ GAIN_LIMIT = 0.05
 
 
 @dataclass(frozen=True)
-class Verdict:
+class GateVerdict:
     """Whether a repeat passes, and why not in one sentence each; limits: those it was judged by."""
 
     accepted: bool
@@ -32,7 +32,7 @@ class Verdict:
 
 def residual_gate(
     alignment: Alignment, residual_limit: float = RESIDUAL_LIMIT, gain_limit: float = GAIN_LIMIT
-) -> Verdict:
+) -> GateVerdict:
     """Judge a repeat by what the aligned in-air record leaves of it before the first contact.
 
     A gain off one means that drive, structure or instrument changed between the records: the subtraction (3.27) has no
@@ -58,4 +58,4 @@ def residual_gate(
                 f"The repeat is rejected: channel '{name}' has a gain of {gain:.3f} against the in-air record, more "
                 f"than {gain_limit:.0%} off one."
             )
-    return Verdict(not reasons, tuple(reasons), residual_limit, gain_limit)
+    return GateVerdict(not reasons, tuple(reasons), residual_limit, gain_limit)

@@ -17,9 +17,9 @@ from tarsus.base.errors import InputError
 from tarsus.impacts.alignment import Alignment, align, delayed, subtract
 from tarsus.impacts.detection import Impacts, detect_impacts
 from tarsus.impacts.estimates import Spread, common_ratio
-from tarsus.impacts.fitted import FittedImpacts, Window, fit_impacts, joined, usable
+from tarsus.impacts.fitted import FittedImpacts, FitWindow, fit_impacts, joined, usable
 from tarsus.impacts.free import FreeResponse
-from tarsus.impacts.gate import RESIDUAL_LIMIT, Verdict, residual_gate
+from tarsus.impacts.gate import RESIDUAL_LIMIT, GateVerdict, residual_gate
 from tarsus.model.structure.base import Structure
 from tarsus.records.measurement import Measurement, Quantity
 
@@ -34,7 +34,7 @@ class Repeat:
     impacts found and those fitted (both None where the gate refused)."""
 
     alignments: tuple[Alignment, ...]
-    verdict: Verdict
+    verdict: GateVerdict
     impacts: Impacts | None = None
     fitted: FittedImpacts | None = None
 
@@ -73,7 +73,7 @@ def estimate_impact_map(
     structure: Structure,
     foot: str,
     before: float | None = None,
-    window: Window | None = None,
+    window: FitWindow | None = None,
     residual_limit: float = RESIDUAL_LIMIT,
 ) -> ImpactMapEstimate:
     """Restitution and impact column of a foot, from records near the ground and in the air.
@@ -90,7 +90,7 @@ def estimate_impact_map(
     before
         End of the part without contact [s]; by default, just before the first impact seen in each record.
     window
-        How impacts are fitted; the default `Window` if None.
+        How impacts are fitted; the default `FitWindow` if None.
     residual_limit
         Of the gate; noise counts as residual, so that records noisier than 20 dB need a wider one.
 
@@ -104,7 +104,7 @@ def estimate_impact_map(
     if not closes or not airs:
         raise InputError("expected at least one record near the ground and one in the air")
     names = _used_channels(closes[0], structure, foot)
-    chosen = Window() if window is None else window
+    chosen = FitWindow() if window is None else window
     repeats = tuple(
         _repeat(one, i, airs, names, structure, foot, before, chosen, residual_limit)
         for i, one in enumerate(closes)
@@ -153,7 +153,7 @@ def _repeat(
     structure: Structure,
     foot: str,
     before: float | None,
-    window: Window,
+    window: FitWindow,
     residual_limit: float,
 ) -> Repeat:
     close = close.select(names)
@@ -189,7 +189,7 @@ def _repeat(
     return Repeat(alignments, verdicts[0], impacts, fitted)
 
 
-def _first_contact(close: Measurement, foot: str, window: Window) -> float:
+def _first_contact(close: Measurement, foot: str, window: FitWindow) -> float:
     """A time [s] safely before the first impact seen in a record."""
     first = int(detect_impacts(close, foot).after[0])
     return close.start + close.step * (first - 2 * window.fewest)

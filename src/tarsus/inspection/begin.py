@@ -11,8 +11,8 @@ from typing import Literal, get_args
 
 from tarsus.base.errors import InputError
 from tarsus.files.library import load_scene
-from tarsus.files.store import write_text
 from tarsus.files.toml import scene_text
+from tarsus.files.whole import write_text
 from tarsus.identify.campaign import guessed_purpose
 from tarsus.inspection.show import together
 from tarsus.records.readers import read_measurement

@@ -5,12 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tarsus.measure.measure import Caution, CautionKind, Measure
-from tarsus.measure.segments import Floats
-from tarsus.measure.windows import WindowedHistories
+
+if TYPE_CHECKING:
+    from tarsus.measure.segments import Floats
+    from tarsus.measure.windows import WindowedHistories
 
 HIGHEST = 0.1
 """Part of the flights that are the highest ones: those that a reader of a figure sees first."""
@@ -39,9 +42,9 @@ def cautions(
             texts = _uncounted(*one), _low(*one, measures["peak"].per_foot[name])
             high |= {name: texts[0]} if texts[0] else {}
             low |= {name: texts[1]} if texts[1] else {}
-        for kind, told in ((CautionKind.HIGHEST_UNCOUNTED, high), (CautionKind.COUNTED_LOW, low)):
-            for name, text in list(told.items())[:1]:
-                others = "" if len(told) == 1 else f"; likewise {len(told) - 1} of the other feet"
+        for kind, cautioned in ((CautionKind.HIGHEST_UNCOUNTED, high), (CautionKind.COUNTED_LOW, low)):
+            for name, text in list(cautioned.items())[:1]:
+                others = "" if len(cautioned) == 1 else f"; likewise {len(cautioned) - 1} of the other feet"
                 rule = f"height {counting.words()['height']}, dwell {counting.words()['dwell']}"
                 found.append(Caution(kind, f"Foot {name}: {text} ({rule}){others}."))
     if periods and count < FEWEST:

@@ -17,7 +17,7 @@ RESOLUTION = 1e-7
 """Height [m] that a flight must clear to be seen: the resolution of the source's vibrometer."""
 DWELL = 5e-4
 """Length [s] that the contact before a flight must stay below for it to be a bounce. Captures that let go by themselves
-last 40 to 70 us, and an instrument sees in them one blow; contacts that a drive holds last about half its period. This
+last 40 to 70 us, and an instrument sees one impact in them; contacts that a drive holds last about half its period. It
 lies ten times above the first, and a tenth of the period five times below the second."""
 DWELL_SHARE = 0.1
 """The same as a part of the drive period, where that is shorter."""
@@ -55,7 +55,7 @@ class Counting:
         )
 
     def words(self) -> dict[str, str]:
-        """Height and dwell for a sentence; a dwell that differs from run to run is told from least to most."""
+        """Height and dwell for a sentence; a dwell that differs from run to run is given from least to most."""
         ends = dict.fromkeys(f"{edge * 1e3:.4g}" for edge in (np.min(self.dwell), np.max(self.dwell)))
         return {"height": f"{self.height * 1e6:.4g} um", "dwell": f"{' to '.join(ends)} ms"}
 
@@ -265,7 +265,7 @@ class EventHistories:
 
     @cached_property
     def flights(self) -> Flights:
-        """Flights, told by the events that begin and end them."""
+        """Flights, by the events that begin and end them."""
         kind, time, own, first = self._kind, self._time, self._own, self._rows[1]
         starts = (kind == BOUNCE) | (kind == RELEASE)
         contact = self._impact | (kind == CONTACT_AT_START)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,9 @@ from tarsus.base.messages import nearest
 from tarsus.files.summary import measures_summary
 from tarsus.measure.history import Counting
 from tarsus.measure.segments import Floats, Rows, sums
-from tarsus.tables.table import Table
+
+if TYPE_CHECKING:
+    from tarsus.tables.table import Table
 
 RENAMED = {"all_rebounds": "total_rebounds_any_height"}
 """Measures that had another name once."""
@@ -236,7 +239,7 @@ def of_feet(
 ) -> Measured:
     """A measure of the feet of nr runs from their moments, those of foot f of run r at number ``r m + f``.
 
-    The scope tells of several feet whether it is their mean or that of the worst foot, the one with the largest mean.
+    The scope says of several feet whether it is their mean or that of the worst foot, the one with the largest mean.
     """
     m = len(feet)
     count = found.count.reshape(runs, m)

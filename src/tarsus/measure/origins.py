@@ -1,13 +1,14 @@
 """Which numbers of its events a measure of a run is made of: its derivatives by them.
 
 Flights, contacts and knots take their numbers from single events. A second history of the same run, in which every time
-is the number of its event, tells from which. Where a measure has a kink or a jump within a run's error, it has none.
+is the number of its event, says from which. Where a measure has a kink or a jump within a run's error, it has none.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +17,11 @@ from tarsus.measure.history import PERIOD_MARK, EventHistories
 from tarsus.measure.measure import Moments, Scope
 from tarsus.measure.periods import PER_WINDOW
 from tarsus.measure.segments import Floats, Rows, largest, sums
-from tarsus.measure.table import Judgement
 from tarsus.measure.whole import WHOLE_RUN
-from tarsus.measure.windows import WindowedHistories
+
+if TYPE_CHECKING:
+    from tarsus.measure.table import Judgement
+    from tarsus.measure.windows import WindowedHistories
 
 __all__ = ["TOGETHER", "EventSlopes", "event_slopes"]
 
@@ -42,7 +45,7 @@ class _Kink(Exception):
 
 @dataclass(frozen=True)
 class _EventOrigins:
-    """What a run's feet did, and by which events: there the times are numbers of events from 1 on, 0 where none tells.
+    """What a run's feet did, and by which events: there times are numbers of events from 1 on, 0 where there is none.
 
     slopes: derivatives (ne,) of the measure by fields of the events.
     """
@@ -101,10 +104,10 @@ def event_slopes(judgement: Judgement, name: str, *, together: bool = False) -> 
     """Derivatives of a measure of one run by fields of its events, period marks included, and by the drive period; SI
     units, of the measure by those of the field. None where they are not known of it, and near a kink or a jump.
     together: whether an event that is at the edge of a period to rounding moves with it, as what a drive's own edge
-    lets happen does while that edge stays where it is in the period.
+    brings about does while that edge stays where it is in the period.
 
     They are those of the measure's definition, where it has one there; what it selects (the largest, flights above a
-    height) stays selected. With all times the measure grows like a power of them: that tells the last derivative.
+    height) stays selected. With all times the measure grows like a power of them: that gives the last derivative.
     """
     table, seen = judgement.table, judgement.seen
     rule = _OF_WINDOWS.get(name) or _OF_RUNS.get(name)
@@ -126,120 +129,127 @@ def event_slopes(judgement: Judgement, name: str, *, together: bool = False) -> 
     columns = {one: np.asarray(events[one]) for one in ("foot", "kind", "speed_before", "apex")}
     columns |= {"time": numbers, "apex_time": numbers, "gap_integral": numbers}
     by = EventHistories(columns, table.first, np.zeros(1), range(len(table.feet)), len(table.feet))
-    told = _EventOrigins(seen, by, judgement.height, float(judgement.spans[0]), together)
+    origins = _EventOrigins(seen, by, judgement.height, float(judgement.spans[0]), together)
     weights = np.where(np.isfinite(values), share[own] / np.maximum(moments.count[own], 1), 0.0)
     try:
-        rule(told, weights)
+        rule(origins, weights)
     except _Kink:
         return None
     marks = np.asarray(events["kind"]) == PERIOD_MARK
-    by_time = told.slopes.get("time", np.zeros(len(marks)))
+    by_time = origins.slopes.get("time", np.zeros(len(marks)))
     by_time[marks] = 0.0
     value = float(np.where(share, share * np.nan_to_num(means), 0.0).sum())
-    period = (_POWERS.get(name, 0.0) * value - float(by_time @ events["time"])) / told.span
-    return EventSlopes(told.slopes, period if by_window else 0.0)
+    period = (_POWERS.get(name, 0.0) * value - float(by_time @ events["time"])) / origins.span
+    return EventSlopes(origins.slopes, period if by_window else 0.0)
 
 
-def _contact(told: _EventOrigins, weights: Floats) -> None:
-    windows = told.seen.windows
-    own, start, end = told.seen.flights.contacts(told.height)
-    _, begun, ended = told.by.flights.contacts(told.height)
+def _contact(origins: _EventOrigins, weights: Floats) -> None:
+    windows = origins.seen.windows
+    own, start, end = origins.seen.flights.contacts(origins.height)
+    _, begun, ended = origins.by.flights.contacts(origins.height)
     first, count = windows.first[own], windows.count[own]
     low, high = windows.edges[first], windows.edges[first + count]
     met = np.minimum(end, high) > np.maximum(start, low)
-    told.clear()
-    told.off_edges(own, start, begun == 0.0)
-    told.off_edges(own, end, ended == 0.0)
+    origins.clear()
+    origins.off_edges(own, start, begun == 0.0)
+    origins.off_edges(own, end, ended == 0.0)
     for times, events, moves, sign in ((start, begun, start > low, -1.0), (end, ended, end < high, 1.0)):
         some = np.flatnonzero(met & moves)
         k = np.minimum(windows.number(own[some], times[some]), count[some] - 1)
-        told.add("time", events[some], sign * weights[windows.cell[own[some]] + k])
+        origins.add("time", events[some], sign * weights[windows.cell[own[some]] + k])
 
 
-def _peak(told: _EventOrigins, weights: Floats) -> None:
-    tops = told.seen.histories.tops
-    told.off_edges(tops.own, tops.time, np.ones(len(tops.own), dtype=bool))
-    found, cell = told.seen.until(tops.own, tops.time)
-    told.add_largest("apex", cell, tops.value[found], tops.time[found], told.by.tops.time[found], weights)
-
-
-def _hardest(told: _EventOrigins, weights: Floats) -> None:
-    impacts = told.seen.histories.impacts
-    told.off_edges(impacts.own, impacts.time)
-    found, cell = told.seen.until(impacts.own, impacts.time)
-    told.add_largest(
-        "speed_before", cell, impacts.value[found], impacts.time[found], told.by.impacts.time[found], weights
+def _peak(origins: _EventOrigins, weights: Floats) -> None:
+    tops = origins.seen.histories.tops
+    origins.off_edges(tops.own, tops.time, np.ones(len(tops.own), dtype=bool))
+    found, cell = origins.seen.until(tops.own, tops.time)
+    origins.add_largest(
+        "apex", cell, tops.value[found], tops.time[found], origins.by.tops.time[found], weights
     )
 
 
-def _mean_apex(told: _EventOrigins, weights: Floats) -> None:
-    flights = told.seen.flights
-    hops = flights.hops(told.height)
-    told.clear()
-    told.off_edges(flights.own[hops], flights.apex_time[hops], np.ones(len(hops), dtype=bool))
-    found, cell = told.seen.inside(flights.own[hops], flights.apex_time[hops])
+def _hardest(origins: _EventOrigins, weights: Floats) -> None:
+    impacts = origins.seen.histories.impacts
+    origins.off_edges(impacts.own, impacts.time)
+    found, cell = origins.seen.until(impacts.own, impacts.time)
+    origins.add_largest(
+        "speed_before",
+        cell,
+        impacts.value[found],
+        impacts.time[found],
+        origins.by.impacts.time[found],
+        weights,
+    )
+
+
+def _mean_apex(origins: _EventOrigins, weights: Floats) -> None:
+    flights = origins.seen.flights
+    hops = flights.hops(origins.height)
+    origins.clear()
+    origins.off_edges(flights.own[hops], flights.apex_time[hops], np.ones(len(hops), dtype=bool))
+    found, cell = origins.seen.inside(flights.own[hops], flights.apex_time[hops])
     count = sums(cell, len(weights))
-    told.add("apex", told.by.flights.apex_time[hops][found], weights[cell] / count[cell])
+    origins.add("apex", origins.by.flights.apex_time[hops][found], weights[cell] / count[cell])
 
 
-def _mean_impact(told: _EventOrigins, weights: Floats) -> None:
-    impacts = told.seen.histories.impacts
-    told.off_edges(impacts.own, impacts.time)
-    found, cell = told.seen.inside(impacts.own, impacts.time)
+def _mean_impact(origins: _EventOrigins, weights: Floats) -> None:
+    impacts = origins.seen.histories.impacts
+    origins.off_edges(impacts.own, impacts.time)
+    found, cell = origins.seen.inside(impacts.own, impacts.time)
     count = sums(cell, len(weights))
-    told.add("speed_before", told.by.impacts.time[found], weights[cell] / count[cell])
+    origins.add("speed_before", origins.by.impacts.time[found], weights[cell] / count[cell])
 
 
-def _mean_height(told: _EventOrigins, weights: Floats) -> None:
-    windows, knots, by = told.seen.windows, told.seen.histories.knots, told.by.knots
+def _mean_height(origins: _EventOrigins, weights: Floats) -> None:
+    windows, knots, by = origins.seen.windows, origins.seen.histories.knots, origins.by.knots
     at_edges = np.zeros(len(windows.edges))
     np.add.at(at_edges, windows.begin + 1, weights / windows.lengths)
     np.add.at(at_edges, windows.begin, -weights / windows.lengths)
     own = np.repeat(np.arange(len(windows.count)), np.diff(windows.first))
     some = np.flatnonzero((at_edges != 0.0) & (np.diff(knots.first)[own] > 1))
     own, edges, at_edges = own[some], windows.edges[some], at_edges[some]
-    at, s, whole = told.seen.flights.share(knots, own, edges)
+    at, s, whole = origins.seen.flights.share(knots, own, edges)
     part = np.where(whole, s * s * (3.0 - 2.0 * s), s)
-    told.add("gap_integral", by.integral[at], at_edges * (1.0 - part))
-    told.add("gap_integral", by.integral[at + 1], at_edges * part)
+    origins.add("gap_integral", by.integral[at], at_edges * (1.0 - part))
+    origins.add("gap_integral", by.integral[at + 1], at_edges * part)
     length, between = knots.time[at + 1] - knots.time[at], (s > 0.0) & (s < 1.0)
     steep = np.where(whole, 6.0 * s * (1.0 - s), 1.0) * (knots.integral[at + 1] - knots.integral[at])
     by_part = np.divide(at_edges * steep, length, out=np.zeros(len(at)), where=between)
-    told.add("time", by.time[at], -by_part * (1.0 - s))
-    told.add("time", by.time[at + 1], -by_part * s)
+    origins.add("time", by.time[at], -by_part * (1.0 - s))
+    origins.add("time", by.time[at + 1], -by_part * s)
 
 
-def _highest(told: _EventOrigins, weights: Floats) -> None:
-    tops = told.seen.histories.tops
-    told.add_largest("apex", tops.own, tops.value, tops.time, told.by.tops.time, weights)
+def _highest(origins: _EventOrigins, weights: Floats) -> None:
+    tops = origins.seen.histories.tops
+    origins.add_largest("apex", tops.own, tops.value, tops.time, origins.by.tops.time, weights)
 
 
-def _longest(told: _EventOrigins, weights: Floats) -> None:
-    own, start, end = told.seen.flights.contacts(told.height)
-    _, begun, ended = told.by.flights.contacts(told.height)
-    told.clear()
-    told.add_largest("time", own, end - start, end, ended, weights)
-    told.add_largest("time", own, end - start, end, begun, -weights)
+def _longest(origins: _EventOrigins, weights: Floats) -> None:
+    own, start, end = origins.seen.flights.contacts(origins.height)
+    _, begun, ended = origins.by.flights.contacts(origins.height)
+    origins.clear()
+    origins.add_largest("time", own, end - start, end, ended, weights)
+    origins.add_largest("time", own, end - start, end, begun, -weights)
 
 
-def _count(told: _EventOrigins, weights: Floats) -> None:
+def _count(origins: _EventOrigins, weights: Floats) -> None:
     """What counts stays as it is: flights that clear the height, after contacts that are shorter than the dwell, which
     begin within a window."""
-    flights, counting = told.seen.flights, told.seen.counting
-    told.clear()
-    told.off_edges(flights.own, flights.start, flights.start == 0.0)
-    told.off_edges(told.seen.histories.impacts.own, told.seen.histories.impacts.time)
-    found = flights.seen(told.height)
+    flights, counting = origins.seen.flights, origins.seen.counting
+    origins.clear()
+    origins.off_edges(flights.own, flights.start, flights.start == 0.0)
+    origins.off_edges(origins.seen.histories.impacts.own, origins.seen.histories.impacts.time)
+    found = flights.seen(origins.height)
     stay = flights.start[found[1:]] - flights.end[found[:-1]]
     dwell = np.broadcast_to(counting.dwell, flights.until.shape)[flights.own[found[1:]]]
-    if (np.abs(stay - dwell) <= TOGETHER * told.span).any():
+    if (np.abs(stay - dwell) <= TOGETHER * origins.span).any():
         raise _Kink
 
 
 Rule = Callable[[_EventOrigins, Floats], None]
 _OF_WINDOWS: dict[str, Rule] = {
     "contact_duration": _contact,
-    "duty_factor": lambda told, weights: _contact(told, weights / told.seen.windows.lengths),
+    "duty_factor": lambda origins, weights: _contact(origins, weights / origins.seen.windows.lengths),
     "peak": _peak, "hardest_impact": _hardest, "mean_apex": _mean_apex, "impact_speed": _mean_impact,
     "mean_height": _mean_height,
     **dict.fromkeys(("bounces", "bounces_per_second", "rebounds", "impacts"), _count),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,9 +12,11 @@ from tarsus.base.errors import InputError
 from tarsus.measure.cautions import cautions
 from tarsus.measure.history import RESOLUTION, Counting, EventHistories, Histories
 from tarsus.measure.measure import Caution, Definition, Measure, Measured, Measures, Moments, Scope, of_feet
-from tarsus.measure.segments import Floats
 from tarsus.measure.table import Judged, Judgement, RunTable
 from tarsus.measure.windows import WindowedHistories, Windows
+
+if TYPE_CHECKING:
+    from tarsus.measure.segments import Floats
 
 
 def scene_period(scene: Any, duration: float) -> float:

@@ -11,12 +11,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tarsus.measure.segments import Floats
-from tarsus.model.drive.signal import Signal
-from tarsus.model.robot import Drive
+if TYPE_CHECKING:
+    from tarsus.measure.segments import Floats
+    from tarsus.model.drive.signal import Signal
+    from tarsus.model.robot import Drive
 
 __all__ = ["charging_energy", "rise_squares"]
 
@@ -65,16 +67,16 @@ def rise_squares(signal: Signal, edges: Floats) -> Floats:
 @lru_cache(maxsize=1024)
 def _rises(signal: Signal) -> _Rises:
     track = signal.track()
-    settles = track.periodic and track.loop > 0
+    loops_late = track.periodic and track.loop > 0
     if (
-        settles
+        loops_late
     ):  # through what comes once, then the first of what repeats, a period of it, and how that goes on
         track = track.twice().twice()
     volts = np.column_stack([track.first, track.last]).ravel()
     times = np.column_stack([track.start[:-1], track.start[1:]]).ravel()
     if not track.periodic:
         volts, times = np.append(0.0, volts), np.append(0.0, times)
-    elif not settles:  # from a lowest voltage on, once around
+    elif not loops_late:  # from a lowest voltage on, once around
         first = int(np.argmin(volts))
         volts = np.concatenate([volts[first:], volts[: first + 1]])
         times = np.concatenate([times[first:], times[: first + 1] + track.start[-1]])
@@ -84,7 +86,7 @@ def _rises(signal: Signal) -> _Rises:
     starts = np.flatnonzero(rising & ~np.append(False, rising[:-1]))
     ends = np.flatnonzero(~rising & np.append(False, rising[:-1]))
     when, square = times[ends], (volts[ends] - volts[starts]) ** 2
-    if settles:
+    if loops_late:
         end, slack = track.start[track.loop], 1e-12 * track.start[-1]
         whole = when <= end + slack
         when, square = when[whole], square[whole]

@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from tarsus.measure.history import RESOLUTION, Columns, Counting, EventHistories
-from tarsus.measure.segments import Floats, Rows
 from tarsus.measure.windows import WindowedHistories, Windows
+
+if TYPE_CHECKING:
+    from tarsus.measure.segments import Floats, Rows
 
 
 class Judged(Protocol):

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tarsus.measure.history import Counting, Flights, Histories
 from tarsus.measure.segments import Floats, Rows, firsts, largest, owners, places, sums
+
+if TYPE_CHECKING:
+    from tarsus.measure.history import Counting, Flights, Histories
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from tarsus.modes.circle import CircleFit, fit_mode_circle
 from tarsus.modes.frf import Estimator, Frf, estimate_frf
-from tarsus.modes.modal import IdentifiedMode, ModalFit, Verdict, identify_modes
+from tarsus.modes.modal import IdentifiedMode, ModalFit, ModeVerdict, identify_modes
 
 __all__ = [
     "CircleFit",
@@ -10,7 +10,7 @@ __all__ = [
     "Frf",
     "IdentifiedMode",
     "ModalFit",
-    "Verdict",
+    "ModeVerdict",
     "estimate_frf",
     "fit_mode_circle",
     "identify_modes",

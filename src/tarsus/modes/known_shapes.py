@@ -17,7 +17,7 @@ from scipy.stats import t
 from tarsus.base.errors import InputError
 from tarsus.modes.bootstrap import Basis, Interval
 from tarsus.modes.frf import Frf
-from tarsus.modes.modal import IdentifiedMode, ModalFit, Verdict
+from tarsus.modes.modal import IdentifiedMode, ModalFit, ModeVerdict
 
 __all__ = ["fit_known_shapes"]
 
@@ -226,16 +226,16 @@ def _mode(
             Interval(float(value), float(value - half), float(value + half), float(error * value), count)
         )
     frequency, damping = numbers
-    verdict, reason = Verdict.DETERMINED, ""
+    verdict, reason = ModeVerdict.DETERMINED, ""
     name = f"the mode at {frequency.value:.6g} Hz"
     if damping.high - damping.low >= damping.value or not 0.0 < zeta < 1.0:
-        verdict = Verdict.UNCERTAIN
+        verdict = ModeVerdict.UNCERTAIN
         reason = (
             f"{name} has no certain damping: the 95 % interval of its ratio is {damping.low:.2g} to "
             f"{damping.high:.2g}; average more"
         )
     elif 2.0 * zeta * frequency.value < line:
-        verdict = Verdict.UNDER_RESOLVED
+        verdict = ModeVerdict.UNDER_RESOLVED
         reason = f"{name} is under-resolved: its half-power band is below the line spacing; measure longer"
     turning = omega * np.sqrt(max(1.0 - zeta**2, 1e-12))
     residues = (shape / (2.0j * turning))[:, None]

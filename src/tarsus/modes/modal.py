@@ -19,7 +19,7 @@ from tarsus.modes.pole_search import candidate_poles, poles_of_parts, reach
 from tarsus.modes.refine import LocalFit, refine_pole
 from tarsus.records.measurement import FrequencyResponse
 
-__all__ = ["IdentifiedMode", "ModalFit", "Verdict", "identify_modes"]
+__all__ = ["IdentifiedMode", "ModalFit", "ModeVerdict", "identify_modes"]
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -34,7 +34,7 @@ _UNEXPLAINED = 0.3
 _TILTED = np.radians(45.0)
 
 
-class Verdict(Enum):
+class ModeVerdict(Enum):
     """Whether the responses determine a mode."""
 
     DETERMINED = "determined"
@@ -62,7 +62,7 @@ class IdentifiedMode:
     tilt: float
     collinearity: float
     orders: int
-    verdict: Verdict
+    verdict: ModeVerdict
     reason: str
     shifts: Complexes | None = None
 
@@ -101,7 +101,7 @@ class ModalFit:
     @property
     def refused(self) -> tuple[str, ...]:
         """A sentence for every mode that is not determined."""
-        return tuple(mode.reason for mode in self.modes if mode.verdict is not Verdict.DETERMINED)
+        return tuple(mode.reason for mode in self.modes if mode.verdict is not ModeVerdict.DETERMINED)
 
     @property
     def remarks(self) -> tuple[str, ...]:
@@ -308,28 +308,28 @@ def _mode(frf: Frf, fit: LocalFit, orders: int) -> IdentifiedMode:
     )
 
 
-def _judge(frequency: Interval, damping: Interval, line: float, resolving: float) -> tuple[Verdict, str]:
+def _judge(frequency: Interval, damping: Interval, line: float, resolving: float) -> tuple[ModeVerdict, str]:
     name = f"the mode at {frequency.value:.6g} Hz"
     band = 2.0 * abs(damping.value) * frequency.value
     if damping.value <= 0.0:
-        return Verdict.WRONG_WAY, (
+        return ModeVerdict.WRONG_WAY, (
             f"{name} turns the wrong way: its Nyquist curve runs anticlockwise, as with a damping ratio of "
             f"{damping.value:.2g}; look at the sign of the phase and at what else drives the structure"
         )
     if band < line:
-        return Verdict.UNDER_RESOLVED, (
+        return ModeVerdict.UNDER_RESOLVED, (
             f"{name} is under-resolved: its half-power band of {band:.2g} Hz is below the line spacing of {line:g} Hz; "
             "its frequency can be used, its damping cannot: measure longer"
         )
     if band < resolving * line:
-        return Verdict.UNDER_RESOLVED, (
+        return ModeVerdict.UNDER_RESOLVED, (
             f"{name} is under-resolved: its half-power band of {band:.2g} Hz is below {resolving:g} lines of "
             f"{line:g} Hz, so that the window makes it wider; its frequency can be used, its damping cannot: take "
             "longer segments"
         )
     if damping.high - damping.low >= damping.value:
-        return Verdict.UNCERTAIN, (
+        return ModeVerdict.UNCERTAIN, (
             f"{name} has no certain damping: the 95 % interval of its ratio, {damping.low:.2g} to {damping.high:.2g}, "
             "is wider than the ratio; average more"
         )
-    return Verdict.DETERMINED, ""
+    return ModeVerdict.DETERMINED, ""

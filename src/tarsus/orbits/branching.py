@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,11 +12,13 @@ from numpy.typing import NDArray
 from tarsus.base.errors import InputError
 from tarsus.base.spec import float_paths, get_value, with_values
 from tarsus.files.library import SceneLike, as_scene
-from tarsus.model.scene import Scene
 from tarsus.orbits.follow import Follower, Point
 from tarsus.orbits.orbit import Orbit, periodic
 from tarsus.orbits.special import specials, why_lost
 from tarsus.tables.table import Column, Table
+
+if TYPE_CHECKING:
+    from tarsus.model.scene import Scene
 
 __all__ = ["Branch", "BranchPoint", "branch"]
 

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tarsus.files.jsontext import json_text
 from tarsus.files.series import Variable, write_netcdf
-from tarsus.files.store import package_version, write_text
-from tarsus.orbits.branching import Branch
+from tarsus.files.version import package_version
+from tarsus.files.whole import write_text
+
+if TYPE_CHECKING:
+    from tarsus.orbits.branching import Branch
 
 __all__ = ["BRANCH_FILES", "branch_variables", "write_branch"]
 
@@ -35,8 +39,12 @@ def branch_variables(branch: Branch) -> dict[str, Variable]:
         "impacts": Variable(
             ("point",), np.array([one.impacts for one in orbits], dtype=float), {"units": "1"}
         ),
-        "hardest_impact": Variable(("point",), np.array([one.hardest_impact for one in orbits]), {"units": "m/s"}),
-        "highest_flight": Variable(("point",), np.array([one.highest_flight for one in orbits]), {"units": "m"}),
+        "hardest_impact": Variable(
+            ("point",), np.array([one.hardest_impact for one in orbits]), {"units": "m/s"}
+        ),
+        "highest_flight": Variable(
+            ("point",), np.array([one.highest_flight for one in orbits]), {"units": "m"}
+        ),
         "multiplier_real": Variable(("point", "multiplier"), np.real(multipliers).copy(), {"units": "1"}),
         "multiplier_imag": Variable(("point", "multiplier"), np.imag(multipliers).copy(), {"units": "1"}),
     }

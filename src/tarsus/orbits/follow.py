@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,12 +16,14 @@ from numpy.typing import NDArray
 from tarsus.base.errors import InputError
 from tarsus.base.events import EventKind
 from tarsus.base.spec import with_values
-from tarsus.model.scene import Scene
 from tarsus.orbits.orbit import CLOSED, Orbit
 from tarsus.orbits.returns import Returned, ReturnMap, middle_of_flight
 from tarsus.orbits.walking import WalkMap
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.simulate import Shared
+
+if TYPE_CHECKING:
+    from tarsus.model.scene import Scene
 
 __all__ = ["Follower", "Point", "sequence"]
 
@@ -76,7 +79,7 @@ class Follower:
 
     def map(self, at: float) -> ReturnMap:
         """The return map at a value of the parameter [SI]."""
-        return self.first.beside(self.scene, self.phase, {self.path: at}, self.shared)
+        return self.first.at_values(self.scene, self.phase, {self.path: at}, self.shared)
 
     def place(self, at: float, state: Floats, returns: ReturnMap) -> Floats:
         """Scaled unknowns (r + 1,) of a state and a parameter."""
@@ -121,10 +124,10 @@ class Follower:
         """By how much the return moves (2n,) with the parameter in units of its span, to the side on which its events
         are the same."""
         for part in (DIFFERENCE, -DIFFERENCE):
-            beside = self.map(at + part * self.span)(state, self.multiple)
-            if beside.kinds == back.kinds:
+            ahead = self.map(at + part * self.span)(state, self.multiple)
+            if ahead.kinds == back.kinds:
                 break
-        return (beside.state - back.state) / part
+        return (ahead.state - back.state) / part
 
     def _scene(self, at: float) -> Scene:
         return with_values(self.scene, {self.path: at})
@@ -160,7 +163,7 @@ class Follower:
 
 
 def sequence(orbit: Orbit) -> tuple[tuple[int, int], ...]:
-    """(foot, kind) of the events of a period that tell one motion from another, in order.
+    """(foot, kind) of the events of a period that distinguish one motion from another, in order.
 
     Bounces that accumulate to a rest are none of their own: how many of infinitely many are resolved says nothing.
     """

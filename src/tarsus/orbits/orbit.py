@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +20,6 @@ from tarsus.base.events import CONTACT_BEGINS, EVENT_WORDS, IMPACTS
 from tarsus.base.spec import with_values
 from tarsus.base.units import format_quantity
 from tarsus.files.library import SceneLike, as_scene
-from tarsus.model.scene import Scene
 from tarsus.model.structure.walker import Walker
 from tarsus.orbits.returns import (
     FINE,
@@ -32,16 +32,21 @@ from tarsus.orbits.returns import (
     return_map,
 )
 from tarsus.orbits.walking import WalkMap, walk_map
-from tarsus.solve import ResultCode, Run, simulate
+from tarsus.solve import simulate
+from tarsus.solve.codes import ResultCode
+from tarsus.solve.run import Run
 from tarsus.solve.window import Contacts
 from tarsus.tables.table import ROW, Column, Table
+
+if TYPE_CHECKING:
+    from tarsus.model.scene import Scene
 
 __all__ = ["Orbit", "converge", "periodic"]
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
-SETTLE = (40, 160, 640)
+TRANSIENTS = (40, 160, 640)
 """Drive periods that are simulated before an orbit is looked for, one after the other until it is found: what damping
 of a tenth a period leaves of a transient is 1e-4 after the first."""
 MOST_MULTIPLE = 8
@@ -226,7 +231,7 @@ def periodic(
     Raises
     ------
     InputError
-        For a multiple below 1, for drives without a common period, and where the motion after `SETTLE` drive periods
+        For a multiple below 1, for drives without a common period, and where the motion after `TRANSIENTS` periods
         still does not return: then it is chaotic, quasi-periodic or has a longer period.
     """
     scene = with_values(as_scene(scene), dict(values)) if values else as_scene(scene)
@@ -235,7 +240,7 @@ def periodic(
     walks = isinstance(scene.robot.structure, Walker)
     period = drive_period(scene)
     wanted = (multiple,) if multiple is not None else tuple(range(1, MOST_MULTIPLE + 1))
-    for count in SETTLE:
+    for count in TRANSIENTS:
         seconds = (count + MOST_MULTIPLE + 2) * period
         run = simulate(scene, seconds, replace(FINE, gap=1e-10))
         if not run.ok:
@@ -255,7 +260,7 @@ def periodic(
         if found is not None and (found.stable or multiple is not None):
             return _smallest(found)
     raise InputError(
-        [f"{scene.name}: no stable motion of period up to {max(wanted)} of the drive was found after {SETTLE[-1]} "
+        [f"{scene.name}: no stable motion of period up to {max(wanted)} of the drive was found after {TRANSIENTS[-1]} "
          "periods; it is chaotic, quasi-periodic or has a longer period"]
     )  # fmt: skip
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,15 +20,17 @@ from tarsus.base.errors import InputError
 from tarsus.base.events import CONTACT_BEGINS, EventKind
 from tarsus.base.spec import with_values
 from tarsus.model.drive.waveforms import Constant
-from tarsus.model.scene import Scene
 from tarsus.plan.lowering import Plan, lower_scene
 from tarsus.plan.slots import Rows, rows_for, rows_of, slot
-from tarsus.solve.codes import ResultCode
 from tarsus.solve.engine import Accuracy, ModeBook, book_of, execute, settings_of, structure_key
 from tarsus.solve.lanes import tangents
 from tarsus.solve.simulate import Shared
 from tarsus.solve.tangents import NO_FRICTION, DataTangents, Entering
 from tarsus.solve.window import Contacts, Window, simulate_window
+
+if TYPE_CHECKING:
+    from tarsus.model.scene import Scene
+    from tarsus.solve.codes import ResultCode
 
 __all__ = [
     "ReturnMap",
@@ -172,7 +175,7 @@ class ReturnMap:
         )
         return found.samples[0, :size] @ self.free
 
-    def beside(self, scene: Scene, phase: float, values: Mapping[str, float], shared: Shared) -> ReturnMap:
+    def at_values(self, scene: Scene, phase: float, values: Mapping[str, float], shared: Shared) -> ReturnMap:
         """The map with the same feet on the ground at a phase in drive periods, of a scene with values in place of some
         of its own. Raises InputError as `lower_scene` does."""
         return return_map(scene, phase, self.contacts, values, shared)

@@ -120,7 +120,7 @@ def _difference(before: Point, after: Point) -> tuple[str, str]:
 def why_lost(point: Point) -> tuple[str, str] | None:
     """Kind and words of what ends a branch at a point; None where nothing is seen.
 
-    An orbit grazes where a foot in flight comes as near to the ground, or lands as slowly, as rounding tells.
+    An orbit grazes where a foot in flight comes as near to the ground, or lands as slowly, as rounding resolves.
     """
     orbit = point.orbit
     if _slowest(point) < GRAZING_SPEED:

@@ -12,13 +12,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.events import EventKind
-from tarsus.model.scene import Scene
 from tarsus.orbits.returns import (
     HORIZON,
     Returned,
@@ -34,10 +33,13 @@ from tarsus.plan.lowering import Plan, lower_scene
 from tarsus.plan.slots import rows_of
 from tarsus.solve.engine import tables_of
 from tarsus.solve.lanes import Tangents, walk_tangents
-from tarsus.solve.run import Run
-from tarsus.solve.simulate import Shared
 from tarsus.solve.tangents import DataTangents, Entering
 from tarsus.solve.window import Contacts, Window, simulate_window
+
+if TYPE_CHECKING:
+    from tarsus.model.scene import Scene
+    from tarsus.solve.run import Run
+    from tarsus.solve.simulate import Shared
 
 __all__ = ["WalkMap", "walk_map"]
 
@@ -55,7 +57,7 @@ class WalkMap(ReturnMap):
     stuck: tuple[int, ...] = ()
     aging: tuple[int, ...] = ()
 
-    def beside(self, scene: Scene, phase: float, values: Mapping[str, float], shared: Shared) -> WalkMap:
+    def at_values(self, scene: Scene, phase: float, values: Mapping[str, float], shared: Shared) -> WalkMap:
         """The map with the same feet on the ground, of a scene with values in place of some of its own."""
         plan, rows, period, horizon = varied(scene, values, shared)
         assert plan.legs is not None
@@ -74,9 +76,9 @@ class WalkMap(ReturnMap):
         start = self.start + _quiet(events, 0.0, span)
         at = self._at(state)
         held = dict(zip(at.held, at.since or (), strict=True))
-        told = events.copy()
-        told["time"] += self.start
-        for event in told[told["time"] <= start]:
+        logged = events.copy()
+        logged["time"] += self.start
+        for event in logged[logged["time"] <= start]:
             follow_contact(held, event)
         found = self.window(state, [start]).states
         anew = set(events["foot"][events["kind"] == EventKind.RELEASE].tolist())

@@ -5,8 +5,8 @@ run, or carry derivatives, go the one way that those of a single run go (`tarsus
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,12 +15,14 @@ from tarsus.base.dual import Dual, slope_of, value_of
 from tarsus.base.errors import InputError
 from tarsus.base.spec import Description, get_value, with_values
 from tarsus.model.drive.lower import lower_track
-from tarsus.model.drive.pieces import Channels, Pieces
-from tarsus.model.drive.signal import Signal
 from tarsus.model.drive.track import NoSlopeError, Track, joined
 from tarsus.model.drive.waveforms import Constant
-from tarsus.model.scene import Drive, Scene
 from tarsus.plan.lowering import Kind, distinct, slot
+
+if TYPE_CHECKING:
+    from tarsus.model.drive.pieces import Channels, Pieces
+    from tarsus.model.drive.signal import Signal
+    from tarsus.model.scene import Drive, Scene
 
 __all__ = ["Course", "Sloped", "SlopedDrive", "drive_courses", "felt", "sloped_drives"]
 
@@ -37,6 +39,10 @@ class Course:
     volts: Channels | None
     which: Ints
     periods: Floats
+
+    def of_runs(self, runs: Ints) -> Course:
+        """What it does in some of the runs; the channels stay."""
+        return replace(self, which=self.which[runs], periods=self.periods[runs])
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
 from itertools import accumulate
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,13 +22,14 @@ from tarsus.model.drive.pieces import Channels, Pieces
 from tarsus.model.laws.base import Law, SmoothLaw
 from tarsus.model.laws.impact_map import Body, MassWeighted
 from tarsus.model.laws.landing import PullAsPrinted
-from tarsus.model.laws.program import Program
 from tarsus.model.laws.translate import translate
-from tarsus.model.robot import Robot
-from tarsus.model.scene import Ground, Scene
-from tarsus.model.standing import equilibrium
 from tarsus.model.structure import Walker
-from tarsus.model.structure.base import Matrices
+
+if TYPE_CHECKING:
+    from tarsus.model.laws.program import Program
+    from tarsus.model.robot import Robot
+    from tarsus.model.scene import Ground, Scene
+    from tarsus.model.structure.base import Matrices
 
 
 def without_native(of: Any) -> dict[str, Any]:
@@ -170,6 +171,8 @@ def lower_scene(scene: Scene, drive: Callable[..., tuple[Pieces, Pieces]] = lowe
     n = system.mass.shape[0]
     initial = np.zeros(2 * n)
     if scene.initial.standing is not None:
+        from tarsus.model.standing import equilibrium
+
         initial[:n] = equilibrium(scene, driven=scene.initial.standing.driven)
     if scene.initial.displacement is not None:
         initial[:n] = scene.initial.displacement

@@ -15,8 +15,8 @@ from tarsus.base.spec import float_paths
 from tarsus.identify.assessment import assessed, law_slopes
 from tarsus.identify.chain import Identification
 from tarsus.identify.heldout import Comparison
-from tarsus.identify.result import TAKEN
 from tarsus.identify.step import StepResult
+from tarsus.identify.tables import TAKEN
 from tarsus.identify.verdict import Assessment, Determined
 from tarsus.records.excluded import Excluded
 from tarsus.report import identify_figures, modal_figures
@@ -124,10 +124,13 @@ def _step(found: Identification, step: StepResult) -> dict[str, Any]:
     plates = []
     if step.name == "resonances" and found.resonances is not None:
         fit = found.resonances.fit
-        plates = [modal_figures.stabilisation(fit), modal_figures.nyquist(fit), modal_figures.synthesis(fit)]
+        plates = [
+            [modal_figures.stabilisation(fit), modal_figures.synthesis(fit)],
+            [modal_figures.nyquist(fit)],
+        ]
     if step.panels:
         caption = f"{step.name.capitalize()}: measured (points) and fitted (lines)."
-        plates.append(identify_figures.panels(step.panels, caption))
+        plates.append([identify_figures.panels(step.panels, caption)])
     return {
         "name": step.name, "what": _WHAT.get(step.name, ""), "used": step.used, "left_out": _by_reason(step.left_out),
         "notes": step.notes, "plates": plates, "residuals": _residuals(step), "count": len(step.residuals),

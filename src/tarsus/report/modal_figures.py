@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from tarsus.modes.modal import IdentifiedMode, ModalFit, Verdict
+from tarsus.modes.modal import IdentifiedMode, ModalFit, ModeVerdict
 from tarsus.records.measurement import Quantity
 from tarsus.report.pages import Plate
-from tarsus.report.sheet import Sheet, few_ticks, plate
+from tarsus.report.sheet import QUARTER, Sheet, few_ticks, plate
 from tarsus.report.style import BLUE, INK, MUTED, RULE, VERMILION, decimate, scale_of
 
 MOST_CURVES = 9
@@ -35,7 +35,7 @@ def stabilisation(fit: ModalFit) -> Plate:
             hertz = pole[inside & chosen].imag / (2.0 * np.pi)
             axes.plot(hertz, order[inside & chosen], ".", ms=2.2, color=color, label=label, zorder=2)
         for mode in fit.modes:
-            broken = "-" if mode.verdict is Verdict.DETERMINED else (0, (4, 3))
+            broken = "-" if mode.verdict is ModeVerdict.DETERMINED else (0, (4, 3))
             axes.axvline(mode.frequency.value, color=VERMILION, lw=0.8, ls=broken, zorder=1.5)
         axes.set_ylim(0.0, top + 1.0)
         axes.set_xlim(frequency[0], frequency[-1])
@@ -56,7 +56,7 @@ def nyquist(fit: ModalFit) -> Plate:
     modes = fit.modes[:MOST_CURVES]
 
     def draw(sheet: Sheet) -> None:
-        for axes, mode in zip(sheet.grid(len(modes), 1.75), modes, strict=True):
+        for axes, mode in zip(sheet.grid(len(modes), 1.6, width=QUARTER), modes, strict=True):
             measured, fitted = (one[:: max(1, len(one) // 250)] for one in _mobility(fit, mode))
             scale = scale_of(Quantity.VELOCITY.unit, np.abs(measured))
             axes.plot(

@@ -16,7 +16,8 @@ from PIL import Image
 from tarsus.base.errors import InputError
 from tarsus.base.units import format_quantity
 from tarsus.files.library import SceneLike, load_scene
-from tarsus.files.store import RunLike, read_run, written_whole
+from tarsus.files.store import RunLike, read_run
+from tarsus.files.whole import written_whole
 from tarsus.model.laws.userfile import laws_of
 from tarsus.model.scene import Scene
 from tarsus.model.structure import Walker

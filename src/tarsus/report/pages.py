@@ -19,7 +19,8 @@ from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
-from tarsus.files.store import package_version, write_text
+from tarsus.files.version import package_version
+from tarsus.files.whole import write_text
 from tarsus.tables.numbers import MISSING, amount, number, percent, spaced
 
 if TYPE_CHECKING:

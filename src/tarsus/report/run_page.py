@@ -23,7 +23,6 @@ from tarsus.report.pages import Plate, page, rendered, write_page
 from tarsus.report.player import walk_section
 from tarsus.report.points import points_section
 from tarsus.report.series import Series, Window, joined, series_of
-from tarsus.report.values import grouped, value_rows
 from tarsus.tables.numbers import MISSING, amount, spaced
 from tarsus.tables.table import Column, Table
 
@@ -171,10 +170,8 @@ def _events(run: RunLike) -> dict[str, Any]:
 
 
 def _values(run: RunLike) -> Table:
-    """Every number of the scene, with its source."""
-    rows = []
-    for row in grouped(value_rows(run.scene)):
-        source = Markup('<span class="tag {0}">{0}</span>').format(row.source) if row.source else None
-        unbroken = ", ".join(part.replace(" ", "\N{NO-BREAK SPACE}") for part in row.value.split(", "))
-        rows.append((f"{row.path}\n{row.of}" if row.of else row.path, unbroken, source, row.note or row.doc))
-    return Table("", ("path", "value", "source", "where it comes from"), rows)
+    """Every number of the scene, its source as a label."""
+    found: Table = run.scene.table()
+    label = Markup('<span class="tag {0}">{0}</span>')
+    rows = [(path, value, source and label.format(source), note) for path, value, source, note in found.rows]
+    return Table("", found.columns, rows)

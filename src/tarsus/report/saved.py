@@ -12,14 +12,15 @@ from matplotlib.figure import Figure
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
-from tarsus.files.store import written_whole
+from tarsus.files.whole import written_whole
 from tarsus.report.plot import MOST_LINES
-from tarsus.report.style import CYCLE, Scale, scale_of
+from tarsus.report.style import CYCLE, Scale, level_limits, scale_of
+from tarsus.tables.numbers import spaced
 
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["FORMATS", "blank", "figure_of", "offered", "write_figure"]
+__all__ = ["FORMATS", "blank", "draw_measure", "draw_series", "figure_of", "offered", "write_figure"]
 
 FORMATS = (".png", ".svg", ".pdf")
 """Endings of files that a figure is written as."""
@@ -80,7 +81,7 @@ def figure_of(
     if "time" in one.dims:
         if over is not None:
             raise InputError(f"'{name}' is a series over time: over is for measures of a batch or a sweep")
-        _series(axes, one, only)
+        draw_series(axes, one, only)
         return axes
     if only is not None:
         raise InputError(f"'{name}' is a measure: only is for series of a run")
@@ -89,11 +90,20 @@ def figure_of(
         raise InputError(f"'{name}' is one number: there is nothing to draw it over")
     if over is not None and over not in paths:
         raise InputError(f"nothing varies at '{over}'{nearest(over, paths)}")
+    draw_measure(axes, one, over)
+    return axes
+
+
+def draw_measure(axes: Axes, one: xarray.DataArray, over: str | None = None) -> None:
+    """A measure over a number that varies, the first one unless another is named; of a grid of two a map of both.
+
+    Raises InputError for a grid of more combinations than there are colours.
+    """
+    paths = [str(path) for path in one.coords if one[path].dims]
     if set(one.dims) <= set(paths) and len(one.dims) == 2 and over is None:
         _map(axes, one)
     else:
         _lines(axes, one, over or paths[0])
-    return axes
 
 
 def write_figure(axes: Axes, file: str | Path) -> Path:
@@ -114,7 +124,11 @@ def write_figure(axes: Axes, file: str | Path) -> Path:
     return path
 
 
-def _series(axes: Axes, one: xarray.DataArray, only: Sequence[str] | None) -> None:
+def draw_series(axes: Axes, one: xarray.DataArray, only: Sequence[str] | None) -> None:
+    """A series over time: one line, or those of the feet, points or drives named, else of the first six.
+
+    Raises InputError for names that it does not have.
+    """
     rest = [dim for dim in one.dims if dim != "time"]
     time = one["time"].values
     clock, size = scale_of("s", time), _scale(one, one.values)
@@ -135,7 +149,7 @@ def _series(axes: Axes, one: xarray.DataArray, only: Sequence[str] | None) -> No
                 color=CYCLE[number % len(CYCLE)], label=label,
             )  # fmt: skip
         axes.legend(frameon=False)
-    axes.set(xlabel=f"time ({clock.label})", ylabel=f"{_words(one)} ({size.label})")
+    axes.set(xlabel=clock.axis("time"), ylabel=size.axis(spaced(str(one.name))))
 
 
 def _lines(axes: Axes, one: xarray.DataArray, over: str) -> None:
@@ -145,7 +159,14 @@ def _lines(axes: Axes, one: xarray.DataArray, over: str) -> None:
     step = _scale(one[over], along)
     order = np.argsort(along)
     if one.dims == one[over].dims and over not in one.dims:  # scattered: every run has a value of each
-        axes.plot(along / step.step, one.values / size.step, ".", color=CYCLE[0])
+        alone = len([path for path in one.coords if one[path].dims]) == 1
+        axes.plot(
+            along[order] / step.step,
+            one.values[order] / size.step,
+            ".-" if alone else ".",
+            lw=0.9,
+            color=CYCLE[0],
+        )
     else:
         others = [str(dim) for dim in one.dims if dim != over]
         stacked = one.transpose(*others, over).values.reshape(-1, len(along))
@@ -172,7 +193,9 @@ def _lines(axes: Axes, one: xarray.DataArray, over: str) -> None:
         if others:
             axes.legend(frameon=False)
     axes.set_xscale(_spread(along))
-    axes.set(xlabel=f"{over} ({step.label})", ylabel=f"{_words(one)} ({size.label})")
+    axes.set(xlabel=step.axis(over), ylabel=size.axis(spaced(str(one.name))))
+    if limits := level_limits(one.values / size.step):
+        axes.set_ylim(*limits)
 
 
 def _map(axes: Axes, one: xarray.DataArray) -> None:
@@ -183,10 +206,10 @@ def _map(axes: Axes, one: xarray.DataArray) -> None:
     shown = axes.pcolormesh(
         _edges(alongs) / along.step, _edges(ups) / up.step, one.values[order] / size.step, shading="flat"
     )
-    axes.figure.colorbar(shown, ax=axes, label=f"{_words(one)} ({size.label})")
+    axes.figure.colorbar(shown, ax=axes, label=size.axis(spaced(str(one.name))))
     axes.set_xscale(_spread(alongs))
     axes.set_yscale(_spread(ups))
-    axes.set(xlabel=f"{columns} ({along.label})", ylabel=f"{rows} ({up.label})")
+    axes.set(xlabel=along.axis(columns), ylabel=up.axis(rows))
 
 
 def _edges(values: np.ndarray) -> np.ndarray:
@@ -207,14 +230,6 @@ def _spread(values: np.ndarray) -> str:
     return "log" if low > 0.0 and high >= DECADES * low else "linear"
 
 
-def _words(one: xarray.DataArray) -> str:
-    return str(one.name).replace("_", " ")
-
-
 def _scale(one: xarray.DataArray, values: np.ndarray) -> Scale:
-    """A prefix for the unit of a series or measure that bears one; counts and shares stay as they are."""
-    unit = str(one.attrs.get("units", "1"))
-    finite = values[np.isfinite(values)] if values.size else values
-    if unit == "1" or unit.startswith("kg") or not len(finite):
-        return Scale(1.0, unit)
-    return scale_of(unit, finite)
+    """A prefix for the unit of a series or measure that bears one."""
+    return scale_of(str(one.attrs.get("units", "1")), values)

@@ -22,10 +22,13 @@ from matplotlib.ticker import MaxNLocator
 from tarsus.report.pages import Plate
 from tarsus.report.style import INK, MUTED, themed
 
-__all__ = ["Sheet", "few_ticks", "figure_style", "plate", "to_svg"]
+__all__ = ["QUARTER", "WIDTH", "Sheet", "few_ticks", "figure_style", "plate", "to_svg"]
 
 WIDTH = 3.7
 """Width of a panel [inch]: where it is 330 px wide, a third of a page or a phone, letters of 8 pt are 10 px high."""
+
+QUARTER = 2.8
+"""The same where it is 220 px wide, a quarter of a page: they have few words."""
 
 BELOW, LEGEND_ROW = 0.5, 0.19
 """Room for the words of a panel's horizontal axis, and for a row of a legend [inch]."""

@@ -5,9 +5,12 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from tarsus.solve.batch import Batch, simulate_batch
+from tarsus.files.ledger import Ledger
+from tarsus.solve.batch import simulate_batch
+from tarsus.solve.codes import ResultCode
 from tarsus.solve.engine import Accuracy
-from tarsus.solve.run import Ledger, ResultCode, Run
+from tarsus.solve.results import Batch
+from tarsus.solve.run import Run
 from tarsus.solve.session import Session
 from tarsus.solve.simulate import simulate
 

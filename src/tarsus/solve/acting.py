@@ -5,14 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.core import _native
-from tarsus.model.laws.base import Law
 from tarsus.plan.lowering import Plan, program_of
-from tarsus.plan.slots import Rows
+
+if TYPE_CHECKING:
+    from tarsus.model.laws.base import Law
+    from tarsus.plan.slots import Rows
 
 Floats = NDArray[np.float64]
 

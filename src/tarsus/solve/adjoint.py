@@ -7,6 +7,7 @@ run's data, is multiplied with the data's derivatives by the numbers asked for. 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,12 +15,14 @@ from numpy.typing import NDArray
 from tarsus.core import _native, nodes
 from tarsus.core.modes import NODES, ModeBook
 from tarsus.model.drive.pieces import TERMS
-from tarsus.plan.lowering import Plan
-from tarsus.plan.slots import Rows
-from tarsus.solve.engine import RawRuns
 from tarsus.solve.lanes import Doubt
-from tarsus.solve.tangents import DataTangents, Entering
 from tarsus.solve.window import Contacts
+
+if TYPE_CHECKING:
+    from tarsus.plan.lowering import Plan
+    from tarsus.plan.slots import Rows
+    from tarsus.solve.engine import RawRuns
+    from tarsus.solve.tangents import DataTangents, Entering
 
 __all__ = ["Seeds", "swept"]
 
@@ -49,7 +52,7 @@ def swept(
     """Derivatives (P,) of a number by the directions along which a run's data are known to move, and flags: event,
     reason, number of a direction or -1 for all.
 
-    None where the run cannot be gone through backwards: feet that land at one moment hand blows on to each other.
+    None where the run cannot be gone through backwards: feet that land at one moment hand impacts on to each other.
     """
     data, row = given.data, given.row
     count = len(given.paths)

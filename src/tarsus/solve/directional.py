@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,11 +12,15 @@ from numpy.typing import NDArray
 from tarsus.base.events import EventKind
 from tarsus.base.spec import get_value, with_values
 from tarsus.core.arrays import E_APEX, E_FOOT, E_KIND, E_TIME
-from tarsus.measure import TOGETHER, Judgement, RunTable, event_slopes, measured, periods_used
 from tarsus.measure.history import RESOLUTION
-from tarsus.model.scene import Scene
+from tarsus.measure.origins import TOGETHER, event_slopes
+from tarsus.measure.table import Judgement, RunTable, periods_used
+from tarsus.measure.walking import measured
 from tarsus.plan.slots import Kind, slot
 from tarsus.solve.codes import EVENT_TYPE, event_order, structured_events, structured_marks
+
+if TYPE_CHECKING:
+    from tarsus.model.scene import Scene
 
 __all__ = [
     "EventDerivatives",
@@ -32,6 +37,7 @@ Floats = NDArray[np.float64]
 
 _NAMES = EVENT_TYPE.names or ()
 STEPS = np.array([-2.0, -1.0, 0.0, 1.0, 2.0])
+"""Where the values of a difference are, in steps; with these weights its error is of fourth order."""
 _WEIGHTS = np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / 12.0
 MOVED = 0.02
 """Part of an interval by which events move at most: none changes places with another, or with the edge of a period."""
@@ -41,6 +47,7 @@ the stencil leaves 1e-14 then."""
 WAY = 1e-5
 """Part of themselves that a walker's strides change by at most: costs per way bend by twice as much."""
 _ONE_SIDE = np.array([1.5, -2.0, 0.5])
+"""Weights of a difference of second order from a value to one side."""
 KINK = 1e-4
 """Part by which differences of second order to both sides must differ for a kink or a jump: of a smooth measure that is
 the square of what it bends by over `LARGEST`, or over the `MOVED` part of a flight that a window cuts."""

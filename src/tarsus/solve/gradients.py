@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -15,8 +16,10 @@ from tarsus.base.errors import InputError
 from tarsus.base.events import EventKind
 from tarsus.core.arrays import E_APEX, E_APEX_TIME, E_FOOT, E_KIND, E_TIME
 from tarsus.core.replay import SampledStates
-from tarsus.measure import PER_WINDOW, WHOLE_RUN, RunTable, no_measure
-from tarsus.model.scene import Scene
+from tarsus.measure.measure import no_measure
+from tarsus.measure.periods import PER_WINDOW
+from tarsus.measure.table import RunTable
+from tarsus.measure.whole import WHOLE_RUN
 from tarsus.solve.acting import Acting
 from tarsus.solve.codes import EVENT_TYPE, apex_rows, event_order, structured_events, structured_marks
 from tarsus.solve.directional import EventDerivatives, Ways, directional_slopes, measure_slopes, table_of
@@ -28,6 +31,9 @@ from tarsus.solve.run import Run, increasing
 from tarsus.solve.simulate import Shared, kept, prepared
 from tarsus.solve.tangents import Direction, Entering, directions_of, entering
 from tarsus.solve.window import Contacts
+
+if TYPE_CHECKING:
+    from tarsus.model.scene import Scene
 
 __all__ = ["Gradient", "GradientBatch", "GradientRun", "gradient_run"]
 
@@ -207,7 +213,7 @@ class GradientRun(Run):
 
         return self._gradient(*directional_slopes(self._log, values))
 
-    def told_along(
+    def gradient_along(
         self, slopes: Callable[[EventDerivatives], tuple[Floats, npt.NDArray[np.bool_]]]
     ) -> Gradient:
         """Derivatives by path of a number from what a function finds along those of the events."""
@@ -257,9 +263,11 @@ class GradientRun(Run):
         )
 
     def _gradient(self, values: Floats, kinked: npt.NDArray[np.bool_], *, energy: bool = False) -> Gradient:
-        return self.told_of(values, kinked, [self._reasons(p, energy=energy) for p in range(len(self.paths))])
+        return self.gradient_from(
+            values, kinked, [self._reasons(p, energy=energy) for p in range(len(self.paths))]
+        )
 
-    def told_of(
+    def gradient_from(
         self, values: Floats, kinked: npt.NDArray[np.bool_], doubts: Sequence[Sequence[tuple[int, int]]]
     ) -> Gradient:
         """The gradient of a number from its derivatives (P,), where it has a kink (P,), and event and reason of the

@@ -9,10 +9,10 @@ import numpy as np
 
 from tarsus.base.spec import float_paths
 from tarsus.files.series import Variable
-from tarsus.measure import Measure, Measured
 from tarsus.solve.codes import ResultCode
 
 if TYPE_CHECKING:
+    from tarsus.measure import Measure, Measured
     from tarsus.solve.results import Batch
 
 __all__ = ["batch_variables", "measure_variables", "outcome_variable"]

@@ -6,17 +6,19 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.core import _native, nodes
 from tarsus.core.modes import NODES, ModeBook
-from tarsus.plan.lowering import Plan
 from tarsus.solve.engine import Accuracy, RawRuns, settings_of, tables_of
 from tarsus.solve.tangents import LANES, Entering
 from tarsus.solve.window import Contacts
+
+if TYPE_CHECKING:
+    from tarsus.plan.lowering import Plan
 
 __all__ = ["Doubt", "Tangents", "tangents", "walk_tangents"]
 
@@ -137,16 +139,16 @@ def walk_tangents(
     when = np.zeros(0) if times is None else np.array(times, dtype=float)
     others = [
         (one.legs.native, tables_of(one, duration), weight, p)
-        for p, plans in given.beside.items()
+        for p, plans in given.perturbed.items()
         for one, weight in plans
         if one.legs is not None
     ]
 
     def engine(first: int) -> Sequence[Any]:
-        beside = [(*one, p - first) for *one, p in others if first <= p < first + LANES]
+        perturbed = [(*one, p - first) for *one, p in others if first <= p < first + LANES]
         return _native.tangents_legged(
             legs.native, tables, NODES, given.row.signals, plan.laws.native, laws, given.row, settings, when, account,
-            start, given.data.lanes(first), min(LANES, len(given.paths) - first), beside,
+            start, given.data.lanes(first), min(LANES, len(given.paths) - first), perturbed,
         )  # fmt: skip
 
     nb = len(legs.body.body_mass)

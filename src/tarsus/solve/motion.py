@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +15,10 @@ from tarsus.core import replay
 from tarsus.core.modes import contact_mode
 from tarsus.core.replay import Integrals, SampledStates
 from tarsus.plan.lowering import without_native
-from tarsus.solve.acting import Acting
 from tarsus.solve.engine import Accuracy, RawRuns, RawWalks, walk
+
+if TYPE_CHECKING:
+    from tarsus.solve.acting import Acting
 
 Floats = NDArray[np.float64]
 

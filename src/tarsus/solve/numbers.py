@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.events import EventKind
 from tarsus.core.arrays import E_APEX, E_APEX_TIME, E_INTEGRAL, E_KIND, E_TIME
-from tarsus.core.replay import SampledStates
-from tarsus.measure import RESOLUTION, TOGETHER
+from tarsus.measure.history import RESOLUTION
+from tarsus.measure.origins import TOGETHER
 from tarsus.solve.adjoint import Seeds
 from tarsus.solve.codes import EVENT_TYPE, event_order, structured_events
 from tarsus.solve.directional import (
@@ -24,6 +25,9 @@ from tarsus.solve.directional import (
     measure_slopes,
     row_slopes,
 )
+
+if TYPE_CHECKING:
+    from tarsus.core.replay import SampledStates
 
 __all__ = ["STATES", "NumberOf", "measure_seeds", "number_seeds"]
 
@@ -198,9 +202,9 @@ def _event_places(
     for n, group in enumerate(groups):
         when = float(time[group[0]])
         rooms = [LARGEST * when, MOVED * abs(when - round(when / log.period) * log.period)]
-        beside = [groups[k][0] for k in (n - 1, n + 1) if 0 <= k < len(groups)]
+        neighbours = [groups[k][0] for k in (n - 1, n + 1) if 0 <= k < len(groups)]
         rooms += [
-            MOVED * abs(time[k] - when) for k in beside if events["foot"][k] == events["foot"][group[0]]
+            MOVED * abs(time[k] - when) for k in neighbours if events["foot"][k] == events["foot"][group[0]]
         ]
         step = min(
             (float(room) for room in rooms if room > MOVED * TOGETHER * log.period), default=LARGEST * log.end

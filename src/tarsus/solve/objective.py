@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tarsus.files.library import SceneLike
 from tarsus.solve.adjoint import swept
 from tarsus.solve.codes import structured_events
 from tarsus.solve.directional import STEPS, EventDerivatives, directional_slopes
@@ -17,6 +17,9 @@ from tarsus.solve.gradients import Gradient, GradientRun
 from tarsus.solve.numbers import STATES, NumberOf, measure_seeds, number_seeds
 from tarsus.solve.run import increasing
 from tarsus.solve.simulate import RECORDED, simulate
+
+if TYPE_CHECKING:
+    from tarsus.files.library import SceneLike
 
 __all__ = ["gradient"]
 
@@ -104,7 +107,7 @@ def _parts(run: GradientRun, objective: str | NumberOf, times: Floats | None) ->
     count = len(backwards.paths)
     doubts = [[(event, reason) for event, reason, of in flags if of in (-1, p)] for p in range(count)]
     jumps = backwards.entered.data.period[0].astype(bool) & np.isinf(seeds.period)
-    out = [backwards.told_of(values, jumps, doubts)]
+    out = [backwards.gradient_from(values, jumps, doubts)]
     return [*out, _forwards(run.along(sorted(forwards)), objective, times)] if forwards else out
 
 
@@ -125,4 +128,4 @@ def _forwards(run: GradientRun, objective: str | NumberOf, times: Floats | None)
             )
         return np.array(out)
 
-    return run.told_along(lambda log: directional_slopes(log, values))
+    return run.gradient_along(lambda log: directional_slopes(log, values))

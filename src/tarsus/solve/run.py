@@ -15,23 +15,24 @@ from tarsus.base.errors import InputError
 from tarsus.base.events import EventKind
 from tarsus.base.spec import with_values
 from tarsus.base.units import parse_quantity
-from tarsus.files.ledger import Ledger
 from tarsus.files.summary import run_summary
-from tarsus.measure import Measures, measures_of
-from tarsus.model.scene import Scene
-from tarsus.plan.lowering import Plan
+from tarsus.measure.measure import Measures
+from tarsus.measure.walking import measures_of
 from tarsus.solve import shown
 from tarsus.solve.codes import CLOSED, ResultCode, structured_events, structured_marks, without_marks
-from tarsus.solve.engine import Accuracy, Log
-from tarsus.tables.table import Table
 
 if TYPE_CHECKING:
     import xarray
 
     from tarsus.core.replay import SampledStates
+    from tarsus.files.ledger import Ledger
     from tarsus.files.series import Variable
+    from tarsus.model.scene import Scene
+    from tarsus.plan.lowering import Plan
+    from tarsus.solve.engine import Accuracy, Log
     from tarsus.solve.motion import Motion
     from tarsus.solve.series import Series
+    from tarsus.tables.table import Table
 
 SMALL = 0.3
 """Angle [rad] up to which a walker's geometry is linear, to about 5 %."""

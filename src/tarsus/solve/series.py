@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.events import CONTACT_BEGINS, EventKind, FootState
-from tarsus.core.replay import SampledStates
 from tarsus.files.ledger import Ledger
 from tarsus.model.laws.base import AdhesionLaw, Law
 from tarsus.solve import acting
 
 if TYPE_CHECKING:
+    from tarsus.core.replay import SampledStates
     from tarsus.model.scene import Scene
     from tarsus.solve.motion import Way
     from tarsus.solve.run import Run
@@ -155,7 +155,7 @@ def _contacts(events: NDArray[np.void], law: Law) -> tuple[Floats, Floats]:
 
 
 def event_losses(run: Run, time: Floats) -> dict[str, Floats]:
-    """Energies that blows and captures have taken by the sample times [J]."""
+    """Energies that impacts and captures have taken by the sample times [J]."""
     events = run.events
     passed = np.searchsorted(np.maximum.accumulate(events["time"]), time, side="right")
     adhesion = np.concatenate([[0.0], np.cumsum(events["adhesion_energy"])])

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
 from tarsus.files.library import SceneLike, as_scene
-from tarsus.model.scene import Scene
 from tarsus.plan.slots import Place, slots
 from tarsus.solve.batch import Batch, simulate_batch
-from tarsus.solve.engine import Accuracy
-from tarsus.solve.run import Run
 from tarsus.solve.simulate import Shared, changed_run, seconds_of
+
+if TYPE_CHECKING:
+    from tarsus.model.scene import Scene
+    from tarsus.solve.engine import Accuracy
+    from tarsus.solve.run import Run
 
 __all__ = ["Session"]
 

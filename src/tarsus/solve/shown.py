@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tarsus.base.errors import InputError
-from tarsus.model.scene import Scene
 from tarsus.tables.table import ROW, Column, Table
 
 if TYPE_CHECKING:
+    from tarsus.model.scene import Scene
     from tarsus.solve.results import Batch
     from tarsus.solve.run import Run
 

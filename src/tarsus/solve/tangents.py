@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,11 +18,13 @@ from tarsus.base.spec import get_value, with_values
 from tarsus.core import _native
 from tarsus.core.modes import LinearSystem, ModeBook, derived_mode
 from tarsus.model.drive.pieces import TERMS
-from tarsus.model.scene import Scene
 from tarsus.model.standing import equilibrium
 from tarsus.plan.channels import SlopedDrive, sloped_drives
 from tarsus.plan.lowering import Plan, lower_legs, lower_system, pack
 from tarsus.plan.slots import Rows, bears, check_bounds, rows_for, slot, unit_of
+
+if TYPE_CHECKING:
+    from tarsus.model.scene import Scene
 
 __all__ = [
     "DataTangents",
@@ -106,10 +108,10 @@ class Stencil:
             scene, {path: self.base[path] + float(place) * w for path, w in self.direction.items()}
         )
 
-    def slope(self, own: Floats, beside: Sequence[Floats]) -> Floats:
+    def slope(self, own: Floats, perturbed: Sequence[Floats]) -> Floats:
         """Derivative of values; exactly zero of those that stay as they are."""
         return sum(
-            (w * (one - own) for w, one in zip(self.weights[1:], beside, strict=True)), np.zeros_like(own)
+            (w * (one - own) for w, one in zip(self.weights[1:], perturbed, strict=True)), np.zeros_like(own)
         )
 
 
@@ -129,6 +131,7 @@ def _differences_of(order: int) -> tuple[tuple[Floats, Floats], ...]:
 
 
 _STENCILS = {order: _differences_of(order) for order in (4, 8)}
+"""By their order: of fourth for data, of eighth for a structure's arrays, see the steps above."""
 
 
 @dataclass(frozen=True)
@@ -177,15 +180,15 @@ class DataTangents:
 class Entering:
     """What enters a run: its row of data, and derivatives of that along the directions ``paths``.
 
-    structure: derivatives of the structure's arrays, by the number of a direction that changes it; beside: of a walker
-    the plans beside its own along such a direction, each with its weight in the difference.
+    structure: derivatives of the structure's arrays, by the number of a direction that changes it; perturbed: of a
+    walker the plans of perturbed copies along such a direction, each with its weight in the difference.
     """
 
     paths: tuple[str, ...]
     row: Rows
     data: DataTangents
     structure: Mapping[int, LinearSystem] = field(default_factory=dict)
-    beside: Mapping[int, tuple[tuple[Plan, float], ...]] = field(default_factory=dict)
+    perturbed: Mapping[int, tuple[tuple[Plan, float], ...]] = field(default_factory=dict)
     made: dict[int, Any] = field(default_factory=dict, compare=False, repr=False)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -205,8 +208,10 @@ class Entering:
             return self
         parts = {name: getattr(self.data, name)[..., numbers] for name in self.data.__dataclass_fields__}
         kept = {k: self.structure[p] for k, p in enumerate(numbers) if p in self.structure}
-        beside = {k: self.beside[p] for k, p in enumerate(numbers) if p in self.beside}
-        return Entering(tuple(self.paths[p] for p in numbers), self.row, DataTangents(**parts), kept, beside)
+        perturbed = {k: self.perturbed[p] for k, p in enumerate(numbers) if p in self.perturbed}
+        return Entering(
+            tuple(self.paths[p] for p in numbers), self.row, DataTangents(**parts), kept, perturbed
+        )
 
 
 NO_FRICTION = (
@@ -255,14 +260,14 @@ def entering(
             if any(bears(scene, path) for path in moved):
                 stencil = Stencil.of(scene, moved, STEP, plan)
                 data.initial[..., p] += _standing(scene, plan, stencil)
-    beside = {p: _walkers(scene, plan, one, data.initial[..., p]) for p, one in changed.items()}
-    return Entering(tuple(found), row, data, structure, beside)
+    perturbed = {p: _walkers(scene, plan, one, data.initial[..., p]) for p, one in changed.items()}
+    return Entering(tuple(found), row, data, structure, perturbed)
 
 
 def _walkers(
     scene: Scene, plan: Plan, direction: Direction, initial: Floats
 ) -> tuple[tuple[Plan, float], ...]:
-    """The plans of a walker beside its own along a direction that changes its structure, with their weights; where it
+    """The plans of a walker's perturbed copies along a direction that changes its structure, with weights; where it
     begins standing, the derivative of its initial state (2n,) takes in that it stands otherwise."""
     stencil = Stencil.of(scene, direction, STEP)
     changed = [stencil.scene(scene, float(place)) for place in stencil.places]
@@ -339,7 +344,7 @@ def _drop_rounding(data: DataTangents, row: Rows) -> None:
 def _stepped(
     scene: Scene, plan: Plan, directions: Sequence[Direction], duration: float
 ) -> tuple[list[Stencil], Rows]:
-    """The stencils along directions of data, and rows of a run and of those beside it, four for each direction."""
+    """The stencils along directions of data, and rows of a run and of its perturbed copies, four for each direction."""
     steps = [Stencil.of(scene, one, STEP, plan) for one in directions]
     base = {path: value for one in steps for path, value in one.base.items()}
     columns = {path: np.full(1 + 4 * len(steps), value) for path, value in base.items()}
@@ -399,13 +404,13 @@ def _structure_slope(scene: Scene, plan: Plan, direction: Direction) -> LinearSy
 def _differences(
     rows: Rows, row: Rows, stencils: Sequence[Stencil], paths: Sequence[str], terms: int
 ) -> DataTangents:
-    """Derivatives of a row, the first of the rows, from the four beside it for every path."""
+    """Derivatives of a row, the first of the rows, from its four perturbed copies for every path."""
     weights = np.array([one.weights[1:] for one in stencils])
 
     def slopes(values: Floats) -> Floats:
         """Of values (1 + 4 P, ...), as (..., P): exactly zero of those that stay as they are."""
-        beside = (values[1:] - values[0]).reshape(*weights.shape, *values.shape[1:])
-        return np.einsum("pk,pk...->...p", weights, beside)
+        perturbed = (values[1:] - values[0]).reshape(*weights.shape, *values.shape[1:])
+        return np.einsum("pk,pk...->...p", weights, perturbed)
 
     out = DataTangents.none(row, len(stencils), terms)
     signals, first, here = rows.signals, np.asarray(rows.signals.first), np.asarray(row.signals.first)

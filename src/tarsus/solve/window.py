@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -14,12 +15,14 @@ from tarsus.base.errors import InputError
 from tarsus.core import _native
 from tarsus.core.modes import ModeBook
 from tarsus.core.replay import SampledStates, sample
-from tarsus.plan.lowering import Plan
 from tarsus.plan.slots import Rows, rows_of
 from tarsus.solve.acting import Acting
 from tarsus.solve.codes import ResultCode, structured_events, without_marks
 from tarsus.solve.engine import RECORDED, Accuracy, book_of, execute, tables_of, walk
 from tarsus.solve.motion import unpacked
+
+if TYPE_CHECKING:
+    from tarsus.plan.lowering import Plan
 
 __all__ = ["Contacts", "Window", "simulate_window"]
 

@@ -1,4 +1,4 @@
-"""How fast the engine is here, after checking that it is right: reference problems P1 and P2, hysteresis, start.
+"""How fast the engine is here, after checking that it is right: reference problems P1 and P2, and a fresh process.
 
 P1: a chain of n masses pulled by a square voltage falls with its tip on the ground, bounces, sticks and tears off;
 every impact time is known. P2: the chain of two for 4096 pairs of restitution and film. `benchmarks/README.md` says
@@ -23,7 +23,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.events import IMPACTS
-from tarsus.files.library import load_scene
 from tarsus.model.drive.laws import LinearForce
 from tarsus.model.drive.waveforms import Square
 from tarsus.model.laws import Adhesion, Film, Restitution
@@ -33,7 +32,6 @@ from tarsus.plan.lowering import Plan, lower_scene
 from tarsus.plan.slots import rows_of
 from tarsus.solve.batch import simulate_batch
 from tarsus.solve.engine import Accuracy, book_of, execute
-from tarsus.solve.seeds import foot_statistics
 
 Floats = NDArray[np.float64]
 Progress = Callable[[int, int, str], None]
@@ -193,22 +191,13 @@ def run_bench(progress: Progress | None = None, repeats: int = 25) -> dict[str, 
     dict
         flat. `p1_n2_ms`, `p1_n6_ms`, `p1_n32_ms`: CPU milliseconds per simulated second, with `*_wrong` of
         `*_impacts` and `*_setup_ms` for lowering the scene and its first run; `p2_runs_per_s` on one thread,
-        `p2_wrong` of `p2_runs`; `hysteresis_square_ms` and `hysteresis_sine_ms` per simulated second of a beam
-        behind a hysteretic actuator, and their ratio; `hexapod_us_per_impact`: a bouncing hexapod of six modes with
-        its own impact map, `hexapod_ratio`: that against an impact of P1 with 6 masses, `hexapod_seeds_per_s`: random
-        initial states of 1 s each with their statistics, wall clock on all cores; `first_run_s`: first
-        run in a fresh process, `start_s`: that whole process; versions.
+        `p2_wrong` of `p2_runs`; `first_run_s`: first run in a fresh process, `start_s`: that whole process; versions.
     """
     tell = progress or (lambda done, total, what: None)
     result: dict[str, Any] = {}
     stages: list[tuple[str, Callable[[], dict[str, Any]]]] = [
         *((f"P1, {n} masses", partial(_chain_figures, n, repeats)) for n in SIZES),
         ("P2, 4096 runs", _pair_figures),
-        ("hysteresis", partial(_hysteresis_figures, repeats)),
-        (
-            "bouncing robot",
-            lambda: _robot_figures(repeats, result["p1_n6_ms"] * horizon(6) / result["p1_n6_impacts"]),
-        ),
         ("a fresh process", _start_figures),
     ]
     for stage, (what, figures) in enumerate(stages):
@@ -252,34 +241,6 @@ def _pair_figures(repeats: int = 3) -> dict[str, Any]:
     return {"p2_runs_per_s": count / min(s for _, s in made), "p2_wrong": wrong, "p2_runs": count}
 
 
-def _hysteresis_figures(repeats: int, duration: float = 1.0) -> dict[str, Any]:
-    found = {}
-    for wave in ("square", "sine"):
-        plan = lower_scene(load_scene(_scene_file("hysteresis"), volts=8.0, hz=50.0, wave=wave))
-        book = book_of(plan, duration)
-        execute(plan, duration, book=book, accuracy=ACCURACY)
-        best, _ = fastest(lambda: execute(plan, duration, book=book, accuracy=ACCURACY), repeats)  # noqa: B023
-        found[f"hysteresis_{wave}_ms"] = best * 1e3 / duration
-    return {**found, "hysteresis_ratio": found["hysteresis_sine_ms"] / found["hysteresis_square_ms"]}
-
-
-def _robot_figures(repeats: int, chain_ms_per_impact: float, seeds: int = 64) -> dict[str, Any]:
-    scene = load_scene(_scene_file("hexapod"))
-    plan, duration = lower_scene(scene), 1.0
-    book = book_of(plan, duration)
-    raw = execute(plan, duration, book=book)
-    best, _ = fastest(lambda: execute(plan, duration, book=book), repeats)
-    impacts = int(_IS_IMPACT[raw.events[:, 2].astype(int)].sum())
-    start = time.perf_counter()
-    foot_statistics(scene, seeds, duration=0.8, settle=0.2)
-    return {
-        "hexapod_us_per_impact": best * 1e6 / impacts,
-        "hexapod_ratio": best * 1e3 / impacts / chain_ms_per_impact,
-        "hexapod_impacts": impacts,
-        "hexapod_seeds_per_s": seeds / (time.perf_counter() - start),
-    }
-
-
 _FIRST_RUN = """
 import sys
 import time
@@ -297,13 +258,14 @@ def _start_figures() -> dict[str, float]:
     runs = []
     for _ in range(3):
         start = time.perf_counter()
-        command = [sys.executable, "-c", _FIRST_RUN, str(_scene_file("hysteresis"))]
+        command = [sys.executable, "-c", _FIRST_RUN, str(scene_file("hysteresis"))]
         done = subprocess.run(command, capture_output=True, text=True, check=True)
         runs.append((float(done.stdout), time.perf_counter() - start))
     return {"first_run_s": min(first for first, _ in runs), "start_s": min(whole for _, whole in runs)}
 
 
-def _scene_file(name: str) -> Path:
+def scene_file(name: str) -> Path:
+    """A scene that is timed: `hysteresis` or `hexapod`."""
     return Path(str(_data() / f"{name}.toml"))
 
 

@@ -13,7 +13,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.spec import float_paths
 from tarsus.files.runstore import COLLECTED_FILE, RunStore, store_sentence
 from tarsus.files.series import Put, Variable, blank, write_netcdf
-from tarsus.files.store import package_version
+from tarsus.files.version import package_version
 from tarsus.solve.labelled import measure_variables, outcome_variable
 from tarsus.solve.offered import offered
 from tarsus.study.axes import Floats, Grid

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +16,7 @@ from tarsus.study.studyfile import frozen_texts
 from tarsus.study.sweep import Sweep
 from tarsus.study.workunit import work_unit
 
-__all__ = ["UnitPlan", "open_store", "runs_per_unit", "values_of"]
+__all__ = ["open_store", "runs_per_unit", "values_of"]
 
 ENDS = 64
 """Runs at either end of a plan whose values are part of its digest: any other points differ there."""
@@ -27,28 +26,6 @@ TRIED = 0.25
 
 MOST_TRIED = 4096
 """Runs tried at most: enough of even the cheapest ones."""
-
-
-@dataclass(frozen=True)
-class UnitPlan:
-    """Units of work: number of runs, and runs in a unit."""
-
-    runs: int
-    chunk: int
-
-    @property
-    def units(self) -> int:
-        """Number of units."""
-        return -(-self.runs // self.chunk)
-
-    def part(self, unit: int) -> slice:
-        """The runs of unit ``unit``."""
-        return slice(unit * self.chunk, min((unit + 1) * self.chunk, self.runs))
-
-    def size(self, unit: int) -> int:
-        """Number of runs of a unit."""
-        part = self.part(unit)
-        return part.stop - part.start
 
 
 def values_of(sweep: Sweep) -> list[Floats]:
@@ -99,8 +76,8 @@ def _rounded(value: float) -> int:
 
 def open_store(
     sweep: Sweep, folder: Path, *, resume: bool, texts: Mapping[str, str] | None = None
-) -> tuple[RunStore, UnitPlan]:
-    """The store of a sweep and its units; where others have begun it, their units count.
+) -> RunStore:
+    """The store of a sweep; where others have begun it, their units count.
 
     `texts` are the sweep's frozen ones, from whoever has them already.
 
@@ -110,9 +87,7 @@ def open_store(
         As `RunStore.open` and `runs_per_unit`.
     """
     begun = resume and (folder / PLAN_FILE).exists()
-    own = UnitPlan(sweep.runs, sweep.runs if begun else runs_per_unit(sweep))
-    store = RunStore.open(
+    return RunStore.open(
         folder, texts if texts is not None else frozen_texts(sweep), resume=resume, values=values_of(sweep),
-        units=own.units, chunk=own.chunk, runs=sweep.runs,
+        runs=sweep.runs, chunk=sweep.runs if begun else runs_per_unit(sweep),
     )  # fmt: skip
-    return store, UnitPlan(sweep.runs, store.chunk)

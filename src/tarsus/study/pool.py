@@ -1,33 +1,35 @@
-"""Who does the units of a sweep: threads of this process, or any executor, whose processes may be on other machines."""
+"""Units of a sweep on the workers of any executor, whose processes may be on other machines."""
 
 from __future__ import annotations
 
+import contextlib
 import os
 import socket
 import tempfile
+import time
 import zlib
-from collections.abc import Mapping
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from collections import Counter, deque
+from collections.abc import Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.base.workers import places
+from tarsus.files.memo import Arrays
 from tarsus.files.runstore import RunStore, digest_of
 from tarsus.files.version import versions
 from tarsus.solve.simulate import Shared
-from tarsus.study.layout import UnitPlan, values_of
+from tarsus.study.layout import values_of
+from tarsus.study.progress import Progress
 from tarsus.study.studyfile import frozen_sweep, frozen_texts
 from tarsus.study.sweep import Sweep
 from tarsus.study.workunit import work_unit
 
-__all__ = ["Remote", "Threads", "WorkerPool"]
-
-Arrays = dict[str, np.ndarray]
+__all__ = ["WorkerPool"]
 
 AHEAD = 3
 """Units handed to an executor for each of its workers: one at work, and enough that none waits for the next one."""
@@ -35,88 +37,128 @@ AHEAD = 3
 FEWEST = 16
 """Units handed out at least: an executor that grows must see that there is work."""
 
+TRIES = 5
+"""Times that a unit is handed out whose workers die: a unit that kills its worker must not go round for ever."""
 
-class WorkerPool(Protocol):
-    """Does units.
+LATE = 5.0
+"""A unit that takes this many times the median is handed out once more when nothing else is waiting: its node may be
+gone or slow, and to do a unit twice is harmless."""
 
-    elsewhere: whether in other processes, which may die or be slow.
-    """
+LOOK = 1.0
+"""Seconds between two looks for late units."""
 
-    elsewhere: bool
+RECENT = 200
+"""Units whose median is the usual time: enough of them, and none from before a cluster became slower."""
 
-    def submit(self, unit: int) -> Future[tuple[str, Arrays | None]]:
-        """Have a unit done: who did it, and its arrays, None where they are in the store already."""
-        ...
-
-    def wanted(self) -> int:
-        """Units that should be under way or waiting."""
-        ...
-
-    def close(self, *, wait: bool) -> None:
-        """Take back what is waiting, and with `wait` see what is under way to its end."""
-        ...
+KEPT = "finished parts are kept, continue with --resume"
 
 
-class Threads:
-    """Threads of this process, which write what they made themselves."""
-
-    elsewhere = False
-
-    def __init__(self, sweep: Sweep, layout: UnitPlan, store: RunStore, threads: int) -> None:
-        self._sweep, self._layout, self._store = sweep, layout, store
-        self._count = threads
-        self._shared = Shared()
-        self._pool = ThreadPoolExecutor(self._count)
-        self._name = socket.gethostname()
-
-    def submit(self, unit: int) -> Future[tuple[str, Arrays | None]]:
-        return self._pool.submit(self._work, unit)
-
-    def _work(self, unit: int) -> tuple[str, None]:
-        points = self._sweep.points(self._layout.part(unit))
-        arrays = work_unit(self._sweep, points, self._shared)
-        if not self._store.has(unit):  # another process may have been faster
-            self._store.write(unit, arrays)
-        return self._name, None
-
-    def wanted(self) -> int:
-        return self._count * AHEAD
-
-    def close(self, *, wait: bool) -> None:
-        self._pool.shutdown(wait=wait, cancel_futures=True)
-
-
-class Remote:
-    """An executor: it gets the sweep as texts, and gives arrays back, which this process writes.
+class WorkerPool:
+    """The workers of an executor, which may die or be slow: they get the sweep as texts and give arrays back, which
+    this process writes.
 
     So workers need no file system in common with this process, and nothing but Tarsus.
     """
 
-    elsewhere = True
-
-    def __init__(self, sweep: Sweep, layout: UnitPlan, store: RunStore, executor: Executor) -> None:
-        self._layout, self._executor = layout, executor
+    def __init__(self, sweep: Sweep, store: RunStore, executor: Executor, progress: Progress) -> None:
+        self._store, self._executor, self._progress = store, executor, progress
         texts = {name: zlib.compress(text.encode()) for name, text in frozen_texts(sweep).items()}
         self._plan = SentPlan(
             tuple(texts.items()), store.digest, tuple(sorted(versions().items())), socket.gethostname()
         )
-        self._waiting: set[Future[tuple[str, Arrays | None]]] = set()
+        self._waiting: deque[int] = deque()
+        self._missing: set[int] = set()
+        self._under_way: dict[Future[tuple[str, Arrays]], tuple[int, float]] = {}
+        self._tries: Counter[int] = Counter()
+        self._seconds: deque[float] = deque(maxlen=RECENT)
 
-    def submit(self, unit: int) -> Future[tuple[str, Arrays | None]]:
-        part = self._layout.part(unit)
-        future: Future[tuple[str, Arrays | None]] = self._executor.submit(
-            remote_unit, self._plan, part.start, part.stop
+    def do(self, units: Sequence[int]) -> None:
+        """Have units done and kept, however often workers die; those that appear in the store meanwhile are left out.
+
+        Raises
+        ------
+        InputError
+            When a unit's workers died `TRIES` times, a worker has another version, or the disk is full or gone.
+        """
+        self._waiting, self._missing = deque(units), set(units)
+        try:
+            while self._missing:
+                self._hand_out()
+                ready, _ = wait(self._under_way, timeout=LOOK, return_when=FIRST_COMPLETED)
+                for future in ready:
+                    self._receive(future)
+                if not ready and not self._waiting:
+                    self._hand_out_late_ones()
+        except BaseException:
+            self._keep_finished()
+            raise
+        finally:
+            for future in self._under_way:
+                future.cancel()
+
+    def _hand_out(self) -> None:
+        wanted = max(places(self._executor) * AHEAD, FEWEST)
+        while self._waiting and len(self._under_way) < wanted:
+            unit = self._waiting.popleft()
+            if unit not in self._missing:
+                continue
+            if self._store.has(unit):  # another process was here
+                self._done(unit, None)
+                continue
+            part = self._store.part(unit)
+            try:
+                future = self._executor.submit(remote_unit, self._plan, part.start, part.stop)
+            except RuntimeError as error:
+                raise InputError(f"no worker takes units any more ({error}); {KEPT}") from error
+            self._under_way[future] = unit, time.monotonic()
+
+    def _receive(self, future: Future[tuple[str, Arrays]]) -> None:
+        unit, begin = self._under_way.pop(future)
+        if unit not in self._missing:
+            return
+        try:
+            who, arrays = future.result()
+        except InputError:
+            raise
+        except Exception as error:  # a worker died, or was taken away
+            self._tries[unit] += 1
+            if self._tries[unit] >= TRIES:
+                raise InputError(
+                    f"unit {unit} was begun {TRIES} times and its worker did not come back "
+                    f"({type(error).__name__}: {error}); {KEPT}"
+                ) from error
+            self._waiting.append(unit)
+            return
+        self._store.write(unit, arrays)
+        self._seconds.append(time.monotonic() - begin)
+        self._done(unit, who)
+
+    def _done(self, unit: int, who: str | None) -> None:
+        self._missing.discard(unit)
+        self._progress.count(who, self._store.size(unit))
+
+    def _hand_out_late_ones(self) -> None:
+        """Units that are late wait once more."""
+        if not self._seconds:
+            return
+        limit = max(LATE * float(np.median(self._seconds)), LOOK)
+        count = Counter(unit for unit, _ in self._under_way.values())
+        now = time.monotonic()
+        self._waiting.extend(
+            unit for unit, begin in self._under_way.values() if now - begin > limit and count[unit] == 1
         )
-        self._waiting.add(future)
-        future.add_done_callback(self._waiting.discard)
-        return future
 
-    def wanted(self) -> int:
-        return max(places(self._executor) * AHEAD, FEWEST)
-
-    def close(self, *, wait: bool) -> None:
-        for future in list(self._waiting):
-            future.cancel()
+    def _keep_finished(self) -> None:
+        """What workers have given back is kept, also when the sweep stops."""
+        for future, (unit, _) in self._under_way.items():
+            if (
+                future.done()
+                and not future.cancelled()
+                and future.exception() is None
+                and unit in self._missing
+            ):
+                with contextlib.suppress(InputError):  # why the sweep stops is said already
+                    self._store.write(unit, future.result()[1])
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,7 @@ from tarsus.base.spec import (
 )
 from tarsus.base.units import parse_quantity
 from tarsus.fit.unknowns import Scale, Unknown
-from tarsus.measure import no_measure
+from tarsus.measure.measure import no_measure
 from tarsus.model.scene import Scene
 from tarsus.solve.cost import MOST_STEPS, estimated_steps
 from tarsus.solve.offered import offered

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
-import time
-from collections import Counter, deque
-from collections.abc import Callable, Iterable, Mapping
-from concurrent.futures import FIRST_COMPLETED, Future, wait
+import socket
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -19,26 +18,14 @@ from tarsus.files.runstore import RunStore
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.simulate import Shared
 from tarsus.study.collecting import collect
-from tarsus.study.layout import UnitPlan, open_store, runs_per_unit
-from tarsus.study.pool import Arrays, Remote, Threads, WorkerPool
+from tarsus.study.layout import open_store, runs_per_unit
+from tarsus.study.pool import WorkerPool
 from tarsus.study.progress import OnProgress, Progress
 from tarsus.study.sweep import Sweep
 from tarsus.study.workunit import OUTCOMES, work_unit
 from tarsus.tables.table import Table
 
-__all__ = ["SweepResult", "do_units", "run_sweep", "score_runs"]
-
-TRIES = 5
-"""Times that a unit is handed out whose workers die: a unit that kills its worker must not go round for ever."""
-
-LATE = 5.0
-"""A unit that takes this many times the median is handed out once more when nothing else is waiting: its node may be
-gone or slow, and to do a unit twice is harmless."""
-
-KEPT = "finished parts are kept, continue with --resume"
-
-LOOK = 1.0
-"""Seconds between two looks for late units."""
+__all__ = ["SweepResult", "do_units", "finish", "run_sweep", "score_runs"]
 
 
 @dataclass(frozen=True)
@@ -109,143 +96,69 @@ def run_sweep(
     KeyboardInterrupt
         When interrupted, after the units under way are kept.
     """
-    store, layout = open_store(sweep, Path(folder), resume=resume)
-    pending = store.pending()
-    kept = sweep.runs - sum(map(layout.size, pending))
+    store = open_store(sweep, Path(folder), resume=resume)
+    kept = sweep.runs - sum(map(store.size, store.pending()))
     made: Counter[str] = Counter()
-    for last in (False, True):
-        if pending:
-            with Progress(store.place, runs=sweep.runs, told=progress) as counted:
-                pool: WorkerPool = (
-                    Remote(sweep, layout, store, threads)
-                    if is_executor(threads)
-                    else Threads(sweep, layout, store, workers(threads))
-                )
-                do_units(store, layout, pool, pending, counted)
-            made += counted.runs
-        try:
-            file, outcomes = collect(sweep, store)
-            break
-        except InputError:
-            store.check()
-            pending = store.pending()
-            if last or not pending:
-                raise
-    return SweepResult(file, sweep.runs, kept, outcomes, layout.units, dict(made), sweep.name, sweep.seconds)
+
+    def do(units: Sequence[int]) -> None:
+        with Progress(store.place, runs=sweep.runs, told=progress) as counted:
+            counted.expect(sum(map(store.size, units)))
+            if is_executor(threads):
+                WorkerPool(sweep, store, threads, counted).do(units)
+            else:
+                do_units(sweep, store, units, workers(threads), counted)
+        made.update(counted.runs)
+
+    file, outcomes = finish(sweep, store, do)
+    return SweepResult(file, sweep.runs, kept, outcomes, store.units, dict(made), sweep.name, sweep.seconds)
 
 
-def do_units(
-    store: RunStore,
-    layout: UnitPlan,
-    pool: WorkerPool,
-    units: Iterable[int],
-    progress: Progress,
-) -> None:
-    """Have units done and kept, however often workers die; those that appear in the store meanwhile are left out.
+def finish(sweep: Sweep, store: RunStore, do: Callable[[Sequence[int]], None]) -> tuple[Path, dict[str, int]]:
+    """Have what is missing done, and collect it; units that turn out damaged are done again, once.
 
-    Raises
-    ------
-    InputError
-        As `run_sweep`; when a unit's workers died `TRIES` times.
+    do: has units done and kept. Gives what `collect` does.
     """
-    work = _Work(store, layout, pool, deque(units), progress)
+    pending = store.pending()
+    if pending:
+        do(pending)
     try:
-        work.run()
-    except BaseException:
-        pool.close(wait=True)
-        work.keep_finished()
-        raise
-    pool.close(wait=False)
-
-
-@dataclass
-class _Work:
-    """Units that wait, and those under way by their futures."""
-
-    store: RunStore
-    layout: UnitPlan
-    pool: WorkerPool
-    waiting: deque[int]
-    progress: Progress
-    under_way: dict[Future[tuple[str, Arrays | None]], tuple[int, float]] = field(default_factory=dict)
-    missing: set[int] = field(default_factory=set)
-    tries: dict[int, int] = field(default_factory=dict)
-    seconds: deque[float] = field(default_factory=lambda: deque(maxlen=200))
-
-    def run(self) -> None:
-        self.missing = set(self.waiting)
-        self.progress.expect(sum(map(self.layout.size, self.missing)))
-        while self.missing:
-            self._hand_out()
-            ready, _ = wait(self.under_way, timeout=LOOK, return_when=FIRST_COMPLETED)
-            for future in ready:
-                self._take(future)
-            if not ready and not self.waiting and self.pool.elsewhere:
-                self._again()
-
-    def _hand_out(self) -> None:
-        wanted = self.pool.wanted()
-        while self.waiting and len(self.under_way) < wanted:
-            unit = self.waiting.popleft()
-            if unit not in self.missing:
-                continue
-            if self.store.has(unit):  # another process was here
-                self._done(unit, None)
-                continue
-            try:
-                future = self.pool.submit(unit)
-            except RuntimeError as error:
-                raise InputError(f"no worker takes units any more ({error}); {KEPT}") from error
-            self.under_way[future] = unit, time.monotonic()
-
-    def _take(self, future: Future[tuple[str, Arrays | None]]) -> None:
-        unit, begin = self.under_way.pop(future)
-        if unit not in self.missing:
-            return
-        try:
-            who, arrays = future.result()
-        except InputError:
+        return collect(sweep, store)
+    except InputError:
+        store.check()
+        damaged = store.pending()
+        if not damaged:
             raise
-        except Exception as error:
-            if not self.pool.elsewhere:
-                raise
-            # a worker died, or was taken away
-            self.tries[unit] = self.tries.get(unit, 0) + 1
-            if self.tries[unit] >= TRIES:
-                raise InputError(
-                    f"unit {unit} was begun {TRIES} times and its worker did not come back "
-                    f"({type(error).__name__}: {error}); {KEPT}"
-                ) from error
-            self.waiting.append(unit)
-            return
-        if arrays is not None:
-            self.store.write(unit, arrays)
-        self.seconds.append(time.monotonic() - begin)
-        self._done(unit, who)
+    do(damaged)
+    return collect(sweep, store)
 
-    def _done(self, unit: int, who: str | None) -> None:
-        self.missing.discard(unit)
-        self.progress.count(who, self.layout.size(unit))
 
-    def _again(self) -> None:
-        """Hand out late units once more."""
-        if not self.seconds:
-            return
-        limit = max(LATE * float(np.median(self.seconds)), LOOK)
-        count = [unit for unit, _ in self.under_way.values()]
-        now = time.monotonic()
-        self.waiting.extend(
-            unit for unit, begin in self.under_way.values() if now - begin > limit and count.count(unit) == 1
-        )
+def do_units(sweep: Sweep, store: RunStore, units: Sequence[int], threads: int, progress: Progress) -> None:
+    """Have units done and kept by threads of this process; those that appear in the store meanwhile are left out.
 
-    def keep_finished(self) -> None:
-        """What workers have given back is kept, also when the sweep stops."""
-        for future, (unit, _) in self.under_way.items():
-            if future.done() and not future.cancelled() and future.exception() is None:
-                _, arrays = future.result()
-                if arrays is not None and unit in self.missing:
-                    with contextlib.suppress(InputError):  # why the sweep stops is said already
-                        self.store.write(unit, arrays)
+    However it ends, units that are under way then are finished and kept.
+    """
+    shared, node = Shared(), socket.gethostname()
+
+    def do(unit: int) -> str | None:
+        if store.has(unit):  # another process was here
+            return None
+        arrays = work_unit(sweep, sweep.points(store.part(unit)), shared)
+        if not store.has(unit):
+            store.write(unit, arrays)
+        return node
+
+    pool = ThreadPoolExecutor(threads)
+    try:
+        for first in range(0, len(units), TOGETHER):
+            some = units[first : first + TOGETHER]
+            for unit, who in zip(some, pool.map(do, some), strict=True):
+                progress.count(who, store.size(unit))
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+TOGETHER = 1000
+"""Units that wait for threads at a time: a plan may have a million, and each that waits takes memory."""
 
 
 def score_runs(

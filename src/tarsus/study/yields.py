@@ -16,7 +16,7 @@ from tarsus.base.units import parse_quantity
 from tarsus.base.workers import Workers
 from tarsus.files.jsontext import json_text
 from tarsus.files.library import SceneLike, as_scene
-from tarsus.files.store import write_text
+from tarsus.files.whole import write_text
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.offered import offered
 from tarsus.study.collecting import measures_in

@@ -9,8 +9,8 @@ from pathlib import Path
 from tarsus.base.errors import InputError
 from tarsus.base.messages import kind_of
 from tarsus.base.spec import with_values
-from tarsus.files.store import write_text
 from tarsus.files.toml import description_text, write_scene
+from tarsus.files.whole import write_text
 from tarsus.identify.campaign import Campaign, RecordSet
 from tarsus.identify.known import PLACEHOLDER
 from tarsus.model.drive.laws import LinearForce

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.files.steady import SteadyFile
-from tarsus.files.store import write_text, written_whole
+from tarsus.files.whole import write_text, written_whole
 from tarsus.records.measurement import Channel, Measurement, Quantity
 from tarsus.records.readers.choices import ChannelChoice
 

@@ -22,7 +22,8 @@ from tarsus.model.scene import Scene
 from tarsus.model.standing import rest_state
 from tarsus.records.measurement import Channel, Measurement, Quantity
 from tarsus.records.purpose import IN_AIR, Purpose
-from tarsus.solve import ResultCode, simulate
+from tarsus.solve import simulate
+from tarsus.solve.codes import ResultCode
 from tarsus.synthesis.sweep_level import sweep_level
 
 __all__ = [

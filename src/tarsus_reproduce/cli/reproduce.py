@@ -99,7 +99,7 @@ def reproduce(
 def _index(found: dict[str, Reproduction], output: Path, *, json: bool) -> None:
     """The index of all pages, and what was written."""
     from tarsus.cli import console
-    from tarsus.files.store import write_text
+    from tarsus.files.whole import write_text
     from tarsus_reproduce.index import index_html
 
     data = {name: one.to_dict() for name, one in found.items()}

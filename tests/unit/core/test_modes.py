@@ -45,9 +45,9 @@ def test_held_feet_stay_on_the_ground_and_take_the_momentum(mask):
     after = mode.to_physical @ (mode.from_physical @ (z - mode.offset)) + mode.offset
     np.testing.assert_allclose((SYSTEM.rest_gap + SYSTEM.normals.T @ after[:3])[held], 0.0, atol=1e-14)
     np.testing.assert_allclose((SYSTEM.normals.T @ after[3:])[held], 0.0, atol=1e-14)
-    blow = MASS @ (after[3:] - z[3:])  # only impulses along the held normals
-    impulse, *_ = np.linalg.lstsq(SYSTEM.normals[:, held], blow, rcond=None)
-    np.testing.assert_allclose(SYSTEM.normals[:, held] @ impulse, blow, atol=1e-12)
+    impact = MASS @ (after[3:] - z[3:])  # only impulses along the held normals
+    impulse, *_ = np.linalg.lstsq(SYSTEM.normals[:, held], impact, rcond=None)
+    np.testing.assert_allclose(SYSTEM.normals[:, held] @ impulse, impact, atol=1e-12)
 
 
 def test_pull_balances_the_held_foot():

@@ -7,7 +7,8 @@ import pytest
 
 import tarsus as ts
 from tarsus.base.errors import InputError
-from tarsus.design.adaptive import Sense, _few, adapt, senses_of
+from tarsus.design.adaptive import _few, adapt, senses_of
+from tarsus.design.adaptive_gait import Sense
 from tarsus.design.gait_choice import gait_choice
 from tarsus.design.walks import Walks
 

@@ -10,13 +10,12 @@ import pytest
 import tarsus as ts
 from tarsus.base.errors import InputError
 from tarsus.cli.requests import grounds_of
-from tarsus.design.energy import Energy, energy_of, period_rises
+from tarsus.design.energy import energies, energy_of, period_rises
 from tarsus.design.grounds import Grounds, corners, over_of, spread
-from tarsus.design.judge import Judge
-from tarsus.design.polish import CostPieces, polish
+from tarsus.design.headers import in_ticks, neighbours
+from tarsus.design.judge import MEAN, Judge
 from tarsus.design.pulses import Levels, Step, families
-from tarsus.design.risk import MEAN
-from tarsus.design.timer import in_ticks, neighbours
+from tarsus.fit.minimax import CostPieces, descend_pieces
 from tarsus.fit.unknowns import Unknowns
 from tarsus.measure.switching import rise_squares
 
@@ -91,7 +90,7 @@ def test_a_square_wave_draws_its_capacitance_times_the_square_of_its_swing(scene
     drive = ts.with_values(scene, {"robot.drives.pzt.capacitance": 664e-12}).robot.drives["pzt"]
     plain, recovered = energy_of(drive, ts.OnOff(levels=(8.0, -8.0), durations=(0.01, 0.01), repeat=True))
     assert plain == pytest.approx(664e-12 * 256.0) and recovered == pytest.approx(plain / 3.0)
-    assert np.isnan(Energy(ts.with_values(drive, {"capacitance": None})).plain(np.ones(1)))[0]
+    assert np.isnan(energies(ts.with_values(drive, {"capacitance": None}), np.ones(1))).all()
 
 
 def test_two_levels_leave_no_choice_but_where_the_pairs_are():
@@ -145,7 +144,7 @@ def _cost_of_kinks(points):
 
 def test_polishing_ends_in_the_kink_where_the_pieces_meet():
     # the lowest point of the largest piece: 0.4 - x = 0.8 - y = 0.3 (x + y) gives x = 0.4 - 0.36 / 1.6, y = x + 0.4
-    point, least, asked = polish(_cost_of_kinks, _kinked, np.array([0.9, 0.2]), 30)
+    point, least, asked = descend_pieces(_cost_of_kinks, _kinked, np.array([0.9, 0.2]), 30)
     x = 0.4 - 0.36 / 1.6
     assert least == pytest.approx(0.225, abs=1e-6) and asked < 30
     assert point == pytest.approx([x, x + 0.4], abs=1e-5)
@@ -158,7 +157,7 @@ def test_polishing_by_a_mean_over_grounds_is_not_that_by_the_worst():
         pieces = [_kinked(one).values for one in points]
         return np.array([0.9 * one[:4].max() + 0.1 * one[4] for one in pieces])
 
-    point, least, _ = polish(cost, _kinked, np.array([0.9, 0.2]), 40, 1.0, weights)
+    point, least, _ = descend_pieces(cost, _kinked, np.array([0.9, 0.2]), 40, 1.0, weights)
     xs = np.linspace(0.0, 1.0, 101)
     grid = np.array([[x, y] for x in xs for y in xs])
     assert least <= cost(grid).min() + 1e-6 and cost(point[None])[0] == least
@@ -170,10 +169,10 @@ def test_polishing_never_ends_above_its_start_whatever_the_slopes_are():
         return CostPieces(right.values, -right.slopes, right.ground)
 
     start = np.array([0.3, 0.6])
-    point, least, _ = polish(_cost_of_kinks, wrong, start, 10)
+    point, least, _ = descend_pieces(_cost_of_kinks, wrong, start, 10)
     assert least <= _cost_of_kinks(start[None])[0] and _cost_of_kinks(point[None])[0] == least
     nothing = CostPieces(np.zeros(0), np.zeros((0, 2)), np.zeros(0, dtype=np.int64), False)
-    assert polish(_cost_of_kinks, lambda _: nothing, start, 10)[2] == 1
+    assert descend_pieces(_cost_of_kinks, lambda _: nothing, start, 10)[2] == 1
 
 
 def test_ticks_fill_the_period_and_begin_with_plain_rounding():

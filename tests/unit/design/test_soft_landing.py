@@ -15,12 +15,11 @@ from tarsus.base.errors import InputError
 from tarsus.base.events import IMPACTS
 from tarsus.design.grounds import Grounds, over_of, spread
 from tarsus.design.headers import header_text
-from tarsus.design.landing_files import signal_text
+from tarsus.design.landing_design import signal_text
 from tarsus.design.landing_request import LandingSettings, Sensor, landing_request
 from tarsus.design.landing_search import LandingSearch
 from tarsus.design.learning import learn_on_hidden_grounds
-from tarsus.design.settling import regime_of, settled_periods
-from tarsus.design.trials import Trials
+from tarsus.design.trials import Trials, regime_of, settled_periods
 from tarsus.files.toml import parse_scene, read_scene, scene_text
 
 GAP = "robot.feet.tip.gap"

@@ -17,7 +17,7 @@ from scipy.io import loadmat, savemat
 
 from tarsus.base.errors import InputError
 from tarsus.identify.campaign import drive_problems, read_campaign, read_records
-from tarsus.identify.chain import Chain
+from tarsus.identify.chain import StepRunner
 from tarsus.identify.resonance import identify_resonances
 from tarsus.identify.restitution import identify_restitution
 from tarsus.identify.traces import trace_of
@@ -36,7 +36,7 @@ def changed(folder: Path, change: Callable[[dict[str, Any]], object], file: str 
 
 
 def said(folder: Path) -> list[str]:
-    chain = Chain(read_campaign(folder))
+    chain = StepRunner(read_campaign(folder))
     chain.read()
     chain.find_ground()
     return [str(one) for one in chain.left_out]
@@ -113,7 +113,7 @@ def test_swapped_channels_of_sweeps_are_told_by_the_modes(tmp_path):
     text = text.replace('unit = "m/s"\npoint = "tip"', 'unit = "m/s"\npoint = "other"')
     text = text.replace('unit = "m/s"\npoint = "center"', 'unit = "m/s"\npoint = "tip"')
     (folder / "campaign.toml").write_text(text.replace('"other"', '"center"'), encoding="utf-8")
-    chain = Chain(read_campaign(folder))
+    chain = StepRunner(read_campaign(folder))
     chain.read()
     read = [one.record for one in chain.readings if one.file.startswith("sweep")]
     records = [record for record in read if record is not None]
@@ -176,7 +176,7 @@ def test_too_few_bounces_are_counted(tmp_path):
                 values, attrs = content[name][:300], dict(content[name].attrs)
                 del content[name]
                 content.create_dataset(name, data=values).attrs.update(attrs)
-    chain = Chain(read_campaign(folder))
+    chain = StepRunner(read_campaign(folder))
     chain.read()
     chain.find_ground()
     traces = next(found for purpose, found in chain.traces.items() if purpose.value == "bounces")
@@ -226,8 +226,8 @@ def test_a_record_that_ends_before_its_drive_does_is_told():
     ]
 
 
-def sweeps() -> tuple[Chain, list[Measurement]]:
-    chain = Chain(read_campaign(folder_of_all()))
+def sweeps() -> tuple[StepRunner, list[Measurement]]:
+    chain = StepRunner(read_campaign(folder_of_all()))
     read = [one for name, _ in chain.opened.sets(Purpose.MODAL) for one in read_records(chain.opened, name)]
     return chain, [one.record for one in read if one.record is not None]
 

@@ -15,7 +15,7 @@ from tarsus.base.spec import float_paths
 from tarsus.files.library import load_scene
 from tarsus.identify.adhesion import _line
 from tarsus.identify.campaign import read_campaign
-from tarsus.identify.chain import Chain, identify
+from tarsus.identify.chain import StepRunner, identify
 from tarsus.identify.foot import FootModel
 from tarsus.identify.known import Known
 from tarsus.identify.result import identified_device, summary_of
@@ -47,7 +47,7 @@ def loops_changed(folder: Path, files, column: int, change) -> None:
 
 
 def said(folder: Path) -> list[str]:
-    chain = Chain(read_campaign(folder))
+    chain = StepRunner(read_campaign(folder))
     chain.read()
     chain.find_ground()
     return [str(one) for one in chain.left_out]
@@ -100,7 +100,7 @@ def test_loops_in_the_air_show_no_ground(tmp_path):
 
 def test_a_law_without_a_ground_takes_its_constant_as_stated(monkeypatch):
     modes_as_found(monkeypatch)
-    chain = Chain(read_campaign(folder()))
+    chain = StepRunner(read_campaign(folder()))
     chain.read()
     chain.attempt("resonances", chain._resonances)
     chain.attempt("hysteresis", chain._hysteresis)  # before the ground is looked for
@@ -128,7 +128,7 @@ def test_placeholders_are_no_structure(tmp_path):
     only(folder, "modal", "loops")
     for file in folder.glob("sweep-*.uff"):
         file.write_bytes(file.read_bytes()[:3000])
-    found = Chain(read_campaign(folder))
+    found = StepRunner(read_campaign(folder))
     with pytest.raises(Exception, match=r"sweep-1\.uff"):
         found.run()
     assert [one.name for one in found.not_done] == ["resonances", "hysteresis"]
@@ -145,7 +145,7 @@ def test_grounds_at_different_places_are_said(tmp_path):
     column = next(i for i, name in enumerate(columns) if "tip displacement" in name)
     count = iter(range(10**9))
     loops_changed(folder, files, column, lambda x: x + 4.0 * (next(count) % 3100 > 120))
-    chain = Chain(read_campaign(folder))
+    chain = StepRunner(read_campaign(folder))
     chain.read()
     chain.find_ground()
     assert len(chain.evidence.remarks) == 1

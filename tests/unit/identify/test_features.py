@@ -1,4 +1,4 @@
-"""Features of runs, and the likelihood of parameters given features."""
+"""Features of runs and their errors."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ import tarsus as ts
 from laboratory import LABORATORY
 from scene_files import scene
 from tarsus.base.errors import InputError
-from tarsus.identify.feature_likelihood import FeatureLikelihood, Observed
-from tarsus.identify.features import FEATURES, Features, Instrument, features_of, simulated
+from tarsus.identify.features import FEATURES, Features, Resolution, features_of, simulated
 from tarsus.identify.limits import field_limits
 
 E = "ground.restitution.coefficient"
@@ -48,41 +47,14 @@ def test_an_unknown_feature_is_refused_with_the_nearest():
 
 
 def test_errors_average_out_but_for_the_share_of_the_model():
-    tool = Instrument(length=3e-7, share=0.01)
+    tool = Resolution(length=3e-7, share=0.01)
     error = [
         Features(("peak",), ("m",), np.array([1e-4]), np.array([4e-7]), n).error(tool)[0]
         for n in (1, 25, 10**8)
     ]
     assert error == pytest.approx([np.hypot(5e-7, 1e-6), np.hypot(1e-7, 1e-6), 1e-6], rel=1e-4)
     nothing = Features(("impact_speed",), ("m/s",), np.array([np.nan]), np.array([np.nan]), 4)
-    assert nothing.error(Instrument(speed=1e-3)) == pytest.approx([5e-4])
-
-
-def test_the_likelihood_is_largest_at_the_truth_and_nothing_outside_the_limits():
-    observed = Observed(BOUNCING, features_of(ts.simulate(BOUNCING, DURATION)), DURATION)
-    likelihood = FeatureLikelihood([observed], [E], limits={E: (0.1, 2.0)})
-    truth = ts.get_value(BOUNCING, E)
-    values = likelihood(np.array([[0.05], [0.8 * truth], [truth], [1.2 * truth], [1.5]]))
-    assert np.isneginf(values[[0, 4]]).all() and np.isfinite(values[1:4]).all()
-    assert values[2] > values[[1, 3]].max() + 2.0
-    assert likelihood.limits[E] == (0.1, 1.0)
-
-
-def test_a_feature_on_one_side_only_counts_as_absent():
-    found = features_of(ts.simulate(BOUNCING, DURATION))
-    without = Features(
-        found.names, found.units, np.where([0, 0, 0, 0, 1], np.nan, found.values), found.spread, 5
-    )
-    row = np.array([[ts.get_value(BOUNCING, E)]])
-    some = [
-        FeatureLikelihood([Observed(BOUNCING, without, DURATION)], [E], absent=absent)(row)[0]
-        for absent in (1.0, 3.0)
-    ]
-    assert some[0] - some[1] == pytest.approx(0.5 * (9.0 - 1.0))
-    stopped = FeatureLikelihood([Observed(BOUNCING, found, DURATION)], [E], accuracy=ts.Accuracy(steps=20))
-    assert np.isneginf(stopped(row)).all()
-    with pytest.raises(InputError, match="at least one record"):
-        FeatureLikelihood([], [E])
+    assert nothing.error(Resolution(speed=1e-3)) == pytest.approx([5e-4])
 
 
 def test_limits_are_those_of_the_description():

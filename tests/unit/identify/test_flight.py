@@ -8,7 +8,7 @@ import pytest
 from laboratory import LABORATORY
 from tarsus.base.spec import with_values
 from tarsus.files.library import load_scene
-from tarsus.identify.flight import SUBSTEPS, Film, Launches, Varied, from_rest, observed, of_model
+from tarsus.identify.flight import SUBSTEPS, FilmConstants, Launches, Varied, from_rest, observed, of_model
 from tarsus.identify.foot import FootModel
 from tarsus.model.standing import rest_state
 from tarsus.solve import simulate
@@ -33,7 +33,7 @@ def test_a_flight_is_that_of_the_engine(run, model):
     states = np.concatenate([series.state.x, series.state.v])
     film = run.scene.ground.film
     launch = from_rest(
-        states[:, :1].T, Film(film.coefficient, film.thickness).column(1), np.array([model.gap])
+        states[:, :1].T, FilmConstants(film.coefficient, film.thickness).column(1), np.array([model.gap])
     )
     flown = of_model(model, step / SUBSTEPS).fly(launch, series.force[0][None], np.array([31]), np.eye(4))[0]
     wanted = states[:, ::SUBSTEPS].T
@@ -43,7 +43,7 @@ def test_a_flight_is_that_of_the_engine(run, model):
 
 
 def test_short_flights_go_both_ways(run, model):
-    film = Film(run.scene.ground.film.coefficient, run.scene.ground.film.thickness)
+    film = FilmConstants(run.scene.ground.film.coefficient, run.scene.ground.film.thickness)
     release = run.events[run.events["kind"] == 3][1]["time"]
     series = run.at(release + np.array([1e-6, 81e-6]))
     states = np.concatenate([series.state.x, series.state.v])

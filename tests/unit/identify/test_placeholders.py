@@ -8,11 +8,11 @@ import pytest
 from identify.campaigns import folder, identified, modes_as_found
 
 from tarsus.identify.campaign import Opened, read_campaign
-from tarsus.identify.chain import Chain
+from tarsus.identify.chain import StepRunner
 from tarsus.synthesis.recordings import identified_paths
 
 
-def changed(opened: Opened, factor: float) -> Chain:
+def changed(opened: Opened, factor: float) -> StepRunner:
     """The chain of a device that holds other placeholders, with its records read."""
     scene = opened.model.scene
     values = {"robot.drives.pzt.law.linear": 1e-6 * factor, "robot.drives.pzt.law.constant": 1e-7 * factor}
@@ -23,7 +23,7 @@ def changed(opened: Opened, factor: float) -> Chain:
     }
     values |= {"robot.drives.pzt.load.participation.1": factor, "ground.adhesion.rate": 1e-6 * factor}
     assert set(values) <= set(identified_paths(scene))
-    chain = Chain(replace(opened, model=opened.model.changed(values)))
+    chain = StepRunner(replace(opened, model=opened.model.changed(values)))
     chain.read()
     chain.find_ground()
     return chain
@@ -38,7 +38,7 @@ def first_steps(factor: float) -> dict[str, float]:
     return values(chain)
 
 
-def values(chain: Chain) -> dict[str, float]:
+def values(chain: StepRunner) -> dict[str, float]:
     assert not chain.not_done
     return dict(zip(chain.known.paths, chain.known.values.tolist(), strict=True))
 

@@ -10,7 +10,7 @@ from laboratory import LABORATORY
 from scene_files import scene
 from tarsus.base.errors import InputError
 from tarsus.identify.candidates import Candidate, candidate_grid
-from tarsus.identify.features import Instrument, simulated
+from tarsus.identify.features import Resolution, simulated
 from tarsus.identify.prior import LogNormalPrior
 from tarsus.identify.ranking import RANKED, rank
 
@@ -29,7 +29,7 @@ def ball() -> ts.Scene:
 def test_the_rebound_of_a_ball_tells_what_it_must():
     prior = LogNormalPrior((E,), np.array([0.6]), np.array([[0.1**2]]))
     drop = Candidate(name="drop", signal=ts.Constant(level=0.0), record=1.2)
-    tool = Instrument(length=0.01, share=0.02)
+    tool = Resolution(length=0.01, share=0.02)
     found = rank(ball(), [drop], prior, E, 3.0, kinds=("rebound",), instrument=tool, draws=8, step=0.5)
     apex, d = np.exp(2.0 * np.log(0.6) + 2.0 * prior.draws(8)[:, 0]), 0.05  # h e^2
     slope = apex * np.sinh(2.0 * d) / d
@@ -131,7 +131,7 @@ def test_the_signal_on_top_shrinks_the_interval_more_than_one_below(parameter):
     grid = candidate_grid((15.0, 50.0, 100.0), (2.0, 6.0), (0.0, 0.25))
     found = rank(DEVICE, grid, prior, parameter, 1.0)
     j = GROUND.index(parameter)
-    tool, random = Instrument(), np.random.default_rng(8)
+    tool, random = Resolution(), np.random.default_rng(8)
     logs = prior.draws(512, seed=4)
     rows = prior.values * np.exp(logs)
 

@@ -9,7 +9,7 @@ import pytest
 from identify.campaigns import folder, identified, modes_as_found
 
 from tarsus.identify.campaign import read_campaign
-from tarsus.identify.chain import Chain
+from tarsus.identify.chain import StepRunner
 from tarsus.identify.result import identified_device, summary_of
 from tarsus.identify.step import StepResult
 from tarsus.model.scene import Source
@@ -37,7 +37,7 @@ GOOD = np.linspace(1e-21, 3e-21, 400)
 )
 def test_a_number_without_an_interval_that_holds_it_is_not_done(value, draws, words):
     assert film(2e-21, GOOD).unsound() == []
-    chain = Chain(read_campaign(folder()))
+    chain = StepRunner(read_campaign(folder()))
     chain.film = identified().film
     chain.attempt("film", lambda: film(value, draws))
     assert chain.steps == {} and chain.film is None and FILM not in chain.known.paths
@@ -56,7 +56,7 @@ def test_nothing_of_a_step_that_is_not_done_is_calibrated():
 
 def test_arithmetic_that_overflows_on_the_way_is_remarked():
     """A step whose numbers are sound all the same is done, and says what happened."""
-    chain = Chain(read_campaign(folder()))
+    chain = StepRunner(read_campaign(folder()))
 
     def overflowing() -> StepResult:
         np.exp(np.array([1000.0]))
@@ -68,13 +68,13 @@ def test_arithmetic_that_overflows_on_the_way_is_remarked():
     assert "film" in chain.steps and said.startswith(
         "film: its arithmetic met on the way: overflow (1 times), inv"
     )
-    calm = Chain(read_campaign(folder()))
+    calm = StepRunner(read_campaign(folder()))
     calm.attempt("film", lambda: film(2e-21, GOOD))
     assert calm.evidence.remarks == []
 
 
 def test_equations_without_a_solution_are_a_step_that_was_not_done(recwarn):
-    chain = Chain(read_campaign(folder()))
+    chain = StepRunner(read_campaign(folder()))
 
     def singular() -> StepResult:
         np.log(np.zeros(2))
@@ -95,7 +95,7 @@ def test_equations_without_a_solution_are_a_step_that_was_not_done(recwarn):
 )
 def test_motion_in_the_wrong_unit_throughout_is_told_by_the_gap(monkeypatch, factor, words):
     modes_as_found(monkeypatch)
-    chain = Chain(read_campaign(folder()))
+    chain = StepRunner(read_campaign(folder()))
     chain.read()
     wrong = {
         purpose: [

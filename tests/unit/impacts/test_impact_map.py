@@ -13,7 +13,7 @@ import tarsus as ts
 from example_files import load_file
 from hexapod_records import POINTS, RESTITUTION, records, runs, structure, true_column, vibrometer
 from printed_robots import hexapod
-from tarsus.impacts import ImpactMapEstimate, Window, estimate_impact_map, plain_figures, subtract
+from tarsus.impacts import FitWindow, ImpactMapEstimate, estimate_impact_map, plain_figures, subtract
 from tarsus.impacts.shapes import mode_shapes, normalised
 from tarsus.model.laws import DominantMode
 from tarsus.records.measurement import Channel, Measurement, Quantity
@@ -103,7 +103,7 @@ def test_a_slow_instrument_needs_samples_left_out():
     slow = ts.with_values(vibrometer(), {"bandwidth": 100e3})
     pair = slow.measure(near, POINTS, 2), slow.measure(far, POINTS, 3)
     blurred = estimate_impact_map(*pair, structure(), "foot1")
-    found = estimate_impact_map(*pair, structure(), "foot1", window=Window(smeared=2))
+    found = estimate_impact_map(*pair, structure(), "foot1", window=FitWindow(smeared=2))
     assert abs(blurred.restitution.value - RESTITUTION) > 0.02 * RESTITUTION
     assert found.restitution.value == pytest.approx(RESTITUTION, rel=0.02)
     assert np.linalg.norm(found.values - true_column()) < 0.05 * np.linalg.norm(true_column())
@@ -146,7 +146,7 @@ def test_what_is_wrong_is_said():
     with pytest.raises(ts.InputError, match="channel 'foot2' is clipped: 1 of"):
         estimate_impact_map(replace(close, channels=channels), in_air, structure(), "foot1")
     with pytest.raises(ts.InputError, match=r"none of the \d+ impacts found in channel 'foot1' can be used"):
-        estimate_impact_map(close, in_air, structure(), "foot1", window=Window(clarity=1e6))
+        estimate_impact_map(close, in_air, structure(), "foot1", window=FitWindow(clarity=1e6))
 
 
 @pytest.mark.slow

@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import chirp, lfilter
 
 from tarsus.base.errors import InputError
-from tarsus.modes import Estimator, Verdict, estimate_frf, identify_modes
+from tarsus.modes import Estimator, ModeVerdict, estimate_frf, identify_modes
 from tarsus.records.measurement import Channel, Measurement, Quantity
 
 RATE = 4096.0
@@ -95,11 +95,11 @@ def test_a_window_that_is_too_short_for_the_damping_is_told(segment, resolved):
     frf = estimate_frf([measured], ["u"], ["v"], (100.0, 300.0), segment=segment)
     modes = identify_modes(frf, (100.0, 300.0)).modes
     if resolved:
-        assert [mode.verdict for mode in modes] == [Verdict.DETERMINED]
+        assert [mode.verdict for mode in modes] == [ModeVerdict.DETERMINED]
         assert modes[0].frequency.value == pytest.approx(200.0, rel=2e-4)
         assert modes[0].damping.value == pytest.approx(0.01, rel=0.06)
     else:
-        assert {mode.verdict for mode in modes} == {Verdict.UNDER_RESOLVED}
+        assert {mode.verdict for mode in modes} == {ModeVerdict.UNDER_RESOLVED}
         assert any("below 4 lines of" in mode.reason for mode in modes)
         assert max(mode.damping.value for mode in modes) > 0.0115, "the window makes it wider"
 

@@ -10,7 +10,7 @@ from tarsus.base.errors import InputError
 from tarsus.model.structure import Modal
 from tarsus.modes.frf import Frf
 from tarsus.modes.known_shapes import fit_known_shapes
-from tarsus.modes.modal import Verdict
+from tarsus.modes.modal import ModeVerdict
 from tarsus.records.measurement import Quantity
 
 
@@ -48,7 +48,7 @@ def test_five_overlapping_modes() -> None:
     np.testing.assert_allclose(fit.damping_ratios, structure.damping_ratios, rtol=2e-2)
     assert fit.misfit < 0.02
     for mode, f, ratio in zip(fit.modes, structure.frequencies, structure.damping_ratios, strict=True):
-        assert mode.verdict is Verdict.DETERMINED
+        assert mode.verdict is ModeVerdict.DETERMINED
         for got, wanted in ((mode.frequency, f), (mode.damping, ratio)):
             assert abs(got.value - wanted) < 6.0 * got.std
     # residues of the displacement: shape times participation over 2 i w_d

@@ -9,7 +9,7 @@ import pytest
 
 from example_files import load_file
 from tarsus.base.errors import InputError
-from tarsus.modes import Frf, Verdict, identify_modes
+from tarsus.modes import Frf, ModeVerdict, identify_modes
 from tarsus.modes.bootstrap import Basis
 from tarsus.records.measurement import Channel, FrequencyResponse, Quantity
 
@@ -90,7 +90,7 @@ def test_a_conjugated_response_turns_the_wrong_way():
     frf = responses(Quantity.DISPLACEMENT)
     wrong = Frf(frf.frequency, frf.values.conj(), frf.outputs, frf.inputs, frf.quantity)
     fit = identify_modes(wrong, (110.0, 990.0), 12)
-    assert {mode.verdict for mode in fit.modes} == {Verdict.WRONG_WAY}
+    assert {mode.verdict for mode in fit.modes} == {ModeVerdict.WRONG_WAY}
     assert all("turns the wrong way" in reason and "sign of the phase" in reason for reason in fit.refused)
 
 

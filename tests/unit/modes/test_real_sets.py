@@ -7,7 +7,7 @@ import pytest
 from modes.real_sets import beam, cued, vtb
 
 from tarsus.base.errors import InputError
-from tarsus.modes import Verdict, fit_mode_circle, identify_modes
+from tarsus.modes import ModeVerdict, fit_mode_circle, identify_modes
 from tarsus.modes.bootstrap import Basis
 
 CUED = np.array(
@@ -40,7 +40,7 @@ def test_six_modes_of_an_accelerance(band, order):
 @pytest.mark.parametrize("order", [20, pytest.param(60, marks=pytest.mark.slow)])
 def test_one_mode_of_hardly_more_than_a_line(order):
     (mode,) = identify_modes(vtb(1), (156.0, 312.5), order).modes
-    assert mode.verdict is Verdict.DETERMINED
+    assert mode.verdict is ModeVerdict.DETERMINED
     assert mode.frequency.value == pytest.approx(212.092530551, rel=1e-3)
     assert mode.damping.value == pytest.approx(0.000810, rel=0.15)
     assert mode.damping.value == pytest.approx(0.000863, rel=0.02), (
@@ -65,15 +65,15 @@ def test_a_mode_that_turns_the_wrong_way_is_refused(order):
 def test_a_whole_band_shows_the_sharp_mode_and_the_wrong_way(band):
     fit = identify_modes(vtb(1), band)
     assert fit.frequencies[:2] == pytest.approx([34.05, 212.093], rel=1e-3)
-    assert fit.modes[0].verdict is Verdict.UNDER_RESOLVED, "34 Hz is one line wide"
+    assert fit.modes[0].verdict is ModeVerdict.UNDER_RESOLVED, "34 Hz is one line wide"
     assert fit.only([212.0]).structure().frequencies[0] == pytest.approx(212.093, rel=1e-3)
-    assert [mode.verdict for mode in identify_modes(vtb(2), band).modes] == [Verdict.WRONG_WAY]
+    assert [mode.verdict for mode in identify_modes(vtb(2), band).modes] == [ModeVerdict.WRONG_WAY]
 
 
 def test_modes_between_the_lines_keep_their_frequency_and_lose_their_damping():
     fit = identify_modes(beam(), (20.0, 999.0))
     assert fit.frequencies == pytest.approx(BEAM, rel=2e-4)
-    assert [mode.verdict for mode in fit.modes] == [Verdict.UNDER_RESOLVED] * 6
+    assert [mode.verdict for mode in fit.modes] == [ModeVerdict.UNDER_RESOLVED] * 6
     with pytest.raises(
         InputError, match=r"half-power band of 0\.\d+ Hz is below the line spacing of 1 Hz"
     ) as caught:

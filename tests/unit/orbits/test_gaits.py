@@ -8,12 +8,12 @@ import pytest
 import tarsus as ts
 from tarsus.base.spec import with_values
 from tarsus.orbits.follow import Follower
-from tarsus.orbits.orbit import converge
+from tarsus.orbits.orbit import Orbit, converge
 from tarsus.orbits.walking import WalkMap
 
 
 @pytest.fixture(scope="module")
-def gait() -> ts.Orbit:
+def gait() -> Orbit:
     return ts.periodic(ts.load_scene("millipede"))
 
 

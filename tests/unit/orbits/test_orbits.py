@@ -12,12 +12,13 @@ import tarsus as ts
 from differences import AROUND, slope
 from random_scenes import plain_scene
 from scene_files import scene
+from tarsus.orbits.orbit import Orbit
 
 TURN = 2.0 * math.pi
 
 
 @pytest.fixture(scope="module")
-def oscillator() -> ts.Orbit:
+def oscillator() -> Orbit:
     return ts.periodic(scene("impact_oscillator"))
 
 

@@ -61,12 +61,6 @@ def test_members_of_the_batch_are_right():
     assert seconds > 0.0
 
 
-def test_hysteresis_figures_are_a_ratio():
-    figures = bench._hysteresis_figures(repeats=2, duration=0.1)
-    ratio = figures["hysteresis_sine_ms"] / figures["hysteresis_square_ms"]
-    assert figures["hysteresis_ratio"] == pytest.approx(ratio)
-
-
 def _some(count: int) -> bench.Pairs:
     whole = bench.pairs()
     rows = np.linspace(0, len(whole.impacts) - 1, count).astype(int)

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
 import pytest
-from study.failing_executor import FailingExecutor
-from study.sweep_case import files, small
+from study.sweep_case import FailingExecutor, files, small
 
 import tarsus as ts
 import tarsus.study.pool as pool
@@ -63,7 +60,7 @@ def test_a_unit_that_kills_its_workers_ends_the_sweep_and_the_others_are_kept(al
 
 def test_a_worker_of_another_version_is_named(tmp_path, monkeypatch):
     executor = FailingExecutor(lambda _: False)
-    sent = pool.Remote.__init__
+    sent = pool.WorkerPool.__init__
 
     def there(self, *words):
         sent(self, *words)
@@ -71,7 +68,7 @@ def test_a_worker_of_another_version_is_named(tmp_path, monkeypatch):
             self._plan, versions=(("engine", "feed"), ("tarsus", "9.9")), node="login1"
         )
 
-    monkeypatch.setattr(pool.Remote, "__init__", there)
+    monkeypatch.setattr(pool.WorkerPool, "__init__", there)
     with pytest.raises(
         ts.InputError, match=r"node \S+ has engine \w+, tarsus \S+ and .* begun on login1 with engine feed"
     ):
@@ -90,15 +87,6 @@ def test_units_that_another_process_made_meanwhile_are_left_out(alone, tmp_path)
 
     run_sweep(SWEEP, tmp_path, threads=Meanwhile(lambda _: False))
     assert made == [0] and files(tmp_path) == files(alone)
-
-
-def test_a_damaged_unit_is_done_again(alone, tmp_path):
-    run_sweep(SWEEP, tmp_path)
-    first, second = (tmp_path / "units" / "000" / f"00000{n}.npz" for n in (1, 2))
-    second.write_bytes(first.read_bytes())
-    (tmp_path / "sweep.nc").unlink()
-    run_sweep(SWEEP, tmp_path, resume=True)
-    assert files(tmp_path) == files(alone)
 
 
 def test_the_collected_file_does_not_depend_on_units(alone, tmp_path):
@@ -120,15 +108,6 @@ def test_ts_sweep_takes_what_is_no_client_at_its_word(tmp_path):
         ts.sweep(SWEEP, tmp_path, client=3)
     result = ts.sweep(SWEEP, tmp_path, client=FailingExecutor(lambda _: False))
     assert result.file == tmp_path / "sweep.nc" and result.outcomes == {"DONE": 37}
-
-
-# Slow: two processes that load everything. Its siblings above do the same in one.
-@pytest.mark.slow
-def test_processes_give_the_same_bytes(alone, tmp_path):
-    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
-        result = ts.sweep(SWEEP, tmp_path, client=pool)
-    assert files(tmp_path) == files(alone)
-    assert sum(result.workers.values()) == 37
 
 
 def test_a_batch_in_shares_is_the_batch():

@@ -15,7 +15,7 @@ import tarsus.study.layout as layout_of
 from tarsus.files.installed import study_names
 from tarsus.fit.unknowns import Unknown, Unknowns
 from tarsus.study.axes import Grid, Linspace, Logspace, Sobol, Values
-from tarsus.study.layout import UnitPlan, runs_per_unit
+from tarsus.study.layout import runs_per_unit
 from tarsus.study.studyfile import frozen_texts, load_sweep, read_sweep
 
 
@@ -25,8 +25,6 @@ def test_a_grid_is_every_combination_with_the_last_axis_fastest():
     assert sweep.runs == 6
     assert points[RESTITUTION].tolist() == [0.2, 0.2, 0.2, 0.5, 0.5, 0.5]
     assert points[RATE].tolist() == [1e-6, 5e-6, 25e-6] * 2
-    layout = UnitPlan(sweep.runs, 4)
-    assert layout.units == 2 and [layout.part(i) for i in range(2)] == [slice(0, 4), slice(4, 6)]
 
 
 def test_ranges_hold_their_ends():
@@ -158,9 +156,7 @@ FAULTS = [
     (f"{HEAD}{RESTITUTION} = []", f"vary.{RESTITUTION}: expected at least one value, got an empty list"),
     (f"{HEAD}{RESTITUTION} = 0.2", f"vary.{RESTITUTION}: expected a list of values, or a table"),
     (f'{HEAD}{RATE} = ["3 um"]', f"vary.{RATE}.0: expected a rate of force (N/s), got '3 um', which is a length"),
-    (f"{HEAD}{RATE} = [nan]", "finite"),
     (f'{HEAD}{RATE} = {{ kind = "linspace", start = 0.0 }}', f"vary.{RATE}.stop: expected a value"),
-    (f'{HEAD}{RATE} = {{ kind = "linspase", start = 0.0 }}', "did you mean 'linspace'"),
     (f'{HEAD}{RATE} = {{ kind = "logspace", start = 0.0, stop = 1.0, count = 3 }}', f"vary.{RATE}.start: "),
     (f'{HEAD}{RATE} = {{ kind = "linspace", start = 0.0, stop = 1.0 }}', f"vary.{RATE}.count: "),
     (f'{HEAD}{RATE} = {{ kind = "linspace", start = 0.0, stop = 1.0, count = 20_000_000 }}', "at most 1e+07"),
@@ -174,15 +170,11 @@ FAULTS = [
     (GOOD.replace('"peak"', '"peak", "peak"'), "measures.1: 'peak' is named twice"),
     (GOOD.replace('"peak"', ""), "measures: "),
     (GOOD.replace('"cantilever"', '"cantilver"'), "scene: no device is called 'cantilver'; did you mean"),
-    (GOOD.replace('"cantilever"', '"gone.toml"'), "gone.toml: no such file"),
     (GOOD.replace('scene = "cantilever"', ""), "scene: expected the name of a device"),
-    (GOOD.replace("duration", "duraton"), "did you mean 'duration'"),
-    (GOOD.replace("20 ms", "20 mm"), "duration: expected a time (s)"),
     (GOOD.replace("20 ms", "1e7 s"), "duration: a run would take about"),
     (f"{GOOD}[set]\nground.film.thickness = 0", "set.ground.film.thickness: "),
     (f"chunk = 0\n{GOOD}", "chunk: "),
     (f'{GOOD}[design]\nkind = "sobol"', "design.count: "),
-    (f"{GOOD}[", "not valid TOML"),
     (
         f'{GOOD}{RATE} = {{ kind = "linspace", start = 0, stop = 1, count = 3 }}\n[design]\nkind = "sobol"\ncount = 4',
         f"vary.{RATE}.count: a Sobol design has its own count",

@@ -8,7 +8,7 @@ import xarray as xr
 from study.sweep_case import RATE, RESTITUTION, small
 
 import tarsus as ts
-import tarsus.study.pool as pool
+import tarsus.study.sweeping as sweeping
 import tarsus.study.workunit as workunit
 from scene_files import scene
 from tarsus.solve import Accuracy
@@ -74,7 +74,7 @@ def test_finished_units_are_not_run_again(tmp_path, monkeypatch):
     assert seen == [(4, 6), (6, 6)] and again.kept == 4
     assert (folder / "units" / "000" / "000000.npz").stat().st_mtime_ns == kept
     assert again.file.read_bytes() == whole.file.read_bytes()
-    monkeypatch.setattr(pool, "work_unit", lambda *_: pytest.fail("nothing was left to run"))
+    monkeypatch.setattr(sweeping, "work_unit", lambda *_: pytest.fail("nothing was left to run"))
     assert run_sweep(small(), folder, resume=True).kept == 6
 
 

@@ -80,7 +80,7 @@ def bracketed_root(miss: Callable[[float], float], a: float, b: float, fa: float
 
 
 def turns(row: Floats, tolerance: float) -> list[float]:
-    """Where polynomial `row` (K,) turns in (-1, 1), ascending; swings up to `tolerance` are left out."""
+    """Where polynomial `row` (K,) turns in (-1, 1), ascending; swings up to `tolerance` are omitted."""
     slope = row[1:] * np.arange(1, len(row))
     if abs(slope[0]) >= np.abs(slope[1:]).sum():
         return []

@@ -57,7 +57,7 @@ class Layout:
 
     @property
     def sides(self) -> list[list[str]]:
-        """Legs from front to back, on the left (and in the middle) and on the right; a side without legs is left out.
+        """Legs from front to back, on the left (and in the middle) and on the right; a side without legs is omitted.
 
         Legs that stand beside each other on one side keep the robot's order.
         """

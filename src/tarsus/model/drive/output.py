@@ -33,10 +33,12 @@ MOST_SETTLING = 20_000
 """The same before a periodic output repeats: an amplifier so slow hardly passes its signal."""
 
 _TERMS = 20
-"""Chebyshev terms of a solution; those beyond degree 11 must vanish, which tells how long a piece may be."""
+"""Chebyshev terms of a solution; those beyond degree 11 must vanish, which limits how long a piece may be."""
 _INTEGRAL = np.array([chebyshev.chebint(e, lbnd=-1)[:_TERMS] for e in np.eye(_TERMS)]).T
+"""Chebyshev terms of the integral from -1, by those of a function."""
 _TO_CHEBYSHEV = np.array([np.pad(c := chebyshev.poly2cheb(e), (0, _TERMS - len(c))) for e in np.eye(TERMS)]).T
 _TO_MONOMIAL = np.array([np.pad(c := chebyshev.cheb2poly(e), (0, TERMS - len(c))) for e in np.eye(TERMS)]).T
+"""Between the powers of pieces and Chebyshev terms."""
 
 _FIT = 5e-14
 """Share of the voltage's span that a piece may miss; the command's own pieces miss 2e-13."""
@@ -123,10 +125,10 @@ def amplified(track: Track, stage: Stage, start: float) -> Track:
     end, level = float(command.start[-1]), float(command.coef[-1].sum())
     rest = np.zeros(TERMS)
     rest[0] = level
-    settle = abs(level - output.volts) / stage.slew + 40.0 * stage.lag  # e^-40 is below rounding
-    if settle > 0.0:
-        output.piece(end, end + settle, rest, False)
-        end += settle
+    decay = abs(level - output.volts) / stage.slew + 40.0 * stage.lag  # e^-40 is below rounding
+    if decay > 0.0:
+        output.piece(end, end + decay, rest, False)
+        end += decay
     rest[0] = output.volts
     final = end + max(1.0, end)
     output.add(end, final, rest, True)

@@ -17,6 +17,7 @@ from tarsus.model.drive.pieces import TERMS, Channels
 from tarsus.model.drive.track import Floats, Ints, Track, shifted
 
 _NODES = 16
+"""Chebyshev nodes of a part: `TERMS` of its terms are kept, and those above show what it misses."""
 _ANGLE = (np.arange(_NODES) + 0.5) * np.pi / _NODES
 _XI = np.cos(_ANGLE)
 _TO_CHEBYSHEV = np.cos(np.arange(_NODES)[:, None] * _ANGLE) * (2.0 / _NODES)
@@ -29,7 +30,9 @@ for _j in range(2, TERMS):
     _TO_MONOMIAL[:, _j] -= _TO_MONOMIAL[:, _j - 2]
 
 _TOLERANCE = 2e-13
+"""Share of a force's span that a piece may miss: a fifth of the 1e-12 that drives are held to."""
 _MOST_PIECES = 4_000_000
+"""A drive with more is refused: their coefficients alone would take 0.4 GB."""
 _SLIVER = 1e-4
 """A part of a stretch this short (of 2) is a sliver."""
 

@@ -127,11 +127,11 @@ class Track:
 
     def values(self, stretch: Ints, xi: Floats) -> Floats:
         """Volts at local coordinates `xi` (Q,) or (Q, n) of the stretches `stretch` (Q,)."""
-        rows, beside = self.inner[stretch], (slice(None), None) if xi.ndim == 2 else slice(None)
+        rows, column = self.inner[stretch], (slice(None), None) if xi.ndim == 2 else slice(None)
         q = horner(rows[:, :, None] if xi.ndim == 2 else rows, xi)
         if self.amplitude is None:
             return q
-        scale, offset = self.amplitude[stretch][beside], self.offset[stretch][beside]
+        scale, offset = self.amplitude[stretch][column], self.offset[stretch][column]
         return np.where(np.isnan(scale), q, offset + scale * np.sin(q))
 
     def solve(self, stretch: Ints, volts: Floats) -> Floats:

@@ -57,11 +57,11 @@ class Law(Description):
     parameters."""
     slot: ClassVar[str | None] = None
     """The field of the ground that the law stands in; without one it stands among ``ground.laws``. Laws that share a
-    slot are told apart by a field ``kind``."""
+    slot are distinguished by a field ``kind``."""
     slot_note: ClassVar[str | None] = None
     """What the slot is for, and what holds while it is empty."""
     slot_default: ClassVar[bool] = False
-    """Of laws that share a slot, the one that is meant where no ``kind`` is told."""
+    """Of laws that share a slot, the one that is meant where no ``kind`` is given."""
     title: ClassVar[str] = ""
     """The law in words, for reports: a noun without its article. The name of the class, unless given."""
     source: ClassVar[str] = ""

@@ -57,4 +57,4 @@ class AdhesiveFriction(FrictionLaw):
 
 
 AnyFriction = FrictionLaw
-"""A law of friction; Coulomb's where no ``kind`` is told."""
+"""A law of friction; Coulomb's where no ``kind`` is given."""

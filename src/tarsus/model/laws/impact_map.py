@@ -1,4 +1,4 @@
-r"""Impact maps: what a blow at one foot does to the velocity of the whole structure.
+r"""Impact maps: what an impact at one foot does to the velocity of the whole structure.
 
 Newton's law says how fast the struck foot departs, :math:`n^T v^+ = -e\, n^T v^-`; an impact map says how
 the other coordinates follow,
@@ -89,13 +89,13 @@ class ImpactMap(Description):
         Raises
         ------
         InputError
-            Where the map does not tell how this foot's blow moves the structure.
+            Where the map does not say how this foot's impact moves the structure.
         """
         raise NotImplementedError
 
 
 class MassWeighted(ImpactMap):
-    """Newton's and Moreau's map: the blow is an impulse at the foot, ``d = M^-1 n / (n^T M^-1 n)``."""
+    """Newton's and Moreau's map: the impact is an impulse at the foot, ``d = M^-1 n / (n^T M^-1 n)``."""
 
     title = "mass-weighted"
     kind: Literal["mass_weighted"] = "mass_weighted"

@@ -27,7 +27,7 @@ class Landing(Law):
 class CaptureUnlessPulled(Landing):
     """A foot is held unless the pull exceeds ``f_a(0)``; then it departs with ``e v``.
 
-    Without adhesion it always departs, until its flights are too low to be told from rest.
+    Without adhesion it always departs, until its flights are too low to be distinguished from rest.
     """
 
     title = "held unless the pull exceeds the adhesion"

@@ -33,8 +33,8 @@ def _name(law: type[Law]) -> str | None:
     return law.name() if law.model_fields or law.function() is not None else None
 
 
-_TOLD = ("rebound", "excess", "strength", "momentum", "force", None, "friction")
-"""Order of the slots by hook, as a contact is told: the impact, what holds, the forces; in files and lists of paths."""
+_ORDER = ("rebound", "excess", "strength", "momentum", "force", None, "friction")
+"""Order of the slots by hook, as a contact goes: the impact, what holds, the forces; in files and lists of paths."""
 
 
 @lru_cache(maxsize=1)
@@ -44,8 +44,8 @@ def slots() -> Mapping[str, Slot]:
     for law in built_in().values():
         if law.slot is not None:
             groups.setdefault(law.slot, []).append(law)
-    told = sorted(groups, key=lambda slot: min(_TOLD.index(law.hook) for law in groups[slot]))
-    return MappingProxyType({slot: _slot(slot, groups[slot]) for slot in told})
+    ordered = sorted(groups, key=lambda slot: min(_ORDER.index(law.hook) for law in groups[slot]))
+    return MappingProxyType({slot: _slot(slot, groups[slot]) for slot in ordered})
 
 
 def _slot(slot: str, laws: list[type[Law]]) -> Slot:
@@ -55,15 +55,15 @@ def _slot(slot: str, laws: list[type[Law]]) -> Slot:
     for law in laws:
         if "kind" not in law.model_fields:
             raise TypeError(
-                f"{law.__name__}: laws that share the slot '{slot}' are told apart by a field kind: Literal[...]"
+                f"{law.__name__}: laws that share the slot '{slot}' are distinguished by a field kind: Literal[...]"
             )
     kinds = [law.model_fields["kind"].default for law in laws if law.slot_default]
 
-    def kind_told(value: Any) -> Any:
+    def kind_given(value: Any) -> Any:
         return {"kind": kinds[0], **value} if kinds and isinstance(value, Mapping) else value
 
     return Slot(
-        Annotated[reduce(or_, laws), Field(discriminator="kind"), BeforeValidator(kind_told)]
+        Annotated[reduce(or_, laws), Field(discriminator="kind"), BeforeValidator(kind_given)]
         if len(laws) > 1
         else laws[0],
         note,

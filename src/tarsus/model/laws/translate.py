@@ -40,9 +40,9 @@ def translate(function: Callable[..., float], leading: int | None = None, name: 
     function
         A function whose source can be read: of a module, a file loaded by path, or a notebook.
     leading
-        How many of what it takes are arguments; the rest are parameters. All, unless told.
+        How many of what it takes are arguments; the rest are parameters. All, unless given.
     name
-        What messages call it; its qualified name, unless told.
+        What messages call it; its qualified name, unless given.
 
     Raises
     ------

@@ -68,7 +68,7 @@ class Structure(Description):
         Raises
         ------
         InputError
-            Unless the points are as many as the coordinates and tell them apart.
+            Unless the points are as many as the coordinates and determine them.
         """
         points = self.lumped_points
         rows = np.array([self.row(name) for name in points])
@@ -92,6 +92,6 @@ class Structure(Description):
     def vertical(self) -> Array | None:
         """Coordinates (n,) of a unit upward translation of the whole structure (projected onto them).
 
-        The generalised weight is ``-g * mass @ vertical()``.  None when the description does not tell.
+        The generalised weight is ``-g * mass @ vertical()``.  None when the description does not say.
         """
         return None

@@ -22,6 +22,7 @@ GRAVITY = 9.81
 """Acceleration of gravity [m/s^2]."""
 
 _TOLERANCE = 1e-11
+"""Of a step, relative to the size of the motion: the balance of energy of a step response closes to 1e-9 by it."""
 _STIFF = 1e4
 """Decays within a run above which an explicit method would be held to very short steps: an implicit one then."""
 
@@ -85,7 +86,7 @@ def standing_load(leg: Leg) -> float:
     """Greatest load [N] under which the leg stands at 0 V; a heavier body snaps through to the ground.
 
     Along the equilibria of growing hip turn the load first rises and then falls, as the leaning shin lowers
-    the body ever faster: the greatest value counts.  The links' own weight is left out.
+    the body ever faster: the greatest value counts.  The links' own weight is neglected.
     """
     chain = leg.chain()
 

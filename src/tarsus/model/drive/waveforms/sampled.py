@@ -55,8 +55,8 @@ class Sampled(Signal):
         folder = (info.context or {}).get("folder")
         if value is None or Path(value).is_absolute() or folder is None:
             return value
-        beside = Path(folder) / value
-        return str(beside.resolve()) if beside.exists() else value
+        there = Path(folder) / value
+        return str(there.resolve()) if there.exists() else value
 
     @model_validator(mode="after")
     def _check_samples(self) -> Sampled:

@@ -1,0 +1,60 @@
+"""Files that are whole or not there: they are written beside their place and moved into it."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import secrets
+from collections.abc import Iterator
+from pathlib import Path
+
+from tarsus.base.errors import InputError
+
+__all__ = ["reason_of", "write_text", "written_whole"]
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file whole or not at all (temporary file beside it, then `os.replace`).
+
+    Raises InputError if the folder cannot be written or `path` is a folder.
+    """
+    with written_whole(path) as part:
+        part.write_text(text, encoding="utf-8", newline="\n")
+
+
+@contextlib.contextmanager
+def written_whole(path: Path) -> Iterator[Path]:
+    """A temporary file beside `path`, with its ending, for the length of the block, which writes it; then `path` is it.
+
+    Raises InputError if the folder cannot be written or `path` is a folder, also where a writer of another library puts
+    its own words in place of the operating system's.
+    """
+    if path.is_dir():
+        raise InputError([f"cannot write {path}: it is a folder"])
+    # in containers on one disk the number of a process is often the same in every one
+    part = path.with_name(f".tarsus-{os.getpid()}-{secrets.token_hex(4)}-{path.name}")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        yield part
+        os.replace(part, path)
+    except Exception as error:
+        refused = _refusal(error)
+        if refused is None:
+            raise
+        raise InputError([f"cannot write {path}: {reason_of(refused)}"]) from error
+    finally:
+        with contextlib.suppress(OSError):
+            part.unlink(missing_ok=True)
+
+
+def _refusal(error: BaseException) -> OSError | None:
+    """The operating system's refusal that an error is, or came after."""
+    seen: BaseException | None = error
+    while seen is not None and not isinstance(seen, OSError):
+        seen = seen.__cause__ or seen.__context__
+    return seen
+
+
+def reason_of(error: OSError) -> str:
+    """Why the operating system refuses, in small letters."""
+    return error.strerror.lower() if error.strerror else str(error)

@@ -1,0 +1,140 @@
+"""`devices`, `show`, `check` and `report`: what names, files and folders hold, and how two of a kind differ."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import tarsus as ts
+from tarsus.base.spec import get_value
+
+BALL = Path(__file__).parents[1] / "scenes" / "ball.toml"
+
+
+def line(result, start: str) -> str:
+    return next(one for one in result.out.splitlines() if one.startswith(start))
+
+
+def test_devices_lists_the_packaged_ones(tarsus):
+    listed = {one["name"]: one for one in tarsus("devices", "--json").json()["devices"]}
+    assert {"cantilever", "cantilever-1"} <= set(listed) and listed["cantilever"]["feet"] == 1
+    assert "cantilever-1" in tarsus("devices").out
+
+
+def test_every_value_has_a_unit_and_a_provenance(tarsus):
+    for device, source in (("cantilever", "calibrated"), ("cantilever-1", "printed")):
+        values = {one["path"]: one for one in tarsus("show", device, "--json").json()["values"]}
+        assert len(values) > 10 and values["ground.adhesion.initial"]["unit"] == "N"
+        assert all(one["source"] in {"printed", "derived", "calibrated", "assumed"} for one in values.values())
+        assert all(one["note"] for one in values.values())
+        found, path = ts.load_scene(device), "ground.restitution.coefficient"
+        assert (values[path]["value"], values[path]["source"]) == (get_value(found, path), source)
+    assert "58 um" in line(tarsus("show", "cantilever-1"), "ground.film.thickness")
+
+
+def test_intervals_impact_map_and_landing_rule_are_shown(tarsus, tmp_path):
+    shown = tarsus("show", "hexapod")
+    row = line(shown, "robot.structure.frequencies")
+    assert "117.2396 Hz" in row and "2680 Hz to 3130 Hz" in row and "±" in row
+    assert "impact map: dominant mode, made passive" in shown.out
+    found = tarsus("show", "hexapod", "--json").json()
+    by_path = {one["path"]: one for one in found["values"]}
+    low, high = by_path["robot.structure.frequencies.5"]["interval"]
+    assert 2600.0 < low < by_path["robot.structure.frequencies.5"]["value"] < high < 3200.0
+    assert by_path["robot.feet.foot1.gap"]["interval"] is None
+    assert found["impact_map"]["passive"] is True and found["landing"] == "capture_unless_pulled"
+    assert found["impact_map"]["worst_gain"] == pytest.approx(1.0, abs=1e-9)
+    file = tmp_path / "slow.toml"
+    rule = ts.laws.RestituteFirst(speed=0.02)
+    ts.write_scene(ts.load_scene("cantilever", **{"ground.landing": rule}), file)
+    out = tarsus("show", file).out
+    assert "landing: restitution first, held when slow" in out and "ground.landing.speed" in out
+    assert "95 % interval" not in tarsus("show", BALL).out
+
+
+def test_check_accepts_what_was_written_and_names_all_errors_at_once(tarsus, scene_table, save):
+    assert "is a good scene" in tarsus("check", save(scene_table)).out
+    scene_table["ground"]["film"]["thickness"] = "0 um"
+    scene_table["ground"]["adhesion"]["inital"] = scene_table["ground"]["adhesion"].pop("initial")
+    scene_table["robot"]["feet"]["tip"]["gap"] = "3 mg"
+    result = tarsus("check", save(scene_table))
+    assert result.code == 2
+    for parts in (("ground.film.thickness", "above 0"), ("inital", "'initial'"), ("robot.feet.tip.gap", "a mass")):
+        assert any(all(part in one for part in parts) for one in result.sentences)
+
+
+def test_check_of_a_scene_with_a_law_of_ones_own(tarsus, scene_table, save, magnet):
+    scene_table["ground"]["laws"] = {"magnet": {"strength": "2e-24 N m^4"}}
+    file = save(scene_table)
+    alone = tarsus("check", file)
+    assert alone.code == 2 and "--law" in alone.sentences[0]
+    assert tarsus("check", file, "--law", magnet).code == 0
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    """Folders of two runs that differ in their restitution."""
+    from tarsus.cli import main
+
+    root = tmp_path_factory.mktemp("runs")
+    for name, coefficient in (("a", "0.378"), ("b", "0.4")):
+        words = ["simulate", "cantilever", "--duration", "40 ms", "--no-report", "-o", str(root / name)]
+        assert main([*words, "--set", f"ground.restitution.coefficient={coefficient}"]) == 0
+    return root
+
+
+def test_a_stored_run_is_shown_as_it_was_simulated(tarsus, runs):
+    found = tarsus("show", runs / "a", "--json").json()
+    assert found["ok"] and found["duration_s"] == 0.04 and found["measures"]["impacts"]["value"] >= 2
+    shown = tarsus("show", runs / "a").out
+    assert "0.04 s simulated" in shown and "lost in impacts" in shown
+    assert "is a good run" in tarsus("check", runs / "a").out
+
+
+def test_studies_calibrations_and_sweeps_are_shown(tarsus, tmp_path):
+    found = tarsus("show", "cantilever-adhesion", "--json").json()
+    assert found["runs"] == 54 and found["vary"]["ground.restitution.coefficient"] == [0.1, 0.6]
+    assert "ground.restitution.coefficient" in tarsus("show", "cantilever-adhesion").out
+    from tarsus.files.installed import study_path
+
+    file = study_path("cantilever")
+    assert len(tarsus("show", file, "--json").json()["unknowns"]) >= 5
+    assert "is a good calibration" in tarsus("check", file).out
+
+
+def test_runs_are_compared(tarsus, runs):
+    found = tarsus("show", runs / "a", runs / "b", "--json").json()
+    assert [row["path"] for row in found["values"]] == ["ground.restitution.coefficient"]
+    assert found["values"][0]["difference"] == pytest.approx(0.4 / 0.378 - 1.0)
+    assert found["parting"]["number"] == 2 and found["parting"]["first"]["kind"] == "bounce"
+    speeds = {row["name"]: row for row in found["measures"]}["hardest_impact"]
+    assert speeds["difference"] == pytest.approx(0.0, abs=1e-6)
+    shown = tarsus("show", runs / "a", runs / "b").out
+    assert "they part at event 2: bounce of tip" in shown and "5.82 %" in shown
+    same = tarsus("show", runs / "a", runs / "a", "--json").json()
+    assert same["parting"] is None and same["values"] == []
+    assert all(row["difference"] in (0.0, None) for row in same["measures"] + same["energies"])
+
+
+def test_a_value_is_compared_with_the_interval_of_the_other(tarsus, tmp_path):
+    """A number well within the interval that the device states, one beyond, and one that has none."""
+    scene = ts.load_scene("cantilever")
+    damping, adhesion, gap = (
+        "robot.structure.damping_ratios.0", "ground.adhesion.initial", "robot.feet.tip.gap",
+    )  # fmt: skip
+    low, high = scene.interval(damping)
+    changes = {damping: low + 0.3 * (high - low), adhesion: 2.0 * scene.interval(adhesion)[1], gap: 71e-6}
+    other = tmp_path / "other.toml"
+    ts.write_scene(ts.with_values(scene, changes), other)
+    found = tarsus("show", "cantilever", other, "--json").json()
+    inside = {row["path"]: row["inside"] for row in found["values"]}
+    assert inside == {damping: True, adhesion: False, gap: None}
+    assert "1 of 2 values with a 95 % interval" in tarsus("show", "cantilever", other).out
+
+
+def test_a_page_is_made_again_without_simulating(tarsus, runs, monkeypatch):
+    monkeypatch.setattr(ts, "simulate", lambda *_, **__: pytest.fail("simulated"))
+    found = tarsus("report", runs / "b", "--no-browser", "--json").json()
+    assert found == {"page": str(runs / "b" / "report.html"), "made_again": True}
+    assert "cantilever" in (runs / "b" / "report.html").read_text()
