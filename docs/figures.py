@@ -342,7 +342,8 @@ def millipede() -> str:
     readings, total = found["readings"], next(iter(found["variants"].values()))["directional_total"]
     at_most = f"{readings['agree']['quantile_95']:g}"
     rows.append(
-        [f"{readings['judged']} random interpretations of what is not printed, mean (95 % agree with at most {at_most})",
+        [f"{readings['judged']} random interpretations of what is not printed, mean (95 % agree with at most "
+         f"{at_most})",
          *(f"{readings[key]['mean']:.1f}" for key in counts),
          f"{readings['directional_agree']['mean']:.1f} of {total}"]
     )  # fmt: skip

@@ -7,7 +7,6 @@ from typing import Any
 
 from tarsus.files.library import load_scene
 from tarsus.model.scene import Source
-from tarsus.report.html import Markup
 from tarsus.report.pages import page, rendered
 from tarsus.tables import Table
 from tarsus_reproduce.forecast import CALIBRATED, PREDICTED
@@ -25,7 +24,7 @@ def index_html(results: Mapping[str, Result]) -> str:
     chosen = [(one, results[name]) for name, one in experiments().items() if name in results]
     rows = [
         (
-            Markup('<a href="{}/reproduction.html">{}</a>').format(one.name, one.title),
+            rendered("tarsus_reproduce:link.html", one=one),
             _calibrated(one, result),
             _predicted(one, result),
         )
