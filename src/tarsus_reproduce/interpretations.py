@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from importlib.resources import files
@@ -66,50 +67,16 @@ class UnprintedChoice:
     why: str
 
 
-def _log(name: str, unit: str, low: float, high: float, why: str) -> Unknown:
-    """An unprinted number: the ends of its range [SI], drawn evenly in the logarithm, and why these ends."""
-    return Unknown(name=name, unit=unit, low=low, high=high, scale="log", meaning=why)
+def _unprinted() -> tuple[tuple[Unknown, ...], tuple[UnprintedChoice, ...]]:
+    """Numbers and choices of `data/unprinted.toml`."""
+    text = files("tarsus_reproduce").joinpath("data", "unprinted.toml").read_text(encoding="utf-8")
+    table = tomllib.loads(text)
+    choices = (UnprintedChoice(one["name"], tuple(one["options"]), one["why"]) for one in table["choice"])
+    return tuple(Unknown(**one, scale="log") for one in table["number"]), tuple(choices)
 
 
-UNPRINTED = (
-    _log("body mass", "kg", 0.05e-6, 0.5e-6, "the payloads of Fig. 4.11"),
-    _log("leg mass", "kg", 0.5e-9, 20e-9, "thigh and shin of 10 µm silicon, to a tenth of the lightest body"),
-    _log("vertical stiffness", "N/m", 0.1, 10.0, "a tenth to ten times what Table 4.1 gives at the body"),
-    _log("vertical damping ratio", "1", 0.02, 1.9, "a thin film's damping to that of Table 4.1 (erratum E16)"),
-    _log("vertical gain", "N/V", 0.3e-6, 5e-6, "a fifth to three times what Table 4.1 gives at the body"),
-    _log("lateral stiffness", "N/m", 0.1, 10.0, "as the vertical one"),
-    _log("lateral damping ratio", "1", 0.02, 1.9, "as the vertical one"),
-    _log("lateral over vertical force", "1", 0.3, 3.0, "one voltage drives both actuators, of the same film"),
-    _log("friction", "1", 0.1, 1.0, "dry friction of silicon, clean to rough"),
-    _log(
-        "friction by adhesion alone", "1", 0.1, 10.0,
-        "dry friction's coefficient to what bears a body's weight on the adhesion of Table 2.2",
-    ),
-    _log("speed that may be held", "m/s", 1e-4, 1e-2, "a thousandth to a tenth of the speed at which feet land"),
-    _log("film thickness at contact", "m", 0.1e-6, 58e-6, "roughness of a wafer to the 58 µm of Table 2.2"),
-    _log("electrostatic offset", "m", 1e-6, 100e-6, "an oxide's thickness to a quarter of a leg"),
-    _log("electrostatic coefficient", "N m^2/V^2", 1e-21, 1e-17, "the two grounds of Fig. 4.7"),
-    _log("drive frequency", "Hz", 20.0, 200.0, "slow steps of section 5.1 to the leg's own frequency"),
-)  # fmt: skip
-"""Numbers that the dissertation does not print for its walking model."""
-
-CHOICES = (
-    UnprintedChoice("film reading", tuple(one.value for one in FilmUnit), "the unit of C_sfd (erratum E4)"),
-    UnprintedChoice(
-        "start", ("standing", "relaxed"), "figures of whole runs depend on it, the text does not say"
-    ),
-    UnprintedChoice(
-        "landing",
-        (CaptureUnlessPulled.title, RestituteFirst.title, PullAsPrinted.title),
-        "(2.13) as printed has a sign reversed (erratum E1), and nothing says when a foot that rebounds is held",
-    ),
-    UnprintedChoice(
-        "friction bound",
-        ("µ (N + f_a)", "µ f_a"),
-        "friction is 'assumed to be related to adhesion force', in words only",
-    ),
-)
-"""Choices that it does not state."""
+UNPRINTED, CHOICES = _unprinted()
+"""Numbers that the dissertation does not print for its walking model, and choices that it does not state."""
 
 COUNTS = ("agree", "contradict", "insensitive", "not_determined", "directional_agree", "directional_total")
 """Columns of the packaged file, and what is kept of a score."""

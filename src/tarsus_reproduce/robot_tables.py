@@ -191,7 +191,9 @@ def _modes(found: RobotRows) -> Section:
         Column("MAC", digits=3),
         *(Column(one, digits=3, over="shape") for one in points),
     )
-    rows = [(str(mode.number), mode.freq_hz, mode.mac, *mode.shape) for mode in found.modes]
+    rows: list[tuple[Any, ...]] = [
+        (str(mode.number), mode.freq_hz, mode.mac, *mode.shape) for mode in found.modes
+    ]
     rows.append(("printed", None, None, *column.tolist()))
     note = (
         "MAC: likeness of the mode and the printed CoR column, 1 = the same shape; the last line is that column. "
@@ -209,7 +211,12 @@ def _maps(found: RobotRows, runs: RobotRuns) -> Section:
     rows = [
         (one.map, one.restitution, one.skew, one.worst_gain, one.passive_worst_gain) for one in found.maps
     ]
-    flagged = [(k, 3 + j) for k, row in enumerate(rows) for j in (0, 1) if row[3 + j] > 1.0 + ROUNDING]
+    flagged = [
+        (k, 3 + j)
+        for k, one in enumerate(found.maps)
+        for j, gain in enumerate((one.worst_gain, one.passive_worst_gain))
+        if gain > 1.0 + ROUNDING
+    ]
     impact = found.scene.ground.impact
     acting = (
         "The device's ground has no impact map of its own: mass-weighted."

@@ -66,7 +66,8 @@ def many_legs(
     if problems:
         raise InputError(problems)
     pair = _pair()
-    pattern = pair.gait if gait is None else gait
+    pattern = gait or pair.gait
+    assert pattern is not None
     provenance = _provenance(pair, legs // 2, scatter, seed)
     if pattern.kind == "free":
         provenance["gait.phases"] = Provenance(source=Source.ASSUMED, note="Chosen with the gait.")

@@ -82,13 +82,12 @@ def reproduce(
             place = output / name if output is not None and whole else output
             with console.progress_bar("reproducing", time_left=readings > 0) as progress:
                 one = verb.reproduce(name, **own, threads=threads, folder=place, progress=progress)
-            if not whole:
-                console.print_json(one.to_dict()) if json else print(one.table())
+            written: list[Path] = []
             if place is not None:
                 with console.spinner("writing the report"):
                     written = one.write(place)
-                if not (whole or json):
-                    console.wrote(written)
+            if not whole:
+                console.show(one, json, written)
             console.complain(one.problems)
             found[name] = one
         if whole and output is not None:
