@@ -18,8 +18,8 @@ Floats = NDArray[np.float64]
 class Uncertainty:
     """Standard errors of the nu unknowns of a fit, by the curvature of its cost.
 
-    errors: standard error [SI] by name, infinite where the residuals do not determine the number; correlations (nu, nu),
-    in the order of the names, NaN in the rows of such numbers; notes: sentences on what they do not hold for.
+    errors: standard error [SI] by name, infinite where the residuals do not determine it; correlations (nu, nu), in
+    the order of the names, NaN in the rows of such numbers; notes: sentences on what they do not hold for.
     """
 
     errors: dict[str, float]
