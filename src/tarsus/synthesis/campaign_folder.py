@@ -12,7 +12,7 @@ from tarsus.base.spec import with_values
 from tarsus.files.toml import description_text, write_scene
 from tarsus.files.whole import write_text
 from tarsus.identify.campaign import Campaign, RecordSet
-from tarsus.identify.known import PLACEHOLDER
+from tarsus.identify.estimates import PLACEHOLDER
 from tarsus.model.drive.laws import LinearForce
 from tarsus.model.drive.laws.prandtl_ishlinskii import PrandtlIshlinskii
 from tarsus.model.scene import ModalLoad, Provenance, Scene, Source

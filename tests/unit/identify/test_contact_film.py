@@ -11,8 +11,8 @@ from tarsus.files.library import load_scene
 from tarsus.identify.contact_film import film_by_impacts
 from tarsus.identify.draws import DRAWS
 from tarsus.identify.electrostatics import FILM
+from tarsus.identify.estimates import Estimates
 from tarsus.identify.foot import FootModel
-from tarsus.identify.known import Known
 from tarsus.identify.restitution import PATH, identify_restitution
 from tarsus.identify.step import StepResult
 from tarsus.identify.traces import trace_of
@@ -56,7 +56,7 @@ def seen(truth):
     tied = StepResult("tied", (TIED,), np.array([SEEN[0] ** 0.5]), step.samples[:, :1] ** 0.5)
     gain = truth.law.gain * (1.0 + 1e-5 * random.standard_normal((DRAWS, 1)))
     loose = StepResult("loose", (LOOSE,), np.array([truth.law.gain]), gain)
-    return Known.nothing(truth).after(step).after(tied).after(loose), step
+    return Estimates.nothing(truth).after(step).after(tied).after(loose), step
 
 
 @pytest.fixture(scope="module")

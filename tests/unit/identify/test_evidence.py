@@ -16,8 +16,8 @@ from tarsus.files.library import load_scene
 from tarsus.identify.adhesion import _line
 from tarsus.identify.campaign import read_campaign
 from tarsus.identify.chain import StepRunner, identify
+from tarsus.identify.estimates import Estimates
 from tarsus.identify.foot import FootModel
-from tarsus.identify.known import Known
 from tarsus.identify.result import identified_device, summary_of
 from tarsus.model.scene import Source
 from tarsus.records.purpose import Purpose
@@ -166,7 +166,7 @@ def test_what_is_moved_by_its_uncertainty_stays_a_device():
     scene = load_scene(LABORATORY)
     model = FootModel(scene, "tip", "pzt", ("tip", "center"))
     paths = ("ground.film.coefficient", "ground.restitution.coefficient", "robot.drives.pzt.law.linear")
-    known = Known(model, paths, np.array([1e-21, 0.9, 1e-7]), np.zeros((1, 3)))
+    known = Estimates(model, paths, np.array([1e-21, 0.9, 1e-7]), np.zeros((1, 3)))
     moved = known.model(np.array([-2e-21, 1.2, -1e-7])).scene
     assert moved.ground.film.coefficient == pytest.approx(1e-24)
     assert moved.ground.restitution.coefficient == 1.0 and moved.robot.drives["pzt"].law.linear == -1e-7

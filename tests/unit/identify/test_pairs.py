@@ -12,7 +12,7 @@ from laboratory import LABORATORY
 from tarsus.files.library import load_scene
 from tarsus.identify.campaign import read_campaign, read_records
 from tarsus.identify.foot import FootModel
-from tarsus.identify.pairs import Pair, compare_in_air, map_from_pairs, told_by_pairs
+from tarsus.identify.pairs import Pair, compare_in_air, from_pairs, map_from_pairs
 from tarsus.identify.traces import trace_of
 from tarsus.model.drive.waveforms import Square
 from tarsus.records.purpose import Purpose
@@ -30,7 +30,7 @@ def test_a_pair_tells_restitution_and_column(model):
     close, in_air = records()
     found, left = map_from_pairs(model, [Pair("near", "far", (close,), (in_air,))])
     assert not left
-    told = told_by_pairs(found, seed=3)
+    told = from_pairs(found, seed=3)
     value, draws, _ = told["restitution, from near less the air"]
     assert value == pytest.approx(RESTITUTION, rel=0.02)
     low, high = np.quantile(draws, [0.025, 0.975])
