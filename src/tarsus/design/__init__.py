@@ -6,8 +6,9 @@ A verb is one function, with its settings as words, as a mapping or as a TOML fi
 """
 
 from tarsus.design.adaptive import adapt
-from tarsus.design.adaptive_gait import AdaptiveGait, Sense
+from tarsus.design.adaptive_gait import AdaptiveGait
 from tarsus.design.gait_front import GaitFront, GaitPoint
+from tarsus.design.gait_request import Sense
 from tarsus.design.gait_search import gait
 from tarsus.design.gait_unknowns import Symmetry
 from tarsus.design.grounds import Grounds

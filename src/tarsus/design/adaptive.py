@@ -9,11 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.base.messages import nearest
 from tarsus.base.workers import Workers
-from tarsus.design.adaptive_gait import AdaptiveGait, Sense
+from tarsus.design.adaptive_gait import AdaptiveGait
 from tarsus.design.gait_choice import GaitChoice, gait_choice
-from tarsus.design.gait_request import AdaptSettings, GaitRequest, gait_request
+from tarsus.design.gait_request import AdaptSettings, GaitRequest, Sense, gait_request
 from tarsus.design.grounds import Grounds, drawn, spread
 from tarsus.design.judge import MEAN
 from tarsus.design.request import Given, Problems, settings_of
@@ -21,21 +20,21 @@ from tarsus.design.walks import OBJECTIVES, WalkObjective, Walks
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.fit.valleys import even_points, inside, shorter_steps
 
-__all__ = ["adapt", "senses_of"]
+__all__ = ["adapt"]
 
 Floats = NDArray[np.float64]
 Progress = Callable[[int, int, str], None]
 
 SPREAD_GROUNDS = 32
-"""Grounds on which gaits are sought."""
+"""Grounds on which gaits are sought: every gait tried walks on all of them."""
 PROBES = 4
-"""Probes at most; the steps are shared out evenly."""
+"""Probes at most, among which the steps are shared out evenly: four of five steps earned more than two of ten."""
 PROBE_STEPS = 2
 """Steps of a probe at least: the first third tells of the start."""
 WORTH = 0.005
-"""Share of the mean value that another gait must add to the few."""
+"""Share of the mean value that another gait must add to the few: less is within the scatter of the grounds."""
 YOUNG = 8
-"""Gaits tried about one in each step of a search."""
+"""Gaits tried about one in each step of a search: some more than the two to four numbers that are usually free."""
 STEP, SHORTER = 0.15, 1.5
 """First step of such a search, in the unit cube, and the divisor of the next ones."""
 KNOWING = 3
@@ -62,22 +61,6 @@ _SENSED = {
         ),
     ),
 }
-
-
-def senses_of(given: str | Sequence[Sense]) -> tuple[Sense, ...]:
-    """Senses of words with commas; raises InputError for unknown ones, and for nothing beside something."""
-    if not isinstance(given, str):
-        return tuple(given)
-    words = [word.strip() for word in given.split(",")]
-    known = [one.value for one in Sense]
-    problems = [
-        f"sense: there is none called '{word}'{nearest(word, known)}" for word in words if word not in known
-    ]
-    if not problems and len(set(words)) > 1 and Sense.NOTHING.value in words:
-        problems.append("sense: 'nothing' stands alone")
-    if problems:
-        raise InputError(problems)
-    return tuple(Sense(word) for word in dict.fromkeys(words))
 
 
 def adapt(
@@ -112,10 +95,8 @@ def adapt(
         ``charge``, ``slip``, both with a comma, or ``nothing``.
     objective
         What the gait is for, one; speed unless given.
-    request
-        Settings as a mapping or a TOML file, see `tarsus.design.settings_text`; what is given beside it prevails.
-    threads, progress
-        As for `tarsus.design.gait`.
+    request, threads, progress
+        As for `tarsus.design.landing`.
     settings
         Further ones: steps of all probes; gaits, how many at most; hidden and training, numbers of grounds; noise,
         standard deviation of what is sensed as a share of it; repeats, walks that each gait is judged by on each
@@ -132,7 +113,9 @@ def adapt(
         AdaptSettings, request, free=free, over=over, sense=sense, objective=objective, **settings
     )
     problems = Problems()
-    senses = problems.tried(lambda: senses_of(options.sense)) or ()
+    senses = tuple(dict.fromkeys(options.sense))
+    if len(senses) > 1 and Sense.NOTHING in senses:
+        problems.append("sense: 'nothing' stands alone")
     if not options.over:
         problems.append("over: name the grounds between which the robot cannot know, each with its range")
     asked = problems.tried(lambda: gait_request(as_scene(scene), options, MEAN, threads))

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from enum import Enum
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.design.gait_choice import GaitChoice
-from tarsus.design.gait_request import GaitRequest
+from tarsus.design.gait_request import GaitRequest, Sense
 from tarsus.design.grounds import Grounds
 from tarsus.design.results import DesignResult, csv_text, units_of
 from tarsus.files.jsontext import json_text
@@ -19,7 +18,7 @@ from tarsus.files.version import package_version
 from tarsus.tables.numbers import interval, percent
 from tarsus.tables.table import Column, Table
 
-__all__ = ["ADAPT_FILES", "AdaptiveGait", "Sense"]
+__all__ = ["ADAPT_FILES", "AdaptiveGait"]
 
 Floats = NDArray[np.float64]
 
@@ -27,18 +26,6 @@ ADAPT_FILES = ("adapt.json", "hidden.csv", "report.html")
 """Names of everything that `tarsus design adapt` writes."""
 DRAWS = 2000
 """Resamplings of the hidden grounds for the interval of the regret (Efron's bootstrap)."""
-
-
-class Sense(Enum):
-    """What a robot can sense of its own walk."""
-
-    NOTHING = "nothing"
-    """Nothing: one gait for all grounds."""
-    CHARGE = "charge"
-    """The charge of its actuators, which tells when a foot meets and leaves the ground: the share of the time on
-    the ground, and touchdowns a step."""
-    SLIP = "slip"
-    """Its way over the ground: path that the feet slide, and stride."""
 
 
 @dataclass(frozen=True, repr=False)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from enum import Enum
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
@@ -23,7 +24,7 @@ from tarsus.model.structure import Walker
 
 Floats = NDArray[np.float64]
 
-__all__ = ["AdaptSettings", "GaitRequest", "GaitSettings", "gait_request"]
+__all__ = ["AdaptSettings", "GaitRequest", "GaitSettings", "Sense", "gait_request"]
 
 FEWEST = 64
 """Candidates below which no search begins: a population of 24 and what it is chosen from."""
@@ -32,6 +33,18 @@ TIED = "of free phases: none, mirror, pairs or wave"
 WALK = "of a walk, the scene's own unless given"
 ROUNDING = 1e-9
 """A duration is a drive period where it is so near to it: what division of frequencies leaves."""
+
+
+class Sense(Enum):
+    """What a robot can sense of its own walk."""
+
+    NOTHING = "nothing"
+    """Nothing: one gait for all grounds."""
+    CHARGE = "charge"
+    """The charge of its actuators, which tells when a foot meets and leaves the ground: the share of the time on
+    the ground, and touchdowns a step."""
+    SLIP = "slip"
+    """Its way over the ground: path that the feet slide, and stride."""
 
 
 class GaitSettings(Settings):
@@ -86,7 +99,7 @@ class AdaptSettings(Settings):
     training: Annotated[int, Field(ge=2)] = setting(256, "grounds that the table is of")
     duration: MaybeAmount = quantity("s", WALK, default=None, gt=0)
     seed: Seed = setting(0, SEED)
-    sense: Any = setting("charge", "charge, slip, both with a comma, or nothing")
+    sense: tuple[Sense, ...] = setting((Sense.CHARGE,), "charge, slip, both, or nothing")
     steps: Annotated[int, Field(ge=2)] = setting(20, "walked with up to four gaits before one is chosen")
     noise: Amount = quantity(
         "1", "standard deviation of what is sensed, as a share of it", default=0.02, ge=0, lt=1

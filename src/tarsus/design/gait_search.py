@@ -97,14 +97,10 @@ def gait(
     risk
         ``worst``, ``cvar:q``, ``mean`` or ``nominal``, of each objective for itself; worst with grounds, else
         nominal.
-    request
-        Settings as a mapping or a TOML file, see `tarsus.design.settings_text`; what is given beside it prevails.
+    request, threads, progress
+        As for `tarsus.design.landing`.
     folder
         Where batches of runs are kept; with ``resume`` a design that was killed goes on there, and ends the same.
-    threads
-        Worker threads, or an executor.
-    progress
-        Called as ``progress(done, total, what)``.
     settings
         Further ones: symmetry, dead, candidates, look, loss, duration, seed.
 

@@ -19,7 +19,7 @@ from tarsus.design.trials import Trials, settled_periods
 from tarsus.fit.minimax import descend_pieces
 from tarsus.fit.valleys import Budget, Visited, follow_down, search
 
-__all__ = ["DENSE", "LandingSearch", "Signal"]
+__all__ = ["DENSE", "LandingSearch", "LandingSignal"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -49,7 +49,7 @@ POLISHED, POLISHING = 2, 12
 
 
 @dataclass(frozen=True)
-class Signal:
+class LandingSignal:
     """A candidate: a signal (2S,) as `Trials` take it, with its pairs of switchings."""
 
     row: Floats
@@ -74,7 +74,7 @@ class LandingSearch:
         self.visited: dict[int, tuple[list[Family], Visited]] = {}
         self.trials = Trials(request.scene, request.drive, request.foot, step.period, threads=request.threads)
         self.nominal = Grounds.nominal(request.scene, () if request.over is None else request.over.names)
-        self.plain = Signal(step.plain()[0], 0)
+        self.plain = LandingSignal(step.plain()[0], 0)
         self.trials.periods = self._settled()
         before = self.trials.on(self.plain.rows, self.nominal)
         if not before.touchdowns[0, 0] > 0.0:
@@ -117,14 +117,14 @@ class LandingSearch:
             self.request.step.place(choices, numbers, points), grounds, risk
         )
 
-    def _signals(self, pairs: int, count: int) -> list[Signal]:
+    def _signals(self, pairs: int, count: int) -> list[LandingSignal]:
         """The best signals that were visited."""
         choices, visited = self.visited[pairs]
         rows = visited.best(count)
         placed = self.request.step.place(choices, visited.numbers[rows], visited.points[rows])
-        return [Signal(row, pairs) for row in placed]
+        return [LandingSignal(row, pairs) for row in placed]
 
-    def nominal_designs(self) -> list[Signal]:
+    def nominal_designs(self) -> list[LandingSignal]:
         """The best design for the nominal ground with 0, 1, ... pairs; none is worse than that with one pair less."""
         found = [self.plain]
         for pairs in range(1, self.request.pairs + 1):
@@ -181,7 +181,9 @@ class LandingSearch:
             )  # fmt: skip
             visited.add(number, point[None], np.array([least]))
 
-    def robust_designs(self, nominal: list[Signal]) -> tuple[list[Signal], Grounds, tuple[Round, ...]]:
+    def robust_designs(
+        self, nominal: list[LandingSignal]
+    ) -> tuple[list[LandingSignal], Grounds, tuple[Round, ...]]:
         """The best design for the risk with 0, 1, ... pairs, the grounds it was judged on, and rounds of the last."""
         if not self.judge.robust:
             return nominal, self.nominal, ()
@@ -216,7 +218,7 @@ class LandingSearch:
         self.visited[pairs] = choices, again
         self._polish(pairs, grounds, self.request.risk)
 
-    def _planes(self, pairs: int, grounds: Grounds) -> tuple[Grounds, list[Round], Signal]:
+    def _planes(self, pairs: int, grounds: Grounds) -> tuple[Grounds, list[Round], LandingSignal]:
         """Cutting planes: the grounds, the rounds, and the design that was hurt least in all of them."""
         shares = iter([(0.8, 32)])
 
@@ -226,4 +228,4 @@ class LandingSearch:
             return np.stack([one.row for one in self._signals(pairs, ATTACKED)])
 
         grounds, rounds, row = self.judge.close_gap(improve, None, grounds, BETWEEN, ROUNDS, f"{pairs} pairs")
-        return grounds, rounds, Signal(row, pairs)
+        return grounds, rounds, LandingSignal(row, pairs)

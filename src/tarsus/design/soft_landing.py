@@ -15,7 +15,7 @@ from tarsus.design.grounds import Grounds
 from tarsus.design.headers import neighbours
 from tarsus.design.landing_design import FrontPoint, LandingDesign
 from tarsus.design.landing_request import LandingSettings, Sensor, landing_request
-from tarsus.design.landing_search import COMPARED, DENSE, LandingSearch, Signal
+from tarsus.design.landing_search import COMPARED, DENSE, LandingSearch, LandingSignal
 from tarsus.design.learning import Learning, learn_on_hidden_grounds
 from tarsus.design.request import Given, settings_of
 from tarsus.design.trials import regime_of
@@ -139,7 +139,7 @@ def _learned(search: LandingSearch, signal: OnOff, steps: int) -> Learning:
     return learn_on_hidden_grounds(search.trials, search.request, search.target, row, steps)
 
 
-def _rounded(search: LandingSearch, one: Signal, grounds: Grounds) -> Signal:
+def _rounded(search: LandingSearch, one: LandingSignal, grounds: Grounds) -> LandingSignal:
     """The best neighbour in whole ticks and whole millivolts."""
     request = search.request
     levels, durations = np.split(one.row, 2)
@@ -149,7 +149,9 @@ def _rounded(search: LandingSearch, one: Signal, grounds: Grounds) -> Signal:
     return replace(one, row=rows[int(np.argmin(search.scores(rows, grounds)))])
 
 
-def _front(search: LandingSearch, nominal: list[Signal], robust: list[Signal]) -> tuple[FrontPoint, ...]:
+def _front(
+    search: LandingSearch, nominal: list[LandingSignal], robust: list[LandingSignal]
+) -> tuple[FrontPoint, ...]:
     """Designs that no other beats in both speed and energy: the best with each number of pairs, and those that the
     search met on its way."""
     step = search.request.step
@@ -157,7 +159,7 @@ def _front(search: LandingSearch, nominal: list[Signal], robust: list[Signal]) -
     for pairs, (choices, visited) in search.visited.items():
         placed = step.place(choices, visited.numbers, visited.points)
         best = _cheapest(_rises(placed), visited.costs)[:SHOWN]
-        signals += [Signal(placed[i], pairs) for i in best]
+        signals += [LandingSignal(placed[i], pairs) for i in best]
     points, rises = [], []
     for one in signals:
         found = search.trials.on(one.rows, search.nominal)
