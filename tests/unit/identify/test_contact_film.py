@@ -18,7 +18,7 @@ from tarsus.identify.step import StepResult
 from tarsus.identify.traces import trace_of
 from tarsus.model.drive.waveforms import Square
 from tarsus.records.purpose import Purpose
-from tarsus.synthesis.recordings import Instrument, Take, recordings, rest_of
+from tarsus.synthesis.recordings import Instrument, Recording, recorded, rest_of
 
 SEEN = 1.2059e-20, 2.0187e-5
 """Film [N m^2 s], [m] that records above the ground of one campaign told: 5.2 and 4.0 times too large."""
@@ -40,8 +40,8 @@ def bounces(truth):
     )
     out = []
     for number, wave in enumerate(waves):
-        take = Take(f"bounces-{number + 1}", Purpose.BOUNCES, wave, 0.2)
-        for record in recordings(truth.scene, take, Instrument(), "pzt", [10 * number + k for k in range(1)]):
+        take = Recording(f"bounces-{number + 1}", Purpose.BOUNCES, wave, 0.2)
+        for record in recorded(truth.scene, take, Instrument(), "pzt", [10 * number + k for k in range(1)]):
             out.append(trace_of(record, truth.points, take.name, record.drive, rest_of(take)))
     return out
 

@@ -15,7 +15,9 @@ from tarsus.identify.traces import trace_of
 from tarsus.model.standing import rest_state
 from tarsus.solve import simulate
 from tarsus.synthesis.campaign_folder import write_campaign
-from tarsus.synthesis.recordings import Instrument, perturbed, planned
+from tarsus.synthesis.devices import perturbed
+from tarsus.synthesis.plan import planned
+from tarsus.synthesis.recordings import Instrument
 
 
 # Slow: 30 flights of a device of its own. The film of test_chain.py is from detachments fitted the same way.
@@ -24,7 +26,7 @@ def test_a_pressed_foot_does_not_let_go(tmp_path):
     """Of this device most flights at 100 Hz also fit a release 0.04 ms early, with the foot pressed by 25 nN."""
     truth = perturbed(load_scene(LABORATORY), 0.2, seed=14)
     take = next(one for one in planned(truth, 20e3, "pzt") if one.name == "ramps-100hz-100")
-    write_campaign(truth, tmp_path, Instrument(), 14, takes=[take])
+    write_campaign(truth, tmp_path, Instrument(), 14, recordings=[take])
     opened = read_campaign(tmp_path)
     readings = read_records(opened, take.name)
     points = opened.model.points

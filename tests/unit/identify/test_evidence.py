@@ -22,7 +22,9 @@ from tarsus.identify.result import identified_device, summary_of
 from tarsus.model.scene import Source
 from tarsus.records.purpose import Purpose
 from tarsus.synthesis.campaign_folder import write_campaign
-from tarsus.synthesis.recordings import Instrument, perturbed, planned
+from tarsus.synthesis.devices import perturbed
+from tarsus.synthesis.plan import planned
+from tarsus.synthesis.recordings import Instrument
 
 MAT = "ramps-20hz-50-2.mat"
 
@@ -84,7 +86,7 @@ def test_the_odd_repeat_is_named(tmp_path):
 def test_loops_in_the_air_show_no_ground(tmp_path):
     other = perturbed(load_scene(LABORATORY), 0.2, seed=501)
     takes = [take for take in planned(other, 20e3, "pzt") if take.purpose in (Purpose.MODAL, Purpose.LOOPS)]
-    write_campaign(other, tmp_path, Instrument(), 501, takes=takes)
+    write_campaign(other, tmp_path, Instrument(), 501, recordings=takes)
     found = identify(read_campaign(tmp_path))
     path = "robot.drives.pzt.law.constant"
     assert found.level is None and found.steps["hysteresis"].taken == (path,)

@@ -17,7 +17,7 @@ from tarsus.identify.traces import trace_of
 from tarsus.model.drive.waveforms import Square
 from tarsus.records.purpose import Purpose
 from tarsus.synthesis.campaign_folder import write_campaign
-from tarsus.synthesis.recordings import Instrument, Take
+from tarsus.synthesis.recordings import Instrument, Recording
 
 
 @pytest.fixture(scope="module")
@@ -51,8 +51,8 @@ def test_a_pair_that_does_not_belong_together_is_refused_with_the_reason(model):
 def test_a_record_in_the_air_is_met_within_its_noise(tmp_path):
     scene = load_scene(LABORATORY)
     wave = Square(amplitude=6.75, frequency=300.0)
-    take = Take("air", Purpose.AIR, wave, 0.05, gap=0.03, repeats=1)
-    write_campaign(scene, tmp_path, Instrument(), 5, takes=[take])
+    take = Recording("air", Purpose.AIR, wave, 0.05, gap=0.03, repeats=1)
+    write_campaign(scene, tmp_path, Instrument(), 5, recordings=[take])
     record = read_records(read_campaign(tmp_path), "air")[0].record
     model = FootModel(scene, "tip", "pzt", tuple(scene.robot.structure.points))
     trace = trace_of(record, model.points, "air", record.drive, 0.01, 0.03)
