@@ -16,7 +16,7 @@ from tarsus.calibrate.objective import Cells, SoftLimit
 from tarsus.calibrate.readings import unit_of
 from tarsus.calibrate.scenes import Variant
 from tarsus.files.rows import TableRows, number_of
-from tarsus.measure import scene_period
+from tarsus.measure.periods import scene_period
 
 __all__ = ["OtherCells", "absolute_of", "cells_of", "limits_of"]
 

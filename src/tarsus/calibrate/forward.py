@@ -19,9 +19,10 @@ from tarsus.calibrate.motion import motion_of
 from tarsus.calibrate.readings import MOTION, readings, table_readings
 from tarsus.calibrate.scenes import Row, Variant, finite
 from tarsus.fit.case import Case
-from tarsus.measure import scene_period
+from tarsus.measure.periods import scene_period
 from tarsus.model.scene import Scene
-from tarsus.solve import Accuracy, simulate_batch
+from tarsus.solve.batch import simulate_batch
+from tarsus.solve.engine import Accuracy
 from tarsus.solve.seeds import random_velocities
 from tarsus.solve.simulate import Shared
 

@@ -26,7 +26,7 @@ from tarsus.calibrate.readings import MOTION, known_measures
 from tarsus.calibrate.scenes import Interpolated, Row, Setting, Variant, finite
 from tarsus.files.rows import TableRows, number_of
 from tarsus.fit.unknowns import Unknowns
-from tarsus.measure import no_measure
+from tarsus.measure.measure import no_measure
 from tarsus.model.scene import Scene
 
 __all__ = ["Lowered", "conditions_of", "lower_study", "run_rows"]

@@ -20,7 +20,7 @@ from tarsus.calibrate.faults import Faults
 from tarsus.calibrate.lowering import Lowered, conditions_of, lower_study, run_rows
 from tarsus.calibrate.prediction import Discrepancy, Prediction, predict_row
 from tarsus.calibrate.studyfile import STUDY_FILE, load_study
-from tarsus.measure import scene_period
+from tarsus.measure.periods import scene_period
 from tarsus.model.laws import Law
 from tarsus.model.scene import Scene
 

@@ -266,11 +266,10 @@ class Pieces:
             p = existence(self.table[:, :, k])
             wrong[:, :, k] = np.where(self.cells.observed[:, k] > 0.0, 1.0 - p, p)
         limits = [soft(self._excess(one)[0] ** 2).sum(axis=-1) for one in self.objective.limits]
-        return Costs(
-            (cost * weight).sum(axis=-1), np.stack(limits, axis=-1) if limits else np.zeros((len(cost), 0)),
-            *(np.where(known, one, np.nan) for one in (self.pull, self._missed(), wrong)),
-            (misfit * weight).sum(axis=-1),
-        )  # fmt: skip
+        pulls, missed, wrong = (np.where(known, one, np.nan) for one in (self.pull, self._missed(), wrong))
+        of_limits = np.stack(limits, axis=-1) if limits else np.zeros((len(cost), 0))
+        rows, of_pulls = ((one * weight).sum(axis=-1) for one in (cost, misfit))
+        return Costs(rows, of_limits, pulls, missed, wrong, of_pulls)
 
     def _missed(self) -> Floats:
         """Residuals (ns, nr, nk) on the model's own scale."""

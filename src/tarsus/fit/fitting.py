@@ -19,7 +19,9 @@ from tarsus.fit.terms import Term
 from tarsus.fit.unknowns import Unknown, Unknowns
 from tarsus.fit.verdict import verdict_of
 from tarsus.model.scene import Scene
-from tarsus.solve import Accuracy, Run, simulate_batch
+from tarsus.solve.batch import simulate_batch
+from tarsus.solve.engine import Accuracy
+from tarsus.solve.run import Run
 from tarsus.solve.simulate import RECORDED, Shared, seconds_of
 from tarsus.tables import Column, Table
 from tarsus.tables.table import ROW

@@ -15,19 +15,16 @@ from tarsus.base.errors import InputError
 from tarsus.base.events import IMPACTS
 from tarsus.base.messages import nearest
 from tarsus.base.verb import callable_package
-from tarsus.report.style import CONTACT, CYCLE, INK, scale_of
+from tarsus.report.style import CONTACT, CYCLE, INK, MOST_LINES, scale_of
 
 if TYPE_CHECKING:
     from tarsus.design import GaitFront, LandingDesign
     from tarsus.orbits import Branch, Orbit
     from tarsus.solve import Batch, Run
 
-callable_package(__name__, "tarsus.report.plotted:plot")
+callable_package(__name__, "tarsus.report.saved:plot")
 
 __all__ = ["branch", "front", "impacts", "landing", "ledger", "measure", "motion", "multipliers"]
-
-MOST_LINES = 6
-"""Points that are drawn unless others are asked for: as many as there are colours told apart."""
 
 
 def motion(run: Run, points: Sequence[str] | None = None, *, axes: Axes | None = None) -> Axes:

@@ -124,7 +124,7 @@ def plate(draw: Callable[[Sheet], object], caption: str) -> Plate:
     )
 
 
-_LONG_NUMBER = re.compile(r"-?\d+\.\d{3,}(?=[^<>]*>)")
+_TAG, _LONG_NUMBER = re.compile(r"<[^>]*>"), re.compile(r"-?\d+\.\d{3,}")
 _IDS_AND_LAYOUT = re.compile(r' id="[a-z][a-z0-9.]*_\d+"|<metadata>.*?</metadata>|\n\s*(?=<)', re.DOTALL)
 """Names of groups, which are the same in every figure and used by nothing; who made it; indentation."""
 
@@ -142,5 +142,9 @@ def to_svg(figure: Figure, salt: str) -> Markup:
     head, body = text[text.index("<svg") :].split(">", 1)
     box = re.search(r'viewBox="[^"]*"', head)
     assert box is not None, "matplotlib writes one"
-    body = _LONG_NUMBER.sub(lambda m: f"{float(m[0]):.2f}", _IDS_AND_LAYOUT.sub("", body))
+    body = _TAG.sub(lambda tag: _LONG_NUMBER.sub(_hundredths, tag[0]), _IDS_AND_LAYOUT.sub("", body))
     return themed(f'<svg xmlns="http://www.w3.org/2000/svg" {box[0]} aria-hidden="true">{body}')
+
+
+def _hundredths(number: re.Match[str]) -> str:
+    return f"{float(number[0]):.2f}".rstrip("0").rstrip(".")

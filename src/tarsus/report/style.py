@@ -29,6 +29,9 @@ SKY = "#56b4e9"
 CYCLE = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
 """Colours told apart by readers with any of the common colour deficiencies (after Okabe and Ito)."""
 
+MOST_LINES = len(CYCLE)
+"""Points or feet that are drawn unless others are asked for: as many as there are colours told apart."""
+
 PAINTS = {
     INK: "ink", MUTED: "muted", RULE: "rule", CONTACT: "contact", BLUE: "c-blue", VERMILION: "c-vermilion",
     GREEN: "c-green", PURPLE: "c-purple", ORANGE: "c-orange", SKY: "c-sky", "#ffffff": "paper",
