@@ -3,6 +3,7 @@
 # Verbs: what the command line does, with the same words.
 from tarsus.calibrate.calibrating import calibrate as calibrate
 from tarsus.cluster.verb import sweep as sweep
+from tarsus.fit.fitting import fit as fit
 from tarsus.identify.chain import identify as identify
 from tarsus.identify.recommend import recommend as recommend
 from tarsus.inspection.begin import new as new
@@ -42,7 +43,7 @@ from tarsus.study.sweep import Sweep as Sweep
 from tarsus.tables.table import Table as Table
 
 # Rooms: further laws, waveforms, gaits and so on, by the names that their own pages list.
-from tarsus import design as design, fit as fit, impacts as impacts, measure as measure, modes as modes, solve as solve, synthesis as synthesis
+from tarsus import design as design, impacts as impacts, measure as measure, modes as modes, solve as solve, synthesis as synthesis
 from tarsus.model import laws as laws, structure as structures
 from tarsus.model.drive import gait as gaits, laws as drives, waveforms as waveforms
 from tarsus.report import plot as plot

@@ -25,13 +25,14 @@ from tarsus.base.errors import InputError
 from tarsus.base.spec import get_value, with_values
 from tarsus.calibrate.calibrating import calibrate
 from tarsus.calibrate.description import Study
-from tarsus.calibrate.ensemble import drawn, weighted_quantile
 from tarsus.calibrate.mixture import Mixture, load_mixture
-from tarsus.calibrate.outputs import CALIBRATION_FILE
 from tarsus.calibrate.prediction import Miss
+from tarsus.calibrate.writing import CALIBRATION_FILE
 from tarsus.files.library import load_scene
 from tarsus.files.toml import scene_text
 from tarsus.files.whole import write_text
+from tarsus.fit.ensemble import drawn_evenly
+from tarsus.fit.ranges import weighted_quantile
 from tarsus.model.scene import Scene, Source
 from tarsus_reproduce.predictions import Member
 
@@ -111,22 +112,22 @@ def mixture_file(folder: str | Path) -> dict[str, Any]:
     study = mixture.lowered.study
     unknowns = mixture.lowered.problem.unknowns
     branches = []
-    plain = [column_names(study, one.branch.options) == {} for one in mixture.ensembles]
+    plain = [column_names(study, one.hypothesis.options) == {} for one in mixture.ensembles]
     total = float(mixture.weights[plain].sum())
     for weight, one in zip(mixture.weights[plain] / total, compress(mixture.ensembles, plain), strict=True):
-        run = mixture.lowered.forward.branches[one.branch.run]
+        run = mixture.lowered.forward.variants[one.hypothesis.run]
         kept, share = thinned(one.weights, MOST)
         members = []
         for i, part in zip(kept, share, strict=True):
-            values = dict(zip(unknowns.names, unknowns.values(one.points[i]).tolist(), strict=True))
+            values = unknowns.by_name(one.points[i])
             driven = run.values(values, run.rows[0])
             fitted = {path: float(f"{driven[path]:.9g}") for path in run.driven}
             sets = {name: float(f"{value:.9g}") for name, value in values.items()}
             members.append({"weight": float(f"{weight * part:.6g}"), "unknowns": sets, "values": fitted})
-        chosen = (study.choices[choice].options[option] for choice, option in one.branch.options.items())
+        chosen = (study.choices[choice].options[option] for choice, option in one.hypothesis.options.items())
         fixed = {path: value for option in chosen for path, value in option.set.items()}
         branches.append(
-            {"name": one.branch.name, "weight": float(f"{weight:.6g}"), "set": fixed, "members": members}
+            {"name": one.hypothesis.name, "weight": float(f"{weight:.6g}"), "set": fixed, "members": members}
         )
     return {
         "study": study.name,
@@ -149,12 +150,12 @@ def told_of(mixture: Mixture, calibration: Mapping[str, Any]) -> list[str]:
         weights = ", ".join(f"{option} {weight:.2f}" for option, weight in one["weights"].items())
         told.append(f"{name}, by weight: {weights}. {one['meaning']}".strip())
     for weight, one in zip(mixture.weights, mixture.ensembles, strict=True):
-        other = column_names(study, one.branch.options)
+        other = column_names(study, one.hypothesis.options)
         if other:
             read = ", ".join(f"'{column}' as {measure}" for column, measure in other.items())
             told.append(
                 "Not in this mixture, which reads the table plainly: "
-                f"{one.branch.name}, weight {weight:.2f}, which reads {read}."
+                f"{one.hypothesis.name}, weight {weight:.2f}, which reads {read}."
             )
     told += [f"Known besides the table: {one['name']}. {one['reason']}" for one in calibration["constraints"]]
     return told
@@ -185,7 +186,7 @@ def thinned(weights: NDArray[np.float64], most: int) -> tuple[list[int], NDArray
     """Places of at most ``most`` of the weighted members (nm,), the first and a draw of the others; their weights."""
     if len(weights) <= most:
         return list(range(len(weights))), weights / weights.sum()
-    places, times = np.unique(drawn(weights[1:], np.arange(len(weights) - 1.0), most - 1), return_counts=True)
+    places, times = np.unique(drawn_evenly(weights[1:], np.arange(len(weights) - 1.0), most - 1), return_counts=True)
     rest = 1.0 - weights[0] / weights.sum()
     return [0, *(places + 1).tolist()], np.concatenate([[1.0 - rest], rest * times / times.sum()])
 
@@ -216,10 +217,10 @@ def fitted_device(device: str, folder: str | Path) -> Scene:
     """
     mixture, scene = load_mixture(folder), load_scene(device)
     study, unknowns = mixture.lowered.study, mixture.lowered.problem.unknowns
-    plain = [n for n, one in enumerate(mixture.ensembles) if not column_names(study, one.branch.options)]
+    plain = [n for n, one in enumerate(mixture.ensembles) if not column_names(study, one.hypothesis.options)]
     best = mixture.ensembles[max(plain, key=lambda n: mixture.weights[n])]
-    run = mixture.lowered.forward.branches[best.branch.run]
-    sets = [dict(zip(unknowns.names, unknowns.values(one).tolist(), strict=True)) for one in best.points]
+    run = mixture.lowered.forward.variants[best.hypothesis.run]
+    sets = [unknowns.by_name(one) for one in best.points]
     members = [run.values(one, run.rows[0]) for one in sets]
     origins = dict(scene.provenance)
     for path, origin in scene.provenance.items():
@@ -228,13 +229,13 @@ def fitted_device(device: str, folder: str | Path) -> Scene:
         each = [one for one in run.driven if one == path or one.rpartition(".")[0] == path]
         ends = tuple(_interval([member[one] for member in members], best.weights) for one in each)
         note = re.sub(
-            r"weight [0-9.]+", f"weight {_weight(mixture, best.branch.options, path):.2f}", origin.note
+            r"weight [0-9.]+", f"weight {_weight(mixture, best.hypothesis.options, path):.2f}", origin.note
         )
         told = origin.interval is not None and ends
         origins[path] = origin.model_copy(
             update={"interval": ends if told else origin.interval, "note": note}
         )
-    chosen = [study.choices[choice].options[option].set for choice, option in best.branch.options.items()]
+    chosen = [study.choices[choice].options[option].set for choice, option in best.hypothesis.options.items()]
     values = {path: float(f"{members[0][path]:.6g}") for path in run.driven}
     fixed = {path: value for one in chosen for path, value in one.items()}
     return with_values(with_values(scene, fixed), {**values, "provenance": origins})
@@ -272,7 +273,7 @@ def _weight(mixture: Mixture, options: Mapping[str, str], path: str) -> float:
         sum(
             weight
             for weight, one in zip(mixture.weights, mixture.ensembles, strict=True)
-            if all(one.branch.options[c] == o for c, o in own.items())
+            if all(one.hypothesis.options[c] == o for c, o in own.items())
         )
     )
 

@@ -33,7 +33,7 @@ def test_a_branch_is_printed_and_written(tmp_path, capsys):
     [
         (f"{ALONG}=1 V", "takes PATH=a:b"),
         (f"{ALONG}=1 V:1 V", "is empty"),
-        ("signals.shaker.amplitud=1:2", "is no number of the scene"),
+        ("signals.shaker.amplitud=1:2", "did you mean 'signals.shaker.amplitude'?"),
         (f"{ALONG}=1 m:2 m", "expected"),
     ],
 )

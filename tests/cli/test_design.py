@@ -37,6 +37,7 @@ def test_one_line_makes_a_header_a_signal_and_a_page(tarsus, tmp_path):
         (("--request", "free=signals.pzt.duty"), "no switching time"),
         (("--over", "robot.feet.tip.gap=74um:66um"), "low below high"),
         (("--over", "robot.feet.tip.gap"), "PATH=a:b"),
+        (("--over", "a=1:2", "--over", "a=1:3"), "names 'a' twice"),
         (("--request", "levels=-80 V, 80 V"), "beyond the drive's law"),
         (("--set", "robot.feet.tip.gap=1 mm"), "never lands"),
         (("--request", "risk=cvar:2", "--over", "robot.feet.tip.gap=66um:74um"), "cvar:q"),

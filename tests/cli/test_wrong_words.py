@@ -86,7 +86,7 @@ WRONG = [
     ("design landing cantilever --foot tipp -o out", "did you mean 'tip'?"),
     ("design landing cantilever --foot tip -o out --request pairs=-1", "pairs"),
     ("design gait cantilever --free gait.duty -o out", "does not walk"),
-    (f"{ADAPT} --request sense=smell", "'nothing', 'charge', 'slip'"),
+    (f"{ADAPT} --request sense=smell", "'nothing', 'charge' or 'slip'"),
     (f"{ADAPT} --noise 2%", "use `--request noise=VALUE`"),
     ("design nothing", "See `tarsus design --help`"),
     ("reproduce cantilever --rows folder", "cannot read the rows file 'folder'"),

@@ -132,13 +132,14 @@ def test_status_needs_nothing_but_python(tmp_path):
     assert "0 of 29 runs done" in done.stdout
 
 
-def test_the_script_runs_its_share_in_any_shell(alone, tmp_path):
-    array = prepare(SWEEP, tmp_path / "a folder", 1, resume=False)
+def test_the_script_runs_its_share_in_any_shell(tmp_path):
+    run_sweep(small(), tmp_path / "alone")
+    array = prepare(small(), tmp_path / "a folder", 1, resume=False)
     assert array is not None
     environment = {name: text for name, text in os.environ.items() if not name.startswith("SLURM")}
     done = subprocess.run(["sh", str(array.script), "0"], capture_output=True, text=True, env=environment)
-    assert done.returncode == 0 and "29 runs in 15 units; the sweep is finished" in done.stdout, done.stderr
-    assert result(tmp_path / "a folder") == result(alone)
+    assert done.returncode == 0 and "6 runs in 2 units; the sweep is finished" in done.stdout, done.stderr
+    assert result(tmp_path / "a folder") == result(tmp_path / "alone")
 
 
 def test_a_damaged_unit_is_done_again_by_the_task_that_finishes(alone, tmp_path):

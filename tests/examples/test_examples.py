@@ -57,6 +57,13 @@ def test_film_sweep():
     assert counts[1] == np.count_nonzero(np.isin(alone.events["kind"], (1, 2)))
 
 
+def test_own_data_and_an_own_measure_are_fitted():
+    result = load("own_fit").result
+    assert result.values["robot.feet.tip.gap"] == pytest.approx(71e-6, rel=1e-5)
+    assert [one.verdict for one in result.ranges] == ["determined", "determined"]
+    assert "71" in str(result) and abs(result.correlations[0, 1]) > 0.5
+
+
 def test_every_example_is_in_a_test():
     tests = "".join(path.read_text(encoding="utf-8") for path in EXAMPLES.parent.glob("tests/**/test_*.py"))
     for path in EXAMPLES.glob("*.py"):

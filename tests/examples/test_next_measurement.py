@@ -7,9 +7,7 @@ import pytest
 import tarsus as ts
 from example_files import load
 from tarsus.identify.candidates import candidate_grid
-from tarsus.identify.correlation import Sum
 from tarsus.identify.features import features_of
-from tarsus.identify.verdict import Determined, OnlyTogether
 
 
 def _contact_time(example) -> float:
@@ -26,17 +24,17 @@ def test_next_measurement():
     example = load("next_measurement")
     story = example.measured(draws=512)
     first = story.first[example.RATE]
-    assert isinstance(first, OnlyTogether) and isinstance(first.combination, Sum)
+    assert first.word == "only with others" and not first.combination.product
     # the weight of C_a in the pull-off force is the contact time of the record: 15 Hz, held for nearly half a period
     held = _contact_time(example)
     assert 0.45 < held * 15.0 < 0.5
-    assert dict(first.combination.weights)[example.RATE] == pytest.approx(held, rel=0.01)
+    assert dict(first.combination.terms)[example.RATE] == pytest.approx(held, rel=0.01)
     force = example.TRUTH[example.START] + held * example.TRUTH[example.RATE]
     assert first.combination.interval.low < force < first.combination.interval.high
     top = story.ranking.ranked[0]
     assert top.candidate.signal.frequency == 5.0
     second, instead = story.second[example.RATE], story.instead[example.RATE]
-    assert isinstance(second, Determined)
+    assert second.word == "determined"
     assert second.range.low < example.TRUTH[example.RATE] < second.range.high
     assert instead.range.half_width() > 2.0 * second.range.half_width()
     expected = {one.candidate.name: one.std for one in story.ranking.ranked}

@@ -9,7 +9,7 @@ from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 SOURCES = Path(__file__).parents[2] / "src"
-LONGEST = 36
+LONGEST = 26
 """Modules of the longest chain of imports, from a page of the reproduction to the one exception: it only becomes
 shorter. What is imported where it is used, or for types alone, does not count."""
 
@@ -17,7 +17,6 @@ CIRCLES = {
     frozenset(
         {"tarsus.solve.results", "tarsus.solve.run", "tarsus.solve.gradients", "tarsus.solve.simulate"}
     ),
-    frozenset({"tarsus.calibrate.outputs", "tarsus.calibrate.calibrating", "tarsus.calibrate.account"}),
 }
 """Files that import each other where they use each other still: the list only ever becomes shorter."""
 

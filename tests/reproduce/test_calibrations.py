@@ -12,10 +12,10 @@ import pytest
 from scipy.optimize import lsq_linear
 
 import tarsus as ts
-from tarsus.calibrate.ensemble import weighted_quantile
 from tarsus.calibrate.lowering import lower_study
 from tarsus.calibrate.studyfile import frozen_texts, load_study
 from tarsus.files.toml import scene_text
+from tarsus.fit.ranges import weighted_quantile
 from tarsus.measure import window_statistics
 from tarsus_reproduce.cantilever import reproduce_cantilever
 from tarsus_reproduce.mixtures import fitted_device, mixture_file, packaged_members, thinned
@@ -150,10 +150,10 @@ def test_members_of_a_packaged_mixture_err_today_as_their_file_says(name):
     cells, unknowns = problem.objective.cells, problem.unknowns
     values, weights = [], []
     for told in packaged["branches"]:
-        branch = next(one for one in problem.branches if one.name == told["name"])
+        own = next(one for one in problem.hypotheses if one.name == told["name"])
         sets = np.array([[one["unknowns"][key] for key in unknowns.names] for one in told["members"]])
-        found = np.asarray(problem.simulate(branch.run, sets, range(problem.trained)), dtype=float)
-        values.append(np.nan_to_num(found[:, :, list(branch.columns)]))
+        found = np.asarray(problem.simulate(own.run, sets, range(problem.trained)), dtype=float)
+        values.append(np.nan_to_num(found[:, :, list(own.columns)]))
         weights.append([one["weight"] for one in told["members"]])
     every, share = np.concatenate(values), np.concatenate(weights)
     each = np.repeat(share, every.shape[-1])
@@ -176,15 +176,15 @@ def test_the_best_set_of_a_calibration_becomes_its_device_and_keeps_what_was_kno
     study = described.study.model_copy(update={"search": search, "train": (1, 2)})
     found = ts.calibrate(replace(described, study=study), tmp_path / "out", threads=1)
     device, before = fitted_device("cantilever", tmp_path / "out"), ts.load_scene("cantilever")
-    best = found.solution.ranges[found.solution.best]
-    for one in best:
+    fit = found.solution.fit
+    for one in fit.best.ranges(found.lowered.problem.unknowns):
         for path in study.unknowns[one.name].paths:
-            assert ts.get_value(device, path) == pytest.approx(one.best, rel=1e-5)
+            assert ts.get_value(device, path) == pytest.approx(one.value, rel=1e-5)
     low, high = device.interval("ground.restitution.coefficient") or (1.0, 0.0)
     assert low <= ts.get_value(device, "ground.restitution.coefficient") <= high
     assert device.robot.feet == before.robot.feet and device.ground.film == before.ground.film
     rule = device.provenance["ground.landing"].note
-    weight = found.solution.fit.weights[found.solution.best]
+    weight = fit.weights[int(np.argmin([one.best for one in fit.ensembles]))]
     assert f"weight {weight:.2f}" in rule and rule.startswith("`tarsus calibrate cantilever`")
     (tmp_path / "device.toml").write_text(scene_text(device), encoding="utf-8")
     assert ts.load_scene(tmp_path / "device.toml") == device

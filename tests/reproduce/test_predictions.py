@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from tarsus.calibrate.ensemble import Ensemble
-from tarsus.calibrate.objective import Branch, Cells
+from tarsus.calibrate.ensemble import HypothesisEnsemble
+from tarsus.calibrate.objective import Cells, Hypothesis
 from tarsus.calibrate.prediction import Discrepancy, Miss, predict_row
 from tarsus_reproduce.predictions import Member, Samples, members_of, predict, role_of
 
@@ -34,7 +34,7 @@ def test_a_mixture_predicts_as_the_calibration_that_it_came_from():
     windows, weights = np.array([[1.0, 2.0, 2.0], [3.0, 0.0, 2.0]]), np.array([0.6, 0.4])
     one = np.ones(1)
     cells = Cells(("bounces",), ("1",), np.ones((1, 1)), 0.5 * np.ones((1, 1)), 0.1 * one, one, one > 0.0)
-    members = Ensemble(Branch({}, 0, (0,)), np.zeros((2, 1)), weights, np.zeros(2), np.zeros(0))
+    members = HypothesisEnsemble(np.zeros((2, 1)), weights, np.zeros(2), Hypothesis({}, 0, (0,)), np.zeros(0))
     (calibrated,) = predict_row(
         [members],
         one,

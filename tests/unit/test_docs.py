@@ -426,9 +426,9 @@ def test_every_signal_on_the_file_format_page_exists(kind):
 
 
 def test_what_pages_list_is_all_that_there_is():
-    from tarsus.design.adaptive import Sense
+    from tarsus.design.gait_request import Sense
     from tarsus.design.gait_unknowns import Symmetry
-    from tarsus.design.walk_objectives import OBJECTIVES
+    from tarsus.design.walks import OBJECTIVES
     from tarsus.model.drive.gait import AnyGait
 
     for page in ("file-format.md", "walking.md"):

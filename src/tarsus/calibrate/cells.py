@@ -12,11 +12,11 @@ from tarsus.base.spec import with_values
 from tarsus.base.units import parse_quantity
 from tarsus.calibrate.description import MeasureColumn, Study
 from tarsus.calibrate.faults import Faults
-from tarsus.calibrate.objective import Cells, Limit
+from tarsus.calibrate.objective import Cells, SoftLimit
 from tarsus.calibrate.readings import unit_of
-from tarsus.calibrate.scenes import RunBranch
+from tarsus.calibrate.scenes import Variant
 from tarsus.files.rows import TableRows, number_of
-from tarsus.measure import scene_period
+from tarsus.measure.periods import scene_period
 
 __all__ = ["OtherCells", "absolute_of", "cells_of", "limits_of"]
 
@@ -34,17 +34,17 @@ def cells_of(
     table: TableRows,
     trained: Sequence[int],
     others: Sequence[int],
-    branch: RunBranch,
+    variant: Variant,
     middle: Mapping[str, float],
     faults: Faults,
 ) -> tuple[Cells, OtherCells]:
-    """Cells of the rows that are fitted, and of the others; rows of the branch are in that order."""
+    """Cells of the rows that are fitted, and of the others; rows of the variant are in that order."""
     measures = list(study.measures.items())
     observed = np.full((len(trained) + len(others), len(measures)), np.nan)
     absolute = np.zeros(observed.shape)
     for place, number in enumerate((*trained, *others)):
         period = scene_period(
-            with_values(branch.rows[place].template, branch.values(middle, branch.rows[place])), np.inf
+            with_values(variant.rows[place].template, variant.values(middle, variant.rows[place])), np.inf
         )
         for k, (name, one) in enumerate(measures):
             unit = unit_of(one.measure)
@@ -89,7 +89,7 @@ def absolute_of(study: Study, one: MeasureColumn, period: float, where: str, fau
 
 def limits_of(
     study: Study, channels: Sequence[str], trained: int, table_rows: int, faults: Faults
-) -> list[Limit]:
+) -> list[SoftLimit]:
     """Constraints over places among the simulated rows: those of the table, then one for each own condition."""
     limits = []
     place = table_rows
@@ -110,7 +110,7 @@ def limits_of(
         else:
             rows = tuple(range(place, place + len(one.conditions)))
             place += len(one.conditions)
-        limits.append(Limit(one.name, rows, channels.index(one.measure), low, high, softness))
+        limits.append(SoftLimit(one.name, rows, channels.index(one.measure), low, high, softness))
     return limits
 
 

@@ -13,13 +13,13 @@ chaotic motion gives every regression some slope.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.calibrate.archive import Archive
-from tarsus.calibrate.problem import Problem
+from tarsus.calibrate.problem import HypothesisFit
 
 __all__ = ["Freedom", "effective_unknowns", "freedom_of_best", "residual_scale"]
 
@@ -54,8 +54,8 @@ def effective_unknowns(points: Floats, pulls: Floats, costs: Floats, precision: 
     noise = ((y - x @ slopes) ** 2).sum() / (len(chosen) - nu - 1)
     gram = slopes @ slopes.T - noise * inverse
     own = np.sqrt(precision)
-    told = np.linalg.eigvalsh(gram / np.outer(own, own)).clip(min=0.0)
-    return float((told / (1.0 + told)).sum())
+    determined = np.linalg.eigvalsh(gram / np.outer(own, own)).clip(min=0.0)
+    return float((determined / (1.0 + determined)).sum())
 
 
 @dataclass(frozen=True)
@@ -72,13 +72,14 @@ class Freedom:
         return residual_scale(self.cells, self.unknowns, self.misfit)
 
 
-def freedom_of_best(problem: Problem, archive: Archive, branch: int) -> Freedom:
-    """Degrees of freedom of a branch at its best set."""
-    chosen = problem.branches[branch]
-    points, readings = archive.points(chosen.run)
-    costs = problem.costs(readings, chosen)
-    total = problem.total(costs, points)
-    i = int(np.argmin(total))
-    known = np.isfinite(problem.objective.cells.observed)
-    unknowns = effective_unknowns(points, costs.pulls[:, known], total, problem.unknowns.precision(points[i]))
-    return Freedom(int(known.sum()), unknowns, float(costs.misfit[i].sum()))
+def freedom_of_best(fits: Sequence[HypothesisFit], best: Mapping[int, float]) -> Freedom:
+    """Degrees of freedom of the hypothesis with the lowest cost, by number, at its best set."""
+    fit = fits[min(best, key=lambda one: (best[one], one))]
+    points, readings = fit.archive.visited(fit.hypothesis.run)
+    pieces = fit.pieces(readings)
+    total = (fit.problem.residuals(pieces, points) ** 2).sum(axis=1)
+    i, cells = int(np.argmin(total)), fit.problem.objective.cells
+    unknowns = effective_unknowns(
+        points, pieces.pull[:, cells.known], total, fit.unknowns.precision(points[i])
+    )
+    return Freedom(int(cells.known.sum()), unknowns, float(pieces.costs.misfit[i].sum()))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, StringConstraints, model_validator
@@ -155,61 +153,43 @@ class Sampling(Description):
 class Search(Description):
     """How long is searched, in sets of unknowns; never in seconds, so that a study has one result.
 
-    Every branch gets `screening` sets spread evenly and `short` generations; those that are still `hopeless` times the
-    best are dropped; the others get `generations`; the best set of those that may be kept goes
-    down by `polish` steps of least squares with exact derivatives; then `spread` generations follow the likelihood. The
-    same search is made without each row (`leave_out`), from nothing that knew it.
+    Every hypothesis, a combination of options, gets `screening` sets spread evenly and `short` generations; those that
+    are still `hopeless` times the best are rejected; the others get up to `generations` more, as long as they gain and
+    could still come near the best; the best set of those that may be kept goes down by `polish` steps of least squares
+    with exact derivatives; then `spread` generations follow the likelihood. The same search is made without each row
+    (`leave_out`), from nothing that knew it.
     """
 
     seed: int = Field(default=1, ge=0)
-    population: int = Field(default=32, ge=5)
-    screening: int = Field(default=128, ge=5, description="sets a branch at the start")
-    short: int = Field(default=6, ge=0, description="generations before branches are dropped")
-    generations: int = Field(default=40, ge=0, description="generations of a branch that is kept")
+    population: int = Field(default=10, ge=5, description="sets a generation")
+    screening: int = Field(default=128, ge=5, description="sets a hypothesis at the start")
+    short: int = Field(default=6, ge=0, description="generations before hypotheses are rejected")
+    generations: int = Field(default=40, ge=0, description="generations of a hypothesis that is not, at most")
     polish: int = Field(
-        default=10, ge=0, description="most steps of the descent with exact derivatives; 0: none"
+        default=10, ge=0, description="most steps of the local search with exact derivatives; 0: none"
     )
     spread: int = Field(default=10, ge=0, description="generations of the ensemble")
     leave_out: bool = Field(
         default=True, description="search again without each row, and predict it; as much again for every row"
     )
-    members: int = Field(default=32, ge=4, description="members of a branch's ensemble")
+    members: int = Field(default=32, ge=4, description="members of a hypothesis's ensemble, and chains")
     robust: float = Field(
         default=3.0, gt=0, description="residual, in tolerances, beyond which a cell loses influence"
     )
     hopeless: float = Field(
         default=3.0,
         gt=1,
-        description="a branch is dropped when its cost after the short search is so many times the best and 10 more: "
-        "a short search leaves a branch at up to about twice its optimum",
+        description="a hypothesis is rejected when its cost after the short search is so many times the best and 10 "
+        "more: a short search leaves one at up to about twice its optimum",
     )
     within: float = Field(
         default=6.0, gt=0,
-        description="a branch is kept when its cost is so near the best, in units of the residual scale: 6 is a "
+        description="a hypothesis is kept when its cost is so near the best, in units of the residual scale: 6 is a "
         "likelihood ratio of 20",
     )  # fmt: skip
     reason: str = Field(
         default="6 is a likelihood ratio of 20 to 1", description="why `within` is what it is"
     )
-
-    @model_validator(mode="before")
-    @classmethod
-    def _of_former_studies(cls, given: Any) -> Any:
-        """Studies written for Tarsus 0.2 or before."""
-        if not isinstance(given, Mapping):
-            return given
-        kept = {name: value for name, value in given.items() if name not in ("start", "leave_out_population")}
-        generations = kept.get("leave_out")
-        if isinstance(generations, int) and not isinstance(generations, bool):
-            kept["leave_out"] = generations > 0
-        if kept != given or kept.get("leave_out") is not given.get("leave_out"):
-            warnings.warn(
-                "search: every search now begins from nothing, and rows left out have the whole one (leave_out is true "
-                "or false): sets to start from and leave_out_population are not read",
-                FutureWarning,  # shown to whoever runs the study
-                stacklevel=2,
-            )
-        return kept
 
 
 class Study(Description):

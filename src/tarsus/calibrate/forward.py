@@ -12,16 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.base.spec import with_values
+from tarsus.base.spec import get_value, with_values
 from tarsus.base.workers import Workers, is_executor, spread, workers
 from tarsus.calibrate.description import Sampling
 from tarsus.calibrate.motion import motion_of
 from tarsus.calibrate.readings import MOTION, readings, table_readings
-from tarsus.calibrate.scenes import Row, RunBranch, finite
+from tarsus.calibrate.scenes import Row, Variant, finite
 from tarsus.fit.case import Case
-from tarsus.measure import scene_period
+from tarsus.measure.periods import scene_period
 from tarsus.model.scene import Scene
-from tarsus.solve import Accuracy, simulate_batch
+from tarsus.solve.batch import simulate_batch
+from tarsus.solve.engine import Accuracy
 from tarsus.solve.seeds import random_velocities
 from tarsus.solve.simulate import Shared
 
@@ -34,7 +35,7 @@ DIFFERENCE = 1e-3
 hundredth of that."""
 
 
-TOGETHER = 8
+TOGETHER = 16
 """Sets that a thread simulates together, for what is done once for many runs costs little then; workers of an executor,
 which may be many, share them evenly."""
 
@@ -52,9 +53,9 @@ class _Run:
 
 @dataclass(frozen=True)
 class Forward:
-    """The forward model: branches, names of the unknowns, channels (measures that are read) and the sampling."""
+    """The forward model: variants of its runs, names of the unknowns, channels (measures that are read), sampling."""
 
-    branches: tuple[RunBranch, ...]
+    variants: tuple[Variant, ...]
     unknowns: tuple[str, ...]
     channels: tuple[str, ...]
     sampling: Sampling
@@ -66,23 +67,23 @@ class Forward:
         """Number of windows of all draws."""
         return self.sampling.windows * self.sampling.draws
 
-    def __call__(self, branch: int, sets: Floats, rows: Sequence[int]) -> NDArray[np.float32]:
-        """Readings (ns, rows, channels, samples) in SI of sets (ns, nu) in a run branch.
+    def __call__(self, variant: int, sets: Floats, rows: Sequence[int]) -> NDArray[np.float32]:
+        """Readings (ns, rows, channels, samples) in SI of sets (ns, nu) in a variant.
 
         NaN where a window has no such reading, infinite where the run did not reach its end. Single precision: so are
         they kept, and a result must not depend on whether it was read back.
         """
         size = -(-len(sets) // workers(self.threads)) if is_executor(self.threads) else TOGETHER
         parts = [sets[i : i + size] for i in range(0, len(sets), size)]
-        found = spread(partial(self._some, branch, tuple(rows)), parts, self.threads)
+        found = spread(partial(self._some, variant, tuple(rows)), parts, self.threads)
         return np.concatenate(list(found)).astype(np.float32)
 
     def __getstate__(self) -> dict[str, Any]:
         """Without the workers: who got it is one of them."""
         return {**self.__dict__, "threads": 1}
 
-    def _some(self, branch: int, rows: tuple[int, ...], sets: Floats) -> Floats:
-        chosen = self.branches[branch]
+    def _some(self, variant: int, rows: tuple[int, ...], sets: Floats) -> Floats:
+        chosen = self.variants[variant]
         out = np.full((len(sets), len(rows), len(self.channels), self.samples), np.inf)
         groups: dict[tuple[object, ...], list[_Run]] = {}
         for n, one in enumerate(sets):
@@ -90,21 +91,23 @@ class Forward:
             for m, number in enumerate(rows):
                 row = chosen.rows[number]
                 run = self._run((n, m), row, chosen.values(unknowns, row))
-                if run is not None:
-                    key = (id(row.template), run.settle, run.window, tuple(run.values))
+                if run is not None and row.motion:
+                    self._motion(run, out)
+                elif run is not None:
+                    key = (id(row.template), run.settle, run.window)
                     groups.setdefault(key, []).append(run)
         for runs in groups.values():
             self._group(runs, out)
         return out
 
-    def slopes(self, branch: int, one: Floats, rows: Sequence[int], span: Floats) -> Floats:
+    def slopes(self, variant: int, one: Floats, rows: Sequence[int], span: Floats) -> Floats:
         """Derivatives (rows, channels, samples, nu) of the readings of a set (nu,) by its SI values; zero where there
         is none: of counts, at kinks, of what no window has.
 
         Rows that the engine has no derivatives of, or whose motion is read, are differenced over 2e-3 of the bounds'
         span (nu,).
         """
-        chosen = self.branches[branch]
+        chosen = self.variants[variant]
         names = [name for name in self.channels if name not in MOTION]
         at = [i for i, name in enumerate(self.channels) if name not in MOTION]
 
@@ -127,7 +130,7 @@ class Forward:
         found = dict(zip(rows, spread(of, list(rows), self.threads), strict=True))
         other = [number for number in rows if found[number] is None]
         if other:
-            found |= dict(zip(other, self._differences(branch, one, other, span), strict=True))
+            found |= dict(zip(other, self._differences(variant, one, other, span), strict=True))
         return np.nan_to_num(np.array([found[number] for number in rows]), posinf=0.0, neginf=0.0)
 
     def _window_slopes(
@@ -159,10 +162,10 @@ class Forward:
             parts.append(np.nan_to_num(slopes))
         return np.concatenate(parts, axis=1)
 
-    def _differences(self, branch: int, one: Floats, rows: list[int], span: Floats) -> Floats:
+    def _differences(self, variant: int, one: Floats, rows: list[int], span: Floats) -> Floats:
         """Differences (rows, channels, samples, nu) of readings to both sides of a set (nu,)."""
         steps = DIFFERENCE * span * np.eye(len(one))
-        found = self(branch, np.concatenate([one + steps, one - steps]), rows).astype(float)
+        found = self(variant, np.concatenate([one + steps, one - steps]), rows).astype(float)
         ahead, behind = found[: len(one)], found[len(one) :]
         both = np.isfinite(ahead) & np.isfinite(behind)  # what was not read on both sides has no slope
         changes = np.subtract(ahead, behind, out=np.zeros_like(ahead), where=both)
@@ -193,7 +196,11 @@ class Forward:
         index = list(template.robot.feet).index(foot)
         edges = first.settle + first.window * np.arange(s.windows + 1, dtype=float)
         accuracy = Accuracy(gap=s.accuracy)
-        vary = {path: np.repeat([run.values[path] for run in runs], s.draws) for path in first.values}
+        own = {path: get_value(template, path) for run in runs for path in run.values}
+        vary = {
+            path: np.repeat([run.values.get(path, value) for run in runs], s.draws)
+            for path, value in own.items()
+        }
         if s.draws > 1:
             vary |= {path: np.tile(v, len(runs)) for path, v in _starts(template, foot, s).items()}
         names = [name for name in self.channels if name not in MOTION]
@@ -211,13 +218,18 @@ class Forward:
         for k, run in enumerate(runs):
             draws = found[k * s.draws : (k + 1) * s.draws]
             out[run.place][at] = draws.transpose(1, 0, 2).reshape(len(names), self.samples)
-            if run.row.motion:
-                scene = with_values(template, run.values)
-                period = scene_period(scene, np.inf)
-                moved = motion_of(scene, foot, run.settle, run.window, period, accuracy)
-                for i, name in enumerate(self.channels):
-                    if name in MOTION:
-                        out[run.place][i] = moved[name]
+
+    def _motion(self, run: _Run, out: Floats) -> None:
+        """A run whose motion is read, of which nothing else is."""
+        try:
+            scene = with_values(run.row.template, run.values)
+        except InputError:
+            return
+        foot = self.sampling.foot or next(iter(scene.robot.feet))
+        accuracy, period = Accuracy(gap=self.sampling.accuracy), scene_period(scene, np.inf)
+        moved = motion_of(scene, foot, run.settle, run.window, period, accuracy)
+        for i, name in enumerate(self.channels):
+            out[run.place][i] = moved.get(name, np.nan)
 
 
 def _starts(template: Scene, foot: str, sampling: Sampling) -> dict[str, Floats]:

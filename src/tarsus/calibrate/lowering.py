@@ -20,13 +20,13 @@ from tarsus.calibrate.description import Option, Study
 from tarsus.calibrate.expressions import Expression
 from tarsus.calibrate.faults import Faults
 from tarsus.calibrate.forward import Forward
-from tarsus.calibrate.objective import Branch, Objective
+from tarsus.calibrate.objective import Hypothesis, Objective
 from tarsus.calibrate.problem import Problem
 from tarsus.calibrate.readings import MOTION, known_measures
-from tarsus.calibrate.scenes import Interpolated, Row, RunBranch, Setting, finite
+from tarsus.calibrate.scenes import Interpolated, Row, Setting, Variant, finite
 from tarsus.files.rows import TableRows, number_of
 from tarsus.fit.unknowns import Unknowns
-from tarsus.measure import no_measure
+from tarsus.measure.measure import no_measure
 from tarsus.model.scene import Scene
 
 __all__ = ["Lowered", "conditions_of", "lower_study", "run_rows"]
@@ -83,10 +83,10 @@ def lower_study(study: Study, table: TableRows, threads: Workers = None) -> Lowe
     faults.stop()
     conditions = [conditions_of(study, row, f"row {n + 1}", faults) for n, row in enumerate(table.rows)]
     faults.stop()
-    runs, branches = _branches(study, channels)
+    runs, hypotheses = _hypotheses(study, channels)
     chosen = [n for n in (*trained, *others)]
     built = [
-        _run_branch(study, options, [conditions[n] for n in chosen], [f"row {n + 1}" for n in chosen], derived, faults)
+        _variant(study, options, [conditions[n] for n in chosen], [f"row {n + 1}" for n in chosen], derived, faults)
         for options in runs
     ]  # fmt: skip
     faults.stop()
@@ -110,7 +110,7 @@ def lower_study(study: Study, table: TableRows, threads: Workers = None) -> Lowe
     faults.stop()
     objective = Objective(cells, tuple(limits), study.search.robust)
     problem = Problem(
-        unknowns, tuple(branches), forward, objective, rows, tuple(f"row {n + 1}" for n in trained),
+        unknowns, tuple(hypotheses), forward, objective, rows, tuple(f"row {n + 1}" for n in trained),
         study.sampling.resolution, channels.index(PEAK),
         lambda run, one, numbers: forward.slopes(run, one, numbers, unknowns.high - unknowns.low),
     )  # fmt: skip
@@ -210,8 +210,8 @@ def conditions_of(
     return numbers, words
 
 
-def _branches(study: Study, channels: list[str]) -> tuple[list[dict[str, str]], list[Branch]]:
-    """Options of every run branch, and all branches."""
+def _hypotheses(study: Study, channels: list[str]) -> tuple[list[dict[str, str]], list[Hypothesis]]:
+    """Options of every variant of the runs, and all hypotheses."""
     names = list(study.choices)
     own = [
         name
@@ -219,7 +219,7 @@ def _branches(study: Study, channels: list[str]) -> tuple[list[dict[str, str]], 
         if any(option.set or option.derived for option in study.choices[name].options.values())
     ]
     runs: list[dict[str, str]] = []
-    branches = []
+    hypotheses = []
     for options in product(*(study.choices[name].options for name in names)):
         chosen = dict(zip(names, options, strict=True))
         run = {name: chosen[name] for name in own}
@@ -229,19 +229,19 @@ def _branches(study: Study, channels: list[str]) -> tuple[list[dict[str, str]], 
         for name, key in chosen.items():
             meaning |= study.choices[name].options[key].measures
         columns = tuple(channels.index(measure) for measure in meaning.values())
-        branches.append(Branch(chosen, runs.index(run), columns))
-    return runs, branches
+        hypotheses.append(Hypothesis(chosen, runs.index(run), columns))
+    return runs, hypotheses
 
 
-def _run_branch(
+def _variant(
     study: Study,
     options: Mapping[str, str],
     conditions: list[tuple[dict[str, float], dict[str, str]]],
     names: list[str],
     derived: Mapping[tuple[str, ...], list[tuple[str, Expression]]],
     faults: Faults,
-) -> RunBranch:
-    """A run branch without unknowns: templates of its rows, those of the table and then those of constraints."""
+) -> Variant:
+    """A variant without unknowns: templates of its rows, those of the table and then those of constraints."""
     chosen = {(name, key): study.choices[name].options[key] for name, key in options.items()}
     rows = run_rows(study, list(chosen.values()), conditions, names, faults)
     first = conditions[0]
@@ -262,11 +262,24 @@ def _run_branch(
     expressions = [one for key in chosen for one in derived.get(("choices", *key), [])] + list(
         derived.get((), [])
     )
+    rows = _sharing(rows)
     settings = tuple(Setting(name, one.paths) for name, one in study.unknowns.items())
     constants = {}
     for name, value in study.constants.items():
         constants[name] = faults.constant(value, f"constants.{name}")
-    return RunBranch(dict(options), tuple(rows), constants, settings, (), tuple(expressions))
+    return Variant(dict(options), tuple(rows), constants, settings, (), tuple(expressions))
+
+
+def _sharing(rows: list[Row]) -> list[Row]:
+    """The rows with one template where theirs are equal: what is made of a template is made once."""
+    kept: list[Scene] = []
+    out = []
+    for row in rows:
+        same = next((one for one in kept if one == row.template), None)
+        if same is None:
+            kept.append(row.template)
+        out.append(row if same is None else replace(row, template=same))
+    return out
 
 
 def replace_conditions(study: Study, given: Mapping[str, Any]) -> Study:
@@ -297,12 +310,14 @@ def run_rows(
                 )
             for option in options:
                 scene = faults.scene(scene, option.set, where)
-            scene = faults.scene(scene, dict(last or {}), f"{where}.set")
             if study.sampling.draws > 1 and scene.initial.velocity is None:
                 scene = with_values(scene, {"initial.velocity": (0.0,) * scene.robot.structure.size})
             templates[key] = scene
         template = templates[key]
-        known = float_paths(template)
+        changed = faults.scene(template, dict(last or {}), f"{where}.set")
+        if any(path not in float_paths(template) for path in last or {}):
+            template = changed
+        known = float_paths(changed)
         fixed = {path: numbers[c] for c in numbers for path in study.conditions[c].paths}
         faults.paths(template, known, fixed, f"{name}: conditions")
         kept = {path: known[path].value for path in last or {} if path in known}
@@ -325,10 +340,10 @@ def _unknowns(study: Study, scene: Scene, faults: Faults) -> Unknowns:
         raise
 
 
-def _with_tables(study: Study, branch: RunBranch, unknowns: Unknowns, faults: Faults) -> RunBranch:
-    """A run branch with its interpolation tables."""
+def _with_tables(study: Study, variant: Variant, unknowns: Unknowns, faults: Faults) -> Variant:
+    """A variant with its interpolation tables."""
     along = []
-    known = float_paths(branch.rows[0].template)
+    known = float_paths(variant.rows[0].template)
     for name, one in study.along.items():
         where = f"along.{name}"
         if name not in unknowns.names:
@@ -339,7 +354,7 @@ def _with_tables(study: Study, branch: RunBranch, unknowns: Unknowns, faults: Fa
         )
         if any(b <= a for a, b in pairwise(at)):
             faults.add(f"{where}.at: expected values that increase")
-        faults.paths(branch.rows[0].template, known, one.paths, f"{where}.paths")
+        faults.paths(variant.rows[0].template, known, one.paths, f"{where}.paths")
         lists: dict[str, tuple[Any, ...]] = {**one.paths, **one.names}
         for target, values in lists.items():
             if len(values) != len(at):
@@ -348,33 +363,33 @@ def _with_tables(study: Study, branch: RunBranch, unknowns: Unknowns, faults: Fa
             unit = known[target].unit if target in known else "1"
             si = tuple(faults.quantity(v, unit, f"{where}.{target}") for v in values)
             along.append(Interpolated(name, at, target, si))
-    return replace(branch, along=tuple(along))
+    return replace(variant, along=tuple(along))
 
 
-def _check_values(branches: list[RunBranch], unknowns: Unknowns, faults: Faults) -> None:
+def _check_values(variants: list[Variant], unknowns: Unknowns, faults: Faults) -> None:
     """Every row takes the values in the middle of the bounds, and every unknown's own paths take its ends."""
     nu = len(unknowns)
     places = [np.full(nu, 0.5)]
     for i in range(nu):
         for end in (0.0, 1.0):
             places.append(np.where(np.arange(nu) == i, end, 0.5))
-    for branch in branches:
+    for variant in variants:
         driven: dict[str, str] = {}
-        for setting in branch.settings:
+        for setting in variant.settings:
             driven |= dict.fromkeys(setting.paths, f"unknowns.{setting.name}")
-        for target in (*(one.target for one in branch.along), *(target for target, _ in branch.derived)):
+        for target in (*(one.target for one in variant.along), *(target for target, _ in variant.derived)):
             if "." in target and target in driven:
                 faults.add(
                     f"{driven[target]}: '{target}' is also set by a table or an expression; set it once"
                 )
-        for row in branch.rows:
-            faults.paths(row.template, float_paths(row.template), branch.driven, f"{row.name}")
+        for row in variant.rows:
+            faults.paths(row.template, float_paths(row.template), variant.driven, f"{row.name}")
         if faults:
             continue
         for n, place in enumerate(places):
-            names = dict(zip(unknowns.names, unknowns.values(place).tolist(), strict=True))
-            for row in branch.rows if n == 0 else branch.rows[:1]:
-                values = branch.values(names, row)
+            names = unknowns.by_name(place)
+            for row in variant.rows if n == 0 else variant.rows[:1]:
+                values = variant.values(names, row)
                 if not finite(values):
                     bad = [path for path, value in values.items() if not np.isfinite(value)]
                     if n == 0:

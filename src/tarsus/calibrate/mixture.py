@@ -1,4 +1,4 @@
-"""A mixture of devices over branches, kept as one file: loads itself and predicts rows nobody measured."""
+"""A weighted ensemble of devices over hypotheses, kept as one file: loads itself and predicts rows nobody measured."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
 from tarsus.calibrate.cells import absolute_of
-from tarsus.calibrate.ensemble import Ensemble
+from tarsus.calibrate.ensemble import HypothesisEnsemble
 from tarsus.calibrate.faults import Faults
 from tarsus.calibrate.lowering import Lowered, conditions_of, lower_study, run_rows
 from tarsus.calibrate.prediction import Discrepancy, Prediction, predict_row
 from tarsus.calibrate.studyfile import STUDY_FILE, load_study
-from tarsus.measure import scene_period
+from tarsus.measure.periods import scene_period
 from tarsus.model.laws import Law
 from tarsus.model.scene import Scene
 
@@ -33,10 +33,10 @@ FORMAT = 2
 
 @dataclass(frozen=True)
 class Mixture:
-    """Members of every branch with their weights, and the study they belong to."""
+    """Members of every hypothesis with their weights, and the study they belong to."""
 
     lowered: Lowered
-    ensembles: tuple[Ensemble, ...]
+    ensembles: tuple[HypothesisEnsemble, ...]
     weights: NDArray[np.float64]
     discrepancy: Discrepancy
 
@@ -73,21 +73,23 @@ class Mixture:
             merged.append(conditions_of(study, {**first, **row}, f"row {n}", faults))
         faults.stop()
         names = [f"row {n + 1}" for n in range(len(rows))]
-        branches = []
-        for branch in lowered.forward.branches:
-            options = [study.choices[name].options[key] for name, key in branch.options.items()]
-            branches.append(replace(branch, rows=tuple(run_rows(study, options, merged, names, faults))))
+        variants = []
+        for one in lowered.forward.variants:
+            options = [study.choices[name].options[key] for name, key in one.options.items()]
+            variants.append(replace(one, rows=tuple(run_rows(study, options, merged, names, faults))))
         faults.stop()
-        forward = replace(lowered.forward, branches=tuple(branches), threads=threads)
+        forward = replace(lowered.forward, variants=tuple(variants), threads=threads)
         unknowns, places = lowered.problem.unknowns, tuple(range(len(rows)))
-        readings = [forward(one.branch.run, unknowns.values(one.points), places) for one in self.ensembles]
+        readings = [
+            forward(one.hypothesis.run, unknowns.values(one.points), places) for one in self.ensembles
+        ]
         out = []
         for n in places:
             best = self.ensembles[int(np.argmax(self.weights))]
-            row = branches[best.branch.run].rows[n]
-            values = dict(zip(unknowns.names, unknowns.values(best.points[0]).tolist(), strict=True))
+            row = variants[best.hypothesis.run].rows[n]
+            values = unknowns.by_name(best.points[0])
             period = scene_period(
-                with_values(row.template, branches[best.branch.run].values(values, row)), np.inf
+                with_values(row.template, variants[best.hypothesis.run].values(values, row)), np.inf
             )
             absolute = np.array(
                 [absolute_of(study, one, period, "", faults) for one in study.measures.values()]
@@ -99,12 +101,12 @@ class Mixture:
             out.append({one.measure: one for one in found})
         return out
 
-    def scene(self, branch: int, member: int = 0) -> Scene:
-        """The device of a member (0: the best) of a kept branch, under the conditions of the first fitted row."""
-        one = self.ensembles[branch]
-        run = self.lowered.forward.branches[one.branch.run]
+    def scene(self, kept: int, member: int = 0) -> Scene:
+        """The device of a member (0: the best) of a kept hypothesis, under the conditions of the first fitted row."""
+        one = self.ensembles[kept]
+        run = self.lowered.forward.variants[one.hypothesis.run]
         unknowns = self.lowered.problem.unknowns
-        values = dict(zip(unknowns.names, unknowns.values(one.points[member]).tolist(), strict=True))
+        values = unknowns.by_name(one.points[member])
         return with_values(run.rows[0].template, run.values(values, run.rows[0]))
 
 
@@ -113,10 +115,10 @@ def mixture_table(mixture: Mixture) -> dict[str, Any]:
     unknowns = mixture.lowered.problem.unknowns
     branches = []
     for weight, one in zip(mixture.weights, mixture.ensembles, strict=True):
-        run = mixture.lowered.forward.branches[one.branch.run]
+        run = mixture.lowered.forward.variants[one.hypothesis.run]
         members = []
         for point, share, found in zip(one.points, one.weights, one.found, strict=True):
-            values = dict(zip(unknowns.names, unknowns.values(point).tolist(), strict=True))
+            values = unknowns.by_name(point)
             members.append(
                 {
                     "weight": float(share),
@@ -126,7 +128,7 @@ def mixture_table(mixture: Mixture) -> dict[str, Any]:
                     "values": {path: run.values(values, run.rows[0])[path] for path in run.driven},
                 }
             )
-        branches.append({"options": one.branch.options, "weight": float(weight), "members": members})
+        branches.append({"options": one.hypothesis.options, "weight": float(weight), "members": members})
     d = mixture.discrepancy
     return {
         "format": FORMAT,
@@ -174,11 +176,13 @@ def load_mixture(
     lowered = lower_study(described.study, described.table, threads)
     ensembles = []
     for one in table["branches"]:
-        branch = next(b for b in lowered.problem.branches if b.options == one["options"])
+        hypothesis = next(b for b in lowered.problem.hypotheses if b.options == one["options"])
         points = np.array([member["point"] for member in one["members"]])
         weights = np.array([member["weight"] for member in one["members"]])
         nothing, found = np.zeros((len(points), 0)), tuple(member["found"] for member in one["members"])
-        ensembles.append(Ensemble(branch, points, weights, np.zeros(len(points)), nothing, found))
+        ensembles.append(
+            HypothesisEnsemble(points, weights, np.zeros(len(points)), hypothesis, nothing, found)
+        )
     weights = np.array([one["weight"] for one in table["branches"]])
     discrepancy = Discrepancy(np.array(table["sigma"]), np.array(table["existence_wrong"]))
     return Mixture(lowered, tuple(ensembles), weights, discrepancy)

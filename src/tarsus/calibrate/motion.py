@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
 from tarsus.model.scene import Scene
-from tarsus.solve import Accuracy, simulate
+from tarsus.solve import simulate
+from tarsus.solve.engine import Accuracy
 
 __all__ = ["motion_of", "oscillations_per_step", "swing"]
 

@@ -11,22 +11,27 @@ minus twice a log-likelihood (constants dropped), Gaussian for \\|z\\| << c and 
 tolerances, so that one cell that the model cannot reach does not decide. Existence adds -2 log p, p the smoothed
 fraction of windows that have it, half a window added to either side. A constraint costs (excess / softness)^2 with
 the same tail.
+
+No piece of the cost is below zero. Their roots are the residuals of a least-squares fit, that of the misfit with the
+sign of its pull, and the cost is the sum of their squares. Existence and counts are constant between jumps: they have
+no slope, and a step that raises them is not taken. So is a reading that has no derivative (an event on the edge of a
+window) held for a step.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["FAILED", "Branch", "Cells", "Costs", "Limit", "Objective", "existence", "tolerance"]
+from tarsus.fit.residuals import FAILED
+
+__all__ = ["Cells", "Costs", "Hypothesis", "Objective", "Pieces", "SoftLimit", "existence", "tolerance"]
 
 Floats = NDArray[np.float64]
-
-FAILED = 1e3
-"""Residual of a run that did not reach its end: beyond every other, and finite, so that a search can go on."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +50,11 @@ class Cells:
     weight: Floats
     exists: NDArray[np.bool_]
 
+    @property
+    def known(self) -> NDArray[np.bool_]:
+        """Which cells (nr, nk) hold a value."""
+        return np.isfinite(self.observed)
+
     def at(self, rows: Sequence[int]) -> Cells:
         """Cells of some of the rows."""
         chosen = list(rows)
@@ -52,8 +62,9 @@ class Cells:
 
 
 @dataclass(frozen=True)
-class Branch:
-    """One combination of options: its run branch, and the channel that each measure of the table is (nk,)."""
+class Hypothesis:
+    """One combination of options: the number of its runs' variant, and the channel that each measure of the table is
+    (nk,)."""
 
     options: dict[str, str]
     run: int
@@ -66,7 +77,7 @@ class Branch:
 
 
 @dataclass(frozen=True)
-class Limit:
+class SoftLimit:
     """A channel stays between bounds in some of the simulated rows (places among them)."""
 
     name: str
@@ -79,15 +90,14 @@ class Limit:
 
 @dataclass(frozen=True)
 class Costs:
-    """Costs of ns sets: by row of the table (ns, nr), by constraint (ns, nl); residuals (ns, nr, nk), NaN where
-    unknown; pulls (ns, nr, nk): residuals over the root of 1 + s^2, tolerance and scatter of a window together;
-    missed (ns, nr, nk): residuals seen from the model's side, observed less model in tolerances of the model's value;
-    wrong (ns, nr, nk): probability that the model gives to the other state of existence, NaN where that is none;
-    misfit (ns, nr): the part of a row's cost that pulls make, without those of scatter and existence."""
+    """Costs of ns sets: by row of the table (ns, nr), by constraint (ns, nl); pulls (ns, nr, nk): residuals over the
+    root of 1 + s^2, tolerance and scatter of a window together, NaN where unknown; missed (ns, nr, nk): residuals seen
+    from the model's side, observed less model in tolerances of the model's value; wrong (ns, nr, nk): probability that
+    the model gives to the other state of existence, NaN where that is none; misfit (ns, nr): the part of a row's cost
+    that pulls make, without those of scatter and existence."""
 
     rows: Floats
     limits: Floats
-    residuals: Floats
     pulls: Floats
     missed: Floats
     wrong: Floats
@@ -110,88 +120,162 @@ def existence(readings: Floats, extra: float = 0.0) -> Floats:
 
 @dataclass(frozen=True)
 class Objective:
-    """Costs of readings against cells and constraints."""
+    """Costs of readings against cells and constraints; robust: residual, in tolerances, beyond which a cell loses
+    influence."""
 
     cells: Cells
-    limits: tuple[Limit, ...] = ()
+    limits: tuple[SoftLimit, ...] = ()
     robust: float = 3.0
 
+    def without(self, row: int) -> Objective:
+        """The objective of somebody who does not have this row of the table: its cells and its place in constraints go,
+        later places move up."""
+        limits = []
+        for one in self.limits:
+            rows = tuple(place - (place > row) for place in one.rows if place != row)
+            if rows:
+                limits.append(replace(one, rows=rows))
+        others = [n for n in range(len(self.cells.observed)) if n != row]
+        return replace(self, cells=self.cells.at(others), limits=tuple(limits))
+
     def only(self, row: int) -> Objective:
-        """Of one row of the table, without constraints."""
+        """The objective of this row of the table alone, without constraints."""
         return replace(self, cells=self.cells.at([row]), limits=())
 
-    def without(self, row: int) -> Objective:
-        """Of the other rows of the table, and of constraints in other runs than its."""
-        kept = self.cells.at([n for n in range(len(self.cells.observed)) if n != row])
-        limits = [
-            replace(one, rows=tuple(n - (n > row) for n in one.rows if n != row)) for one in self.limits
-        ]
-        return replace(self, cells=kept, limits=tuple(one for one in limits if one.rows))
-
-    def __call__(self, readings: NDArray[np.floating], branch: Branch) -> Costs:
-        """Costs of readings (ns, rows, channels, samples), of which the first nr rows are those of the table."""
-        seen = np.asarray(readings, dtype=float)
-        nr = len(self.cells.observed)
-        table = seen[:, :nr][:, :, list(branch.columns)]
-        z, scatter, missed = self._residuals(table)
-        known = np.isfinite(self.cells.observed)
-        pulls = z / np.sqrt(1.0 + scatter)
-        misfit = self.soft(pulls**2)
-        cost = misfit + np.log1p(scatter)
-        wrong = np.full(z.shape, np.nan)
-        for k in np.flatnonzero(self.cells.exists):
-            there = self.cells.observed[:, k] > 0.0
-            p, careful = existence(table[:, :, k]), existence(table[:, :, k], 0.5)
-            wrong[:, :, k] = np.where(there, 1.0 - p, p)
-            cost[:, :, k] -= 2.0 * np.log(np.where(there, careful, 1.0 - careful))
-        cost = np.where(known, cost, 0.0) * self.cells.weight
-        return Costs(
-            cost.sum(axis=-1),
-            np.stack([self._limit(seen, one) for one in self.limits], axis=-1)
-            if self.limits
-            else np.zeros((len(seen), 0)),
-            np.where(known, z, np.nan),
-            np.where(known, pulls, np.nan),
-            np.where(known, missed, np.nan),
-            np.where(known, wrong, np.nan),
-            (np.where(known, misfit, 0.0) * self.cells.weight).sum(axis=-1),
-        )
+    def pieces(self, readings: NDArray[np.floating], hypothesis: Hypothesis) -> Pieces:
+        """Pieces of the cost of readings (ns, rows, channels, samples), of which the first nr rows are those of the
+        table."""
+        return Pieces(self, hypothesis, np.asarray(readings, dtype=float))
 
     def soft(self, square: Floats) -> Floats:
         """Cost of squared residuals."""
         return self.robust**2 * np.log1p(square / self.robust**2)
 
-    def scaled(self, table: Floats) -> tuple[Floats, Floats, Floats]:
-        """Values (ns, nr, nk, samples) as ratios to the observed ones, the scale (nr, nk) of their logarithms, and the
-        derivative (ns, nr, nk, samples) of the scaled logarithm by the value; one that is not there counts as zero."""
+
+class Pieces:
+    """The pieces of a cost by readings (ns, rows, channels, samples), their roots, and the slopes of these.
+
+    Attributes
+    ----------
+    failed : (ns, nr, nk)
+        Whether the run of a reading did not reach its end.
+    u : (ns, nr, nk, samples)
+        Readings on the scale on which cells are compared, less the observed value; one that is not there counts as
+        zero.
+    mean, scatter, pull : (ns, nr, nk)
+        Mean residual z, its variance over the windows, and z over the root of 1 + s^2.
+    """
+
+    def __init__(self, objective: Objective, hypothesis: Hypothesis, readings: Floats) -> None:
+        self.objective, self.hypothesis, self.readings = objective, hypothesis, readings
+        self.cells = objective.cells
+        self.table = readings[:, : len(self.cells.observed)][:, :, list(hypothesis.columns)]
+        self.failed = np.asarray(np.isinf(self.table).any(axis=-1))
+        self._log, self._scale, self._by_value = self._scaled()
+        self.u = self._log * self._scale[:, :, None]
+        self.mean = np.where(self.failed, FAILED, self.u.mean(axis=-1))
+        self.scatter = np.where(self.failed, 0.0, self.u.var(axis=-1))
+        self.pull = self.mean / np.sqrt(1.0 + self.scatter)
+
+    def _scaled(self) -> tuple[Floats, Floats, Floats]:
+        """Logarithms of the values' ratios to the observed ones (ns, nr, nk, samples), their scale (nr, nk), and the
+        derivative (ns, nr, nk, samples) of the scaled logarithm by the value."""
         a, o = self.cells.absolute, np.nan_to_num(self.cells.observed)
         tau = tolerance(o, a, self.cells.relative)
         scale = np.divide(o + a, tau, out=np.ones_like(tau), where=tau > 0.0)
         whole = np.where(o + a > 0.0, o + a, 1.0)[:, :, None]
-        floor = np.where(o + a > 0.0, 1e-6 * (o + a), 1.0)[:, :, None]
-        values = np.maximum(np.where(np.isfinite(table), table, 0.0), 0.0)
+        floor = np.where(o + a > 0.0, 1e-6 * (o + a), 1.0)[
+            :, :, None
+        ]  # a reading of zero, where nothing else is added
+        values = np.maximum(np.where(np.isfinite(self.table), self.table, 0.0), 0.0)
         held = np.maximum(values + a[:, :, None], floor)
         moves = (values > 0.0) & (held > floor)
-        return held / whole, scale, np.where(moves, scale[:, :, None] / held, 0.0)
+        return np.log(held / whole), scale, np.where(moves, scale[:, :, None] / held, 0.0)
 
-    def _residuals(self, table: Floats) -> tuple[Floats, Floats, Floats]:
-        """Mean residual, its variance over the windows, and the residual on the model's own scale (ns, nr, nk); a
-        measure that is not there counts as zero."""
+    @cached_property
+    def _there(self) -> Floats:
+        """Cost (ns, nr, nk) of existence."""
+        out = np.zeros(self.pull.shape)
+        for k in np.flatnonzero(self.cells.exists):
+            p = existence(self.table[:, :, k], 0.5)
+            out[:, :, k] = -2.0 * np.log(np.where(self.cells.observed[:, k] > 0.0, p, 1.0 - p))
+        return out
+
+    @property
+    def roots(self) -> Floats:
+        """Residuals (ns, n): misfits, scatters, existences, constraints; the cost is the sum of their squares."""
+        soft, weight = self.objective.soft, np.sqrt(self.cells.weight)
+        pieces = (
+            np.sign(self.pull) * np.sqrt(soft(self.pull**2)),
+            np.sqrt(np.log1p(self.scatter)),
+            np.sqrt(self._there),
+        )
+        cells = [(weight * one)[:, self.cells.known] for one in pieces]
+        limits = [np.sqrt(soft(self._excess(one)[0] ** 2)) for one in self.objective.limits]
+        return np.concatenate([*cells, *limits], axis=1)
+
+    def slopes(self, slopes: Floats) -> Floats:
+        """Derivatives (n, nu) of the first set's residuals, of those (rows, channels, samples, nu) of its readings."""
+        nu, known = slopes.shape[-1], self.cells.known
+        table = slopes[: len(known)][:, list(self.hypothesis.columns)]
+        moved = np.where(self.failed[0][..., None, None], 0.0, self._by_value[0][..., None] * table)
+        off = (self.u[0] - self.u[0].mean(axis=-1, keepdims=True))[..., None]
+        of_scatter = 2.0 * (off * moved).mean(axis=2)
+        wide = 1.0 + self.scatter[0][..., None]
+        of_pull = moved.mean(axis=2) / np.sqrt(wide) - 0.5 * self.pull[0][..., None] * of_scatter / wide
+        of_misfit = self._root_slope(self.pull[0])[..., None] * of_pull
+        root = np.sqrt(np.log1p(self.scatter[0]))[..., None]
+        of_root = np.divide(0.5 * of_scatter / wide, root, out=np.zeros_like(of_scatter), where=root > 0.0)
+        weight = np.sqrt(self.cells.weight)[:, None]
+        cells = [(weight * one)[known] for one in (of_misfit, of_root, np.zeros_like(of_root))]
+        return np.concatenate(
+            [*cells, *(self._limit_slopes(one, slopes) for one in self.objective.limits)]
+        ).reshape(-1, nu)
+
+    def _limit_slopes(self, limit: SoftLimit, slopes: Floats) -> Floats:
+        excess, place, sign = (one[0] for one in self._excess(limit))
+        part = slopes[list(limit.rows), limit.channel]
+        own = np.take_along_axis(part, place[:, None, None], axis=1)[:, 0] * sign[:, None] / limit.softness
+        return self._root_slope(excess)[:, None] * own * (excess > 0.0)[:, None]
+
+    def _root_slope(self, pull: Floats) -> Floats:
+        """Derivative of the root of a soft cost by its pull."""
+        square = (pull / self.objective.robust) ** 2
+        root = np.sqrt(np.divide(np.log1p(square), square, out=np.ones_like(square), where=square > 0.0))
+        return 1.0 / ((1.0 + square) * root)
+
+    def _excess(self, limit: SoftLimit) -> tuple[Floats, NDArray[np.intp], Floats]:
+        """Excess (ns, rows) over a constraint in its softness, the sample that decides, and its sign."""
+        part = self.readings[:, list(limit.rows), limit.channel]
+        values = np.where(np.isfinite(part), part, 0.0)
+        above, below = values.max(axis=-1) - limit.high, limit.low - values.min(axis=-1)
+        over = above >= below
+        excess = np.maximum(np.where(over, above, below), 0.0) / limit.softness
+        excess = np.where(np.isinf(part).any(axis=-1), FAILED, excess)
+        place = np.where(over, values.argmax(axis=-1), values.argmin(axis=-1))
+        return excess, place, np.where(over, 1.0, -1.0)
+
+    @property
+    def costs(self) -> Costs:
+        """The cost by row and constraint, and what predictions need of it."""
+        known, weight, soft = self.cells.known, self.cells.weight, self.objective.soft
+        misfit = np.where(known, soft(self.pull**2), 0.0)
+        cost = misfit + np.where(known, np.log1p(self.scatter) + self._there, 0.0)
+        wrong = np.full(self.pull.shape, np.nan)
+        for k in np.flatnonzero(self.cells.exists):
+            p = existence(self.table[:, :, k])
+            wrong[:, :, k] = np.where(self.cells.observed[:, k] > 0.0, 1.0 - p, p)
+        limits = [soft(self._excess(one)[0] ** 2).sum(axis=-1) for one in self.objective.limits]
+        pulls, missed, wrong = (np.where(known, one, np.nan) for one in (self.pull, self._missed(), wrong))
+        of_limits = np.stack(limits, axis=-1) if limits else np.zeros((len(cost), 0))
+        rows, of_pulls = ((one * weight).sum(axis=-1) for one in (cost, misfit))
+        return Costs(rows, of_limits, pulls, missed, wrong, of_pulls)
+
+    def _missed(self) -> Floats:
+        """Residuals (ns, nr, nk) on the model's own scale."""
         a, o = self.cells.absolute, np.nan_to_num(self.cells.observed)
-        ratio, scale, _ = self.scaled(table)
-        failed = np.isinf(table).any(axis=-1)
-        u = np.log(ratio) * scale[:, :, None]
-        z = np.where(failed, FAILED, u.mean(axis=-1))
-        mean = np.log(ratio).mean(axis=-1)  # of log((v + a) / (o + a))
+        mean = self._log.mean(axis=-1)  # of log((v + a) / (o + a))
         shifted = np.exp(mean) * (o + a)
         own = tolerance(np.maximum(shifted - a, 0.0), a, self.cells.relative)
         missed = -mean * np.divide(shifted, own, out=np.ones_like(own), where=own > 0.0)
-        return z, np.where(failed, 0.0, u.var(axis=-1)), np.where(failed, FAILED, missed)
-
-    def _limit(self, seen: Floats, limit: Limit) -> Floats:
-        part = seen[:, list(limit.rows), limit.channel]
-        failed = np.isinf(part).any(axis=-1)
-        values = np.where(np.isfinite(part), part, 0.0)
-        over = np.maximum(values.max(axis=-1) - limit.high, limit.low - values.min(axis=-1))
-        excess = np.where(failed, FAILED, np.maximum(over, 0.0) / limit.softness)
-        return self.soft(excess**2).sum(axis=-1)
+        return np.where(self.failed, FAILED, missed)

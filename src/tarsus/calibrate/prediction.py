@@ -1,6 +1,6 @@
-"""What an ensemble over branches predicts for a row: median, 80 % interval, probability of a bounce, and two flags.
+"""What an ensemble over hypotheses predicts for a row: median, 80 % interval, probability of a bounce, and two flags.
 
-The predictive distribution of a measure has three parts. *Parameters*: every member of every branch by its weight.
+The predictive distribution of a measure has three parts. *Parameters*: every member of every hypothesis by its weight.
 *Sampling*: every window and draw of a member counts alike. *Discrepancy*: what the model misses even where it was
 fitted. On the scale on which cells are compared, taken at the model's value v, it is normal with standard deviation
 
@@ -10,9 +10,9 @@ q the quantile at 0.8 (m + 1) / m of the sizes of ``log((o + a) / (v + a)) (v + 
 the measure (as in conformal prediction: one more is to come), 1.2816 the 80 % quantile of the size of a standard
 normal, and f the usual correction for the k unknowns that all n cells determine (`tarsus.calibrate.degrees`), at
 most 2 because with few cells it means nothing. Sizes are in the table's own tolerances and include them; sigma is at
-least 1. Where four or more rows were left out and predicted, their residuals take the place of the fitted ones, with
-f = 1: of fewer, one left out leaves the unknowns undetermined, and its residual tells that instead. One
-standard deviation is at most a factor of `WORST`: a model that misses by more predicts nothing, which sigma tells and
+least 1. Where four or more rows were excluded and predicted, their residuals take the place of the fitted ones, with
+f = 1: of fewer, one excluded leaves the unknowns undetermined, and its residual shows that instead. One
+standard deviation is at most a factor of `WORST`: a model that misses by more predicts nothing, which sigma shows and
 an interval cannot.
 
 The probability of a bounce p is the weighted fraction of windows with one; existence was wrong with probability w on
@@ -23,13 +23,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import norm
 
-from tarsus.calibrate.ensemble import Ensemble, weighted_quantile
-from tarsus.calibrate.objective import Cells, existence, tolerance
+from tarsus.calibrate.objective import Cells, Hypothesis, existence, tolerance
+from tarsus.fit.ranges import weighted_quantile
 
 __all__ = [
     "INTERVAL",
@@ -125,7 +126,7 @@ def discrepancy_of(
     """Discrepancy from residuals (nr, nk) in tolerances and probabilities of the wrong existence (nr, nk), NaN where
     there is none.
 
-    fitted: the rows were fitted; False where each was left out when it was predicted.
+    fitted: the rows were fitted; False where each was excluded when it was predicted.
     """
     known = np.isfinite(residuals)
     n = int(known.sum())
@@ -144,8 +145,17 @@ def discrepancy_of(
     return Discrepancy(sigma, error)
 
 
+class Weighted(Protocol):
+    """Members of a hypothesis with their weights (nm,)."""
+
+    @property
+    def weights(self) -> Floats: ...
+    @property
+    def hypothesis(self) -> Hypothesis: ...
+
+
 def predict_row(
-    ensembles: Sequence[Ensemble],
+    ensembles: Sequence[Weighted],
     weights: Floats,
     readings: Sequence[NDArray[np.floating]],
     cells: Cells,
@@ -153,7 +163,7 @@ def predict_row(
     discrepancy: Discrepancy,
     peak: int | None,
     resolution: float,
-) -> list[Prediction]:
+) -> tuple[Prediction, ...]:
     """Predictions of all measures of one row.
 
     readings: of each ensemble's members in that row (nm, channels, samples); absolute (nk,): tolerances of the row.
@@ -164,10 +174,10 @@ def predict_row(
         tops = np.concatenate([np.asarray(r[:, peak], dtype=float) for r in readings])
     out = []
     for k in range(len(cells.names)):
-        parts = [r[:, one.branch.columns[k]] for r, one in zip(readings, ensembles, strict=True)]
+        parts = [r[:, one.hypothesis.columns[k]] for r, one in zip(readings, ensembles, strict=True)]
         windows = np.concatenate(parts).astype(float)
         out.append(_predict(windows, member, cells, k, float(absolute[k]), discrepancy, tops, resolution))
-    return out
+    return tuple(out)
 
 
 def _predict(

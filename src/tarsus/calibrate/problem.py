@@ -1,26 +1,33 @@
-"""A calibration as numbers: unknowns, branches, a forward model and a cost; the search knows nothing else."""
+"""A calibration as numbers: unknowns, hypotheses, a forward model and a cost; the search knows nothing else."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from tarsus.calibrate.objective import Branch, Costs, Objective
-from tarsus.fit import Unknowns
+from tarsus.calibrate.objective import Hypothesis, Objective, Pieces
+from tarsus.files.runstore import RunStore
+from tarsus.fit.residuals import Residuals
+from tarsus.fit.unknowns import Unknowns
 
-__all__ = ["Problem", "Simulate", "Slopes"]
+__all__ = ["Archive", "HypothesisFit", "Problem", "Simulate", "Slopes"]
 
 Floats = NDArray[np.float64]
+Readings = NDArray[np.floating]
 T = TypeVar("T")
-Simulate = Callable[[int, Floats, Sequence[int]], NDArray[np.floating]]
-"""Readings (ns, rows, channels, samples) of sets (ns, nu) in SI in a run branch, for the rows of these numbers."""
+Simulate = Callable[[int, Floats, Sequence[int]], Readings]
+"""Readings (ns, rows, channels, samples) of sets (ns, nu) in SI in a variant of the runs, for the rows of these
+numbers."""
 Slopes = Callable[[int, Floats, Sequence[int]], Floats]
-"""Derivatives (rows, channels, samples, nu) of the readings of one set (nu,) in a run branch by its SI values; zero
-where there is none."""
+"""Derivatives (rows, channels, samples, nu) of the readings of one set (nu,) in a variant of the runs by its SI values;
+zero where there is none."""
+
+DIGITS = 9
+"""Digits to which points of the unit cube are rounded: a point that comes back from an optimiser is the same point."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +40,7 @@ class Problem:
     """
 
     unknowns: Unknowns
-    branches: tuple[Branch, ...]
+    hypotheses: tuple[Hypothesis, ...]
     simulate: Simulate
     objective: Objective
     rows: tuple[int, ...]
@@ -47,13 +54,10 @@ class Problem:
         """Number of rows that are fitted."""
         return len(self.objective.cells.observed)
 
-    def costs(self, readings: NDArray[np.floating], branch: Branch) -> Costs:
-        """Costs of readings in a branch."""
-        return self.objective(readings, branch)
-
-    def total(self, costs: Costs, cube: Floats) -> Floats:
-        """Whole cost (ns,) of sets."""
-        return costs.rows.sum(axis=1) + costs.limits.sum(axis=1) + self.unknowns.prior_cost(cube)
+    def residuals(self, pieces: Pieces, cube: Floats) -> Floats:
+        """Residuals (ns, nr) of sets at points (ns, nu), those of the priors last: the sum of their squares is the
+        cost."""
+        return np.concatenate([pieces.roots, self.unknowns.prior_residuals(cube)], axis=1)
 
     def without(self, row: int) -> Problem:
         """The problem of somebody who does not have this row of the table: its run is not simulated either."""
@@ -67,3 +71,126 @@ class Problem:
 
 def _but(items: tuple[T, ...], place: int) -> tuple[T, ...]:
     return items[:place] + items[place + 1 :]
+
+
+@dataclass
+class Archive:
+    """Every set that a search has visited, what was read there and how it was found.
+
+    A search is a fixed sequence of questions, so a killed one is resumed by asking them again: the store reads back
+    what was answered. Every search, that of the whole table and each without one of its rows, has a number of its own,
+    under which nothing of another is kept.
+
+    problem: what is asked; store: where answers are kept; part: number of the search; on_sets: called after every
+    question with the sets asked for and the most that are still to come; ahead: most sets that are still to be asked
+    for, as the search says.
+    """
+
+    problem: Problem
+    store: RunStore = field(default_factory=RunStore)
+    part: int = 0
+    on_sets: Callable[[int, int], None] | None = None
+    ahead: int = 0
+    _found: dict[tuple[int, bytes], str] = field(default_factory=dict)
+
+    def evaluate(self, run: int, cube: Floats, found: str | Sequence[str] = "") -> Readings:
+        """Readings (ns, rows, channels, samples) at points (ns, nu); those visited before are not simulated again.
+
+        found: how the points were found, all or each.
+        """
+        points = _rounded(cube)
+        for n, one in enumerate(points):
+            self._found.setdefault((run, one.tobytes()), found if isinstance(found, str) else found[n])
+        read = self._asked(f"{self.part}/{run}", run, points, self.problem.rows)
+        self.ahead = max(self.ahead - len(points), 0)
+        if self.on_sets is not None:
+            self.on_sets(len(points), self.ahead)
+        return read
+
+    def visited(self, run: int) -> tuple[Floats, Readings]:
+        """All visited points (n, nu) of a variant of the runs and their readings."""
+        memo = self.store.memo(f"{self.part}/{run}")
+        return memo.points, memo.values["readings"]
+
+    def found(self, run: int, points: Floats) -> tuple[str, ...]:
+        """How visited points (ns, nu) were found first."""
+        return tuple(self._found[run, one.tobytes()] for one in _rounded(points))
+
+    @property
+    def sets(self) -> int:
+        """Number of sets that were visited."""
+        return len(self._found)
+
+    def elsewhere(self, run: int, points: Floats, row: int) -> Readings:
+        """Readings (ns, channels, samples) at points (ns, nu) in a row that the search does not know, for its
+        prediction."""
+        return self._asked(f"{self.part}/{run}/row {row}", run, _rounded(points), (row,))[:, 0]
+
+    def slopes(self, run: int, point: Floats) -> Floats:
+        """Derivatives (rows, channels, samples, nu) of the readings at a point (nu,) by the unknowns' SI values."""
+        slopes, unknowns = self.problem.slopes, self.problem.unknowns
+        assert slopes is not None
+
+        def made(points: Floats) -> dict[str, Floats]:
+            return {
+                "slopes": np.array([slopes(run, one, self.problem.rows) for one in unknowns.values(points)])
+            }
+
+        return self.store.evaluate(_rounded(point[None]), made, name=f"{self.part}/{run}/slopes")["slopes"][0]
+
+    def _asked(self, name: str, run: int, points: Floats, rows: tuple[int, ...]) -> Readings:
+        def simulated(fresh: Floats) -> dict[str, Readings]:
+            return {"readings": self.problem.simulate(run, self.problem.unknowns.values(fresh), rows)}
+
+        return self.store.evaluate(points, simulated, name=name)["readings"]
+
+
+def _rounded(points: Floats) -> Floats:
+    return np.round(points, DIGITS) + 0.0  # no negative zeros
+
+
+@dataclass
+class HypothesisFit(Residuals):
+    """A hypothesis of a calibration as residuals; what is asked of it is kept in the archive."""
+
+    archive: Archive
+    number: int
+    way: str = "local search"
+
+    def __post_init__(self) -> None:
+        self.problem = self.archive.problem
+        self.unknowns = self.problem.unknowns
+        self.hypothesis = self.problem.hypotheses[self.number]
+
+    def pieces(self, readings: Readings) -> Pieces:
+        """Pieces of the cost of readings."""
+        return self.problem.objective.pieces(readings, self.hypothesis)
+
+    def residuals_at(self, points: Floats) -> Floats:
+        return self.asked(points, self.way)
+
+    def asked(self, points: Floats, found: str | Sequence[str]) -> Floats:
+        """Residuals (n, nr) at points (n, nu), which were found so."""
+        return self.problem.residuals(
+            self.pieces(self.archive.evaluate(self.hypothesis.run, points, found)), points
+        )
+
+    def jacobian(self, x: ArrayLike) -> Floats:
+        at = self.point(x)
+        pieces = self.pieces(self.archive.evaluate(self.hypothesis.run, at[None], self.way))
+        slopes = self.archive.slopes(self.hypothesis.run, at) * self.unknowns.slopes(at)
+        return np.concatenate([pieces.slopes(slopes), np.diag(self.unknowns.prior_slopes(at))])
+
+    def visited(self) -> tuple[Floats, Floats]:
+        """All visited points (n, nu) of its runs, and their residuals (n, nr)."""
+        points, readings = self.archive.visited(self.hypothesis.run)
+        return points, self.problem.residuals(self.pieces(readings), points)
+
+    def costs_visited(self) -> tuple[Floats, Floats]:
+        """All visited points (n, nu) of its runs, and their costs (n,)."""
+        points, residuals = self.visited()
+        return points, (residuals**2).sum(axis=1)
+
+    def cost_at(self, points: Floats, found: str = "") -> Floats:
+        """Costs (n,) at points (n, nu), which are asked for where they were not visited."""
+        return (self.asked(points, found) ** 2).sum(axis=1)

@@ -7,8 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.measure import PER_WINDOW, Counting, EventHistories, RunTable, by_window
-from tarsus.solve import Batch
+from tarsus.measure.history import Counting, EventHistories
+from tarsus.measure.periods import PER_WINDOW, by_window
+from tarsus.measure.table import RunTable
+from tarsus.solve.results import Batch
 
 __all__ = ["MOTION", "PER_PERIOD", "known_measures", "readings", "table_readings", "unit_of"]
 

@@ -1,4 +1,4 @@
-"""The scenes of a calibration: which run each row of a branch is, and the value of every path for a set of unknowns."""
+"""The scenes of a calibration: which run each row of a variant is, and values of all paths for a set of unknowns."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 from tarsus.calibrate.expressions import Expression
 from tarsus.model.scene import Scene
 
-__all__ = ["Interpolated", "Row", "RunBranch", "Setting", "finite"]
+__all__ = ["Interpolated", "Row", "Setting", "Variant", "finite"]
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class Row:
 
 
 @dataclass(frozen=True)
-class RunBranch:
+class Variant:
     """Options that need runs of their own, and the rows as they are run with them."""
 
     options: Mapping[str, str]

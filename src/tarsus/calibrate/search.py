@@ -1,290 +1,252 @@
-"""Searching the branches: sets spread evenly, differential evolution, hopeless branches dropped, then chains that
-follow the likelihood.
+"""Searching the hypotheses: sets spread evenly, steps down by regressions, hypotheses that fall behind rejected, a
+local search with exact derivatives, then chains that follow the likelihood.
 
-All randomness comes from the study's seed and the place in the sequence (row left out, stage, branch), never from time
-or threads. A search knows nothing but its own problem and archive: the one without a row is a search like any other.
+All randomness comes from the study's seed and the place in the sequence (row excluded, stage, hypothesis), never from
+time or threads. A search knows nothing but its own problem and archive: the one without a row is a search like any
+other.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import qmc
 
-from tarsus.calibrate.archive import Archive
 from tarsus.calibrate.degrees import Freedom, freedom_of_best
 from tarsus.calibrate.description import Search
-from tarsus.calibrate.polish import polish, residuals_of
-from tarsus.calibrate.problem import Problem
-from tarsus.calibrate.regressed import STEPS, Valleys, steps
+from tarsus.calibrate.problem import Archive, HypothesisFit
+from tarsus.fit.chain import chain, spread_over
+from tarsus.fit.least_squares import least_squares
+from tarsus.fit.regressions import STEPS, Valleys, steps
 
-__all__ = [
-    "Chain",
-    "Found",
-    "chain",
-    "evolve",
-    "questions",
-    "randomness",
-    "screen",
-    "search_branches",
-    "spread_over",
-]
+__all__ = ["LEVEL", "SearchResult", "randomness", "search_hypotheses"]
 
 Floats = NDArray[np.float64]
 
-DOWN = 2.0 / 3.0
-"""Share of a generation's children that are steps down; the others keep the search from one valley."""
-FEWEST = 10
-"""Members of a population that takes steps down: of six, two went on by evolution, and three of eight searches found
-the values of a bouncing ball, where evolution alone finds them in six; of ten and sixteen both do in all eight."""
+DOWN = 0.8
+"""Share of a generation that is steps down; the others are spread over the cube and keep the search from one valley: of
+eight searches of the cantilever, 300 sets each, three ended 3 to 17 higher without them."""
+BOUT = 4
+"""Generations after which hypotheses are compared: fewer are a matter of luck."""
+PATIENCE, SETTLED = 2, 0.1
+"""A start that gains less than `SETTLED` in so many bouts has found what it finds: a tenth of what one standard
+deviation of one unknown costs."""
+STARTS = 2
+"""Starts of a hypothesis, each from sets spread evenly once the one before gains no more: of single starts on the
+cantilever, of 300 sets each, four of six ended within 2 of the lowest cost, one 4 and one 17 above it."""
+FADING = 2.0
+"""Most that a hypothesis is believed to gain yet, in gains of its last bout: gains fall by a third or more from bout
+to bout."""
 LEVEL = 0.9
 """Members of an ensemble lie inside the likelihood region of this probability (chi-squared with one degree of freedom
 for each unknown)."""
 MARGIN = 10.0
-"""No branch is dropped for less cost than this: a likelihood ratio of 150, which a few generations may make up."""
-SCREEN, SHORT, DEEP, POLISH, CHAIN = range(5)
+"""No hypothesis is rejected for less cost than this: a likelihood ratio of 150, which a few generations may make up."""
+LOCAL = 0.03
+"""The local search ends where a step is shorter than this part of a standard error: what an ensemble does not show."""
+PRESCREENING, SHORT, DEEP, CHAIN = 0, 1, 2, 4
 """Stages, for the random numbers of each."""
 MEMBERS_AGAIN = 3
 """Times that members of an ensemble are asked for again, which are visited already."""
 
 
 @dataclass(frozen=True)
-class Chain:
-    """States (n, nu) that a chain was in, each as often as it was."""
-
-    states: Floats
-
-
-@dataclass(frozen=True)
-class Found:
-    """What the search found in a branch: its lowest cost, whether and why it was dropped, and states of its chain."""
+class SearchResult:
+    """What the search found of a hypothesis: its lowest cost, whether and why it was rejected, and states (n, nu) of
+    its chain."""
 
     cost: float
-    dropped: str
-    chain: Chain | None
+    rejected: str
+    states: Floats | None
 
 
-def sets_ahead(search: Search, stage: int, branches: int) -> int:
-    """Most sets that so many branches ask for from a stage on."""
-    each = {
-        SHORT: search.population * (search.short + 1), DEEP: search.population * (search.generations + 1),
-        POLISH: search.polish + 1, CHAIN: search.population * (search.spread + 1) + MEMBERS_AGAIN * search.members,
-    }  # fmt: skip
-    return branches * sum(count for one, count in each.items() if one >= stage)
+@dataclass
+class _Descent:
+    """A hypothesis that is searched: what it fits, how, with which random numbers; starts and generations made, how
+    many sets were visited before the present start, and the lowest cost after each bout, of all starts and of it."""
+
+    fit: HypothesisFit
+    search: Search
+    rng: np.random.Generator
+    valleys: Valleys = field(default_factory=Valleys)
+    starts: int = 1
+    generations: int = 0
+    before: int = 0
+    history: list[float] = field(default_factory=list)
+    present: list[float] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self._note()
+
+    def _note(self) -> None:
+        costs = self.fit.costs_visited()[1]
+        self.history.append(float(costs.min()))
+        self.present.append(float(costs[self.before :].min()))
+
+    def best(self) -> float:
+        """Lowest cost of the visited sets."""
+        return float(self.fit.costs_visited()[1].min())
+
+    def advance(self, generations: int) -> None:
+        """A bout of so many generations."""
+        for _ in range(generations):
+            self._generation()
+        self._note()
+        if self._idle() and self.starts < STARTS:
+            self.starts += 1
+            self.before = len(self.fit.visited()[0])
+            points = self.fit.unknowns.draws(self.search.screening, self.rng)
+            self.fit.asked(points, f"screening, start {self.starts}")
+            self.present = []
+            self._note()
+
+    def _generation(self) -> None:
+        """Steps down from the best valleys of the present start, and sets anywhere."""
+        self.generations += 1
+        points, residuals = self.fit.visited()
+        costs, size = (residuals**2).sum(axis=1), self.search.population
+        most = max(round(DOWN * size / len(STEPS)), 1)
+        bases = [
+            self.before + n for n in self.valleys.bases(points[self.before :], costs[self.before :], most)
+        ]
+        asked = [steps(points, residuals, base, self.rng) for base in bases]
+        fresh = max(size - len(STEPS) * len(bases), 0)
+        how = [f"step down, generation {self.generations}"] * (len(STEPS) * len(bases))
+        how += [f"random, generation {self.generations}"] * fresh
+        after = self.fit.asked(np.concatenate([*asked, self.rng.random((fresh, points.shape[1]))]), how)
+        lowest = (after[: len(how) - fresh] ** 2).sum(axis=1).reshape(len(bases), len(STEPS))
+        for base, found in zip(bases, lowest, strict=True):
+            self.valleys.report(points[base], float(costs[base]), float(found.min()))
+
+    def _idle(self) -> bool:
+        """Whether the present start gains no more."""
+        return len(self.present) > PATIENCE and self.present[-1 - PATIENCE] - self.present[-1] < SETTLED
+
+    def settled(self) -> bool:
+        """Whether the last start gains no more."""
+        return self.starts == STARTS and self._idle()
+
+    def hope(self) -> float:
+        """Lowest cost that it may reach yet."""
+        gain = self.present[-2] - self.present[-1] if len(self.present) > 1 else 0.0
+        return min(self.history[-1], self.present[-1] - FADING * gain)
 
 
-def questions(problem: Problem, search: Search) -> int:
-    """Most questions that a search puts to its archive."""
-    each = search.short + search.generations + 2 * search.polish + search.spread + 8
-    return len(problem.branches) * (each + 1)
-
-
-def randomness(search: Search, part: int, stage: int, branch: int = 0) -> np.random.Generator:
+def randomness(search: Search, part: int, stage: int, hypothesis: int = 0) -> np.random.Generator:
     """Random numbers of a stage: of the whole table's search (part 0), or of that without a row (1, 2 ...)."""
-    return np.random.default_rng(np.random.SeedSequence(search.seed, spawn_key=(part, stage, branch)))
+    return np.random.default_rng(np.random.SeedSequence(search.seed, spawn_key=(part, stage, hypothesis)))
 
 
-def costs_at(problem: Problem, archive: Archive, branch: int) -> tuple[Floats, Floats]:
-    """Visited points (n, nu) of a branch and their costs (n,)."""
-    chosen = problem.branches[branch]
-    points, readings = archive.points(chosen.run)
-    return points, problem.total(problem.costs(readings, chosen), points)
+def sets_ahead(search: Search, stage: int, hypotheses: int) -> int:
+    """Most sets that so many hypotheses ask for from a stage on."""
+    each = {
+        SHORT: search.population * search.short,
+        DEEP: search.population * search.generations + (STARTS - 1) * search.screening + search.polish + 1,
+        CHAIN: search.members * (search.spread + 1 + MEMBERS_AGAIN),
+    }  # fmt: skip
+    return hypotheses * sum(count for one, count in each.items() if one >= stage)
 
 
-def screen(problem: Problem, archive: Archive, search: Search, part: int = 0) -> None:
-    """The same sets in every run branch: a Sobol sequence."""
-    power = int(np.ceil(np.log2(search.screening)))
-    sobol = qmc.Sobol(len(problem.unknowns), rng=randomness(search, part, SCREEN))
-    points = sobol.random_base2(power)[: search.screening]
-    for run in sorted({branch.run for branch in problem.branches}):
-        archive.evaluate(run, points, "screening")
+def search_hypotheses(archive: Archive, search: Search) -> tuple[dict[int, SearchResult], Freedom]:
+    """Search all hypotheses of the archive's problem: what was found of each, and degrees of freedom of the best."""
+    problem, part = archive.problem, archive.part
+    fits = [HypothesisFit(archive, number) for number in range(len(problem.hypotheses))]
+    runs = sorted({one.hypothesis.run for one in fits})
+    archive.ahead = len(runs) * search.screening + sets_ahead(search, SHORT, len(fits))
+    even = problem.unknowns.draws(search.screening, randomness(search, part, PRESCREENING))
+    for run in runs:
+        archive.evaluate(run, even, "screening")
+    descents = {b: _Descent(fit, search, randomness(search, part, SHORT, b)) for b, fit in enumerate(fits)}
+    for one in descents.values():
+        one.advance(search.short)
+    best = {b: one.best() for b, one in descents.items()}
+    most = search.hopeless * min(best.values()) + MARGIN
+    rejected = {
+        b: f"hopeless after the short search: more than {search.hopeless:g} times the cost of the best"
+        for b, cost in best.items()
+        if cost > most
+    }
+    scale = _race(descents, rejected, search)
+    best = {b: one.best() for b, one in descents.items()}
+    near = _near(best, rejected, scale, search)
+    if search.polish and problem.slopes:
+        for b in near:
+            _improved(fits[b], search.polish)
+            best[b] = descents[b].best()
+    freedom = freedom_of_best(fits, best)
+    near = _near(best, rejected, freedom.scale, search)
+    archive.ahead = sets_ahead(search, CHAIN, len(near))
+    states = {b: _chained(fits[b], search, freedom.scale) for b in near if search.spread}
+    best |= {b: descents[b].best() for b in near}
+    found = {b: SearchResult(best[b], rejected.get(b, ""), states.get(b)) for b in descents}
+    return found, freedom_of_best(fits, best)
 
 
-def evolve(
-    problem: Problem,
-    archive: Archive,
-    branch: int,
-    start: Floats,
-    generations: int,
-    rng: np.random.Generator,
-    first: int = 1,
-) -> Floats:
-    """Differential evolution from a population (np, nu), most of whose children are steps down from the best valleys by
-    regressions over all visited sets; the last population. first: number of the first generation."""
-    chosen, valleys, size = problem.branches[branch], Valleys(), len(start)
-
-    def cost(points: Floats, found: str | list[str]) -> Floats:
-        readings = archive.evaluate(chosen.run, points, found)
-        return problem.total(problem.costs(readings, chosen), points)
-
-    population, now = start.copy(), cost(start, "random") if generations else np.zeros(size)
-    for generation in range(first, first + generations):
-        points, readings = archive.points(chosen.run)
-        bases: list[int] = []
-        residuals = before = np.zeros(0)
-        if size >= FEWEST and len(points) > 2 * (points.shape[1] + 1):
-            residuals = residuals_of(problem, chosen, np.asarray(readings, dtype=float), points)
-            before = (residuals**2).sum(axis=1)
-            bases = valleys.bases(points, before, round(DOWN * size / len(STEPS)))
-        targets = rng.permutation(size)[: size - len(STEPS) * len(bases)]
-        asked = [steps(points, residuals, base, rng) for base in bases]
-        asked.append(_children(population, int(np.argmin(now)), targets, rng))
-        how = [f"step down, generation {generation}"] * (len(STEPS) * len(bases))
-        how += [f"evolution, generation {generation}"] * len(targets)
-        after = np.split(cost(np.concatenate(asked), how), np.cumsum([len(one) for one in asked])[:-1])
-        for base, costs in zip(bases, after[:-1], strict=True):
-            valleys.tell(points[base], float(before[base]), float(costs.min()))
-        places = [*[-1] * (len(STEPS) * len(bases)), *targets.tolist()]
-        for place, child, low in zip(places, np.concatenate(asked), np.concatenate(after), strict=True):
-            own = place if place >= 0 else int(np.argmax(now))  # a step down takes the place of the worst
-            if low < now[own]:
-                population[own], now[own] = child, low
-    return population
+def _race(descents: Mapping[int, _Descent], rejected: dict[int, str], search: Search) -> float:
+    """Take the hypotheses on, bout by bout: those that settled rest, and those that could not come near the best in the
+    bouts that are left are rejected. The residual scale at the end."""
+    archive = next(iter(descents.values())).fit.archive
+    fits = [one.fit for one in descents.values()]
+    running = [b for b in descents if b not in rejected]
+    archive.ahead = sets_ahead(search, DEEP, len(running))
+    last = search.short + search.generations
+    scale = freedom_of_best(fits, {b: one.history[-1] for b, one in descents.items()}).scale
+    while running:
+        for b in running:
+            bout = min(BOUT, last - descents[b].generations)
+            descents[b].advance(bout)
+        best = {b: one.history[-1] for b, one in descents.items()}
+        scale = freedom_of_best(fits, best).scale
+        enough = min(best.values()) + max(search.within * scale, MARGIN)
+        for b in list(running):
+            left = -(-(last - descents[b].generations) // BOUT)
+            if descents[b].hope() > enough:
+                rejected[b] = (
+                    f"behind: its last bouts gained too little to come within {search.within:g} scales"
+                )
+            if b in rejected or descents[b].settled() or not left:
+                running.remove(b)
+        archive.ahead = sum(
+            sets_ahead(search, DEEP, 1) - descents[b].generations * search.population for b in running
+        )
+    return scale
 
 
-def _children(population: Floats, best: int, targets: NDArray[np.int64], rng: np.random.Generator) -> Floats:
-    """Children (n, nu) of members by number (n,): the best member and a difference of two, crossed with each; after
-    Storn and Price (J. Glob. Optim. 11, 1997)."""
-    size, nu = population.shape
-    pairs = np.array([rng.choice(size, 2, replace=False) for _ in targets], dtype=int).reshape(-1, 2)
-    moved = population[best] + rng.uniform(0.4, 0.9) * (population[pairs[:, 0]] - population[pairs[:, 1]])
-    own = rng.random(moved.shape) >= 0.8
-    own[np.arange(len(own)), rng.integers(nu, size=len(own))] = False
-    moved = np.where(own, population[targets], moved)
-    return np.where((moved < 0.0) | (moved > 1.0), rng.random(moved.shape), moved)
+def _near(best: Mapping[int, float], rejected: dict[int, str], scale: float, search: Search) -> list[int]:
+    """Hypotheses whose best set is likely beside the best of all; the others are rejected."""
+    near = min(best.values()) + search.within * scale
+    for b, cost in best.items():
+        if cost > near:
+            rejected.setdefault(
+                b, f"more than {search.within:g} residual scales above the best ({search.reason})"
+            )
+    return [b for b in best if b not in rejected]
 
 
-def spread_over(points: Floats, count: int, first: int = 0) -> list[int]:
-    """Places of up to ``count`` of the points (n, nu), each as far from those before it as can be."""
-    chosen = [first]
-    distance = np.linalg.norm(points - points[first], axis=1)
-    while len(chosen) < min(count, len(points)):
-        place = int(np.argmax(distance))
-        if distance[place] == 0.0:
-            break
-        chosen.append(place)
-        distance = np.minimum(distance, np.linalg.norm(points - points[place], axis=1))
-    return chosen
+def _improved(fit: HypothesisFit, rounds: int) -> None:
+    """Go down from the best set by exact derivatives; what is visited is kept in the archive."""
+    points, costs = fit.costs_visited()
+    least_squares(fit, points[int(np.argmin(costs))], rounds, LOCAL)
 
 
-def start_of(points: Floats, costs: Floats, count: int, excess: float) -> Floats:
-    """A population (count, nu): spread over the points within ``excess`` of the best, filled up with the next best."""
-    order = np.argsort(costs, kind="stable")
-    inside = order[costs[order] <= costs[order[0]] + excess]
-    chosen = [int(inside[i]) for i in spread_over(points[inside], count)]
-    taken = set(chosen)
-    chosen += [int(i) for i in order if int(i) not in taken][: count - len(chosen)]
-    return points[chosen]
-
-
-def chain(
-    problem: Problem,
-    archive: Archive,
-    branch: int,
-    generations: int,
-    scale: float,
-    size: int,
-    rng: np.random.Generator,
-) -> Chain:
-    """Differential-evolution Markov chains (ter Braak 2006) whose density is exp(-cost / (2 scale)).
+def _chained(fit: HypothesisFit, search: Search, scale: float) -> Floats:
+    """States (n, nu) of chains as many as an ensemble has members.
 
     They start spread over the visited points that cost as much more than the best as a state of the chain does on
-    average, ``scale`` for each unknown; the first third is dropped.
+    average, ``scale`` for each unknown, filled up with the next best.
     """
-    chosen = problem.branches[branch]
-    points, costs = costs_at(problem, archive, branch)
-    nu = points.shape[1]
-    now = start_of(points, costs, size, scale * nu)
-    now_cost = problem.total(problem.costs(archive.evaluate(chosen.run, now), chosen), now)
-    states = [now]
-    for generation in range(generations):
-        gamma = 1.0 if generation % 5 == 4 else 2.38 / np.sqrt(2.0 * nu)
-        pairs = np.array([rng.choice(len(now), 2, replace=False) for _ in now])
-        step = gamma * (now[pairs[:, 0]] - now[pairs[:, 1]]) + rng.normal(0.0, 1e-3, now.shape)
-        moved = now + step
-        moved = np.abs(moved)
-        moved = np.where(moved > 1.0, 2.0 - moved, moved).clip(0.0, 1.0)
-        readings = archive.evaluate(chosen.run, moved, f"chain, generation {generation + 1}")
-        cost = problem.total(problem.costs(readings, chosen), moved)
-        taken = np.log(rng.random(len(now))) < (now_cost - cost) / (2.0 * scale)
-        now, now_cost = np.where(taken[:, None], moved, now), np.where(taken, cost, now_cost)
-        states.append(now)
-    return Chain(np.concatenate(states[len(states) // 3 :]))
+    points, costs = fit.costs_visited()
+    order = np.argsort(costs, kind="stable")
+    inside = order[costs[order] <= costs[order[0]] + scale * points.shape[1]]
+    chosen = [int(inside[i]) for i in spread_over(points[inside], search.members)]
+    taken = set(chosen)
+    chosen += [int(i) for i in order if int(i) not in taken][: search.members - len(chosen)]
 
+    def asked(moved: Floats, generation: int) -> Floats:
+        return fit.cost_at(moved, f"chain, generation {generation}")
 
-def search_branches(
-    problem: Problem, archive: Archive, search: Search, part: int = 0
-) -> tuple[dict[int, Found], Freedom]:
-    """Search all branches; what was found in each, and the degrees of freedom of the best.
-
-    part: 0 for the search of the whole table, n + 1 for the one without row n: each has random numbers of its own.
-    """
-    numbers = range(len(problem.branches))
-    runs = len({branch.run for branch in problem.branches})
-    archive.ahead = runs * search.screening + sets_ahead(search, SHORT, len(numbers))
-    screen(problem, archive, search, part)
-    populations: dict[int, Floats] = {}
-    for b in numbers:
-        points, costs = costs_at(problem, archive, b)
-        start = points[np.argsort(costs, kind="stable")[: search.population]]
-        rng = randomness(search, part, SHORT, b)
-        populations[b] = evolve(
-            problem, archive, b, _filled(start, search.population, rng), search.short, rng
-        )
-    best = {b: float(costs_at(problem, archive, b)[1].min()) for b in numbers}
-    hopeless = search.hopeless * min(best.values()) + MARGIN
-    kept = [b for b in numbers if best[b] <= hopeless]
-    archive.ahead = sets_ahead(search, DEEP, len(kept))
-    for b in kept:
-        rng = randomness(search, part, DEEP, b)
-        evolve(problem, archive, b, populations[b], search.generations, rng, search.short + 1)
-    best |= {b: float(costs_at(problem, archive, b)[1].min()) for b in kept}
-    polished = _near(problem, archive, kept, best, search)[0]
-    archive.ahead = sets_ahead(search, POLISH, len(polished))
-    for b in polished if search.polish and problem.slopes else ():
-        points, costs = costs_at(problem, archive, b)
-        polish(problem, archive, b, points[int(np.argmin(costs))], search.polish)
-        best[b] = float(costs_at(problem, archive, b)[1].min())
-    near, scale = _near(problem, archive, kept, best, search)
-    archive.ahead = sets_ahead(search, CHAIN, len(near))
-    chains = {
-        b: chain(
-            problem, archive, b, search.spread, scale, search.population, randomness(search, part, CHAIN, b)
-        )
-        for b in near
-        if search.spread
-    }
-    best |= {b: float(costs_at(problem, archive, b)[1].min()) for b in near}
-    return {
-        b: Found(best[b], _reason(b, kept, near, search), chains.get(b)) for b in numbers
-    }, best_freedom(problem, archive, best)  # fmt: skip
-
-
-def _near(
-    problem: Problem, archive: Archive, kept: list[int], best: Mapping[int, float], search: Search
-) -> tuple[list[int], float]:
-    """Branches whose best set is likely beside the best of all, and the residual scale."""
-    scale = best_freedom(problem, archive, best).scale
-    return [b for b in kept if best[b] <= min(best.values()) + search.within * scale], scale
-
-
-def _reason(branch: int, kept: list[int], near: list[int], search: Search) -> str:
-    if branch not in kept:
-        return f"hopeless after the short search: more than {search.hopeless:g} times the cost of the best"
-    if branch not in near:
-        return f"more than {search.within:g} residual scales above the best ({search.reason})"
-    return ""
-
-
-def _filled(start: Floats, count: int, rng: np.random.Generator) -> Floats:
-    """A population of this size; random points where too few are known."""
-    missing = count - len(start)
-    return start if missing <= 0 else np.concatenate([start, rng.random((missing, start.shape[1]))])
-
-
-def best_freedom(problem: Problem, archive: Archive, best: Mapping[int, float]) -> Freedom:
-    """Degrees of freedom of the best branch, from the lowest cost of each."""
-    return freedom_of_best(problem, archive, min(best, key=lambda one: (best[one], one)))
+    return chain(
+        asked, points[chosen], search.spread, randomness(search, fit.archive.part, CHAIN, fit.number), scale
+    )

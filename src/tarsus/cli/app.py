@@ -97,7 +97,7 @@ def _version() -> str:
 
 
 def run(argv: list[str]) -> int:
-    """Run one command line; failures are `told`. `-q` in it leaves results and errors alone, `-v` says more."""
+    """Run one command line. `-q` in it leaves results and errors alone, `-v` says more."""
     voice, words = _voice_of(argv)
     if voice is None:
         console.complain(["-q says less and -v says more: give one of them"])
@@ -120,7 +120,7 @@ def _run(argv: list[str]) -> int:
     if said is not None:
         console.complain([said])
         return BAD_INPUT
-    return told(lambda: _page() if argv in ([], ["--help"], ["-h"]) else _done(argv), argv)
+    return exit_code(lambda: _page() if argv in ([], ["--help"], ["-h"]) else _done(argv), argv)
 
 
 def _page() -> int:
@@ -134,7 +134,7 @@ def _done(argv: list[str]) -> object:
     return code
 
 
-def told(do: Callable[[], object], argv: Sequence[str] = ()) -> int:
+def exit_code(do: Callable[[], object], argv: Sequence[str] = ()) -> int:
     """The exit code of what is done, by the command line ``argv``.
 
     Every failure ends as sentences on stderr and an exit code: 1 when the physics or a check failed, 2 for
@@ -229,9 +229,12 @@ def _sentence(error: Any, argv: list[str]) -> str:
 
 def _verb(argv: list[str]) -> str:
     """`verb ` when the line begins with one, for pointing at the right help page."""
-    if argv[:1] == ["design"] and len(argv) > 1 and argv[1] in ("landing", "gait", "adapt"):
-        return f"design {argv[1]} "
-    from importlib.metadata import entry_points
 
-    known = (*VERBS, *(entry.name for entry in entry_points(group=COMMANDS)))
-    return f"{argv[0]} " if argv and argv[0] in known else ""
+    one: App = build(argv)
+    known: list[str] = []
+    for word in argv:
+        if word.startswith("-") or word not in one:
+            break
+        known.append(word)
+        one = one[word]
+    return f"{' '.join(known)} " if known else ""

@@ -31,17 +31,15 @@ def branch(
     output
         folder for branch.nc, branch.json and report.html.
     """
+    import tarsus
     from tarsus.cli import console, requests
-    from tarsus.orbits import branch as follow
     from tarsus.orbits.files import BRANCH_FILES, write_branch
 
     ((path, (start, end)),) = requests.spans_of([along], "--along").items()
     the_scene = changes.scene(scene)
-    unit = requests.unit_at(the_scene, path)
-    low, high = requests.ends(start, end, unit, "--along")
     target = None if output is None else pages.target(output, "branch", BRANCH_FILES)
     with console.spinner("following the motion"):
-        found = follow(the_scene, path, low, high, multiple=multiple)
+        found = tarsus.branch(the_scene, path, start, end, multiple=multiple)
     written: list[Path] = []
     if target is not None:
         with target.writing() as folder:

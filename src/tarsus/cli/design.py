@@ -58,7 +58,7 @@ def landing(
         name of the foot.
     """
     from tarsus.cli import console
-    from tarsus.design.landing_files import LANDING_FILES
+    from tarsus.design.landing_design import LANDING_FILES
     from tarsus.design.soft_landing import landing as made
 
     file, given = _asked(request, over, foot=foot)
@@ -100,16 +100,16 @@ def gait(
         gait of the front.
     """
     from tarsus.cli import console
-    from tarsus.design.gait_files import FRONT_FILES
-    from tarsus.design.gait_fronts import KEPT_FILES
-    from tarsus.design.gait_fronts import gait as made
+    from tarsus.design.gait_front import FRONT_FILES
     from tarsus.design.gait_request import GaitSettings, gait_request
+    from tarsus.design.gait_search import KEPT_FILES
+    from tarsus.design.gait_search import gait as made
     from tarsus.design.request import settings_of
 
     file, given = _asked(request, over, free=_free(free))
     the_scene = changes.scene(scene)
     target = pages.target(output, "design gait", (*FRONT_FILES, *KEPT_FILES), resume=resume)
-    options = settings_of(GaitSettings, file, given)
+    options = settings_of(GaitSettings, file, **given)
     gait_request(the_scene, options, options.risk)  # before a file is touched
     with (
         console.resumable(),
@@ -152,7 +152,7 @@ def adapt(
     """
     from tarsus.cli import console
     from tarsus.design.adaptive import adapt as made
-    from tarsus.design.gait_files import ADAPT_FILES
+    from tarsus.design.adaptive_gait import ADAPT_FILES
 
     file, given = _asked(request, over, free=_free(free))
     the_scene = changes.scene(scene)

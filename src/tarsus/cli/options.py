@@ -14,7 +14,6 @@ if TYPE_CHECKING:
 
     from tarsus.base.workers import Workers
     from tarsus.files.output import OutputFolder
-    from tarsus.model.laws import Law
     from tarsus.model.scene import Scene
 
 FLAG = Parameter(negative=(), show_default=False)
@@ -69,9 +68,6 @@ Grounds = Annotated[
         help="PATH=a:b, a number that is not known, from a to b; may be repeated. Or a draws.npz of `tarsus identify`.",
     ),
 ]
-Risk = Annotated[
-    str | None, Parameter(help="worst, cvar:q, mean or nominal; worst with --over, else nominal.")
-]
 
 
 @Parameter(name="*")
@@ -94,12 +90,6 @@ class Changes:
         from tarsus.cli import requests
 
         return requests.scene_for(name, requests.settings(self.set_ or ()), self.law or ())
-
-    def laws(self) -> dict[str, type[Law]]:
-        """The laws of the files given."""
-        from tarsus.model.laws.userfile import laws_of
-
-        return laws_of(self.law or ())
 
 
 UNCHANGED = Changes()

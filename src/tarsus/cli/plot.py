@@ -37,8 +37,7 @@ def plot(
     """
     from tarsus.cli import console, options
     from tarsus.model.laws.userfile import laws_of
-    from tarsus.report.plotted import drawn
-    from tarsus.report.saved import FORMATS, write_figure
+    from tarsus.report.saved import FORMATS, drawn, write_figure
 
     options.check_new_file(output, FORMATS, overwrite)
     with console.spinner("drawing"):

@@ -140,37 +140,6 @@ def spans_of(words: Sequence[str], option: str, *, bare: bool = False) -> Any:
     return found
 
 
-def unit_at(scene: Scene, path: str) -> str:
-    """Unit of the number at a path; InputError where there is none."""
-    from tarsus.base.messages import nearest
-    from tarsus.base.spec import float_paths
-
-    known = float_paths(scene)
-    if path not in known:
-        raise InputError(f"{path}: is no number of the scene{nearest(path, known)}")
-    return known[path].unit
-
-
-def ends(start: str, end: str, unit: str, option: str) -> tuple[float, float]:
-    """Both ends of a range [SI]; an end without a unit is in SI, or has that of the other end."""
-    from tarsus.base.units import parse_quantity
-
-    found, problems = [], []
-    for text in (start, end):
-        try:
-            found.append(float(text))
-        except ValueError:
-            try:
-                found.append(parse_quantity(text, unit))
-            except InputError as error:
-                problems += [f"{option}: {problem}" for problem in error.problems]
-    if problems:
-        raise InputError(problems)
-    if found[0] == found[1]:
-        raise InputError(f"{option}: the range from {start} to {end} is empty")
-    return found[0], found[1]
-
-
 @contextlib.contextmanager
 def workers_for(on: str | None, threads: int | None = None) -> Iterator[Workers]:
     """The workers of the Dask cluster that `--on` names, for the length of a block; without it the threads."""
@@ -180,7 +149,9 @@ def workers_for(on: str | None, threads: int | None = None) -> Iterator[Workers]
         return
     kind, address = place_of(on)
     if kind != "dask":
-        raise InputError(f"--on: expected dask:ADDRESS or dask:local (of a sweep also slurm or array), got '{on}'")
+        raise InputError(
+            f"--on: expected dask:ADDRESS or dask:local (of a sweep also slurm or array), got '{on}'"
+        )
     from tarsus.cluster.dask import dask_executor
 
     with dask_executor(address, threads) as executor:

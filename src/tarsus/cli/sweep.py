@@ -124,11 +124,11 @@ def _run(chosen: Sweep, folder: Path, resume: bool, threads: Workers, pages: Pag
     start = time.perf_counter()
     with console.resumable(), console.progress_bar("runs", time_left=True) as progress:
 
-        def tell(done: int, total: int, who: Mapping[str, int]) -> None:
+        def report(done: int, total: int, who: Mapping[str, int]) -> None:
             shown = "  ".join(f"{name} {count}" for name, count in sorted(who.items())[:SHOWN])
             progress(done, total, "" if len(who) < 2 else f"{len(who)} workers: {shown}")
 
-        result = run_sweep(chosen, folder, resume=resume, threads=threads, progress=tell)
+        result = run_sweep(chosen, folder, resume=resume, threads=threads, progress=report)
     written = [result.file]
     if pages.report:
         from tarsus.report.sweep_page import write_sweep_report

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from tarsus.base.errors import InputError
 from tarsus.cli import console
-from tarsus.cli.app import INTERRUPTED, told
+from tarsus.cli.app import INTERRUPTED, exit_code
 from tarsus.cli.entry import alone
 
 __all__ = ["task"]
@@ -51,4 +51,4 @@ def _from_words(words: list[str]) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(alone(lambda words: told(lambda: _from_words(words))))
+    sys.exit(alone(lambda words: exit_code(lambda: _from_words(words))))

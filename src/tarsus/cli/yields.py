@@ -100,8 +100,8 @@ def _further(whole: Sweep, legs: Sweep) -> str:
     assert isinstance(legs.design, Saltelli)
     return (
         f"after the {whole.runs} robots, {legs.runs} further runs ({legs.design.count} draws times "
-        f"{len(legs.design.names)} groups and 2) tell whose scatter matters most, {legs.runs / whole.runs:.2g} times "
-        f"as many; --count {whole.runs}:0 leaves them out"
+        f"{len(legs.design.names)} groups and 2) determine whose scatter matters most, {legs.runs / whole.runs:.2g} "
+        f"times as many; --count {whole.runs}:0 leaves them out"
     )
 
 

@@ -3,67 +3,47 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from enum import Enum
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.base.messages import nearest
 from tarsus.base.workers import Workers
+from tarsus.design.adaptive_gait import AdaptiveGait
 from tarsus.design.gait_choice import GaitChoice, gait_choice
-from tarsus.design.gait_files import adapt_data, adapt_line, adapt_table, write_adapt
-from tarsus.design.gait_request import AdaptSettings, GaitRequest, gait_request
+from tarsus.design.gait_request import AdaptSettings, GaitRequest, Sense, gait_request
 from tarsus.design.grounds import Grounds, drawn, spread
+from tarsus.design.judge import MEAN
 from tarsus.design.request import Given, Problems, settings_of
-from tarsus.design.risk import MEAN
-from tarsus.design.walk_objectives import OBJECTIVES, WalkObjective
-from tarsus.design.walks import Walks
+from tarsus.design.walks import OBJECTIVES, WalkObjective, Walks
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.fit.valleys import even_points, inside, shorter_steps
-from tarsus.tables.table import Table
 
-__all__ = ["AdaptiveGait", "Sense", "adapt", "senses_of"]
+__all__ = ["adapt"]
 
 Floats = NDArray[np.float64]
 Progress = Callable[[int, int, str], None]
 
 SPREAD_GROUNDS = 32
-"""Grounds on which gaits are sought."""
+"""Grounds on which gaits are sought: every gait tried walks on all of them."""
 PROBES = 4
-"""Probes at most; the steps are shared out evenly."""
+"""Probes at most, among which the steps are shared out evenly: four of five steps earned more than two of ten."""
 PROBE_STEPS = 2
 """Steps of a probe at least: the first third tells of the start."""
 WORTH = 0.005
-"""Share of the mean value that another gait must add to the few."""
+"""Share of the mean value that another gait must add to the few: less is within the scatter of the grounds."""
 YOUNG = 8
-"""Gaits tried about one in each step of a search."""
+"""Gaits tried about one in each step of a search: some more than the two to four numbers that are usually free."""
 STEP, SHORTER = 0.15, 1.5
 """First step of such a search, in the unit cube, and the divisor of the next ones."""
 KNOWING = 3
 """Steps of the search on each hidden ground alone: from 0.15 to 0.07 of a range about the best of the few."""
 AGAIN = 4
 """Times as many walks as elsewhere by which the gait that knows its ground is chosen, and then judged."""
-DRAWS = 2000
-"""Resamplings of the hidden grounds for the interval of the regret (Efron's bootstrap)."""
 JITTER = 1e-3
 """Standard deviation, in the unit cube, of what repeated walks of a gait differ by: what no timer and no leg keeps, and
 ten times what makes a walk that rings forget how it began."""
-
-
-class Sense(Enum):
-    """What a robot can sense of its own walk."""
-
-    NOTHING = "nothing"
-    """Nothing: one gait for all grounds."""
-    CHARGE = "charge"
-    """The charge of its actuators, which tells when a foot meets and leaves the ground: the share of the time on
-    the ground, and touchdowns a step."""
-    SLIP = "slip"
-    """Its way over the ground: path that the feet slide, and stride."""
 
 
 _SENSED = {
@@ -81,112 +61,6 @@ _SENSED = {
         ),
     ),
 }
-
-
-@dataclass(frozen=True, repr=False)
-class AdaptiveGait:
-    """A few gaits, a table by which one of them is chosen, and what that loses.
-
-    gaits: values by path of each; probes: numbers of those that are walked first, each from a stand; senses: names of
-    what each probe tells; posterior: from what all probes tell to the number of a gait. costs (nh, k): of the gaits on
-    the hidden grounds; known (nh,): of the best gait found for each ground by a search of its own; chosen (nh,): by the
-    posterior; best (nh,): the best of the few, by other walks where there are several; grounds (nh,) by path.
-    probe_steps: of each probe. runs: made in all. repeats: walks that each cost is the mean of; with several the gait
-    that knows the ground is judged by other walks than those that it was found by, so that chance is nobody's merit,
-    and losses may be below 0.
-    """
-
-    request: GaitRequest
-    sense: tuple[Sense, ...]
-    gaits: tuple[Mapping[str, float], ...]
-    probes: tuple[int, ...]
-    senses: tuple[str, ...]
-    posterior: GaitChoice
-    costs: Floats
-    known: Floats
-    chosen: NDArray[np.int64]
-    best: NDArray[np.int64]
-    grounds: Grounds
-    probe_steps: int
-    runs: int
-    repeats: int = 1
-
-    def __repr__(self) -> str:
-        return f"<{adapt_line(self)}>"
-
-    def __str__(self) -> str:
-        return str(self.table())
-
-    def _repr_html_(self) -> str:
-        return self.table().html()
-
-    def table(self) -> Table:
-        """The few gaits, how often each is taken on the hidden grounds, and what is lost there."""
-        return adapt_table(self)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data in SI units: what ``--json`` prints."""
-        return adapt_data(self)
-
-    def write(self, folder: str | Path) -> Path:
-        """Write everything but the report into a folder; returns it. Raises InputError where it cannot be written."""
-        return write_adapt(self, folder)
-
-    def _of(self, gaits: NDArray[np.int64]) -> Floats:
-        return self.costs[np.arange(len(gaits)), gaits]
-
-    def _lost(self, costs: Floats) -> float:
-        return float(np.mean(costs - self.known) / np.mean(np.abs(self.known)))
-
-    @property
-    def regret(self) -> float:
-        """Mean loss on the hidden grounds against the gait that knows the ground, over its mean value."""
-        return self._lost(self._of(self.chosen))
-
-    @property
-    def regret_interval(self) -> tuple[float, float]:
-        """95 % interval of the regret by resampling of the hidden grounds."""
-        rows = np.random.default_rng(17).integers(0, len(self.known), (DRAWS, len(self.known)))
-        lost, known = (self._of(self.chosen) - self.known)[rows], np.abs(self.known)[rows]
-        low, high = np.quantile(lost.mean(axis=1) / known.mean(axis=1), (0.025, 0.975))
-        return float(low), float(high)
-
-    @property
-    def fixed_regret(self) -> float:
-        """The same of that one of the gaits which is best on the mean of the hidden grounds: the best of no
-        sensing."""
-        return self._lost(self.costs[:, int(np.argmin(self.costs.mean(axis=0)))])
-
-    @property
-    def choice_regret(self) -> float:
-        """The same were the best of the gaits always chosen: what is lost by having only a few, and what no sense
-        takes away."""
-        return self._lost(self._of(self.best))
-
-    @property
-    def rule(self) -> list[tuple[str, int]]:
-        """Gaits that the table chooses, and on how many of its grounds, in words."""
-        if not self.probes:
-            return [("always", int(np.argmax(self.posterior.shares)))]
-        shares = self.posterior.shares
-        order = np.argsort(-shares, kind="stable")
-        return [(f"on {100.0 * shares[i]:.3g} % of the grounds", int(i)) for i in order if shares[i] > 0.0]
-
-
-def senses_of(given: str | Sequence[Sense]) -> tuple[Sense, ...]:
-    """Senses of words with commas; raises InputError for unknown ones, and for nothing beside something."""
-    if not isinstance(given, str):
-        return tuple(given)
-    words = [word.strip() for word in given.split(",")]
-    known = [one.value for one in Sense]
-    problems = [
-        f"sense: there is none called '{word}'{nearest(word, known)}" for word in words if word not in known
-    ]
-    if not problems and len(set(words)) > 1 and Sense.NOTHING.value in words:
-        problems.append("sense: 'nothing' stands alone")
-    if problems:
-        raise InputError(problems)
-    return tuple(Sense(word) for word in dict.fromkeys(words))
 
 
 def adapt(
@@ -221,10 +95,8 @@ def adapt(
         ``charge``, ``slip``, both with a comma, or ``nothing``.
     objective
         What the gait is for, one; speed unless given.
-    request
-        Settings as a mapping or a TOML file, see `tarsus.design.settings_text`; what is given beside it prevails.
-    threads, progress
-        As for `tarsus.design.gait`.
+    request, threads, progress
+        As for `tarsus.design.landing`.
     settings
         Further ones: steps of all probes; gaits, how many at most; hidden and training, numbers of grounds; noise,
         standard deviation of what is sensed as a share of it; repeats, walks that each gait is judged by on each
@@ -237,11 +109,13 @@ def adapt(
     InputError
         With every problem of the request.
     """
-    named = {"free": free, "over": over, "sense": sense, "objective": objective}
-    given = settings | {name: one for name, one in named.items() if one is not None}
-    options = settings_of(AdaptSettings, request, given)
+    options = settings_of(
+        AdaptSettings, request, free=free, over=over, sense=sense, objective=objective, **settings
+    )
     problems = Problems()
-    senses = problems.tried(lambda: senses_of(options.sense)) or ()
+    senses = tuple(dict.fromkeys(options.sense))
+    if len(senses) > 1 and Sense.NOTHING in senses:
+        problems.append("sense: 'nothing' stands alone")
     if not options.over:
         problems.append("over: name the grounds between which the robot cannot know, each with its range")
     asked = problems.tried(lambda: gait_request(as_scene(scene), options, MEAN, threads))

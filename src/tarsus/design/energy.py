@@ -9,7 +9,7 @@ from tarsus.measure.switching import rise_squares
 from tarsus.model.drive.signal import Signal
 from tarsus.model.robot import Drive
 
-__all__ = ["RECOVERY", "Energy", "energy_of", "period_rises"]
+__all__ = ["RECOVERY", "energies", "energy_of", "period_rises"]
 
 Floats = NDArray[np.float64]
 
@@ -18,28 +18,17 @@ RECOVERY = 2.0 / 3.0
 the energy of plain on-off switching is drawn."""
 
 
-class Energy:
-    """Energy [J] that a drive draws in a period, plain and with charge recovery; NaN without a capacitance."""
-
-    def __init__(self, drive: Drive) -> None:
-        self.capacitance = np.nan if drive.capacitance is None else drive.capacitance
-        self.recovery = RECOVERY if drive.recovery is None else drive.recovery
-
-    def plain(self, squares: Floats) -> Floats:
-        """Of sums of squared rises [V^2]."""
-        return self.capacitance * squares
-
-    def recovered(self, squares: Floats) -> Floats:
-        """The same with charge recovery."""
-        return (1.0 - self.recovery) * self.capacitance * squares
+def energies(drive: Drive, squares: Floats) -> tuple[Floats, Floats]:
+    """Energy [J] of sums of squared rises [V^2], plain and with charge recovery; NaN without a capacitance."""
+    plain = (np.nan if drive.capacitance is None else drive.capacitance) * squares
+    return plain, (1.0 - (RECOVERY if drive.recovery is None else drive.recovery)) * plain
 
 
 def energy_of(drive: Drive, signal: Signal) -> tuple[float, float]:
     """Plain energy and that with charge recovery [J] of a period of a periodic signal."""
     assert signal.period is not None
-    squares = rise_squares(signal, np.array([signal.period, 2.0 * signal.period]))
-    energy = Energy(drive)
-    return float(energy.plain(squares)[0]), float(energy.recovered(squares)[0])
+    plain, recovered = energies(drive, rise_squares(signal, np.array([signal.period, 2.0 * signal.period])))
+    return float(plain[0]), float(recovered[0])
 
 
 def period_rises(levels: Floats) -> Floats:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from enum import Enum
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field
 
 from tarsus.base.errors import InputError
@@ -14,14 +16,15 @@ from tarsus.base.spec import Amount, MaybeAmount, quantity
 from tarsus.base.workers import Workers
 from tarsus.design.gait_unknowns import GaitUnknowns, Symmetry, gait_unknowns
 from tarsus.design.grounds import Grounds, Over
+from tarsus.design.judge import Risk
 from tarsus.design.request import OVER, RISK, SEED, Count, Problems, Seed, Settings, setting
-from tarsus.design.risk import Risk
-from tarsus.design.walk_objectives import WalkObjective, objectives_of
-from tarsus.design.walks import without_legs
+from tarsus.design.walks import WalkObjective, objectives_of, without_legs
 from tarsus.model.scene import Scene
 from tarsus.model.structure import Walker
 
-__all__ = ["AdaptSettings", "GaitRequest", "GaitSettings", "gait_request"]
+Floats = NDArray[np.float64]
+
+__all__ = ["AdaptSettings", "GaitRequest", "GaitSettings", "Sense", "gait_request"]
 
 FEWEST = 64
 """Candidates below which no search begins: a population of 24 and what it is chosen from."""
@@ -30,6 +33,18 @@ TIED = "of free phases: none, mirror, pairs or wave"
 WALK = "of a walk, the scene's own unless given"
 ROUNDING = 1e-9
 """A duration is a drive period where it is so near to it: what division of frequencies leaves."""
+
+
+class Sense(Enum):
+    """What a robot can sense of its own walk."""
+
+    NOTHING = "nothing"
+    """Nothing: one gait for all grounds."""
+    CHARGE = "charge"
+    """The charge of its actuators, which tells when a foot meets and leaves the ground: the share of the time on
+    the ground, and touchdowns a step."""
+    SLIP = "slip"
+    """Its way over the ground: path that the feet slide, and stride."""
 
 
 class GaitSettings(Settings):
@@ -84,7 +99,7 @@ class AdaptSettings(Settings):
     training: Annotated[int, Field(ge=2)] = setting(256, "grounds that the table is of")
     duration: MaybeAmount = quantity("s", WALK, default=None, gt=0)
     seed: Seed = setting(0, SEED)
-    sense: Any = setting("charge", "charge, slip, both with a comma, or nothing")
+    sense: tuple[Sense, ...] = setting((Sense.CHARGE,), "charge, slip, both, or nothing")
     steps: Annotated[int, Field(ge=2)] = setting(20, "walked with up to four gaits before one is chosen")
     noise: Amount = quantity(
         "1", "standard deviation of what is sensed, as a share of it", default=0.02, ge=0, lt=1
@@ -109,27 +124,25 @@ class GaitRequest:
         return self.scene.duration if self.options.duration is None else self.options.duration
 
     @property
-    def lines(self) -> list[str]:
-        """Everything that walks and their order depend on beside the scene, as text."""
-        assert isinstance(self.options, GaitSettings)
-        free, options, numbers = self.unknowns, self.options, self.unknowns.numbers
-        ends = zip(numbers.names, numbers.units, numbers.low.tolist(), numbers.high.tolist(), strict=True)
-        return [
-            *(f"{name} [{unit}] {low!r} {high!r}" for name, unit, low, high in ends),
-            f"paths {', '.join(free.paths)}", f"shares {free.base.tolist()} {free.share.tolist()}",
-            f"objectives {', '.join(one.name for one in self.objectives)}",
-            f"over {_in_words(self.over)}", f"risk {self.risk.name}",
-            f"candidates {options.candidates}, look {options.look}, duration {self.duration!r}, loss {options.loss!r}, "
-            f"seed {options.seed}",
-        ]  # fmt: skip
+    def text(self) -> str:
+        """What walks and their order depend on beside the scene and `numbers`."""
+        over = () if self.over is None else self.over.names
+        own = self.options.model_dump(mode="json", exclude={"free", "objective", "over", "risk"})
+        names = (*self.unknowns.paths, *(one.name for one in self.objectives), *over, self.risk.name)
+        return f"{', '.join(names)}\n{own}, walks of {self.duration!r} s\n"
 
-
-def _in_words(over: Over | None) -> str:
-    """Grounds in words that are the same for the same grounds."""
-    if over is None:
-        return "nothing"
-    rows = over.points() if isinstance(over, Grounds) else np.stack([over.low, over.high])
-    return "; ".join(f"{path} {own.tolist()!r}" for path, own in zip(over.names, rows.T, strict=True))
+    @property
+    def numbers(self) -> list[Floats]:
+        """Numbers that walks depend on beside the scene: ranges and grounds."""
+        free, over = self.unknowns, self.over
+        grounds = (
+            []
+            if over is None
+            else [over.points(), over.weights]
+            if isinstance(over, Grounds)
+            else [over.low, over.high]
+        )
+        return [free.numbers.low, free.numbers.high, free.base, free.share, *grounds]
 
 
 def gait_request(

@@ -13,14 +13,17 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import beta
 
+from tarsus.base.errors import InputError
+from tarsus.base.units import parse_quantity
 from tarsus.design.grounds import Grounds, Over, corners, spread
-from tarsus.design.risk import Risk
 from tarsus.fit.unknowns import Unknowns
 from tarsus.fit.valleys import shorter_steps
 
-__all__ = ["CLOSED", "Attack", "Certificate", "Judge", "Look", "Round", "excess"]
+__all__ = [
+    "CLOSED", "MEAN", "NOMINAL", "WORST", "Attack", "Certificate", "Judge", "Look", "Risk", "Round", "cvar", "excess",
+    "risk_of",
+]  # fmt: skip
 
 Floats = NDArray[np.float64]
 Each = Callable[[Floats, Mapping[str, Floats]], Floats]
@@ -39,6 +42,61 @@ FIRST_STEP, SHRINK = 0.1, 0.6
 """Steps uphill: at first a tenth of the box's sides, then by this factor shorter; after eight times below 0.2 %."""
 YOUNG = 6
 """Grounds tried about the worst one in every step uphill."""
+
+
+@dataclass(frozen=True)
+class Risk:
+    """The mean of the worst share ``tail`` of all grounds (conditional value at risk).
+
+    name: as typed; tail: 1 is the mean of all grounds, 0 the worst ground alone, however unlikely, and None the nominal
+    ground alone.
+    """
+
+    name: str
+    tail: float | None
+
+    def __call__(self, costs: Floats, weights: Floats) -> Floats:
+        """One number (n,) a candidate, of costs (n, ng) on grounds of weights (ng,) of sum 1; the first ground is the
+        nominal one."""
+        if self.tail is None:
+            return costs[:, 0]
+        if self.tail == 0.0:
+            return costs.max(axis=1)
+        if self.tail == 1.0:
+            return costs @ weights
+        order = np.argsort(-costs, axis=1)
+        own = weights[order]
+        taken = np.clip(self.tail - (np.cumsum(own, axis=1) - own), 0.0, own)
+        ordered = np.where(
+            taken > 0.0, np.take_along_axis(costs, order, axis=1), 0.0
+        )  # 0 times infinity is 0
+        return (taken * ordered).sum(axis=1) / self.tail
+
+
+NOMINAL, WORST, MEAN = Risk("nominal", None), Risk("worst", 0.0), Risk("mean", 1.0)
+
+
+def cvar(level: float) -> Risk:
+    """The mean of the worst share 1 - level of all grounds, 0 <= level < 1."""
+    return Risk(f"cvar:{level:g}", 1.0 - level)
+
+
+def risk_of(word: str | Risk) -> Risk:
+    """The risk of a word: worst, mean, nominal, or cvar:q with 0 <= q < 1. Raises InputError for any other."""
+    if isinstance(word, Risk):
+        return word
+    for one in (NOMINAL, WORST, MEAN):
+        if word == one.name:
+            return one
+    head, colon, tail = word.partition(":")
+    if head == "cvar" and colon:
+        try:
+            level = parse_quantity(tail, "1")
+        except InputError as error:
+            raise InputError([f"risk: {one}" for one in error.problems]) from None
+        if 0.0 <= level < 1.0:
+            return cvar(level)
+    raise InputError(f"risk: expected worst, cvar:q with 0 <= q < 1, mean or nominal, got '{word}'")
 
 
 @dataclass(frozen=True)
@@ -87,8 +145,10 @@ class Certificate:
     def share(self) -> float:
         """Upper end of the 95 % interval of the box's share that is so much worse (Clopper and Pearson 1934): about
         3 / grounds where none was."""
+        from scipy.special import betaincinv
+
         return (
-            float(beta.ppf(0.95, self.worse + 1, self.grounds - self.worse))
+            float(betaincinv(self.worse + 1, self.grounds - self.worse, 0.95))
             if self.worse < self.grounds
             else 1.0
         )
@@ -186,8 +246,8 @@ class Judge:
         return self.each(np.repeat(rows, m, axis=0), grounds).reshape(k, m, -1)
 
     def hurting(self, grounds: Floats, gaps: Floats) -> Floats:
-        """Of the grounds (k, no, np) of an attack those (n, np) with the largest gaps (k, no), at most `MORE`, no two of
-        them near each other."""
+        """Of the grounds (k, no, np) of an attack those (n, np) with the largest gaps (k, no), at most `MORE`, no two
+        of them near each other."""
         assert isinstance(self.over, Unknowns)
         flat, size = grounds.reshape(-1, len(self.over)), gaps.ravel()
         cube, chosen = self.over.cube(flat), []
@@ -203,13 +263,12 @@ class Judge:
     def close_gap(
         self,
         improve: Callable[[Grounds], Floats],
-        rows: Floats,
+        rows: Floats | None,
         grounds: Grounds,
         look: Look,
         rounds: int,
         what: str,
-        decisive: int | None = None,
-    ) -> tuple[Grounds, list[Round], list[tuple[Floats, Attack]]]:
+    ) -> tuple[Grounds, list[Round], Floats]:
         """Cutting planes until the gap is closed, or for so many rounds.
 
         Parameters
@@ -217,31 +276,31 @@ class Judge:
         improve
             From active grounds to the candidates (k, nx) that are best on them, the best first.
         rows
-            Candidates to begin with, before anything was searched.
-        decisive
-            How many of the first candidates must have no gap; all unless given.
+            Candidates whose worst grounds are to be active from the beginning, if any.
 
         Returns
         -------
         tuple
-            The active grounds, the rounds, and the candidates that `improve` made with what hurts them, round by round.
+            The active grounds, the rounds, and the candidate (nx,) of `improve` whose first objective was hurt least.
         """
         history: list[Round] = []
-        made: list[tuple[Floats, Attack]] = []
-        for number in range(rounds + 1):
-            found = self.attack(rows, look)
-            known = self.costs(rows, grounds).max(axis=1)
-            gaps = excess(known, found.costs)
-            gap = float(gaps[:decisive].max())
-            history.append(Round(what, len(grounds), gap, float(known[0, 0]), float(found.costs[0, 0])))
-            if number:
-                made.append((rows, found))
-                if gap <= CLOSED or number == rounds:
-                    break
-            if gap > CLOSED:
-                grounds = grounds.with_more(self.hurting(found.grounds, gaps))
-            rows = improve(grounds)
-        return grounds, history, made
+        best, least = np.zeros(0), np.inf
+        number = 0
+        while True:
+            if rows is not None:
+                found = self.attack(rows, look)
+                known = self.costs(rows, grounds).max(axis=1)
+                gaps = excess(known, found.costs)
+                gap = float(gaps.max())
+                history.append(Round(what, len(grounds), gap, float(known[0, 0]), float(found.costs[0, 0])))
+                leader = int(np.argmin(found.costs[:, 0]))
+                if number and (found.costs[leader, 0] < least or not len(best)):
+                    best, least = rows[leader], found.costs[leader, 0]
+                if number and (gap <= CLOSED or number == rounds):
+                    return grounds, history, best
+                if gap > CLOSED:
+                    grounds = grounds.with_more(self.hurting(found.grounds, gaps))
+            rows, number = improve(grounds), number + 1
 
 
 def excess(known: Floats, found: Floats) -> Floats:

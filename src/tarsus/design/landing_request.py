@@ -17,11 +17,11 @@ from tarsus.base.spec import Amount, MaybeAmount, float_paths, quantity, with_va
 from tarsus.base.units import format_quantity, parse_quantity
 from tarsus.base.workers import Workers
 from tarsus.design.grounds import Over
+from tarsus.design.headers import in_ticks
+from tarsus.design.judge import Risk
 from tarsus.design.pulses import Levels, OwnStep, Step
 from tarsus.design.request import OVER, RISK, SEED, Problems, Seed, Settings, setting
-from tarsus.design.risk import Risk
 from tarsus.design.target import LandingObjective
-from tarsus.design.timer import in_ticks
 from tarsus.model.drive.laws import LinearForce
 from tarsus.model.drive.waveforms import Constant, OnOff
 from tarsus.model.robot import Drive

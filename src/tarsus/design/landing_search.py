@@ -10,19 +10,16 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.design.grounds import Grounds, corners
-from tarsus.design.judge import Judge, Look, Round
+from tarsus.design.judge import NOMINAL, Judge, Look, Risk, Round
 from tarsus.design.landing_request import LandingRequest
-from tarsus.design.polish import polish
 from tarsus.design.pulses import Family, families
-from tarsus.design.risk import NOMINAL, Risk
-from tarsus.design.settling import settled_periods
-from tarsus.design.target import Target
-from tarsus.design.touchdown_slopes import touchdown_pieces
+from tarsus.design.target import Target, touchdown_pieces
 from tarsus.design.transfer import GENTLE, STARTS, Transfer, transfers
-from tarsus.design.trials import Trials
+from tarsus.design.trials import Trials, settled_periods
+from tarsus.fit.minimax import descend_pieces
 from tarsus.fit.valleys import Budget, Visited, follow_down, search
 
-__all__ = ["DENSE", "LandingSearch", "Signal"]
+__all__ = ["DENSE", "LandingSearch", "LandingSignal"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -52,7 +49,7 @@ POLISHED, POLISHING = 2, 12
 
 
 @dataclass(frozen=True)
-class Signal:
+class LandingSignal:
     """A candidate: a signal (2S,) as `Trials` take it, with its pairs of switchings."""
 
     row: Floats
@@ -77,7 +74,7 @@ class LandingSearch:
         self.visited: dict[int, tuple[list[Family], Visited]] = {}
         self.trials = Trials(request.scene, request.drive, request.foot, step.period, threads=request.threads)
         self.nominal = Grounds.nominal(request.scene, () if request.over is None else request.over.names)
-        self.plain = Signal(step.plain()[0], 0)
+        self.plain = LandingSignal(step.plain()[0], 0)
         self.trials.periods = self._settled()
         before = self.trials.on(self.plain.rows, self.nominal)
         if not before.touchdowns[0, 0] > 0.0:
@@ -120,14 +117,14 @@ class LandingSearch:
             self.request.step.place(choices, numbers, points), grounds, risk
         )
 
-    def _signals(self, pairs: int, count: int) -> list[Signal]:
+    def _signals(self, pairs: int, count: int) -> list[LandingSignal]:
         """The best signals that were visited."""
         choices, visited = self.visited[pairs]
         rows = visited.best(count)
         placed = self.request.step.place(choices, visited.numbers[rows], visited.points[rows])
-        return [Signal(row, pairs) for row in placed]
+        return [LandingSignal(row, pairs) for row in placed]
 
-    def nominal_designs(self) -> list[Signal]:
+    def nominal_designs(self) -> list[LandingSignal]:
         """The best design for the nominal ground with 0, 1, ... pairs; none is worse than that with one pair less."""
         found = [self.plain]
         for pairs in range(1, self.request.pairs + 1):
@@ -175,7 +172,7 @@ class LandingSearch:
         rounds = self._shortened(POLISHING)
         for row in visited.best(max(int(POLISHED * effort), 1), near=0.03):
             number = visited.numbers[row : row + 1]
-            point, least, _ = polish(
+            point, least, _ = descend_pieces(
                 lambda x, n=number: cost(np.repeat(n, len(x)), x),
                 lambda x, n=number: touchdown_pieces(
                     self.trials, step, self.target, choices, (int(n[0]), x), grounds
@@ -184,7 +181,9 @@ class LandingSearch:
             )  # fmt: skip
             visited.add(number, point[None], np.array([least]))
 
-    def robust_designs(self, nominal: list[Signal]) -> tuple[list[Signal], Grounds, tuple[Round, ...]]:
+    def robust_designs(
+        self, nominal: list[LandingSignal]
+    ) -> tuple[list[LandingSignal], Grounds, tuple[Round, ...]]:
         """The best design for the risk with 0, 1, ... pairs, the grounds it was judged on, and rounds of the last."""
         if not self.judge.robust:
             return nominal, self.nominal, ()
@@ -196,8 +195,8 @@ class LandingSearch:
             self.progress(done, 2 * self.request.pairs, f"{pairs} pairs, {len(grounds)} grounds")
             judged = [found[-1], nominal[pairs]]
             if planes:
-                grounds, rounds, more = self._planes(pairs, nominal[pairs], grounds)
-                judged += more
+                grounds, rounds, best = self._planes(pairs, grounds)
+                judged.append(best)
                 scores = [self.judge.attack(one.rows, COMPARED).costs[0, 0] for one in judged]
             else:
                 self._again(pairs, grounds, self.budget(pairs, 0.5), 24)
@@ -219,9 +218,7 @@ class LandingSearch:
         self.visited[pairs] = choices, again
         self._polish(pairs, grounds, self.request.risk)
 
-    def _planes(
-        self, pairs: int, begun: Signal, grounds: Grounds
-    ) -> tuple[Grounds, list[Round], list[Signal]]:
+    def _planes(self, pairs: int, grounds: Grounds) -> tuple[Grounds, list[Round], LandingSignal]:
         """Cutting planes: the grounds, the rounds, and the design that was hurt least in all of them."""
         shares = iter([(0.8, 32)])
 
@@ -230,15 +227,5 @@ class LandingSearch:
             self._again(pairs, active, self.budget(pairs, share), count)
             return np.stack([one.row for one in self._signals(pairs, ATTACKED)])
 
-        grounds, rounds, made = self.judge.close_gap(
-            improve, begun.rows, grounds, BETWEEN, ROUNDS, f"{pairs} pairs", decisive=1
-        )
-        _, row = min(
-            (
-                (float(cost), row)
-                for rows, found in made
-                for row, cost in zip(rows, found.costs[:, 0], strict=True)
-            ),
-            key=lambda one: one[0],
-        )
-        return grounds, rounds, [Signal(row, pairs)]
+        grounds, rounds, row = self.judge.close_gap(improve, None, grounds, BETWEEN, ROUNDS, f"{pairs} pairs")
+        return grounds, rounds, LandingSignal(row, pairs)

@@ -1,7 +1,8 @@
 """Learning a landing on a ground that nobody knows: from one scalar, or one bit, a step.
 
 The hidden ground is known to nobody but the simulation; the learner is given what a cheap sensor gives: how hard the
-last step struck (a scalar), or whether the contact was closed at one instant (a bit).
+last step's impact was (a scalar), or whether the contact was closed at one instant (a bit). It begins with a line of
+designs for grounds that are met sooner or later, and searches along it.
 """
 
 from __future__ import annotations
@@ -14,16 +15,28 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import float_paths
-from tarsus.design.arrivals import FINEST, ArrivalLine, by_bits, by_scalars
 from tarsus.design.grounds import Grounds, Over, drawn, over_of
 from tarsus.design.landing_request import LandingRequest, Sensor
 from tarsus.design.target import Target
 from tarsus.design.trials import Landings, Trials
+from tarsus.fit.valleys import Budget, Visited, follow_down
 
-__all__ = ["Learning", "learn_on_hidden_grounds"]
+__all__ = ["ArrivalLine", "Learning", "by_bits", "by_scalars", "learn_on_hidden_grounds"]
 
 Floats = NDArray[np.float64]
 
+MEMBERS = 9
+"""Designs of the line; between them plateaus are interpolated."""
+REACH, FIRST = 0.7, 0.02
+"""A plateau is made up to twice as long or half as long, and the first step of the search for that: 3 %."""
+SEARCH = Budget(islands=1, generations=24, offspring=10)
+"""Search of each member, which begins at its neighbour's end."""
+FINEST = 1.0 / 64.0
+"""Part of the line below which halving ends: a gap known to 8 um is then known to 0.1 um, less than a foot is rough."""
+FIRST_PLACES = (1.0 / 2.0, 1.0 / 6.0, 5.0 / 6.0)
+"""Places of the line that a search by scalars begins with: speeds along it may have more than one valley."""
+LATE = 0.02
+"""A contact that closes later than planned by no more than this share is in time."""
 HIDDEN = 40
 """Hidden grounds that a learner is tried on."""
 GROWS = 1.5
@@ -35,6 +48,127 @@ PRIOR = 64
 """Grounds that the line of designs is spread over."""
 UNKNOWN = 0.06
 """Without a box the hidden grounds have gaps, restitution and film within this share of the scene's."""
+
+
+@dataclass(frozen=True)
+class ArrivalLine:
+    """Designs (k, S) in the order of the grounds that they are for, those met soonest by one signal first; planned (k,)
+    [s]: when their foot arrives there."""
+
+    durations: Floats
+    planned: Floats
+
+    @classmethod
+    def of(
+        cls,
+        trials: Trials,
+        target: Target,
+        start: Floats,
+        near: Callable[[Floats, Floats], Floats],
+        prior: Grounds,
+    ) -> ArrivalLine:
+        """Each the design at ``start``, a signal (1, 2S), searched on for its own ground of the ``prior``.
+
+        ``near`` makes durations (n, S) about some (1, S) from logarithms (n, m) of the lengths of the plateaus.
+        """
+        levels, first_spans = np.split(start, 2, axis=1)
+        arrival = trials.on(start, prior).first[0]
+        order = np.argsort(arrival, kind="stable")
+        chosen = order[np.linspace(0, len(order) - 1, MEMBERS).round().astype(int)]
+        known = np.where(np.isfinite(arrival), arrival, np.inf)[chosen]
+        first = int(np.argmin(np.abs(known - np.median(known[np.isfinite(known)]))))
+        made = {first: first_spans}
+        for j in (first, *range(first + 1, MEMBERS), *range(first - 1, -1, -1)):
+            beside = made[j - (j > first) + (j < first)]
+            made[j] = _searched(
+                trials, target, (levels, beside), near, Grounds(prior.rows(chosen[j : j + 1]))
+            )
+        durations = np.concatenate([made[j] for j in range(MEMBERS)])
+        signals = np.concatenate([np.repeat(levels, MEMBERS, axis=0), durations], axis=1)
+        return cls(durations, trials.each(signals, prior.rows(chosen)).first)
+
+    def at(self, place: Floats) -> tuple[Floats, Floats]:
+        """Durations (n, S) and planned instants (n,) at places (n,) from 0 to 1 along the line."""
+        along = np.linspace(0.0, 1.0, len(self.planned))
+        spans = np.stack([np.interp(place, along, column) for column in self.durations.T], axis=1)
+        known = np.isfinite(self.planned)
+        return spans, np.interp(place, along[known], self.planned[known])
+
+
+def _searched(
+    trials: Trials,
+    target: Target,
+    start: tuple[Floats, Floats],
+    near: Callable[[Floats, Floats], Floats],
+    ground: Grounds,
+) -> Floats:
+    """Durations (1, S) that are best about a start on one ground."""
+    unknowns = start[1].shape[1] - 2
+
+    def placed(points: Floats) -> Floats:
+        return near(start[1], (2.0 * points - 1.0) * REACH)
+
+    def cost(_: NDArray[np.int64], points: Floats) -> Floats:
+        signals = np.concatenate([np.repeat(start[0], len(points), axis=0), placed(points)], axis=1)
+        return target.scores(trials.on(signals, ground))[:, 0]
+
+    middle, number = np.full((1, unknowns), 0.5), np.zeros(1, dtype=np.int64)
+    visited = Visited.empty(unknowns)
+    visited.add(number, middle, cost(number, middle))
+    follow_down(cost, visited, number, middle, SEARCH, np.random.default_rng(17), step=FIRST)
+    best = int(np.argmin(visited.costs))
+    return placed(visited.points[best : best + 1])
+
+
+def by_bits(
+    line: ArrivalLine, step: Callable[[Floats], Landings], hidden: int, steps: int, first: Landings
+) -> list[Floats]:
+    """Speeds (nh,) of every step on hidden grounds, the first one given: the line is halved by whether the contact had
+    closed when it was planned to, which says that the ground is not farther than the one designed for. What is played
+    in the end is the nearest design that closed in time: one for a nearer ground would miss it and fall from high
+    up."""
+    low, high = np.zeros(hidden), np.ones(hidden)
+    speeds = [first.speed]
+    while len(speeds) <= steps:
+        fine = high - low <= FINEST
+        place = np.where(fine, high, 0.5 * (low + high))
+        durations, planned = line.at(place)
+        found = step(durations)
+        speeds.append(found.speed)
+        closed = found.first <= (1.0 + LATE) * planned
+        low, high = np.where(closed, low, place), np.where(closed, place, high)
+        high = np.where(fine & ~closed, np.minimum(high + 2.0 * FINEST, 1.0), high)
+    return speeds
+
+
+def by_scalars(
+    line: ArrivalLine, step: Callable[[Floats], Landings], target: Target, hidden: int, steps: int
+) -> tuple[list[Floats], Floats, Floats]:
+    """Speeds (nh,) of at most so many steps on hidden grounds; the softest design (nh, S) of each, its measure (nh,).
+
+    The softest of `FIRST_PLACES` is left by half their distance to one side, then to the other; where neither is
+    softer, by half of that. A way that was softer is followed, and what lies behind it is known. Ends where no ground
+    has farther to go than `FINEST`."""
+    places = [np.full(hidden, one) for one in FIRST_PLACES]
+    asked, place, score = places.pop(0), np.full(hidden, 0.5), np.full(hidden, np.inf)
+    span, way, turned = np.full(hidden, 1.0 / 6.0), np.ones(hidden), np.zeros(hidden, dtype=bool)
+    speeds, best = [], line.at(place)[0]
+    while len(speeds) < steps and (span > FINEST).any():
+        durations, searched = line.at(asked)[0], len(speeds) >= len(FIRST_PLACES)
+        found = step(durations)
+        speeds.append(found.speed)
+        measured = target.measure(found)
+        softer = (measured < score) & (span > FINEST)
+        place, score = np.where(softer, asked, place), np.where(softer, measured, score)
+        best = np.where(softer[:, None], durations, best)
+        if searched:
+            failed = ~softer & turned
+            span = np.where(failed, 0.5 * span, span)
+            way = np.where(~softer & ~turned, -way, way)
+            turned = ~failed
+        ahead = np.where(span > FINEST, place + way * span, place)
+        asked = places.pop(0) if places else np.clip(ahead, 0.0, 1.0)
+    return speeds, best, score
 
 
 @dataclass(frozen=True)
@@ -57,12 +191,7 @@ class Learning:
 
 
 def learn_on_hidden_grounds(
-    trials: Trials,
-    request: LandingRequest,
-    target: Target,
-    start: Floats,
-    steps: int,
-    hidden: int = HIDDEN,
+    trials: Trials, request: LandingRequest, target: Target, start: Floats, steps: int, hidden: int = HIDDEN
 ) -> Learning:
     """Let a design, a signal (1, 2S), learn for so many steps on hidden grounds, all at once.
 

@@ -19,10 +19,11 @@ single settings as ``--request NAME=VALUE``.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from enum import Enum
 from importlib import import_module
 from os import PathLike
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, TypeVar
+from typing import Annotated, Any, ClassVar, TypeVar, get_origin
 
 from pydantic import Field
 
@@ -31,7 +32,7 @@ from tarsus.base.messages import nearest
 from tarsus.base.spec import Description, quantity_units, validate
 from tarsus.base.units import format_quantity
 from tarsus.design.grounds import Over, over_of
-from tarsus.design.risk import NOMINAL, WORST, Risk, risk_of
+from tarsus.design.judge import NOMINAL, WORST, Risk, risk_of
 from tarsus.files.tables import read_table
 from tarsus.model.scene import Scene
 
@@ -71,8 +72,8 @@ class Settings(Description):
 S = TypeVar("S", bound=Settings)
 
 
-def settings_of(kind: type[S], request: Given = None, given: Mapping[str, Any] | None = None) -> S:
-    """Settings of a kind from a request, with what is ``given`` beside it in place of its own.
+def settings_of(kind: type[S], request: Given = None, **given: Any) -> S:
+    """Settings of a kind from a request, with what is ``given`` beside it, unless it is None, in place of its own.
 
     Raises
     ------
@@ -92,9 +93,9 @@ def settings_of(kind: type[S], request: Given = None, given: Mapping[str, Any] |
             )
     if folder is not None and isinstance(found.get("over"), str):
         found["over"] = folder / found["over"]  # a file of draws lies beside the request
-    found |= given or {}
+    found |= {name: value for name, value in given.items() if value is not None}
     for name, field in kind.model_fields.items():
-        if isinstance(found.get(name), str) and field.annotation == tuple[str, ...]:
+        if isinstance(found.get(name), str) and get_origin(field.annotation) is tuple:
             found[name] = tuple(word.strip() for word in found[name].split(","))
     return validate(kind, found)
 
@@ -119,7 +120,7 @@ def settings_text(design: str) -> str:
 
     def line(section: str, name: str) -> str:
         field = kind.model_fields[name]
-        default = getattr(field.default, "value", field.default)
+        default = field.default
         word = "of" if name == section else name
         said = f"  # {field.description}"
         if field.is_required() or default is None:
@@ -139,6 +140,7 @@ def settings_text(design: str) -> str:
 
 
 def _toml(value: Any) -> str:
+    value = value.value if isinstance(value, Enum) else value
     if isinstance(value, (tuple, list)):
         return f"[{', '.join(map(_toml, value))}]"
     return f'"{value}"' if isinstance(value, str) else str(value)

@@ -14,7 +14,7 @@ from tarsus.base.messages import nearest
 from tarsus.base.units import is_number
 from tarsus.files.tables import text_of
 
-__all__ = ["Cell", "TableRows", "number_of", "parse_rows", "read_rows", "read_text", "typed_rows"]
+__all__ = ["Cell", "TableRows", "number_of", "parse_rows", "read_text", "typed_rows"]
 
 
 @dataclass(frozen=True)
@@ -182,8 +182,3 @@ def typed_rows(text: str, where: str, cells: Mapping[str, Cell]) -> list[dict[st
     if problems:
         raise InputError(problems)
     return read
-
-
-def read_rows(path: str | Path, cells: Mapping[str, Cell] | None = None) -> TableRows:
-    """Rows of a table's file. Raises InputError as `read_text` and `parse_rows`."""
-    return parse_rows(read_text(path), str(path), cells)

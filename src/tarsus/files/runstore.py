@@ -17,12 +17,11 @@ import hashlib
 import io
 import json
 import os
-import secrets
 import socket
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import IO, Any
+from typing import IO
 
 import numpy as np
 
@@ -30,6 +29,7 @@ from tarsus.base.errors import InputError
 from tarsus.files.memo import Arrays, Function, Memo
 from tarsus.files.output import MANIFEST
 from tarsus.files.version import versions
+from tarsus.files.whole import PART, claim, put
 
 __all__ = [
     "COLLECTED_FILE",
@@ -60,13 +60,12 @@ ABANDONED = 600.0
 """Seconds without a write after which a large file that is being written is taken as left behind by a process that was
 killed: its writer writes all the time, and one that was stopped for so long finds the file of another in its place."""
 
-_PART = ".part"
 _DIGEST, _LABEL = "plan", "unit"
 
 UNIT_FILES = tuple(
     f"{UNIT_FOLDER}/{folder * letter}/{name * letter}.npz{end}"
     for folder, name, letter in ((3, 6, "[0-9]"), (2, 16, "[0-9a-f]"))
-    for end in ("", f".*{_PART}", ".damaged")
+    for end in ("", f".*{PART}", ".damaged")
 )
 """Files of units, by number and by batch, as glob patterns."""
 
@@ -74,11 +73,11 @@ SWEEP_FILES = (
     *(
         f"{name}{end}"
         for name in ("study.toml", "scene.toml", PLAN_FILE, COLLECTED_FILE, "report.html")
-        for end in ("", f".*{_PART}")
+        for end in ("", f".*{PART}")
     ),
-    *(f"laws/*.py{end}" for end in ("", f".*{_PART}")),
+    *(f"laws/*.py{end}" for end in ("", f".*{PART}")),
     *UNIT_FILES,
-    f"{WORKER_FOLDER}/*.json", f"{WORKER_FOLDER}/*{_PART}",
+    f"{WORKER_FOLDER}/*.json", f"{WORKER_FOLDER}/*{PART}",
     *(f"array/*.{end}" for end in ("units", "sh", "json", "out")),
 )  # fmt: skip
 """Everything that a sweep's folder may hold of the sweep, as glob patterns."""
@@ -160,12 +159,12 @@ class RunStore:
                 folder.mkdir(parents=True, exist_ok=True)
                 plan = {"format": FORMAT, "plan": digest, "units": store.units, "chunk": chunk, "runs": runs}
                 plan["made"] = {"node": socket.gethostname(), **made}
-                _claim(folder / PLAN_FILE, (json.dumps(plan, indent=2) + "\n").encode())
+                claim(folder / PLAN_FILE, (json.dumps(plan, indent=2) + "\n").encode())
             found = store._compared(texts, made)
             for name, text in texts.items():
                 if not (folder / name).exists():
                     (folder / name).parent.mkdir(exist_ok=True)
-                    _write(folder / name, text.encode())
+                    put(folder / name, text.encode())
             (folder / UNIT_FOLDER).mkdir(exist_ok=True)
         except OSError as error:
             raise InputError(store_sentence(error, folder)) from error
@@ -306,13 +305,13 @@ class RunStore:
         target = self._file(unit)
         try:
             try:
-                _write(target, save)
+                put(target, save)
             except FileNotFoundError:
                 if not (self.place / PLAN_FILE).exists():
                     raise
                 # the first of its folder, or what it wrote was cleared away by one that collected meanwhile
                 target.parent.mkdir(parents=True, exist_ok=True)
-                _write(target, save)
+                put(target, save)
         except OSError as error:
             raise InputError(store_sentence(error, self.folder)) from error
 
@@ -362,17 +361,13 @@ class RunStore:
             self._put_aside(unit)
         return bad
 
-    def part_of(self, name: str) -> Path:
-        """A name of its own beside a file of the folder."""
-        return _part_of(self.place / name)
-
     def clear_abandoned(self, part: Path) -> None:
         """Make room: of the files that were to become the one that `part` is to become, those that nobody has written
         to for `ABANDONED` seconds by the clock of the disk go."""
         part.touch()
         now, name = part.stat().st_mtime, part.name.partition(f".{socket.gethostname()}-")[0]
         for one in _entries(self.place):
-            if one.startswith(f"{name}.") and one.endswith(_PART) and one != part.name:
+            if one.startswith(f"{name}.") and one.endswith(PART) and one != part.name:
                 with contextlib.suppress(OSError):
                     if now - (self.place / one).stat().st_mtime > ABANDONED:
                         (self.place / one).unlink()
@@ -383,7 +378,7 @@ class RunStore:
         folders += [self.place / UNIT_FOLDER / name for name in _entries(self.place / UNIT_FOLDER)]
         for place in folders:
             for name in _entries(place):
-                left = name.endswith((_PART, ".damaged")) or place.name == WORKER_FOLDER
+                left = name.endswith((PART, ".damaged")) or place.name == WORKER_FOLDER
                 if left:
                     with contextlib.suppress(OSError):  # another process was faster, or holds it open
                         (place / name).unlink()
@@ -431,52 +426,4 @@ def _text(path: Path) -> str | None:
 
 def _own(name: str, names: Iterable[str]) -> bool:
     """Whether a file is one of these, or what a writer of one of these left."""
-    return any(name == one or (name.startswith(f"{one}.") and name.endswith(_PART)) for one in names)
-
-
-def _part_of(target: Path) -> Path:
-    """A name beside a target that no other writer uses.
-
-    Node and process are for whoever looks at the folder: in containers both are often the same in every one, and
-    again after a restart.
-    """
-    return target.with_name(
-        f"{target.name}.{socket.gethostname()}-{os.getpid()}-{secrets.token_hex(4)}{_PART}"
-    )
-
-
-def _fill(part: Path, content: Any) -> None:
-    with part.open("xb") as stream:
-        if isinstance(content, bytes):
-            stream.write(content)
-        else:
-            content(stream)
-        stream.flush()
-        os.fsync(stream.fileno())
-
-
-def _write(target: Path, content: Any) -> None:
-    """A file from bytes, or from a function that fills a stream; whole or not at all, also when power fails."""
-    part = _part_of(target)
-    try:
-        _fill(part, content)
-        os.replace(part, target)
-    except BaseException:
-        part.unlink(missing_ok=True)
-        raise
-
-
-def _claim(target: Path, content: bytes) -> None:
-    """A file that nobody has written yet; where somebody has, theirs stays."""
-    part = _part_of(target)
-    try:
-        _fill(part, content)
-        try:
-            os.link(part, target)
-        except FileExistsError:
-            pass
-        except OSError:  # a file system without links: all but atomic
-            if not target.exists():
-                os.replace(part, target)
-    finally:
-        part.unlink(missing_ok=True)
+    return any(name == one or (name.startswith(f"{one}.") and name.endswith(PART)) for one in names)

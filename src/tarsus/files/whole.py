@@ -5,12 +5,17 @@ from __future__ import annotations
 import contextlib
 import os
 import secrets
+import socket
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from tarsus.base.errors import InputError
 
-__all__ = ["reason_of", "write_text", "written_whole"]
+__all__ = ["PART", "claim", "part_of", "put", "reason_of", "write_text", "written_whole"]
+
+PART = ".part"
+"""Ending of a file that is being written for `put` or `claim`."""
 
 
 def write_text(path: Path, text: str) -> None:
@@ -58,3 +63,51 @@ def _refusal(error: BaseException) -> OSError | None:
 def reason_of(error: OSError) -> str:
     """Why the operating system refuses, in small letters."""
     return error.strerror.lower() if error.strerror else str(error)
+
+
+def part_of(target: Path) -> Path:
+    """A name beside a target that no other writer uses.
+
+    Node and process are for whoever looks at the folder: in containers both are often the same in every one, and
+    again after a restart.
+    """
+    return target.with_name(
+        f"{target.name}.{socket.gethostname()}-{os.getpid()}-{secrets.token_hex(4)}{PART}"
+    )
+
+
+def _fill(part: Path, content: Any) -> None:
+    with part.open("xb") as stream:
+        if isinstance(content, bytes):
+            stream.write(content)
+        else:
+            content(stream)
+        stream.flush()
+        os.fsync(stream.fileno())
+
+
+def put(target: Path, content: Any) -> None:
+    """A file from bytes, or from a function that fills a stream; whole or not at all, also when power fails."""
+    part = part_of(target)
+    try:
+        _fill(part, content)
+        os.replace(part, target)
+    except BaseException:
+        part.unlink(missing_ok=True)
+        raise
+
+
+def claim(target: Path, content: bytes) -> None:
+    """A file that nobody has written yet; where somebody has, theirs stays."""
+    part = part_of(target)
+    try:
+        _fill(part, content)
+        try:
+            os.link(part, target)
+        except FileExistsError:
+            pass
+        except OSError:  # a file system without links: all but atomic
+            if not target.exists():
+                os.replace(part, target)
+    finally:
+        part.unlink(missing_ok=True)

@@ -1,14 +1,20 @@
-"""Fits: unknown numbers of a scene, what its runs should do, exact derivatives of that, and optimisers for it."""
+"""Fits: unknown numbers of a scene, what its runs should do, exact derivatives of that, and optimisers for it.
 
+The package is also the verb of its name, ``tarsus.fit(scene, unknowns, residuals)``.
+"""
+
+from tarsus.base.verb import callable_package
 from tarsus.fit.by_cma import cma_es
 from tarsus.fit.by_pymoo import pymoo_problem
 from tarsus.fit.by_scipy import differential_evolution, minimize
 from tarsus.fit.chain import chain
 from tarsus.fit.ensemble import Ensemble
+from tarsus.fit.fitting import FitResult, RunResiduals, fit
 from tarsus.fit.least_squares import least_squares, least_squares_from
 from tarsus.fit.normal_equations import Descent, Minimum, NormalEquations, descend
 from tarsus.fit.problem import Problem
 from tarsus.fit.ranges import Range, range_of
+from tarsus.fit.regressions import by_regressions
 from tarsus.fit.residuals import Found, Residuals
 from tarsus.fit.terms import Goal, Limit, Reading, Samples
 from tarsus.fit.uncertainty import Uncertainty
@@ -18,6 +24,7 @@ from tarsus.fit.verdict import Verdict
 __all__ = [
     "Descent",
     "Ensemble",
+    "FitResult",
     "Found",
     "Goal",
     "Limit",
@@ -28,19 +35,24 @@ __all__ = [
     "Range",
     "Reading",
     "Residuals",
+    "RunResiduals",
     "Samples",
     "Scale",
     "Uncertainty",
     "Unknown",
     "Unknowns",
     "Verdict",
+    "by_regressions",
     "chain",
     "cma_es",
     "descend",
     "differential_evolution",
+    "fit",
     "least_squares",
     "least_squares_from",
     "minimize",
     "pymoo_problem",
     "range_of",
 ]
+
+callable_package(__name__, "tarsus.fit.fitting:fit")

@@ -15,7 +15,7 @@ from tarsus.base.spec import float_paths, with_values
 from tarsus.base.units import parse_quantity
 from tarsus.fit.readers import OfEvents, OfMeasure, OfStates, Reader
 from tarsus.fit.terms import Goal, Number, Reading, Samples, Term, Value
-from tarsus.measure import no_measure
+from tarsus.measure.measure import no_measure
 from tarsus.model.scene import Scene
 from tarsus.solve.offered import offered
 

@@ -12,7 +12,9 @@ from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
 from tarsus.fit.readers import Reader, Told
 from tarsus.model.scene import Scene
-from tarsus.solve import Accuracy, GradientRun, simulate
+from tarsus.solve import simulate
+from tarsus.solve.engine import Accuracy
+from tarsus.solve.gradients import GradientRun
 from tarsus.solve.simulate import Shared
 
 __all__ = ["Case", "directions"]

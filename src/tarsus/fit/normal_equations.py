@@ -16,7 +16,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Descent", "Equations", "Minimum", "NormalEquations", "descend"]
+__all__ = ["Descent", "Equations", "Minimum", "NormalEquations", "descend", "held_step"]
 
 Floats = NDArray[np.float64]
 
@@ -112,6 +112,10 @@ class NormalEquations:
         own[:, places, places] = np.where(held, 1.0, own[:, places, places])
         across = np.where(free[:, :, None], self.across, 0.0)
         return replace(self, own=own, across=across, right_own=np.where(free, self.right_own, 0.0))
+
+    def ridged(self, ridge: Floats) -> NormalEquations:
+        """The same with a matrix (q, q) added to every record's: another damping, or what is known besides."""
+        return replace(self, own=self.own + ridge)
 
     def covariance(self) -> Floats:
         """Covariance (nr, q, q) of the own unknowns, those shared being known: one over the information."""
@@ -257,20 +261,42 @@ def _step(
     information = right = None
     if prior is not None:
         information, right = prior[1], prior[1] @ (prior[0] - shared)
-    held = np.zeros(own.shape, dtype=bool)
-    for _ in range(own.shape[1] + 1):
-        free = mine.held_at(held)
-        step, move = free.step(damping, information, right)
-        out = ~held & (((own <= way.low) & (step < 0.0)) | ((own >= way.high) & (step > 0.0)))
-        if not out.any():
-            break
-        held |= out
+    free = _freed(mine, own, damping, information, right, way.low, way.high)
+    step, move = free.step(damping, information, right)
     whole, all_ = free.step(0.0, information, right)
     long = np.einsum("rq,rq->r", whole, free.right_own) + free.right_shared @ all_
     scale = np.maximum(1.0, mine.cost / np.maximum(mine.count, 1.0))
     if right is not None:
         long = long + (right @ all_) / max(len(long), 1)
     return step, np.clip(move, -way.far, way.far), np.maximum(long / scale, 0.0)
+
+
+def _freed(
+    equations: NormalEquations,
+    own: Floats,
+    damping: Floats | float,
+    information: Floats | None,
+    right: Floats | None,
+    low: Floats | float,
+    high: Floats | float,
+) -> NormalEquations:
+    """The equations where own unknowns at a bound that a step would push out do not move."""
+    held = np.zeros(own.shape, dtype=bool)
+    free = equations
+    for _ in range(own.shape[1]):
+        step, _ = free.step(damping, information, right)
+        out = ~held & (((own <= low) & (step < 0.0)) | ((own >= high) & (step > 0.0)))
+        if not out.any():
+            break
+        held |= out
+        free = equations.held_at(held)
+    return free
+
+
+def held_step(equations: NormalEquations, own: Floats, low: Floats | float, high: Floats | float) -> Floats:
+    """Steps (nr, q) of records that share nothing, from own unknowns within bounds; those at one that a step would
+    push out are held."""
+    return _freed(equations, own, 0.0, None, None, low, high).step()[0]
 
 
 def _by_group(values: Floats, numbers: NDArray[np.intp], count: int) -> Floats:

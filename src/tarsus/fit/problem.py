@@ -17,7 +17,9 @@ from tarsus.fit.residuals import FAILED, Residuals
 from tarsus.fit.terms import Term
 from tarsus.fit.unknowns import Unknown, Unknowns
 from tarsus.model.scene import Scene
-from tarsus.solve import Accuracy, Batch, simulate_batch
+from tarsus.solve.batch import simulate_batch
+from tarsus.solve.engine import Accuracy
+from tarsus.solve.results import Batch
 from tarsus.solve.simulate import RECORDED, Shared, seconds_of
 
 __all__ = ["Problem"]

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.solve import Gradient, GradientRun, Run
+from tarsus.solve.gradients import Gradient, GradientRun
+from tarsus.solve.run import Run
 
 __all__ = ["OfEvents", "OfMeasure", "OfStates", "Reader", "Told"]
 

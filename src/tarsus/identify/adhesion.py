@@ -19,7 +19,7 @@ from tarsus.identify.breakoff import BreakOffs
 from tarsus.identify.draws import newton_draws, within
 from tarsus.identify.film import FilmFit
 from tarsus.identify.known import Known
-from tarsus.identify.step import Curve, Panel, Residual, StepResult, Used
+from tarsus.identify.step import Residual, StepResult, Used, points_and_line
 from tarsus.identify.touchdown import ContactDurations, seen_contacts, simulated_contacts
 from tarsus.model.drive.waveforms import Waveform
 from tarsus.records.excluded import Excluded
@@ -32,8 +32,11 @@ PATHS = ("ground.adhesion.initial", "ground.adhesion.rate")
 BOUNDS = ((0.0, np.inf), (0.0, np.inf))
 """Neither adhesion nor its growth pushes."""
 _FEWEST = 4
+"""Pull-off forces that a line takes: two for its numbers and two to see their scatter."""
 _OUTSIDE = 4.0
+"""Deviations from the line beyond which a break-off is another event: of a hundred normal ones none is."""
 _ROUNDS = 20
+"""Rounds of weights and of what is kept at most: beyond, two sets would alternate."""
 _PASSES = 2
 """Times that contacts are simulated with the adhesion of the time before."""
 _SAME_EVENT = 2e-3
@@ -117,26 +120,10 @@ def _fit(film: FilmFit, contacts: ContactDurations, seed: int) -> StepResult:
     _, samples, reached = within(line.values, drawn, BOUNDS)
 
     rest = pull - line.values[0] - line.values[1] * duration
-    ends = np.array([0.0, float(duration.max())])
-    left_over = Panel(
-        "what the line leaves",
-        "contact time",
-        "s",
-        "force",
-        "N",
-        (Curve("break-offs", duration, rest, joined=False, error=error), Curve("line", ends, np.zeros(2))),
-    )
-    panel = Panel(
-        "pull-off force over contact time",
-        "contact time",
-        "s",
-        "force",
-        "N",
-        (
-            Curve("break-offs", duration, pull, joined=False, error=error),
-            Curve("line", ends, line.values[0] + line.values[1] * ends),
-        ),
-    )
+    panels = points_and_line(
+        ("pull-off force over contact time", "what the line leaves"), ("contact time", "s", "force", "N"),
+        ("break-offs", "line"), (duration, pull), tuple(line.values.tolist()), (error, error),
+    )  # fmt: skip
     return StepResult(
         "adhesion",
         PATHS,
@@ -153,7 +140,7 @@ def _fit(film: FilmFit, contacts: ContactDurations, seed: int) -> StepResult:
         ),
         used=(Used("break-offs", int(kept.sum()), len(kept)),),
         left_out=left,
-        panels=(panel, left_over),
+        panels=panels,
         bounds=dict(zip(PATHS, reached, strict=True)),
         files=frozenset(offs.traces[offs.items[int(r)].trace].file for r in np.flatnonzero(kept)),
     )

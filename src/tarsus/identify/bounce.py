@@ -17,11 +17,12 @@ from tarsus.base.errors import InputError
 from tarsus.fit.normal_equations import Descent, NormalEquations, descend
 from tarsus.identify.flight import SUBSTEPS, FilmConstants, Flow, Launches, Varied, observed, of_model
 from tarsus.identify.foot import FootModel
-from tarsus.identify.traces import STILL, Trace, jumps_of, runs_of
+from tarsus.identify.traces import Trace, jumps_of
 from tarsus.identify.volts import Volts
+from tarsus.impacts.detection import impacts_at_ground
 from tarsus.records.excluded import Excluded
 
-__all__ = ["Bounce", "BounceFit", "Bounces", "fewer", "find_bounces", "impacts_of"]
+__all__ = ["Bounce", "BounceFit", "Bounces", "fewer", "find_bounces"]
 
 Floats = NDArray[np.float64]
 
@@ -32,9 +33,7 @@ FEWEST = 5
 """Samples there must be on each side."""
 
 _DESCENT = Descent(rounds=15)
-_PART = 0.3
-_SLOWEST = 8.0
-"""Standard deviations of a velocity sample that an approach must reach."""
+"""Fifteen rounds: an impact that needs more is no single one, and `sound` looks whether it has settled."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +56,7 @@ def find_bounces(traces: Sequence[Trace], foot: str, level: float) -> tuple[list
     for number, trace in enumerate(traces):
         k = trace.point(foot)
         x, v = trace.x[k] - level, trace.v[k]
-        impacts, slow = impacts_of(x, v, trace.noise_x[k], trace.noise_v[k], trace.step)
+        impacts, slow = impacts_at_ground(x, v, trace.noise_x[k], trace.noise_v[k], trace.step)
         # a place on the ground, an impact or a jump of the drive ends the flight on either side
         ends = np.unique(np.concatenate([impacts, np.flatnonzero(slow), jumps_of(trace.volts)]))
         for i in impacts:
@@ -74,31 +73,6 @@ def find_bounces(traces: Sequence[Trace], foot: str, level: float) -> tuple[list
                 continue
             found.append(Bounce(number, int(i), min(before, LONGEST), min(after, LONGEST)))
     return found, left
-
-
-def impacts_of(
-    height: Floats, speed: Floats, noise_x: float, noise_v: float, step: float
-) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
-    """Last samples before rebounds of a foot, and the samples (ns,) at which it stands on the ground.
-
-    Parameters
-    ----------
-    height, speed
-        Of the foot over the ground (ns,) [m], [m/s].
-    noise_x, noise_v
-        Standard deviations of their samples.
-    step
-        Sampling step [s].
-    """
-    near = height < STILL * noise_x + np.abs(speed) * step
-    jump = speed[1:] - speed[:-1]
-    met = (speed[:-1] < -_SLOWEST * noise_v) & near[:-1] & near[1:] & (jump > _SLOWEST * noise_v)
-    met &= speed[1:] > -_PART * np.abs(speed[:-1])
-    impacts = np.array(
-        [first + np.argmax(jump[first : last + 1]) for first, last in runs_of(met)], dtype=np.intp
-    )
-    slow = near & (np.abs(speed) < STILL * noise_v) & (np.abs(height) < STILL * noise_x)
-    return impacts, slow
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,9 @@ from tarsus.base.errors import InputError
 from tarsus.fit.normal_equations import Descent, NormalEquations, descend
 from tarsus.identify.flight import SUBSTEPS, FilmConstants, Launches, Varied, observed, of_model
 from tarsus.identify.foot import FootModel
-from tarsus.identify.traces import STILL, Hold, Trace, holds
+from tarsus.identify.traces import Hold, Trace, holds
 from tarsus.identify.volts import Volts
+from tarsus.impacts.detection import STILL
 from tarsus.records.excluded import Excluded
 
 __all__ = ["BreakOff", "BreakOffs", "FilmGuess", "find_break_offs"]
@@ -33,13 +34,17 @@ FEWEST = 24
 """Samples a flight must have."""
 
 _SKIPPED = 2
+"""Samples after the hold that are not fitted: the first may still be on the ground, the second smeared by a filter."""
 _ROUGH = Descent(rounds=12, settled=0.1, damping=1e-2)
 """For flights under one film, which only begin a joint fit or choose among flights: a tenth of a standard error."""
 _JOINT = Descent(rounds=30, far=1.0)
 """For flights and film together; beyond a factor of e the flights are not linear in the film."""
 _BEGINNING = 48
+"""Samples by which a guess of the moment is tried: they show the state at the release, at a part of the cost."""
 _LOOKING_BACK = 8
+"""Samples before the flight in which the moment may lie: more than a guess is ever off."""
 _LANDING = 8
+"""Samples before a contact by which the speed of its landing is judged."""
 _TRIED = (0.0, 0.7, -0.7)
 """Samples by which the first guess of the moment of release is varied."""
 _PRIOR = (3.0, 2.0)

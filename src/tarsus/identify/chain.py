@@ -40,6 +40,7 @@ Floats = NDArray[np.float64]
 Progress = Callable[[int, int, str], None]
 
 _STEPS = 8
+"""Messages of progress beside those of the files: seven steps and the landing rule."""
 _FILM = "ground.film.coefficient"
 _BY_NOISE = ("hysteresis", "film", "electrostatics")
 """Steps whose intervals hold the noise of records, not a scatter from event to event."""
@@ -81,7 +82,9 @@ class Identification:
 
     def __repr__(self) -> str:
         numbers = sum(len(step.paths) for step in self.steps.values())
-        return f"<Identification of '{self.opened.campaign.name}': {numbers} numbers in {len(self.steps)} steps>"
+        return (
+            f"<Identification of '{self.opened.campaign.name}': {numbers} numbers in {len(self.steps)} steps>"
+        )
 
     def __str__(self) -> str:
         return self.table().text()
@@ -111,17 +114,13 @@ class Identification:
 class StepRunner:
     """Runs the steps; what it has found so far.
 
-    Parameters
-    ----------
-    opened
-        The campaign.
-    seed
-        Of all draws.
-    progress
-        Called as ``progress(done, total, what)``.
+    opened: the campaign; evidence: its records; known: parameters found so far; seed: of all draws; progress: called as
+    ``progress(done, total, what)``.
     """
 
     opened: Opened
+    evidence: Evidence
+    known: Known
     seed: int = 1
     progress: Progress | None = None
     steps: dict[str, StepResult] = field(default_factory=dict)
@@ -131,9 +130,10 @@ class StepRunner:
     bounces: BounceStudy | None = None
     _told: int = 0
 
-    def __post_init__(self) -> None:
-        self.known = Known.nothing(self.opened.model)
-        self.evidence = Evidence(self.opened)
+    @classmethod
+    def of(cls, opened: Opened, seed: int = 1, progress: Progress | None = None) -> StepRunner:
+        """Before its first step."""
+        return cls(opened, Evidence(opened), Known.nothing(opened.model), seed, progress)
 
     def run(self) -> Identification:
         """All steps, the validation and the shifted zero."""
@@ -155,22 +155,12 @@ class StepRunner:
                 or ["no step could be done"]
             )
         return Identification(
-            self.opened,
-            tuple(self.readings),
-            tuple(self.left_out),
-            self.steps,
-            tuple(self.not_done),
-            self.known,
-            self.level,
-            self.resonances,
-            self.film,
-            landing,
-            tuple(comparisons),
-            tuple(in_air),
-            shifts,
-            tuple(self.evidence.remarks),
-            time.perf_counter() - begun,
-        )
+            opened=self.opened, readings=tuple(self.evidence.readings), left_out=tuple(self.evidence.left_out),
+            steps=self.steps, not_done=tuple(self.not_done), known=self.known, level=self.evidence.level,
+            resonances=self.resonances, film=self.film, landing=landing, comparisons=tuple(comparisons),
+            in_air=tuple(in_air), shifts=shifts, remarks=tuple(self.evidence.remarks),
+            seconds=time.perf_counter() - begun,
+        )  # fmt: skip
 
     def planned(self) -> tuple[tuple[str, Purpose, Callable[[], StepResult]], ...]:
         """Steps in order, with the records that each is for; one without such records in the campaign is not
@@ -192,26 +182,6 @@ class StepRunner:
     def find_ground(self) -> None:
         """Find the ground that the records show."""
         self.evidence.find_ground()
-
-    @property
-    def readings(self) -> list[RecordFile]:
-        """Every file."""
-        return self.evidence.readings
-
-    @property
-    def left_out(self) -> list[Excluded]:
-        """Data not used, with reasons."""
-        return self.evidence.left_out
-
-    @property
-    def traces(self) -> dict[Purpose, list[Trace]]:
-        """Records by purpose."""
-        return self.evidence.traces
-
-    @property
-    def level(self) -> tuple[float, float] | None:
-        """Contact level from the rest with its standard error [m]."""
-        return self.evidence.level
 
     def attempt(self, name: str, step: Callable[[], StepResult]) -> None:
         """Run a step; what stops it is kept as its reasons."""
@@ -264,14 +234,14 @@ class StepRunner:
         return replace(self.resonances.step, files=files)
 
     def _hysteresis(self) -> StepResult:
-        traces = self.traces.get(Purpose.LOOPS, [])
+        traces = self.evidence.traces.get(Purpose.LOOPS, [])
         if not traces:
             raise InputError(self._nothing_for(Purpose.LOOPS, "static loops"))
         self._need_structure()
         self._compare_signs(traces)
         shares = None if self.resonances is None else self.resonances.shares
         draws = np.zeros((DRAWS, 0)) if self.resonances is None else self.resonances.share_draws
-        return identify_hysteresis(self.known, traces, self.level, shares, draws, self.seed + 1)
+        return identify_hysteresis(self.known, traces, self.evidence.level, shares, draws, self.seed + 1)
 
     def _compare_signs(self, traces: Sequence[Trace]) -> None:
         """Remark where the sweeps move the foot the other way than the loops do: participations, ratios, stay."""
@@ -286,14 +256,14 @@ class StepRunner:
             )
 
     def _film(self) -> StepResult:
-        traces = self.traces.get(Purpose.RAMPS, [])
+        traces = self.evidence.traces.get(Purpose.RAMPS, [])
         if not traces:
             raise InputError(self._nothing_for(Purpose.RAMPS, "ramped squares"))
         self._need("hysteresis")
-        if self.level is None:
+        if self.evidence.level is None:
             raise InputError("no record of ramped squares shows a foot standing on the ground")
         model = self.known.model()
-        self.film = identify_film(model, self.known, traces, self.level[0], self.seed + 2, self.film)
+        self.film = identify_film(model, self.known, traces, self.evidence.level[0], self.seed + 2, self.film)
         return self.film.step
 
     def _adhesion(self) -> StepResult:
@@ -305,22 +275,22 @@ class StepRunner:
         return identify_adhesion(self.film, self.known, signals, "restitution" in self.steps, self.seed + 3)
 
     def _electrostatics(self) -> StepResult:
-        traces = self.traces.get(Purpose.CLOSE, [])
+        traces = self.evidence.traces.get(Purpose.CLOSE, [])
         if not traces:
             raise InputError(self._nothing_for(Purpose.CLOSE, "a foot close to the ground"))
         self._need("hysteresis")
         return identify_close(self.known.model(), self.known, traces, self.seed + 6)
 
     def _restitution(self) -> StepResult:
-        traces = self.traces.get(Purpose.BOUNCES, [])
+        traces = self.evidence.traces.get(Purpose.BOUNCES, [])
         if not traces:
             raise InputError(self._nothing_for(Purpose.BOUNCES, "bounces"))
         self._need("hysteresis")
         if self.opened.model.scene.ground.acting.film is not None and _FILM not in self.known.paths:
             raise InputError("it needs the film, which no step has found")
-        level = self._ground(), 0.0 if self.level is None else self.level[1]
+        level = self._ground(), 0.0 if self.evidence.level is None else self.evidence.level[1]
         if (close := self.steps.get("electrostatics")) is not None:
-            near = self.traces[Purpose.CLOSE]
+            near = self.evidence.traces[Purpose.CLOSE]
             self.known, self.steps["electrostatics"] = film_by_impacts(self.known, close, traces, near, level)
         self.bounces = identify_restitution(self.known.model(), self.known, traces, level, self.seed + 4)
         return self.bounces.step
@@ -342,11 +312,15 @@ class StepRunner:
 
     def _pairs(self) -> list[Pair]:
         """Sets of bounces with the sets of the same drive in the air, as far as their files can be used."""
-        whole = {one.file for one in self.left_out}
+        whole = {one.file for one in self.evidence.left_out}
         out = []
         for name, one in self.opened.sets(Purpose.BOUNCES):
             near, far = (
-                tuple(r.record for r in self.readings if r.set == which and r.record and r.file not in whole)
+                tuple(
+                    r.record
+                    for r in self.evidence.readings
+                    if r.set == which and r.record and r.file not in whole
+                )
                 for which in (name, one.air)
             )
             if one.air is not None and near and far:
@@ -361,7 +335,9 @@ class StepRunner:
         self._tell("landing rule")
         sets = [(name, one) for p in (Purpose.RAMPS, Purpose.BOUNCES) for name, one in self.opened.sets(p)]
         signals = {name: one.signal for name, one in sets if one.signal is not None}
-        traces = [trace for p in (Purpose.RAMPS, Purpose.BOUNCES) for trace in self.traces.get(p, [])]
+        traces = [
+            trace for p in (Purpose.RAMPS, Purpose.BOUNCES) for trace in self.evidence.traces.get(p, [])
+        ]
         found = judge_landing(self.known.model(), traces, signals, self._ground())
         if found is not None and found.replaced:
             self.opened = replace(
@@ -377,16 +353,18 @@ class StepRunner:
         if "hysteresis" not in self.steps or self.not_done:
             return out
         model = self.known.model()
-        for trace in self.traces.get(Purpose.VALIDATION, []):
+        for trace in self.evidence.traces.get(Purpose.VALIDATION, []):
             self._tell(f"validating on {trace.set}")
             signal = self.opened.campaign.records[trace.set].signal
             if signal is None:
-                self.left_out.append(Excluded(trace.file, "", "its set states no signal to simulate"))
+                self.evidence.left_out.append(
+                    Excluded(trace.file, "", "its set states no signal to simulate")
+                )
                 continue
             try:
                 out.append(compare(model, trace, signal, self._ground()))
             except InputError as error:
-                self.left_out.extend(Excluded(trace.file, "", said) for said in error.problems)
+                self.evidence.left_out.extend(Excluded(trace.file, "", said) for said in error.problems)
         return out
 
     def look_in_the_air(self) -> list[InAir]:
@@ -394,7 +372,7 @@ class StepRunner:
         out: list[InAir] = []
         if "hysteresis" not in self.steps:
             return out
-        for trace in self.traces.get(Purpose.AIR, []):
+        for trace in self.evidence.traces.get(Purpose.AIR, []):
             self._tell(f"in the air, {trace.set}")
             signal = self.opened.campaign.records[trace.set].signal
             try:
@@ -402,7 +380,7 @@ class StepRunner:
                     raise InputError("its set states no signal to simulate")
                 out.append(compare_in_air(self.known.model(), trace, signal))
             except InputError as error:
-                self.left_out.extend(Excluded(trace.file, "", said) for said in error.problems)
+                self.evidence.left_out.extend(Excluded(trace.file, "", said) for said in error.problems)
         return out
 
     def shifted(self) -> tuple[Shift, ...]:
@@ -410,7 +388,7 @@ class StepRunner:
         far from the ground, and with the drive's force alone moved by as much."""
         model = self.opened.model
         gap = self.opened.campaign.other_gap
-        if gap is None or self.not_done or self.level is None or "film" not in self.steps:
+        if gap is None or self.not_done or self.evidence.level is None or "film" not in self.steps:
             return ()
         self._tell("with the other zero position")
         moved = model.changed({f"robot.feet.{model.foot}.gap": gap})
@@ -424,11 +402,12 @@ class StepRunner:
 
     def _again(self, model: FootModel, path: str | None, force: float) -> dict[str, float]:
         """Parameters with another model, and the drive's force at one path moved after the loops."""
-        other = StepRunner(replace(self.opened, model=model), self.seed)
-        other.evidence = replace(self.evidence, opened=other.opened, remarks=[])
-        other.resonances = self.resonances
-        other.steps["resonances"], other.film = self.steps["resonances"], self.film
-        other.known = Known.nothing(model).after(self.steps["resonances"]).certain()
+        opened = replace(self.opened, model=model)
+        other = replace(
+            self, opened=opened, evidence=replace(self.evidence, opened=opened, remarks=[]), progress=None,
+            known=Known.nothing(model).after(self.steps["resonances"]).certain(),
+            steps={"resonances": self.steps["resonances"]}, not_done=[], bounces=None,
+        )  # fmt: skip
         for name, _, step in other.planned():
             if name not in self.steps or name in ("resonances", "impact map"):
                 continue
@@ -443,15 +422,15 @@ class StepRunner:
     def _ground(self) -> float:
         """Contact level from the rest [m]: seen in the records, else by the gap of the device and the drive's force
         at rest."""
-        if self.level is not None:
-            return self.level[0]
+        if self.evidence.level is not None:
+            return self.evidence.level[0]
         model = self.known.model()
         rest = model.static_load * float(model.law.force(np.zeros(1), model.history)[0])
         return -model.normal * (model.gap + rest)
 
     def _of(self, purpose: Purpose) -> list[RecordFile]:
         names = {name for name, _ in self.opened.sets(purpose)}
-        return [one for one in self.readings if one.set in names]
+        return [one for one in self.evidence.readings if one.set in names]
 
     def _nothing_for(self, purpose: Purpose, what: str) -> list[str]:
         files = [one.file for one in self._of(purpose)]
@@ -460,7 +439,7 @@ class StepRunner:
         return [f"none of the {len(files)} records of {what} can be used", *self._said(files)]
 
     def _said(self, files: Sequence[str]) -> list[str]:
-        return [str(one) for one in self.left_out if one.file in files]
+        return [str(one) for one in self.evidence.left_out if one.file in files]
 
     def _need(self, *names: str) -> None:
         missing = [name for name in names if name not in self.steps]
@@ -516,4 +495,4 @@ def identify(
         With every problem of the campaign; if no step could be done at all, with every reason.
     """
     opened = campaign if isinstance(campaign, Opened) else read_campaign(campaign)
-    return StepRunner(opened, seed, progress).run()
+    return StepRunner.of(opened, seed, progress).run()

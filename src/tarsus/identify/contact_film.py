@@ -169,7 +169,7 @@ def _told(
         unknowns = bounces.fit(model, film, unknowns, free=free).unknowns
         return _without_offsets(bounces.about(model, film, unknowns, free), offsets)
 
-    prior = before[0], np.linalg.inv(before[1])
+    prior = before[0], np.asarray(np.linalg.inv(before[1]), dtype=np.float64)
     found = descend(equations, np.zeros((1, 0)), start[0], prior=prior, how=_DESCENT)
     return found.shared, found.equations.shared[0]
 

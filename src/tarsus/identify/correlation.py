@@ -12,7 +12,14 @@ from numpy.typing import NDArray
 from tarsus.fit.ranges import Range
 from tarsus.fit.verdict import LEVEL, WIDTH
 
-__all__ = ["Combination", "Sum", "Ties", "correlation", "find_exponents", "find_weight", "left_over"]
+__all__ = [
+    "Combination",
+    "ParameterCombinations",
+    "correlation",
+    "find_exponents",
+    "find_weight",
+    "left_over",
+]
 
 Floats = NDArray[np.float64]
 
@@ -22,58 +29,42 @@ _STEEPEST = 20.0
 
 @dataclass(frozen=True)
 class Combination:
-    """A product of powers of parameters, and where it lies.
+    """A product of powers of parameters, or a weighted sum of two, such as a force that grows from a start at a rate,
+    and where it lies.
 
-    exponents: by parameter, in the order of the parameters; interval: of the product (magnitudes, SI); whole: whether
-    the exponents are small whole numbers chosen for being simple, or those fitted.
+    terms: exponents, or weights (that of the first is 1, SI), by parameter; interval: of the product (magnitudes) or
+    the sum, SI; whole: whether exponents are small whole numbers chosen for being simple, or those fitted.
     """
 
-    exponents: tuple[tuple[str, float], ...]
+    terms: tuple[tuple[str, float], ...]
     interval: Range
-    whole: bool
+    whole: bool = False
+    product: bool = True
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Parameters in the product."""
-        return tuple(name for name, _ in self.exponents)
+        """Its parameters."""
+        return tuple(name for name, _ in self.terms)
 
     def __str__(self) -> str:
-        ordered = sorted(self.exponents, key=lambda one: one[1] < 0.0)
+        if not self.product:
+            return " + ".join(
+                name if weight == 1.0 else f"{weight:.3g} * {name}" for name, weight in self.terms
+            )
+        ordered = sorted(self.terms, key=lambda one: one[1] < 0.0)
         return " * ".join(name if power == 1.0 else f"{name}^{power:.3g}" for name, power in ordered)
 
 
 @dataclass(frozen=True)
-class Sum:
-    """A weighted sum of two parameters, such as a force that grows from a start at a rate, and where it lies.
+class ParameterCombinations:
+    """What counts as parameters that data determine together only: a product of powers, or a sum, that is as narrow as
+    a determined number (`tarsus.fit.verdict.WIDTH`), with the exponent or weight of the parameter in question 1.
 
-    weights: by parameter, that of the first is 1, SI; interval: of the sum, SI.
+    gain: times by which it must be narrower than the parameter itself; partners: largest number of other parameters in
+    a product; power: largest whole exponent that is tried; slack: times by which whole exponents may be wider than the
+    fitted ones.
     """
 
-    weights: tuple[tuple[str, float], ...]
-    interval: Range
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Parameters in the sum."""
-        return tuple(name for name, _ in self.weights)
-
-    def __str__(self) -> str:
-        return " + ".join(
-            name if weight == 1.0 else f"{weight:.3g} * {name}" for name, weight in self.weights
-        )
-
-
-@dataclass(frozen=True)
-class Ties:
-    """What counts as parameters tied to each other.
-
-    width: half-width (see `Range.half_width`) up to which a product of powers, or a sum, counts as known, with the
-    exponent or weight of the parameter in question 1; gain: times by which it must be narrower than the parameter
-    itself; partners: largest number of other parameters in a product; power: largest whole exponent that is tried;
-    slack: times by which whole exponents may be wider than the fitted ones.
-    """
-
-    width: float = WIDTH
     gain: float = 3.0
     partners: int = 2
     power: int = 4
@@ -88,14 +79,14 @@ def correlation(u: Floats) -> Floats:
 
 
 def find_exponents(
-    u: Floats, j: int, others: list[int], ties: Ties, level: float = LEVEL
+    u: Floats, j: int, others: list[int], ties: ParameterCombinations
 ) -> list[tuple[Floats, bool]]:
-    """Products of powers with parameter j that a cloud of points holds within ``ties.width``.
+    """Products of powers with parameter j that a cloud of points holds within `WIDTH`.
 
     Fewest partners first: for every set of them the exponents that leave least of ``u_j`` (least squares) are tried,
     and the narrowest set decides. Its exponents are then those of the smallest singular value of the cloud, and
     preferred to them are the smallest whole numbers that are as narrow, within ``ties.slack`` or a fifth of
-    ``ties.width``.
+    `WIDTH`.
 
     Parameters
     ----------
@@ -105,8 +96,6 @@ def find_exponents(
         Number of the parameter in question.
     others
         Numbers of those it may be tied to.
-    level
-        Share of the points that the width is taken of; 1 for all.
 
     Returns
     -------
@@ -115,7 +104,7 @@ def find_exponents(
         where there is no such product.
     """
     v = u - np.median(u, axis=0)
-    own = float(_half_width(v[:, [j]], level)[0])
+    own = float(_half_width(v[:, [j]])[0])
     for size in range(1, ties.partners + 1):
         best: tuple[float, list[int], Floats] | None = None
         for chosen in combinations(others, size):
@@ -125,24 +114,24 @@ def find_exponents(
             steepness = np.abs(powers)
             if not steepness.max() <= _STEEPEST * steepness.min():
                 continue
-            width = float(_half_width(v[:, columns] @ powers[:, None], level)[0])
+            width = float(_half_width(v[:, columns] @ powers[:, None])[0])
             if best is None or width < best[0]:
                 best = (width, columns, powers)
-        if best is not None and best[0] <= min(ties.width, own / ties.gain):
-            return _preferred(v, best[1], best[2], own, ties, level)
+        if best is not None and best[0] <= min(WIDTH, own / ties.gain):
+            return _preferred(v, best[1], best[2], own, ties)
     return []
 
 
 def find_weight(
-    x: Floats, j: int, others: list[int], ties: Ties, level: float = LEVEL
+    x: Floats, j: int, others: list[int], ties: ParameterCombinations
 ) -> tuple[int, float, float] | None:
-    """The sum ``x_j + w x_k``, ``w x_k`` of the sign of x_j, that a cloud of points holds within ``ties.width``.
+    """The sum ``x_j + w x_k``, ``w x_k`` of the sign of x_j, that a cloud of points holds within `WIDTH`.
 
     Parameters
     ----------
     x
         Parameters (ns, np), each of one sign.
-    j, others, ties, level
+    j, others, ties
         As for `find_exponents`.
 
     Returns
@@ -150,7 +139,7 @@ def find_weight(
     tuple
         k, w, and what the sum leaves of x_j (half-width, SI) when x_k is known; None where there is no such sum.
     """
-    own = float(_half_width(x[:, [j]], level)[0])
+    own = float(_half_width(x[:, [j]])[0])
     best: tuple[int, float, float] | None = None
     for k in others:
         apart = x[:, k] - x[:, k].mean()
@@ -159,19 +148,19 @@ def find_weight(
         middle = float(np.median(total))
         if weight * np.sign(x[0, j] * x[0, k]) <= 0.0:
             continue
-        left = float(_half_width(total[:, None], level)[0])
-        if left <= min(ties.width * abs(middle), own / ties.gain) and (best is None or left < best[2]):
+        left = float(_half_width(total[:, None])[0])
+        if left <= min(WIDTH * abs(middle), own / ties.gain) and (best is None or left < best[2]):
             best = (k, weight, left)
     return best
 
 
-def left_over(u: Floats, j: int, powers: Floats, level: float = LEVEL) -> float:
+def left_over(u: Floats, j: int, powers: Floats) -> float:
     """Half-width of the logarithm of parameter j that a product of powers (np,) leaves when its partners are known."""
-    return float(_half_width((u @ powers)[:, None], level)[0]) / abs(float(powers[j]))
+    return float(_half_width((u @ powers)[:, None])[0]) / abs(float(powers[j]))
 
 
 def _preferred(
-    v: Floats, columns: list[int], regressed: Floats, own: float, ties: Ties, level: float
+    v: Floats, columns: list[int], regressed: Floats, own: float, ties: ParameterCombinations
 ) -> list[tuple[Floats, bool]]:
     """Exponents (np,) in order of preference, for the first of some columns."""
     cloud = v[:, columns]
@@ -179,16 +168,14 @@ def _preferred(
     fitted = regressed
     if abs(across[0]) > 1e-3 * np.abs(across).max():
         turned = across / across[0]
-        if _half_width(cloud @ turned[:, None], level)[0] <= ties.slack * _half_width(
-            cloud @ regressed[:, None], level
-        ):
+        if _half_width(cloud @ turned[:, None])[0] <= ties.slack * _half_width(cloud @ regressed[:, None]):
             fitted = turned
     if np.abs(fitted).min() < 0.5 / ties.power**2:  # a partner that hardly matters
         fitted = regressed
-    narrowest = float(_half_width(cloud @ fitted[:, None], level)[0])
-    allowed = min(max(ties.slack * narrowest, 0.2 * ties.width), ties.width, own / ties.gain)
+    narrowest = float(_half_width(cloud @ fitted[:, None])[0])
+    allowed = min(max(ties.slack * narrowest, 0.2 * WIDTH), WIDTH, own / ties.gain)
     whole = _whole(np.sign(fitted), ties.power)
-    widths = _half_width(cloud @ (whole / whole[:, :1]).T, level)
+    widths = _half_width(cloud @ (whole / whole[:, :1]).T)
     fine = np.flatnonzero(widths <= allowed)
     out = []
     if len(fine):
@@ -215,7 +202,7 @@ def _spread_out(powers: Floats, columns: list[int], count: int) -> Floats:
     return out * np.sign(out[used[np.argmin(np.abs(out[used]))]])
 
 
-def _half_width(columns: Floats, level: float) -> Floats:
+def _half_width(columns: Floats) -> Floats:
     """Half of the interval between equal tails of columns (ns, m): (m,)."""
-    low, high = np.quantile(columns, [0.5 - 0.5 * level, 0.5 + 0.5 * level], axis=0)
+    low, high = np.quantile(columns, [0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL], axis=0)
     return 0.5 * (high - low)

@@ -21,37 +21,57 @@ __all__ = ["DriveFit", "WithError", "cut_short", "drive_faults", "fit_drive", "s
 Floats = NDArray[np.float64]
 
 _GAIN = 0.03
+"""Factor of the size: amplifiers are specified to a few percent, and a wrong unit or range is off by more."""
 _OFFSET = 0.03
+"""Part of the amplitude, as for the size."""
 _LATE = 2.0
+"""Samples: a trigger is off by one, and the recorder may round it once more."""
 _PACE = 1e-3
+"""Pace off 1: clocks agree to 1e-5, and rates that are stated wrongly are off by percents."""
 _DRIFT = 1.0
+"""Samples over the record by which the pace may be off besides: what a delay may be."""
 _SHAPE = 0.15
 """What may differ from the drive that was meant: factor of its size, part of its amplitude, samples, factor of its
 pace with samples over the record, part of its root mean square that nothing of these explains."""
 _SHAPE_OF_SWEEPS = 0.7
 """The same for a sweep, whose responses are divided by what was recorded: an amplifier may be slow."""
 _NOTED = 0.5
+"""Samples from which on a delay is noted, as half of one is what rounding explains."""
 _SURE = 4.0
 """Standard errors that a difference must have."""
 _CUT = 0.005
+"""Part of its length by which a record may end early: the last half percent of a period holds no event."""
 _WELL = 0.12
 """Part of the root mean square below which a fit from the stated place needs no search for a better one."""
 _EXACT = 0.01
+"""Part that is left over of a fit that no other place will better: the digits of a recorder."""
 _BETTER = 0.7
 """The same for a fit from another place, after which no further one is tried; and how much less than another it must
 leave to be taken instead: half a period later a wave is its own negative."""
 _RUNNING = 9
+"""Samples of a running mean at most: an edge then counts in nine samples, within which its place is linear."""
 _STEPS = 15
+"""Steps of the fit at most; one that leaves more than the last ends it before."""
 _FAST = 0.1
+"""Part of its span that a drive moves by from one sample to the next where it is fast."""
 _FINE = 0.02
+"""Samples by which slopes of a fast drive are taken, and below which a step no longer matters."""
 _FASTEST = 4.0
+"""Factor of the pace beyond which no record is the drive that was meant."""
 _AWAY = 0.5
+"""Part of the samples that must be left when those beside jumps are dropped; else all count."""
 _SWING = 0.25
+"""Part of the amplitude by which a drive must pass its middle to have swung: more than noise, less than a ramp."""
 _PAIRS = 4000
+"""Swings that a pace is taken of at most, at either end of the record."""
 _FEWEST = 2
+"""Swings that give a pace."""
 _LONGER = 2.5
+"""Lengths of the record over which the drive that was meant is followed: for records that run slow."""
 _UPSAMPLED = 8
+"""Points per sample at which swings are looked for, so that their moments are good to a part of a sample."""
 _SINGULAR = 1e-6
+"""Share of the largest eigenvalue below which columns do not determine a direction: a thousandth of its size."""
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from tarsus.identify.draws import carried, newton_draws
 from tarsus.identify.flight import SUBSTEPS, Varied, from_rest, observed, of_model
 from tarsus.identify.foot import FootModel
 from tarsus.identify.known import Known
-from tarsus.identify.step import Curve, Panel, Residual, StepResult, Used
+from tarsus.identify.step import Panel, StepResult, Used, measured_and_fitted, over_noise
 from tarsus.identify.traces import Trace
 from tarsus.identify.volts import Volts
 from tarsus.records.excluded import Excluded
@@ -42,6 +42,7 @@ away."""
 _DESCENT = Descent(rounds=25, far=1.0)
 """Beyond a factor of e the motion is not linear in the constants."""
 _SHOWN = 4
+"""Records that the report shows, evenly from all."""
 
 
 @dataclass(frozen=True)
@@ -122,6 +123,8 @@ class _Close:
 
 
 _LIMITS = (np.log(1e-30), np.log(1.0))
+"""Logarithms of the constants [SI] within which exponentials neither overflow nor underflow; no film or attraction of
+the field comes near."""
 
 
 def identify_close(model: FootModel, known: Known, traces: Sequence[Trace], seed: int) -> StepResult:
@@ -179,8 +182,7 @@ def identify_close(model: FootModel, known: Known, traces: Sequence[Trace], seed
         samples,
         combinations=combinations_of(close.names, min((one.gap or 0.0) for one in used), theta, logs),
         residuals=tuple(
-            Residual(f"{trace.file}, over the noise", "1", float(np.sqrt(np.mean(one**2))), 1.0, one.size)
-            for trace, one in zip(close.traces, residuals, strict=True)
+            over_noise(trace.file, one) for trace, one in zip(close.traces, residuals, strict=True)
         ),
         used=(Used("records close to the ground", len(used), len(traces)),),
         files=frozenset(trace.file for trace in used),
@@ -260,7 +262,6 @@ def _panels(
         time = trace.time[close.first[r] : close.first[r] + close.counts[r]]
         gap = model.gap if trace.gap is None else trace.gap
         fitted = gap + model.normal * flights[r][k]
-        seen = fitted + model.normal * residuals[r][k] * trace.noise_x[k]
-        curves = (Curve("measured", time, seen, joined=False), Curve("fitted", time, fitted))
-        panels.append(Panel(trace.file, "time", "s", "gap", "m", curves))
+        left = model.normal * residuals[r][k] * trace.noise_x[k]
+        panels.append(measured_and_fitted(trace.file, ("time", "s", "gap", "m"), time, fitted, left))
     return tuple(panels)

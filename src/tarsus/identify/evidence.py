@@ -24,6 +24,7 @@ _FAR = 100.0
 """Gaps that no foot of these devices moves, or hundredth of one that ramps which should reach the ground do not exceed:
 between a device that jumps ten gaps high and units that are wrong by a thousand."""
 _APART = 0.02
+"""Part by which levels of the ground may differ between records: gaps are set to a few percent of themselves."""
 _SURE = 8.0
 """Share of the contact level, and standard errors, by which purposes may show the ground at different places."""
 

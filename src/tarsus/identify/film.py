@@ -17,7 +17,7 @@ from tarsus.identify.breakoff import WORST, BreakOffs, FilmGuess, FittedDetachme
 from tarsus.identify.draws import carried, newton_draws
 from tarsus.identify.foot import FootModel
 from tarsus.identify.known import Known
-from tarsus.identify.step import Curve, Panel, Residual, StepResult, Used
+from tarsus.identify.step import Panel, Residual, StepResult, Used, measured_and_fitted, over_noise
 from tarsus.identify.traces import Trace
 from tarsus.records.excluded import Excluded
 
@@ -29,7 +29,10 @@ PATHS = ("ground.film.coefficient", "ground.film.thickness")
 MOST = 120
 """Flights that are fitted at most, evenly from all."""
 _SHOWN = 4
+"""Flights that the report shows, evenly from all."""
 _ROUGH = 4.0
+"""Times the worst or the usual misfit that a flight may have under the first guess of the film, which is off
+itself."""
 
 
 @dataclass(frozen=True)
@@ -166,13 +169,13 @@ def _result(
 
 
 def _residuals(offs: BreakOffs, fitted: FittedDetachments) -> tuple[Residual, ...]:
-    out = []
-    for number in sorted({one.trace for one in offs.items}):
-        parts = [fitted.residuals[r].ravel() for r, one in enumerate(offs.items) if one.trace == number]
-        whole = np.concatenate(parts)
-        label = f"{offs.traces[number].file}, over the noise"
-        out.append(Residual(label, "1", float(np.sqrt(np.mean(whole**2))), 1.0, whole.size))
-    return tuple(out)
+    by_record: dict[int, list[Floats]] = {}
+    for one, left in zip(offs.items, fitted.residuals, strict=True):
+        by_record.setdefault(one.trace, []).append(left.ravel())
+    return tuple(
+        over_noise(offs.traces[number].file, np.concatenate(left))
+        for number, left in sorted(by_record.items())
+    )
 
 
 def _panels(model: FootModel, offs: BreakOffs, fitted: FittedDetachments) -> tuple[Panel, ...]:
@@ -185,8 +188,7 @@ def _panels(model: FootModel, offs: BreakOffs, fitted: FittedDetachments) -> tup
         part = slice(one.first, one.first + one.count)
         time = trace.time[part] - trace.time[one.first] + fitted.unknowns[r, 0]
         gap = model.normal * fitted.flights[r][k] + model.gap
-        seen = gap + model.normal * fitted.residuals[r][k] * trace.noise_x[k]
-        curves = (Curve("measured", time, seen, joined=False), Curve("fitted", time, gap))
+        left = model.normal * fitted.residuals[r][k] * trace.noise_x[k]
         title = f"{trace.file}, release at {trace.time[one.hold.last]:.4g} s"
-        panels.append(Panel(title, "time after break-off", "s", "gap", "m", curves))
+        panels.append(measured_and_fitted(title, ("time after break-off", "s", "gap", "m"), time, gap, left))
     return tuple(panels)

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.identify.bounce import impacts_of
 from tarsus.identify.foot import FootModel
 from tarsus.identify.step import Curve, Panel
-from tarsus.identify.traces import STILL, Trace
+from tarsus.identify.traces import Trace
+from tarsus.impacts.detection import STILL, impacts_at_ground
 from tarsus.measure import (
     RESOLUTION,
     Counting,
@@ -128,8 +128,7 @@ def _history(
     to half a sample after, it touches where an impact is seen, and flies between. Heights below ``seen`` [m] are
     noise."""
     step, end = float(time[1] - time[0]), float(2.0 * time[-1] - time[-2])
-    impacts, _ = impacts_of(height, speed, noise_x, noise_v, step)
-    near = (np.abs(height) < STILL * noise_x) & (np.abs(speed) < STILL * noise_v)
+    impacts, near = impacts_at_ground(height, speed, noise_x, noise_v, step)
     turns = np.diff(np.concatenate([[0], near.astype(int), [0]]))
     touched = time[impacts] + 0.5 * step
     starts = np.concatenate([time[turns[:-1] == 1] - 0.5 * step, touched])

@@ -22,7 +22,7 @@ from tarsus.identify.foot import FootModel
 from tarsus.identify.known import Known
 from tarsus.identify.loops import Block, Sums, across, basis_of, blocks_of, law_paths, law_with
 from tarsus.identify.ringing import calmed
-from tarsus.identify.step import Curve, Panel, Residual, StepResult, Used
+from tarsus.identify.step import Panel, Residual, StepResult, Used, measured_and_fitted
 from tarsus.identify.traces import Trace
 from tarsus.identify.volts import Volts
 from tarsus.model.drive.laws import PrandtlIshlinskii
@@ -34,8 +34,12 @@ __all__ = ["LoopFit", "Loops", "Shares", "fit_loops", "identify_hysteresis", "wi
 Floats = NDArray[np.float64]
 
 _INDEPENDENT = 1e-3
+"""Part of the gains that a combination of points must keep when the ground holds the foot: below, it says nothing of
+the drive."""
 _RIDGE = 1e-13
+"""Share of the diagonal that keeps plays which never move from making the equations singular; rounding is 1e-16."""
 _FEWEST = 50
+"""Samples of static records: some for each of a dozen parameters."""
 
 
 @dataclass(frozen=True)
@@ -350,16 +354,10 @@ def _shown(model: FootModel, fit: LoopFit) -> tuple[tuple[Panel, ...], tuple[Res
                 )
             )
             if number == 0:
-                curves = (
-                    Curve("measured", trace.volts[index], trace.x[k, index], joined=False),
-                    Curve("fitted", trace.volts[index], fitted),
-                )
-                panels.append(
-                    Panel(f"{point}, foot in the air", "voltage", "V", f"{point} from rest", "m", curves)
-                )
-                left = (
-                    Curve("measured", trace.volts[index], rest, joined=False),
-                    Curve("fitted", trace.volts[index], 0.0 * rest),
-                )
-                panels.append(Panel(f"{point}, what the fit leaves", "voltage", "V", point, "m", left))
+                volts = trace.volts[index]
+                for title, shown, axis in (
+                    (f"{point}, foot in the air", fitted, f"{point} from rest"),
+                    (f"{point}, what the fit leaves", 0.0 * fitted, point),
+                ):
+                    panels.append(measured_and_fitted(title, ("voltage", "V", axis, "m"), volts, shown, rest))
     return tuple(panels), tuple(residuals)

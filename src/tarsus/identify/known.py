@@ -19,6 +19,7 @@ PLACEHOLDER = "Placeholder, to be identified."
 """Origin of a number of a device that a campaign is to find."""
 
 _LEAST = 1e-3
+"""Part of what was found below which a draw of a positive constant does not fall: a device with zero is none."""
 
 
 @dataclass(frozen=True)

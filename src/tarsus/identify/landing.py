@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from tarsus.base.errors import InputError
 from tarsus.identify.foot import FootModel
 from tarsus.identify.heldout import moved
-from tarsus.identify.traces import STILL, Trace
+from tarsus.identify.traces import Trace
+from tarsus.impacts.detection import STILL
 from tarsus.model.drive.waveforms import Waveform
 from tarsus.model.laws.landing import AnyLanding, CaptureUnlessPulled, PullAsPrinted, RestituteFirst
 

@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.identify.traces import STILL, Trace
+from tarsus.identify.traces import Trace
 from tarsus.identify.volts import Volts
+from tarsus.impacts.detection import STILL
 from tarsus.model.drive.laws import LinearForce, PrandtlIshlinskii, VoltageLaw
 
 __all__ = ["Block", "Sums", "across", "basis_of", "blocks_of", "law_paths", "law_with"]

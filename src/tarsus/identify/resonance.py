@@ -38,17 +38,24 @@ __all__ = ["Resonances", "identify_resonances"]
 Floats = NDArray[np.float64]
 
 _ORDERS_PER_MODE = 6
+"""Order of the models per mode that is sought: two describe one, the others take up noise and background."""
 _FEWEST_ORDERS = 12
+"""Order at least: fewer hold no pole in common."""
 _EDGE = 0.01
+"""Part of the band at either end that is left out: the sweep begins and ends there."""
 _PARTS = (2, 3, 4)
 """Parts of the band, overlapping, that are searched one by one until there are modes enough: weak modes show beside
 strong ones of their own neighbourhood only."""
 _OVERLAP = 1.25
+"""Factor by which parts of a band overlap, so that a mode at a border lies within one of them."""
 _KNOWN_TO = 3e-4
 """Relative error that a participation has at least: the drive is not quite linear, and all sweeps share that."""
 _SWAPPED = 0.5
+"""Part of the mismatch of shapes that another order, or sign, of channels must leave to be named."""
 _UNEXPLAINED = 0.3
+"""Part of the responses unexplained from which on a fit is remarked: as in `tarsus.modes`."""
 _WORST_SHAPE = 0.5
+"""Mismatch of shapes (0 alike, 1 orthogonal) beyond which the modes are not those of the geometry."""
 
 
 @dataclass(frozen=True)

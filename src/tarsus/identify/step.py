@@ -23,6 +23,9 @@ __all__ = [
     "StepResult",
     "Trouble",
     "Used",
+    "measured_and_fitted",
+    "over_noise",
+    "points_and_line",
 ]
 
 Floats = NDArray[np.float64]
@@ -76,6 +79,40 @@ class Panel:
     y_label: str
     y_unit: str
     curves: tuple[Curve, ...]
+
+
+def points_and_line(
+    titles: tuple[str, str],
+    axes: tuple[str, str, str, str],
+    names: tuple[str, str],
+    points: tuple[Floats, Floats],
+    line: tuple[float, float],
+    errors: tuple[Floats, Floats],
+) -> tuple[Panel, Panel]:
+    """Points (n,) with a line (at zero, slope) through them, and what the line leaves of them; errors (n,) of both."""
+    x, y = points
+    ends = np.array([0.0, float(x.max())])
+    shown = (y, line[0] + line[1] * ends), (y - line[0] - line[1] * x, np.zeros(2))
+    first, second = (
+        Panel(title, *axes, (Curve(names[0], x, a, joined=False, error=e), Curve(names[1], ends, b)))
+        for title, (a, b), e in zip(titles, shown, errors, strict=True)
+    )
+    return first, second
+
+
+def measured_and_fitted(
+    title: str, axes: tuple[str, str, str, str], x: Floats, fitted: Floats, left: Floats
+) -> Panel:
+    """What was fitted (n,) as a line, and with what it leaves as points."""
+    return Panel(
+        title, *axes, (Curve("measured", x, fitted + left, joined=False), Curve("fitted", x, fitted))
+    )
+
+
+def over_noise(label: str, left: Floats) -> Residual:
+    """What a fit leaves of a record, over its noise."""
+    rms = float(np.sqrt(np.mean(left**2)))
+    return Residual(f"{label}, over the noise", "1", rms, 1.0, left.size)
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tarsus.base.spec import float_paths
-from tarsus.identify.assessment import assessed
-from tarsus.identify.verdict import Determined
+from tarsus.identify.assessment import assessed, law_slopes
 from tarsus.tables.numbers import percent
 from tarsus.tables.table import ROW, Column, Table
 
@@ -22,30 +21,47 @@ TAKEN = "not told, taken"
 
 
 def identification_table(found: Identification) -> Table:
-    """Parameters and their combinations; below them what is not determined, the landing rule, the files, the errors of
-    held-out records."""
+    """Parameters and their combinations, half an interval as a part of the number or, of a play's weight, of the slope
+    of the drive's law; below them what is not determined, the landing rule, the files, the errors of held-out records.
+    """
     units = float_paths(found.model.scene)
-    judged = assessed(found)
+    judged, slopes = assessed(found), law_slopes(found.known)
     rows, of = [], []
     for step in found.steps.values():
         for path, value in zip(step.paths, step.values.tolist(), strict=True):
             word = "" if judged is None or path not in judged.names else judged[path].word
-            rows.append((path, value, tuple(step.interval(path)), TAKEN if path in step.taken else word))
+            half = _half(slopes.get(path, value), *step.interval(path))
+            shown = f"{percent(half, 2)} of slope" if path in slopes else half
+            rows.append(
+                (path, value, tuple(step.interval(path)), shown, TAKEN if path in step.taken else word)
+            )
             of.append(units[path].unit)
         for name, (value, draws, unit) in step.combinations.items():
-            rows.append((name, float(value), tuple(np.quantile(draws, [0.025, 0.975]).tolist()), ""))
+            ends = np.quantile(draws, [0.025, 0.975]).tolist()
+            rows.append((name, float(value), tuple(ends), _half(float(value), *ends), "combination"))
             of.append(unit)
     verdicts = () if judged is None else judged.verdicts
-    open_ones = [one.sentence(units[one.name].unit) for one in verdicts if not isinstance(one, Determined)]
+    open_ones = [one.sentence(units[one.name].unit) for one in verdicts if not one.determined]
     left = f"; not done: {', '.join(one.name for one in found.not_done)}" if found.not_done else ""
     return Table(
         f"Identified from '{found.opened.campaign.name}', {found.files_used} files{left}",
-        ("parameter", Column("value", ROW, 5), Column("95 % interval", ROW), "verdict"),
+        (
+            "parameter",
+            Column("value", ROW, 5),
+            Column("95 % interval", ROW, 5),
+            Column("half-width", "%", 2),
+            "verdict",
+        ),
         rows,
         [*open_ones, "; ".join(_landing(found))],
         [_data(found)],
         units=of,
     )
+
+
+def _half(size: float, low: float, high: float) -> float | None:
+    """Half an interval as a part of a size."""
+    return 0.5 * (high - low) / abs(size) if size and np.isfinite(high - low) else None
 
 
 def _landing(found: Identification) -> list[str]:

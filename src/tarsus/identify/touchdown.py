@@ -25,6 +25,7 @@ __all__ = ["ContactDurations", "seen_contacts", "simulated_contacts"]
 Floats = NDArray[np.float64]
 
 _BEGIN = 1.5
+"""Samples, at the beginning: a landing is seen to one sample, and its noise adds half of one."""
 _END = 2.0
 """Samples within which a simulated contact must begin and end where the recorded one does."""
 _TRUST = 0.2

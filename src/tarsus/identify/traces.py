@@ -9,21 +9,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
+from tarsus.impacts.detection import STILL, runs_of
 from tarsus.records.measurement import Measurement, Quantity
 
-__all__ = ["Hold", "Trace", "contact_level", "holds", "jumps_of", "misplaced", "runs_of", "trace_of"]
+__all__ = ["Hold", "Trace", "contact_level", "holds", "jumps_of", "misplaced", "trace_of"]
 
 Floats = NDArray[np.float64]
 
 _FEWEST_AT_REST = 8
-STILL = 5.0
-"""Standard deviations of a sample within which a foot counts as still."""
-
+"""Samples at rest from which noise is estimated: to a quarter of itself then."""
 _JUMP = 0.1
+"""Part of the span of volts that a jump moves by in a sample."""
 _SAME = 8.0
+"""Deviations within which two places are the same ground, the means of many samples being compared."""
 _FOLLOWS = 0.15
 """Part of the usual motion per volt that a foot on the ground may still show."""
 _SURE = 3.0
+"""Deviations by which motion per volt must be known to tell standing from hovering."""
 
 SHORTEST = 6
 """Samples a hold must last."""
@@ -199,12 +201,6 @@ def _moved(trace: Trace, point: int, first: int, last: int) -> bool:
     if bottom <= 0.0 or trace.noise_x[point] / np.sqrt(bottom) > _FOLLOWS / _SURE * usual:
         return True
     return abs(top / bottom) > _FOLLOWS * usual
-
-
-def runs_of(chosen: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """First and last index of every run of a mask."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], chosen.astype(int), [0]])))
-    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2] - 1, strict=True)]
 
 
 def misplaced(trace: Trace, foot: str, level: float) -> str | None:

@@ -3,140 +3,102 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.fit.ranges import Range, range_of
-from tarsus.fit.verdict import LEVEL
-from tarsus.identify.coordinates import Coordinates
+from tarsus.fit.verdict import WIDTH, Verdict, verdict_of
 from tarsus.identify.correlation import (
     Combination,
-    Sum,
-    Ties,
+    ParameterCombinations,
     correlation,
     find_exponents,
     find_weight,
     left_over,
 )
 
-__all__ = [
-    "Assessment",
-    "Determined",
-    "NotFromTheseData",
-    "OnlyTogether",
-    "ParameterVerdict",
-    "judge_samples",
-    "known_tie",
-    "own_size",
-    "product_of",
-    "sum_of",
-    "verdict_of",
-]
+__all__ = ["Assessment", "NumberVerdict", "judge_samples"]
 
 Floats = NDArray[np.float64]
 
 _RELATED = 0.5
+"""Correlation from which on another number is named: a quarter of the variance in common."""
 _MUCH = 0.5
 """Share of what a product leaves open that a sum must leave at most to be named instead."""
 
 
 @dataclass(frozen=True)
-class Determined:
-    """The data fix the number: its range is narrow enough."""
+class NumberVerdict:
+    """What data say of one number.
 
-    name: str
-    range: Range
-
-    @property
-    def word(self) -> str:
-        """In a word, for tables."""
-        return "determined"
-
-    def sentence(self, unit: str = "1") -> str:
-        """In words, with the range in ``unit``."""
-        return f"{self.name} is determined: {self.range.text(unit)} ({100 * self.range.level:g} %)."
-
-
-@dataclass(frozen=True)
-class OnlyTogether:
-    """The data fix a product of powers, or a sum, with the number in it, but not the number."""
-
-    name: str
-    range: Range
-    combination: Combination | Sum
-
-    @property
-    def word(self) -> str:
-        """In a word, for tables."""
-        return "only with others"
-
-    def sentence(self, unit: str = "1") -> str:
-        """In words, with the range in ``unit``; the combination is in SI."""
-        partners = [name for name in self.combination.names if name != self.name]
-        fixed = self.combination.interval
-        percent = 100.0 * fixed.half_width(abs(fixed.value))
-        return (
-            f"{self.name} is determined only together with {' and '.join(partners)}: these data fix "
-            f"{self.combination} = {fixed.value:.4g} (SI) within {percent:.2g} %, and leave {self.name} alone "
-            f"{_free(self.range, unit)}."
-        )
-
-
-@dataclass(frozen=True)
-class NotFromTheseData:
-    """The data fix neither the number nor a product of powers or a sum with it.
-
-    related: the other parameters it is most correlated with, and how much.
+    range: where it lies, with the verdict; combination: a product of powers, or a sum, with it that the data determine
+    where they do not determine the number; related: where they determine neither, the other numbers it is most
+    correlated with, and how much.
     """
 
     name: str
     range: Range
+    combination: Combination | None = None
     related: tuple[tuple[str, float], ...] = ()
+
+    @property
+    def determined(self) -> bool:
+        """Whether the data fix the number."""
+        return self.range.verdict is Verdict.DETERMINED
 
     @property
     def word(self) -> str:
         """In a word, for tables."""
-        return "not from these data"
+        if self.determined:
+            return "determined"
+        return "not from these data" if self.combination is None else "only with others"
 
     def sentence(self, unit: str = "1") -> str:
-        """In words, with the range in ``unit``."""
-        tied = ", ".join(f"{name} ({value:+.2f})" for name, value in self.related)
-        more = f"; it is correlated with {tied}" if tied else ""
-        return f"{self.name} is not determined by these data: they leave it {_free(self.range, unit)}{more}."
-
-
-ParameterVerdict = Determined | OnlyTogether | NotFromTheseData
-"""What data say of one number."""
+        """In words, with the range in ``unit``; a combination is in SI."""
+        if self.determined:
+            return f"{self.name} is determined: {self.range.text(unit)} ({100 * self.range.level:g} %)."
+        if self.combination is None:
+            tied = ", ".join(f"{name} ({value:+.2f})" for name, value in self.related)
+            more = f"; it is correlated with {tied}" if tied else ""
+            return (
+                f"{self.name} is not determined by these data: they leave it {_free(self.range, unit)}{more}."
+            )
+        partners = " and ".join(name for name in self.combination.names if name != self.name)
+        fixed = self.combination.interval
+        return (
+            f"{self.name} is determined only together with {partners}: these data fix {self.combination} = "
+            f"{fixed.value:.4g} (SI) within {100.0 * fixed.half_width(abs(fixed.value)):.2g} %, and leave {self.name} "
+            f"alone {_free(self.range, unit)}."
+        )
 
 
 @dataclass(frozen=True)
 class Assessment:
     """What data say of np numbers.
 
-    names; ranges (np); correlation (np, np), NaN where one does not vary; verdicts (np); basis: what they rest on.
+    names; correlation (np, np), NaN where one does not vary; verdicts (np); basis: what they rest on.
     """
 
     names: tuple[str, ...]
-    ranges: tuple[Range, ...]
     correlation: Floats
-    verdicts: tuple[ParameterVerdict, ...]
+    verdicts: tuple[NumberVerdict, ...]
     basis: str
 
-    def __getitem__(self, name: str) -> ParameterVerdict:
+    def __getitem__(self, name: str) -> NumberVerdict:
         return self.verdicts[self.names.index(name)]
 
     def range(self, name: str) -> Range:
         """Range of one number, SI."""
-        return self.ranges[self.names.index(name)]
+        return self[name].range
 
     @property
-    def combinations(self) -> tuple[Combination | Sum, ...]:
+    def combinations(self) -> tuple[Combination, ...]:
         """Every combination that a verdict names, once."""
-        found = [one.combination for one in self.verdicts if isinstance(one, OnlyTogether)]
-        return tuple({(type(one), frozenset(one.names)): one for one in found}.values())
+        found = [one.combination for one in self.verdicts if one.combination is not None]
+        return tuple({(one.product, frozenset(one.names)): one for one in found}.values())
 
     def sentences(self, units: Mapping[str, str] | None = None) -> list[str]:
         """One sentence a number; ``units`` are SI units by name."""
@@ -148,18 +110,16 @@ def judge_samples(
     values: ArrayLike,
     samples: ArrayLike,
     *,
-    ties: Ties | None = None,
+    ties: ParameterCombinations | None = None,
     sizes: Mapping[str, float] | None = None,
     limits: Mapping[str, tuple[float, float]] | None = None,
-    level: float = LEVEL,
 ) -> Assessment:
-    """Judge numbers by draws of them: fits to resampled repeats, or a posterior.
+    """Judge numbers by draws of them: fits to resampled repeats, or a chain.
 
-    A number is `Determined` when the half-width of its range is at most ``ties.width``. Else it is `OnlyTogether` when
-    a product of its and at most ``ties.partners`` other numbers' powers is that narrow, and ``ties.gain`` times
-    narrower than the number itself (see `find_exponents`), or a weighted sum with one other (see `find_weight`), which
-    is named where it says much more than the product. Else it is `NotFromTheseData`; so is a number whose sign the
-    draws leave open, unless it has a size.
+    A number is *determined* as `tarsus.fit.verdict` has it. Else it may be determined *together with others*: a product
+    of its and at most ``ties.partners`` other numbers' powers is that narrow, and ``ties.gain`` times narrower than the
+    number itself (see `find_exponents`), or a weighted sum with one other (see `find_weight`), which is named where it
+    says much more than the product. A number whose sign the draws leave open is not determined, unless it has a size.
 
     Parameters
     ----------
@@ -168,139 +128,134 @@ def judge_samples(
     samples
         Draws (ns, np); rows with NaN are left out.
     ties
-        Thresholds; see `Ties`.
+        Thresholds of combinations.
     sizes
         By name, for numbers that may be of either sign: what a change is compared with instead of the number itself.
     limits
         By name, where the search for a number ended: an end of a range that lies there is open.
-    level
-        Probability of the ranges.
 
     Raises
     ------
     InputError
-        If names, values and samples do not fit each other, or fewer than 20 draws are finite.
+        If names, values and samples do not fit each other, a value is not finite, a size is not positive or of no
+        number, or fewer than 20 draws are finite.
     """
-    rows = np.asarray(samples, dtype=float)
-    if rows.ndim != 2 or rows.shape[1] != len(names):
-        raise InputError(f"expected samples of shape (draws, {len(names)}), got {rows.shape}")
-    rows = rows[np.isfinite(rows).all(axis=1)]
-    own = {name: own_size(rows[:, j]) for j, name in enumerate(names) if np.asarray(values)[j] == 0.0}
-    coordinates = Coordinates.of(tuple(names), values, {**own, **(sizes or {})})
-    wanted = ties or Ties()
-    ends = limits or {}
-    ranges = tuple(
-        range_of(
-            rows[:, j], value=coordinates.values[j], level=level, limits=ends.get(name, (-np.inf, np.inf))
+    drawn = _Draws.of(tuple(names), values, samples, sizes or {})
+    wanted, ends = ties or ParameterCombinations(), limits or {}
+    related = correlation(np.where(np.isfinite(drawn.u).all(axis=0), drawn.u, drawn.rows))
+    verdicts: list[NumberVerdict] = []
+    for j, name in enumerate(drawn.names):
+        size = None if np.isnan(drawn.sizes[j]) else float(drawn.sizes[j])
+        one = range_of(
+            drawn.rows[:, j], value=drawn.values[j], limits=ends.get(name, (-np.inf, np.inf)), name=name
         )
-        for j, name in enumerate(coordinates.names)
-    )
-    u = coordinates.inward(rows)
-    usable = coordinates.logarithmic & np.isfinite(u).all(axis=0) & (np.ptp(rows, axis=0) > 0.0)
-    spread = np.where(np.isfinite(u).all(axis=0), u, rows)
-    related = correlation(spread)
-    verdicts: list[ParameterVerdict] = []
-    for j, one in enumerate(ranges):
+        cut = not np.isfinite(one.low), not np.isfinite(one.high)
+        one = replace(one, verdict=verdict_of((one.low, one.high), cut, size=size))
         tie = None
-        if one.half_width(coordinates.size(j)) > wanted.width and usable[j]:
-            others = [int(k) for k in np.flatnonzero(usable) if k != j]
-            tie = known_tie(verdicts, one, coordinates, j, wanted)
-            tie = tie or _tied_draws(coordinates, rows, np.where(usable, u, 0.0), j, others, wanted, level)
-        verdicts.append(verdict_of(coordinates, j, one, tie, related, wanted))
-    return Assessment(coordinates.names, ranges, related, tuple(verdicts), f"{len(rows)} draws")
+        if one.verdict is not Verdict.DETERMINED and drawn.usable[j]:
+            tie = _known(verdicts, one, wanted) or _found(drawn, j, wanted)
+        strongest: tuple[tuple[str, float], ...] = ()
+        if one.verdict is not Verdict.DETERMINED and tie is None:
+            order = np.argsort(-np.abs(np.nan_to_num(related[j])))
+            close = [k for k in order if k != j and abs(related[j, k]) >= _RELATED]
+            strongest = tuple((drawn.names[k], float(related[j, k])) for k in close[:3])
+        verdicts.append(NumberVerdict(name, one, tie, strongest))
+    return Assessment(drawn.names, related, tuple(verdicts), f"{len(drawn.rows)} draws")
 
 
-def _tied_draws(
-    coordinates: Coordinates, rows: Floats, u: Floats, j: int, others: list[int], ties: Ties, level: float
-) -> Combination | Sum | None:
-    """What draws (ns, np), with logarithms u, hold fixed with parameter j: a product, or a sum that says more.
+@dataclass(frozen=True)
+class _Draws:
+    """Finite draws: names; values (np,), rows (ns, np) [SI]; sizes (np,): NaN for a number that is its own; u (ns, np):
+    pure numbers, logarithms over the value (NaN for another sign) or parts of the size; usable (np,): those that a
+    product or sum may hold."""
+
+    names: tuple[str, ...]
+    values: Floats
+    rows: Floats
+    sizes: Floats
+    u: Floats
+    usable: NDArray[np.bool_]
+
+    @classmethod
+    def of(
+        cls, names: tuple[str, ...], values: ArrayLike, samples: ArrayLike, sizes: Mapping[str, float]
+    ) -> _Draws:
+        rows, numbers = np.asarray(samples, dtype=float), np.asarray(values, dtype=float)
+        if rows.ndim != 2 or rows.shape[1] != len(names) or numbers.shape != (len(names),):
+            raise InputError(
+                f"expected {len(names)} values and samples of shape (draws, {len(names)}), got {numbers.shape} and "
+                f"{rows.shape}"
+            )
+        problems = [f"sizes: '{name}' is none of the parameters" for name in sizes if name not in names]
+        problems += [
+            f"{name}: expected a size above 0, got {s:g}" for name, s in sizes.items() if not s > 0.0
+        ]
+        wrong = zip(names, numbers, strict=True)
+        problems += [f"{name}: expected a finite value, got {v}" for name, v in wrong if not np.isfinite(v)]
+        if problems:
+            raise InputError(problems)
+        rows = rows[np.isfinite(rows).all(axis=1)]
+        # a number found to be zero is compared with its largest draw, so that it does not count as determined
+        largest = np.abs(rows).max(axis=0, initial=0.0)
+        own = np.where(numbers == 0.0, np.where(largest > 0.0, largest, 1.0), np.nan)
+        scale = np.array([sizes.get(name, size) for name, size in zip(names, own, strict=True)])
+        plain = np.isnan(scale)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            u = np.where(plain, np.log(rows / numbers), (rows - numbers) / scale)
+        usable = plain & np.isfinite(u).all(axis=0) & (np.ptp(rows, axis=0) > 0.0)
+        return cls(names, numbers, rows, scale, u, usable)
+
+
+def _found(drawn: _Draws, j: int, ties: ParameterCombinations) -> Combination | None:
+    """What draws hold fixed with number j: a product, or a sum that says more.
 
     A sum must leave half as much open as a product with whole exponents; one with fitted exponents must leave less.
     """
-    products = find_exponents(u, j, others, ties, level)
-    summed = find_weight(rows, j, others, ties, level)
+    others = [int(k) for k in np.flatnonzero(drawn.usable) if k != j]
+    u = np.where(drawn.usable, drawn.u, 0.0)
+    products = find_exponents(u, j, others, ties)
+    summed = find_weight(drawn.rows, j, others, ties)
     if summed is not None:
         k, weight, left = summed
         rival = np.inf
         if products:
             powers, whole = products[0]
-            rival = abs(coordinates.values[j]) * left_over(u, j, powers, level) * (_MUCH if whole else 1.0)
+            rival = abs(drawn.values[j]) * left_over(u, j, powers) * (_MUCH if whole else 1.0)
         if left < rival:
-            value = float(coordinates.values[j] + weight * coordinates.values[k])
-            total = range_of(rows[:, j] + weight * rows[:, k], value=value, level=level)
-            return sum_of(coordinates, j, k, weight, total)
+            total = range_of(
+                drawn.rows[:, j] + weight * drawn.rows[:, k],
+                value=float(drawn.values[j] + weight * drawn.values[k]),
+            )
+            return Combination(((drawn.names[j], 1.0), (drawn.names[k], weight)), total, product=False)
     if not products:
         return None
     powers, whole = products[0]
     used = powers != 0.0
-    value = float(np.prod(np.abs(coordinates.values[used]) ** powers[used]))
-    drawn = value * np.exp(u[:, used] @ powers[used])
-    return product_of(coordinates, powers, range_of(drawn, value=value, level=level), whole)
+    value = float(np.prod(np.abs(drawn.values[used]) ** powers[used]))
+    interval = range_of(value * np.exp(u[:, used] @ powers[used]), value=value)
+    terms = [(name, float(p)) for name, p in zip(drawn.names, powers, strict=True) if p != 0.0]
+    return Combination(tuple(terms), interval, whole)
 
 
-def known_tie(
-    before: Sequence[ParameterVerdict], own: Range, coordinates: Coordinates, j: int, ties: Ties
-) -> Combination | Sum | None:
-    """A combination that was named for another number already, where it serves for parameter j as well.
+def _known(before: Sequence[NumberVerdict], own: Range, ties: ParameterCombinations) -> Combination | None:
+    """A combination that was named for another number already, where it serves for this one as well.
 
     What it leaves open of the number may then be ``ties.slack`` times as much, so that two numbers that are tied to
     each other are not given two combinations that differ by chance.
     """
-    name = coordinates.names[j]
     for verdict in before:
-        if not isinstance(verdict, OnlyTogether) or name not in verdict.combination.names:
-            continue
         tie = verdict.combination
-        if isinstance(tie, Sum):
-            left = tie.interval.half_width(1.0) / abs(dict(tie.weights)[name])
-            free = own.half_width(1.0)
-            narrow = tie.interval.half_width(abs(tie.interval.value)) <= ties.width
+        if tie is None or own.name not in tie.names:
+            continue
+        size = None if tie.product else 1.0
+        left = tie.interval.half_width(size) / abs(dict(tie.terms)[own.name])
+        if tie.product:
+            narrow = left <= ties.slack * WIDTH
         else:
-            left = tie.interval.half_width() / abs(dict(tie.exponents)[name])
-            free = own.half_width()
-            narrow = left <= ties.slack * ties.width
-        if narrow and left <= ties.slack / ties.gain * free:
+            narrow = tie.interval.half_width(abs(tie.interval.value)) <= WIDTH
+        if narrow and left <= ties.slack / ties.gain * own.half_width(size):
             return tie
     return None
-
-
-def product_of(coordinates: Coordinates, powers: Floats, interval: Range, whole: bool) -> Combination:
-    """A product of powers (np,) of parameters, with where it lies."""
-    named = [(name, float(p)) for name, p in zip(coordinates.names, powers, strict=True) if p != 0.0]
-    return Combination(tuple(named), interval, whole)
-
-
-def sum_of(coordinates: Coordinates, j: int, k: int, weight: float, interval: Range) -> Sum:
-    """The sum of parameter j and ``weight`` times parameter k, with where it lies."""
-    return Sum(((coordinates.names[j], 1.0), (coordinates.names[k], weight)), interval)
-
-
-def verdict_of(
-    coordinates: Coordinates,
-    j: int,
-    one: Range,
-    combination: Combination | Sum | None,
-    related: Floats,
-    ties: Ties,
-) -> ParameterVerdict:
-    """Verdict on parameter j from its range and what it is tied to; ``related`` (np, np) are correlations."""
-    name = coordinates.names[j]
-    if one.half_width(coordinates.size(j)) <= ties.width:
-        return Determined(name, one)
-    if combination is not None:
-        return OnlyTogether(name, one, combination)
-    order = np.argsort(-np.abs(np.nan_to_num(related[j])))
-    strongest = [
-        (coordinates.names[k], float(related[j, k]))
-        for k in order
-        if k != j and abs(related[j, k]) >= _RELATED
-    ]
-    return NotFromTheseData(name, one, tuple(strongest[:3]))
-
-
-def own_size(draws: Floats) -> float:
-    """Size of a number estimated as zero: its largest draw, so that it does not count as determined."""
-    return float(np.abs(draws).max(initial=0.0)) or 1.0
 
 
 def _free(one: Range, unit: str) -> str:

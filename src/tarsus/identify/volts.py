@@ -19,10 +19,15 @@ Floats = NDArray[np.float64]
 _FEWEST = 5
 """Samples of a stretch without a corner for it to be curved."""
 _SMOOTHED = 11
+"""Samples of the smoothing polynomial: volts are rounded to a digit, which moves a play where it should rest."""
 _END = 4
+"""Samples at the ends of a stretch that tell its ends."""
 _EDGE = 0.2
+"""Part of the span in a sample from which on a drive is taken to jump."""
 _CORNER = 6.0
+"""Times the usual bend around that a corner has."""
 _LEAST_BEND = 2e-4
+"""Part of the span that a corner bends by at least: about the digit of a recorder of 12 bits."""
 
 
 @dataclass(frozen=True)

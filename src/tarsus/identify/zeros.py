@@ -64,7 +64,7 @@ def zeros_of_records(
     random = np.random.default_rng([seed, 19])
     drawn = random.multivariate_normal(values, 0.5 * (covariance + covariance.T), DRAWS, method="cholesky")
     shape = -1, len(model.points)
-    by_zero = -np.linalg.solve(equations.own, equations.across)[:, [-1, -2], 2:]
+    by_zero = np.asarray(-np.linalg.solve(equations.own, equations.across)[:, [-1, -2], 2:], dtype=np.float64)
     return RecordZeros(
         by_zero, values.reshape(shape), drawn.reshape(DRAWS, *values.reshape(shape).shape), record
     )

@@ -5,15 +5,15 @@ from tarsus.impacts.detection import detect_impacts, plain_figures
 from tarsus.impacts.estimates import Spread, common_ratio, spread
 from tarsus.impacts.force import estimate_forces, impact_forces
 from tarsus.impacts.gate import GateVerdict, residual_gate
-from tarsus.impacts.impact_map import ImpactMapEstimate, FitWindow, estimate_impact_map
+from tarsus.impacts.impact_map import FitWindow, ImpactMapEstimate, estimate_impact_map
 from tarsus.impacts.shapes import compare_with_modes, normalised
 
 __all__ = [
     "Alignment",
+    "FitWindow",
     "GateVerdict",
     "ImpactMapEstimate",
     "Spread",
-    "FitWindow",
     "align",
     "common_ratio",
     "compare_with_modes",

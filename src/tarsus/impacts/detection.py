@@ -1,4 +1,5 @@
-"""Impacts in a record of velocities: where they are, and the source's plain figures of them, (3.30) to (3.32)."""
+"""Impacts in a record: where they are, by velocities alone or by the height over a ground that is known, and the
+source's plain figures of them, (3.30) to (3.32)."""
 
 from __future__ import annotations
 
@@ -13,7 +14,15 @@ from tarsus.base.errors import InputError
 from tarsus.impacts.estimates import Spread, spread
 from tarsus.records.measurement import Measurement, Quantity, check_sampled_together
 
-__all__ = ["Impacts", "PlainFigures", "detect_impacts", "plain_figures"]
+__all__ = [
+    "STILL",
+    "Impacts",
+    "PlainFigures",
+    "detect_impacts",
+    "impacts_at_ground",
+    "plain_figures",
+    "runs_of",
+]
 
 Floats = NDArray[np.float64]
 
@@ -22,6 +31,19 @@ _SIDE = 6
 
 _ORDER = 2
 """Order of the polynomials that continue the samples of each side to the instant."""
+
+
+STILL = 5.0
+"""Standard deviations of a sample within which a foot counts as still: of a million samples at rest hardly one is
+beyond."""
+
+APPROACH = 8.0
+"""Standard deviations of a velocity sample that an approach to the ground must reach: of a hundred thousand samples
+none does by chance."""
+
+BACK = 0.3
+"""Part of the approach with which a foot may still go down in the sample after an impact: its mean over the sample in
+which a slow rebound began."""
 
 
 @dataclass(frozen=True)
@@ -105,6 +127,37 @@ def _peaks(score: Floats, threshold: float, apart: int) -> NDArray[np.int64]:
             found.append(i)
             hidden[max(i - apart, 0) : i + apart + 1] = True
     return np.sort(np.array(found, dtype=np.int64))
+
+
+def impacts_at_ground(
+    height: Floats, speed: Floats, noise_x: float, noise_v: float, step: float
+) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
+    """Last samples before rebounds of a foot, and the samples (ns,) at which it stands on the ground.
+
+    Parameters
+    ----------
+    height, speed
+        Of the foot over the ground (ns,) [m], [m/s].
+    noise_x, noise_v
+        Standard deviations of their samples.
+    step
+        Sampling step [s].
+    """
+    near = height < STILL * noise_x + np.abs(speed) * step
+    jump = speed[1:] - speed[:-1]
+    met = (speed[:-1] < -APPROACH * noise_v) & near[:-1] & near[1:] & (jump > APPROACH * noise_v)
+    met &= speed[1:] > -BACK * np.abs(speed[:-1])
+    impacts = np.array(
+        [first + np.argmax(jump[first : last + 1]) for first, last in runs_of(met)], dtype=np.intp
+    )
+    slow = near & (np.abs(speed) < STILL * noise_v) & (np.abs(height) < STILL * noise_x)
+    return impacts, slow
+
+
+def runs_of(chosen: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """First and last index of every run of a mask."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], chosen.astype(int), [0]])))
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2] - 1, strict=True)]
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from tarsus.model.laws import ImpactMap
-from tarsus.model.laws.impact_map import Body, Directed
+from tarsus.model.laws.impact_map import Body, Directed, ImpactMap
 from tarsus.model.scene import Scene
 
 ROUNDING = 1e-9

@@ -15,6 +15,7 @@ __all__ = ["Spread", "common_ratio", "spread"]
 Floats = NDArray[np.float64]
 
 _ROUNDS = 50
+"""Rounds of the ratio at most: it ends before, at rounding."""
 
 
 @dataclass(frozen=True)
@@ -125,8 +126,8 @@ def _parts(y: Floats, x: Floats, cov: Floats, ratio: float, scatter: float) -> t
 
 
 def _solve(y: Floats, x: Floats, cov: Floats, scatter: float) -> float:
-    """Root of the score. It is no least squares: weights and supports move with the ratio, and taking their slopes along
-    would pull the ratio towards zero."""
+    """Root of the score. It is no least squares: weights and supports move with the ratio, and taking their slopes
+    along would pull the ratio towards zero."""
     ratio = float(np.sum(x * y) / np.sum(x * x))
     for _ in range(_ROUNDS):
         residual, support, weight = _parts(y, x, cov, ratio, scatter)

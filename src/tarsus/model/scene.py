@@ -40,7 +40,7 @@ from tarsus.model.laws.impact_map import Body
 from tarsus.model.robot import Drive, Foot, ModalLoad, PointLoad, Robot, reference_faults
 from tarsus.model.structure import Walker
 from tarsus.model.structure.base import Array
-from tarsus.tables.table import ROW, Column, Table
+from tarsus.tables.table import Table
 
 __all__ = [
     "Drive",
@@ -248,25 +248,10 @@ class Scene(Description):
         return self.table().html()
 
     def table(self) -> Table:
-        """What makes this scene, its numbers and their sources; of legs and drives that are alike, the first one."""
-        rows, units, skipped = [], [], 0
-        firsts: dict[str, str] = {}
-        for path, info in float_paths(self).items():
-            keys = path.split(".")
-            several = len(keys) > 3 and (keys[1] in ("drives", "feet") or keys[2] == "legs")
-            if several:
-                depth = 3 if keys[2] == "legs" else 2
-                if firsts.setdefault(".".join(keys[:depth]), keys[depth]) != keys[depth]:
-                    skipped += 1
-                    continue
-            origin = self.origin(path)
-            rows.append((path, info.value, "" if origin is None else origin.source.value))
-            units.append(info.unit)
-        laws = ", ".join(self.ground.acting_laws) or "no law"
-        feet = f"{len(self.robot.feet)} {'foot' if len(self.robot.feet) == 1 else 'feet'}"
-        title = f"{self.name}: {self.robot.structure.kind}, {feet} on {laws}"
-        more = f"; {skipped} numbers of further legs, feet and drives are not shown" if skipped else ""
-        return Table(title + more, ("number", Column("value", ROW), "source"), rows, units=units)
+        """What makes this scene: its numbers, those of legs, feet and drives that are alike once, and their sources."""
+        from tarsus.model.values import values_table
+
+        return values_table(self)
 
     def origin(self, path: str) -> Provenance | None:
         """Provenance of a value: that of its own path, or of the nearest list or table it is in.

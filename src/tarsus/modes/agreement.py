@@ -23,10 +23,12 @@ Kind = TypeVar("Kind")
 
 _MOTIONS = (Quantity.VELOCITY, Quantity.DISPLACEMENT, Quantity.ACCELERATION)
 _GAIN = 0.15
+"""Common factor off 1: sweeps of one set-up repeat to a few percent, and wrong units and ranges are off by more."""
 _SHAPE = 0.3
 """What responses of two sweeps may differ in: their common factor from 1, and the part of them that no factor
 explains."""
 _TELLS = 0.2
+"""Spread of the factors of all channels up to which the drive, which they share, is the cause."""
 _SMOOTHED = 0.04
 """Part of the band over which responses are averaged before they are compared."""
 

@@ -16,8 +16,11 @@ Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
 _LEVEL = 0.2
+"""Part of the peak down to which lines belong to the circle: below, neighbours and background bend it."""
 _FEWEST = 5
+"""Lines that a circle takes: three for it, and two to see whether it is one."""
 _ARC = 180.0
+"""Degrees that lines must span: of less the centre is not known along the arc."""
 
 
 @dataclass(frozen=True)

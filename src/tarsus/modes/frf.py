@@ -19,6 +19,8 @@ Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
 _UNEXCITED = 1e-8
+"""Part of the largest power below which a line holds no drive: a ten-thousandth of the amplitude, the digit of a
+recorder of 13 bits."""
 _HANN = 4.0
 """Lines below which a half-power band looks wider by more than 11 % through a Hann window."""
 _MOTIONS = {Quantity.DISPLACEMENT: 0, Quantity.VELOCITY: 1, Quantity.ACCELERATION: 2}

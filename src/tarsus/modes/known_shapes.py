@@ -29,8 +29,11 @@ _RATIOS = (0.003, 0.01, 0.03, 0.1, 0.3, 0.7)
 _LINES = 3000
 """Lines of which the first search takes no more."""
 _ROUNDS = 60
+"""Evaluations of the fit at most, so that one that runs away ends."""
 _FEWEST_REPEATS = 4
+"""Repeats whose scatter is taken for the interval, as in `tarsus.modes.bootstrap`."""
 _WORST = 100.0
+"""Degrees of freedom beyond which Student's quantile is the normal one to a percent."""
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,11 @@ Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
 _BANDWIDTHS_APART = 0.5
+"""Half-power bands within which poles of two orders are one track: closer modes are not told from one."""
 _LINES_APART = 0.5
+"""The same in lines, for poles that are sharper than the lines are apart."""
 _ORDERS_MISSED = 2
+"""Orders that a track may skip."""
 
 
 def fit_poles(frequency: Floats, values: Complexes, orders: Sequence[int]) -> dict[int, Complexes]:

@@ -25,13 +25,22 @@ Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
 _SIGNIFICANT = 5.0
+"""Standard deviations that a residue must have: of a million poles of noise one does."""
 _ROUNDS = 2
+"""Times that all poles are refined with all others known; the second sees neighbours that are refined themselves."""
 _SAME = 0.3
+"""Half-power bandwidths within which two poles are one: closer modes are not told from one by their responses."""
 _APART = 6.0
+"""Half-power bandwidths from known modes at which a part of the band may add one: nearer, its poles mend the fit of
+those."""
 _STEADY = 0.5
+"""Part of the orders that must have a pole for it to be taken for a neighbour beforehand."""
 _DAMPING_MOVES = 1.5
+"""Bandwidths by which a refined pole may change its damping, which first models find too large."""
 _UNEXPLAINED = 0.3
+"""Part of the responses unexplained from which on it is remarked: a mode is missing or the model is wrong."""
 _TILTED = np.radians(45.0)
+"""Angle from a real mode: halfway to an imaginary one."""
 
 
 class ModeVerdict(Enum):

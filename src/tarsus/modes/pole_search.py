@@ -18,13 +18,21 @@ Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
 _SHARE_OF_ORDERS = 0.15
+"""Part of the orders that must have a pole: weak modes appear late."""
 _FEWEST_ORDERS = 8
+"""Orders that suffice; by chance poles of noise agree in three or four."""
 _HEAVIEST = 0.3
+"""Damping ratio beyond which a pole is background."""
 _PART = 160
+"""Lines of a part: eight for each of twenty orders."""
 _MOST_PARTS = 31
+"""Parts at most, so that wide bands cost no more."""
 _PART_ORDER = 20
+"""Order of the models of a part, for ten modes in it."""
 _CLEAR = 0.7
+"""Share of the response that a pole of a part must make up: poles of few lines fit noise more easily."""
 _WIDEST = 1.0 / 16.0
+"""Half-power half-width over the part up to which a pole is told from background: its band is an eighth."""
 
 
 class PoleCandidate(NamedTuple):

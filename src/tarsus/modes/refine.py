@@ -16,13 +16,21 @@ Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
 _BANDWIDTHS = 3.0
+"""Half-power bands to either side that a local fit uses: the response has fallen to a sixth."""
 _LINES = 10
+"""And lines at least, twice its unknowns."""
 _DEGREE = 2
+"""Degree of the background, of the far modes."""
 _ROUNDS = 3
+"""Rounds of weights by the misfit."""
 _STEPS = 25
+"""Evaluations in each at most."""
 _NEIGHBOURS = 3
+"""Neighbours that are fitted along; farther ones are held."""
 _BESIDE = 0.25
+"""Part of the window beside it whose poles are let follow in their residues."""
 _ALIKE = 0.25
+"""Part of a pole's damping that one beside must have: a sharper one is a line of noise."""
 
 
 @dataclass(frozen=True)

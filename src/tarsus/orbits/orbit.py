@@ -32,7 +32,9 @@ from tarsus.orbits.returns import (
     return_map,
 )
 from tarsus.orbits.walking import WalkMap, walk_map
-from tarsus.solve import ResultCode, Run, simulate
+from tarsus.solve import simulate
+from tarsus.solve.codes import ResultCode
+from tarsus.solve.run import Run
 from tarsus.solve.window import Contacts
 from tarsus.tables.table import ROW, Column, Table
 

@@ -5,7 +5,7 @@ run, or carry derivatives, go the one way that those of a single run go (`tarsus
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -39,6 +39,10 @@ class Course:
     volts: Channels | None
     which: Ints
     periods: Floats
+
+    def of_runs(self, runs: Ints) -> Course:
+        """What it does in some of the runs; the channels stay."""
+        return replace(self, which=self.which[runs], periods=self.periods[runs])
 
 
 @dataclass(frozen=True)

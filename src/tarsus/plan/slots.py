@@ -8,8 +8,9 @@ springs, damping, shapes, loads) have none; a value of theirs makes a plan anew.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from threading import Lock
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,7 +21,7 @@ from tarsus.base.linear import product
 from tarsus.base.spec import Description, float_paths, get_value, with_values
 from tarsus.base.units import format_quantity
 from tarsus.model.drive.pieces import Channels, Pieces, evaluate
-from tarsus.plan.channels import drive_courses
+from tarsus.plan.channels import Course, drive_courses
 from tarsus.plan.lowering import Kind, Place, Plan, distinct, pack, scales, slot
 
 if TYPE_CHECKING:
@@ -28,11 +29,13 @@ if TYPE_CHECKING:
     from tarsus.model.scene import Scene
 
 __all__ = [
+    "Courses",
     "Kind",
     "Place",
     "Rows",
     "bears",
     "check_bounds",
+    "courses_of_all",
     "rows_for",
     "rows_of",
     "slot",
@@ -41,6 +44,8 @@ __all__ = [
 ]
 
 Floats = NDArray[np.float64]
+Courses = Callable[[Sequence[str]], Mapping[str, Course]]
+"""What drives do in the runs of a plan, by name, for those whose volts are asked for."""
 
 
 @dataclass(frozen=True)
@@ -133,6 +138,7 @@ def rows_for(
     *,
     scaled: bool = True,
     count: int = 1,
+    courses: Courses | None = None,
 ) -> Rows:
     """Runs of a plan of a scene that differ in slots.
 
@@ -148,6 +154,8 @@ def rows_for(
         Whether tolerances refer to the lengths and forces of every run, not to those of the plan.
     count
         How many runs there are where no value differs.
+    courses
+        What the drives do in these runs, of those whose volts are asked for, where it is known already.
 
     Raises
     ------
@@ -174,7 +182,7 @@ def rows_for(
         base.initial[:, at] = column
     if by_kind[Kind.INITIAL] or (by_kind[Kind.GAP] and scene.initial.displacement is not None):
         _check_starts(scene, plan, base)
-    rows = _driven(scene, plan, by_kind, base, duration)
+    rows = _driven(scene, plan, by_kind, base, duration, courses)
     if not scaled:
         return rows
     spans = np.asarray(rows.signals.span)[rows.channels]
@@ -222,12 +230,14 @@ def _driven(
     by_kind: Mapping[Kind, Mapping[str, tuple[int, Floats]]],
     base: Rows,
     duration: float,
+    known: Courses | None,
 ) -> Rows:
     """The rows with the channels and the period of every run."""
     names = list(scene.robot.drives)
     periods = np.repeat(plan.periods[:, None], len(base), axis=1)
-    varied = {path: column for kind in (Kind.GAIT, Kind.DRIVE) for path, (_, column) in by_kind[kind].items()}
-    courses = drive_courses(scene, varied, [names[d] for d in plan.charged])
+    varied = {path: column for kind in _OF_DRIVES for path, (_, column) in by_kind[kind].items()}
+    charged = [names[d] for d in plan.charged]
+    courses = drive_courses(scene, varied, charged) if known is None else known(charged)
     pool = [Channels.of(base.pool)]
     for name, course in courses.items():
         d = names.index(name)
@@ -240,6 +250,33 @@ def _driven(
     signals = pack(channels) if courses else base.signals
     base.scales[:, 2] = _marked(periods, duration)
     return replace(base, pool=channels, signals=signals)
+
+
+_OF_DRIVES = (Kind.GAIT, Kind.DRIVE)
+"""Kinds of numbers that a drive's course depends on."""
+
+
+def courses_of_all(scene: Scene, values: Mapping[str, Floats]) -> Callable[[NDArray[np.int64]], Courses]:
+    """What drives do in all runs of a batch, made once for plans that differ in other numbers than the drives'; by the
+    numbers of a plan's runs."""
+    varied = {
+        path: column
+        for path, column in values.items()
+        if (place := slot(scene, path)) is not None and place.kind in _OF_DRIVES
+    }
+    made: dict[tuple[str, ...], dict[str, Course]] = {}
+    lock = Lock()
+
+    def of(runs: NDArray[np.int64]) -> Courses:
+        def known(charged: Sequence[str]) -> dict[str, Course]:
+            with lock:
+                if tuple(charged) not in made:
+                    made[tuple(charged)] = drive_courses(scene, varied, charged)
+            return {name: course.of_runs(runs) for name, course in made[tuple(charged)].items()}
+
+        return known
+
+    return of
 
 
 def _marked(periods: Floats, duration: float) -> Floats:

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
+from tarsus.records.clipping import heaped_samples
 
 __all__ = [
     "Channel",
@@ -181,42 +182,13 @@ class Measurement:
                 hit = int(np.count_nonzero(np.abs(row) >= channel.full_scale))
                 cause = f"reach the full scale of {channel.full_scale:g} {channel.quantity.unit}"
             elif channel.quantity in (Quantity.VELOCITY, Quantity.ACCELERATION):
-                hit, value = _heaped(row)
+                hit, value = heaped_samples(row)
                 cause = f"have the same extreme value of {value:.4g} {channel.quantity.unit}"
             else:
                 continue
             if hit:
                 said.append(f"channel '{channel.name}' is clipped: {hit} of {len(row)} samples {cause}")
         return tuple(said)
-
-
-_FEWEST_HEAPED = 5
-_HEAPED = 8.0
-"""Samples at an extreme, and how many times more than at any of the values next to it: the crest of a wave that is
-rounded has 2.4 times as many, a flat one 5 times."""
-_SAME = 1e-9
-"""Part of the span within which values are the same."""
-_NEXT = 20
-_FAR = 0.2
-
-
-def _heaped(values: Floats) -> tuple[int, float]:
-    """Samples (ns,) that stand at the largest or smallest value far more often than at the next ones, and the value;
-    0 where none do."""
-    found = 0, 0.0
-    middle, span = float(np.median(values)), float(np.ptp(values))
-    if span == 0.0:
-        return found
-    levels, counts = np.unique(np.round(values / (_SAME * span)), return_counts=True)
-    levels *= _SAME * span
-    if len(levels) <= _NEXT:
-        return found
-    for place, beside in ((0, slice(1, 1 + _NEXT)), (-1, slice(-1 - _NEXT, -1))):
-        hit, level = int(counts[place]), float(levels[place])
-        heaped = hit >= _FEWEST_HEAPED and hit > _HEAPED * float(counts[beside].max())
-        if heaped and abs(level - middle) > _FAR * span and hit > found[0]:
-            found = hit, level
-    return found
 
 
 @dataclass(frozen=True)

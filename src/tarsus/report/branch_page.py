@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
-from tarsus.orbits import Branch
+from tarsus.orbits.branching import Branch
 from tarsus.report.pages import Plate, page, rendered, write_page
 from tarsus.report.sheet import Sheet, few_ticks, plate
 from tarsus.report.style import (
@@ -23,7 +23,6 @@ from tarsus.report.style import (
     level_limits,
     scale_of,
 )
-from tarsus.tables.table import Table
 
 __all__ = ["branch_html", "draw_branch", "draw_multipliers", "write_branch_report"]
 
@@ -48,10 +47,9 @@ def branch_html(branch: Branch) -> str:
     """The page as text; see `write_branch_report`."""
     whole = branch.table()
     (orbits,) = whole.parts
-    some = Table("", orbits.columns, orbits.rows[:: max(1, -(-len(orbits.rows) // MOST_LISTED))])
     body = rendered(
         "branch.html", branch=branch, motion=_motion(branch), multipliers=_multipliers(branch),
-        specials=Table("", whole.columns, whole.rows), orbits=some,
+        specials=whole.bare(), orbits=orbits.bare(max(1, -(-len(orbits.rows) // MOST_LISTED))),
     )  # fmt: skip
     return page(f"{branch.scene.name} – branch", body)
 

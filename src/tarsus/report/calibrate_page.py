@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from tarsus.calibrate.account import found_sentence, options_word
+from tarsus.calibrate.results import found_sentence, options_word
 from tarsus.report import calibrate_figures
 from tarsus.report.calibrate_figures import row_name
 from tarsus.report.pages import page, rendered, write_page
@@ -22,7 +22,7 @@ STRONG = 0.6
 def write_calibration_report(result: Mapping[str, Any], path: str | Path) -> Path:
     """Write a calibration as one self-contained HTML file and return its path.
 
-    result: the table of `tarsus.calibrate.account.calibration_table`. Raises InputError if `path` cannot be written.
+    result: the table of `tarsus.calibrate.results.calibration_json`. Raises InputError if `path` cannot be written.
     """
     return write_page(calibration_html(result), path)
 

@@ -16,7 +16,7 @@ from markupsafe import Markup
 
 from tarsus.report.packing import packed, packed_times, script_text
 from tarsus.report.pages import rendered
-from tarsus.report.style import CONTACT, INK, level_limits, paint_of, upright
+from tarsus.report.style import CONTACT, INK, level_limits, paint_of, thinned, upright
 from tarsus.tables.numbers import number
 
 __all__ = ["Charts", "Dash", "Panel", "stack"]
@@ -242,23 +242,3 @@ def stack(heights_in: Sequence[float]) -> tuple[Charts, list[Panel]]:
     """Panels below each other, with one horizontal axis, of the given heights [inch of a page 7.4 inch wide]."""
     charts = Charts(heights_in)
     return charts, charts.panels
-
-
-def thinned(x: Floats, rows: Floats, most: int) -> tuple[Floats, Floats]:
-    """Series (rows, n) thinned to at most ``most`` common times: the extremes of each bin, in their order.
-
-    All rows share the times, a quarter of a bin from its ends; ends of a series stay where they are. A bin in which
-    a row has no number stays empty.
-    """
-    if len(x) <= most:
-        return x, rows
-    bins = most // 2
-    starts = np.unique(np.linspace(0, len(x), bins, endpoint=False).astype(int))
-    ends = np.append(starts[1:], len(x)) - 1
-    low, high = (extreme.reduceat(rows, starts, axis=1) for extreme in (np.fmin, np.fmax))
-    falls = rows[:, ends] < rows[:, starts]
-    first, second = np.where(falls, high, low), np.where(falls, low, high)
-    long = x[ends] - x[starts]
-    times = np.column_stack([x[starts] + 0.25 * long, x[ends] - 0.25 * long]).ravel()
-    times[0], times[-1] = x[0], x[-1]
-    return times, np.stack([first, second], axis=2).reshape(len(rows), -1)

@@ -10,9 +10,8 @@ from markupsafe import Markup
 from matplotlib.axes import Axes
 
 from tarsus.base.spec import float_paths
-from tarsus.design.adaptive import AdaptiveGait
-from tarsus.design.gait_files import gait_scene_names
-from tarsus.design.gait_fronts import GaitFront
+from tarsus.design.adaptive_gait import AdaptiveGait
+from tarsus.design.gait_front import GaitFront
 from tarsus.design.judge import CLOSED
 from tarsus.design.results import values_in_words
 from tarsus.report.pages import Plate, page, rendered, write_page
@@ -34,7 +33,7 @@ def write_gait_report(design: GaitFront, folder: Path, *, play: bool = True) -> 
     pages = []
     if play:
         (folder / "gaits").mkdir(exist_ok=True)
-        for name, point in gait_scene_names(design):
+        for name, point in design.named:
             run: Any = simulate(design.scene_of(point, worst=True), design.request.duration)
             pages.append(write_page(report_html(run), folder / "gaits" / f"{name}.html"))
     return [write_page(gait_html(design, linked=play), folder / "report.html"), *pages]
@@ -103,7 +102,7 @@ def _gaits(design: GaitFront, linked: bool) -> Table:
     priced = any(one.priced for one in design.objectives)
     columns += [Column("energy with charge recovery", "J")] if priced else []
     rows = []
-    for name, point in gait_scene_names(design):
+    for name, point in design.named:
         title = Markup('<a href="gaits/{0}.html">{0}</a>').format(name) if linked else name
         row: list[Any] = [title, values_in_words(dict(list(point.values.items())[:MOST_VALUES]), units)]
         for j, one in enumerate(design.objectives):

@@ -14,7 +14,7 @@ from tarsus.identify.heldout import Comparison
 from tarsus.identify.step import Curve, Panel
 from tarsus.identify.verdict import Assessment
 from tarsus.report.pages import Plate
-from tarsus.report.sheet import Sheet, few_ticks, plate
+from tarsus.report.sheet import QUARTER, Sheet, few_ticks, plate
 from tarsus.report.style import BLUE, MUTED, VERMILION, decimate, scale_of
 from tarsus.tables.numbers import number
 from tarsus.tables.table import Column, Table
@@ -28,7 +28,7 @@ PERIODS = 1.0
 _POINTS = 300
 _TOLD = 0.3
 
-TITLE_LETTERS = 44
+TITLE_LETTERS = 34
 """Letters in a line of a panel's title: as many as a panel's width holds."""
 
 MOST_PAIRS = 12
@@ -47,7 +47,7 @@ def panels(shown: Sequence[Panel], caption: str) -> Plate:
     kept = list(shown[:MOST_PANELS])
 
     def draw(sheet: Sheet) -> None:
-        for axes, panel in zip(sheet.grid(len(kept), 1.35), kept, strict=True):
+        for axes, panel in zip(sheet.grid(len(kept), 1.15, width=QUARTER), kept, strict=True):
             _draw(axes, panel, _POINTS)
 
     return plate(draw, caption)
@@ -74,7 +74,7 @@ def correlations(judged: Assessment) -> Plate:
     )
 
     def draw(sheet: Sheet) -> None:
-        (axes,) = sheet.grid(1, min(5.2, 0.24 * count), width=7.4)
+        (axes,) = sheet.grid(1, min(4.2, 0.24 * count), width=7.4)
         image = axes.imshow(shown, cmap=OPPOSED, vmin=-1.0, vmax=1.0)
         for i, j in pairs:
             color = ON_LIGHT if abs(shown[i, j]) <= 0.7 else ON_DARK

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,15 +16,13 @@ from tarsus.identify.assessment import assessed, law_slopes
 from tarsus.identify.chain import Identification
 from tarsus.identify.heldout import Comparison
 from tarsus.identify.step import StepResult
-from tarsus.identify.tables import TAKEN
-from tarsus.identify.verdict import Assessment, Determined
 from tarsus.records.excluded import Excluded
 from tarsus.report import identify_figures, modal_figures
 from tarsus.report.pages import page, rendered, write_page
-from tarsus.tables.numbers import MISSING, interval, percent
+from tarsus.tables.numbers import interval
 from tarsus.tables.table import ROW, Column, Table
 
-__all__ = ["identify_html", "parameters", "write_identify_report"]
+__all__ = ["identify_html", "write_identify_report"]
 
 NOTABLE = 0.30
 """Relative error below which a held-out case counts, as in Table 2.3 of the source."""
@@ -64,11 +62,9 @@ def identify_html(found: Identification) -> str:
     """The page as text; see `write_identify_report`."""
     name = found.opened.campaign.name
     judged = assessed(found)
-    slopes = law_slopes(found.known)
     left = found.all_left_out
     body = rendered(
-        "identify.html", found=found, name=name, parameters=parameters(found, judged, slopes), of_slope=bool(slopes),
-        open=[] if judged is None else _open(found, judged),
+        "identify.html", found=found, name=name, numbers=found.table(), of_slope=bool(law_slopes(found.known)),
         correlations=identify_figures.correlations(judged) if judged and len(judged.names) > 1 else None,
         steps=[_step(found, step) for step in found.steps.values()], held_out=_held_out(found.comparisons),
         landing=_landing(found), in_air=_in_air(found), zero=_zero(found), sets=_sets(found),
@@ -77,57 +73,18 @@ def identify_html(found: Identification) -> str:
     return page(f"{name} – identification", body)
 
 
-def parameters(found: Identification, judged: Assessment | None, slopes: Mapping[str, float]) -> Table:
-    """Every number with its interval, half of it as a part of the number (or of the drive's slope), and its verdict."""
-    known = float_paths(found.model.scene)
-    rows: list[tuple[Any, ...]] = []
-    for step in found.steps.values():
-        for path, value in zip(step.paths, step.values.tolist(), strict=True):
-            low, high = step.interval(path)
-            part = _half(slopes.get(path, value), low, high)
-            shown = f"{percent(part, 2)} of slope" if path in slopes else part
-            word = TAKEN if path in step.taken else _word(judged, path)
-            rows.append((known[path].unit, path, value, (low, high), shown, word))
-        for name, (value, draws, unit) in step.combinations.items():
-            low, high = np.quantile(draws, [0.025, 0.975]).tolist()
-            rows.append((unit, name, value, (low, high), _half(value, low, high), "combination"))
-    columns = (
-        "parameter",
-        Column("value", ROW, 5),
-        Column("95 % interval", ROW, 5),
-        Column("half-width", "%", 2),
-    )
-    return Table("", (*columns, "verdict"), [row[1:] for row in rows], units=[row[0] for row in rows])
-
-
-def _word(judged: Assessment | None, path: str) -> str:
-    return MISSING if judged is None or path not in judged.names else judged[path].word
-
-
-def _open(found: Identification, judged: Assessment) -> list[str]:
-    """A sentence for every number that the data leave open."""
-    units = float_paths(found.model.scene)
-    return [
-        one.sentence(units[one.name].unit if one.name in units else "1")
-        for one in judged.verdicts
-        if not isinstance(one, Determined)
-    ]
-
-
-def _half(size: float, low: float, high: float) -> float | None:
-    """Half an interval as a part of a size."""
-    return 0.5 * (high - low) / abs(size) if size and np.isfinite(high - low) else None
-
-
 def _step(found: Identification, step: StepResult) -> dict[str, Any]:
     """What the page shows of a step."""
     plates = []
     if step.name == "resonances" and found.resonances is not None:
         fit = found.resonances.fit
-        plates = [modal_figures.stabilisation(fit), modal_figures.nyquist(fit), modal_figures.synthesis(fit)]
+        plates = [
+            [modal_figures.stabilisation(fit), modal_figures.synthesis(fit)],
+            [modal_figures.nyquist(fit)],
+        ]
     if step.panels:
         caption = f"{step.name.capitalize()}: measured (points) and fitted (lines)."
-        plates.append(identify_figures.panels(step.panels, caption))
+        plates.append([identify_figures.panels(step.panels, caption)])
     return {
         "name": step.name, "what": _WHAT.get(step.name, ""), "used": step.used, "left_out": _by_reason(step.left_out),
         "notes": step.notes, "plates": plates, "residuals": _residuals(step), "count": len(step.residuals),

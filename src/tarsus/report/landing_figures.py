@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from matplotlib.axes import Axes
 
 from tarsus.base.events import IMPACTS
 from tarsus.base.spec import float_paths, with_values
 from tarsus.design.energy import period_rises
-from tarsus.design.soft_landing import LandingDesign
+from tarsus.design.landing_design import LandingDesign
 from tarsus.report.figures import shade
 from tarsus.report.pages import Plate
 from tarsus.report.series import Series, last_turns
 from tarsus.report.sheet import Sheet, few_ticks, plate
 from tarsus.report.style import BLUE, GREEN, INK, MUTED, ORANGE, RULE, VERMILION, Scale, scale_of
-from tarsus.solve import Run, simulate
+from tarsus.solve import simulate
+from tarsus.solve.run import Run
 from tarsus.tables.numbers import amount
 
-__all__ = ["Pair", "front", "landing_zoom", "learning", "on_grounds", "picture"]
+__all__ = ["Pair", "draw_gaps", "front", "landing_zoom", "learning", "on_grounds", "picture"]
 
 SAMPLES = 1600
 """Samples of a drawn period: a plateau of 1 % of a period is then sixteen of them."""
@@ -44,12 +43,22 @@ class Pair:
         )  # pyright: ignore[reportAttributeAccessIssue]
         self.series: tuple[Series, Series] = tuple(last_turns(run, SHOWN, SAMPLES) for run in self.runs)  # pyright: ignore[reportAttributeAccessIssue]
 
-    def touchdowns(self, which: int) -> list[tuple[float, float]]:
-        """Time [s] and speed [m/s] of the foot's touchdowns in the drawn time."""
+    def touchdowns(self, which: int, span: float | None = None) -> list[tuple[float, float]]:
+        """Time [s] and speed [m/s] of the foot's touchdowns in the drawn time, counted from its begin; with `span` [s]
+        those so long after the second landing edge, counted from that."""
         events = self.runs[which].events
-        since = float(self.series[which].time[0])
-        hits = np.isin(events["kind"], IMPACTS) & (events["foot"] == self.foot) & (events["time"] >= since)
-        return [(float(e["time"]), abs(float(e["speed_before"]))) for e in events[hits]]
+        since = float(self.series[which].time[0]) + (0.0 if span is None else self.period)
+        found = events[
+            np.isin(events["kind"], IMPACTS) & (events["foot"] == self.foot) & (events["time"] >= since)
+        ]
+        hits = [(float(one["time"]) - since, abs(float(one["speed_before"]))) for one in found]
+        return hits if span is None else [one for one in hits if one[0] <= span]
+
+    def since_edge(self, which: int, span: float) -> tuple[np.ndarray, np.ndarray]:
+        """The samples (nt,) within `span` [s] of the second landing edge, and their times from it [s]."""
+        time = self.series[which].time - self.series[which].time[0] - self.period
+        kept = (time >= 0.0) & (time <= span)
+        return kept, time[kept]
 
 
 def picture(pair: Pair) -> Plate:
@@ -91,46 +100,44 @@ def _side(pair: Pair, column: int, panels: tuple[Axes, Axes], clock: Scale, high
     top.plot(time, series["gap"][pair.foot] / high.step, color=color, label=series.feet[pair.foot])
     top.axhline(0.0, color=INK, lw=0.6)
     bottom.plot(time, series["volts"][pair.drive], color=color, drawstyle="steps-post")
-    _mark(top, pair.touchdowns(column), begin, clock.step)
+    hits = np.array([at for at, _ in pair.touchdowns(column)])
+    top.plot(hits / clock.step, np.zeros(len(hits)), "^", ms=3.5, mew=0.0, color=INK)
     top.set_title(("before: plain step", "after: designed")[column])
     bottom.set_xlabel(clock.axis("time"))
 
 
-def _mark(axes: Axes, hits: Sequence[tuple[float, float]], begin: float, step: float) -> None:
-    axes.plot([(t - begin) / step for t, _ in hits], np.zeros(len(hits)), "^", ms=3.5, mew=0.0, color=INK)
+def draw_gaps(axes: Axes, pair: Pair, span: float) -> Scale:
+    """Gaps of the foot before and after for a time [s] from the landing edge on, with the hardest touchdown of each;
+    the scale of time."""
+    clock = scale_of("s", span)
+    last = [pair.since_edge(which, span) for which in (0, 1)]
+    gaps = [series["gap"][pair.foot][kept] for series, (kept, _) in zip(pair.series, last, strict=True)]
+    high = scale_of("m", *gaps)
+    for which, (gap, (_, time)) in enumerate(zip(gaps, last, strict=True)):
+        hardest = max((speed for _, speed in pair.touchdowns(which, span)), default=0.0)
+        label = f"{('before', 'after')[which]}, hardest at {amount(hardest, 'm/s', 3)}"
+        axes.plot(time / clock.step, gap / high.step, color=(BEFORE, AFTER)[which], label=label)
+    axes.set(xlabel=clock.axis("time after the landing edge"), ylabel=high.axis("gap"))
+    return clock
 
 
 def landing_zoom(pair: Pair) -> Plate:
     """The landing itself, before and after on one axis, with the speed of every touchdown."""
-    step = pair.design.request.step
-    span = min(0.5 * pair.period, 3.0 * step.longest)
-    clock = scale_of("s", span)
-    last = [(series.time >= series.time[0] + pair.period) & (series.time <= series.time[0] + pair.period + span)
-            for series in pair.series]  # fmt: skip
-    high = scale_of(
-        "m", max(float(s["gap"][pair.foot][k].max()) for s, k in zip(pair.series, last, strict=True))
-    )
+    span = min(0.5 * pair.period, 3.0 * pair.design.request.step.longest)
 
     def draw(sheet: Sheet) -> None:
         top, bottom = sheet.stack([1.6, 0.7])
-        for which, (series, kept) in enumerate(zip(pair.series, last, strict=True)):
-            edge = float(series.time[0]) + pair.period
-            time = (series.time[kept] - edge) / clock.step
-            color, label = ((BEFORE, "before"), (AFTER, "after"))[which]
-            hits = [(t - edge, v) for t, v in pair.touchdowns(which) if edge <= t <= edge + span]
-            hardest = max((v for _, v in hits), default=0.0)
-            top.plot(
-                time, series["gap"][pair.foot][kept] / high.step, color=color,
-                label=f"{label}, hardest at {amount(hardest, 'm/s', 3)}",
-            )  # fmt: skip
-            bottom.plot(time, series["volts"][pair.drive][kept], color=color, drawstyle="steps-post")
-            top.plot(
-                [t / clock.step for t, _ in hits], np.zeros(len(hits)), "^", ms=4.5, mew=0.0, color=color
+        clock = draw_gaps(top, pair, span)
+        for which, series in enumerate(pair.series):
+            color = (BEFORE, AFTER)[which]
+            kept, time = pair.since_edge(which, span)
+            bottom.plot(
+                time / clock.step, series["volts"][pair.drive][kept], color=color, drawstyle="steps-post"
             )
+            hits = np.array([at for at, _ in pair.touchdowns(which, span)])
+            top.plot(hits / clock.step, np.zeros(len(hits)), "^", ms=4.5, mew=0.0, color=color)
         top.axhline(0.0, color=INK, lw=0.6)
-        top.set_ylabel(high.axis("gap"))
-        bottom.set_ylabel("volts (V)")
-        bottom.set_xlabel(clock.axis("time after the landing edge"))
+        bottom.set(xlabel=top.get_xlabel(), ylabel="volts (V)")
         sheet.legend(top)
 
     return plate(draw, "The landing: gap and volts before and after, touchdowns as triangles.")

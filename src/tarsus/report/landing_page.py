@@ -8,8 +8,8 @@ from pathlib import Path
 from tarsus.base.spec import float_paths
 from tarsus.design.energy import energy_of
 from tarsus.design.headers import digest, header_text
+from tarsus.design.landing_design import LandingDesign
 from tarsus.design.landing_request import Sensor
-from tarsus.design.soft_landing import LandingDesign
 from tarsus.report import landing_figures
 from tarsus.report.pages import page, rendered, write_page
 from tarsus.tables.numbers import number

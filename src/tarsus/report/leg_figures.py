@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tarsus.base.spec import float_paths, get_value
-from tarsus.design.links import Landscape, LinkDesign
+from tarsus.design.legs import Landscape, LinkDesign
 from tarsus.model.structure.base import Array
 from tarsus.model.structure.leg import Leg
 from tarsus.model.structure.leg_motion import LegMotion

@@ -7,7 +7,7 @@ import numpy as np
 from tarsus.modes.modal import IdentifiedMode, ModalFit, ModeVerdict
 from tarsus.records.measurement import Quantity
 from tarsus.report.pages import Plate
-from tarsus.report.sheet import Sheet, few_ticks, plate
+from tarsus.report.sheet import QUARTER, Sheet, few_ticks, plate
 from tarsus.report.style import BLUE, INK, MUTED, RULE, VERMILION, decimate, scale_of
 
 MOST_CURVES = 9
@@ -56,7 +56,7 @@ def nyquist(fit: ModalFit) -> Plate:
     modes = fit.modes[:MOST_CURVES]
 
     def draw(sheet: Sheet) -> None:
-        for axes, mode in zip(sheet.grid(len(modes), 1.75), modes, strict=True):
+        for axes, mode in zip(sheet.grid(len(modes), 1.6, width=QUARTER), modes, strict=True):
             measured, fitted = (one[:: max(1, len(one) // 250)] for one in _mobility(fit, mode))
             scale = scale_of(Quantity.VELOCITY.unit, np.abs(measured))
             axes.plot(

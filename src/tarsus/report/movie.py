@@ -94,7 +94,7 @@ def movie(
     found: Any = walk
     if isinstance(walk, str | os.PathLike):
         laws = laws_of(law)
-        found = read_run(walk, laws) if Path(walk).is_dir() else load_scene(walk, laws=laws)
+        found = read_run(Path(walk), laws) if Path(walk).is_dir() else load_scene(walk, laws=laws)
     if isinstance(found, Scene):
         found = simulate(found, duration)
     elif duration is not None:

@@ -26,7 +26,7 @@ from tarsus.tables.numbers import MISSING, amount, number, percent, spaced
 if TYPE_CHECKING:
     from jinja2 import Environment
 
-__all__ = ["Plate", "asset", "page", "rendered", "write_page"]
+__all__ = ["Markup", "Plate", "asset", "page", "rendered", "write_page"]
 
 UPLOT = "vendor/uplot-1.6.32"
 """Where the library that draws series lies, as published."""

@@ -15,7 +15,6 @@ from tarsus.base.events import EVENT_WORDS, IMPACTS, SLIDING
 from tarsus.base.spec import float_paths
 from tarsus.files.store import EVENTS_FILE, RunLike
 from tarsus.files.summary import about, account, deviation, measures_summary
-from tarsus.impacts.energy import creation_warning
 from tarsus.model.structure import Walker
 from tarsus.report import figures, walk_figures
 from tarsus.report.motion import motion_of, whole_motion
@@ -23,7 +22,6 @@ from tarsus.report.pages import Plate, page, rendered, write_page
 from tarsus.report.player import walk_section
 from tarsus.report.points import points_section
 from tarsus.report.series import Series, Window, joined, series_of
-from tarsus.report.values import grouped, value_rows
 from tarsus.tables.numbers import MISSING, amount, spaced
 from tarsus.tables.table import Column, Table
 
@@ -60,15 +58,25 @@ def report_html(run: RunLike, companion: RunLike | None = None) -> str:
     detail = series.last_periods(CLOSE_UP)
     walker = isinstance(run.scene.robot.structure, Walker)
     motion, forces = _walk(run, detail) if walker else _motion(run, series, detail)
-    warnings = [one for one in (creation_warning(run.scene), *getattr(run, "remarks", ())) if one is not None]
     body = rendered(
-        "run.html", run=run, signals=_signals(run.scene), landing=_landing(run.scene), warnings=warnings,
+        "run.html", run=run, signals=_signals(run.scene), landing=_landing(run.scene), warnings=_warnings(run),
         wall=run.wall_s if math.isfinite(run.wall_s) else 0.0, key=_key_figures(run), walker=walker, motion=motion,
         measures=measures_summary(run.measures, ""), forces=forces,
         energies=figures.energies(series, other, detail), ledger=figures.ledger(series), account=account(run),
         events=_events(run), values=_values(run),
     )  # fmt: skip
     return page(f"{run.scene.name} – run report", body)
+
+
+def _warnings(run: RunLike) -> list[str]:
+    """What a reader must not miss: an impact map that can create energy, and the run's own remarks."""
+    remarks = list(getattr(run, "remarks", ()))
+    if run.scene.ground.impact is None:
+        return remarks
+    from tarsus.impacts.energy import creation_warning  # with its package come scipy's statistics
+
+    created = creation_warning(run.scene)
+    return remarks if created is None else [created, *remarks]
 
 
 def _walk(run: RunLike, detail: Window) -> tuple[list[Shown], list[Shown]]:
@@ -171,10 +179,8 @@ def _events(run: RunLike) -> dict[str, Any]:
 
 
 def _values(run: RunLike) -> Table:
-    """Every number of the scene, with its source."""
-    rows = []
-    for row in grouped(value_rows(run.scene)):
-        source = Markup('<span class="tag {0}">{0}</span>').format(row.source) if row.source else None
-        unbroken = ", ".join(part.replace(" ", "\N{NO-BREAK SPACE}") for part in row.value.split(", "))
-        rows.append((f"{row.path}\n{row.of}" if row.of else row.path, unbroken, source, row.note or row.doc))
-    return Table("", ("path", "value", "source", "where it comes from"), rows)
+    """Every number of the scene, its source as a label."""
+    found: Table = run.scene.table()
+    label = Markup('<span class="tag {0}">{0}</span>')
+    rows = [(path, value, source and label.format(source), note) for path, value, source, note in found.rows]
+    return Table("", found.columns, rows)

@@ -1,25 +1,38 @@
-"""Figures of what is on disk: series of a run, measures of a batch or a sweep, by names of a NetCDF file."""
+"""The verb `tarsus.plot`: figures of what is on disk, series of a run, measures of a batch or a sweep."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import os
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
+import xarray
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
+from tarsus.files.runstore import COLLECTED_FILE
+from tarsus.files.store import SERIES_FILE, read_run
 from tarsus.files.whole import written_whole
-from tarsus.report.plot import MOST_LINES
-from tarsus.report.style import CYCLE, Scale, scale_of
+from tarsus.model.laws.userfile import laws_of
+from tarsus.report import plot as figures
+from tarsus.report.style import CYCLE, MOST_LINES, Scale, level_limits, scale_of
+from tarsus.tables.numbers import spaced
 
-if TYPE_CHECKING:
-    import xarray
-
-__all__ = ["FORMATS", "blank", "figure_of", "offered", "write_figure"]
+__all__ = [
+    "FORMATS",
+    "blank",
+    "draw_measure",
+    "draw_series",
+    "drawn",
+    "figure_of",
+    "offered",
+    "plot",
+    "write_figure",
+]
 
 FORMATS = (".png", ".svg", ".pdf")
 """Endings of files that a figure is written as."""
@@ -33,6 +46,99 @@ a seventh of its length."""
 
 _NOT_MEASURES = ("code", "_spread", "_per_foot")
 """Names, or their endings, beside the measures of a sweep."""
+
+
+RUN_FIGURES = ("motion", "impacts", "ledger")
+"""Figures of a run that are made of more than one of its series."""
+
+
+def plot(
+    saved: str | os.PathLike[str],
+    name: str | None = None,
+    output: str | os.PathLike[str] | None = None,
+    *,
+    over: str | None = None,
+    only: Sequence[str] | None = None,
+    law: Sequence[str | os.PathLike[str]] = (),
+) -> Axes:
+    """Draw a series or a measure of a saved run, batch or sweep.
+
+    Parameters
+    ----------
+    saved
+        A folder that `simulate` or `sweep` wrote, or a .nc file of a run, a batch or a sweep.
+    name
+        Of a run: motion, impacts, ledger, or a series such as gap; of a batch or sweep: a measure. The motion, or the
+        first measure, when left out.
+    output
+        A file to write, ending in .png, .svg or .pdf.
+    over
+        Of a sweep: path of the number on the horizontal axis.
+    only
+        Of a series: feet, points or drives by name.
+    law
+        Python files with laws of your own, where the run has them.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        Of a figure of its own.
+
+    Raises
+    ------
+    InputError
+        Where nothing of that name can be drawn.
+    """
+    _, axes = drawn(Path(saved), name, over, only, laws_of(law))
+    if output is not None:
+        write_figure(axes, Path(output))
+    return axes
+
+
+def drawn(
+    saved: Path, name: str | None, over: str | None, only: Sequence[str] | None, laws: Mapping[str, Any]
+) -> tuple[str, Axes]:
+    """What was drawn, and the axes."""
+    whole_run = saved.is_dir() and (saved / SERIES_FILE).is_file()
+    if whole_run and (name is None or name in RUN_FIGURES):
+        return name or RUN_FIGURES[0], _of_run(saved, name or RUN_FIGURES[0], over, only, laws)
+    file = saved / (SERIES_FILE if whole_run else COLLECTED_FILE) if saved.is_dir() else saved
+    if saved.is_dir() and not file.is_file():
+        raise InputError(f"'{saved}' holds no run and no finished sweep ({SERIES_FILE} or {COLLECTED_FILE})")
+    with _opened(file) as data:
+        known = offered(data)
+        if not known:
+            raise InputError(f"'{file}' holds neither series nor measures")
+        if name is not None and name not in known:
+            raise InputError(f"'{saved}' has no '{name}'{nearest(name, [*RUN_FIGURES * whole_run, *known])}")
+        return name or known[0], figure_of(data, name or known[0], over=over, only=only)
+
+
+def _of_run(
+    folder: Path, name: str, over: str | None, only: Sequence[str] | None, laws: Mapping[str, Any]
+) -> Axes:
+    if over is not None:
+        raise InputError("--over is for batches and sweeps: a run is drawn over time")
+    run: Any = read_run(folder, laws)
+    if name == "motion":
+        return figures.motion(run, only, axes=blank())
+    if only is not None and (name == "ledger" or len(only) > 1):
+        raise InputError("--only names points of the motion, or one foot of the impacts")
+    if name == "ledger":
+        return figures.ledger(run, axes=blank())
+    return figures.impacts(run, only[0] if only else None, axes=blank())
+
+
+def _opened(file: Path) -> xarray.Dataset:
+    """A NetCDF file; `InputError` where it is none."""
+    if not file.is_file():
+        raise InputError(
+            f"there is no '{file}': name a folder that `simulate` or `sweep` wrote, or a .nc file"
+        )
+    try:
+        return xarray.open_dataset(file, engine="h5netcdf", phony_dims="access")  # dimensions of plain HDF5
+    except (OSError, ValueError) as error:
+        raise InputError(f"'{file}' is no NetCDF file of tarsus: {str(error).splitlines()[0]}") from error
 
 
 def offered(data: xarray.Dataset) -> list[str]:
@@ -50,27 +156,10 @@ def figure_of(
 ) -> Axes:
     """A series over time, or a measure over one number that varies, as a map over two where they are a grid.
 
-    Parameters
-    ----------
-    data
-        Series of a run, or measures of a batch or a sweep, as Tarsus writes them.
-    name
-        What to draw, one of `offered`.
-    over
-        Path of the number on the horizontal axis; the first that varies when left out. Of a grid of more numbers each
-        line is one combination of the others.
-    only
-        Of series: feet, points or drives by name; the first six when left out.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        Of a figure of its own.
-
-    Raises
-    ------
-    InputError
-        For names that the file does not have, and for a grid of more combinations than there are colours.
+    data: as Tarsus writes them; name: one of `offered`; over: path of the number on the horizontal axis, the first that
+    varies unless given (of a grid of more numbers each line is one combination of the others); only: of series feet,
+    points or drives by name, the first six unless given. Raises InputError for names that the file does not have, and
+    for a grid of more combinations than there are colours.
     """
     known = offered(data)
     if name not in known:
@@ -80,7 +169,7 @@ def figure_of(
     if "time" in one.dims:
         if over is not None:
             raise InputError(f"'{name}' is a series over time: over is for measures of a batch or a sweep")
-        _series(axes, one, only)
+        draw_series(axes, one, only)
         return axes
     if only is not None:
         raise InputError(f"'{name}' is a measure: only is for series of a run")
@@ -89,11 +178,20 @@ def figure_of(
         raise InputError(f"'{name}' is one number: there is nothing to draw it over")
     if over is not None and over not in paths:
         raise InputError(f"nothing varies at '{over}'{nearest(over, paths)}")
+    draw_measure(axes, one, over)
+    return axes
+
+
+def draw_measure(axes: Axes, one: xarray.DataArray, over: str | None = None) -> None:
+    """A measure over a number that varies, the first one unless another is named; of a grid of two a map of both.
+
+    Raises InputError for a grid of more combinations than there are colours.
+    """
+    paths = [str(path) for path in one.coords if one[path].dims]
     if set(one.dims) <= set(paths) and len(one.dims) == 2 and over is None:
         _map(axes, one)
     else:
         _lines(axes, one, over or paths[0])
-    return axes
 
 
 def write_figure(axes: Axes, file: str | Path) -> Path:
@@ -114,7 +212,11 @@ def write_figure(axes: Axes, file: str | Path) -> Path:
     return path
 
 
-def _series(axes: Axes, one: xarray.DataArray, only: Sequence[str] | None) -> None:
+def draw_series(axes: Axes, one: xarray.DataArray, only: Sequence[str] | None) -> None:
+    """A series over time: one line, or those of the feet, points or drives named, else of the first six.
+
+    Raises InputError for names that it does not have.
+    """
     rest = [dim for dim in one.dims if dim != "time"]
     time = one["time"].values
     clock, size = scale_of("s", time), _scale(one, one.values)
@@ -126,7 +228,7 @@ def _series(axes: Axes, one: xarray.DataArray, only: Sequence[str] | None) -> No
         names = [str(label) for label in one[rest[0]].values]
         if unknown := [label for label in only or () if label not in names]:
             raise InputError(f"'{one.name}' has no '{label}'{nearest(label, names)}" for label in unknown)
-        shown = list(dict.fromkeys(only)) if only is not None else names[:MOST_LINES]
+        shown = list(dict.fromkeys(only)) if only is not None else names[: MOST_LINES]
         rows = one.transpose(rest[0], "time").values
         for number, label in enumerate(shown):
             style = ("-", "--", ":", "-.")[number // len(CYCLE) % 4]
@@ -135,7 +237,7 @@ def _series(axes: Axes, one: xarray.DataArray, only: Sequence[str] | None) -> No
                 color=CYCLE[number % len(CYCLE)], label=label,
             )  # fmt: skip
         axes.legend(frameon=False)
-    axes.set(xlabel=f"time ({clock.label})", ylabel=f"{_words(one)} ({size.label})")
+    axes.set(xlabel=clock.axis("time"), ylabel=size.axis(spaced(str(one.name))))
 
 
 def _lines(axes: Axes, one: xarray.DataArray, over: str) -> None:
@@ -145,7 +247,14 @@ def _lines(axes: Axes, one: xarray.DataArray, over: str) -> None:
     step = _scale(one[over], along)
     order = np.argsort(along)
     if one.dims == one[over].dims and over not in one.dims:  # scattered: every run has a value of each
-        axes.plot(along / step.step, one.values / size.step, ".", color=CYCLE[0])
+        alone = len([path for path in one.coords if one[path].dims]) == 1
+        axes.plot(
+            along[order] / step.step,
+            one.values[order] / size.step,
+            ".-" if alone else ".",
+            lw=0.9,
+            color=CYCLE[0],
+        )
     else:
         others = [str(dim) for dim in one.dims if dim != over]
         stacked = one.transpose(*others, over).values.reshape(-1, len(along))
@@ -172,7 +281,9 @@ def _lines(axes: Axes, one: xarray.DataArray, over: str) -> None:
         if others:
             axes.legend(frameon=False)
     axes.set_xscale(_spread(along))
-    axes.set(xlabel=f"{over} ({step.label})", ylabel=f"{_words(one)} ({size.label})")
+    axes.set(xlabel=step.axis(over), ylabel=size.axis(spaced(str(one.name))))
+    if limits := level_limits(one.values / size.step):
+        axes.set_ylim(*limits)
 
 
 def _map(axes: Axes, one: xarray.DataArray) -> None:
@@ -183,10 +294,10 @@ def _map(axes: Axes, one: xarray.DataArray) -> None:
     shown = axes.pcolormesh(
         _edges(alongs) / along.step, _edges(ups) / up.step, one.values[order] / size.step, shading="flat"
     )
-    axes.figure.colorbar(shown, ax=axes, label=f"{_words(one)} ({size.label})")
+    axes.figure.colorbar(shown, ax=axes, label=size.axis(spaced(str(one.name))))
     axes.set_xscale(_spread(alongs))
     axes.set_yscale(_spread(ups))
-    axes.set(xlabel=f"{columns} ({along.label})", ylabel=f"{rows} ({up.label})")
+    axes.set(xlabel=along.axis(columns), ylabel=up.axis(rows))
 
 
 def _edges(values: np.ndarray) -> np.ndarray:
@@ -207,14 +318,6 @@ def _spread(values: np.ndarray) -> str:
     return "log" if low > 0.0 and high >= DECADES * low else "linear"
 
 
-def _words(one: xarray.DataArray) -> str:
-    return str(one.name).replace("_", " ")
-
-
 def _scale(one: xarray.DataArray, values: np.ndarray) -> Scale:
-    """A prefix for the unit of a series or measure that bears one; counts and shares stay as they are."""
-    unit = str(one.attrs.get("units", "1"))
-    finite = values[np.isfinite(values)] if values.size else values
-    if unit == "1" or unit.startswith("kg") or not len(finite):
-        return Scale(1.0, unit)
-    return scale_of(unit, finite)
+    """A prefix for the unit of a series or measure that bears one."""
+    return scale_of(str(one.attrs.get("units", "1")), values)

@@ -13,7 +13,7 @@ from tarsus.base.events import CONTACT_BEGINS, EventKind
 from tarsus.files.series import Variables
 from tarsus.files.store import RunLike
 from tarsus.model.laws.base import Law
-from tarsus.solve import Run
+from tarsus.solve.run import Run
 
 """Kind numbers of the event table."""
 

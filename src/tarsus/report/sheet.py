@@ -22,10 +22,13 @@ from matplotlib.ticker import MaxNLocator
 from tarsus.report.pages import Plate
 from tarsus.report.style import INK, MUTED, themed
 
-__all__ = ["Sheet", "few_ticks", "figure_style", "plate", "to_svg"]
+__all__ = ["QUARTER", "WIDTH", "Sheet", "few_ticks", "figure_style", "plate", "to_svg"]
 
 WIDTH = 3.7
 """Width of a panel [inch]: where it is 330 px wide, a third of a page or a phone, letters of 8 pt are 10 px high."""
+
+QUARTER = 2.8
+"""The same where it is 220 px wide, a quarter of a page: they have few words."""
 
 BELOW, LEGEND_ROW = 0.5, 0.19
 """Room for the words of a panel's horizontal axis, and for a row of a legend [inch]."""
@@ -121,7 +124,7 @@ def plate(draw: Callable[[Sheet], object], caption: str) -> Plate:
     )
 
 
-_LONG_NUMBER = re.compile(r"-?\d+\.\d{3,}(?=[^<>]*>)")
+_TAG, _LONG_NUMBER = re.compile(r"<[^>]*>"), re.compile(r"-?\d+\.\d{3,}")
 _IDS_AND_LAYOUT = re.compile(r' id="[a-z][a-z0-9.]*_\d+"|<metadata>.*?</metadata>|\n\s*(?=<)', re.DOTALL)
 """Names of groups, which are the same in every figure and used by nothing; who made it; indentation."""
 
@@ -139,5 +142,9 @@ def to_svg(figure: Figure, salt: str) -> Markup:
     head, body = text[text.index("<svg") :].split(">", 1)
     box = re.search(r'viewBox="[^"]*"', head)
     assert box is not None, "matplotlib writes one"
-    body = _LONG_NUMBER.sub(lambda m: f"{float(m[0]):.2f}", _IDS_AND_LAYOUT.sub("", body))
+    body = _TAG.sub(lambda tag: _LONG_NUMBER.sub(_hundredths, tag[0]), _IDS_AND_LAYOUT.sub("", body))
     return themed(f'<svg xmlns="http://www.w3.org/2000/svg" {box[0]} aria-hidden="true">{body}')
+
+
+def _hundredths(number: re.Match[str]) -> str:
+    return f"{float(number[0]):.2f}".rstrip("0").rstrip(".")

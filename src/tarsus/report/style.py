@@ -29,6 +29,9 @@ SKY = "#56b4e9"
 CYCLE = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
 """Colours told apart by readers with any of the common colour deficiencies (after Okabe and Ito)."""
 
+MOST_LINES = len(CYCLE)
+"""Points or feet that are drawn unless others are asked for: as many as there are colours told apart."""
+
 PAINTS = {
     INK: "ink", MUTED: "muted", RULE: "rule", CONTACT: "contact", BLUE: "c-blue", VERMILION: "c-vermilion",
     GREEN: "c-green", PURPLE: "c-purple", ORANGE: "c-orange", SKY: "c-sky", "#ffffff": "paper",
@@ -129,27 +132,27 @@ def upright(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarra
     return np.insert(time, place, between), shown.reshape(*values.shape[:-1], -1)
 
 
-def decimate(time: np.ndarray, values: np.ndarray, bins: int = 700) -> tuple[np.ndarray, np.ndarray]:
-    """Thin a long series to its extremes per bin of time, so that no peak is lost.
+def decimate(x: np.ndarray, values: np.ndarray, bins: int = 700) -> tuple[np.ndarray, np.ndarray]:
+    """One series (n,) as `thinned` has it, to the extremes of so many bins."""
+    x, rows = thinned(x, values[None], 2 * bins)
+    return x, rows[0]
 
-    `time`, `values` shape [samples]; returns the kept samples in order, at most 2 * `bins` + 2 of them (and
-    one more per bin with NaN, so that gaps in a line stay gaps).
+
+def thinned(x: np.ndarray, rows: np.ndarray, most: int) -> tuple[np.ndarray, np.ndarray]:
+    """Series (rows, n) thinned to at most ``most`` common times: the extremes of each bin, in their order.
+
+    All rows share the times, a quarter of a bin from its ends; ends of a series stay where they are. A bin in which
+    a row has no number stays empty.
     """
-    if len(time) <= 2 * bins + 2:
-        return time, values
-    span = time[-1] - time[0]
-    bin_of = np.minimum(((time - time[0]) * (bins / span)).astype(int), bins - 1)
-    starts = np.flatnonzero(np.diff(bin_of, prepend=-1))
-    counts = np.diff(starts, append=len(time))
-    keep = [np.array([0, len(time) - 1])]
-    for extreme in (np.fmin, np.fmax):
-        keep.append(_first_of_bin(values == np.repeat(extreme.reduceat(values, starts), counts), bin_of))
-    keep.append(_first_of_bin(np.isnan(values), bin_of))
-    keep = np.unique(np.concatenate(keep))
-    return time[keep], values[keep]
-
-
-def _first_of_bin(chosen: np.ndarray, bin_of: np.ndarray) -> np.ndarray:
-    """Index of the first chosen sample in each bin that has one."""
-    index = np.flatnonzero(chosen)
-    return index[np.diff(bin_of[index], prepend=-1) != 0]
+    if len(x) <= most:
+        return x, rows
+    bins = most // 2
+    starts = np.unique(np.linspace(0, len(x), bins, endpoint=False).astype(int))
+    ends = np.append(starts[1:], len(x)) - 1
+    low, high = (extreme.reduceat(rows, starts, axis=1) for extreme in (np.fmin, np.fmax))
+    falls = rows[:, ends] < rows[:, starts]
+    first, second = np.where(falls, high, low), np.where(falls, low, high)
+    long = x[ends] - x[starts]
+    times = np.column_stack([x[starts] + 0.25 * long, x[ends] - 0.25 * long]).ravel()
+    times[0], times[-1] = x[0], x[-1]
+    return times, np.stack([first, second], axis=2).reshape(len(rows), -1)

@@ -13,7 +13,6 @@ from tarsus.base.spec import float_paths
 from tarsus.report.pages import Plate, page, rendered, write_page
 from tarsus.report.sheet import Sheet, few_ticks, plate
 from tarsus.report.style import BLUE, MUTED, ORANGE, scale_of
-from tarsus.study.workunit import OUTCOMES
 from tarsus.study.yields import Yield
 from tarsus.tables.numbers import spaced
 from tarsus.tables.table import ROW, Column, Table
@@ -34,15 +33,15 @@ def yield_html(found: Yield) -> str:
     scene, first = found.robots.scene, found.measures[0]
     values = found.values[first][np.isfinite(found.values[first])]
     low, middle, high = (float(one) for one in np.quantile(values, (0.05, 0.5, 0.95)))
-    leader = found.leaders.get(first)
+    leader, whole = found.leaders.get(first), found.table()
     dead, indices = len(found.by_dead) > 1, any(found.indices.values())
     body = rendered(
         "yield.html", found=found, scene=scene, first=first, unit=found.units[first], low=low, middle=middle,
         high=high, leader="" if leader is None else leader.sentence(spaced(first)), curves=_curves(found),
-        distributions=_distributions(found), quantiles=_quantiles(found), dead=_dead(found) if dead else None,
+        distributions=_distributions(found), quantiles=whole.bare(), dead=_dead(found) if dead else None,
         dead_table=_dead_table(found) if dead else "", costs=_costs(found) if dead else None,
         indices=_indices(found) if indices else None, index_table=_index_table(found) if indices else "",
-        scatter=_scatter(found), outcomes=_outcomes(found),
+        scatter=_scatter(found), outcomes=whole.parts[0],
     )  # fmt: skip
     return page(f"{scene.name} – yield", body)
 
@@ -94,19 +93,6 @@ def _curves(found: Yield) -> Plate:
         draw,
         "Share of the robots that meet a requirement, with its 95 % interval; failed runs meet none.",
     )
-
-
-def _quantiles(found: Yield) -> Table:
-    """The requirements that given shares of the robots meet."""
-    shares = (0.99, 0.9, 0.5, 0.1)
-    rows = []
-    for name in found.measures:
-        curve = found.curves[name]
-        met = [curve.requirement[curve.share >= share] for share in shares]
-        hardest = [(one.min() if curve.less else one.max()) if len(one) else None for one in met]
-        rows.append((spaced(name), "at most" if curve.less else "at least", *hardest))
-    columns = ("measure", "is", *(Column(f"{share:.0%} of robots", ROW) for share in shares))
-    return Table("", columns, rows, units=[found.curves[name].unit for name in found.measures])
 
 
 def _dead(found: Yield) -> Plate:
@@ -196,7 +182,3 @@ def _scatter(found: Yield) -> Table:
     rows = [(path, "ground" if path in found.robots.over else "scatter", *one) for path, one in kept.items()]
     columns = ("path", "as", Column("from", ROW), Column("to", ROW))
     return Table("", columns, rows, units=[known[path].unit for path in kept])
-
-
-def _outcomes(found: Yield) -> Table:
-    return Table("", ("robots", "outcome"), [(n, OUTCOMES[name]) for name, n in found.outcomes.items()])

@@ -15,7 +15,7 @@ from tarsus.base.spec import float_paths, with_values
 from tarsus.base.units import parse_quantity
 from tarsus.base.workers import Workers, is_executor, places, spread
 from tarsus.files.library import SceneLike, as_scene
-from tarsus.plan.slots import check_bounds, slot
+from tarsus.plan.slots import check_bounds, courses_of_all, slot
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.engine import Accuracy
 from tarsus.solve.results import Batch, Part
@@ -30,6 +30,14 @@ if TYPE_CHECKING:
 __all__ = ["Batch", "simulate_batch"]
 
 _CHUNK = 256  # runs handed to the kernel at a time
+
+_TOGETHER = 1024
+"""Runs of a batch up to which what drives do is made once for all of its plans: of more it would fill the memory."""
+
+
+def _moves_drive(path: str) -> bool:
+    """Whether what a drive does depends on a number that makes a plan of its own: its load on a structure does not."""
+    return path.startswith(("gait.", "signals.", "robot.drives.")) and ".load." not in path
 
 
 def simulate_batch(
@@ -118,12 +126,15 @@ def simulate_batch(
     ):
         groups.setdefault(chosen, []).append(i)
     periods = np.zeros(count)
+    once = len(groups) > 1 and count <= _TOGETHER and not any(map(_moves_drive, rest))
+    courses = courses_of_all(scene, {path: values[path] for path in data}) if once else None
 
     def work(job: tuple[tuple[float, ...], NDArray[np.int64]]) -> Part:
         chosen, members = job
         variant = with_values(scene, dict(zip(rest, chosen, strict=True))) if rest else scene
         own = {path: values[path][members] for path in data}
-        engine, rows = prepared(variant, own, seconds, shared, len(members))
+        known = None if courses is None else courses(members)
+        engine, rows = prepared(variant, own, seconds, shared, len(members), known)
         periods[members] = rows.periods
         return Part.of(engine.run(rows, accuracy, track), members)
 

@@ -12,8 +12,10 @@ from numpy.typing import NDArray
 from tarsus.base.events import EventKind
 from tarsus.base.spec import get_value, with_values
 from tarsus.core.arrays import E_APEX, E_FOOT, E_KIND, E_TIME
-from tarsus.measure import TOGETHER, Judgement, RunTable, event_slopes, measured, periods_used
 from tarsus.measure.history import RESOLUTION
+from tarsus.measure.origins import TOGETHER, event_slopes
+from tarsus.measure.table import Judgement, RunTable, periods_used
+from tarsus.measure.walking import measured
 from tarsus.plan.slots import Kind, slot
 from tarsus.solve.codes import EVENT_TYPE, event_order, structured_events, structured_marks
 

@@ -16,7 +16,10 @@ from tarsus.base.errors import InputError
 from tarsus.base.events import EventKind
 from tarsus.core.arrays import E_APEX, E_APEX_TIME, E_FOOT, E_KIND, E_TIME
 from tarsus.core.replay import SampledStates
-from tarsus.measure import PER_WINDOW, WHOLE_RUN, RunTable, no_measure
+from tarsus.measure.measure import no_measure
+from tarsus.measure.periods import PER_WINDOW
+from tarsus.measure.table import RunTable
+from tarsus.measure.whole import WHOLE_RUN
 from tarsus.solve.acting import Acting
 from tarsus.solve.codes import EVENT_TYPE, apex_rows, event_order, structured_events, structured_marks
 from tarsus.solve.directional import EventDerivatives, Ways, directional_slopes, measure_slopes, table_of

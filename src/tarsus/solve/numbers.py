@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from tarsus.base.events import EventKind
 from tarsus.core.arrays import E_APEX, E_APEX_TIME, E_INTEGRAL, E_KIND, E_TIME
-from tarsus.measure import RESOLUTION, TOGETHER
+from tarsus.measure.history import RESOLUTION
+from tarsus.measure.origins import TOGETHER
 from tarsus.solve.adjoint import Seeds
 from tarsus.solve.codes import EVENT_TYPE, event_order, structured_events
 from tarsus.solve.directional import (

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from tarsus.measure import Measure, measures_of, scene_period
+from tarsus.measure.measure import Measure
+from tarsus.measure.periods import scene_period
+from tarsus.measure.walking import measures_of
 from tarsus.solve.engine import Log
 from tarsus.solve.run import Run
 

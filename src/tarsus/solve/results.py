@@ -13,16 +13,10 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
-from tarsus.measure import (
-    EventHistories,
-    Judgement,
-    Measured,
-    Measures,
-    RunTable,
-    measured,
-    measures_of,
-    no_measure,
-)
+from tarsus.measure.history import EventHistories
+from tarsus.measure.measure import Measured, Measures, no_measure
+from tarsus.measure.table import Judgement, RunTable
+from tarsus.measure.walking import measured, measures_of
 from tarsus.plan.slots import Kind, slot
 from tarsus.solve import shown
 from tarsus.solve.codes import EventColumns, ResultCode, structured_events, structured_marks, without_marks

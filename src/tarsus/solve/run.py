@@ -16,7 +16,8 @@ from tarsus.base.events import EventKind
 from tarsus.base.spec import with_values
 from tarsus.base.units import parse_quantity
 from tarsus.files.summary import run_summary
-from tarsus.measure import Measures, measures_of
+from tarsus.measure.measure import Measures
+from tarsus.measure.walking import measures_of
 from tarsus.solve import shown
 from tarsus.solve.codes import CLOSED, ResultCode, structured_events, structured_marks, without_marks
 

@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.workers import spread
-from tarsus.measure import RESOLUTION, Counting, by_window, scene_period
+from tarsus.measure.history import RESOLUTION, Counting
+from tarsus.measure.periods import by_window, scene_period
 from tarsus.plan.lowering import lower_scene
 from tarsus.plan.slots import rows_of
 from tarsus.solve.batch import Batch

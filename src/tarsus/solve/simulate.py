@@ -17,7 +17,7 @@ from tarsus.base.units import parse_quantity
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.model.drive.lower import lower
 from tarsus.plan.lowering import lower_scene
-from tarsus.plan.slots import Floats, Rows, rows_for, slot
+from tarsus.plan.slots import Courses, Floats, Rows, rows_for, slot
 from tarsus.solve.acting import Acting
 from tarsus.solve.engine import RECORDED, Accuracy, Engine, RawWalks
 from tarsus.solve.motion import Marched, Motion, Replayed
@@ -196,12 +196,18 @@ def motion_of(
 
 
 def prepared(
-    scene: Scene, values: Mapping[str, Floats], duration: float, shared: Shared, count: int = 1
+    scene: Scene,
+    values: Mapping[str, Floats],
+    duration: float,
+    shared: Shared,
+    count: int = 1,
+    courses: Courses | None = None,
 ) -> tuple[Engine, Rows]:
     """The engine for runs of a scene over ``duration`` [s], and the rows of runs that differ in slots.
 
     values (nr,) by path: each of a slot and within its bounds; without any there are ``count`` runs of the scene as it
-    is. shared: what earlier engines have made; what this one makes is added.
+    is. shared: what earlier engines have made; what this one makes is added. courses: as `tarsus.plan.slots.rows_for`
+    takes them.
 
     Raises
     ------
@@ -213,7 +219,7 @@ def prepared(
         return Engine(lower_scene(scene, shared.drive), duration, shared)
 
     engine = shared.get(("resident", duration), made) if scene is shared.resident else made()
-    return engine, rows_for(scene, engine.plan, values, duration, count=count)
+    return engine, rows_for(scene, engine.plan, values, duration, count=count, courses=courses)
 
 
 def kept(engine: Engine, rows: Rows, accuracy: Accuracy | None, track: bool = True) -> Motion:

@@ -193,7 +193,7 @@ def run_bench(progress: Progress | None = None, repeats: int = 25) -> dict[str, 
         `*_impacts` and `*_setup_ms` for lowering the scene and its first run; `p2_runs_per_s` on one thread,
         `p2_wrong` of `p2_runs`; `first_run_s`: first run in a fresh process, `start_s`: that whole process; versions.
     """
-    tell = progress or (lambda done, total, what: None)
+    report = progress or (lambda done, total, what: None)
     result: dict[str, Any] = {}
     stages: list[tuple[str, Callable[[], dict[str, Any]]]] = [
         *((f"P1, {n} masses", partial(_chain_figures, n, repeats)) for n in SIZES),
@@ -201,9 +201,9 @@ def run_bench(progress: Progress | None = None, repeats: int = 25) -> dict[str, 
         ("a fresh process", _start_figures),
     ]
     for stage, (what, figures) in enumerate(stages):
-        tell(stage, len(stages), what)
+        report(stage, len(stages), what)
         result |= figures()
-    tell(len(stages), len(stages), "")
+    report(len(stages), len(stages), "")
     versions = {name: metadata.version(name) for name in ("tarsus", "numpy")}
     return result | {"accuracy_gap": ACCURACY.gap, "python": platform.python_version(), **versions}
 

@@ -14,6 +14,7 @@ from tarsus.base.spec import float_paths
 from tarsus.files.runstore import COLLECTED_FILE, RunStore, store_sentence
 from tarsus.files.series import Put, Variable, blank, write_netcdf
 from tarsus.files.version import package_version
+from tarsus.files.whole import part_of
 from tarsus.solve.labelled import measure_variables, outcome_variable
 from tarsus.solve.offered import offered
 from tarsus.study.axes import Floats, Grid
@@ -63,14 +64,15 @@ def collect(sweep: Sweep, store: RunStore) -> tuple[Path, dict[str, int]]:
             for name, values in {**points, **_columns(sweep, arrays)}.items():
                 put(name, first, values)
 
-    target, part = store.place / COLLECTED_FILE, store.part_of(COLLECTED_FILE)
+    target = store.place / COLLECTED_FILE
+    part = part_of(target)
     empty = {
         "code": blank((sweep.runs,), np.int8),
         "value": blank((sweep.runs, len(sweep.measures))),
         "spread": blank((sweep.runs, len(sweep.measures))),
         "per_foot": blank((sweep.runs, len(sweep.measures), feet)),
     }
-    # one run is too few for a blank to be told from a value: it is filled all the same
+    # one run is too few to distinguish a blank from a value: it is filled all the same
     variables = collected_variables(sweep, {axis: blank((sweep.runs,)) for axis in sweep.vary}, empty)
     try:
         store.clear_abandoned(part)

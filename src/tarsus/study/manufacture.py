@@ -83,7 +83,7 @@ class Scattered(Description):
 
 
 class Saltelli(Description):
-    """Runs that tell how much of a measure's variance each group of axes makes: Saltelli's design, drawn by SALib,
+    """Runs that determine how much of a measure's variance each group of axes makes: Saltelli's design, drawn by SALib,
     as scipy's `sobol_indices` knows no groups."""
 
     kind: Literal["saltelli"] = "saltelli"

@@ -73,7 +73,7 @@ class WorkerPool:
         self._seconds: deque[float] = deque(maxlen=RECENT)
 
     def do(self, units: Sequence[int]) -> None:
-        """Have units done and kept, however often workers die; those that appear in the store meanwhile are left out.
+        """Have units done and kept, however often workers die; those that appear in the store meanwhile are skipped.
 
         Raises
         ------

@@ -32,11 +32,11 @@ class Progress:
     """
 
     def __init__(
-        self, folder: Path, task: int | None = None, *, runs: int = 0, told: OnProgress | None = None
+        self, folder: Path, task: int | None = None, *, runs: int = 0, report: OnProgress | None = None
     ) -> None:
         self.runs: Counter[str] = Counter()
         self.units = 0
-        self._whole, self._left, self._told = runs, 0, told
+        self._whole, self._left, self._report_to = runs, 0, report
         self._task = task
         self._begin = time.monotonic()
         self._over = threading.Event()
@@ -70,8 +70,8 @@ class Progress:
         self._report()
 
     def _report(self) -> None:
-        if self._told is not None:
-            self._told(self._whole - self._left, self._whole, self.runs)
+        if self._report_to is not None:
+            self._report_to(self._whole - self._left, self._whole, self.runs)
 
     def _repeat(self) -> None:
         while not self._over.wait(EVERY):
@@ -97,6 +97,6 @@ class Progress:
             self._file.parent.mkdir(exist_ok=True)
             part.write_text(json.dumps(said), encoding="utf-8")
             os.replace(part, self._file)
-        except OSError:  # a sweep does not stop because nobody can be told
+        except OSError:  # a sweep does not stop because its progress cannot be written
             with contextlib.suppress(OSError):
                 part.unlink(missing_ok=True)

@@ -120,7 +120,7 @@ class Robots:
     def legs_sweep(
         self, count: int, measures: Sequence[str], *, seed: int = 0, chunk: int | str = 64
     ) -> Sweep | None:
-        """Runs that tell how much each leg's scatter matters, no leg being dead; None where fewer than two vary."""
+        """Runs that determine whose scatter matters, no leg being dead; None where fewer than two vary."""
         axes = {name: axis for name, axis in {**self.scatter, **self.over}.items() if np.ptp(axis.ends) > 0.0}
         groups = tuple(self.legs.get(name, name) for name in axes)
         if len(set(groups)) < 2:

@@ -30,8 +30,7 @@ from tarsus.base.spec import (
     with_values,
 )
 from tarsus.base.units import parse_quantity
-from tarsus.fit.unknowns import Scale, Unknown
-from tarsus.measure import no_measure
+from tarsus.measure.measure import no_measure
 from tarsus.model.scene import Scene
 from tarsus.solve.cost import MOST_STEPS, estimated_steps
 from tarsus.solve.offered import offered
@@ -206,8 +205,14 @@ def _join(name: str, path: str) -> str:
     return f"{name}.{path}" if path else name
 
 
+def _is_unknown(item: Any) -> bool:
+    """Whether an axis is given as a `tarsus.fit.Unknown`, which is not loaded for that: a fit needs scipy, and a short
+    task of an array notices."""
+    return all(hasattr(item, name) for name in ("low", "high", "scale", "targets"))
+
+
 def _paths(name: str, item: Any) -> tuple[str, ...]:
-    if isinstance(item, Unknown):
+    if _is_unknown(item):
         return item.targets or (name,)
     given = (
         item.paths
@@ -238,8 +243,8 @@ def _path_faults(scene: Scene, known: Mapping[str, FloatInfo], name: str, path: 
 
 def _in_si(item: Any, unit: str) -> Any:
     """An axis as given, with its quantities as SI floats; an unknown's range is one, on its scale."""
-    if isinstance(item, Unknown):
-        kind = "logspace" if item.scale is Scale.LOG else "linspace"
+    if _is_unknown(item):
+        kind = "logspace" if item.scale == "log" else "linspace"
         item = {"kind": kind, "start": item.low, "stop": item.high, "paths": item.targets}
     if isinstance(item, SweepAxis):
         return item

@@ -101,7 +101,7 @@ def run_sweep(
     made: Counter[str] = Counter()
 
     def do(units: Sequence[int]) -> None:
-        with Progress(store.place, runs=sweep.runs, told=progress) as counted:
+        with Progress(store.place, runs=sweep.runs, report=progress) as counted:
             counted.expect(sum(map(store.size, units)))
             if is_executor(threads):
                 WorkerPool(sweep, store, threads, counted).do(units)
@@ -133,7 +133,7 @@ def finish(sweep: Sweep, store: RunStore, do: Callable[[Sequence[int]], None]) -
 
 
 def do_units(sweep: Sweep, store: RunStore, units: Sequence[int], threads: int, progress: Progress) -> None:
-    """Have units done and kept by threads of this process; those that appear in the store meanwhile are left out.
+    """Have units done and kept by threads of this process; those that appear in the store meanwhile are skipped.
 
     However it ends, units that are under way then are finished and kept.
     """

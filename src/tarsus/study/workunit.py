@@ -7,8 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from tarsus.base.errors import InputError
-from tarsus.solve import Batch, simulate_batch
+from tarsus.solve.batch import simulate_batch
 from tarsus.solve.codes import ResultCode
+from tarsus.solve.results import Batch
 from tarsus.solve.simulate import Shared
 from tarsus.study.axes import Floats
 from tarsus.study.sweep import Sweep

@@ -82,7 +82,7 @@ class Leader:
     """The group whose scatter makes most of a measure's variance, as far as that is known.
 
     group, total, error: its name, total index and half-width of the 95 % interval; rivals: groups whose intervals
-    overlap its own, the largest first; draws: about how many would tell it from the first rival, None where no
+    overlap its own, the largest first; draws: about how many would separate it from the first rival, None where no
     number in reach would.
     """
 
@@ -103,7 +103,9 @@ class Leader:
         if not self.rivals:
             return f"scatter of {self.group} matters most for {measure}: {self.total:.2f} ± {self.error:.2f}"
         more = (
-            f"about {self.draws} draws would tell these two" if self.draws else "more draws would hardly tell"
+            f"about {self.draws} draws would separate these two"
+            if self.draws
+            else "more draws would hardly separate them"
         )
         rival, *rest = self.rivals
         others = f" and {len(rest)} more" if rest else ""
@@ -344,12 +346,12 @@ class YieldStudy:
             if sweep is None:
                 continue
 
-            def tell(done: int, runs: int, _: object, name: str = name) -> None:
+            def report(done: int, runs: int, _: object, name: str = name) -> None:
                 if progress is not None:
                     progress(done, runs, name)
 
             place = folder / name
-            done = run_sweep(sweep, place, resume=resume and place.exists(), threads=threads, progress=tell)
+            done = run_sweep(sweep, place, resume=resume and place.exists(), threads=threads, progress=report)
             files[name] = done.file
             outcomes = outcomes or done.outcomes
         found = self.judged(outcomes, files["robots"], files.get("legs"))

@@ -65,6 +65,7 @@ _PLACEHOLDERS = {
     "ground.electrostatic.coefficient": 1e-16,
     "ground.electrostatic.offset": 1e-4,
 }
+"""Values that say nothing of the device, whose order of magnitude lets it be simulated."""
 
 
 def unknown_device(scene: Scene) -> Scene:

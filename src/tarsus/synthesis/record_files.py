@@ -24,7 +24,9 @@ _UNITS = {
     Quantity.VOLTAGE: ("V", 1.0),
     Quantity.FORCE: ("N", 1.0),
 }
+"""Units that the files are written in, with their factors, as instruments of the field have them."""
 _UFF_TYPES = {Quantity.DISPLACEMENT: 8, Quantity.VELOCITY: 11, Quantity.ACCELERATION: 12, Quantity.FORCE: 13}
+"""Codes of the quantities in universal files, by the format."""
 
 
 def _choice(channel: Channel, name: str | None = None, unit: str | None = None) -> ChannelChoice:

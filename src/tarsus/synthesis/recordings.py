@@ -22,7 +22,8 @@ from tarsus.model.scene import Scene
 from tarsus.model.standing import rest_state
 from tarsus.records.measurement import Channel, Measurement, Quantity
 from tarsus.records.purpose import IN_AIR, Purpose
-from tarsus.solve import ResultCode, simulate
+from tarsus.solve import simulate
+from tarsus.solve.codes import ResultCode
 from tarsus.synthesis.sweep_level import sweep_level
 
 __all__ = [
@@ -41,9 +42,13 @@ REST = 0.01
 """Time [s] a record lasts before the drive begins."""
 
 REPEATS = 3
+"""Times each record is taken: the fewest with a scatter and an odd one out."""
 SWEEPS = 6
+"""Sweeps: three each way."""
 _LOOP_SHARE = 20
+"""Part of the rate at which slow loops are recorded: they have no motion faster than their ringing."""
 _TRIES = 200
+"""Draws of a device before it is given up."""
 _CLEARANCE = 0.1
 """Share of the neutral distance that the poled foot must be above the ground for the device to be used."""
 
@@ -295,7 +300,9 @@ CLOSE_GAPS = (1.5, 2.5, 4.0)
 """Gaps of the records close to the ground, in gaps of the device."""
 
 CLOSE_HZ = (60.0, 150.0)
+"""Frequencies of the records close to the ground: the film grows with the speed, the attraction does not."""
 CLOSE_S = 0.12
+"""Their duration [s]: seven periods of the slower one."""
 
 
 def _robot_sweeps(scene: Scene, rate: float, top: float) -> list[Take]:

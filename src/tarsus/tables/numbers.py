@@ -69,7 +69,7 @@ def percent(fraction: float | None, digits: int = 3) -> str:
 
 
 def interval(low: float | None, high: float | None, unit: str = "1", digits: int = 4) -> str:
-    """Two ends under one prefix, that of the farther one: "1.2 to 34 µm"."""
+    """Two ends under one prefix, that of the farther one: "1.2 to 34 µm"; ends that read alike stand once."""
     ends = (low, high)
     if unit == "%":
         ends, unit = tuple(None if one is None else 100.0 * one for one in ends), " %"
@@ -77,7 +77,7 @@ def interval(low: float | None, high: float | None, unit: str = "1", digits: int
     if not known:
         return MISSING
     step, label = (1.0, unit.strip()) if unit in ("1", "", "-", " %") else prefixed(max(known), unit, digits)
-    shown = " to ".join(number(None if one is None else one / step, digits) for one in ends)
+    shown = " to ".join(dict.fromkeys(number(None if one is None else one / step, digits) for one in ends))
     return f"{shown} {label}" if label not in ("1", "", "-") else shown
 
 

@@ -171,6 +171,11 @@ class Table:
             "parts": [part.json() for part in self.parts],
         }
 
+    def bare(self, every: int = 1) -> Table:
+        """The rows alone, one in so many, without title, notes and parts: for a page that has words of its own."""
+        flagged = [(i // every, j) for i, j in self.flagged if i % every == 0]
+        return Table("", self.columns, self.rows[::every], units=self.units[::every], flagged=flagged)
+
     def _whole(self) -> Table:
         """The table with its rows' units as a column of their own, where a column has none."""
         if all(one.unit != ROW for one in self.columns):

@@ -17,6 +17,7 @@ from tarsus.calibrate.calibrating import calibrate
 from tarsus.calibrate.lowering import lower_study
 from tarsus.calibrate.mixture import load_mixture
 from tarsus.calibrate.studyfile import STUDY_FILE, load_study
+from tarsus.fit import Verdict
 
 DOCS = Path(__file__).parents[3] / "docs"
 TRUTH = {"e": 0.8, "push": 0.6}
@@ -54,19 +55,19 @@ def test_the_numbers_of_the_ball_are_recovered_and_each_row_is_predicted_without
     found = calibrate(file, threads=2)
     solution = found.solution
     assert found._repr_html_().count("<td>determined</td>") == len(TRUTH)
-    assert solution.fit.ensembles[solution.best].branch.options == {"height": "average"}
-    for one in solution.ranges[solution.best]:
-        assert one.best == pytest.approx(TRUTH[one.name], rel=0.03) and one.word == "determined"
+    assert solution.fit.best.hypothesis.options == {"height": "average"}
+    for one in solution.fit.best.ranges(solution.problem.unknowns):
+        assert one.value == pytest.approx(TRUTH[one.name], rel=0.03) and one.verdict is Verdict.DETERMINED
     observed = solution.problem.objective.cells.observed
-    assert solution.left_out is not None
-    for row, predictions in zip(observed, solution.left_out, strict=True):
+    assert solution.excluded is not None
+    for row, predictions in zip(observed, solution.excluded, strict=True):
         assert predictions[1].median == pytest.approx(row[1], rel=0.05)
 
 
 def test_the_meaning_of_a_column_is_found(finished):
     solution = finished[0].solution
-    assert solution.fit.ensembles[solution.best].branch.options == {"height": "average"}
-    best = {one.name: one.best for one in solution.ranges[solution.best]}
+    assert solution.fit.best.hypothesis.options == {"height": "average"}
+    best = {one.name: one.value for one in solution.fit.best.ranges(solution.problem.unknowns)}
     assert best["e"] == pytest.approx(TRUTH["e"], abs=0.05)
 
 
@@ -96,17 +97,17 @@ def test_the_folder_holds_a_mixture_that_predicts_the_same(finished):
         mixture.predict([{"dorp": 3}])
 
 
-def test_every_branch_is_a_device_with_provenance_and_intervals(finished):
+def test_every_hypothesis_is_a_device_with_provenance_and_intervals(finished):
     result, folder, _ = finished
     scene = ts.read_scene(folder / "branch-1.toml")
     path = "ground.restitution.coefficient"
-    best = result.solution.ranges[0][0]
-    assert ts.get_value(scene, path) == pytest.approx(best.best)
+    best, push = result.solution.fit.ensembles[0].ranges(result.lowered.problem.unknowns)
+    assert ts.get_value(scene, path) == pytest.approx(best.value)
     origin = scene.origin(path)
     assert origin is not None and origin.source.value == "calibrated" and "ball" in origin.note
     low, high = scene.interval(path) or (np.nan, np.nan)
-    assert low <= best.best <= high
-    assert ts.get_value(scene, "initial.velocity.0") == pytest.approx(2.0 * result.solution.ranges[0][1].best)
+    assert low <= best.value <= high
+    assert ts.get_value(scene, "initial.velocity.0") == pytest.approx(2.0 * push.value)
 
 
 def test_the_folder_explains_itself(finished, tmp_path):
@@ -183,14 +184,6 @@ def test_a_fault_is_told_with_its_place(tmp_path, old, new, said):
     assert said in str(error.value)
 
 
-def test_a_former_study_is_read_with_a_sentence_and_its_sets_to_start_from_are_not(tmp_path):
-    text = BALL.replace("[search]", "[search]\nstart = [{{e = 0.81}}]\nleave_out_population = 5")
-    text = text.replace("leave_out = {leave_out}", "leave_out = 4")
-    with pytest.warns(FutureWarning, match="sets to start from and leave_out_population are not read"):
-        found = load_study(ball_study(tmp_path, "50,1,1\n", text)).study.search
-    assert found.leave_out is True and not hasattr(found, "start")
-
-
 def test_a_bad_table_is_told_with_its_lines(tmp_path):
     with pytest.raises(InputError) as error:
         load_study(ball_study(tmp_path, "50,1,1,4\n60,1\n70,1,2,3,4\n"))
@@ -225,16 +218,16 @@ softness = "1 mm"
     assert lowered.problem.rows == (0, 1, 2, 3)
     sets = np.array([[0.6, 1.0], [0.9, 1.0]])
     readings = lowered.forward(0, sets, lowered.problem.rows)
-    costs = lowered.problem.costs(readings, lowered.problem.branches[0])
+    costs = lowered.problem.objective.pieces(readings, lowered.problem.hypotheses[0]).costs
     assert costs.limits[0, 0] == 0.0 and costs.limits[1, 0] > 0.0
     assert costs.limits[0, 1] > 0.0, "with no restitution the ball lies still after a second"
 
 
 def test_a_value_that_a_scene_refuses_spoils_no_other_row(tmp_path):
     lowered = lower_study(*_described(ball_study(tmp_path, "50,1,1\n70,1,1\n")))
-    branch = lowered.forward.branches[0]
-    bad = replace(branch.rows[1], fixed={"robot.feet.ball.gap": -1.0})
-    forward = replace(lowered.forward, branches=(replace(branch, rows=(branch.rows[0], bad)),))
+    variant = lowered.forward.variants[0]
+    bad = replace(variant.rows[1], fixed={"robot.feet.ball.gap": -1.0})
+    forward = replace(lowered.forward, variants=(replace(variant, rows=(variant.rows[0], bad)),))
     readings = forward(0, np.array([[0.8, 0.5]]), (0, 1))
     assert np.isfinite(readings[0, 0]).any() and np.isinf(readings[0, 1]).all()
 
@@ -271,13 +264,13 @@ def test_the_study_on_the_calibration_page_is_one(tmp_path):
     lowered = lower_study(*_described(tmp_path / "study.toml"))
     problem = lowered.problem
     assert lowered.trained == (0, 1, 2) and lowered.others == (3,)
-    assert {branch.name for branch in problem.branches} == {
+    assert {one.name for one in problem.hypotheses} == {
         f"polarity {a}, peak {b}" for a in ("plain", "half") for b in ("highest", "average")
     }
     assert problem.objective.cells.observed[2].tolist() == [1.5, pytest.approx(156e-6)]
     values = problem.unknowns.values(np.array([0.5, 0.5, 0.5]))
-    row = lowered.forward.branches[1].rows[0]
-    found = lowered.forward.branches[1].values(dict(zip(problem.unknowns.names, values, strict=True)), row)
+    row = lowered.forward.variants[1].rows[0]
+    found = lowered.forward.variants[1].values(dict(zip(problem.unknowns.names, values, strict=True)), row)
     assert found["signals.pzt.amplitude"] == 4.0 and found["signals.pzt.frequency"] == 50.0
     assert found["robot.drives.pzt.load.participation.0"] == pytest.approx(np.sqrt(11 * 22) / 164.0)
     assert found["robot.drives.pzt.law.cubic"] == pytest.approx(2.7e-9)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from calibrate.toys import cells, problem, search, unknowns
 
-from tarsus.calibrate.archive import Archive
 from tarsus.calibrate.calibrating import solve
 from tarsus.calibrate.degrees import effective_unknowns, freedom_of_best, residual_scale
+from tarsus.calibrate.problem import Archive, HypothesisFit
 from tarsus.fit import Prior
 
 X = np.array([1.0, 2.0, 3.0, 4.0])
@@ -65,7 +65,7 @@ def test_a_prior_that_holds_an_unknown_makes_residuals_smaller():
         sets[0, :2] = 0.3, 0.6
         sets[0, 2:] = 0.5
         archive.evaluate(0, sets)
-        scales.append(freedom_of_best(one, archive, 0).scale)
+        scales.append(freedom_of_best([HypothesisFit(archive, 0)], {0: 0.0}).scale)
     assert scales[0] == pytest.approx(200.0, rel=0.05), "400 tolerances squared over 4 - 2"
     assert scales[1] == pytest.approx(scales[0], rel=0.05), "two more unknowns that no cell sees"
 
@@ -97,7 +97,7 @@ def test_unknowns_held_by_priors_leave_the_ensemble_near_the_rows_it_was_fitted_
     priors = (None, None, *[Prior(0.5, 0.05)] * 3)
     table = cells(np.ones((6, 1)), absolute=0.05)
     found = solve(problem(table, model, unknowns("abcde", priors=priors)), search(generations=15, spread=30))
-    first = found.ranges[0][0]
+    first = found.fit.ensembles[0].ranges(found.problem.unknowns, 0.9)[0]
     assert first.high - first.low < 0.2
     medians = np.array([row[0].median for row in found.trained])
     assert np.abs(medians - 1.0).mean() < 2.5 * 0.05
@@ -113,4 +113,4 @@ def test_scatter_from_window_to_window_is_no_misfit():
     one = problem(table, scattered, unknowns("a"))
     archive = Archive(one)
     archive.evaluate(0, np.linspace(0.0, 1.0, 40)[:, None])
-    assert freedom_of_best(one, archive, 0).scale == 1.0
+    assert freedom_of_best([HypothesisFit(archive, 0)], {0: 0.0}).scale == 1.0

@@ -7,14 +7,17 @@ import pytest
 from calibrate.toys import cells
 from scipy.stats import norm
 
-from tarsus.calibrate.ensemble import Ensemble, weighted_quantile
-from tarsus.calibrate.objective import Branch
+from tarsus.calibrate.ensemble import HypothesisEnsemble
+from tarsus.calibrate.objective import Hypothesis
 from tarsus.calibrate.prediction import Discrepancy, Miss, discrepancy_of, has_modes, predict_row
+from tarsus.fit.ranges import weighted_quantile
 
 
-def ensemble(weights: list[float]) -> Ensemble:
+def ensemble(weights: list[float]) -> HypothesisEnsemble:
     share = np.array(weights)
-    return Ensemble(Branch({}, 0, (0,)), np.zeros((len(share), 1)), share, np.zeros(len(share)), np.zeros(0))
+    return HypothesisEnsemble(
+        np.zeros((len(share), 1)), share, np.zeros(len(share)), Hypothesis({}, 0, (0,)), np.zeros(0)
+    )
 
 
 def predicted(readings, weights, sigma=1.0, wrong=0.0, table=None, resolution=0.0):

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from tarsus.calibrate.description import Search
-from tarsus.calibrate.objective import Branch, Cells, Limit, Objective
+from tarsus.calibrate.objective import Cells, Hypothesis, Objective, SoftLimit
 from tarsus.calibrate.problem import Problem
 from tarsus.fit import Prior, Unknowns
 
@@ -47,14 +47,14 @@ def problem(
     table: Cells,
     function: Any,
     numbers: Unknowns,
-    branches: tuple[Branch, ...] | None = None,
-    limits: tuple[Limit, ...] = (),
+    hypotheses: tuple[Hypothesis, ...] | None = None,
+    limits: tuple[SoftLimit, ...] = (),
     robust: float = 3.0,
     extra_rows: int = 0,
 ) -> Problem:
     """A problem whose readings are ``function(run, set) -> (rows, channels, samples)``."""
-    if branches is None:
-        branches = (Branch({}, 0, tuple(range(len(table.names)))),)
+    if hypotheses is None:
+        hypotheses = (Hypothesis({}, 0, tuple(range(len(table.names)))),)
 
     def simulate(run: int, sets: np.ndarray, rows: Any) -> np.ndarray:
         return np.array([np.asarray(function(run, one), dtype=float)[list(rows)] for one in sets])
@@ -63,7 +63,7 @@ def problem(
     labels = tuple(f"row {n + 1}" for n in range(count))
     return Problem(
         numbers,
-        branches,
+        hypotheses,
         simulate,
         Objective(table, limits, robust),
         tuple(range(count + extra_rows)),
@@ -175,6 +175,6 @@ def bent_rows(seed: int, misfit: float = 0.2, unknown: int = 9, rows: int = 12) 
     numbers = unknowns("abcdefghi"[:unknown])
     labels = tuple(f"row {n + 1}" for n in range(rows))
     one = Problem(
-        numbers, (Branch({}, 0, (0, 1, 2)),), simulate, Objective(table), tuple(range(rows)), labels
+        numbers, (Hypothesis({}, 0, (0, 1, 2)),), simulate, Objective(table), tuple(range(rows)), labels
     )
     return one, model

@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from tarsus.design.arrivals import ArrivalLine, by_bits, by_scalars
 from tarsus.design.grounds import Grounds
 from tarsus.design.landing_request import LandingSettings, landing_request
+from tarsus.design.learning import ArrivalLine, by_bits, by_scalars
 from tarsus.design.pulses import families
-from tarsus.design.target import LandingObjective, Target
-from tarsus.design.touchdown_slopes import touchdown_pieces
+from tarsus.design.target import LandingObjective, Target, touchdown_pieces
 from tarsus.design.transfer import Transfer, _Aim, transfers
 from tarsus.design.trials import Landings, Trials
 
@@ -74,7 +73,8 @@ def test_four_unknowns_bring_the_structure_to_rest_on_the_ground_and_two_do_not(
 def test_what_a_transfer_leaves_has_exact_slopes(scene, levels):
     step, choices, _, _ = _made(scene, 2, levels)
     transfer = Transfer.of(scene, "pzt", "tip", step, 0.01)
-    aim = _Aim(transfer, step, next(one for one in choices if one.sizes == (2, 2)))
+    family = next(one for one in choices if one.sizes == (2, 2))
+    aim = _Aim(transfer, step, family, transfer.landed[None])
     x = np.random.default_rng(2).uniform(0.1, 0.9, (5, 1 + step.unknowns(2)))
     left, slopes = aim.slopes(x)
     np.testing.assert_allclose(left, aim.left(x), rtol=1e-12, atol=1e-12 * np.abs(left).max())

@@ -36,10 +36,10 @@ def changed(folder: Path, change: Callable[[dict[str, Any]], object], file: str 
 
 
 def said(folder: Path) -> list[str]:
-    chain = StepRunner(read_campaign(folder))
+    chain = StepRunner.of(read_campaign(folder))
     chain.read()
     chain.find_ground()
-    return [str(one) for one in chain.left_out]
+    return [str(one) for one in chain.evidence.left_out]
 
 
 def swap(content: dict[str, Any]) -> None:
@@ -113,9 +113,9 @@ def test_swapped_channels_of_sweeps_are_told_by_the_modes(tmp_path):
     text = text.replace('unit = "m/s"\npoint = "tip"', 'unit = "m/s"\npoint = "other"')
     text = text.replace('unit = "m/s"\npoint = "center"', 'unit = "m/s"\npoint = "tip"')
     (folder / "campaign.toml").write_text(text.replace('"other"', '"center"'), encoding="utf-8")
-    chain = StepRunner(read_campaign(folder))
+    chain = StepRunner.of(read_campaign(folder))
     chain.read()
-    read = [one.record for one in chain.readings if one.file.startswith("sweep")]
+    read = [one.record for one in chain.evidence.readings if one.file.startswith("sweep")]
     records = [record for record in read if record is not None]
     with pytest.raises(
         InputError, match=r"sweep-1.uff.*channels 'center' and 'tip' look swapped|'tip' and 'center'"
@@ -176,12 +176,12 @@ def test_too_few_bounces_are_counted(tmp_path):
                 values, attrs = content[name][:300], dict(content[name].attrs)
                 del content[name]
                 content.create_dataset(name, data=values).attrs.update(attrs)
-    chain = StepRunner(read_campaign(folder))
+    chain = StepRunner.of(read_campaign(folder))
     chain.read()
     chain.find_ground()
-    traces = next(found for purpose, found in chain.traces.items() if purpose.value == "bounces")
+    traces = next(found for purpose, found in chain.evidence.traces.items() if purpose.value == "bounces")
     with pytest.raises(InputError, match=r"bounces-.*\.h5: channel 'tip' shows \d bounces .* at least 5"):
-        identify_restitution(chain.opened.model, chain.known, traces, chain.level, 1)
+        identify_restitution(chain.opened.model, chain.known, traces, chain.evidence.level, 1)
 
 
 def test_repeats_that_are_none_count_once(tmp_path):
@@ -227,7 +227,7 @@ def test_a_record_that_ends_before_its_drive_does_is_told():
 
 
 def sweeps() -> tuple[StepRunner, list[Measurement]]:
-    chain = StepRunner(read_campaign(folder_of_all()))
+    chain = StepRunner.of(read_campaign(folder_of_all()))
     read = [one for name, _ in chain.opened.sets(Purpose.MODAL) for one in read_records(chain.opened, name)]
     return chain, [one.record for one in read if one.record is not None]
 

@@ -13,11 +13,10 @@ from identify.campaigns import folder, identified, truth
 import tarsus as ts
 from tarsus.base.spec import float_paths
 from tarsus.files.toml import read_scene
-from tarsus.identify.assessment import assessed, law_slopes
+from tarsus.identify.assessment import assessed
 from tarsus.identify.campaign import read_campaign
 from tarsus.identify.result import identified_device, summary_of, write_identification
 from tarsus.model.scene import Source
-from tarsus.report.identify_page import parameters
 from unit.html_page import Page
 
 GOALS = {
@@ -215,8 +214,12 @@ def test_reasons_that_differ_in_a_number_are_told_once_with_how_many_they_are():
 def test_what_the_report_calls_determined_is_narrow():
     """The weight of a play may be next to nothing: its interval is a part of the slope of the drive's law."""
     found = identified()
-    rows = parameters(found, assessed(found), law_slopes(found.known)).rows
+    rows = found.table().rows
     weights = [half for name, _, _, half, _ in rows if "weights" in name]
     assert weights and all(half.endswith(" of slope") for half in weights)
-    wide = [name for name, _, _, half, word in rows if word == "determined" and isinstance(half, float) and half > 0.5]
+    wide = [
+        name
+        for name, _, _, half, word in rows
+        if word == "determined" and isinstance(half, float) and half > 0.5
+    ]
     assert len(rows) > 10 and not wide

@@ -47,10 +47,10 @@ def loops_changed(folder: Path, files, column: int, change) -> None:
 
 
 def said(folder: Path) -> list[str]:
-    chain = StepRunner(read_campaign(folder))
+    chain = StepRunner.of(read_campaign(folder))
     chain.read()
     chain.find_ground()
-    return [str(one) for one in chain.left_out]
+    return [str(one) for one in chain.evidence.left_out]
 
 
 @pytest.mark.parametrize(
@@ -100,13 +100,13 @@ def test_loops_in_the_air_show_no_ground(tmp_path):
 
 def test_a_law_without_a_ground_takes_its_constant_as_stated(monkeypatch):
     modes_as_found(monkeypatch)
-    chain = StepRunner(read_campaign(folder()))
+    chain = StepRunner.of(read_campaign(folder()))
     chain.read()
     chain.attempt("resonances", chain._resonances)
     chain.attempt("hysteresis", chain._hysteresis)  # before the ground is looked for
     path = "robot.drives.pzt.law.constant"
     found = chain.steps["hysteresis"]
-    assert chain.level is None and found.taken == (path,) and np.isnan(found.interval(path)).all()
+    assert chain.evidence.level is None and found.taken == (path,) and np.isnan(found.interval(path)).all()
 
 
 def test_loops_on_the_ground_show_it(tmp_path, monkeypatch):
@@ -128,7 +128,7 @@ def test_placeholders_are_no_structure(tmp_path):
     only(folder, "modal", "loops")
     for file in folder.glob("sweep-*.uff"):
         file.write_bytes(file.read_bytes()[:3000])
-    found = StepRunner(read_campaign(folder))
+    found = StepRunner.of(read_campaign(folder))
     with pytest.raises(Exception, match=r"sweep-1\.uff"):
         found.run()
     assert [one.name for one in found.not_done] == ["resonances", "hysteresis"]
@@ -145,12 +145,12 @@ def test_grounds_at_different_places_are_said(tmp_path):
     column = next(i for i, name in enumerate(columns) if "tip displacement" in name)
     count = iter(range(10**9))
     loops_changed(folder, files, column, lambda x: x + 4.0 * (next(count) % 3100 > 120))
-    chain = StepRunner(read_campaign(folder))
+    chain = StepRunner.of(read_campaign(folder))
     chain.read()
     chain.find_ground()
     assert len(chain.evidence.remarks) == 1
     assert "the ground lies at different places" in chain.evidence.remarks[0]
-    assert chain.level[1] > 3e-6
+    assert chain.evidence.level[1] > 3e-6
 
 
 def test_adhesion_does_not_push():

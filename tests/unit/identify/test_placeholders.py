@@ -23,7 +23,7 @@ def changed(opened: Opened, factor: float) -> StepRunner:
     }
     values |= {"robot.drives.pzt.load.participation.1": factor, "ground.adhesion.rate": 1e-6 * factor}
     assert set(values) <= set(identified_paths(scene))
-    chain = StepRunner(replace(opened, model=opened.model.changed(values)))
+    chain = StepRunner.of(replace(opened, model=opened.model.changed(values)))
     chain.read()
     chain.find_ground()
     return chain

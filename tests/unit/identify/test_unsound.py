@@ -37,7 +37,7 @@ GOOD = np.linspace(1e-21, 3e-21, 400)
 )
 def test_a_number_without_an_interval_that_holds_it_is_not_done(value, draws, words):
     assert film(2e-21, GOOD).unsound() == []
-    chain = StepRunner(read_campaign(folder()))
+    chain = StepRunner.of(read_campaign(folder()))
     chain.film = identified().film
     chain.attempt("film", lambda: film(value, draws))
     assert chain.steps == {} and chain.film is None and FILM not in chain.known.paths
@@ -56,7 +56,7 @@ def test_nothing_of_a_step_that_is_not_done_is_calibrated():
 
 def test_arithmetic_that_overflows_on_the_way_is_remarked():
     """A step whose numbers are sound all the same is done, and says what happened."""
-    chain = StepRunner(read_campaign(folder()))
+    chain = StepRunner.of(read_campaign(folder()))
 
     def overflowing() -> StepResult:
         np.exp(np.array([1000.0]))
@@ -68,13 +68,13 @@ def test_arithmetic_that_overflows_on_the_way_is_remarked():
     assert "film" in chain.steps and said.startswith(
         "film: its arithmetic met on the way: overflow (1 times), inv"
     )
-    calm = StepRunner(read_campaign(folder()))
+    calm = StepRunner.of(read_campaign(folder()))
     calm.attempt("film", lambda: film(2e-21, GOOD))
     assert calm.evidence.remarks == []
 
 
 def test_equations_without_a_solution_are_a_step_that_was_not_done(recwarn):
-    chain = StepRunner(read_campaign(folder()))
+    chain = StepRunner.of(read_campaign(folder()))
 
     def singular() -> StepResult:
         np.log(np.zeros(2))
@@ -95,7 +95,7 @@ def test_equations_without_a_solution_are_a_step_that_was_not_done(recwarn):
 )
 def test_motion_in_the_wrong_unit_throughout_is_told_by_the_gap(monkeypatch, factor, words):
     modes_as_found(monkeypatch)
-    chain = StepRunner(read_campaign(folder()))
+    chain = StepRunner.of(read_campaign(folder()))
     chain.read()
     wrong = {
         purpose: [
@@ -104,18 +104,20 @@ def test_motion_in_the_wrong_unit_throughout_is_told_by_the_gap(monkeypatch, fac
             )
             for t in traces
         ]
-        for purpose, traces in chain.traces.items()
+        for purpose, traces in chain.evidence.traces.items()
     }
     chain.evidence.traces = wrong
     chain.find_ground()
     (said,) = chain.evidence.remarks
     assert "are its displacements and velocities in mm stated as m" in said and words in said
-    assert chain.level is None and not any(chain.traces.values())
-    assert {one.file for one in chain.left_out} == {t.file for traces in wrong.values() for t in traces}
+    assert chain.evidence.level is None and not any(chain.evidence.traces.values())
+    assert {one.file for one in chain.evidence.left_out} == {
+        t.file for traces in wrong.values() for t in traces
+    }
     chain.read = lambda: None
     found = chain.run()  # the sweeps still tell the modes
     assert list(found.steps) == ["resonances"]
     assert [one.name for one in found.not_done][:2] == ["hysteresis", "film"]
     assert any("are its displacements" in said for said in found.not_done[0].reasons)
     assert summary_of(found)["remarks"] == [said]
-    assert chain.traces[Purpose.RAMPS] == []
+    assert chain.evidence.traces[Purpose.RAMPS] == []

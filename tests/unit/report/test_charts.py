@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 from chromium import found_in
-from tarsus.report.charts import POINTS, Charts, stack, thinned
+from tarsus.report.charts import POINTS, Charts, stack
 from tarsus.report.packing import unpacked
 from tarsus.report.pages import page
-from tarsus.report.style import BLUE, GREEN, INK, level_limits
+from tarsus.report.style import BLUE, GREEN, INK, level_limits, thinned
 
 
 def spec(charts: Charts) -> dict[str, Any]:
@@ -162,14 +162,3 @@ def test_what_is_one_to_rounding_is_a_level_line():
     assert panel.spec([])["limits"] == pytest.approx((low, high))
     panel.set_ylim(bottom=0.0)
     assert panel.spec([])["limits"][0] == 0.0
-
-
-def test_a_figure_of_matplotlib_draws_rounding_level_too():
-    from matplotlib.figure import Figure
-
-    from tarsus.report.plot import _level
-
-    axes = Figure().add_subplot()
-    axes.plot(np.arange(20.0), 0.667 + 1e-13 * np.arange(20.0))
-    _level(axes, 0.667 + 1e-13 * np.arange(20.0))
-    assert axes.get_ylim()[1] - axes.get_ylim()[0] > 0.05

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import tarsus as ts
+from tarsus.base.events import TRANSITIONS, FootState
 from tarsus.files.store import read_run, write_run
 from tarsus.files.summary import MOST_FEET_LISTED
 from tarsus.report import figures
@@ -172,3 +173,15 @@ def test_blows_at_landings_do_not_press_the_other_forces_to_a_line() -> None:
     assert "from one line to the next is 1.6 µN" in plate.caption and "the largest is 100 µN" in plate.caption
     calm = ground_forces(replace(pushed, normal=np.full_like(normal, 1e-6)), (0.0, float(motion.time[-1])))
     assert "cut" not in calm.caption
+
+
+def test_the_committed_picture_of_a_foot_s_states_names_all_that_the_engine_s_table_has() -> None:
+    committed = (Path(__file__).parents[3] / "docs" / "flowchart.svg").read_text(encoding="utf-8")
+    shown = re.findall(r"<text[^>]*>([^<]*)</text>", committed)
+    changes = [(before, after, event) for before, after, event, _ in TRANSITIONS]
+    assert len(set(changes)) == len(changes) and {one for pair in changes for one in pair[:2]} == set(
+        FootState
+    )
+    assert {state.words for state in FootState} <= set(shown), "run `python docs/draw_flowchart.py`"
+    for number, (before, after, event) in enumerate(changes, 1):
+        assert {f"{number}  {event}", f"{before.words} → {after.words}", event} <= set(shown)

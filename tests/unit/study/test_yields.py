@@ -74,7 +74,7 @@ def test_groups_are_legs(millipede):
 
 
 def test_indices_tell_what_acts_alone_from_what_acts_together():
-    """3 a1 + 2 a2 + b: the group of both a makes 13/14 of the variance, alone and in all; a b about 0: nothing alone."""
+    """3 a1 + 2 a2 + b: the group of both a makes 13/14 of the variance, alone and in all; a b: nothing alone."""
     design = Saltelli(count=2048, seed=3, groups=("a", "a", "b"))
     axes = {name: Linspace(start=-1.0, stop=1.0) for name in ("a1", "a2", "b")}
     points = design.points(axes, slice(0, design.runs(axes)))
@@ -143,21 +143,21 @@ def test_more_dead_legs_than_legs_are_refused():
         Robots.of(creeping_millipede(), {}, dead=(0, 5)).sweep(8, ["mean_speed"])
 
 
-def told(**totals: tuple[float, float]) -> dict[str, dict[str, float]]:
+def indices(**totals: tuple[float, float]) -> dict[str, dict[str, float]]:
     return {name: {"total": total, "total_error": error} for name, (total, error) in totals.items()}
 
 
 def test_who_matters_most_is_said_only_where_intervals_are_apart():
-    clear = leader_of(told(L1=(0.2, 0.05), R1=(0.5, 0.1), L2=(0.1, 0.02)), 64)
+    clear = leader_of(indices(L1=(0.2, 0.05), R1=(0.5, 0.1), L2=(0.1, 0.02)), 64)
     assert clear is not None and clear.group == "R1" and clear.resolved and clear.draws is None
     assert clear.sentence("speed") == "scatter of R1 matters most for speed: 0.50 ± 0.10"
-    alike = leader_of(told(L1=(0.40, 0.1), R1=(0.45, 0.1), L2=(0.38, 0.1), R2=(0.1, 0.05)), 64)
+    alike = leader_of(indices(L1=(0.40, 0.1), R1=(0.45, 0.1), L2=(0.38, 0.1), R2=(0.1, 0.05)), 64)
     assert alike is not None and not alike.resolved and alike.rivals == ("L1", "L2")
     assert alike.draws == 1024  # 64 (0.2 / 0.05)^2
     assert "is not resolved: R1 0.45 ± 0.10, and the interval of L1 and 1 more overlaps it" in alike.sentence(
         "speed"
     )
-    twins = leader_of(told(L1=(0.5, 0.1), R1=(0.5, 0.1)), 64)
+    twins = leader_of(indices(L1=(0.5, 0.1), R1=(0.5, 0.1)), 64)
     assert twins is not None and twins.draws is None and "hardly" in twins.sentence("speed")
     assert leader_of({}, 64) is None
 

@@ -39,6 +39,7 @@ _ELSEWHERE = {
 }
 _KNOWN = "UFF 55/58/58b, MATLAB, HDF5, NetCDF, TDMS, LVM, CSV or ASCII"
 _HEAD = 4096
+"""Bytes that tell the format: headers name it at their beginning."""
 
 
 def read_measurement(path: str | os.PathLike[str], **choices: Any) -> Measurement:

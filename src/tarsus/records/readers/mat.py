@@ -18,8 +18,11 @@ from tarsus.records.readers.tables import Array, file_of
 __all__ = ["is_mat", "read_mat"]
 
 _HEADER = 128
+"""Bytes, by the format (MAT-File Level 5), as the next two."""
 _TAG = 8
+"""Bytes of the tag of an element."""
 _COMPRESSED = 15  # miCOMPRESSED
+"""Kind of a compressed element."""
 
 
 def is_mat(head: bytes) -> bool:

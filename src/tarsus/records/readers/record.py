@@ -8,10 +8,10 @@ import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
+from tarsus.records.clipping import clipped_samples
 from tarsus.records.measurement import Measurement, Quantity
 from tarsus.records.readers.axes import Sampling, axis_series, check_declared, even, series_axis
 from tarsus.records.readers.choices import Choices
-from tarsus.records.readers.clipping import clipped_samples
 from tarsus.records.readers.raw import Domain, RawFile, RawSeries, Role
 from tarsus.records.readers.selecting import (
     Selected,

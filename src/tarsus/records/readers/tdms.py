@@ -13,7 +13,9 @@ from tarsus.records.readers.raw import Axis, Declared, Domain, RawFile, RawSerie
 __all__ = ["is_tdms", "read_tdms"]
 
 _LEAD_IN = 28
+"""Bytes before a segment, by the format."""
 _NEXT_SEGMENT = slice(12, 20)
+"""Where its length stands in them."""
 
 
 def is_tdms(head: bytes) -> bool:

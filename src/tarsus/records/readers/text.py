@@ -29,6 +29,7 @@ __all__ = ["read_text"]
 
 _SEPARATORS = ("\t", ";", ",", None)
 _LONGEST_HEADER = 2000
+"""Lines before the numbers: more than any instrument writes."""
 _UNIT_IN_NAME = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\))\s*$")
 _RATE = re.compile(
     r"^\W*(?:sampl\w*[ _]?(?:rate|freq\w*)|abtast(?:rate|frequenz)|fs)\b[^\d+-]*?([\d.,eE+-]+)\s*(\w*)", re.I

@@ -21,8 +21,11 @@ _MARK = b"-1"
 _UNITS = {8: "m", 9: "N", 11: "m/s", 12: "m/s^2", 13: "N", 17: "s", 18: "Hz"}
 """SI unit of a specific data type."""
 _EXCITATION = 13
+"""Code of an excitation force, by the format (dataset 58), as the next ones."""
 _DIRECTIONS = {0: "", 1: "+X", 2: "+Y", 3: "+Z", 4: "+RX", 5: "+RY", 6: "+RZ"}
+"""Directions by their codes."""
 _ROLES = {1: Role.SIGNAL, 4: Role.RESPONSE, 6: Role.COHERENCE}
+"""Roles by the code of the function."""
 _FUNCTIONS = {
     0: "general functions",
     2: "auto spectra",
@@ -33,6 +36,7 @@ _FUNCTIONS = {
     9: "power spectral densities",
     12: "spectra",
 }
+"""Functions that are no signals, by their codes."""
 _DIGITS = 1e-5
 """Relative step of numbers written as E13.5."""
 

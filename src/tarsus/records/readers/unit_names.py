@@ -41,6 +41,7 @@ _WORDS = {
 }
 _MOTIONS = (Quantity.DISPLACEMENT, Quantity.VELOCITY, Quantity.ACCELERATION)
 _POUND_FORCE = 4.4482216152605
+"""Newtons of a pound-force, by definition."""
 _IMPERIAL = {
     "lbf": (Quantity.FORCE, _POUND_FORCE),
     "mil": (Quantity.DISPLACEMENT, 2.54e-5),
@@ -52,6 +53,7 @@ _IMPERIAL = {
     "ft/s": (Quantity.VELOCITY, 0.3048),
     "ft/s^2": (Quantity.ACCELERATION, 0.3048),
 }
+"""Factors of units outside SI, by definition."""
 _GRAVITIES = {"g", "gn", "g_n", "g0"}
 
 

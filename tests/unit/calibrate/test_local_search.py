@@ -6,14 +6,13 @@ import numpy as np
 import pytest
 from calibrate.toys import BALL, ball_study, cells, problem, search, unknowns
 
-from tarsus.calibrate.archive import Archive
 from tarsus.calibrate.calibrating import calibrate
 from tarsus.calibrate.lowering import lower_study
-from tarsus.calibrate.objective import Limit
-from tarsus.calibrate.polish import BranchFit, polish
-from tarsus.calibrate.search import search_branches
+from tarsus.calibrate.objective import SoftLimit
+from tarsus.calibrate.problem import Archive, HypothesisFit
+from tarsus.calibrate.search import search_hypotheses
 from tarsus.calibrate.studyfile import load_study
-from tarsus.fit import Prior
+from tarsus.fit import Prior, least_squares
 from tarsus.fit.case import Case
 
 TRUTH = (0.8, 0.6)
@@ -34,7 +33,7 @@ def lowered(folder, text=BALL):
     return lower_study(described.study, described.table)
 
 
-def slopes_by_differences(fit: BranchFit, x: np.ndarray, step: float) -> np.ndarray:
+def slopes_by_differences(fit: HypothesisFit, x: np.ndarray, step: float) -> np.ndarray:
     beside = np.concatenate([x + step * np.eye(len(x)), x - step * np.eye(len(x))])
     rows = fit.residuals_at(beside)
     return ((rows[: len(x)] - rows[len(x) :]) / (2.0 * step)).T
@@ -50,7 +49,7 @@ def test_residuals_of_a_branch_are_its_cost_and_have_its_slopes():
 
     table = cells([[3.2, 1.1], [1.4, 1.2]], absolute=0.05, relative=0.1, exists=True)
     numbers = unknowns("ab", priors=(None, Prior(0.4, 0.2)))
-    one = problem(table, function, numbers, limits=(Limit("high", (1,), 2, 0.0, 5.2, 0.1),))
+    one = problem(table, function, numbers, limits=(SoftLimit("high", (1,), 2, 0.0, 5.2, 0.1),))
 
     def slopes(run, x, rows):
         h = 1e-6 * np.eye(2)
@@ -58,20 +57,20 @@ def test_residuals_of_a_branch_are_its_cost_and_have_its_slopes():
 
     given = type(one)(**{**one.__dict__, "slopes": slopes})
     archive = Archive(given)
-    fit = BranchFit(given, archive, given.branches[0])
+    fit = HypothesisFit(archive, 0)
     x = np.array([0.6, 0.7])
     readings = archive.evaluate(0, x[None])
-    total = given.total(given.costs(readings, given.branches[0]), x[None])[0]
-    assert np.sum(fit.residuals(x) ** 2) == pytest.approx(total, rel=1e-12)
-    assert given.costs(readings, given.branches[0]).limits[0, 0] > 1.0
+    costs = fit.pieces(readings).costs
+    total = costs.rows[0].sum() + costs.limits[0].sum() + numbers.prior_cost(x)
+    assert np.sum(fit.residuals(x) ** 2) == pytest.approx(total, rel=1e-12) and costs.limits[0, 0] > 1.0
     np.testing.assert_allclose(fit.jacobian(x), slopes_by_differences(fit, x, 1e-5), rtol=1e-5, atol=1e-5)
 
 
 def test_readings_of_a_ball_have_exact_slopes(tmp_path):
     found = lowered(tmp_path)
     one, x = found.problem, np.array([0.61, 0.43])
-    for number, branch in enumerate(one.branches):
-        fit = BranchFit(one, Archive(one), branch)
+    for number in range(len(one.hypotheses)):
+        fit = HypothesisFit(Archive(one), number)
         told, wanted = fit.jacobian(x), slopes_by_differences(fit, x, 1e-3)
         rates, heights = slice(0, 6, 2), slice(1, 6, 2)  # row by row
         assert number < 2 and np.abs(told[heights]).max() > 1.0
@@ -81,22 +80,24 @@ def test_readings_of_a_ball_have_exact_slopes(tmp_path):
 
 def test_the_polish_reaches_the_truth_in_few_sets_and_is_read_back(tmp_path):
     one = lowered(tmp_path).problem
-    average = next(n for n, branch in enumerate(one.branches) if branch.options["height"] == "average")
+    average = next(n for n, each in enumerate(one.hypotheses) if each.options["height"] == "average")
     archive = Archive(one)
-    found = polish(one, archive, average, one.unknowns.cube(np.array([0.81, 0.57])), 12)
+    found = least_squares(
+        HypothesisFit(archive, average), one.unknowns.cube(np.array([0.81, 0.57])), 12, 0.03
+    )
     assert found.values["e"] == pytest.approx(0.8, rel=2e-3) and found.values["push"] == pytest.approx(
         0.6, rel=0.02
     )
-    assert archive.simulated <= 12 and found.slopes <= found.evaluations
+    assert archive.sets <= 12 and found.slopes <= found.evaluations
 
 
 def test_a_search_ends_lower_with_the_polish_and_resumes_to_the_same_bytes(tmp_path):
     folder = tmp_path / "study"
     folder.mkdir()
-    plain, polished = (search(generations=2, spread=0, polish=steps) for steps in (0, 10))
+    plain, polished = (search(short=0, generations=0, spread=0, polish=steps) for steps in (0, 10))
     one = lowered(folder).problem
     costs = [
-        min(f.cost for f in search_branches(one, Archive(one), how)[0].values()) for how in (plain, polished)
+        min(f.cost for f in search_hypotheses(Archive(one), how)[0].values()) for how in (plain, polished)
     ]
     assert costs[1] < 0.95 * costs[0]
     file = folder / "ball.toml"

@@ -1,7 +1,7 @@
-"""Each row left out once: the search of somebody who does not have it, and what that one says of it.
+"""Each row excluded once: the search of somebody who does not have it, and what that one says of it.
 
 Nothing of a row gets into its own prediction. The problem that is searched lacks its cells and its run, the archive is
-empty, the random numbers are its own, and the search is the whole one of the study: screening, every branch, all
+empty, the random numbers are its own, and the search is the whole one of the study: prescreening, every hypothesis, all
 generations. The row is simulated for the members of the finished ensembles alone.
 """
 
@@ -16,78 +16,76 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.workers import Workers, is_executor, spread, workers
-from tarsus.calibrate.archive import Archive
 from tarsus.calibrate.description import Search
-from tarsus.calibrate.fitting import Fit, fitted
+from tarsus.calibrate.ensemble import WeightedEnsemble, weighted_ensemble
 from tarsus.calibrate.prediction import Discrepancy, Prediction, discrepancy_of
-from tarsus.calibrate.problem import Problem
+from tarsus.calibrate.problem import Archive, Problem
 
-__all__ = ["LeftOut", "leave_each_out", "leave_out", "missed_by"]
+__all__ = ["ExcludedRow", "exclude", "exclude_each", "missed_by"]
 
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class LeftOut:
+class ExcludedRow:
     """A row predicted without it.
 
-    row: its place in the table's fitted rows; fit: mixture of the search without it; readings (nm, channels, samples)
+    row: its place in the table's fitted rows; fit: what the search without it found; readings (nm, channels, samples)
     of each ensemble's members in the row; missed (nk,): weighted residuals there; wrong (nk,): probability of the
     wrong existence.
     """
 
     row: int
-    fit: Fit
+    fit: WeightedEnsemble
     readings: tuple[NDArray[np.floating], ...]
     missed: Floats
     wrong: Floats
 
-    def predictions(self, problem: Problem, discrepancy: Discrepancy | None = None) -> list[Prediction]:
+    def predictions(self, problem: Problem, discrepancy: Discrepancy | None = None) -> tuple[Prediction, ...]:
         """Predictions of the row, ``problem`` being that of the whole table; with the fit's own discrepancy unless
         another is given."""
         return self.fit.predictions(problem, self.row, self.readings, discrepancy)
 
 
-def leave_out(
+def exclude(
     problem: Problem, search: Search, row: int, archive: Callable[[Problem, int], Archive]
-) -> LeftOut:
+) -> ExcludedRow:
     """Search without a row of the table, and simulate it with what was found.
 
     archive: makes an empty one of a problem, for the search of this number (`row` + 1; 0 is that of the whole table).
     """
-    other = problem.without(row)
-    own = archive(other, row + 1)
-    fit = fitted(other, own, search, row + 1)
+    own = archive(problem.without(row), row + 1)
+    fit = weighted_ensemble(own, search)
     alone = problem.objective.only(row)
     readings, missed, wrong = [], np.zeros(alone.cells.observed.shape[1]), 0.0
     for weight, one in zip(fit.weights, fit.ensembles, strict=True):
-        read = own.elsewhere(one.branch.run, one.points, problem.rows[row])
-        costs = alone(read[:, None], one.branch)
+        read = own.elsewhere(one.hypothesis.run, one.points, problem.rows[row])
+        costs = alone.pieces(read[:, None], one.hypothesis).costs
         missed = missed + weight * (one.weights @ costs.missed[:, 0])
         wrong = wrong + weight * (one.weights @ costs.wrong[:, 0])
         readings.append(read)
-    return LeftOut(row, fit, tuple(readings), missed, np.asarray(wrong))
+    return ExcludedRow(row, fit, tuple(readings), missed, np.asarray(wrong))
 
 
-def leave_each_out(
+def exclude_each(
     problem: Problem,
     search: Search,
     archive: Callable[[Problem, int], Archive],
     stop: threading.Event,
     threads: Workers = None,
-) -> list[LeftOut]:
-    """Every fitted row left out once, side by side where there are rows enough for all threads.
+) -> list[ExcludedRow]:
+    """Every fitted row excluded once, side by side where there are rows enough for all threads.
 
     stop: set when a row failed or the run was interrupted, so that the others end.
     """
     jobs = list(range(problem.trained))
     count = workers(threads)
     side = min(count, len(jobs)) if is_executor(threads) or len(jobs) >= count else 1
-    return list(spread(partial(leave_out, problem, search, archive=archive), jobs, side, stop))
+    return list(spread(partial(exclude, problem, search, archive=archive), jobs, side, stop))
 
 
-def missed_by(problem: Problem, found: list[LeftOut], row: int | None = None) -> Discrepancy:
-    """Discrepancy from what each row left out was missed by; those of a row itself stay out of its own prediction,
+def missed_by(problem: Problem, found: list[ExcludedRow], row: int | None = None) -> Discrepancy:
+    """Discrepancy from what each excluded row was missed by; those of a row itself stay out of its own prediction,
     which is so a test of what is said of new rows."""
     others = [one for one in found if one.row != row]
     missed, wrong = (np.array([getattr(one, name) for one in others]) for name in ("missed", "wrong"))

@@ -1,74 +1,69 @@
-"""The files of a finished calibration: all numbers, the mixture, and a device for every branch."""
+"""The files of a finished calibration: all numbers, the mixture, and a device for every hypothesis."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import get_value, with_values
-from tarsus.calibrate.account import calibration_table, device_file
-from tarsus.calibrate.calibrating import Calibrated
-from tarsus.calibrate.ensemble import weighted_quantile
 from tarsus.calibrate.mixture import MIXTURE_FILE, Mixture, mixture_table
+from tarsus.calibrate.results import device_file
 from tarsus.calibrate.studyfile import TABLE_FILE
 from tarsus.files.jsontext import json_text
 from tarsus.files.runstore import SWEEP_FILES
 from tarsus.files.store import REPORT_FILE
 from tarsus.files.toml import scene_text
 from tarsus.files.whole import write_text
+from tarsus.fit.ranges import weighted_quantile
 from tarsus.model.scene import Provenance, Scene, Source
 
-__all__ = ["CALIBRATION_FILE", "CALIBRATION_FILES", "branch_scene", "mixture_of", "write_outputs"]
+if TYPE_CHECKING:
+    from tarsus.calibrate.calibrating import Calibration
+
+__all__ = ["CALIBRATION_FILE", "CALIBRATION_FILES", "hypothesis_scene", "mixture_of", "write_outputs"]
 
 CALIBRATION_FILE = "calibration.json"
 CALIBRATION_FILES = (*SWEEP_FILES, TABLE_FILE, CALIBRATION_FILE, MIXTURE_FILE, "branch-*.toml", REPORT_FILE)
 """Everything that a calibration's folder may hold of it, as glob patterns."""
 
 
-def mixture_of(result: Calibrated) -> Mixture:
+def mixture_of(result: Calibration) -> Mixture:
     """The mixture of a finished calibration."""
     solution = result.solution
     return Mixture(result.lowered, solution.fit.ensembles, solution.fit.weights, solution.discrepancy)
 
 
-def branch_scene(result: Calibrated, place: int) -> Scene:
-    """The device of a kept branch: its best member, every fitted value with its 95 % interval and its origin."""
+def hypothesis_scene(result: Calibration, place: int) -> Scene:
+    """The device of a kept hypothesis: its best member, every fitted value with its 95 % interval and its origin."""
     mixture = mixture_of(result)
     ensemble = mixture.ensembles[place]
     lowered, study = result.lowered, result.described.study
-    run = lowered.forward.branches[ensemble.branch.run]
+    run = lowered.forward.variants[ensemble.hypothesis.run]
     unknowns = lowered.problem.unknowns
-    members = [
-        run.values(dict(zip(unknowns.names, unknowns.values(one).tolist(), strict=True)), run.rows[0])
-        for one in ensemble.points
-    ]
+    members = [run.values(unknowns.by_name(one), run.rows[0]) for one in ensemble.points]
     scene = mixture.scene(place)
     scene = with_values(
         scene, {"name": f"{study.scene.name}-{place + 1}" if len(mixture.weights) > 1 else study.scene.name}
     )
     count = len(lowered.trained)
     rows = f"{count} row{'s' if count > 1 else ''}"
-    note = f"Calibration '{study.name}' to {rows} of its table; branch: {ensemble.branch.name}."
+    note = f"Calibration '{study.name}' to {rows} of its table; hypothesis: {ensemble.hypothesis.name}."
     origins = {path: origin for path, origin in scene.provenance.items() if _there(scene, path)}
     for path in run.driven:
         values = [one[path] for one in members]
-        ends = [weighted_quantile(_array(values), ensemble.weights, at) for at in (0.025, 0.975)]
+        ends = [weighted_quantile(np.array(values), ensemble.weights, at) for at in (0.025, 0.975)]
         low, high = min(ends[0], values[0]), max(ends[1], values[0])
         origins[path] = Provenance(source=Source.CALIBRATED, note=note, interval=((low, high),))
-    for choice, option in ensemble.branch.options.items():
+    for choice, option in ensemble.hypothesis.options.items():
         for path in study.choices[choice].options[option].set:
             covered = {one: origin for one, origin in origins.items() if not one.startswith(f"{path}.")}
             origins = covered | {
                 path: Provenance(source=Source.CALIBRATED, note=f"{note} A discrete unknown.")
             }
     return with_values(scene, {"provenance": origins})
-
-
-def _array(values: list[float]) -> Any:
-    import numpy as np
-
-    return np.array(values)
 
 
 def _there(scene: Scene, path: str) -> bool:
@@ -81,17 +76,17 @@ def _there(scene: Scene, path: str) -> bool:
         return False
 
 
-def write_outputs(result: Calibrated, folder: Path) -> list[Path]:
+def write_outputs(result: Calibration, folder: Path) -> list[Path]:
     """Write the files into a folder, and return them."""
     written = []
-    for place in range(len(result.solution.kept)):
-        scene = branch_scene(result, place)
+    for place in range(len(result.solution.fit.kept)):
+        scene = hypothesis_scene(result, place)
         target = folder / device_file(place)
         write_text(target, scene_text(scene))
         written.append(target)
     for name, table in (
         (MIXTURE_FILE, mixture_table(mixture_of(result))),
-        (CALIBRATION_FILE, calibration_table(result)),
+        (CALIBRATION_FILE, result.to_dict()),
     ):
         write_text(folder / name, json_text(table, indent=1) + "\n")
         written.append(folder / name)

@@ -11,6 +11,7 @@ from typing import Any
 
 from tarsus.base.spec import float_paths
 from tarsus.tables.numbers import amount
+from tarsus.tables.table import Table
 
 LONGEST_LIST = 6
 """Values of a list shown one by one; longer lists are described by their length and range."""
@@ -35,6 +36,19 @@ class ValueRow:
     numbers: tuple[float, ...] = ()
     unit: str = "1"
     of: str = ""
+
+
+def values_table(scene: Any) -> Table:
+    """Every number of a scene with its source, what is alike once."""
+    rows = []
+    for row in grouped(value_rows(scene)):
+        unbroken = ", ".join(part.replace(" ", "\N{NO-BREAK SPACE}") for part in row.value.split(", "))
+        path = f"{row.path}\n{row.of}" if row.of else row.path
+        rows.append((path, unbroken, row.source or None, row.note or row.doc))
+    laws = ", ".join(scene.ground.acting_laws) or "no law"
+    feet = f"{len(scene.robot.feet)} {'foot' if len(scene.robot.feet) == 1 else 'feet'}"
+    title = f"{scene.name}: {scene.robot.structure.kind}, {feet} on {laws}"
+    return Table(title, ("path", "value", "source", "where it comes from"), rows)
 
 
 def value_rows(scene: Any) -> list[ValueRow]:

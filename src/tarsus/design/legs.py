@@ -1,24 +1,24 @@
-"""Lengths of a leg's links: the design problem (4.1)-(4.2), as corrected in erratum E12."""
+"""What a step of voltage does to a leg near rest, and the lengths of its links: the design problem (4.1)-(4.2), as
+corrected in erratum E12."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
-from scipy.optimize import minimize
+from numpy.typing import ArrayLike, NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import Amount, MaybeAmount, quantity, with_values
-from tarsus.design.lifts import StepLift, step_lift
 from tarsus.design.request import Given, Settings, settings_of
 from tarsus.model.structure.base import Array
 from tarsus.model.structure.leg import Leg
-from tarsus.model.structure.leg_motion import GRAVITY
+from tarsus.model.structure.leg_motion import GRAVITY, standing_load
 
-__all__ = ["LENGTHS", "Landscape", "LegSettings", "LinkDesign", "landscape", "leg"]
+__all__ = ["LENGTHS", "Landscape", "LegSettings", "LinkDesign", "StepLift", "landscape", "leg", "step_lift"]
 
 LENGTHS = ("hip.length", "thigh.length", "shin.length")
 """Paths of the design parameters (4.2)."""
@@ -28,8 +28,81 @@ COARSE = 5
 at a bound, and a fifth of the range from either is within reach of it."""
 ENOUGH, DIFFERENCE = 1e-10, 1e-6
 """The optimiser ends where the speed gains less than this share, and takes differences of lengths by parts of the
-longest one: the time of a peak is known to 1e-14, so that slopes are good to 1e-8; with smaller ones the last line search
-hangs on rounding."""
+longest one: the time of a peak is known to 1e-14, so that slopes are good to 1e-8; with smaller ones the last line
+search hangs on rounding."""
+
+
+@dataclass(frozen=True)
+class StepLift:
+    """Answer of the linearised leg to a step to its rated voltage, from rest under its load.
+
+    static: lift that remains [m]; peak: lift at the first peak [m]; peak_time: when [s], infinite for a leg
+    that creeps up without a peak, which then has ``peak == static``; lifted: greatest load that the driven leg
+    holds at or above its height without load [N]; standing: greatest load under which the nonlinear leg stands at
+    0 V [N], see `standing_load`.
+    """
+
+    static: float
+    peak: float
+    peak_time: float
+    lifted: float
+    standing: float
+
+    @property
+    def capacity(self) -> float:
+        """Load capacity [N]: what the leg both lifts and, undriven, stands under."""
+        return min(self.lifted, self.standing)
+
+    @property
+    def mean_speed(self) -> float:
+        """Lift at the first peak over the time to it [m/s]: (4.1) as corrected in E12; 0 without a peak."""
+        return self.peak / self.peak_time
+
+
+def step_lift(leg: Leg) -> StepLift:
+    """Figures of a step to the rated voltage, exact for the linearised leg (`Leg.linearised`) but for `standing`."""
+    linear = leg.linearised()
+    matrices, body = linear.matrices(), linear.row("body")
+    force = leg.torque_load() * leg.torque
+    settled, give = np.linalg.solve(matrices.stiffness, np.column_stack([force, body])).T
+    static = float(body @ settled)
+    loads = (static / float(body @ give), standing_load(leg))
+    rates, parts = _decays(matrices.mass, matrices.damping, matrices.stiffness, settled, body)
+    swinging = np.imag(rates) > 1e-9 * np.abs(rates)
+    if static <= 0.0 or not swinging.any():
+        return StepLift(static, static, math.inf, *loads)
+    slow = np.flatnonzero(swinging)[np.argmin(np.abs(rates[swinging]))]
+
+    def speed(time: float) -> float:
+        return float(np.sum(parts * rates * np.exp(rates * time)).real)
+
+    from scipy.optimize import brentq  # takes longer to load than all designs
+
+    guess = math.pi / float(np.imag(rates[slow]))
+    start, end = 0.5 * guess, 1.5 * guess
+    if not speed(start) > 0.0 > speed(end):
+        return StepLift(static, static, math.inf, *loads)
+    when: Any = brentq(speed, start, end, xtol=1e-14 * guess)
+    peak = static + float(np.sum(parts * np.exp(rates * when)).real)
+    return StepLift(static, peak, when, *loads)
+
+
+def _decays(
+    mass: Array, damping: Array, stiffness: Array, settled: Array, body: Array
+) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+    """Rates (2n,) [1/s] and parts (2n,) [m] with body height = static + sum(parts exp(rates t)), from rest at 0."""
+    n = len(mass)
+    scale = math.sqrt(float(np.trace(stiffness) / np.trace(mass)))  # brings positions and rates to one size
+    flow = np.block(
+        [
+            [np.zeros((n, n)), np.eye(n) * scale],
+            [-np.linalg.solve(mass, stiffness) / scale, -np.linalg.solve(mass, damping)],
+        ]
+    )
+    rates, vectors = (np.asarray(one, dtype=np.complex128) for one in np.linalg.eig(flow))
+    amounts = np.linalg.solve(vectors, np.concatenate([-settled, np.zeros(n)]))
+    parts = (body @ vectors[:n]) * amounts
+    return rates, np.asarray(parts, dtype=np.complex128)
 
 
 @dataclass(frozen=True)
@@ -160,9 +233,7 @@ def leg(
     InputError
         If the bounds are not in order, or no leg within them carries the load and answers with a peak.
     """
-    named = {"shortest": shortest, "longest": longest, "load": load}
-    given = settings | {name: one for name, one in named.items() if one is not None}
-    options = settings_of(LegSettings, request, given)
+    options = settings_of(LegSettings, request, shortest=shortest, longest=longest, load=load, **settings)
     low, high = options.shortest, options.longest
     if not low < high:
         raise InputError(f"lengths must have shortest < longest, got {low:g} m and {high:g} m")
@@ -189,6 +260,8 @@ def _fastest(leg: Leg, shortest: float, longest: float, needed: float) -> LinkDe
     def spare(parts: Array) -> Array:
         one = lift(parts)
         return np.array([one.lifted, one.standing]) / needed - 1.0
+
+    from scipy.optimize import minimize
 
     start, first = max(able, key=lambda pair: pair[1].mean_speed)
     found = minimize(

@@ -10,13 +10,13 @@ import pytest
 from calibrate.toys import bent_rows, search
 from scipy.optimize import differential_evolution
 
-from tarsus.calibrate.archive import Archive
 from tarsus.calibrate.calibrating import solve
-from tarsus.calibrate.fitting import fitted
-from tarsus.calibrate.leaveout import leave_each_out, leave_out, missed_by
-from tarsus.calibrate.objective import Limit
+from tarsus.calibrate.ensemble import weighted_ensemble
+from tarsus.calibrate.excluding import exclude, exclude_each, missed_by
+from tarsus.calibrate.objective import SoftLimit
+from tarsus.calibrate.problem import Archive
 
-PLAN = search(population=24, screening=96, short=4, generations=24, spread=5, members=24, polish=0)
+PLAN = search(population=10, screening=48, short=8, generations=24, spread=5, members=24, polish=0)
 """As the packaged study of the cantilever searches."""
 
 
@@ -35,7 +35,7 @@ class Watched:
                 sets.update(one.tobytes() for one in points)
             return problem.simulate(run, points, chosen)
 
-        made = Archive(replace(problem, simulate=simulate))
+        made = Archive(replace(problem, simulate=simulate), part=number)
         if self.share and number:
             made.evaluate(0, np.array([np.frombuffer(one) for one in sorted(self.sets[0])]))
         return made
@@ -49,8 +49,8 @@ class Watched:
 def watched(share=False, rows=3, plan=PLAN):
     """The whole table's search, and those without each of a few rows."""
     problem, seen = bent_rows(1, rows=rows)[0], Watched(share)
-    fitted(problem, seen.archive(problem, 0), plan)
-    found = leave_each_out(problem, plan, seen.archive, threading.Event())
+    weighted_ensemble(seen.archive(problem, 0), plan)
+    found = exclude_each(problem, plan, seen.archive, threading.Event())
     return problem, seen, found
 
 
@@ -71,7 +71,10 @@ def test_archives_that_are_shared_are_noticed():
 
 def test_without_a_row_nothing_of_it_is_left_in_the_problem():
     problem = bent_rows(1)[0]
-    limits = (Limit("everywhere", (0, 1, 2, 12), 0, 0.0, 1.0, 0.1), Limit("there", (1,), 0, 0.0, 1.0, 0.1))
+    limits = (
+        SoftLimit("everywhere", (0, 1, 2, 12), 0, 0.0, 1.0, 0.1),
+        SoftLimit("there", (1,), 0, 0.0, 1.0, 0.1),
+    )
     whole = replace(problem, rows=(*problem.rows, 12), objective=replace(problem.objective, limits=limits))
     other = whole.without(1)
     assert other.rows == (0, *range(2, 13)) and other.labels[:2] == ("row 1", "row 3") and other.trained == 11
@@ -80,10 +83,9 @@ def test_without_a_row_nothing_of_it_is_left_in_the_problem():
     )
     assert [(one.name, one.rows) for one in other.objective.limits] == [("everywhere", (0, 1, 11))]
     points = np.random.default_rng(0).random((5, 9))
-    branch = problem.branches[0]
-    costs = problem.costs(problem.simulate(0, points, problem.rows), branch)
-    less = problem.without(1)
-    found = less.total(less.costs(less.simulate(0, points, less.rows), branch), points)
+    one, less = problem.hypotheses[0], problem.without(1)
+    costs = problem.objective.pieces(problem.simulate(0, points, problem.rows), one).costs
+    found = (less.objective.pieces(less.simulate(0, points, less.rows), one).roots ** 2).sum(axis=1)
     assert found == pytest.approx(np.delete(costs.rows, 1, axis=1).sum(axis=1))
 
 
@@ -108,8 +110,8 @@ def errors(seed, archive=None, rows=range(12)):
     problem, model = bent_rows(seed)
     observed = problem.objective.cells.observed
     plan = PLAN.model_copy(update={"seed": seed})
-    make = archive(problem, plan) if archive else lambda of, number: Archive(of)
-    ours = [leave_out(problem, plan, row, make) for row in rows]
+    make = archive(problem, plan) if archive else lambda of, number: Archive(of, part=number)
+    ours = [exclude(problem, plan, row, make) for row in rows]
     theirs = [refit(model, observed, row, [seed, row]) for row in rows]
     medians = np.array([[cell.median for cell in one.predictions(problem)] for one in ours])
     chosen = observed[list(rows)]
@@ -133,11 +135,11 @@ def test_published_errors_of_rows_left_out_are_those_of_refits_and_less_where_th
 
     def sharing(problem, plan):
         whole = Archive(problem)
-        fitted(problem, whole, plan)
+        weighted_ensemble(whole, plan)
 
         def make(of, number):
-            made = Archive(of)
-            made.evaluate(0, whole.points(0)[0], "shared")
+            made = Archive(of, part=number)
+            made.evaluate(0, whole.visited(0)[0], "shared")
             return made
 
         return make
@@ -180,5 +182,5 @@ def test_the_sets_to_come_are_told_as_many_as_they_are():
     done, total, stages = zip(*told, strict=True)
     assert list(done) == sorted(done) and done[-1] == total[-1]
     assert all(a <= b for a, b in zip(done, total, strict=True))
-    left_out = stages.index("each row left out")
+    left_out = stages.index("each row excluded")
     assert 0.9 < total[left_out] / total[-1] < 1.1 and 0.5 < total[0] / total[-1] < 2.0

@@ -1,38 +1,52 @@
-"""Everything a calibration found, as plain data: what `calibration.json`, the report and the terminal show."""
+"""Everything a calibration found: as plain data, which `calibration.json` holds, and as tables made from that."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tarsus.calibrate.calibrating import Calibrated
 from tarsus.calibrate.cells import column_value
-from tarsus.calibrate.leaveout import LeftOut
+from tarsus.calibrate.ensemble import HypothesisEnsemble
+from tarsus.calibrate.excluding import ExcludedRow
 from tarsus.calibrate.lowering import Lowered
 from tarsus.calibrate.objective import existence
 from tarsus.calibrate.prediction import INTERVAL, Prediction
 from tarsus.files.version import package_version
+from tarsus.fit.ranges import weighted_quantile
+from tarsus.tables import Column, Table
+from tarsus.tables.table import ROW
 
-__all__ = ["OPEN", "calibration_table", "device_file", "found_sentence", "options_word", "prediction_entry"]
+if TYPE_CHECKING:
+    from tarsus.calibrate.calibrating import Calibration
+
+__all__ = [
+    "OPEN",
+    "calibration_json",
+    "calibration_table",
+    "device_file",
+    "found_sentence",
+    "options_word",
+    "prediction_entry",
+]
 
 OPEN = 0.1
 """A choice is open when another option keeps so much of the weight: odds of less than ten to one decide nothing."""
 
 
 def device_file(place: int) -> str:
-    """Name of the device file of a kept branch, from 0."""
+    """Name of the device file of a hypothesis that is kept, from 0."""
     return f"branch-{place + 1}.toml"
 
 
 def options_word(branch: Mapping[str, Any]) -> str:
-    """The choices of a branch of the table in words."""
+    """The choices of a hypothesis in words."""
     return ", ".join(f"{choice} {option}" for choice, option in branch["options"].items()) or "the only one"
 
 
 def found_sentence(branch: Mapping[str, Any]) -> str:
-    """How the sets of a kept branch of the table were found, in words."""
+    """How the sets of a kept hypothesis were found, in words."""
     found = branch["found"]
     ways = ", ".join(f"{count} by {way}" for way, count in found["members"].items())
     return f"The best set was found by {found['best']}; of all {branch['members']} members {ways}."
@@ -57,7 +71,7 @@ def prediction_entry(one: Prediction, unit: str, observed: float | None = None) 
     return entry
 
 
-def calibration_table(result: Calibrated) -> dict[str, Any]:
+def calibration_json(result: Calibration) -> dict[str, Any]:
     """All numbers of a calibration; nothing of the machine or of time, so that equal studies give equal tables."""
     solution, lowered, study = result.solution, result.lowered, result.described.study
     cells = lowered.problem.objective.cells
@@ -79,7 +93,7 @@ def calibration_table(result: Calibrated) -> dict[str, Any]:
                 cells.names, solution.discrepancy.sigma, solution.discrepancy.wrong, cells.exists, strict=True
             )
         },
-        "branches": _branches(result),
+        "branches": _hypotheses(result),
         "choices": _choices(result),
         "constraints": [{"name": one.name, "reason": one.reason} for one in study.constraints],
         "rows": [
@@ -88,13 +102,13 @@ def calibration_table(result: Calibrated) -> dict[str, Any]:
         ],
         "summary": {
             "training": _summary(result, solution.trained),
-            "left_out": None if solution.left_out is None else _summary(result, solution.left_out),
+            "left_out": None if solution.excluded is None else _summary(result, solution.excluded),
             "best": _summary(result, [_at_best(result, n) for n in range(len(lowered.trained))]),
         },
     }
 
 
-def _search(result: Calibrated) -> dict[str, Any]:
+def _search(result: Calibration) -> dict[str, Any]:
     """How the published sets were found: what was asked for, and what it took."""
     search, solution = result.described.study.search, result.solution
     plan = search.model_dump(
@@ -103,45 +117,57 @@ def _search(result: Calibrated) -> dict[str, Any]:
     return {**plan, "sets": solution.fit.sets, "found": solution.fit.best.found[0]}
 
 
-def _branches(result: Calibrated) -> list[dict[str, Any]]:
+def _hypotheses(result: Calibration) -> list[dict[str, Any]]:
     solution = result.solution
-    places = {b: place for place, b in enumerate(solution.kept)}
-    meanings = {name: one.meaning for name, one in result.described.study.unknowns.items()}
+    places = {b: place for place, b in enumerate(solution.fit.kept)}
     out = []
-    for b, branch in enumerate(solution.problem.branches):
-        found = solution.found[b]
+    for b, one in enumerate(solution.problem.hypotheses):
+        found = solution.fit.found[b]
         entry: dict[str, Any] = {
-            "options": branch.options,
+            "options": one.options,
             "cost": found.cost,
-            "dropped": found.dropped or None,
+            "dropped": found.rejected or None,
         }
         if b in places:
             place = places[b]
-            names = solution.problem.unknowns.names
-            matrix = solution.correlations[place]
+            ensemble = solution.fit.ensembles[place]
             entry |= {
                 "weight": float(solution.fit.weights[place]),
                 "file": device_file(place),
-                "members": len(solution.fit.ensembles[place].weights),
-                "found": _found(solution.fit.ensembles[place].found),
+                "members": len(ensemble.weights),
+                "found": _found(ensemble.found),
                 "constraints": _limits(result, place),
-                "unknowns": {
-                    one.name: {
-                        "best": one.best, "low": one.low, "high": one.high, "interval_95": one.interval,
-                        "unit": unit, "bounds": [float(low), float(high)], "scale": "log" if log else "linear",
-                        "determined": one.word, "meaning": meanings[one.name],
-                    }
-                    for one, unit, low, high, log in zip(
-                        solution.ranges[place], solution.problem.unknowns.units, solution.problem.unknowns.low,
-                        solution.problem.unknowns.high, solution.problem.unknowns.log, strict=True,
-                    )
-                },
-                "correlations": {
-                    f"{names[i]}, {names[j]}": float(matrix[i, j]) for i in range(len(names)) for j in range(i)
-                },
-            }  # fmt: skip
+                "unknowns": _unknowns(result, ensemble),
+                "correlations": _correlations(solution.problem.unknowns.names, ensemble),
+            }
         out.append(entry)
     return out
+
+
+def _unknowns(result: Calibration, ensemble: HypothesisEnsemble) -> dict[str, Any]:
+    """What an ensemble says of each unknown: the best value, the 90 and 95 % intervals of its members, the verdict."""
+    study, unknowns = result.described.study, result.solution.problem.unknowns
+    values, weights = unknowns.values(ensemble.points), ensemble.weights
+    out = {}
+    for i, one in enumerate(ensemble.ranges(unknowns)):
+        assert one.verdict is not None
+        out[one.name] = {
+            "best": one.value,
+            "low": weighted_quantile(values[:, i], weights, 0.05),
+            "high": weighted_quantile(values[:, i], weights, 0.95),
+            "interval_95": (one.low, one.high),
+            "unit": one.unit,
+            "bounds": [float(unknowns.low[i]), float(unknowns.high[i])],
+            "scale": "log" if unknowns.log[i] else "linear",
+            "determined": one.verdict.value,
+            "meaning": study.unknowns[one.name].meaning,
+        }
+    return out
+
+
+def _correlations(names: Sequence[str], ensemble: HypothesisEnsemble) -> dict[str, float]:
+    matrix = ensemble.correlations()
+    return {f"{names[i]}, {names[j]}": float(matrix[i, j]) for i in range(len(names)) for j in range(i)}
 
 
 def _found(found: Sequence[str]) -> dict[str, Any]:
@@ -150,15 +176,16 @@ def _found(found: Sequence[str]) -> dict[str, Any]:
     return {"best": found[0], "members": {way: ways.count(way) for way in dict.fromkeys(ways)}}
 
 
-def _limits(result: Calibrated, place: int) -> list[dict[str, Any]]:
+def _limits(result: Calibration, place: int) -> list[dict[str, Any]]:
     """Cost of every constraint at the best set: 0 where it is kept."""
-    ensemble = result.solution.fit.ensembles[place]
-    costs = result.solution.problem.costs(ensemble.readings[:1], ensemble.branch).limits[0]
-    limits = result.solution.problem.objective.limits
-    return [{"name": one.name, "cost": float(cost)} for one, cost in zip(limits, costs, strict=True)]
+    ensemble, objective = result.solution.fit.ensembles[place], result.solution.problem.objective
+    costs = objective.pieces(ensemble.readings[:1], ensemble.hypothesis).costs.limits[0]
+    return [
+        {"name": one.name, "cost": float(cost)} for one, cost in zip(objective.limits, costs, strict=True)
+    ]
 
 
-def _choices(result: Calibrated) -> dict[str, dict[str, Any]]:
+def _choices(result: Calibration) -> dict[str, dict[str, Any]]:
     out = {}
     for name, weights in result.solution.option_weights().items():
         ranked = sorted(weights.values(), reverse=True)
@@ -177,16 +204,16 @@ def _entries(lowered: Lowered, predictions: Sequence[Prediction], observed: np.n
     }
 
 
-def _head(result: Calibrated, number: int) -> dict[str, Any]:
+def _head(result: Calibration, number: int) -> dict[str, Any]:
     row = result.described.table.rows[number]
     conditions = {column: row[column] for column in result.described.study.conditions}
     return {"row": number + 1, "conditions": conditions}
 
 
-def _trained(result: Calibrated, n: int) -> dict[str, Any]:
+def _trained(result: Calibration, n: int) -> dict[str, Any]:
     lowered, solution = result.lowered, result.solution
     observed = lowered.problem.objective.cells.observed[n]
-    left = solution.left_out
+    left = solution.excluded
     return {
         **_head(result, lowered.trained[n]),
         "fitted": True,
@@ -196,24 +223,24 @@ def _trained(result: Calibrated, n: int) -> dict[str, Any]:
     }
 
 
-def _refit(one: LeftOut) -> dict[str, Any]:
-    """The search without a row: its best set, and the branches that it kept."""
+def _refit(one: ExcludedRow) -> dict[str, Any]:
+    """The search without a row: its best set, and the hypotheses that it kept."""
     best = one.fit.best
     return {
         "sets": one.fit.sets,
         "cost": best.best,
         "found": best.found[0],
         "branches": {
-            each.branch.name: float(weight)
+            each.hypothesis.name: float(weight)
             for weight, each in zip(one.fit.weights, one.fit.ensembles, strict=True)
         },
     }
 
 
-def _at_best(result: Calibrated, n: int) -> list[Prediction]:
+def _at_best(result: Calibration, n: int) -> list[Prediction]:
     """What the best set of all gives in a fitted row: the mean of its windows, without an interval."""
     best, cells = result.solution.fit.best, result.lowered.problem.objective.cells
-    read = np.asarray(best.readings[0, n][list(best.branch.columns)], dtype=float)
+    read = np.asarray(best.readings[0, n][list(best.hypothesis.columns)], dtype=float)
     there = existence(read)
     means = np.where(np.isinf(read).any(axis=-1), np.nan, np.nan_to_num(read, posinf=0.0).mean(axis=-1))
     return [
@@ -224,7 +251,7 @@ def _at_best(result: Calibrated, n: int) -> list[Prediction]:
     ]
 
 
-def _other(result: Calibrated, n: int) -> dict[str, Any]:
+def _other(result: Calibration, n: int) -> dict[str, Any]:
     lowered = result.lowered
     return {
         **_head(result, lowered.others[n]),
@@ -233,7 +260,7 @@ def _other(result: Calibrated, n: int) -> dict[str, Any]:
     }
 
 
-def _summary(result: Calibrated, predictions: Sequence[Sequence[Prediction]]) -> dict[str, Any]:
+def _summary(result: Calibration, predictions: Sequence[Sequence[Prediction]]) -> dict[str, Any]:
     """By measure: mean relative and absolute errors, share of values in their intervals, Brier score, and rows whose
     existence is more likely right than wrong."""
     cells = result.lowered.problem.objective.cells
@@ -267,3 +294,54 @@ def _summary(result: Calibrated, predictions: Sequence[Sequence[Prediction]]) ->
 
 def _mean(values: Sequence[float] | Sequence[bool]) -> float | None:
     return float(np.mean(values)) if len(values) else None
+
+
+def calibration_table(numbers: Mapping[str, Any]) -> Table:
+    """Hypotheses, what is said of the unknowns of the best one, and errors, from the numbers of `calibration_json`."""
+    kept = [one for one in numbers["branches"] if not one["dropped"]]
+    best = min(kept, key=lambda one: one["cost"])
+    ranked = sorted(numbers["branches"], key=lambda one: one["cost"])
+    notes = [
+        f"{name}: {', '.join(f'{option} {weight:.2f}' for option, weight in one['weights'].items())}"
+        f"{'; open' if one['open'] else ''}"
+        for name, one in numbers["choices"].items()
+    ]
+    return Table(
+        f"{numbers['study']}: {numbers['sets']} sets, {len(kept)} of {len(ranked)} hypotheses kept",
+        ("hypothesis", Column("cost", digits=4), Column("weight", digits=2), "device"),
+        [
+            (options_word(one), one["cost"], one.get("weight"), one.get("file") or "rejected")
+            for one in ranked
+        ],
+        notes,
+        (_unknowns_table(best, numbers["seed"]), _errors_table(numbers["summary"])),
+    )
+
+
+def _unknowns_table(best: Mapping[str, Any], seed: int) -> Table:
+    columns = ("unknown", Column("best", ROW), Column("90 % range", ROW), "the data say")
+    rows = [
+        (name, one["best"], (one["low"], one["high"]), one["determined"])
+        for name, one in best["unknowns"].items()
+    ]
+    return Table(
+        f"unknowns of the best hypothesis ({options_word(best)})", columns, rows,
+        (f"{found_sentence(best)} Seed {seed}.",), units=[one["unit"] for one in best["unknowns"].values()],
+    )  # fmt: skip
+
+
+def _errors_table(summary: Mapping[str, Any]) -> Table:
+    columns = ("measure", "rows", Column("mean relative error", "%", 2), Column("in 80 % interval", "%", 2),
+               Column("Brier score", digits=2))  # fmt: skip
+    rows = [
+        (
+            name,
+            what.replace("_", " ").replace("left out", "excluded"),
+            one["mean_relative_error"],
+            one["held"],
+            one["brier"],
+        )
+        for what, part in summary.items()
+        for name, one in (part or {"measures": {}})["measures"].items()
+    ]
+    return Table("errors", columns, sorted(rows, key=lambda row: row[:2]))

@@ -12,23 +12,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.workers import Workers
-from tarsus.design.gait_files import gait_data, gait_line, gait_table, write_front
+from tarsus.design.gait_front import GaitFront, GaitPoint
 from tarsus.design.gait_request import GaitRequest, GaitSettings, gait_request
 from tarsus.design.grounds import Grounds
-from tarsus.design.judge import CLOSED, Attack, Certificate, Judge, Look, Round, excess
+from tarsus.design.judge import CLOSED, NOMINAL, WORST, Attack, Certificate, Judge, Look, Risk, Round, excess
 from tarsus.design.request import Given, settings_of
-from tarsus.design.risk import NOMINAL, WORST, Risk
-from tarsus.design.walk_objectives import WalkObjective
-from tarsus.design.walks import Walks
+from tarsus.design.walks import WalkObjective, Walks
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.files.runstore import UNIT_FILES, RunStore
 from tarsus.files.toml import scene_texts
-from tarsus.fit.front import FrontSearch, farthest, hypervolume, search_front, undominated
+from tarsus.fit.front import FrontSearch, farthest, search_front, undominated
 from tarsus.fit.unknowns import Unknowns
-from tarsus.model.scene import Scene
-from tarsus.tables.table import Table
 
-__all__ = ["KEPT_FILES", "GaitFront", "GaitPoint", "gait"]
+__all__ = ["KEPT_FILES", "gait"]
 
 Floats = NDArray[np.float64]
 Progress = Callable[[int, int, str], None]
@@ -69,109 +65,6 @@ KEPT_FILES = (
 """What a design keeps in its folder while it works, as glob patterns."""
 
 
-@dataclass(frozen=True)
-class GaitPoint:
-    """A gait on a front.
-
-    point (nu,): in the unit cube; values: by path of the scene [SI]; nominal, risk, worst: its objectives, in their
-    units and order, on the scene's own ground, under the risk, and the worst that was found (NaN without grounds;
-    of the nominal front's gaits on the grounds that candidates were judged on, of all others in an attack of their
-    own on the box); worst_ground: values by path of the ground where the first objective that depends on the ground
-    is worst; energy [J]: plain, a drive period, and recovered: with charge recovery (NaN where nothing of the front
-    needs energy).
-    """
-
-    point: Floats
-    values: Mapping[str, float]
-    nominal: tuple[float, ...]
-    risk: tuple[float, ...]
-    worst: tuple[float, ...]
-    worst_ground: Mapping[str, float]
-    energy: float
-    recovered: float
-
-
-@dataclass(frozen=True, repr=False)
-class GaitFront:
-    """Gaits that no other beats, and why to believe it.
-
-    members: under the risk; nominal: of the scene's own ground alone; robust: the gait with the best risk in the
-    first objective among those that lose at most the share `GaitOptions.loss` of the best nominal value; optimum:
-    the nominal optimum of the first objective. grounds: that candidates were judged on; rounds of cutting planes;
-    gap: share by which the last attack found any shown gait worse than on those grounds, NaN without a box. points,
-    costs: every candidate (n, nu) and its costs (n, no) under the risk, the least the best; runs: made; reused:
-    read from an earlier call. certificate: of all gaits shown (members, robust, optimum), of that one which has most
-    grounds worse than its worst known before; None without a box.
-    """
-
-    request: GaitRequest
-    members: tuple[GaitPoint, ...]
-    nominal: tuple[GaitPoint, ...]
-    robust: GaitPoint
-    optimum: GaitPoint
-    grounds: Grounds
-    rounds: tuple[Round, ...]
-    gap: float
-    points: Floats
-    costs: Floats
-    candidates: int
-    runs: int
-    reused: int
-    certificate: Certificate | None = None
-
-    def __repr__(self) -> str:
-        return f"<{gait_line(self)}>"
-
-    def __str__(self) -> str:
-        return str(self.table())
-
-    def _repr_html_(self) -> str:
-        return self.table().html()
-
-    def table(self) -> Table:
-        """The gaits of the front, the robust one and the nominal optimum."""
-        return gait_table(self)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data in SI units: what ``--json`` prints."""
-        return gait_data(self)
-
-    def write(self, folder: str | Path) -> Path:
-        """Write everything but the report into a folder; returns it. Raises InputError where it cannot be written."""
-        return write_front(self, folder)
-
-    @property
-    def objectives(self) -> tuple[WalkObjective, ...]:
-        """What the front is of."""
-        return self.request.objectives
-
-    @property
-    def front(self) -> Floats:
-        """Costs (nf, no) of all candidates that no other beats."""
-        return self.costs[undominated(self.costs)]
-
-    def hypervolume(self, reference: Sequence[float]) -> float:
-        """Volume between the front and a reference (no,), in the objectives' units, that is worse."""
-        given = np.array(
-            [one.cost(np.array([value]))[0] for one, value in zip(self.objectives, reference, strict=True)]
-        )
-        return hypervolume(self.front, given)
-
-    def scene_of(self, point: GaitPoint, *, worst: bool = False) -> Scene:
-        """The scene with a gait, on the scene's own ground or on the gait's worst one."""
-        walks = Walks(self.request.scene, self.request.unknowns, self.objectives, self.request.duration)
-        return walks.scene_of(point.point, point.worst_ground if worst else None)
-
-    @property
-    def gain(self) -> float:
-        """Worst value of the robust gait over that of the nominal optimum, in the first objective (its inverse
-        where the least is best); NaN without a box."""
-        own, other = self.robust.worst[0], self.optimum.worst[0]
-        if not self.objectives[0].most:
-            own, other = other, own
-        return own / other if other > 0.0 else (np.inf if own > 0.0 else np.nan)
-
-
 def gait(
     scene: SceneLike,
     free: Mapping[str, Any] | Iterable[str] | None = None,
@@ -196,7 +89,7 @@ def gait(
         Paths of the gait and of signals that may change, with their ranges or None for the usual ones;
         ``gait.phases`` for those of all legs, see `tarsus.design.gait_unknowns.gait_unknowns`.
     objective
-        One to three of `tarsus.design.walk_objectives.OBJECTIVES`, with commas or as a list; speed and energy unless
+        One to three of `tarsus.design.walks.OBJECTIVES`, with commas or as a list; speed and energy unless
         given.
     over
         Grounds: a mapping of paths to (low, high), `tarsus.design.Grounds`, or a file of draws of `tarsus identify`.
@@ -204,14 +97,10 @@ def gait(
     risk
         ``worst``, ``cvar:q``, ``mean`` or ``nominal``, of each objective for itself; worst with grounds, else
         nominal.
-    request
-        Settings as a mapping or a TOML file, see `tarsus.design.settings_text`; what is given beside it prevails.
+    request, threads, progress
+        As for `tarsus.design.landing`.
     folder
         Where batches of runs are kept; with ``resume`` a design that was killed goes on there, and ends the same.
-    threads
-        Worker threads, or an executor.
-    progress
-        Called as ``progress(done, total, what)``.
     settings
         Further ones: symmetry, dead, candidates, look, loss, duration, seed.
 
@@ -225,14 +114,12 @@ def gait(
     InputError
         With every problem of the request.
     """
-    named = {"free": free, "objective": objective, "over": over, "risk": risk}
-    given = settings | {name: one for name, one in named.items() if one is not None}
-    options = settings_of(GaitSettings, request, given)
+    options = settings_of(
+        GaitSettings, request, free=free, objective=objective, over=over, risk=risk, **settings
+    )
     asked = gait_request(as_scene(scene), options, options.risk, threads)
-    store = RunStore()
-    if folder is not None:
-        texts = {**scene_texts(asked.scene), "request.txt": "\n".join(asked.lines) + "\n"}
-        store = RunStore.open(folder, texts, resume=resume, what="design")
+    texts = {**scene_texts(asked.scene), "request.txt": asked.text}
+    store = RunStore.open(folder, texts, resume=resume, what="design", values=asked.numbers)
     return _GaitSearch(asked, options, store, progress or (lambda done, total, what: None)).design()
 
 

@@ -8,13 +8,11 @@ import pytest
 import tarsus as ts
 from tarsus.base.errors import InputError
 from tarsus.design.energy import RECOVERY
-from tarsus.design.gait_fronts import along, gait, search_of
+from tarsus.design.gait_search import along, gait, search_of
 from tarsus.design.gait_unknowns import gait_unknowns
 from tarsus.design.grounds import Grounds
-from tarsus.design.judge import Judge
-from tarsus.design.risk import NOMINAL
-from tarsus.design.walk_objectives import OBJECTIVES, objectives_of
-from tarsus.design.walks import Walks, without_legs
+from tarsus.design.judge import NOMINAL, Judge
+from tarsus.design.walks import OBJECTIVES, Walks, objectives_of, without_legs
 from tarsus.fit.front import undominated
 from tarsus.measure.switching import charging_energy
 from tarsus_reproduce.walkers import hexapod_walker

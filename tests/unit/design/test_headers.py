@@ -1,4 +1,4 @@
-"""gait.h: what a microcontroller does by it is what the scene's drives do."""
+"""gait.h and ticks: what a microcontroller does by them is what the scene's drives do."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import pytest
 import tarsus as ts
 from tarsus.base.errors import InputError
 from tarsus.design import gait_header_text
+from tarsus.design.headers import in_ticks, neighbours
 
 
 def numbers(text: str, name: str) -> list[int]:
@@ -66,3 +67,19 @@ def test_what_cannot_be_is_said():
         gait_header_text(ts.load_scene("mems-switch"))
     with pytest.raises(InputError, match="expected at least 100"):
         gait_header_text(ts.load_scene("hamr-like"), tick=1e-3)
+
+
+def test_ticks_fill_the_period_and_begin_with_plain_rounding():
+    durations = np.array([311.4e-6, 396.6e-6, 9292e-6, 10000e-6])
+    total = in_ticks(0.02, 1e-6)
+    rows = neighbours(durations, total, np.random.default_rng(0))
+    assert (
+        (rows.sum(axis=1) == 20000).all() and rows[0].tolist() == [311, 397, 9292, 10000] and len(rows) == 27
+    )
+    many = neighbours(np.full(10, 2e-3), total, np.random.default_rng(0))
+    assert (
+        many[0].tolist() == [2000] * 10 and (np.abs(np.cumsum(many, axis=1) - np.cumsum(many[0])) <= 1).all()
+    )
+    for tick in (0.0, 1e-3):
+        with pytest.raises(InputError, match="tick"):
+            in_ticks(0.02, tick)

@@ -12,9 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linprog
 
-__all__ = ["CostPieces", "polish"]
+__all__ = ["CostPieces", "descend_pieces"]
 
 Floats = NDArray[np.float64]
 
@@ -38,7 +37,7 @@ class CostPieces:
     complete: bool = True
 
 
-def polish(
+def descend_pieces(
     cost: Callable[[Floats], Floats],
     pieces: Callable[[Floats], CostPieces],
     point: Floats,
@@ -96,6 +95,8 @@ def _step(found: CostPieces, point: Floats, radius: float, tail: float, weights:
     rows[:, :nu] *= radius / scale
     bounds = [(max(-1.0, -x / radius), min(1.0, (1.0 - x) / radius)) for x in point.tolist()]
     least = float(found.values.min()) / scale - 2.0 * np.abs(rows[:, :nu]).sum(axis=1).max() - 1.0
+    from scipy.optimize import linprog  # takes longer to load than all searches
+
     solved = linprog(
         price,
         rows,

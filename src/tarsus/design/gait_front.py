@@ -1,0 +1,224 @@
+"""A front of gaits: what was found, as a table, as data, and as files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.design.gait_request import GaitRequest
+from tarsus.design.grounds import Grounds
+from tarsus.design.headers import gait_header_text
+from tarsus.design.judge import Certificate, Round
+from tarsus.design.results import DesignResult, csv_text, units_of
+from tarsus.design.walks import WalkObjective, Walks
+from tarsus.files.jsontext import json_text
+from tarsus.files.toml import scene_text
+from tarsus.files.version import package_version
+from tarsus.fit.front import hypervolume, undominated
+from tarsus.model.scene import Scene
+from tarsus.tables.numbers import amount, percent
+from tarsus.tables.table import Column, Table
+
+__all__ = ["FRONT_FILES", "GaitFront", "GaitPoint"]
+
+Floats = NDArray[np.float64]
+
+FRONT_FILES = ("gaits.json", "front.csv", "gait.h", "report.html", "gaits/*.toml", "gaits/*.html")
+"""Names of everything that `tarsus design gait` writes at its end."""
+TICK, TICKS = 1e-6, 1000
+"""Tick of the timer of `gait.h` [s], and the least number of them in a period: shorter ones where the gait is fast."""
+SHOWN = 4
+"""Numbers of a gait in a table; all are in the files."""
+
+
+@dataclass(frozen=True)
+class GaitPoint:
+    """A gait on a front.
+
+    point (nu,): in the unit cube; values: by path of the scene [SI]; nominal, risk, worst: its objectives, in their
+    units and order, on the scene's own ground, under the risk, and the worst that was found (NaN without grounds;
+    of the nominal front's gaits on the grounds that candidates were judged on, of all others in an attack of their
+    own on the box); worst_ground: values by path of the ground where the first objective that depends on the ground
+    is worst; energy [J]: plain, a drive period, and recovered: with charge recovery (NaN where nothing of the front
+    needs energy).
+    """
+
+    point: Floats
+    values: Mapping[str, float]
+    nominal: tuple[float, ...]
+    risk: tuple[float, ...]
+    worst: tuple[float, ...]
+    worst_ground: Mapping[str, float]
+    energy: float
+    recovered: float
+
+
+@dataclass(frozen=True, repr=False)
+class GaitFront(DesignResult):
+    """Gaits that no other beats, and why to believe it.
+
+    members: under the risk; nominal: of the scene's own ground alone; robust: the gait with the best risk in the
+    first objective among those that lose at most the share ``loss`` of the best nominal value; optimum:
+    the nominal optimum of the first objective. grounds: that candidates were judged on; rounds of cutting planes;
+    gap: share by which the last attack found any shown gait worse than on those grounds, NaN without a box. points,
+    costs: every candidate (n, nu) and its costs (n, no) under the risk, the least the best; runs: made; reused:
+    read from an earlier call. certificate: of all gaits shown (members, robust, optimum), of that one which has most
+    grounds worse than its worst known before; None without a box.
+    """
+
+    request: GaitRequest
+    members: tuple[GaitPoint, ...]
+    nominal: tuple[GaitPoint, ...]
+    robust: GaitPoint
+    optimum: GaitPoint
+    grounds: Grounds
+    rounds: tuple[Round, ...]
+    gap: float
+    points: Floats
+    costs: Floats
+    candidates: int
+    runs: int
+    reused: int
+    certificate: Certificate | None = None
+
+    @property
+    def objectives(self) -> tuple[WalkObjective, ...]:
+        """What the front is of."""
+        return self.request.objectives
+
+    @property
+    def front(self) -> Floats:
+        """Costs (nf, no) of all candidates that no other beats."""
+        return self.costs[undominated(self.costs)]
+
+    def hypervolume(self, reference: Sequence[float]) -> float:
+        """Volume between the front and a reference (no,), in the objectives' units, that is worse."""
+        given = np.array(
+            [one.cost(np.array([value]))[0] for one, value in zip(self.objectives, reference, strict=True)]
+        )
+        return hypervolume(self.front, given)
+
+    def scene_of(self, point: GaitPoint, *, worst: bool = False) -> Scene:
+        """The scene with a gait, on the scene's own ground or on the gait's worst one."""
+        walks = Walks(self.request.scene, self.request.unknowns, self.objectives, self.request.duration)
+        return walks.scene_of(point.point, point.worst_ground if worst else None)
+
+    @property
+    def gain(self) -> float:
+        """Worst value of the robust gait over that of the nominal optimum, in the first objective (its inverse
+        where the least is best); NaN without a box."""
+        own, other = self.robust.worst[0], self.optimum.worst[0]
+        if not self.objectives[0].most:
+            own, other = other, own
+        return own / other if other > 0.0 else (np.inf if own > 0.0 else np.nan)
+
+    @property
+    def named(self) -> list[tuple[str, GaitPoint]]:
+        """Gaits that get files of their own, with the files' names without ending."""
+        members = [(f"gait-{number:02d}", point) for number, point in enumerate(self.members, start=1)]
+        return [*members, ("robust", self.robust), ("optimum", self.optimum)]
+
+    def table(self) -> Table:
+        """The gaits of the front, the robust one and the nominal optimum: what they reach, and the numbers that make
+        them."""
+        judged = self.request.over is not None
+        paths = self.request.unknowns.paths[:SHOWN]
+        columns, kinds = [Column("gait")], []
+        for j, one in enumerate(self.objectives):
+            for kind in ("nominal", "worst") if judged and one.grounded else ("nominal",):
+                columns.append(Column(f"worst {one.name}" if kind == "worst" else one.name, one.unit))
+                kinds.append((kind, j))
+        columns += [Column(path, unit) for path, unit in units_of(self.request.scene, paths).items()]
+        rows = [
+            (name, *(getattr(point, kind)[j] for kind, j in kinds), *(point.values[path] for path in paths))
+            for name, point in self.named
+        ]
+        read = f", {self.reused} read" if self.reused else ""
+        notes = [
+            f"{self.candidates} gaits tried, {self.runs} walks{read}",
+            f"all numbers are of walks of {amount(self.request.duration, 's')} from one start, not of settled motion",
+        ]
+        if judged and self.gap == self.gap:
+            notes.append(
+                f"gap of the worst grounds: {percent(self.gap, 2)}; {len(self.grounds)} grounds active"
+            )
+        if self.certificate is not None:
+            looked = self.certificate
+            notes.append(
+                f"of {looked.grounds} grounds drawn by chance at the end {looked.worse} were more than 2 % worse for "
+                f"any gait shown than known; at most {percent(looked.share, 2)} of the box are (95 %)"
+            )
+        if judged:
+            notes.append(
+                f"worst {self.objectives[0].name}, robust gait over nominal optimum: {self.gain:.3g}"
+            )
+        names = " against ".join(one.name for one in self.objectives)
+        title = f"GaitFront of '{self.request.scene.name}': {len(self.members)} gaits, {names}"
+        return Table(title, columns, rows, notes)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data, SI units; NaN where there is none.
+
+        objectives: name, unit, whether the most is best; front, nominal_front: gaits, each with ``values`` by path and,
+        by objective, ``nominal``, ``risk`` and ``worst``; robust, optimum: the two gaits that are compared, and gain:
+        worst value of the first over that of the second; gap: what is left open about the worst grounds; certificate:
+        grounds drawn by chance at the end, those more than 2 % worse than known, and the box's share that may be so.
+        """
+        request, looked = self.request, self.certificate
+        proof = (
+            None
+            if looked is None
+            else {"grounds": looked.grounds, "worse": looked.worse, "share": looked.share}
+        )
+        return {
+            "certificate": proof, "scene": request.scene.name, "risk": request.risk.name,
+            "free": list(request.unknowns.names),
+            "objectives": [{"name": one.name, "unit": one.unit, "most": one.most} for one in self.objectives],
+            "front": [_point(self, one) for one in self.members],
+            "nominal_front": [_point(self, one) for one in self.nominal],
+            "robust": _point(self, self.robust), "optimum": _point(self, self.optimum), "gain": self.gain,
+            "over": [] if request.over is None else list(request.over.names),
+            "grounds": [
+                {path: float(own[i]) for path, own in self.grounds.values.items()} for i in range(len(self.grounds))
+            ],
+            "gap": self.gap, "rounds": [{"what": one.what, "grounds": one.grounds, "gap": one.gap} for one in
+            self.rounds], "candidates": self.candidates, "runs": self.runs, "reused": self.reused, "duration":
+            request.duration, "version": package_version(),
+        }  # fmt: skip
+
+    def texts(self) -> dict[str, str]:
+        """The front as data and rows, its gaits as scenes, the robust one as a header."""
+        found = {"gaits.json": json_text(self.to_dict()) + "\n", "front.csv": _front_csv(self)}
+        found |= {f"gaits/{name}.toml": scene_text(self.scene_of(point)) for name, point in self.named}
+        robust = self.scene_of(self.robust)
+        if robust.gait is not None:
+            found["gait.h"] = gait_header_text(robust, tick=min(TICK, 1.0 / (TICKS * robust.gait.frequency)))
+        return found
+
+
+def _point(design: GaitFront, point: GaitPoint) -> dict[str, Any]:
+    names = [one.name for one in design.objectives]
+    named = {key: dict(zip(names, getattr(point, key), strict=True)) for key in ("nominal", "risk", "worst")}
+    return {
+        "values": dict(point.values), **named, "worst_ground": dict(point.worst_ground), "energy": point.energy,
+        "energy_recovered": point.recovered,
+    }  # fmt: skip
+
+
+def _front_csv(design: GaitFront) -> str:
+    kinds = ("nominal", "risk", "worst")
+    paths = units_of(design.request.scene, design.request.unknowns.paths)
+    head = ["gait", *(f"{path} ({unit})" for path, unit in paths.items()),
+            *(f"{one.name} {kind} ({one.unit})" for one in design.objectives for kind in kinds),
+            "energy (J)", "energy with charge recovery (J)"]  # fmt: skip
+    rows = [
+        (name, *point.values.values(),
+         *(getattr(point, kind)[j] for j in range(len(design.objectives)) for kind in kinds),
+         point.energy, point.recovered)
+        for name, point in design.named
+    ]  # fmt: skip
+    return csv_text(head, rows)

@@ -1,0 +1,45 @@
+"""One call from data to numbers: a bouncing ball, by its record and by a function of its runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tarsus as ts
+from tarsus.base.errors import InputError
+
+BALL = Path(__file__).parents[2] / "scenes" / "ball.toml"
+E, G = "ground.restitution.coefficient", "ground.gravity.acceleration"
+UNKNOWNS = [ts.Unknown(E, 0.5, 0.9), ts.Unknown(G, "5 m/s^2", "20 m/s^2", "log")]
+TIMES = np.linspace(0.05, 0.9, 12)
+
+
+@pytest.fixture(scope="module")
+def record():
+    truth = ts.with_values(ts.read_scene(BALL), {E: 0.8, G: 9.5})
+    return ts.simulate(truth, 1.0).states(TIMES).gap[0]
+
+
+def test_a_record_is_fitted_from_anywhere_and_its_ranges_are_of_the_stated_error(record):
+    found = ts.fit(BALL, UNKNOWNS, [ts.fit.Samples("ball", TIMES, record, "1 mm")], 1.0)
+    assert found.values == {E: pytest.approx(0.8, rel=1e-6), G: pytest.approx(9.5, rel=1e-6)}
+    (e, g), errors = found.ranges, found.found.uncertainty.errors
+    assert e.low < 0.8 < e.high and e.high - e.low == pytest.approx(2 * 1.959964 * errors[E], rel=0.01)
+    assert g.verdict == "determined" and found.correlations[0, 1] == pytest.approx(found.correlations[1, 0])
+    assert ts.get_value(found.scene, G) == found.values[G]
+    assert [row[0] for row in found.table().rows] == [E, G]
+    assert found.to_dict()["unknowns"][E]["unit"] == "1"
+
+
+def test_a_function_of_runs_finds_the_same_and_what_it_does_not_see_is_not_determined(record):
+    def early(run):
+        return (run.states(TIMES[:3]).gap[0] - record[:3]) / 1e-3
+
+    found = ts.fit(BALL, UNKNOWNS, early, 1.0)
+    assert found.values[G] == pytest.approx(9.5, rel=1e-5)
+    e = found.ranges[0]
+    assert e.verdict == "not determined" and not e.closed
+    with pytest.raises(InputError, match="as many numbers"):
+        ts.fit(BALL, UNKNOWNS, lambda run: run.events["time"], 1.0)
