@@ -64,7 +64,7 @@ def identify_html(found: Identification) -> str:
     judged = assessed(found)
     left = found.all_left_out
     body = rendered(
-        "identify.html", found=found, name=name, numbers=found.table(), of_slope=bool(law_slopes(found.known)),
+        "identify.html", found=found, name=name, parameters=found.table(), of_slope=bool(law_slopes(found.known)),
         correlations=identify_figures.correlations(judged) if judged and len(judged.names) > 1 else None,
         steps=[_step(found, step) for step in found.steps.values()], held_out=_held_out(found.comparisons),
         landing=_landing(found), in_air=_in_air(found), zero=_zero(found), sets=_sets(found),
