@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from tarsus.orbits import Branch, Orbit
     from tarsus.solve import Batch, Run
 
-callable_package(__name__, "tarsus.report.saved:plot")
+callable_package(__name__, "tarsus.report.plotted:plot")
 
 __all__ = ["branch", "front", "impacts", "landing", "ledger", "measure", "motion", "multipliers"]
 
