@@ -12,19 +12,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from tarsus.model.scene import Scene
-from tarsus_reproduce.trends import Claim, Direction, Falls, HasExtrema, HasMaximum, Rises
-
-__all__ = [
-    "ADHESION",
-    "DIRECTIONAL",
-    "EXAMPLE_CLAIM",
-    "PAYLOAD",
-    "TRENDS",
-    "FilmReading",
-    "Trend",
-    "examples",
-    "scored_trends",
-]
+from tarsus_reproduce.trends import Claim, Direction, HasExtrema, HasMaximum, falls, rises
 
 PAYLOAD_KNEE = 0.2e-6
 """Body mass beyond which contact gets shorter (section 4.4.1, Fig. 4.11) [kg]; the only one the text names."""
@@ -32,8 +20,8 @@ PAYLOAD_KNEE = 0.2e-6
 ELECTROSTATICS, ADHESION, PAYLOAD = "millipede-electrostatics", "millipede-adhesion", "millipede-payload"
 
 
-class FilmReading(Enum):
-    """How the unit of the film coefficient in Table 4.2 is read (erratum E4). The value is the unit."""
+class FilmUnit(Enum):
+    """The two interpretations of the film coefficient's unit in Table 4.2 (erratum E4). The value is the unit."""
 
     NANO = "nN m^2 s"
     MICRO = "uN m^2 s"
@@ -41,17 +29,17 @@ class FilmReading(Enum):
     @property
     def unit(self) -> float:
         """The unit in N m^2 s."""
-        return 1e-9 if self is FilmReading.NANO else 1e-6
+        return 1e-9 if self is FilmUnit.NANO else 1e-6
 
     @property
     def study(self) -> str:
-        """The packaged study of Fig. 4.9 in this reading."""
+        """The packaged study of Fig. 4.9 in this unit."""
         return f"millipede-film-{self.name.lower()}"
 
     @classmethod
-    def of(cls, scene: Scene) -> FilmReading:
-        """The reading a device takes: Table 2.2 prints 1.747e-15, so its coefficient lies a thousand times lower in nN
-        than in uN; the limit is the geometric mean of both."""
+    def of(cls, scene: Scene) -> FilmUnit:
+        """The unit that a device takes: Table 2.2 prints 1.747e-15, so its coefficient lies a thousand times lower in
+        nN than in uN; the limit is the geometric mean of both."""
         film = scene.ground.film
         limit = 1.747e-15 * (cls.NANO.unit * cls.MICRO.unit) ** 0.5
         return cls.NANO if film is not None and film.coefficient < limit else cls.MICRO
@@ -61,8 +49,8 @@ class FilmReading(Enum):
 class Trend:
     """One thing that is said of a figure: of which quantity, over which packaged study, and what.
 
-    measures: the one that the figure shows, then others that the words could mean; reading: of the film's unit, where
-    the figure has one for each.
+    measures: the one that the figure shows, then others that the words could mean; film: the unit's interpretation,
+    where the figure has one for each.
     """
 
     figure: str
@@ -70,7 +58,7 @@ class Trend:
     quantity: str
     claim: Claim
     measures: tuple[str, ...]
-    reading: FilmReading | None = None
+    film: FilmUnit | None = None
 
     @property
     def says(self) -> str:
@@ -90,43 +78,43 @@ _BOUNCES = ("total_rebounds_any_height", "total_bounces", "impacts")
 _CONTACT = ("longest_contact", "contact_duration")
 
 TRENDS = (
-    Trend("4.8", ELECTROSTATICS, "vertical amplitude of the body", Falls(), _HEAVE),
-    Trend("4.8", ELECTROSTATICS, "vertical amplitude of the legs", Falls(), _LEGS),
-    Trend("4.8", ELECTROSTATICS, "travel", Falls(), _TRAVEL),
-    Trend("4.8", ELECTROSTATICS, "number of bounces", Rises(), _BOUNCES),
-    Trend("4.8", ELECTROSTATICS, "contact", Rises(), _CONTACT),
+    Trend("4.8", ELECTROSTATICS, "vertical amplitude of the body", falls(), _HEAVE),
+    Trend("4.8", ELECTROSTATICS, "vertical amplitude of the legs", falls(), _LEGS),
+    Trend("4.8", ELECTROSTATICS, "travel", falls(), _TRAVEL),
+    Trend("4.8", ELECTROSTATICS, "number of bounces", rises(), _BOUNCES),
+    Trend("4.8", ELECTROSTATICS, "contact", rises(), _CONTACT),
     Trend("4.8", ELECTROSTATICS, "vertical amplitude of the body", HasExtrema(), _HEAVE),
     Trend("4.8", ELECTROSTATICS, "number of bounces", HasExtrema(), _BOUNCES),
     Trend("4.8", ELECTROSTATICS, "contact", HasExtrema(), _CONTACT),
     *(
         Trend("4.9", one.study, f"travel, film in {one.value}", HasMaximum(), _TRAVEL, one)
-        for one in FilmReading
+        for one in FilmUnit
     ),
     Trend("4.10", ADHESION, "travel", HasMaximum(), _TRAVEL),
-    Trend("4.10", ADHESION, "number of bounces", Falls(), _BOUNCES),
-    Trend("4.11", PAYLOAD, "vertical amplitude of the body", Falls(), _HEAVE),
-    Trend("4.11", PAYLOAD, "travel", Falls(), _TRAVEL),
-    Trend("4.11", PAYLOAD, "number of bounces", Rises(), _BOUNCES),
-    Trend("4.11", PAYLOAD, "contact beyond 0.2 mg", Falls(beyond=PAYLOAD_KNEE), _CONTACT),
+    Trend("4.10", ADHESION, "number of bounces", falls(), _BOUNCES),
+    Trend("4.11", PAYLOAD, "vertical amplitude of the body", falls(), _HEAVE),
+    Trend("4.11", PAYLOAD, "travel", falls(), _TRAVEL),
+    Trend("4.11", PAYLOAD, "number of bounces", rises(), _BOUNCES),
+    Trend("4.11", PAYLOAD, "contact beyond 0.2 mg", falls(beyond=PAYLOAD_KNEE), _CONTACT),
 )
-"""Trends of section 4.4.1, in its order; that of Fig. 4.9 once for each reading of its unit."""
+"""Trends of section 4.4.1, in its order; that of Fig. 4.9 once for each unit."""
 
 EXAMPLE_CLAIM = "the body oscillates much more on ground (a) than on (b)"
 """What is said of Fig. 4.7; it counts as a directional trend."""
 
 
-def scored_trends(reading: FilmReading) -> list[Trend]:
-    """The 15 trends that a device is scored by: of Fig. 4.9 the one in its own reading."""
-    return [trend for trend in TRENDS if trend.reading in (None, reading)]
+def scored_trends(film: FilmUnit) -> list[Trend]:
+    """The 15 trends that a device is scored by: of Fig. 4.9 the one in its own unit."""
+    return [trend for trend in TRENDS if trend.film in (None, film)]
 
 
 DIRECTIONAL = 1 + sum(trend.directional for trend in TRENDS)
 """Directional trends, Fig. 4.7 included."""
 
 
-def examples(reading: FilmReading) -> Mapping[str, dict[str, float]]:
-    """Grounds of Fig. 4.7 in SI by name: C_e read as nN m^2/V^2, C_sfd as `reading`, C_adh as N/s."""
-    common = {"ground.film.coefficient": 1e-18 * reading.unit, "ground.restitution.coefficient": 0.7}
+def examples(film: FilmUnit) -> Mapping[str, dict[str, float]]:
+    """Grounds of Fig. 4.7 in SI by name: C_e read as nN m^2/V^2, C_sfd as `film`, C_adh as N/s."""
+    common = {"ground.film.coefficient": 1e-18 * film.unit, "ground.restitution.coefficient": 0.7}
     return {
         "a": {"ground.electrostatic.coefficient": 1e-17, "ground.adhesion.rate": 1e-8, **common},
         "b": {"ground.electrostatic.coefficient": 1e-21, "ground.adhesion.rate": 1e-2, **common},

@@ -1,9 +1,9 @@
 """Packaged mixtures and devices: the members of a calibration that fit a device's table, as small files.
 
-    python -m tarsus_reproduce.mixtures OUT [STUDY ...]
+    python docs/package_mixtures.py OUT [STUDY ...]
 
 runs the packaged calibrations, or those named, in folders of OUT (what is finished there is read back, what was killed
-goes on), and writes what comes out into the package: the mixtures, and the fitted values of the devices.
+goes on), and writes what comes out into `tarsus_reproduce`: the mixtures, and the fitted values of the devices.
 """
 
 from __future__ import annotations
@@ -26,7 +26,6 @@ from tarsus.base.spec import get_value, with_values
 from tarsus.calibrate.calibrating import calibrate
 from tarsus.calibrate.description import Study
 from tarsus.calibrate.mixture import Mixture, load_mixture
-from tarsus.calibrate.prediction import Miss
 from tarsus.calibrate.writing import CALIBRATION_FILE
 from tarsus.files.library import load_scene
 from tarsus.files.toml import scene_text
@@ -34,66 +33,11 @@ from tarsus.files.whole import write_text
 from tarsus.fit.ensemble import drawn_evenly
 from tarsus.fit.ranges import weighted_quantile
 from tarsus.model.scene import Scene, Source
-from tarsus_reproduce.predictions import Member
-
-__all__ = [
-    "fitted_device",
-    "mixture_file",
-    "package",
-    "packaged_errors",
-    "packaged_members",
-    "packaged_misses",
-    "packaged_told",
-]
+from tarsus_reproduce.ensembles import FILES
 
 MOST = 24
 """Members of a branch that are kept, the best and a draw of the others: with sixteen of the cantilever's the median of
 contact durations is off by a percent more than with all, and a page takes a minute."""
-
-_PACKAGED = {"cantilever": "cantilever_mixture.json", "hexapod": "hexapod_mixture.json"}
-
-
-def packaged_members(device: str) -> tuple[Member, ...]:
-    """The packaged mixture of a device, as scenes with weights; empty for a device without one."""
-    table = _packaged(device)
-    if table is None:
-        return ()
-    scene = load_scene(device)
-    return tuple(
-        Member(with_values(base, one["values"]), one["weight"])
-        for branch in table["branches"]
-        for base in [with_values(scene, {"name": f"{device}, {branch['name']}", **branch["set"]})]
-        for one in branch["members"]
-    )
-
-
-def packaged_misses(device: str) -> dict[str, Miss]:
-    """What a packaged mixture misses of the measures of its study, by their names there; empty without a mixture."""
-    table = _packaged(device) or {}
-    return {name: Miss(**one) for name, one in table.get("discrepancy", {}).items()}
-
-
-def packaged_errors(device: str) -> dict[str, Any] | None:
-    """Errors of a packaged mixture by its calibration, over the rows it was fitted to ("training") and over each as it
-    was predicted without it ("left_out", None where no row was): by measure of the study `mean_relative_error`,
-    `mean_absolute_error` in `unit`, `held` (share of values in their 80 % intervals) and `brier` (score of existence);
-    and `held` of all; and what was chosen on the way (`told`, see `packaged_told`). None without a mixture."""
-    errors = (_packaged(device) or {}).get("errors")
-    return None if errors is None else {**errors, "told": packaged_told(device)}
-
-
-def packaged_told(device: str) -> tuple[str, ...]:
-    """What was chosen on the way to a packaged mixture, a sentence each: options with their weights, readings of the
-    table that are not in it, constraints with their reasons. Empty without a mixture."""
-    return tuple((_packaged(device) or {}).get("told", ()))
-
-
-def _packaged(device: str) -> dict[str, Any] | None:
-    name = _PACKAGED.get(device)
-    if name is None:
-        return None
-    return json.loads(files("tarsus_reproduce").joinpath("data", name).read_text(encoding="utf-8"))
-
 
 def mixture_file(folder: str | Path) -> dict[str, Any]:
     """A calibration's mixture as plain data: of every member its weight, unknowns and all floats that were fitted [SI];
@@ -286,8 +230,8 @@ def package(
     for name in studies:
         out = folder / name
         calibrate(name, out, resume=out.exists(), progress=say)
-        if name in _PACKAGED:
-            written.append(home / "data" / _PACKAGED[name])
+        if name in FILES:
+            written.append(home / "data" / FILES[name])
             write_text(written[-1], json.dumps(mixture_file(out), indent=1, default=dict) + "\n")
         made = {name: fitted_device(name, out)}
         made |= {other: with_other_modes(other, made[name]) for other in _OTHER_MODES.get(name, ())}

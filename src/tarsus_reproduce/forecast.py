@@ -1,15 +1,15 @@
-"""What a device, or a mixture of devices, predicts for a number of a table: median and 80 % interval.
+"""What a device, or a weighted ensemble of devices, forecasts for a number of a table: median and 80 % interval.
 
 A number of a table was read from some drive periods or a short window, and a bouncing foot does something else in each.
-A prediction is therefore a distribution: over the periods or windows of a run, over random initial states, and over the
-devices that fit, each with its weight; and over what the model misses, for a mixture that knows it from rows that were
-left out (`tarsus.calibrate.prediction`: the same numbers and the same function).
+A forecast is therefore a distribution: over the periods or windows of a run, over random initial states, and over the
+devices that fit, each with its weight; and over what the model misses, for an ensemble that knows it from rows that
+were excluded (`tarsus.calibrate.prediction`: the same numbers and the same function).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,14 +20,15 @@ from tarsus.calibrate.prediction import Miss, median_and_interval
 from tarsus.files.library import load_scene
 from tarsus.model.scene import Scene, Source
 
-__all__ = ["Member", "Prediction", "Samples", "members_of", "predict", "role_of"]
-
 Floats = NDArray[np.float64]
+
+CALIBRATED, PREDICTED = "calibrated on", "predicted"
+"""Roles of a row: the device was fitted to it, or never saw it."""
 
 
 @dataclass(frozen=True)
 class Member:
-    """One device of a mixture: scene as described, weight [1] relative to the others'."""
+    """One device of an ensemble: scene as described, weight [1] relative to the others'."""
 
     scene: Scene
     weight: float = 1.0
@@ -39,18 +40,18 @@ class Member:
 
 
 def members_of(device: str | Sequence[Member]) -> tuple[Member, ...]:
-    """A device by name or file as a mixture of one, or the members of a mixture with weights that sum to 1.
+    """A device by name or file as an ensemble of one, or the members of an ensemble with weights that sum to 1.
 
     Raises
     ------
     InputError
-        For an unknown device, an empty mixture and a weight that is not above 0.
+        For an unknown device, an empty ensemble and a weight that is not above 0.
     """
     members = [Member(load_scene(device))] if isinstance(device, str) else list(device)
     if not members:
-        raise InputError("a mixture of devices needs at least one")
+        raise InputError("an ensemble of devices needs at least one")
     problems = [
-        f"{one.scene.name}: the weight of a device in a mixture is above 0, got {one.weight:g}"
+        f"{one.scene.name}: the weight of a device in an ensemble is above 0, got {one.weight:g}"
         for one in members
         if not (one.weight > 0.0 and math.isfinite(one.weight))
     ]
@@ -60,22 +61,21 @@ def members_of(device: str | Sequence[Member]) -> tuple[Member, ...]:
     return tuple(Member(one.scene, one.weight / total) for one in members)
 
 
-def role_of(members: Sequence[Member], origin: str, measured: bool) -> str:
+def role_of(members: Sequence[Member], packaged: bool, measured: bool) -> str:
     """Whether a row was calibrated on or is predicted: packaged rows with a measurement are what devices with
     calibrated numbers were fitted to; rows of a file never are."""
-    fitted = origin == "packaged" and measured and any(one.calibrated for one in members)
-    return "calibrated on" if fitted else "predicted"
+    return CALIBRATED if packaged and measured and any(one.calibrated for one in members) else PREDICTED
 
 
 @dataclass(frozen=True)
-class Samples:
+class WeightedValues:
     """Values (n,) of one number by period or window, with the weight (n,) of each; NaN where it has none."""
 
     values: Floats
     weights: Floats
 
     @classmethod
-    def joined(cls, parts: Sequence[tuple[float, Floats]]) -> Samples:
+    def joined(cls, parts: Sequence[tuple[float, Floats]]) -> WeightedValues:
         """Of several members: weight of each, spread evenly over its values."""
         return cls(
             np.concatenate([values for _, values in parts]),
@@ -94,16 +94,16 @@ class Samples:
 
 
 @dataclass(frozen=True)
-class Prediction:
-    """Median and ends of the 80 % interval; NaN where nothing is predicted."""
+class Forecast:
+    """Median and ends of the 80 % interval; NaN where nothing is forecast."""
 
     median: float
     low: float
     high: float
 
-    def scaled(self, factor: float) -> Prediction:
+    def scaled(self, factor: float) -> Forecast:
         """In another unit."""
-        return Prediction(self.median * factor, self.low * factor, self.high * factor)
+        return Forecast(self.median * factor, self.low * factor, self.high * factor)
 
     def to_dict(self) -> dict[str, float | None]:
         """Plain data; None for NaN."""
@@ -113,10 +113,15 @@ class Prediction:
         }
 
 
-def predict(samples: Samples, miss: Miss | None = None) -> Prediction:
+def medians(forecasts: Mapping[str, Forecast]) -> dict[str, float | None]:
+    """What is compared with a table, None where nothing is forecast."""
+    return {key: one.to_dict()["median"] for key, one in forecasts.items()}
+
+
+def forecast(samples: WeightedValues, miss: Miss | None = None) -> Forecast:
     """Median and 80 % interval of weighted values [SI], with what the model misses where that is known."""
     known = np.isfinite(samples.values) & (samples.weights > 0.0)
     values, weights = samples.values[known], samples.weights[known]
-    return Prediction(
+    return Forecast(
         *median_and_interval(*((values, weights) if miss is None else miss.widened(values, weights)))
     )
