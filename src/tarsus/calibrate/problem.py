@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tarsus.calibrate.objective import Hypothesis, Objective, Pieces
 from tarsus.files.runstore import RunStore
 from tarsus.fit.residuals import Residuals
-from tarsus.fit.unknowns import Unknowns
+
+if TYPE_CHECKING:
+    from tarsus.calibrate.objective import Hypothesis, Objective, Pieces
+    from tarsus.fit.unknowns import Unknowns
 
 __all__ = ["Archive", "HypothesisFit", "Problem", "Simulate", "Slopes"]
 
