@@ -14,7 +14,7 @@ from tarsus.calibrate.ensemble import WeightedEnsemble, weighted_ensemble
 from tarsus.calibrate.excluding import ExcludedRow, exclude_each, missed_by
 from tarsus.calibrate.lowering import Lowered, lower_study
 from tarsus.calibrate.prediction import Discrepancy, Prediction, predict_row
-from tarsus.calibrate.problem import Archive, Problem
+from tarsus.calibrate.problem import Archive, CalibrationProblem
 from tarsus.calibrate.studyfile import Described, frozen_texts, load_study
 from tarsus.files.runstore import RunStore
 
@@ -38,7 +38,7 @@ class Solution:
     discrepancy: for new rows.
     """
 
-    problem: Problem
+    problem: CalibrationProblem
     fit: WeightedEnsemble
     trained: tuple[tuple[Prediction, ...], ...]
     refits: tuple[ExcludedRow, ...] | None
@@ -133,7 +133,7 @@ class Tally:
 
 
 def solve(
-    problem: Problem,
+    problem: CalibrationProblem,
     search: Search,
     store: RunStore | None = None,
     progress: Progress | None = None,
@@ -158,7 +158,7 @@ def solve(
     stop, kept = threading.Event(), store or RunStore()
     tally = Tally(1 + problem.trained if excludes else 1, progress, stop)
 
-    def archive(of: Problem, number: int) -> Archive:
+    def archive(of: CalibrationProblem, number: int) -> Archive:
         return Archive(of, kept, number, tally.of(number))
 
     fit = weighted_ensemble(archive(problem, 0), search)

@@ -18,9 +18,9 @@ __all__ = [
     "Constraint",
     "MeasureColumn",
     "Option",
-    "Sampling",
     "Search",
     "Study",
+    "TableSampling",
 ]
 
 Identifier = Annotated[str, StringConstraints(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$")]
@@ -120,7 +120,7 @@ class Constraint(Description):
         return self
 
 
-class Sampling(Description):
+class TableSampling(Description):
     """How the table was sampled: transient, window, resolution; and in how many windows the model is looked at."""
 
     foot: str | None = Field(default=None, description="the foot that is judged; the first when absent")
@@ -139,7 +139,7 @@ class Sampling(Description):
     accuracy: float = Field(default=1e-6, gt=0, le=1e-2, description="relative error of the gap in a step")
 
     @model_validator(mode="after")
-    def _one_of_each(self) -> Sampling:
+    def _one_of_each(self) -> TableSampling:
         faults = [
             (name, f"expected one of {name} and {name}_periods")
             for name in ("settle", "window")
@@ -210,5 +210,5 @@ class Study(Description):
     )
     choices: dict[Name, Choice] = Field(default={})
     constraints: tuple[Constraint, ...] = ()
-    sampling: Sampling
+    sampling: TableSampling
     search: Search = Search()

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from tarsus.calibrate.prediction import Discrepancy, Prediction, discrepancy_of, predict_row
-from tarsus.calibrate.problem import Archive, HypothesisFit, Problem
+from tarsus.calibrate.problem import Archive, CalibrationProblem, HypothesisFit
 from tarsus.calibrate.search import LEVEL, SearchResult, search_hypotheses
 from tarsus.fit.ensemble import Ensemble, drawn_evenly
 
@@ -80,7 +80,7 @@ class WeightedEnsemble:
     """Ensembles of the hypotheses that are kept, with weights (nb,), their numbers, degrees of freedom and discrepancy
     of the best set; what was found of every hypothesis; and how many sets were visited."""
 
-    problem: Problem
+    problem: CalibrationProblem
     ensembles: tuple[HypothesisEnsemble, ...]
     weights: Floats
     kept: tuple[int, ...]
@@ -95,7 +95,11 @@ class WeightedEnsemble:
         return min(self.ensembles, key=lambda one: one.best)
 
     def predictions(
-        self, problem: Problem, row: int, readings: Sequence[Readings], discrepancy: Discrepancy | None = None
+        self,
+        problem: CalibrationProblem,
+        row: int,
+        readings: Sequence[Readings],
+        discrepancy: Discrepancy | None = None,
     ) -> tuple[Prediction, ...]:
         """Predictions of a row of ``problem``, fitted or excluded, from the readings (nm, channels, samples) of each
         ensemble's members there; with the fit's own discrepancy unless another is given."""

@@ -22,7 +22,7 @@ from tarsus.calibrate.prediction import Discrepancy, Prediction, discrepancy_of
 
 if TYPE_CHECKING:
     from tarsus.calibrate.description import Search
-    from tarsus.calibrate.problem import Archive, Problem
+    from tarsus.calibrate.problem import Archive, CalibrationProblem
 
 __all__ = ["ExcludedRow", "exclude", "exclude_each", "missed_by"]
 
@@ -44,14 +44,19 @@ class ExcludedRow:
     missed: Floats
     wrong: Floats
 
-    def predictions(self, problem: Problem, discrepancy: Discrepancy | None = None) -> tuple[Prediction, ...]:
+    def predictions(
+        self, problem: CalibrationProblem, discrepancy: Discrepancy | None = None
+    ) -> tuple[Prediction, ...]:
         """Predictions of the row, ``problem`` being that of the whole table; with the fit's own discrepancy unless
         another is given."""
         return self.fit.predictions(problem, self.row, self.readings, discrepancy)
 
 
 def exclude(
-    problem: Problem, search: Search, row: int, archive: Callable[[Problem, int], Archive]
+    problem: CalibrationProblem,
+    search: Search,
+    row: int,
+    archive: Callable[[CalibrationProblem, int], Archive],
 ) -> ExcludedRow:
     """Search without a row of the table, and simulate it with what was found.
 
@@ -71,9 +76,9 @@ def exclude(
 
 
 def exclude_each(
-    problem: Problem,
+    problem: CalibrationProblem,
     search: Search,
-    archive: Callable[[Problem, int], Archive],
+    archive: Callable[[CalibrationProblem, int], Archive],
     stop: threading.Event,
     threads: Workers = None,
 ) -> list[ExcludedRow]:
@@ -87,7 +92,7 @@ def exclude_each(
     return list(spread(partial(exclude, problem, search, archive=archive), jobs, side, stop))
 
 
-def missed_by(problem: Problem, found: list[ExcludedRow], row: int | None = None) -> Discrepancy:
+def missed_by(problem: CalibrationProblem, found: list[ExcludedRow], row: int | None = None) -> Discrepancy:
     """Discrepancy from what each excluded row was missed by; those of a row itself stay out of its own prediction,
     which is so a test of what is said of new rows."""
     others = [one for one in found if one.row != row]

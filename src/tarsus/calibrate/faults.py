@@ -1,4 +1,4 @@
-"""Faults of a study, gathered until they are told all at once."""
+"""Faults of a study, collected until they are reported all at once."""
 
 from __future__ import annotations
 

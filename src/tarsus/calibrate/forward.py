@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from tarsus.base.errors import InputError
 from tarsus.base.spec import get_value, with_values
 from tarsus.base.workers import Workers, is_executor, spread, workers
-from tarsus.calibrate.description import Sampling
+from tarsus.calibrate.description import TableSampling
 from tarsus.calibrate.motion import motion_of
 from tarsus.calibrate.readings import MOTION, readings, table_readings
 from tarsus.calibrate.scenes import Row, Variant, finite
@@ -58,7 +58,7 @@ class Forward:
     variants: tuple[Variant, ...]
     unknowns: tuple[str, ...]
     channels: tuple[str, ...]
-    sampling: Sampling
+    sampling: TableSampling
     threads: Workers = None
     _shared: Shared = field(default_factory=Shared, compare=False)
 
@@ -232,7 +232,7 @@ class Forward:
             out[run.place][i] = moved.get(name, np.nan)
 
 
-def _starts(template: Scene, foot: str, sampling: Sampling) -> dict[str, Floats]:
+def _starts(template: Scene, foot: str, sampling: TableSampling) -> dict[str, Floats]:
     """Initial velocities (draws,) by path: the same ones for every set, of the structure as it is described."""
     drawn = np.array(
         [random_velocities(template, foot, draw, sampling.speed) for draw in range(sampling.draws)]

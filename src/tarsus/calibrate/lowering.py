@@ -21,7 +21,7 @@ from tarsus.calibrate.expressions import Expression
 from tarsus.calibrate.faults import Faults
 from tarsus.calibrate.forward import Forward
 from tarsus.calibrate.objective import Hypothesis, Objective
-from tarsus.calibrate.problem import Problem
+from tarsus.calibrate.problem import CalibrationProblem
 from tarsus.calibrate.readings import MOTION, known_measures
 from tarsus.calibrate.scenes import Interpolated, Row, Setting, Variant, finite
 from tarsus.files.rows import TableRows, number_of
@@ -32,7 +32,7 @@ from tarsus.model.scene import Scene
 __all__ = ["Lowered", "conditions_of", "lower_study", "run_rows"]
 
 PEAK = "peak"
-"""The channel that tells whether flights can be seen; always read."""
+"""The channel that shows whether flights can be seen; always read."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Lowered:
     study: Study
     table: TableRows
     forward: Forward
-    problem: Problem
+    problem: CalibrationProblem
     trained: tuple[int, ...]
     others: tuple[int, ...]
     other_observed: np.ndarray
@@ -56,11 +56,11 @@ class Lowered:
     def labels(self) -> tuple[str, ...]:
         """What the table's rows are called: their conditions."""
 
-        def told(column: str, cell: str) -> str:
+        def shown(column: str, cell: str) -> str:
             one = self.study.conditions[column]
             return cell if one.words or one.unit == "1" else f"{cell} {one.unit}"
 
-        return tuple(" ".join(told(c, row[c]) for c in self.study.conditions) for row in self.table.rows)
+        return tuple(" ".join(shown(c, row[c]) for c in self.study.conditions) for row in self.table.rows)
 
 
 def lower_study(study: Study, table: TableRows, threads: Workers = None) -> Lowered:
@@ -109,7 +109,7 @@ def lower_study(study: Study, table: TableRows, threads: Workers = None) -> Lowe
     limits = limits_of(study, channels, len(trained), len(chosen) if everywhere else len(trained), faults)
     faults.stop()
     objective = Objective(cells, tuple(limits), study.search.robust)
-    problem = Problem(
+    problem = CalibrationProblem(
         unknowns, tuple(hypotheses), forward, objective, rows, tuple(f"row {n + 1}" for n in trained),
         study.sampling.resolution, channels.index(PEAK),
         lambda run, one, numbers: forward.slopes(run, one, numbers, unknowns.high - unknowns.low),

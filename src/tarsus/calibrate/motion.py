@@ -1,4 +1,4 @@
-"""Measures of a foot's motion that events do not tell: its swing, and its oscillations in a drive step."""
+"""Measures of a foot's motion that events do not show: its swing, and its oscillations in a drive step."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """What an ensemble over hypotheses predicts for a row: median, 80 % interval, probability of a bounce, and two flags.
 
 The predictive distribution of a measure has three parts. *Parameters*: every member of every hypothesis by its weight.
-*Sampling*: every window and draw of a member counts alike. *Discrepancy*: what the model misses even where it was
+*TableSampling*: every window and draw of a member counts alike. *Discrepancy*: what the model misses even where it was
 fitted. On the scale on which cells are compared, taken at the model's value v, it is normal with standard deviation
 
     sigma = max(1, q / 1.2816 * f),   f = min(2, sqrt(n / (n - k))),

@@ -13,10 +13,10 @@ from tarsus.files.runstore import RunStore
 from tarsus.fit.residuals import Residuals
 
 if TYPE_CHECKING:
-    from tarsus.calibrate.objective import Hypothesis, Objective, Pieces
+    from tarsus.calibrate.objective import CostPieces, Hypothesis, Objective
     from tarsus.fit.unknowns import Unknowns
 
-__all__ = ["Archive", "HypothesisFit", "Problem", "Simulate", "Slopes"]
+__all__ = ["Archive", "CalibrationProblem", "HypothesisFit", "Simulate", "Slopes"]
 
 Floats = NDArray[np.float64]
 Readings = NDArray[np.floating]
@@ -33,7 +33,7 @@ DIGITS = 9
 
 
 @dataclass(frozen=True)
-class Problem:
+class CalibrationProblem:
     """What is searched: a forward model and the cost of its readings.
 
     simulate: the forward model; objective: cost of its readings; rows: numbers of the rows that are simulated in the
@@ -56,12 +56,12 @@ class Problem:
         """Number of rows that are fitted."""
         return len(self.objective.cells.observed)
 
-    def residuals(self, pieces: Pieces, cube: Floats) -> Floats:
+    def residuals(self, pieces: CostPieces, cube: Floats) -> Floats:
         """Residuals (ns, nr) of sets at points (ns, nu), those of the priors last: the sum of their squares is the
         cost."""
         return np.concatenate([pieces.roots, self.unknowns.prior_residuals(cube)], axis=1)
 
-    def without(self, row: int) -> Problem:
+    def without(self, row: int) -> CalibrationProblem:
         """The problem of somebody who does not have this row of the table: its run is not simulated either."""
         return replace(
             self,
@@ -88,7 +88,7 @@ class Archive:
     for, as the search says.
     """
 
-    problem: Problem
+    problem: CalibrationProblem
     store: RunStore = field(default_factory=RunStore)
     part: int = 0
     on_sets: Callable[[int, int], None] | None = None
@@ -164,8 +164,8 @@ class HypothesisFit(Residuals):
         self.unknowns = self.problem.unknowns
         self.hypothesis = self.problem.hypotheses[self.number]
 
-    def pieces(self, readings: Readings) -> Pieces:
-        """Pieces of the cost of readings."""
+    def pieces(self, readings: Readings) -> CostPieces:
+        """CostPieces of the cost of readings."""
         return self.problem.objective.pieces(readings, self.hypothesis)
 
     def residuals_at(self, points: Floats) -> Floats:

@@ -68,8 +68,8 @@ def load_study(name: str | os.PathLike[str], laws: Mapping[str, type[Law]] | Non
     try:
         study = validate(Study, {"name": file.stem, **raw})
     except InputError as error:
-        told = [said for said in error.problems if raw["scene"] is not None or not said.startswith("scene")]
-        raise InputError([*problems, *told]) from None
+        others = [said for said in error.problems if raw["scene"] is not None or not said.startswith("scene")]
+        raise InputError([*problems, *others]) from None
     if problems or table is None:
         raise InputError(problems)
     return Described(study, table)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
-from tarsus.fit.readers import Reader, Told
+from tarsus.fit.readers import Reader, ReadSlopes
 from tarsus.model.scene import Scene
 from tarsus.solve import simulate
 from tarsus.solve.engine import Accuracy
@@ -68,7 +68,7 @@ class Case:
             self.refused.extend(error.problems)
             return None
 
-    def slopes(self, at: Floats, span: Floats, readers: Sequence[Reader]) -> list[Told] | None:
+    def slopes(self, at: Floats, span: Floats, readers: Sequence[Reader]) -> list[ReadSlopes] | None:
         """Derivatives of what is read at SI values (nu,); None where the engine has none of this scene."""
         run = self.run(at, span)
         return None if run is None else [one.slopes(run) for one in readers]

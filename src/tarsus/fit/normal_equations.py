@@ -143,7 +143,7 @@ class Equations(Protocol):
         ...
 
 
-class Costs(Protocol):
+class CostFunction(Protocol):
     """Its costs alone, where they are much cheaper than slopes."""
 
     def __call__(self, own: Floats, shared: Floats, part: NDArray[np.intp], /) -> Floats:
@@ -187,7 +187,7 @@ def descend(
     shared: Floats | None = None,
     *,
     prior: tuple[Floats, Floats] | None = None,
-    costs: Costs | None = None,
+    costs: CostFunction | None = None,
     how: Descent | None = None,
 ) -> Minimum:
     """Least squares of nr records by damped Gauss-Newton steps.

@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 from tarsus.base.errors import InputError
 from tarsus.base.spec import get_value, with_values
 from tarsus.files.library import SceneLike, as_scene
-from tarsus.fit.asked import Asked, Role, asked_of
 from tarsus.fit.case import Case
 from tarsus.fit.readers import OfMeasure
 from tarsus.fit.residuals import FAILED, Residuals
+from tarsus.fit.term_rows import TermRole, TermRows, term_rows_of
 from tarsus.fit.terms import Term
 from tarsus.fit.unknowns import Unknown, Unknowns
 from tarsus.model.scene import Scene
@@ -82,12 +82,12 @@ class Problem(Residuals):
                 problems += error.problems
         if problems:
             raise InputError(problems)
-        roles = [one.role for one in self._asked for _ in one.level]
-        self._goals = np.array([role is Role.GOAL for role in roles])
-        self._limits = np.array([role is Role.LIMIT for role in roles])
+        roles = [one.role for one in self._terms for _ in one.level]
+        self._goals = np.array([role is TermRole.GOAL for role in roles])
+        self._limits = np.array([role is TermRole.LIMIT for role in roles])
         self._priors = np.array([one is not None for one in self.unknowns.priors])
         self._last: tuple[bytes, Floats] = (b"", np.zeros((0, 0)))
-        self._told: tuple[bytes, Floats, tuple[str, ...]] = (b"", np.zeros((0, 0)), ())
+        self._kept_slopes: tuple[bytes, Floats, tuple[str, ...]] = (b"", np.zeros((0, 0)), ())
 
     def _set_unknowns(self, unknowns: Sequence[Unknown]) -> None:
         self.unknowns = Unknowns.of(self.scene, unknowns)
@@ -95,14 +95,14 @@ class Problem(Residuals):
         with_values(self.scene, self._values({})(middle))
 
     def _set_terms(self, unknowns: Sequence[Unknown]) -> None:
-        self._asked = asked_of(self.scene, self.terms, self.seconds)
+        self._terms = term_rows_of(self.scene, self.terms, self.seconds)
         own = {path for one in unknowns for path in one.targets}
-        twice = sorted({path for one in self._asked for path in one.under} & own)
+        twice = sorted({path for one in self._terms for path in one.under} & own)
         if twice:
             raise InputError(
                 [f"{path}: is unknown, and a condition under which a term holds" for path in twice]
             )
-        self._unders = list({tuple(sorted(one.under.items())): one.under for one in self._asked}.values())
+        self._unders = list({tuple(sorted(one.under.items())): one.under for one in self._terms}.values())
 
     def _values(self, under: Mapping[str, float]) -> Callable[[Floats], dict[str, float]]:
         """Numbers of the scene under conditions, of the unknowns' SI values."""
@@ -164,10 +164,10 @@ class Problem(Residuals):
         batch = simulate_batch(
             self.scene, vary, self.seconds, accuracy=self.accuracy, threads=self.threads, shared=self._shared
         )
-        names = {one.reader.name for one in self._asked if isinstance(one.reader, OfMeasure)}
+        names = {one.reader.name for one in self._terms if isinstance(one.reader, OfMeasure)}
         measures = {name: one.value for name, one in batch.measured(names).items()} if names else {}
         parts = []
-        for one in self._asked:
+        for one in self._terms:
             first = self._unders.index(one.under) * len(at)
             runs = np.arange(first, first + len(at))
             rows = one.rows(_numbers(one, batch, runs, measures))
@@ -177,22 +177,22 @@ class Problem(Residuals):
     def _slopes(self, x: Floats) -> tuple[Floats, tuple[str, ...]]:
         """Derivatives (nr, nu) of the rows at a point (nu,) by the cube's coordinates, and flags; the last are kept."""
         key = x.tobytes()
-        if self._told[0] == key:
-            return self._told[1:]
+        if self._kept_slopes[0] == key:
+            return self._kept_slopes[1:]
         at, span = self.unknowns.values(x), self.unknowns.high - self.unknowns.low
         parts: dict[int, Floats] = {}
         flags: list[str] = []
         for under in self._unders:
-            own = [n for n, one in enumerate(self._asked) if one.under == under]
+            own = [n for n, one in enumerate(self._terms) if one.under == under]
             case = Case(self.scene, self._values(under), self.seconds, self.accuracy, self._shared)
-            told = case.slopes(at, span, [self._asked[n].reader for n in own])
-            if told is None:
+            read = case.slopes(at, span, [self._terms[n].reader for n in own])
+            if read is None:
                 flags.append(f"the engine has no derivatives of these runs: {'; '.join(case.refused)}")
             for k, n in enumerate(own):
-                count = self._asked[n].reader.count
-                slopes = np.full((count, len(at)), np.nan) if told is None else told[k].slopes
-                parts[n] = self._asked[n].slopes(slopes)
-                flags += [] if told is None else [text for own in told[k].flags.values() for text in own]
+                count = self._terms[n].reader.count
+                slopes = np.full((count, len(at)), np.nan) if read is None else read[k].slopes
+                parts[n] = self._terms[n].slopes(slopes)
+                flags += [] if read is None else [text for own in read[k].flags.values() for text in own]
         found = np.concatenate([parts[n] for n in range(len(parts))]) * self.unknowns.slopes(x)
         missing = np.isnan(found)
         if missing.any():
@@ -200,8 +200,8 @@ class Problem(Residuals):
             found[:, columns] = np.where(
                 missing[:, columns], self._differences(x, columns), found[:, columns]
             )
-        self._told = key, found, tuple(dict.fromkeys(flags))
-        return self._told[1:]
+        self._kept_slopes = key, found, tuple(dict.fromkeys(flags))
+        return self._kept_slopes[1:]
 
     def _differences(self, x: Floats, columns: NDArray[np.intp]) -> Floats:
         """Differences (nr, nc) of the rows by some of the unknowns, of runs to both sides in one batch; at a side of
@@ -213,7 +213,7 @@ class Problem(Residuals):
         return ((rows[: len(columns)] - rows[len(columns) :]) / width[:, None]).T
 
 
-def _numbers(asked: Asked, batch: Batch, runs: NDArray[np.intp], measures: Mapping[str, Floats]) -> Floats:
+def _numbers(asked: TermRows, batch: Batch, runs: NDArray[np.intp], measures: Mapping[str, Floats]) -> Floats:
     """Numbers (n, k) of some runs of a batch; NaN of those that did not reach their end."""
     if isinstance(asked.reader, OfMeasure):
         return measures[asked.reader.name][runs, None]

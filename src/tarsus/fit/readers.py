@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from tarsus.solve.gradients import Gradient, GradientRun
 from tarsus.solve.run import Run
 
-__all__ = ["OfEvents", "OfMeasure", "OfStates", "Reader", "Told"]
+__all__ = ["OfEvents", "OfMeasure", "OfStates", "ReadSlopes", "Reader"]
 
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Told:
+class ReadSlopes:
     """Derivatives (k, nu) of k numbers of a run by the unknowns, NaN where there is none; flags: sentences that say
     why, by unknown."""
 
@@ -25,7 +25,7 @@ class Told:
     flags: Mapping[str, tuple[str, ...]]
 
     @classmethod
-    def of(cls, gradient: Gradient) -> Told:
+    def of(cls, gradient: Gradient) -> ReadSlopes:
         """Of one number."""
         return cls(np.array([list(gradient.values())]), gradient.flags)
 
@@ -41,9 +41,9 @@ class OfMeasure:
         """Numbers (k,) of a run."""
         return np.array([run.measures[self.name].value])
 
-    def slopes(self, run: GradientRun) -> Told:
+    def slopes(self, run: GradientRun) -> ReadSlopes:
         """Their derivatives."""
-        return Told.of(run.gradient(self.name))
+        return ReadSlopes.of(run.gradient(self.name))
 
 
 @dataclass(frozen=True)
@@ -57,9 +57,9 @@ class OfEvents:
         """Numbers (k,) of a run."""
         return np.array([float(self.function(run.all_events))])
 
-    def slopes(self, run: GradientRun) -> Told:
+    def slopes(self, run: GradientRun) -> ReadSlopes:
         """Their derivatives."""
-        return Told.of(run.gradient_of(self.function))
+        return ReadSlopes.of(run.gradient_of(self.function))
 
 
 @dataclass(frozen=True)
@@ -80,11 +80,11 @@ class OfStates:
         states = run.states(self.times)
         return np.asarray((states.rate if self.rate else states.gap)[self.foot])
 
-    def slopes(self, run: GradientRun) -> Told:
+    def slopes(self, run: GradientRun) -> ReadSlopes:
         """Their derivatives."""
         found = run.state_gradients(self.times)
         rows = [(one.rate if self.rate else one.gap)[self.foot] for one in found.values()]
-        return Told(np.array(rows).reshape(len(run.paths), self.count).T, run.flags)
+        return ReadSlopes(np.array(rows).reshape(len(run.paths), self.count).T, run.flags)
 
 
 Reader = OfMeasure | OfEvents | OfStates

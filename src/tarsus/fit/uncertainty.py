@@ -20,7 +20,7 @@ Floats = NDArray[np.float64]
 class Uncertainty:
     """Standard errors of the nu unknowns of a fit, by the curvature of its cost.
 
-    errors: standard error [SI] by name, infinite where the residuals do not tell the number; correlations (nu, nu), in
+    errors: standard error [SI] by name, infinite where the residuals do not determine it; correlations (nu, nu), in
     the order of the names, NaN in the rows of such numbers; notes: sentences on what they do not hold for.
     """
 
@@ -39,28 +39,32 @@ def uncertainty_of(jacobian: Floats, unknowns: Unknowns, x: Floats) -> Uncertain
     _, sizes, directions = np.linalg.svd(jacobian, full_matrices=True)
     sizes = np.concatenate([sizes, np.zeros(len(directions) - len(sizes))])
     # rounding of the decomposition, as numpy's matrix_rank has it
-    told = sizes > max(jacobian.shape) * np.finfo(float).eps * float(sizes.max(initial=0.0))
-    shares = directions[told] / sizes[told, None]
+    seen = sizes > max(jacobian.shape) * np.finfo(float).eps * float(sizes.max(initial=0.0))
+    shares = directions[seen] / sizes[seen, None]
     covariance = shares.T @ shares
-    untold = (directions[~told] ** 2).sum(axis=0) > np.finfo(
+    undetermined = (directions[~seen] ** 2).sum(axis=0) > np.finfo(
         float
     ).eps ** 0.5  # of a unit vector: more than rounding
     size = np.sqrt(np.diag(covariance))
-    errors = np.where(untold, np.inf, size * np.abs(unknowns.slopes(x)))
-    known = ~untold & (size > 0.0)
+    errors = np.where(undetermined, np.inf, size * np.abs(unknowns.slopes(x)))
+    known = ~undetermined & (size > 0.0)
     scale = np.where(known, size, 1.0)
     correlations = np.where(known[:, None] & known[None], covariance / np.outer(scale, scale), np.nan)
     return Uncertainty(
-        dict(zip(unknowns.names, errors.tolist(), strict=True)), correlations, _notes(unknowns, x, untold)
+        dict(zip(unknowns.names, errors.tolist(), strict=True)),
+        correlations,
+        _notes(unknowns, x, undetermined),
     )
 
 
-def _notes(unknowns: Unknowns, x: Floats, untold: NDArray[np.bool_]) -> tuple[str, ...]:
-    """Sentences on numbers that the residuals do not tell, or that ended at a bound."""
+def _notes(unknowns: Unknowns, x: Floats, undetermined: NDArray[np.bool_]) -> tuple[str, ...]:
+    """Sentences on numbers that the residuals do not determine, or that ended at a bound."""
     names = np.array(unknowns.names)
     notes = []
-    if untold.any():
-        notes.append(f"the residuals do not tell {', '.join(names[untold])}: the Jacobian is singular there")
+    if undetermined.any():
+        notes.append(
+            f"the residuals do not determine {', '.join(names[undetermined])}: the Jacobian is singular there"
+        )
     ends = (x <= 0.0) | (x >= 1.0)
     if ends.any():
         notes.append(f"{', '.join(names[ends])} ended at a bound, where a standard error is no interval")

@@ -9,7 +9,7 @@ import numpy as np
 
 from tarsus.calibrate.description import Search
 from tarsus.calibrate.objective import Cells, Hypothesis, Objective, SoftLimit
-from tarsus.calibrate.problem import Problem
+from tarsus.calibrate.problem import CalibrationProblem
 from tarsus.fit import Prior, Unknowns
 
 SCENES = Path(__file__).parents[2] / "scenes"
@@ -51,7 +51,7 @@ def problem(
     limits: tuple[SoftLimit, ...] = (),
     robust: float = 3.0,
     extra_rows: int = 0,
-) -> Problem:
+) -> CalibrationProblem:
     """A problem whose readings are ``function(run, set) -> (rows, channels, samples)``."""
     if hypotheses is None:
         hypotheses = (Hypothesis({}, 0, tuple(range(len(table.names)))),)
@@ -61,7 +61,7 @@ def problem(
 
     count = len(table.observed)
     labels = tuple(f"row {n + 1}" for n in range(count))
-    return Problem(
+    return CalibrationProblem(
         numbers,
         hypotheses,
         simulate,
@@ -144,7 +144,9 @@ def ball_study(
     return file
 
 
-def bent_rows(seed: int, misfit: float = 0.2, unknown: int = 9, rows: int = 12) -> tuple[Problem, Any]:
+def bent_rows(
+    seed: int, misfit: float = 0.2, unknown: int = 9, rows: int = 12
+) -> tuple[CalibrationProblem, Any]:
     """A problem of 9 unknowns and 12 x 3 cells that no set fits: the truth times a chance factor of ``misfit``.
 
     Also its forward model, sets (ns, 9) of the unit cube to readings (ns, 12, 3).
@@ -174,7 +176,7 @@ def bent_rows(seed: int, misfit: float = 0.2, unknown: int = 9, rows: int = 12) 
 
     numbers = unknowns("abcdefghi"[:unknown])
     labels = tuple(f"row {n + 1}" for n in range(rows))
-    one = Problem(
+    one = CalibrationProblem(
         numbers, (Hypothesis({}, 0, (0, 1, 2)),), simulate, Objective(table), tuple(range(rows)), labels
     )
     return one, model

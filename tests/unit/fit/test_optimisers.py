@@ -115,7 +115,7 @@ def test_standard_errors_of_a_line_are_those_of_the_closed_form(log):
     assert sure.errors["b"] == pytest.approx(Line.error * np.sqrt(n / spread))
     assert sure.correlations[0, 1] == pytest.approx(-t.sum() / np.sqrt(n * (t**2).sum()))
     assert np.isinf(sure.errors["idle"]) and np.isnan(sure.correlations[2]).all()
-    assert sure.notes == ("the residuals do not tell idle: the Jacobian is singular there",)
+    assert sure.notes == ("the residuals do not determine idle: the Jacobian is singular there",)
     again = Line(log).uncertainty(found.x)
     assert again.errors == pytest.approx(sure.errors)
 

@@ -1,4 +1,4 @@
-"""Break-offs: the motion of the structure from the moment at which its foot leaves the ground.
+"""Detachments: the motion of the structure from the moment at which its foot leaves the ground.
 
 Until the moment the foot stands still, so that the state at it has few unknowns: where the rest of the structure
 is, and how fast. From there on the structure flies free, under the drive's force and the film's. A fit of that
@@ -23,7 +23,7 @@ from tarsus.identify.volts import Volts
 from tarsus.impacts.detection import STILL
 from tarsus.records.excluded import Excluded
 
-__all__ = ["BreakOff", "BreakOffs", "FilmGuess", "find_break_offs"]
+__all__ = ["Detachment", "Detachments", "FilmGuess", "find_detachments"]
 
 Floats = NDArray[np.float64]
 
@@ -75,8 +75,8 @@ class FilmGuess:
 
 
 @dataclass(frozen=True)
-class BreakOff:
-    """One break-off in a record: the hold before it, first sample that is fitted, number of samples (n)."""
+class Detachment:
+    """One detachment in a record: the hold before it, first sample that is fitted, number of samples (n)."""
 
     trace: int
     hold: Hold
@@ -86,7 +86,7 @@ class BreakOff:
 
 @dataclass(frozen=True)
 class FittedDetachments:
-    """Break-offs fitted together with one film.
+    """Detachments fitted together with one film.
 
     unknowns (nr, q): time [s] from the moment to the first sample, places and speeds of the free coordinates, force
     that the drive's law misses at the first sample [N] and its drift [N/s]; film; pull, pull_error (nr,) [N];
@@ -109,11 +109,11 @@ class FittedDetachments:
     cost: Floats
 
 
-def find_break_offs(
+def find_detachments(
     traces: Sequence[Trace], foot: str, level: float
-) -> tuple[list[BreakOff], list[Excluded]]:
-    """Break-offs in records, and those that cannot be used, with the reason."""
-    found: list[BreakOff] = []
+) -> tuple[list[Detachment], list[Excluded]]:
+    """Detachments in records, and those that cannot be used, with the reason."""
+    found: list[Detachment] = []
     left: list[Excluded] = []
     for number, trace in enumerate(traces):
         k = trace.point(foot)
@@ -138,19 +138,19 @@ def find_break_offs(
                     )
                 )
                 continue
-            found.append(BreakOff(number, hold, first, end - first))
+            found.append(Detachment(number, hold, first, end - first))
     return found, left
 
 
-class BreakOffs:
-    """Break-offs of several records, ready to be fitted with any model.
+class Detachments:
+    """Detachments of several records, ready to be fitted with any model.
 
     Parameters
     ----------
     traces
         The records.
     items
-        Their break-offs.
+        Their detachments.
     level
         Contact level from the rest [m].
     """
@@ -158,7 +158,7 @@ class BreakOffs:
     def __init__(
         self,
         traces: Sequence[Trace],
-        items: Sequence[BreakOff],
+        items: Sequence[Detachment],
         level: float,
         volts: Mapping[int, Volts] | None = None,
     ) -> None:
@@ -167,15 +167,15 @@ class BreakOffs:
         self.traces, self.items, self.level = tuple(traces), tuple(items), level
         steps = {round(self.traces[one.trace].step, 12) for one in items}
         if len(steps) > 1:
-            raise InputError("the records of break-offs are sampled at different rates")
+            raise InputError("the records of detachments are sampled at different rates")
         self.step = self.traces[items[0].trace].step
         needed = {one.trace for one in items}
         self.volts = {k: Volts.of(self.traces[k].volts) for k in needed} if volts is None else volts
 
-    def chosen(self, keep: NDArray[np.bool_]) -> BreakOffs:
+    def chosen(self, keep: NDArray[np.bool_]) -> Detachments:
         """Some of them."""
         kept = [one for one, yes in zip(self.items, keep, strict=True) if yes]
-        return BreakOffs(self.traces, kept, self.level, self.volts)
+        return Detachments(self.traces, kept, self.level, self.volts)
 
     def beginnings(self, foot: str) -> Floats:
         """How well the moments are known at which the contacts began (nr,) [s]: half a sample, or the time in which a
@@ -242,7 +242,7 @@ class BreakOffs:
         pressed foot cannot let go: what its pull is below zero counts against a guess, by the pull's own error.
         """
         items = [replace(one, count=min(one.count, _BEGINNING)) for one in self.items]
-        begun = BreakOffs(self.traces, items, self.level, self.volts)
+        begun = Detachments(self.traces, items, self.level, self.volts)
         prepared, unknowns = _Prepared(begun, model), self.guess(model)
         best, kept = np.full(len(unknowns), np.inf), unknowns
         for late in _TRIED:
@@ -289,9 +289,9 @@ def _grounded(model: FootModel) -> Floats:
 
 
 class _Prepared:
-    """Everything of break-offs that depends on the model but not on the unknowns."""
+    """Everything of detachments that depends on the model but not on the unknowns."""
 
-    def __init__(self, offs: BreakOffs, model: FootModel) -> None:
+    def __init__(self, offs: Detachments, model: FootModel) -> None:
         self.offs, self.model = offs, model
         self.flow = of_model(model, offs.step / SUBSTEPS)
         self.free = null_space(model.row[None, :])

@@ -11,7 +11,7 @@ from tarsus.identify.draws import DRAWS
 from tarsus.identify.foot import FootModel
 from tarsus.identify.step import StepResult
 
-__all__ = ["PLACEHOLDER", "Known"]
+__all__ = ["PLACEHOLDER", "Estimates"]
 
 Floats = NDArray[np.float64]
 
@@ -23,7 +23,7 @@ _LEAST = 1e-3
 
 
 @dataclass(frozen=True)
-class Known:
+class Estimates:
     """Parameters found so far.
 
     base: the device as known beforehand; paths (p,); values (p,); samples (draws, p).
@@ -49,23 +49,23 @@ class Known:
         return self.base.changed(changes)
 
     @classmethod
-    def nothing(cls, base: FootModel) -> Known:
+    def nothing(cls, base: FootModel) -> Estimates:
         """Of a device of which nothing was found."""
         return cls(base, (), np.zeros(0), np.zeros((DRAWS, 0)))
 
-    def certain(self) -> Known:
+    def certain(self) -> Estimates:
         """The same as if everything found were certain: no draw moves it."""
         return replace(self, samples=np.repeat(self.values[None], DRAWS, axis=0))
 
-    def without(self, step: StepResult) -> Known:
+    def without(self, step: StepResult) -> Estimates:
         """Without what a step found."""
         kept = [i for i, path in enumerate(self.paths) if path not in step.paths]
         paths = tuple(self.paths[i] for i in kept)
         return replace(self, paths=paths, values=self.values[kept], samples=self.samples[:, kept])
 
-    def after(self, step: StepResult) -> Known:
+    def after(self, step: StepResult) -> Estimates:
         """With what a further step found."""
-        return Known(
+        return Estimates(
             self.base,
             self.paths + step.paths,
             np.concatenate([self.values, step.values]),

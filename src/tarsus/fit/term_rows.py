@@ -19,12 +19,12 @@ from tarsus.measure.measure import no_measure
 from tarsus.model.scene import Scene
 from tarsus.solve.offered import offered
 
-__all__ = ["Asked", "Role", "asked_of"]
+__all__ = ["TermRole", "TermRows", "term_rows_of"]
 
 Floats = NDArray[np.float64]
 
 
-class Role(Enum):
+class TermRole(Enum):
     """What a number is for."""
 
     RESIDUAL = "residual"
@@ -33,11 +33,11 @@ class Role(Enum):
 
 
 @dataclass(frozen=True)
-class Asked:
+class TermRows:
     """One term: how its k numbers are read, in the run under ``under`` [SI], and what is made of them: rows
     ``sign * (number - level) / scale``, one for each of the levels (k,), or of a limit for each of its ends."""
 
-    role: Role
+    role: TermRole
     reader: Reader
     under: Mapping[str, float]
     level: Floats
@@ -52,7 +52,7 @@ class Asked:
         return slopes / self.scale[:, None]
 
 
-def asked_of(scene: Scene, terms: Sequence[Term], seconds: float) -> list[Asked]:
+def term_rows_of(scene: Scene, terms: Sequence[Term], seconds: float) -> list[TermRows]:
     """Terms of runs of a scene over so many seconds.
 
     Raises
@@ -75,7 +75,7 @@ def asked_of(scene: Scene, terms: Sequence[Term], seconds: float) -> list[Asked]
     return out
 
 
-def _one(scene: Scene, term: Term, units: Mapping[str, str], seconds: float) -> Asked:
+def _one(scene: Scene, term: Term, units: Mapping[str, str], seconds: float) -> TermRows:
     under = _under(scene, term.under)
     if isinstance(term, Samples):
         return _samples(scene, term, under, seconds)
@@ -83,12 +83,12 @@ def _one(scene: Scene, term: Term, units: Mapping[str, str], seconds: float) -> 
     if isinstance(term, Reading):
         level, scale = parse_quantity(term.value, unit), parse_quantity(term.error, unit)
         _positive("error", scale)
-        return Asked(Role.RESIDUAL, reader, under, np.array([level]), np.array([scale]))
+        return TermRows(TermRole.RESIDUAL, reader, under, np.array([level]), np.array([scale]))
     if isinstance(term, Goal):
         scale = parse_quantity(term.scale, unit)
         if scale == 0.0 or not np.isfinite(scale):
             raise InputError("scale: expected a number that is not zero")
-        return Asked(Role.GOAL, reader, under, np.zeros(1), np.array([scale]))
+        return TermRows(TermRole.GOAL, reader, under, np.zeros(1), np.array([scale]))
     softness = parse_quantity(term.softness, unit)
     _positive("softness", softness)
     ends = [
@@ -101,10 +101,10 @@ def _one(scene: Scene, term: Term, units: Mapping[str, str], seconds: float) -> 
     if len(ends) == 2 and not ends[0][1] < ends[1][1]:
         raise InputError(f"expected low below high, got {term.low} and {term.high}")
     signs, level = np.array(ends).T
-    return Asked(Role.LIMIT, reader, under, level, signs * softness)
+    return TermRows(TermRole.LIMIT, reader, under, level, signs * softness)
 
 
-def _samples(scene: Scene, term: Samples, under: Mapping[str, float], seconds: float) -> Asked:
+def _samples(scene: Scene, term: Samples, under: Mapping[str, float], seconds: float) -> TermRows:
     feet = list(scene.robot.feet)
     times, values = (np.asarray(one, dtype=float) for one in (term.times, term.values))
     problems = []
@@ -121,7 +121,7 @@ def _samples(scene: Scene, term: Samples, under: Mapping[str, float], seconds: f
     error = parse_quantity(term.error, "m/s" if term.rate else "m")
     _positive("error", error)
     reader = OfStates(feet.index(term.foot), times, term.rate)
-    return Asked(Role.RESIDUAL, reader, under, values, np.full(len(values), error))
+    return TermRows(TermRole.RESIDUAL, reader, under, values, np.full(len(values), error))
 
 
 def _reader(of: Number, units: Mapping[str, str]) -> tuple[Reader, str]:
