@@ -13,7 +13,7 @@ from tarsus.files.runstore import RunStore
 from tarsus.fit.residuals import Residuals
 
 if TYPE_CHECKING:
-    from tarsus.calibrate.objective import CostPieces, Hypothesis, Objective
+    from tarsus.calibrate.objective import Hypothesis, Objective, ReadingCosts
     from tarsus.fit.unknowns import Unknowns
 
 __all__ = ["Archive", "CalibrationProblem", "HypothesisFit", "Simulate", "Slopes"]
@@ -56,7 +56,7 @@ class CalibrationProblem:
         """Number of rows that are fitted."""
         return len(self.objective.cells.observed)
 
-    def residuals(self, pieces: CostPieces, cube: Floats) -> Floats:
+    def residuals(self, pieces: ReadingCosts, cube: Floats) -> Floats:
         """Residuals (ns, nr) of sets at points (ns, nu), those of the priors last: the sum of their squares is the
         cost."""
         return np.concatenate([pieces.roots, self.unknowns.prior_residuals(cube)], axis=1)
@@ -164,8 +164,8 @@ class HypothesisFit(Residuals):
         self.unknowns = self.problem.unknowns
         self.hypothesis = self.problem.hypotheses[self.number]
 
-    def pieces(self, readings: Readings) -> CostPieces:
-        """CostPieces of the cost of readings."""
+    def pieces(self, readings: Readings) -> ReadingCosts:
+        """Pieces of the cost of readings."""
         return self.problem.objective.pieces(readings, self.hypothesis)
 
     def residuals_at(self, points: Floats) -> Floats:
