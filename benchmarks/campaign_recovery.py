@@ -25,7 +25,8 @@ from tarsus.identify.campaign import read_campaign
 from tarsus.identify.chain import Identification, identify
 from tarsus.model.scene import Scene
 from tarsus.synthesis.campaign_folder import write_campaign
-from tarsus.synthesis.recordings import Instrument, perturbed
+from tarsus.synthesis.devices import perturbed
+from tarsus.synthesis.recordings import Instrument
 
 DEVICE, SPREAD = "cantilever-capture", 0.2
 FILM = "C / g0^3"

@@ -175,10 +175,10 @@ def both_parts(summary: Table) -> tuple[Table, Table | None, Table | None]:
 def source_model() -> dict[str, Any]:
     """The source's own model against the measurement, from the packaged table."""
     from tarsus_reproduce.cantilever import compare
-    from tarsus_reproduce.cases import packaged_cases
+    from tarsus_reproduce.rows import CANTILEVER, packaged_rows
 
-    cases = packaged_cases()
-    return compare([case.measured for case in cases], [case.source for case in cases])
+    rows = packaged_rows(CANTILEVER)
+    return compare([row.measured for row in rows], [row.source for row in rows])
 
 
 def cantilever() -> str:
@@ -280,12 +280,11 @@ def against_model() -> str:
 
 def source_error_of_hexapod(rows: int) -> float:
     """Mean relative error of the source's model over all numbers of the fitted rows."""
-    from tarsus_reproduce.cases import relative_error
-    from tarsus_reproduce.scenarios import packaged_scenarios
+    from tarsus_reproduce.rows import HEIGHTS, packaged_rows, relative_error
 
     errors = [
-        relative_error(getattr(one.measured, name), getattr(one.source, name))
-        for one in packaged_scenarios("hexapod")[:rows]
+        relative_error(one.measured[name], one.source[name])
+        for one in packaged_rows(HEIGHTS)[:rows]
         for name in ("bounces_per_s", "peak_um", "mean_um")
     ]
     known = [abs(error) for error in errors if error is not None]
@@ -325,7 +324,7 @@ def hexapod() -> str:
 
 
 DEVICES = {
-    "millipede": "`millipede` (chosen among readings)",
+    "millipede": "`millipede` (chosen among interpretations)",
     "millipede-table": "`millipede-table` (damping of Table 4.1)",
     "millipede-printed": "`millipede-printed` ((2.13) as printed)",
 }
@@ -343,7 +342,8 @@ def millipede() -> str:
     readings, total = found["readings"], next(iter(found["variants"].values()))["directional_total"]
     at_most = f"{readings['agree']['quantile_95']:g}"
     rows.append(
-        [f"{readings['judged']} random readings of what is not printed, mean (95 % agree with at most {at_most})",
+        [f"{readings['judged']} random interpretations of what is not printed, mean (95 % agree with at most "
+         f"{at_most})",
          *(f"{readings[key]['mean']:.1f}" for key in counts),
          f"{readings['directional_agree']['mean']:.1f} of {total}"]
     )  # fmt: skip
@@ -442,7 +442,7 @@ def page_differences() -> list[str]:
 
 def mixture_differences() -> list[str]:
     """Packaged mixtures that are of another calibration than the results, a sentence each."""
-    from tarsus_reproduce.mixtures import packaged_errors
+    from tarsus_reproduce.ensembles import packaged_errors
 
     told = []
     for name in ("cantilever", "hexapod"):
@@ -450,7 +450,7 @@ def mixture_differences() -> list[str]:
         if any(theirs.get(part) != one for part, one in mine.items()):
             told.append(
                 f"the packaged mixture of {name} is not of the calibration of docs/results/{name}.json: package "
-                f"the folder of one `{COMMANDS[name][0]}` (`python -m tarsus_reproduce.mixtures`), and take the same"
+                f"the folder of one `{COMMANDS[name][0]}` (`python docs/package_mixtures.py`), and take the same"
             )
     return told
 

@@ -22,7 +22,8 @@ from tarsus.identify.campaign import read_campaign
 from tarsus.identify.chain import Identification, identify
 from tarsus.identify.result import identified_device
 from tarsus.synthesis.campaign_folder import write_campaign
-from tarsus.synthesis.recordings import Instrument, perturbed
+from tarsus.synthesis.devices import perturbed
+from tarsus.synthesis.recordings import Instrument
 
 SHOWN = (
     "robot.structure.frequencies.0",

@@ -13,12 +13,16 @@ from walking_devices import CREEPING
 __all__ = ["KINDS", "make_page"]
 
 _BALL = "50,1.5,14\n90,1,30\n120,,\n"
-_GAIT = ("millipede-printed", "--free", "gait.duty,gait.frequency=100Hz:200Hz", "--duration", "10 ms")
+_GAIT = (
+    "millipede-printed", "--free", "gait.duty,gait.frequency=100Hz:200Hz", "--request", "duration=10 ms",
+    "--request", "candidates=64",
+)  # fmt: skip
 _GROUNDS = ("--over", "ground.friction.coefficient=4:12")
 _BOX = ("--over", "robot.feet.tip.gap=69um:71um", "--over", "ground.restitution.coefficient=0.2:0.5")
 _YIELD = (
-    "--scatter", "robot.drives.*.law.gain=10%", "--over", "ground.friction.coefficient=0.3:0.5", "--dead", "legs=0:1",
-    "--measure", "mean_speed", "--measure", "foot_slip", "--count", "64", "--draws", "8", "--set", "duration=60 ms",
+    "--scatter", "robot.drives.*.law.gain=10%", "--scatter", "ground.friction.coefficient=0.3:0.5",
+    "--scatter", "dead=0:1", "--require", "mean_speed", "--require", "foot_slip", "--count", "64:8",
+    "--set", "duration=60 ms",
 )  # fmt: skip
 _STUDY = """scene = "cantilever"
 duration = "0.1 s"
@@ -41,10 +45,10 @@ KINDS = {
     "yield": ("yield", CREEPING, *_YIELD),
     "calibrate": ("calibrate", "{ball}"),
     "identify": ("identify", "{campaign}"),
-    "landing": ("design", "landing", "cantilever", "--foot", "tip", "--levels", "free=-8V:8V", *_BOX,
-                "--set", "robot.drives.pzt.capacitance=664 pF", "--effort", "0.03", "--learn", "10"),
-    "gait": ("design", "gait", *_GAIT, *_GROUNDS, "--candidates", "64", "--look", "2"),
-    "adapt": ("design", "adapt", *_GAIT, *_GROUNDS, "--candidates", "64", "--hidden", "8", "--training", "8"),
+    "landing": ("design", "landing", "cantilever", "--foot", "tip", "--request", "levels=free=-8V:8V", *_BOX,
+                "--set", "robot.drives.pzt.capacitance=664 pF", "--request", "effort=0.03", "--request", "learn=10"),
+    "gait": ("design", "gait", *_GAIT, *_GROUNDS, "--request", "look=2"),
+    "adapt": ("design", "adapt", *_GAIT, *_GROUNDS, "--request", "hidden=8", "--request", "training=8"),
     "branch": ("branch", SCENES / "impact_oscillator.toml", "--along", "signals.shaker.amplitude=1 V:0.2 V"),
     "reproduce-cantilever": ("reproduce", "cantilever"),
     "reproduce-hexapod": ("reproduce", "hexapod", "--seeds", "2"),

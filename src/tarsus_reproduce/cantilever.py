@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,131 +13,98 @@ import numpy as np
 from tarsus.calibrate.prediction import Miss
 from tarsus.files.library import changed
 from tarsus.measure import Counting, by_window, histories_of
-from tarsus_reproduce.cases import Case, Observation, packaged_cases, read_cases, relative_error
-from tarsus_reproduce.mixtures import packaged_errors, packaged_members, packaged_misses
-from tarsus_reproduce.predictions import Floats, Member, Prediction, Samples, members_of, predict, role_of
+from tarsus.tables import Column, Table
+from tarsus_reproduce.ensembles import packaged_errors, packaged_members, packaged_misses
+from tarsus_reproduce.forecast import (
+    CALIBRATED,
+    PREDICTED,
+    Floats,
+    Forecast,
+    Member,
+    WeightedValues,
+    forecast,
+    medians,
+    members_of,
+    role_of,
+)
+from tarsus_reproduce.reproduction import (
+    OURS,
+    FigureCall,
+    NumberRow,
+    Progress,
+    Reproduction,
+    Section,
+    found_at,
+    number_rows,
+    numbers_table,
+)  # fmt: skip
+from tarsus_reproduce.rows import CANTILEVER, PrintedRow, packaged_rows, read_rows, relative_error
 
 SETTLING_TIME, SETTLING_PERIODS = 0.1, 4
-"""Transients that are dropped: this long [s] and at least so many drive periods."""
+"""Transients that are dropped: this long [s] and at least so many drive periods. By then the first mode
+of every packaged beam has decayed to 7 % or less."""
 SEEN_TIME, SEEN_PERIODS = 0.4, 12
 """What is measured afterwards: this long [s] and at least so many drive periods."""
 
 GOOD = 0.30
 """Relative error below which Table 2.3 counts a case as good."""
+CLOSE_PEAK, CLOSE_CONTACT = 0.15, 1.0
+"""How close to the source's model is close: peaks by this part, half of what is good, as they are read off the same
+model; contacts by `GOOD` or so many milliseconds, a hundredth of the longest printed one."""
 
-Progress = Callable[[int, int, str], None]
+Observed = Mapping[str, float | None]
+"""Numbers of a case by key of the table's quantities; None where nothing is known."""
+
+_MEASURES = {"bounces": "bounces", "peak": "peak", "contact_duration": "contact"}
+"""Measure of a run -> name of the quantity in the calibration's study, in the order of the table's quantities."""
+
+FOOTER = (
+    "Bounces are flights above 0.1 µm that follow a contact shorter than 0.5 ms or a tenth of the period, however they "
+    "began; peak is the height above contact level after break-off, contact the time per drive period on the ground."
+)
 
 
 @dataclass(frozen=True)
-class Errors:
-    """Relative errors (measured - simulated)/measured; None where there is none.
+class PeriodsRow:
+    """One case and our forecasts, in the table's units, over `periods` drive periods after transients of every member.
 
-    `count` is the absolute difference of bounces per period [-]; the others are fractions.
+    p_bounce: probability of a bounce in a drive period; role: whether the device was calibrated on this row; problems:
+    codes of the runs that did not reach their end.
     """
 
-    count: float | None
-    peak: float | None
-    contact: float | None
-
-
-@dataclass(frozen=True)
-class Predictions:
-    """What our device says of one case per drive period: bounces [-], peak [um], contact [ms]."""
-
-    bounces: Prediction
-    peak_um: Prediction
-    contact_ms: Prediction
-
-    @property
-    def medians(self) -> Observation:
-        """The medians, which are what is compared with a table."""
-        return Observation(self.bounces.median, self.peak_um.median, self.contact_ms.median)
-
-    def to_dict(self) -> dict[str, dict[str, float | None]]:
-        """Plain data."""
-        return {name: getattr(self, name).to_dict() for name in ("bounces", "peak_um", "contact_ms")}
-
-
-@dataclass(frozen=True)
-class Row:
-    """One case and our prediction over `periods` drive periods after transients of every member.
-
-    p_bounce: probability of a bounce in a drive period; role: whether the device was calibrated on this row; codes: of
-    the runs that did not reach their end.
-    """
-
-    case: Case
-    predictions: Predictions
+    printed: PrintedRow
+    forecasts: Mapping[str, Forecast]
     p_bounce: float | None
     periods: int
     role: str
-    codes: tuple[str, ...]
+    problems: tuple[str, ...]
 
     @property
-    def ours(self) -> Observation:
-        """Medians of our prediction."""
-        return self.predictions.medians
-
-    @property
-    def ok(self) -> bool:
-        """True when every member's run reached its end."""
-        return not self.codes
-
-    @property
-    def source_errors(self) -> Errors:
-        """The source's model against the measurement."""
-        return errors(self.case.measured, self.case.source)
-
-    @property
-    def our_errors(self) -> Errors:
-        """Our model against the measurement."""
-        return errors(self.case.measured, self.ours)
-
-    @property
-    def errors_to_source(self) -> Errors:
-        """Our model against the source's model."""
-        return errors(self.case.source, self.ours)
-
-
-@dataclass(frozen=True)
-class CantileverReproduction:
-    """All rows for one device, or a mixture of them.
-
-    calibration: for the packaged mixture what its calibration says of the fitted rows and of each row left out (see
-    `tarsus_reproduce.mixtures.packaged_errors`).
-    """
-
-    device: str
-    rows: tuple[Row, ...]
-    calibration: dict[str, Any] | None = None
-
-    @property
-    def ok(self) -> bool:
-        """True when every row's simulation ended well."""
-        return all(row.ok for row in self.rows)
-
-    def summary(self) -> dict[str, Any]:
-        """Table 2.3 for both models; also for packaged and added rows apart, and for those that were calibrated on and
-        those that are predicted, when there are both."""
-        whole = summarise(self.rows)
-        given = [row for row in self.rows if row.case.origin == "packaged"]
-        added = [row for row in self.rows if row.case.origin != "packaged"]
-        if given and added:
-            whole |= {"packaged_rows": summarise(given), "added_rows": summarise(added)}
-        fitted = [row for row in self.rows if row.role == "calibrated on"]
-        predicted = [row for row in self.rows if row.role == "predicted"]
-        if fitted and predicted:
-            whole |= {"calibrated_rows": summarise(fitted), "predicted_rows": summarise(predicted)}
-        return whole
+    def case(self) -> str:
+        """The drive in words; a star marks a row of a file."""
+        one = self.printed
+        return f"{one.freq_hz:g} Hz, {one.volt_v:g} V, {one.wave}{'' if one.origin == 'packaged' else ' *'}"
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain data: `device`, `rows`, `summary`, and `calibration` for the packaged mixture; lengths in um and times
-        in ms, as in the table."""
+        """Plain data; lengths in um and times in ms, as in the table."""
+        one = self.printed
         return {
-            "device": self.device,
-            "ok": self.ok,
-            "rows": [_plain(row) for row in self.rows],
-            "summary": self.summary(),
+            "freq_hz": one.freq_hz,
+            "volt_v": one.volt_v,
+            "wave": one.wave,
+            "origin": one.origin,
+            "role": self.role,
+            "source": one.source,
+            "measured": one.measured,
+            "ours": {key: found.to_dict() for key, found in self.forecasts.items()},
+            "p_bounce": self.p_bounce,
+            "periods": self.periods,
+            "errors": {
+                "source": errors(one.measured, one.source),
+                "ours": errors(one.measured, medians(self.forecasts)),
+                "ours_against_source": errors(one.source, medians(self.forecasts)),
+            },
+            "problems": list(self.problems),
         }
 
 
@@ -145,16 +112,16 @@ def reproduce_cantilever(
     device: str | Sequence[Member] | None = None,
     rows: str | Path | None = None,
     progress: Progress | None = None,
-) -> CantileverReproduction:
-    """Simulate every row of Table A.1, and of a rows file, with a device or a mixture of devices.
+) -> Reproduction:
+    """Simulate every row of Table A.1, and of a rows file, with a device or an ensemble of devices.
 
     Parameters
     ----------
     device
-        name or file of a device with one drive and one foot, or a mixture of devices; the packaged mixture of the
+        name or file of a device with one drive and one foot, or an ensemble of devices; the packaged one of the
         cantilever's calibration when left out.
     rows
-        a file of additional rows in the format of the packaged table (see `tarsus_reproduce.cases.read_cases`).
+        a file of additional rows in the format of the packaged table (see `tarsus_reproduce.rows.read_rows`).
     progress
         called as `progress(done, total, what)`.
 
@@ -165,16 +132,49 @@ def reproduce_cantilever(
     """
     members = members_of(packaged_members("cantilever") if device is None else device)
     misses = packaged_misses("cantilever") if device is None else {}
-    cases = packaged_cases() + (read_cases(rows) if rows is not None else [])
-    done: list[Row] = []
-    for number, case in enumerate(cases):
+    printed = packaged_rows(CANTILEVER) + (read_rows(rows, CANTILEVER) if rows is not None else [])
+    done: list[PeriodsRow] = []
+    for number, one in enumerate(printed):
         if progress is not None:
-            progress(number, len(cases), f"{case.freq_hz:g} Hz, {case.volt_v:g} V, {case.wave}")
-        done.append(simulate_case(members, case, misses))
-    name = device if isinstance(device, str) else f"cantilever, a mixture of {len(members)}"
-    return CantileverReproduction(
-        name, tuple(done), packaged_errors("cantilever") if device is None else None
-    )
+            progress(number, len(printed), f"{one.freq_hz:g} Hz, {one.volt_v:g} V, {one.wave}")
+        done.append(simulate_row(members, one, misses))
+    name = device if isinstance(device, str) else f"cantilever, a weighted ensemble of {len(members)}"
+    return _comparison(name, done, packaged_errors("cantilever") if device is None else None)
+
+
+def simulate_row(
+    members: Sequence[Member], printed: PrintedRow, misses: Mapping[str, Miss] | None = None
+) -> PeriodsRow:
+    """Simulate one case with every member, and take it apart by drive period after transients.
+
+    misses: what the ensemble is known to miss of "bounces", "peak" and "contact"; nothing where it is left out.
+    """
+    from tarsus.solve import simulate
+
+    assert printed.freq_hz is not None
+    dropped, seen = periods_of(printed.freq_hz)
+    period = 1.0 / printed.freq_hz
+    edges = np.array([period * k for k in range(dropped, dropped + seen + 1)], dtype=np.float64)
+    parts: dict[str, list[tuple[float, Floats]]] = {name: [] for name in _MEASURES}
+    problems: list[str] = []
+    for member in members:
+        scene = changed(member.scene, volts=printed.volt_v, hz=printed.freq_hz, wave=printed.wave)
+        run = simulate(scene, duration=(dropped + seen) * period)
+        if not run.ok:
+            problems.append(str(run.code.value))
+        found = by_window(histories_of(run), edges, Counting.of(period), tuple(_MEASURES))
+        whole = edges[1:] <= run.end_time * (1.0 + 1e-9)  # a run that stopped early has fewer periods
+        for name, of_member in parts.items():
+            of_member.append((member.weight, found[name][0][whole]))
+    samples = {name: WeightedValues.joined(of_member) for name, of_member in parts.items()}
+    known = misses or {}
+    forecasts = {
+        quantity.key: forecast(samples[name], known.get(own)).scaled(quantity.factor)
+        for quantity, (name, own) in zip(CANTILEVER.quantities, _MEASURES.items(), strict=True)
+    }
+    chance = samples["bounces"].share(1.0, known.get("bounces"))
+    role = role_of(members, printed.origin == "packaged", printed.measured is not None)
+    return PeriodsRow(printed, forecasts, chance, seen, role, tuple(problems))
 
 
 def periods_of(freq_hz: float) -> tuple[int, int]:
@@ -184,26 +184,36 @@ def periods_of(freq_hz: float) -> tuple[int, int]:
     return dropped, seen
 
 
-def errors(reference: Observation, simulated: Observation) -> Errors:
-    """Relative errors (reference - simulated)/reference, the definition of Tables 2.3 and A.1.
-
-    0 against 0 is no error; anything else against 0, or against an empty cell, has none (None).
-    """
-    count = None
-    if reference.bounces is not None and simulated.bounces is not None:
-        count = abs(reference.bounces - simulated.bounces)
-    return Errors(
-        count=count,
-        peak=relative_error(reference.peak_um, simulated.peak_um),
-        contact=relative_error(reference.contact_ms, simulated.contact_ms),
-    )
+def errors(reference: Observed | None, simulated: Observed | None) -> dict[str, float | None]:
+    """Errors of a case, None where there is none: of the peak and the contact (reference - simulated)/reference, the
+    definition of Tables 2.3 and A.1; of the bounces per period the absolute difference."""
+    ref, sim = reference or {}, simulated or {}
+    one, other = ref.get("bounces"), sim.get("bounces")
+    return {
+        "count": None if one is None or other is None else abs(one - other),
+        "peak": relative_error(ref.get("peak_um"), sim.get("peak_um")),
+        "contact": relative_error(ref.get("contact_ms"), sim.get("contact_ms")),
+    }
 
 
-def summarise(rows: Sequence[Row]) -> dict[str, Any]:
+def summary_of(rows: Sequence[PeriodsRow]) -> dict[str, Any]:
+    """Table 2.3 for both models; also for packaged and added rows apart, and for those that were calibrated on and
+    those that are predicted, when there are both."""
+    whole = _merits_of(rows)
+    added = [row for row in rows if row.printed.origin != "packaged"]
+    given = [row for row in rows if row.printed.origin == "packaged"]
+    if given and added:
+        whole |= {"packaged_rows": _merits_of(given), "added_rows": _merits_of(added)}
+    fitted, predicted = ([row for row in rows if row.role == role] for role in (CALIBRATED, PREDICTED))
+    if fitted and predicted:
+        whole |= {"calibrated_rows": _merits_of(fitted), "predicted_rows": _merits_of(predicted)}
+    return whole
+
+
+def _merits_of(rows: Sequence[PeriodsRow]) -> dict[str, Any]:
     """Table 2.3 for both models against the measurement, and our model against the source's."""
-    measured = [row.case.measured for row in rows]
-    source = [row.case.source for row in rows]
-    ours = [row.ours for row in rows]
+    measured, source = ([getattr(row.printed, who) or {} for row in rows] for who in ("measured", "source"))
+    ours = [medians(row.forecasts) for row in rows]
     return {
         "rows": len(rows),
         "source": compare(measured, source),
@@ -212,116 +222,197 @@ def summarise(rows: Sequence[Row]) -> dict[str, Any]:
     }
 
 
-def compare(reference: Sequence[Observation], simulated: Sequence[Observation]) -> dict[str, Any]:
+def compare(reference: Sequence[Observed], simulated: Sequence[Observed]) -> dict[str, Any]:
     """One column of Table 2.3, with absolute means beside the signed ones; errors in percent.
 
     A count is right when it is less than half a bounce off; existence means at least half a bounce a period.
     """
-    counts = [
-        (ref.bounces, sim.bounces)
-        for ref, sim in zip(reference, simulated, strict=True)
-        if ref.bounces is not None and sim.bounces is not None
-    ]
-    table: dict[str, Any] = {
+    counts = _known(reference, simulated, "bounces")
+    return {
         "existence_right": sum((ref >= 0.5) == (sim >= 0.5) for ref, sim in counts),
         "count_right": sum(abs(ref - sim) < 0.5 for ref, sim in counts),
         "count_cases": len(counts),
         "mean_count_error": _mean([abs(ref - sim) for ref, sim in counts]),
+        "peak": _merits(_known(reference, simulated, "peak_um")),
+        "contact": _merits(_known(reference, simulated, "contact_ms")),
     }
-    pairs = list(zip(reference, simulated, strict=True))
-    table["peak"] = _merits([(ref.peak_um, sim.peak_um) for ref, sim in pairs])
-    table["contact"] = _merits([(ref.contact_ms, sim.contact_ms) for ref, sim in pairs])
-    return table
 
 
-def simulate_case(members: Sequence[Member], case: Case, misses: Mapping[str, Miss] | None = None) -> Row:
-    """Simulate one case with every member, and take it apart by drive period after transients.
-
-    misses: what the mixture is known to miss of "bounces", "peak" and "contact"; nothing where it is left out.
-    """
-    from tarsus.solve import simulate
-
-    dropped, seen = periods_of(case.freq_hz)
-    period = 1.0 / case.freq_hz
-    edges = np.array([period * k for k in range(dropped, dropped + seen + 1)], dtype=np.float64)
-    parts: dict[str, list[tuple[float, Floats]]] = {name: [] for name in _UNITS}
-    codes: list[str] = []
-    for member in members:
-        scene = changed(member.scene, volts=case.volt_v, hz=case.freq_hz, wave=case.wave)
-        run = simulate(scene, duration=(dropped + seen) * period)
-        if not run.ok:
-            codes.append(str(run.code.value))
-        rows = by_window(histories_of(run), edges, Counting.of(period), _UNITS)
-        for name, of_member in parts.items():
-            whole = edges[1:] <= run.end_time * (1.0 + 1e-9)  # a run that stopped early has fewer periods
-            of_member.append((member.weight, rows[name][0][whole]))
-    samples = {name: Samples.joined(of_member) for name, of_member in parts.items()}
-    known = misses or {}
-    found = Predictions(
-        *(predict(samples[name], known.get(column)).scaled(unit) for name, (column, unit) in _UNITS.items())
-    )
-    chance = samples["bounces"].share(1.0, known.get("bounces"))
-    return Row(case, found, chance, seen, role_of(members, case.origin, bool(case.measured)), tuple(codes))
+def _known(
+    reference: Sequence[Observed], simulated: Sequence[Observed], key: str
+) -> list[tuple[float, float]]:
+    """Pairs of one quantity where both are known."""
+    pairs = ((ref.get(key), sim.get(key)) for ref, sim in zip(reference, simulated, strict=True))
+    return [(ref, sim) for ref, sim in pairs if ref is not None and sim is not None]
 
 
-_UNITS = {"bounces": ("bounces", 1.0), "peak": ("peak", 1e6), "contact_duration": ("contact", 1e3)}
-"""Measure -> its name in the study, and the factor to the unit of the table."""
-
-
-def _merits(pairs: Sequence[tuple[float | None, float | None]]) -> dict[str, Any]:
+def _merits(pairs: Sequence[tuple[float, float]]) -> dict[str, Any]:
     """Errors of one quantity over (reference, simulated) pairs.
 
-    `cases` have both values; `in_means` of them have a relative error. A case without one (something against
-    a measured 0) is a miss: it counts among the cases and is not below 30 %.
+    `in_means` of the `cases` have a relative error. A case without one (something against a measured 0) is a miss: it
+    counts among the cases and is not below 30 %.
     """
-    known = [(ref, sim) for ref, sim in pairs if ref is not None and sim is not None]
-    values = [value for value in (relative_error(ref, sim) for ref, sim in known) if value is not None]
+    values = [value for value in (relative_error(ref, sim) for ref, sim in pairs) if value is not None]
+    signed, absolute = _mean(values), _mean([abs(value) for value in values])
     return {
-        "cases": len(known),
+        "cases": len(pairs),
         "in_means": len(values),
-        "mean_signed_percent": _percent(_mean(values)),
-        "mean_absolute_percent": _percent(_mean([abs(value) for value in values])),
+        "mean_signed_percent": None if signed is None else 100.0 * signed,
+        "mean_absolute_percent": None if absolute is None else 100.0 * absolute,
         "below_30_percent": sum(abs(value) < GOOD for value in values),
     }
 
 
-def _closeness(source: Sequence[Observation], ours: Sequence[Observation]) -> dict[str, int]:
-    """How many cases come close to the source's model: peaks within 15 %, contact within 30 % or 1 ms."""
+def _closeness(source: Sequence[Observed], ours: Sequence[Observed]) -> dict[str, int]:
+    """How many cases come close to the source's model: see `CLOSE_PEAK`."""
     peaks = contacts = 0
     for ref, sim in zip(source, ours, strict=True):
         pair = errors(ref, sim)
-        peaks += pair.peak is not None and abs(pair.peak) <= 0.15
-        if ref.contact_ms is not None and sim.contact_ms is not None:
-            near = abs(ref.contact_ms - sim.contact_ms) <= 1.0
-            contacts += near or (pair.contact is not None and abs(pair.contact) <= GOOD)
+        peaks += pair["peak"] is not None and abs(pair["peak"]) <= CLOSE_PEAK
+    for ref, sim in _known(source, ours, "contact_ms"):
+        error = relative_error(ref, sim)
+        contacts += abs(ref - sim) <= CLOSE_CONTACT or (error is not None and abs(error) <= GOOD)
     return {"peak_within_15_percent": peaks, "contact_within_30_percent_or_1_ms": contacts}
-
-
-def _plain(row: Row) -> dict[str, Any]:
-    case = row.case
-    return {
-        "freq_hz": case.freq_hz,
-        "volt_v": case.volt_v,
-        "wave": case.wave,
-        "origin": case.origin,
-        "role": row.role,
-        "source": asdict(case.source) if case.source else None,
-        "measured": asdict(case.measured) if case.measured else None,
-        "ours": row.predictions.to_dict(),
-        "p_bounce": row.p_bounce,
-        "periods": row.periods,
-        "errors": {
-            "source": asdict(row.source_errors),
-            "ours": asdict(row.our_errors),
-            "ours_against_source": asdict(row.errors_to_source),
-        },
-        "problems": list(row.codes),
-    }
 
 
 def _mean(values: Sequence[float]) -> float | None:
     return math.fsum(values) / len(values) if values else None
 
 
-def _percent(value: float | None) -> float | None:
-    return None if value is None else 100.0 * value
+# What is shown
+
+
+def _comparison(
+    device: str, rows: Sequence[PeriodsRow], calibration: Mapping[str, Any] | None
+) -> Reproduction:
+    """Rows as tables, figure and files; calibration: what the packaged ensemble's calibration says of each row that was
+    excluded (see `tarsus_reproduce.ensembles.packaged_errors`)."""
+    summary = summary_of(rows)
+    numbers = [one for row in rows for one in _number_rows(row)]
+    notes = [
+        "Tarsus is the median over drive periods after transients, with the interval that holds 80 % of them; for an "
+        "ensemble also over its members, and over what the model misses of rows that were excluded."
+    ]
+    notes += ["* = from the rows file."] * any(row.printed.origin != "packaged" for row in rows)
+    sections = [Section("Summary", tuple(_summary_tables(summary)))]
+    if calibration is not None:
+        sections.append(Section("Calibrated on and excluded", (_excluded_table(calibration),)))
+    shown = numbers_table("Table A.1, row by row", numbers, notes)
+    sections.append(
+        Section("Row by row", (shown,), (FigureCall("numbers_figure.numbers_figure", numbers, CAPTION),))
+    )
+    plain = [row.to_dict() for row in rows]
+    columns: dict[str, tuple[str, ...]] = {
+        name: (name,) for name in ("freq_hz", "volt_v", "wave", "role", "p_bounce")
+    }
+    for one in CANTILEVER.quantities:
+        columns |= {f"{one.key}_{who}": (who, one.key) for who in ("source", "measured")}
+        columns |= {f"{one.key}_{name}": ("ours", one.key, end) for name, end in OURS.items()}
+    return Reproduction(
+        name="cantilever",
+        title="Micro-cantilever under periodic drive",
+        about=f"{device}, {len(rows)} drives",
+        data={
+            "device": device,
+            "ok": not any(row.problems for row in rows),
+            "rows": plain,
+            "summary": summary,
+        },
+        columns=columns,
+        lines=plain,
+        sections=tuple(sections),
+        problems=tuple(f"{row.case}: {code}" for row in rows for code in row.problems),
+        footer=FOOTER,
+    )
+
+
+CAPTION = (
+    "Bounces per period, peak after break-off and contact duration per period of every case, bars are our 80 % "
+    "intervals; the axis of contact durations is linear below 1 ms and logarithmic above."
+)
+
+
+def _number_rows(row: PeriodsRow) -> list[NumberRow]:
+    """Every quantity of a case, and the share of periods with a bounce."""
+    found = number_rows(row.case, row.role, row.printed, CANTILEVER, row.forecasts)
+    return [*found, NumberRow.probability(row.case, row.role, "periods with a bounce", row.p_bounce)]
+
+
+_MERITS = (
+    ("existence of bounces right", ("existence_right",), "1"),
+    ("number of bounces right", ("count_right",), "1"),
+    ("cases with a number of bounces", ("count_cases",), "1"),
+    ("mean error of the number", ("mean_count_error",), "1"),
+    *(
+        row
+        for what in ("peak", "contact")
+        for row in (
+            (f"{what}: cases compared", (what, "cases"), "1"),
+            (f"{what}: cases with a relative error", (what, "in_means"), "1"),
+            (f"{what}: mean error, signed", (what, "mean_signed_percent"), "%"),
+            (f"{what}: mean error, absolute", (what, "mean_absolute_percent"), "%"),
+            (f"{what}: errors below 30 %", (what, "below_30_percent"), "1"),
+        )
+    ),
+    ("peak within 15 %", ("peak_within_15_percent",), "1"),
+    ("contact within 30 % or 1 ms", ("contact_within_30_percent_or_1_ms",), "1"),
+)
+"""Figures of merit: words, place in a summary, and unit."""
+
+_PARTS = {
+    "packaged_rows": "packaged rows alone",
+    "added_rows": "rows of the file alone",
+    "calibrated_rows": "rows calibrated on",
+    "predicted_rows": "rows predicted",
+}
+
+
+def _summary_tables(summary: Mapping[str, Any]) -> list[Table]:
+    """Table 2.3 of all rows, then of those parts that there are."""
+    parts = [
+        ("all rows", summary),
+        *((words, summary[key]) for key, words in _PARTS.items() if key in summary),
+    ]
+    columns = [
+        "figure of merit",
+        *(
+            Column(words, "row", 3)
+            for words in ("source's model, measured", "Tarsus, measured", "Tarsus, source's model")
+        ),
+    ]
+    tables = []
+    for words, part in parts:
+        rows, units = [], []
+        for title, place, unit in _MERITS:
+            values = [found_at(part[who], place) for who in ("source", "ours", "ours_against_source")]
+            if any(value is not None for value in values):
+                step = 100.0 if unit == "%" else 1.0
+                rows.append((title, *(None if value is None else value / step for value in values)))
+                units.append(unit)
+        tables.append(Table(f"Table 2.3 for {words} ({part['rows']})", columns, rows, units=units))
+    return tables
+
+
+def _excluded_table(calibration: Mapping[str, Any]) -> Table:
+    """Errors of the packaged ensemble over the rows it was fitted to, and over each row excluded from the fit."""
+    parts = [("calibrated on", calibration["training"]), ("excluded", calibration["left_out"])]
+    known = [(title, part) for title, part in parts if part is not None]
+    keys = (
+        ("mean_relative_error", "relative error", "%"),
+        ("held", "in 80 %", "%"),
+        ("brier", "Brier score", "1"),
+    )
+    columns = [
+        "measure",
+        *(Column(words, unit, 3, over=title) for title, _ in known for _, words, unit in keys),
+    ]
+    rows = [
+        (name, *(part["measures"][name][key] for _, part in known for key, _, _ in keys))
+        for name in calibration["training"]["measures"]
+    ]
+    note = (
+        "The ensemble's medians against the measurement over the rows it was fitted to, and over each row as it was "
+        "predicted by a search that never had it: mean absolute relative error, values in the 80 % interval, and the "
+        "Brier score of existence (a coin has 0.25)."
+    )
+    return Table("The ensemble by its calibration", columns, rows, (note, *calibration.get("told", ())))

@@ -12,8 +12,6 @@ from tarsus.base.spec import Description, FrozenDict, validate
 from tarsus.model.scene import Provenance
 from tarsus.model.structure.leg import Leg
 
-__all__ = ["KnownLeg", "millipede_leg"]
-
 
 class KnownLeg(Description):
     """A leg, and where each of its numbers comes from, by path inside the leg."""

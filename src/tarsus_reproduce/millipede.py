@@ -2,12 +2,12 @@
 
 Each trend is judged on the measure that the figure shows and on the others that its words could mean, over the packaged
 study of the figure, by the rules of `tarsus_reproduce.trends`; replicates are the restitutions of Table 4.2. The named
-variants are packaged devices, each one reading of what is not printed.
+variants are packaged devices, each one interpretation of what is not printed.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,30 +25,9 @@ from tarsus.study.studyfile import load_sweep
 from tarsus.study.sweep import Sweep
 from tarsus.study.sweeping import score_runs
 from tarsus.study.workunit import OUTCOMES
-from tarsus_reproduce.millipede_trends import (
-    EXAMPLE_CLAIM,
-    TRENDS,
-    FilmReading,
-    Trend,
-    examples,
-    scored_trends,
-)
-from tarsus_reproduce.trends import CRITERION, RELEVANT, Curve, Finding, Verdict
-
-__all__ = [
-    "VARIANTS",
-    "Coarse",
-    "Comparison",
-    "Example",
-    "MillipedeReproduction",
-    "Outcome",
-    "Score",
-    "Swept",
-    "damping_ratio",
-    "judge_scene",
-    "reproduce_millipede",
-    "stands",
-]
+from tarsus_reproduce.claims import EXAMPLE_CLAIM, TRENDS, FilmUnit, Trend, examples, scored_trends
+from tarsus_reproduce.reproduction import Progress
+from tarsus_reproduce.trends import RELEVANT, Finding, TrendCurve, TrendVerdict
 
 VARIANTS = ("millipede", "millipede-table", "millipede-printed")
 """Devices that are judged when none is named, those that are installed."""
@@ -57,9 +36,7 @@ CHOSEN = "Chosen within the range of random readings so that the trends of secti
 """What the provenance of a number says that was found by its score."""
 
 MUCH = 2.0
-"""A ratio that counts as 'much greater'."""
-
-Progress = Callable[[int, int, str], None]
+"""A ratio that counts as 'much greater': the least that nobody would call 'greater' alone, and a convention."""
 
 
 @dataclass(frozen=True)
@@ -88,19 +65,34 @@ class Swept:
     about: dict[str, Measure]
     codes: dict[str, int]
 
-    def curve(self, measure: str) -> Curve:
+    def curve(self, measure: str) -> TrendCurve:
         """One measure over what varies."""
-        return Curve(self.x, self.values[measure], self.spreads[measure])
+        return TrendCurve(self.x, self.values[measure], self.spreads[measure])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data in SI."""
+        return {
+            "path": self.path,
+            "unit": self.unit,
+            "x": self.x.tolist(),
+            "restitution": self.replicates.tolist(),
+            "measures": {name: values.tolist() for name, values in self.values.items()},
+        }
 
 
 @dataclass(frozen=True)
-class Judged:
+class JudgedTrend:
     """One trend, one measure, one verdict."""
 
     trend: Trend
     measure: str
     unit: str
     finding: Finding
+
+    @property
+    def of_figure(self) -> bool:
+        """Whether the measure is the one that the figure shows."""
+        return self.measure == self.trend.measures[0]
 
 
 @dataclass(frozen=True)
@@ -122,11 +114,11 @@ class Example:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class GroundComparison:
     """What is said of two runs of Fig. 4.7, and the ratio of the body's vertical amplitudes [1]."""
 
     says: str
-    verdict: Verdict
+    verdict: TrendVerdict
     ratio: float
 
     @property
@@ -147,12 +139,12 @@ class Score:
     directional_total: int
 
     @classmethod
-    def of(cls, verdicts: Sequence[tuple[Verdict, bool]]) -> Score:
+    def of(cls, verdicts: Sequence[tuple[TrendVerdict, bool]]) -> Score:
         """From verdicts and whether each is of a directional trend."""
         plain = [verdict for verdict, _ in verdicts]
         return cls(
-            *(plain.count(one) for one in Verdict),
-            directional_agree=sum(verdict is Verdict.AGREES for verdict, way in verdicts if way),
+            *(plain.count(one) for one in TrendVerdict),
+            directional_agree=sum(verdict is TrendVerdict.AGREES for verdict, way in verdicts if way),
             directional_total=sum(way for _, way in verdicts),
         )
 
@@ -163,25 +155,28 @@ class Score:
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """Everything of one device; trends: of all measures, and of the film's other reading, which is not scored."""
+class DeviceTrends:
+    """Everything of one device; trends: of all measures, and of the film's other unit, which is not scored."""
 
     name: str
     scene: Scene
-    reading: FilmReading
+    film: FilmUnit
     swept: tuple[Swept, ...]
-    trends: tuple[Judged, ...]
+    trends: tuple[JudgedTrend, ...]
     examples: tuple[Example, ...]
-    comparisons: tuple[Comparison, ...]
+    comparisons: tuple[GroundComparison, ...]
+
+    def scores(self, trend: Trend) -> bool:
+        """Whether a trend is scored: Fig. 4.9 in the device's own interpretation of the film's unit."""
+        return trend in scored_trends(self.film)
 
     @property
     def score(self) -> Score:
-        """By the measure of each figure; Fig. 4.9 in the device's own reading of the film's unit."""
-        scored = scored_trends(self.reading)
+        """By the measure of each figure."""
         verdicts = [
             (one.finding.verdict, one.trend.directional)
             for one in self.trends
-            if one.measure == one.trend.measures[0] and one.trend in scored
+            if one.of_figure and self.scores(one.trend)
         ]
         return Score.of([*verdicts, (self.comparisons[0].verdict, True)])
 
@@ -196,7 +191,7 @@ class Outcome:
             "its score is no validation"
         )
         return (
-            f"damping ratio of (4.3) {ratio:.2g}, film in the {self.reading.value} reading, started {start}"
+            f"damping ratio of (4.3) {ratio:.2g}, film in the {self.film.value} reading, started {start}"
             + (f"; {told}" if chosen else "")
         )
 
@@ -213,42 +208,60 @@ class Outcome:
             f"{self.name}, Fig. 4.7({one.name}): {one.run.code}" for one in self.examples if not one.run.ok
         ]
 
-
-@dataclass(frozen=True)
-class MillipedeReproduction:
-    """All variants of the millipede."""
-
-    outcomes: tuple[Outcome, ...]
-
-    @property
-    def problems(self) -> list[str]:
-        """Sentences about runs that did not reach their end."""
-        return [problem for outcome in self.outcomes for problem in outcome.problems]
-
-    @property
-    def ok(self) -> bool:
-        """True when every run reached its end; contradictions are no failure."""
-        return not self.problems
-
     def to_dict(self) -> dict[str, Any]:
         """Plain data in SI."""
+        grounds = examples(self.film)
         return {
-            "experiment": "millipede",
-            "ok": self.ok,
-            "criterion": CRITERION,
-            "variants": {outcome.name: _plain(outcome) for outcome in self.outcomes},
+            **vars(self.score),
+            "about": self.about,
+            "film_reading": self.film.value,
+            "trends": [
+                {
+                    "figure": one.trend.figure,
+                    "quantity": one.trend.quantity,
+                    "says": one.trend.says,
+                    "directional": one.trend.directional,
+                    "scored": one.of_figure and self.scores(one.trend),
+                    "measure": one.measure,
+                    "unit": one.unit,
+                    **one.finding.to_dict(),
+                }
+                for one in self.trends
+            ],
+            "examples": [
+                {
+                    "name": one.name,
+                    **grounds[one.name],
+                    "vertical_amplitude_m": one.amplitude,
+                    "stride_m": one.stride,
+                }
+                for one in self.examples
+            ],
+            "comparisons": [
+                {"says": one.says, "verdict": one.verdict.value, "ratio": one.ratio}
+                for one in self.comparisons
+            ],
+            "curves": {one.study: one.to_dict() for one in self.swept},
         }
 
 
-def damping_ratio(scene: Scene) -> float:
-    """Damping ratio of (4.3): the body's share of two legs on one leg.
+def walker_of(scene: Scene) -> Walker:
+    """The walker of a scene.
 
     Raises
     ------
     InputError
-        If the scene has no walker.
+        If it has none.
     """
-    walker = _walker(scene)
+    walker = scene.robot.structure
+    if not isinstance(walker, Walker):
+        raise InputError(f"{scene.name}: a millipede is a walker; this structure is of kind '{walker.kind}'")
+    return walker
+
+
+def damping_ratio(scene: Scene) -> float:
+    """Damping ratio of (4.3): the body's share of two legs on one leg. Raises InputError for a scene without walker."""
+    walker = walker_of(scene)
     leg = next(iter(walker.legs.values()))
     mass = 2.0 * walker.body.mass / len(walker.legs)
     return leg.damping_v / (2.0 * np.sqrt(leg.stiffness_v * mass))
@@ -259,13 +272,13 @@ def stands(scene: Scene) -> bool:
     return scene.initial.standing is not None
 
 
-def reproduce_millipede(
-    devices: str | Sequence[str] = VARIANTS,
+def judge_devices(
+    devices: str | Sequence[str] | None = None,
     *,
     duration: float | None = None,
     coarse: Coarse | None = None,
     progress: Progress | None = None,
-) -> MillipedeReproduction:
+) -> tuple[DeviceTrends, ...]:
     """Run every figure's study and the two grounds of Fig. 4.7 on devices, and judge them.
 
     Parameters
@@ -285,19 +298,19 @@ def reproduce_millipede(
     InputError
         For an unknown device, one that is no walker, and one without a law that varies.
     """
+    if devices is None:
+        devices = [name for name in VARIANTS if name in device_names()]
     names = (devices,) if isinstance(devices, str) else tuple(devices)
-    if devices is VARIANTS:
-        names = tuple(name for name in names if name in device_names())
     scenes = {name: load_scene(name) for name in names}
     done = []
     for number, (name, scene) in enumerate(scenes.items()):
-        say = None if progress is None else _told(progress, number, len(scenes), name)
-        done.append(judge_scene(name, scene, duration=duration, coarse=coarse, say=say))
-    return MillipedeReproduction(tuple(done))
 
+        def say(k: int, of: int, study: str, number: int = number, name: str = name) -> None:
+            if progress is not None:
+                progress(number * of + k, len(scenes) * of, f"{study}, {name}")
 
-def _told(progress: Progress, number: int, count: int, name: str) -> Callable[[int, int, str], None]:
-    return lambda k, of, study: progress(number * of + k, count * of, f"{study}, {name}")
+        done.append(judge_scene(name, scene, duration=duration, coarse=coarse, progress=say))
+    return tuple(done)
 
 
 def judge_scene(
@@ -307,39 +320,32 @@ def judge_scene(
     duration: float | None = None,
     coarse: Coarse | None = None,
     scored_only: bool = False,
-    say: Progress | None = None,
-) -> Outcome:
-    """Run and judge all figures on one scene; arguments and errors as for `reproduce_millipede`.
+    progress: Progress | None = None,
+) -> DeviceTrends:
+    """Run and judge all figures on one scene; arguments and errors as for `judge_devices`.
 
-    `scored_only` leaves out what does not enter the score: the film's other reading, and other measures of a figure.
+    `scored_only` leaves out what does not enter the score: the film's other unit, and other measures of a figure.
     """
-    _walker(scene)
-    reading = FilmReading.of(scene)
-    said = scored_trends(reading) if scored_only else TRENDS
+    walker_of(scene)
+    film = FilmUnit.of(scene)
+    said = scored_trends(film) if scored_only else TRENDS
     sweeps = _sweeps(scene, _measured(said, scored_only), duration, coarse)
     swept: dict[str, Swept] = {}
     for number, (study, sweep) in enumerate(sweeps.items()):
-        if say is not None:
-            say(number, len(sweeps), study)
+        if progress is not None:
+            progress(number, len(sweeps), study)
         swept[study] = _swept(study, sweep)
     trends = tuple(
         _judged(trend, measure, swept[trend.study])
         for trend in said
         for measure in trend.measures[: 1 if scored_only else None]
     )
-    runs, comparisons = _fig_4_7(scene, reading, duration)
-    return Outcome(name, scene, reading, tuple(swept.values()), trends, runs, comparisons)
+    runs, comparisons = _fig_4_7(scene, film, duration)
+    return DeviceTrends(name, scene, film, tuple(swept.values()), trends, runs, comparisons)
 
 
-def _judged(trend: Trend, measure: str, swept: Swept) -> Judged:
-    return Judged(trend, measure, swept.about[measure].unit, trend.claim.judge(swept.curve(measure)))
-
-
-def _walker(scene: Scene) -> Walker:
-    walker = scene.robot.structure
-    if not isinstance(walker, Walker):
-        raise InputError(f"{scene.name}: a millipede is a walker; this structure is of kind '{walker.kind}'")
-    return walker
+def _judged(trend: Trend, measure: str, swept: Swept) -> JudgedTrend:
+    return JudgedTrend(trend, measure, swept.about[measure].unit, trend.claim.judge(swept.curve(measure)))
 
 
 def _measured(said: Sequence[Trend], scored_only: bool) -> dict[str, tuple[str, ...]]:
@@ -348,9 +354,8 @@ def _measured(said: Sequence[Trend], scored_only: bool) -> dict[str, tuple[str, 
     needed: dict[str, tuple[str, ...]] = {}
     for trend in said:
         own = needed.get(trend.study, ())
-        needed[trend.study] = (
-            (*own, trend.measures[0]) if scored_only and trend.measures[0] not in own else own
-        )
+        new = scored_only and trend.measures[0] not in own
+        needed[trend.study] = (*own, trend.measures[0]) if new else own
     return needed
 
 
@@ -388,20 +393,22 @@ def _swept(study: str, sweep: Sweep) -> Swept:
     shape = (len(x), len(replicates))
     counts = np.bincount(arrays["code"], minlength=len(OUTCOMES)).tolist()
     about = offered(sweep.scene, sweep.seconds)
+    values, spreads = (
+        {name: arrays[what][:, j].reshape(shape) for j, name in enumerate(sweep.measures)}
+        for what in ("value", "spread")
+    )
     return Swept(
-        study, path, float_paths(sweep.scene)[path].unit, x, replicates,
-        {name: arrays["value"][:, j].reshape(shape) for j, name in enumerate(sweep.measures)},
-        {name: arrays["spread"][:, j].reshape(shape) for j, name in enumerate(sweep.measures)},
+        study, path, float_paths(sweep.scene)[path].unit, x, replicates, values, spreads,
         {name: about[name] for name in sweep.measures},
         {name: count for name, count in zip(OUTCOMES, counts, strict=True) if count},
     )  # fmt: skip
 
 
 def _fig_4_7(
-    scene: Scene, reading: FilmReading, duration: float | None
-) -> tuple[tuple[Example, ...], tuple[Comparison, ...]]:
+    scene: Scene, film: FilmUnit, duration: float | None
+) -> tuple[tuple[Example, ...], tuple[GroundComparison, ...]]:
     """The runs on both grounds of Fig. 4.7, and what is said of them: only the first claim is scored (E15)."""
-    grounds = examples(reading)
+    grounds = examples(film)
 
     def example(name: str, ground: Mapping[str, float]) -> Example:
         return Example(name, simulate(with_values(scene, dict(ground)), duration))
@@ -422,60 +429,13 @@ def _fig_4_7(
     return (first, second), (_compare(EXAMPLE_CLAIM, first, second), *alone)
 
 
-def _compare(says: str, one: Example, other: Example) -> Comparison:
+def _compare(says: str, one: Example, other: Example) -> GroundComparison:
     moves = [example.amplitude > STANDSTILL for example in (one, other)]
     ratio = one.amplitude / other.amplitude if moves[1] else np.inf
     if not any(moves) or abs(ratio - 1.0) <= RELEVANT:
-        verdict = Verdict.INSENSITIVE
+        verdict = TrendVerdict.INSENSITIVE
     elif not moves[0] or ratio < 1.0:
-        verdict = Verdict.CONTRADICTS
+        verdict = TrendVerdict.CONTRADICTS
     else:
-        verdict = Verdict.AGREES if ratio >= MUCH else Verdict.NOT_DETERMINED
-    return Comparison(says, verdict, float(ratio))
-
-
-def _plain(outcome: Outcome) -> dict[str, Any]:
-    grounds = examples(outcome.reading)
-    return {
-        **vars(outcome.score),
-        "about": outcome.about,
-        "film_reading": outcome.reading.value,
-        "trends": [
-            {
-                "figure": one.trend.figure,
-                "quantity": one.trend.quantity,
-                "says": one.trend.says,
-                "directional": one.trend.directional,
-                "scored": one.measure == one.trend.measures[0]
-                and one.trend in scored_trends(outcome.reading),
-                "measure": one.measure,
-                "unit": one.unit,
-                **one.finding.to_dict(),
-            }
-            for one in outcome.trends
-        ],
-        "examples": [
-            {
-                "name": one.name,
-                **grounds[one.name],
-                "vertical_amplitude_m": one.amplitude,
-                "stride_m": one.stride,
-            }
-            for one in outcome.examples
-        ],
-        "comparisons": [
-            {"says": one.says, "verdict": one.verdict.value, "ratio": one.ratio}
-            for one in outcome.comparisons
-        ],
-        "curves": {one.study: _plain_curves(one) for one in outcome.swept},
-    }
-
-
-def _plain_curves(swept: Swept) -> dict[str, Any]:
-    return {
-        "path": swept.path,
-        "unit": swept.unit,
-        "x": swept.x.tolist(),
-        "restitution": swept.replicates.tolist(),
-        "measures": {name: values.tolist() for name, values in swept.values.items()},
-    }
+        verdict = TrendVerdict.AGREES if ratio >= MUCH else TrendVerdict.NOT_DETERMINED
+    return GroundComparison(says, verdict, float(ratio))

@@ -20,18 +20,6 @@ from tarsus.base.messages import nearest
 from tarsus.model.structure.base import Array, Matrices
 from tarsus.model.structure.modal import Modal
 
-__all__ = [
-    "ModalForm",
-    "PrintedModel",
-    "Rounding",
-    "interval",
-    "modal_form",
-    "modal_structure",
-    "point_matrices",
-    "printed_model",
-    "rounding",
-]
-
 
 @dataclass(frozen=True)
 class PrintedModel:

@@ -12,13 +12,15 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
-from tarsus.files.library import load_scene
+from tarsus.files.library import changed, load_scene
 from tarsus.model.drive.waveforms import Square
+from tarsus.model.robot import Foot
 from tarsus.model.scene import Scene
 from tarsus.solve import Run, simulate
 from tarsus_reproduce.impacts import ImpactEnergies, impact_energies
-from tarsus_reproduce.robots import OBSERVED, SETTLE, Progress, describe, drive_frequency, scenario_scene
-from tarsus_reproduce.scenarios import Heights, Scenario, packaged_scenarios
+from tarsus_reproduce.reproduction import Progress
+from tarsus_reproduce.robots import OBSERVED, SETTLE, describe, drive_frequency, printed_rows, row_scene
+from tarsus_reproduce.rows import PrintedRow
 
 Floats = NDArray[np.float64]
 
@@ -47,7 +49,7 @@ class Near:
 
 
 @dataclass(frozen=True)
-class InAir:
+class AirRun:
     """Steady motion of np points under a square wave, with no ground in reach, over `AIR_PERIODS` drive periods.
 
     volt_v [V]; freq_hz [Hz]; time (nt,) [s]; volts (nt,) [V]; displacement (np, nt) [m].
@@ -73,7 +75,7 @@ class RobotRuns:
     """Runs as in Figs 3.19 to 3.22 and 3.9 or 3.10; energies: what the impact maps would do in the run `struck`."""
 
     near: tuple[Near, ...]
-    air: tuple[InAir, ...]
+    air: tuple[AirRun, ...]
     struck: Near
     energies: ImpactEnergies
 
@@ -122,7 +124,7 @@ def share_made(energies: Floats) -> float | None:
 def robot_runs(robot: str, device: str | None = None, *, progress: Progress | None = None) -> RobotRuns:
     """Run what the figures of a robot show.
 
-    Over the ground: the packaged scenarios of Table 3.2 and the bouncing foot, or, for a robot without a table, the
+    Over the ground: the packaged rows of Table 3.2 and the bouncing foot, or, for a robot without a table, the
     device's own gap and amplitude as a square wave and all points. In the air: the square waves of `AIR_DRIVES`.
 
     Parameters
@@ -139,25 +141,22 @@ def robot_runs(robot: str, device: str | None = None, *, progress: Progress | No
     InputError
         For an unknown device, or one without drive or foot.
     """
-    name = device or robot
-    check_device(load_scene(name), name)
-    jobs = _over_ground(robot, name)
+    own = load_scene(device or robot)
+    check_device(own, device or robot)
+    jobs = _over_ground(robot, own)
     volts, printed = AIR_DRIVES[robot]
-    freq_hz = printed or drive_frequency(robot, load_scene(name), "square")
-    total = len(jobs) + len(volts)
+    freq_hz = printed or drive_frequency(robot, own, "square")
     near: list[Near] = []
-    air: list[InAir] = []
-    for job in jobs:
+    air: list[AirRun] = []
+    for title, scene, hz, points in jobs:
         if progress is not None:
-            progress(len(near), total, job.title)
-        near.append(
-            Near(job.title, simulate(job.scene, SETTLE + max(OBSERVED, PERIODS / job.freq_hz)), job.points)
-        )
+            progress(len(near), len(jobs) + len(volts), title)
+        near.append(Near(title, simulate(scene, SETTLE + max(OBSERVED, PERIODS / hz)), points))
     for volt in volts:
         if progress is not None:
-            progress(len(near) + len(air), total, f"in the air, {volt:g} V")
-        air.append(_in_air(robot, name, volt, freq_hz))
-    struck = near[min(1, len(near) - 1)]  # the second scenario, a square wave
+            progress(len(near) + len(air), len(jobs) + len(volts), f"in the air, {volt:g} V")
+        air.append(_in_air(robot, own, volt, freq_hz))
+    struck = near[min(1, len(near) - 1)]  # the second row, a square wave
     return RobotRuns(tuple(near), tuple(air), struck, impact_energies(struck.run, robot))
 
 
@@ -180,58 +179,40 @@ def check_device(scene: Scene, name: str) -> None:
         raise InputError(problems)
 
 
-@dataclass(frozen=True)
-class _Job:
-    title: str
-    scene: Scene
-    freq_hz: float
-    points: tuple[str, ...]
-
-
-def _over_ground(robot: str, device: str) -> list[_Job]:
-    own = load_scene(device)
-    foot = next(iter(own.robot.feet.values()))
+def _over_ground(robot: str, own: Scene) -> list[tuple[str, Scene, float, tuple[str, ...]]]:
+    """Title, scene, drive frequency [Hz] and points that are shown, of every run over the ground."""
     jobs = []
-    for scenario in packaged_scenarios(robot):
-        freq_hz = scenario.freq_hz or drive_frequency(robot, own, scenario.wave)
-        scene = scenario_scene(own, scenario, freq_hz)
-        jobs.append(_Job(f"{describe(scenario)}, {freq_hz:.4g} Hz", scene, freq_hz, (foot.point,)))
+    for printed in printed_rows(robot):
+        freq_hz = printed.freq_hz or drive_frequency(robot, own, printed.wave)
+        title = f"{describe(printed)}, {freq_hz:.4g} Hz"
+        jobs.append((title, row_scene(own, printed, freq_hz), freq_hz, (_first_foot(own).point,)))
     if not jobs:
         freq_hz = drive_frequency(robot, own, "square")
-        scene = load_scene(device, wave="square", hz=freq_hz)
+        scene = changed(own, wave="square", hz=freq_hz)
         signal = next(iter(scene.signals.values()))
         assert isinstance(signal, Square)
         highest = abs(signal.amplitude) + abs(signal.offset)
-        title = f"{highest:g} V square, gap {foot.gap * 1e6:g} µm, {freq_hz:.4g} Hz"
-        jobs.append(_Job(title, scene, freq_hz, own.robot.structure.points))
+        title = f"{highest:g} V square, gap {_first_foot(own).gap * 1e6:g} µm, {freq_hz:.4g} Hz"
+        jobs.append((title, scene, freq_hz, own.robot.structure.points))
     return jobs
 
 
-def _in_air(robot: str, device: str, volts: float, freq_hz: float) -> InAir:
-    own = load_scene(device)
+def _first_foot(scene: Scene) -> Foot:
+    return next(iter(scene.robot.feet.values()))
+
+
+def _in_air(robot: str, own: Scene, volts: float, freq_hz: float) -> AirRun:
     gaps = {f"robot.feet.{foot}.gap": AIR_GAP for foot in own.robot.feet}
-    drive = Scenario("square", volts, 1e6 * AIR_GAP, freq_hz, Heights(), Heights(), "in the air")
-    scene = with_values(scenario_scene(own, drive, freq_hz), gaps)
+    scene = with_values(row_scene(own, PrintedRow("square", volts, freq_hz, 1e6 * AIR_GAP), freq_hz), gaps)
     start = math.ceil(settling_time(scene) * freq_hz)
     run = simulate(scene, (start + AIR_PERIODS) / freq_hz)
     whole = np.linspace(start, start + AIR_PERIODS, AIR_PERIODS * SAMPLES + 1) / freq_hz
     time = whole[whole <= run.end_time]
-    points = own.robot.structure.points if robot == "quadruped" else (_first_point(own),)
+    points = own.robot.structure.points if robot == "quadruped" else (_first_foot(own).point,)
     rows = np.array([scene.robot.structure.row(point) for point in points])
-    signal = next(iter(scene.signals.values()))
-    return InAir(
-        volts,
-        freq_hz,
-        points,
-        time,
-        signal.volts(time),
-        rows @ run.states(time).x if len(time) else np.zeros((len(points), 0)),
-        None if run.ok else run.code.value,
-    )
-
-
-def _first_point(scene: Scene) -> str:
-    return next(iter(scene.robot.feet.values())).point
+    drive = next(iter(scene.signals.values())).volts(time)
+    motion = rows @ run.states(time).x if len(time) else np.zeros((len(points), 0))
+    return AirRun(volts, freq_hz, points, time, drive, motion, None if run.ok else run.code.value)
 
 
 def settling_time(scene: Scene) -> float:

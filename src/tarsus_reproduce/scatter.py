@@ -10,9 +10,7 @@ import numpy as np
 from tarsus.base.errors import InputError
 from tarsus.base.spec import float_paths, with_values
 from tarsus.model.scene import Scene
-from tarsus_reproduce.millipede import Coarse, Outcome, Score, judge_scene
-
-__all__ = ["SPREAD", "scatter_scores", "scatter_table", "scattered"]
+from tarsus_reproduce.millipede import Coarse, DeviceTrends, Score, judge_scene
 
 SPREAD = 0.1
 """How far an unprinted number of a named device scatters when its score's firmness is asked for: 10 %, about what two
@@ -38,7 +36,7 @@ def scattered(scene: Scene, spread: float, seed: int, number: int) -> Scene:
 
 
 def scatter_scores(
-    outcome: Outcome,
+    device: DeviceTrends,
     count: int,
     seed: int,
     *,
@@ -50,10 +48,10 @@ def scatter_scores(
     scores = []
     for number in range(count):
         if progress is not None:
-            progress(number, count, f"{outcome.name}, scattered")
+            progress(number, count, f"{device.name}, scattered")
         try:
-            scene = scattered(outcome.scene, SPREAD, seed, number)
-            scores.append(judge_scene(outcome.name, scene, coarse=coarse, scored_only=True).score)
+            scene = scattered(device.scene, SPREAD, seed, number)
+            scores.append(judge_scene(device.name, scene, coarse=coarse, scored_only=True).score)
         except InputError:
             continue
     return scores

@@ -1,14 +1,7 @@
 """Whether a curve over a parameter does what is said of it: rises, falls, peaks inside, has extrema; by fixed rules.
 
-A curve has a value at every value of the parameter for several replicates: the same sweep on other grounds. What is
-said of it **agrees** if every replicate shows it, is **insensitive** if no replicate changes, which points at the
-device rather than at what is said, is **contradicted** if every replicate that changes shows the opposite, and is **not
-determined** else.
-
-A replicate *changes* if its range exceeds `RELEVANT` of its largest magnitude and twice its median spread (standard
-deviation from period to period). It *rises* or *falls* if it changes and its rank correlation with the parameter
-(Spearman's rho) has that sign with a two-sided p below `SIGNIFICANT`. It *peaks inside* if its largest value exceeds
-both ends by as much as a change needs. A *local extremum* stands out by `PROMINENT` of the range.
+A curve has a value at every value of the parameter for several replicates: the same sweep on other grounds. `CRITERION`
+has the rules in sentences.
 """
 
 from __future__ import annotations
@@ -23,22 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import find_peaks
 from scipy.stats import spearmanr
-
-__all__ = [
-    "CRITERION",
-    "PROMINENT",
-    "RELEVANT",
-    "SIGNIFICANT",
-    "Claim",
-    "Curve",
-    "Direction",
-    "Falls",
-    "Finding",
-    "HasExtrema",
-    "HasMaximum",
-    "Rises",
-    "Verdict",
-]
 
 Floats = NDArray[np.float64]
 
@@ -61,7 +38,7 @@ CRITERION = (
 """The rules of this module in a few sentences."""
 
 
-class Verdict(Enum):
+class TrendVerdict(Enum):
     """What a simulation says of a claim."""
 
     AGREES = "agrees"
@@ -71,7 +48,7 @@ class Verdict(Enum):
 
 
 @dataclass(frozen=True)
-class Curve:
+class TrendCurve:
     """A measure over a parameter.
 
     x (nx,), increasing; y (nx, nr) values of nr replicates, SI; spread (nx, nr) their standard deviation from period to
@@ -82,10 +59,10 @@ class Curve:
     y: Floats
     spread: Floats
 
-    def beyond(self, least: float) -> Curve:
+    def beyond(self, least: float) -> TrendCurve:
         """The part from ``least`` on."""
         inside = self.x >= least * (1.0 - 1e-9)
-        return Curve(self.x[inside], self.y[inside], self.spread[inside])
+        return TrendCurve(self.x[inside], self.y[inside], self.spread[inside])
 
     @property
     def replicates(self) -> list[Replicate]:
@@ -151,7 +128,7 @@ class Finding:
     of each replicate; words: the reason in short.
     """
 
-    verdict: Verdict
+    verdict: TrendVerdict
     words: str
     first: float
     last: float
@@ -171,7 +148,9 @@ class Finding:
 
 
 class Claim(ABC):
-    """Something said of a curve."""
+    """Something said of a curve; each_place: of its places one for each replicate is told, else each place once."""
+
+    each_place = True
 
     @property
     @abstractmethod
@@ -179,46 +158,78 @@ class Claim(ABC):
         """What is said, as a verb: 'falls'."""
 
     @abstractmethod
-    def judge(self, curve: Curve) -> Finding:
+    def shown(self, one: Replicate) -> tuple[bool, bool, list[float]]:
+        """Whether a replicate that changes shows it, whether it shows the opposite, and where something is."""
+
+    @abstractmethod
+    def reason(self, replicates: Sequence[Replicate], at: Sequence[float]) -> str:
+        """What the replicates show, in short; at: where, of all of them."""
+
+    def part(self, curve: TrendCurve) -> TrendCurve:
+        """The part of a curve of which it is said."""
+        return curve
+
+    def judge(self, curve: TrendCurve) -> Finding:
         """What the curve says of it."""
+        part = self.part(curve)
+        replicates = part.replicates
+        shown = [self.shown(one) for one in replicates]
+        at = [place for _, _, places in shown for place in places]
+        at = at if self.each_place else sorted(set(at))
+        right = [one.changes and yes for one, (yes, _, _) in zip(replicates, shown, strict=True)]
+        opposite = [no for one, (_, no, _) in zip(replicates, shown, strict=True) if one.changes]
+        words = self.reason(replicates, at)
+        if not all(one.known for one in replicates):
+            verdict, words = TrendVerdict.NOT_DETERMINED, "too few runs reached their end"
+        elif not any(one.changes for one in replicates):
+            verdict = TrendVerdict.INSENSITIVE
+            words = "does not change" if any(np.any(one.y) for one in replicates) else "0 throughout"
+        elif all(right):
+            verdict = TrendVerdict.AGREES
+        elif all(opposite):
+            verdict = TrendVerdict.CONTRADICTS
+        else:
+            verdict = TrendVerdict.NOT_DETERMINED
+            words += f" ({sum(right)} of {len(right)} replicates as said)"
+        first, last = (
+            float(np.mean(row[np.isfinite(row)])) if np.isfinite(row).any() else np.nan
+            for row in part.y[[0, -1]]
+        )
+        rho = tuple(one.rank()[0] for one in replicates)
+        return Finding(verdict, words, first, last, rho, tuple(at))
 
 
 @dataclass(frozen=True)
 class Direction(Claim):
-    """The curve goes one way, over its whole range or from `beyond` on."""
+    """The curve goes one way (sign 1 or -1), over its whole range or from `beyond` on."""
 
+    sign: int
     beyond: float | None = None
-    sign = 0
-    verb = ""
 
     @property
     def words(self) -> str:
-        return self.verb
+        return "rises" if self.sign > 0 else "falls"
 
-    def judge(self, curve: Curve) -> Finding:
-        part = curve if self.beyond is None else curve.beyond(self.beyond)
-        replicates = part.replicates
-        ranks = [one.rank() for one in replicates]
-        right = [self.sign * rho > 0.0 and p < SIGNIFICANT for rho, p in ranks]
-        wrong = [self.sign * rho < 0.0 and p < SIGNIFICANT for rho, p in ranks]
-        words = f"rho {_range([rho for rho, _ in ranks])}"
-        return _finding(part, replicates, right, wrong, words)
+    def part(self, curve: TrendCurve) -> TrendCurve:
+        return curve if self.beyond is None else curve.beyond(self.beyond)
 
+    def shown(self, one: Replicate) -> tuple[bool, bool, list[float]]:
+        rho, p = one.rank()
+        sure = p < SIGNIFICANT
+        return sure and self.sign * rho > 0.0, sure and self.sign * rho < 0.0, []
 
-@dataclass(frozen=True)
-class Rises(Direction):
-    """It rises."""
-
-    sign = 1
-    verb = "rises"
+    def reason(self, replicates: Sequence[Replicate], at: Sequence[float]) -> str:
+        return f"rho {_range([one.rank()[0] for one in replicates])}"
 
 
-@dataclass(frozen=True)
-class Falls(Direction):
-    """It falls."""
+def rises(beyond: float | None = None) -> Direction:
+    """It rises, over its whole range or from `beyond` on."""
+    return Direction(1, beyond)
 
-    sign = -1
-    verb = "falls"
+
+def falls(beyond: float | None = None) -> Direction:
+    """It falls, over its whole range or from `beyond` on."""
+    return Direction(-1, beyond)
 
 
 @dataclass(frozen=True)
@@ -229,69 +240,34 @@ class HasMaximum(Claim):
     def words(self) -> str:
         return "is largest at a critical value"
 
-    def judge(self, curve: Curve) -> Finding:
-        replicates = curve.replicates
-        places = [one.inside() for one in replicates]
-        found = [place for place in places if place is not None]
-        right = [place is not None for place in places]
-        if found:
-            words = f"largest at {_range(found)}"
-        else:
-            words = "largest at an end"
-        return _finding(curve, replicates, right, [not one for one in right], words, found)
+    def shown(self, one: Replicate) -> tuple[bool, bool, list[float]]:
+        place = one.inside()
+        return place is not None, place is None, [] if place is None else [place]
+
+    def reason(self, replicates: Sequence[Replicate], at: Sequence[float]) -> str:
+        return f"largest at {_range(at)}" if at else "largest at an end"
 
 
 @dataclass(frozen=True)
 class HasExtrema(Claim):
     """It has both a local maximum and a local minimum strictly inside the range."""
 
+    each_place = False
+
     @property
     def words(self) -> str:
         return "has a local maximum and minimum"
 
-    def judge(self, curve: Curve) -> Finding:
-        replicates = curve.replicates
+    def shown(self, one: Replicate) -> tuple[bool, bool, list[float]]:
+        high, low = one.extrema()
+        return bool(high and low), not high and not low, [*high, *low]
+
+    def reason(self, replicates: Sequence[Replicate], at: Sequence[float]) -> str:
+        if not at:
+            return "no local extremum"
         places = [one.extrema() for one in replicates]
-        found = sorted({x for high, low in places for x in (*high, *low)})
-        right = [bool(high and low) for high, low in places]
-        wrong = [not high and not low for high, low in places]
-        if found:
-            kinds = [
-                name for k, name in enumerate(("maximum", "minimum")) if any(place[k] for place in places)
-            ]
-            words = f"local {' and '.join(kinds)} at {_range(found)}"
-        else:
-            words = "no local extremum"
-        return _finding(curve, replicates, right, wrong, words, found)
-
-
-def _finding(
-    curve: Curve,
-    replicates: Sequence[Replicate],
-    right: Sequence[bool],
-    wrong: Sequence[bool],
-    words: str,
-    at: Sequence[float] = (),
-) -> Finding:
-    """A finding from what every replicate shows: whether it is as said, and whether the opposite."""
-    opposite = [no for one, no in zip(replicates, wrong, strict=True) if one.changes]
-    if not all(one.known for one in replicates):
-        verdict, words = Verdict.NOT_DETERMINED, "too few runs reached their end"
-    elif not any(one.changes for one in replicates):
-        verdict = Verdict.INSENSITIVE
-        words = "does not change" if any(np.any(one.y) for one in replicates) else "0 throughout"
-    elif all(right):
-        verdict = Verdict.AGREES
-    elif all(opposite):
-        verdict = Verdict.CONTRADICTS
-    else:
-        verdict = Verdict.NOT_DETERMINED
-        words += f" ({sum(right)} of {len(right)} replicates as said)"
-    ends = [
-        float(np.mean(row[np.isfinite(row)])) if np.isfinite(row).any() else np.nan
-        for row in curve.y[[0, -1]]
-    ]
-    return Finding(verdict, words, ends[0], ends[1], tuple(one.rank()[0] for one in replicates), tuple(at))
+        kinds = [name for k, name in enumerate(("maximum", "minimum")) if any(place[k] for place in places)]
+        return f"local {' and '.join(kinds)} at {_range(at)}"
 
 
 def _range(values: Sequence[float]) -> str:

@@ -17,10 +17,8 @@ from tarsus.base.errors import InputError
 from tarsus.design.walks import without_legs
 from tarsus.files.toml import parse_scene
 from tarsus.model.drive.gait import Alternating, AnyGait, Tripod
+from tarsus.model.robot import Robot
 from tarsus.model.scene import Provenance, Scene, Source
-from tarsus.model.structure import Walker, WalkerLeg
-
-__all__ = ["hexapod_walker", "many_legs"]
 
 PITCH, WIDTH = 10e-3 / 15, 2e-3
 """Assumed: way from leg to leg along a side, so that 15 pairs make a body of 10 mm, and width of the body [m]."""
@@ -68,13 +66,14 @@ def many_legs(
     if problems:
         raise InputError(problems)
     pair = _pair()
-    pattern = pair.gait if gait is None else gait
+    pattern = gait or pair.gait
+    assert pattern is not None
     provenance = _provenance(pair, legs // 2, scatter, seed)
     if pattern.kind == "free":
         provenance["gait.phases"] = Provenance(source=Source.ASSUMED, note="Chosen with the gait.")
     scene = Scene(
         name=name or f"millipede-{legs}",
-        robot=pair.robot.model_validate(_robot(pair, legs // 2, scatter, seed)),
+        robot=_robot(pair, legs // 2, scatter, seed),
         ground=pair.ground,
         gait=pattern,
         initial=pair.initial,
@@ -99,56 +98,34 @@ def _pair() -> Scene:
     return parse_scene(text)
 
 
-def _tidy(value: float) -> float:
-    """Six digits, so that a file reads well; no parameter is known better."""
-    return float(f"{value:.6g}")
-
-
-def _robot(pair: Scene, pairs: int, scatter: float, seed: int) -> dict[str, Any]:
-    walker = pair.robot.structure
-    assert isinstance(walker, Walker)
-    leg, drive = walker.legs["L1"], pair.robot.drives["L1"]
+def _robot(pair: Scene, pairs: int, scatter: float, seed: int) -> Robot:
+    """The first leg of the pair, with its drive and foot, at every hip from the front, the left one of a pair first."""
+    one = pair.robot.model_dump()
+    body, leg = one["structure"]["body"], one["structure"]["legs"]["L1"]
+    drive, foot = one["drives"]["L1"], one["feet"]["L1"]
     ahead = [(0.5 * (pairs - 1) - number) * PITCH for number in range(pairs)]
     sides = (("L", 0.5 * WIDTH), ("R", -0.5 * WIDTH))
     hips = {f"{side}{number + 1}": (x, y) for number, x in enumerate(ahead) for side, y in sides}
     factors = np.random.default_rng(seed).lognormal(0.0, scatter, (len(hips), 2)).tolist()
-    mass, length = pairs * walker.body.mass, pairs * PITCH
-    body = {
-        "mass": _tidy(mass),
-        "length": _tidy(length),
-        "roll_inertia": _tidy(mass * WIDTH**2 / 12.0),
-        "pitch_inertia": _tidy(mass * length**2 / 12.0),
-    }
-    along = _tidy(drive.load.weights["L1_hip_x"])  # pyright: ignore[reportAttributeAccessIssue]
-    return {
-        "structure": {
-            "kind": "walker",
-            "body": body,
-            "legs": {
-                one: _leg(leg, x, y, upward, forward)
-                for (one, (x, y)), (upward, forward) in zip(hips.items(), factors, strict=True)
-            },
-        },
-        "drives": {
-            one: {
-                "load": {
-                    "kind": "point",
-                    "weights": {one: -1.0, f"{one}_hip": 1.0, f"{one}_x": -along, f"{one}_hip_x": along},
-                },
-                "law": {"kind": "linear", "gain": _tidy(drive.law.gain)},  # pyright: ignore[reportAttributeAccessIssue]
-                "capacitance": _tidy(drive.capacitance or 0.0),
-            }
-            for one in hips
-        },
-        "feet": {one: {"point": one, "gap": pair.robot.feet["L1"].gap, "electrode": one} for one in hips},
-    }
+    mass, length = pairs * body["mass"], pairs * PITCH
+    turning = {"roll_inertia": mass * WIDTH**2 / 12.0, "pitch_inertia": mass * length**2 / 12.0}
+    legs, drives, feet = {}, {}, {}
+    for (name, (x, y)), (upward, along) in zip(hips.items(), factors, strict=True):
+        stiffness = {"stiffness_v": leg["stiffness_v"] * upward, "stiffness_l": leg["stiffness_l"] * along}
+        legs[name] = _tidy({**leg, **stiffness, "x": x, "y": y})
+        weights = {point.replace("L1", name): w for point, w in drive["load"]["weights"].items()}
+        load, law = {**drive["load"], "weights": _tidy(weights)}, _tidy(drive["law"])
+        drives[name] = {**_tidy(drive), "load": load, "law": law}
+        feet[name] = {**foot, "point": name, "electrode": name}
+    slab = _tidy({**body, "mass": mass, "length": length, **turning})
+    return Robot.model_validate(
+        {"structure": {"kind": "walker", "body": slab, "legs": legs}, "drives": drives, "feet": feet}
+    )
 
 
-def _leg(leg: WalkerLeg, x: float, y: float, upward: float, forward: float) -> dict[str, float]:
-    """One leg at a hip, its stiffness times factors."""
-    own = {"stiffness_v": leg.stiffness_v * upward, "stiffness_l": leg.stiffness_l * forward}
-    rest = {name: getattr(leg, name) for name in ("mass", "damping_v", "damping_l")}
-    return {"x": _tidy(x), "y": y, "z": leg.z, **{name: _tidy(value) for name, value in (own | rest).items()}}
+def _tidy(values: dict[str, Any]) -> dict[str, Any]:
+    """Numbers to six digits, so that a file reads well; no parameter is known better."""
+    return {name: float(f"{one:.6g}") if isinstance(one, float) else one for name, one in values.items()}
 
 
 def _provenance(pair: Scene, pairs: int, scatter: float, seed: int) -> dict[str, Provenance]:

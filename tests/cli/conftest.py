@@ -7,7 +7,7 @@ import re
 import subprocess
 import sys
 import tomllib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -71,37 +71,6 @@ def process() -> Callable[..., Result]:
         return Result(done.returncode, done.stdout, done.stderr)
 
     return call
-
-
-@pytest.fixture(scope="module")
-def reproduced_once() -> Iterator[None]:
-    """Reproductions of the same words are computed once and shown by every command line that asks for them."""
-    import importlib
-
-    patch = pytest.MonkeyPatch()
-    for place in ("cantilever.reproduce_cantilever", "robots.reproduce_robot", "robot_runs.robot_runs"):
-        module, name = place.split(".")
-        home = importlib.import_module(f"tarsus_reproduce.{module}")
-        patch.setattr(home, name, remembered(getattr(home, name)))
-    yield
-    patch.undo()
-
-
-def remembered(compute: Callable[..., Any]) -> Callable[..., Any]:
-    """The function with a memory: its words without the progress, which is only told."""
-    import inspect
-
-    known: dict[tuple[Any, ...], Any] = {}
-
-    def recall(*words: Any, **options: Any) -> Any:
-        given = inspect.signature(compute).bind(*words, **options)
-        given.apply_defaults()
-        key = tuple((name, value) for name, value in given.arguments.items() if name != "progress")
-        if key not in known:
-            known[key] = compute(*words, **options)
-        return known[key]
-
-    return recall
 
 
 @pytest.fixture

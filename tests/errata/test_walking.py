@@ -9,13 +9,13 @@ import tarsus as ts
 from tarsus.design import step_lift
 from tarsus.model.structure.leg import SingleMode
 from tarsus.model.structure.leg_motion import GRAVITY, step_response
+from tarsus_reproduce.claims import FilmUnit, examples
 from tarsus_reproduce.legs import millipede_leg
-from tarsus_reproduce.millipede_trends import FilmReading, examples
 
 
 def test_e15_attraction_lowers_the_amplitude_and_adhesion_makes_the_difference_of_figure_4_7():
     scene = ts.load_scene("millipede")
-    grounds = examples(FilmReading.NANO)
+    grounds = examples(FilmUnit.NANO)
     electrostatics, adhesion = "ground.electrostatic.coefficient", "ground.adhesion.rate"
 
     def swing(ground) -> float:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import tarsus as ts
+from tarsus_reproduce.interpretations import PRINTED
 from tarsus_reproduce.millipede import Coarse, damping_ratio
-from tarsus_reproduce.readings import PRINTED
 
 FEW = Coarse(9, (0.1, 0.9))
 """Nine values of what varies, at two restitutions."""

@@ -6,22 +6,25 @@ import hashlib
 import json
 from dataclasses import replace
 from importlib.resources import files
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
 import tarsus as ts
+from example_files import load_file
 from tarsus.calibrate.lowering import lower_study
 from tarsus.calibrate.studyfile import frozen_texts, load_study
 from tarsus.files.toml import scene_text
 from tarsus.fit.ranges import weighted_quantile
 from tarsus.measure import window_statistics
 from tarsus_reproduce.cantilever import reproduce_cantilever
-from tarsus_reproduce.mixtures import fitted_device, mixture_file, packaged_members, thinned
-from tarsus_reproduce.predictions import members_of
-from tarsus_reproduce.robots import scenario_scene
-from tarsus_reproduce.scenarios import packaged_scenarios
+from tarsus_reproduce.forecast import members_of
+from tarsus_reproduce.robots import printed_rows, row_scene
+
+PACKAGE = load_file(Path(__file__).parents[2] / "docs" / "package_mixtures.py")
+"""The script that writes the ensembles and devices into the package."""
 
 # Equation (2.9) [uN/V^k], highest power first.
 RISING, FALLING = (0.0016, -0.0255, -0.7057, 1.4796), (0.0076, -0.6062, -0.6350)
@@ -84,39 +87,29 @@ def test_the_loop_of_the_cantilevers_is_the_closed_operator_nearest_to_the_print
 
 def test_the_device_of_the_model_s_column_repeats_it_better_than_that_of_the_measured_one():
     own, other = (
-        reproduce_cantilever(name).summary()["ours_against_source"] for name in ("cantilever-1", "cantilever")
+        reproduce_cantilever(name).to_dict()["summary"]["ours_against_source"]
+        for name in ("cantilever-1", "cantilever")
     )
     for name in ("peak", "contact"):
         assert own[name]["mean_absolute_percent"] < other[name]["mean_absolute_percent"]
     assert own["existence_right"] >= other["existence_right"]
 
 
-def test_the_hexapod_s_mixture_is_small_and_its_members_differ_in_what_was_fitted():
-    file = files("tarsus_reproduce").joinpath("data", "hexapod_mixture.json")
-    assert len(file.read_text(encoding="utf-8")) < 100_000
-    members = packaged_members("hexapod")
-    assert sum(one.weight for one in members) == pytest.approx(1.0, abs=1e-3)
-    assert all(one.calibrated for one in members) and len({one.scene.name for one in members}) >= 2
-    frequencies = [one.scene.signals["pzt"].frequency for one in members]
-    assert min(frequencies) >= 55.0 and max(frequencies) <= 135.0
-    assert packaged_members("quadruped") == ()
-
-
 def test_a_branch_of_many_members_is_thinned_without_losing_its_middle():
     weights = np.array([0.1, *[0.02] * 20, *[0.05] * 10])
-    kept, share = thinned(weights, 6)
+    kept, share = PACKAGE.thinned(weights, 6)
     assert kept[0] == 0 and len(kept) == 6 and share.sum() == pytest.approx(1.0)
     assert share[0] == pytest.approx(0.1)
     heavy = sum(part for place, part in zip(kept, share, strict=True) if place > 20)
     assert heavy == pytest.approx(0.9 * 0.5 / 0.9, abs=0.1)
-    assert thinned(weights[:4], 6)[0] == [0, 1, 2, 3]
+    assert PACKAGE.thinned(weights[:4], 6)[0] == [0, 1, 2, 3]
 
 
 def test_the_best_hexapod_makes_no_contact_over_20_to_40_um_at_3_to_10_v():
     """Section 3.4.3; the study asks it of two corners at the highest voltage."""
     (device,) = members_of("hexapod")
-    for scenario in packaged_scenarios("hexapod")[:2]:
-        scene = scenario_scene(device.scene, scenario, device.scene.signals["pzt"].frequency)
+    for printed in printed_rows("hexapod")[:2]:
+        scene = row_scene(device.scene, printed, device.scene.signals["pzt"].frequency)
         gaps, shares = (axis.ravel() for axis in np.meshgrid([20e-6, 30e-6, 40e-6], [0.3, 0.6, 1.0]))
         drive = scene.signals["pzt"]
         vary = {
@@ -131,7 +124,7 @@ def test_the_best_hexapod_makes_no_contact_over_20_to_40_um_at_3_to_10_v():
 
 @pytest.mark.parametrize("name", ["cantilever", "hexapod"])
 def test_a_packaged_mixture_is_that_of_the_packaged_study_and_table(name):
-    """A study that was changed without `python -m tarsus_reproduce.mixtures` fails here."""
+    """A study that was changed without `python docs/package_mixtures.py` fails here."""
     texts = frozen_texts(load_study(name))
     file = files("tarsus_reproduce").joinpath("data", f"{name}_mixture.json")
     packaged = json.loads(file.read_text(encoding="utf-8"))
@@ -175,7 +168,7 @@ def test_the_best_set_of_a_calibration_becomes_its_device_and_keeps_what_was_kno
     search = described.study.search.model_copy(update=plan)
     study = described.study.model_copy(update={"search": search, "train": (1, 2)})
     found = ts.calibrate(replace(described, study=study), tmp_path / "out", threads=1)
-    device, before = fitted_device("cantilever", tmp_path / "out"), ts.load_scene("cantilever")
+    device, before = PACKAGE.fitted_device("cantilever", tmp_path / "out"), ts.load_scene("cantilever")
     fit = found.solution.fit
     for one in fit.best.ranges(found.lowered.problem.unknowns):
         for path in study.unknowns[one.name].paths:
@@ -188,7 +181,7 @@ def test_the_best_set_of_a_calibration_becomes_its_device_and_keeps_what_was_kno
     assert f"weight {weight:.2f}" in rule and rule.startswith("`tarsus calibrate cantilever`")
     (tmp_path / "device.toml").write_text(scene_text(device), encoding="utf-8")
     assert ts.load_scene(tmp_path / "device.toml") == device
-    packaged = mixture_file(tmp_path / "out")
+    packaged = PACKAGE.mixture_file(tmp_path / "out")
     assert packaged["branches"][0]["members"][0]["unknowns"].keys() == study.unknowns.keys()
     told = " ".join(packaged["told"])
     assert "landing, by weight: " in told and "Known besides the table: the tip leaves the ground" in told

@@ -7,6 +7,7 @@ import pytest
 
 import tarsus as ts
 from tarsus.base.errors import InputError
+from tarsus.base.spec import float_paths
 from tarsus.files.toml import parse_scene, scene_text
 from tarsus.model.scene import Source, provenance_problems
 from tarsus.model.structure.leg import SingleMode
@@ -135,7 +136,7 @@ def test_dead_legs_stand_without_a_drive_and_six_walk_in_tripods():
     "scene", [*map(ts.load_scene, WALKERS), hexapod_walker(), many_legs(4)], ids=lambda one: one.name
 )
 def test_every_number_says_where_it_comes_from_and_files_keep_it(scene):
-    assert [path for path in ts.float_paths(scene) if scene.origin(path) is None] == []
+    assert [path for path in float_paths(scene) if scene.origin(path) is None] == []
     assert provenance_problems(scene) == []
     assert all(origin.note.endswith(".") for origin in scene.provenance.values())
     assert parse_scene(scene_text(scene)) == scene

@@ -5,40 +5,40 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tarsus_reproduce.trends import Curve, Falls, HasExtrema, HasMaximum, Rises, Verdict
+from tarsus_reproduce.trends import HasExtrema, HasMaximum, TrendCurve, TrendVerdict, falls, rises
 
 X = np.linspace(1.0, 3.0, 21)
 UP, HUMP, WAVE = X, 4.0 - (X - 1.8) ** 2, X + np.sin(6.0 * X)
 AGREES, CONTRADICTS, INSENSITIVE, OPEN = (
-    Verdict.AGREES,
-    Verdict.CONTRADICTS,
-    Verdict.INSENSITIVE,
-    Verdict.NOT_DETERMINED,
+    TrendVerdict.AGREES,
+    TrendVerdict.CONTRADICTS,
+    TrendVerdict.INSENSITIVE,
+    TrendVerdict.NOT_DETERMINED,
 )
 
 
-def curve(*rows: np.ndarray, spread: float = np.nan) -> Curve:
+def curve(*rows: np.ndarray, spread: float = np.nan) -> TrendCurve:
     y = np.column_stack(rows)
-    return Curve(X, y, np.full(y.shape, spread))
+    return TrendCurve(X, y, np.full(y.shape, spread))
 
 
 FLAT = np.full(21, 5.0)
 NOISE = 5.0 + np.random.default_rng(4).normal(0.0, 1.0, 21)
 
 CASES = [
-    (Rises(), [UP, UP**2], AGREES),
-    (Rises(), [-UP], CONTRADICTS),
-    (Rises(), [FLAT, FLAT], INSENSITIVE),
-    (Rises(), [FLAT + 1e-4 * X, FLAT], INSENSITIVE),
-    (Rises(), [-UP, FLAT], CONTRADICTS),
-    (Rises(), [UP, -UP], OPEN),
-    (Rises(), [UP, FLAT], OPEN),
-    (Rises(), [NOISE], OPEN),
-    (Rises(), [0.0 * X], INSENSITIVE),
-    (Falls(), [-UP, -(UP**3)], AGREES),
-    (Falls(), [UP], CONTRADICTS),
-    (Falls(beyond=1.8), [HUMP], AGREES),
-    (Falls(), [HUMP], OPEN),
+    (rises(), [UP, UP**2], AGREES),
+    (rises(), [-UP], CONTRADICTS),
+    (rises(), [FLAT, FLAT], INSENSITIVE),
+    (rises(), [FLAT + 1e-4 * X, FLAT], INSENSITIVE),
+    (rises(), [-UP, FLAT], CONTRADICTS),
+    (rises(), [UP, -UP], OPEN),
+    (rises(), [UP, FLAT], OPEN),
+    (rises(), [NOISE], OPEN),
+    (rises(), [0.0 * X], INSENSITIVE),
+    (falls(), [-UP, -(UP**3)], AGREES),
+    (falls(), [UP], CONTRADICTS),
+    (falls(beyond=1.8), [HUMP], AGREES),
+    (falls(), [HUMP], OPEN),
     (HasMaximum(), [HUMP, 2.0 * HUMP], AGREES),
     (HasMaximum(), [UP], CONTRADICTS),
     (HasMaximum(), [FLAT], INSENSITIVE),
@@ -57,8 +57,8 @@ def test_a_curve_is_judged_by_all_its_replicates(claim, rows, verdict):
 
 
 def test_what_is_within_the_spread_from_period_to_period_is_no_change():
-    assert Rises().judge(curve(UP, spread=0.9)).verdict is AGREES
-    finding = Rises().judge(curve(UP, spread=1.1))
+    assert rises().judge(curve(UP, spread=0.9)).verdict is AGREES
+    finding = rises().judge(curve(UP, spread=1.1))
     assert finding.verdict is INSENSITIVE and finding.words == "does not change"
     assert HasMaximum().judge(curve(HUMP, spread=0.4)).verdict is CONTRADICTS
     assert HasMaximum().judge(curve(HUMP, spread=0.8)).verdict is INSENSITIVE
@@ -68,14 +68,14 @@ def test_a_finding_holds_the_numbers_behind_it():
     finding = HasMaximum().judge(curve(HUMP, 3.0 * HUMP))
     assert finding.at == pytest.approx((1.8, 1.8)) and finding.words == "largest at 1.8"
     assert finding.first == pytest.approx(2.0 * HUMP[0]) and finding.last == pytest.approx(2.0 * HUMP[-1])
-    fall = Falls().judge(curve(-UP))
+    fall = falls().judge(curve(-UP))
     assert fall.rho == pytest.approx((-1.0,)) and fall.words == "rho -1"
-    assert Rises().judge(curve(UP, -UP)).words == "rho -1 to 1 (1 of 2 replicates as said)"
+    assert rises().judge(curve(UP, -UP)).words == "rho -1 to 1 (1 of 2 replicates as said)"
     assert fall.to_dict()["verdict"] == "agrees"
 
 
 def test_runs_that_failed_are_left_out():
     broken = UP.copy()
     broken[[3, 7]] = np.nan
-    assert Rises().judge(curve(broken)).verdict is AGREES
-    assert Rises().judge(curve(np.full(21, np.nan))).verdict is OPEN
+    assert rises().judge(curve(broken)).verdict is AGREES
+    assert rises().judge(curve(np.full(21, np.nan))).verdict is OPEN

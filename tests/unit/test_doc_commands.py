@@ -57,23 +57,23 @@ def request(folder: Path) -> None:
     (folder / "soft.toml").write_text(text, encoding="utf-8")
 
 
-HERE: dict[str, tuple[Callable[[Path], None], tuple[str, ...], str]] = {
-    "CONTRIBUTING.md": (examples, ("out/report.html",), "slow"),  # as the page of laws does
-    "add-a-law.md": (examples, ("out/report.html", "pulled/report.html"), ""),
-    "calibrate.md": (table_study, ("out/calibration.json", "out/branch-1.toml"), "slow"),
-    "determined.md": (nothing, (), "slow"),
-    "gaits.md": (nothing, ("gaits/gait.h", "adaptive/adapt.json"), "slow"),
-    "gallery.md": (nothing, ("out/report.html", "hexapod/reproduction.html"), "slow"),
-    "identify.md": (nothing, ("result/identified.toml",), "slow"),
-    "install.md": (nothing, ("mine/report.html", "result/identified.toml", "own/campaign.toml"), "slow"),
-    "landing.md": (request, ("landing/landing.h",), "slow"),
-    "scale.md": (sweep_study, ("out/sweep.nc", "shared/array/1.sh", "another/sweep.nc"), "slow"),
-    "sweeps.md": (sweep_study, ("out/sweep.nc", "mine/sweep.nc"), "slow"),
-    "tutorial-gait.md": (nothing, ("gaits/gait.h",), "slow"),
-    "tutorial-landing.md": (nothing, ("soft/landing.h",), "slow"),
-    "yield.md": (nothing, ("out/yield.json",), "slow"),
+HERE: dict[str, tuple[Callable[[Path], None], tuple[str, ...]]] = {
+    "CONTRIBUTING.md": (examples, ("out/report.html",)),
+    "add-a-law.md": (examples, ("out/report.html", "pulled/report.html")),
+    "calibrate.md": (table_study, ("out/calibration.json", "out/branch-1.toml")),
+    "determined.md": (nothing, ()),
+    "gaits.md": (nothing, ("gaits/gait.h", "adaptive/adapt.json")),
+    "gallery.md": (nothing, ("out/report.html", "hexapod/reproduction.html")),
+    "identify.md": (nothing, ("result/identified.toml",)),
+    "install.md": (nothing, ("mine/report.html", "result/identified.toml", "own/campaign.toml")),
+    "landing.md": (request, ("landing/landing.h",)),
+    "scale.md": (sweep_study, ("out/sweep.nc", "shared/array/1.sh", "another/sweep.nc")),
+    "sweeps.md": (sweep_study, ("out/sweep.nc", "mine/sweep.nc")),
+    "tutorial-gait.md": (nothing, ("gaits/gait.h",)),
+    "tutorial-landing.md": (nothing, ("soft/landing.h",)),
+    "yield.md": (nothing, ("out/yield.json",)),
 }
-"""What a page's lines need, files that must be there afterwards, and whether they take more than some seconds."""
+"""What a page's lines need, and files that must be there afterwards."""
 
 
 def lines(page: str) -> list[str]:
@@ -94,12 +94,11 @@ def test_every_page_with_command_lines_is_run():
     assert [whole for whole in SMALLER if whole not in printed] == []
 
 
-@pytest.mark.parametrize(
-    "page",
-    [pytest.param(page, marks=[pytest.mark.slow] if mark else []) for page, (_, _, mark) in HERE.items()],
-)
+# Slow: each line is a process. That all are command lines is seen by test_docs.py.
+@pytest.mark.slow
+@pytest.mark.parametrize("page", HERE)
 def test_the_command_lines_of_a_page_run(page, tmp_path):
-    prepare, written, _ = HERE[page]
+    prepare, written = HERE[page]
     prepare(tmp_path)
     programs = tmp_path / "programs"
     programs.mkdir()

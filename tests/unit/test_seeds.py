@@ -7,7 +7,7 @@ import pytest
 
 import tarsus as ts
 from tarsus.measure import period_statistics, window_statistics
-from tarsus.solve.seeds import ACCURACY, foot_statistics, random_velocities
+from tarsus.solve.seeds import ACCURACY, SPEED, foot_statistics, random_velocities
 
 PARTS = {"bounces": "bounces_per_second", "peak": "peak", "mean": "mean_height", "apex": "mean_apex"}
 
@@ -37,3 +37,32 @@ def test_each_number_is_the_measure_of_its_run(threads):
             assert getattr(found, part)[seed] == pytest.approx(periods[name].value, rel=1e-12, nan_ok=True)
             several = [one[name].value for one in windows]
             np.testing.assert_allclose(getattr(cut, part)[2 * seed : 2 * seed + 2], several, rtol=1e-12)
+
+
+def test_seeds_share_energy_between_modes():
+    scene = ts.load_scene("hexapod")
+    mass = scene.robot.structure.matrices().mass
+    row = scene.robot.structure.row("foot1")
+    velocities = np.array([random_velocities(scene, "foot1", seed) for seed in range(4000)])
+    assert (velocities @ row).std() == pytest.approx(SPEED, rel=0.05)
+    energies = velocities**2 @ np.diag(np.diag(mass))  # Modal: mass is diagonal
+    means = energies.mean(axis=0)
+    assert np.ptp(means) < 0.2 * means.mean()
+    assert random_velocities(scene, "foot1", 3) == random_velocities(scene, "foot1", 3)
+
+
+def test_statistics_agree_with_a_single_run():
+    scene = ts.load_scene("hexapod")
+    found = foot_statistics(scene, 2, duration=0.2, settle=0.1, window=0.05)
+    assert found.ok and found.bounces.shape == (8,)
+    assert foot_statistics(scene, 2, duration=0.2, settle=0.1).bounces.shape == (2,)
+    start = ts.with_values(
+        scene, {"initial": ts.Initial(velocity=random_velocities(scene, "foot1", 1))}
+    )
+    run = ts.simulate(start, duration=0.3, accuracy=ACCURACY)
+    gaps = run.at(0.1 + (np.arange(40_000) + 0.5) / 200_000).state.gap[0].reshape(4, 10_000)
+    # the integral of the gap is known at events and marks, and a window's edges lie between them
+    assert found.mean[4:] == pytest.approx(gaps.mean(axis=1), rel=0.04)
+    assert found.mean[4:].mean() == pytest.approx(gaps.mean(), rel=0.01)
+    assert (found.peak[4:] <= gaps.max(axis=1) * (1.0 + 1e-3)).all()
+    assert (found.peak[4:] > 0.5 * gaps.max(axis=1)).all()

@@ -25,8 +25,8 @@ def calibrate(
     study
         a packaged study or a study file (TOML).
     output
-        folder for the visited sets, calibration.json, mixture.json, a device file of every hypothesis and report.html; by
-        default the study's name with .calibration.
+        folder for the visited sets, calibration.json, mixture.json, a device file of every hypothesis and report.html;
+        by default the study's name with .calibration.
     """
     from tarsus.calibrate.calibrating import calibrate as run
     from tarsus.calibrate.studyfile import load_study

@@ -37,7 +37,8 @@ def plot(
     """
     from tarsus.cli import console, options
     from tarsus.model.laws.userfile import laws_of
-    from tarsus.report.saved import FORMATS, drawn, write_figure
+    from tarsus.report.plotted import drawn
+    from tarsus.report.saved import FORMATS, write_figure
 
     options.check_new_file(output, FORMATS, overwrite)
     with console.spinner("drawing"):

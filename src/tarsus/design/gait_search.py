@@ -50,6 +50,7 @@ CLIMB = 4
 """Steps uphill of an attack between rounds; the last attack looks at four times as many grounds, climbs twice as long,
 and from `ISLANDS` regions."""
 ISLANDS = 3
+"""Regions of the last attack: a worst ground that one climb misses lies beside another of the first looks."""
 CHECK = 16
 """Grounds drawn by chance in the last look, for each that an attack between rounds looks at: what none of 768 is, is
 less than 0.4 % of a box."""

@@ -27,6 +27,8 @@ Ends = tuple[str | float, str | float]
 
 PHASES = "gait.phases"
 """Stands for the phases of all legs."""
+USUAL_DUTY = 0.1, 0.9
+"""Usual range of a duty: beyond it a leg is as good as always driven, or never."""
 ANY = 0.37
 """A phase that is no simple fraction, for which it is tried whether a symmetry fits the robot's drives at all."""
 
@@ -178,7 +180,7 @@ def _usual(path: str, value: float) -> tuple[float, float]:
     if _closes(path):
         return 0.0, 1.0
     if path == "gait.duty" or leaf == "duty":
-        return 0.1, 0.9
+        return USUAL_DUTY
     if leaf == "frequency" or ".durations." in path:
         return 0.5 * value, 2.0 * value
     if leaf in ("high", "amplitude") and value > 0.0:

@@ -26,6 +26,8 @@ __all__ = ["digest", "gait_header_text", "header_text", "in_comment", "in_ticks"
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+MOST_TICKS, FEWEST_TICKS = 1e15, 100
+"""Ticks of a period: more are no whole numbers of a float any more, fewer move an edge by a percent of the period."""
 WIDEST = 32
 """Bits of a timer's counter: what a header counts ticks in."""
 
@@ -144,12 +146,12 @@ def in_ticks(period: float, tick: float) -> int:
     """Ticks in a period [s]. Raises InputError where a tick [s] is none, or longer than a hundredth of the period."""
     if not tick > 0.0:
         raise InputError(f"tick: expected a time above 0 s, got {tick:g} s")
-    if period / tick > 1e15:
+    if period / tick > MOST_TICKS:
         raise InputError(
             f"tick: {tick:g} s is more than 1e15 times in a period of {period:g} s; give a longer one"
         )
     count = round(period / tick)
-    if count < 100:
+    if count < FEWEST_TICKS:
         shown = format_quantity(float(f"{tick:.4g}"), "s")
         raise InputError(
             f"tick: a timer of {shown} has {count} ticks in a period of {period:g} s, expected at least 100"

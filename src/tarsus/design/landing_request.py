@@ -42,6 +42,11 @@ would land softest."""
 HELD_PERIODS, LOOKED_AT = 16, 4
 """Periods for which the foot is held on a level, and the last ones that tell whether it stands: a mode of damping ratio
 1 % has forgotten its start by then."""
+LEAST_SUPPORTED, SAMPLES = 0.1, 4096
+"""Least share of the period that the foot is to stand, or to be lifted, and times at which the scene's own signal is
+asked for it: a shorter step has no room for plateaus of a quarter of a millisecond at 50 Hz."""
+SWINGS = 1e-9
+"""Share of the largest squared frequency above which a motion swings at all: rounding leaves 1e-15 of it."""
 SLOWEST_SHARE = 0.25
 """A plateau lasts a quarter of the period at most, however slow the slowest mode is: one at each edge fills half."""
 
@@ -241,16 +246,16 @@ def _held(scene: Scene, foot: str, drive: str, levels: Levels, period: float) ->
 def _supported(scene: Scene, drive: str, period: float, support: float, lift: float) -> float:
     """Time [s] between landing and release edge: that which the scene's own signal spends nearer to the support level,
     kept between a tenth and nine tenths."""
-    volts = scene.waveforms[drive].volts(np.linspace(period, 2.0 * period, 4096, endpoint=False))
+    volts = scene.waveforms[drive].volts(np.linspace(period, 2.0 * period, SAMPLES, endpoint=False))
     nearer = np.abs(volts - support) < np.abs(volts - lift)
-    return period * float(np.clip(np.round(np.mean(nearer), 3), 0.1, 0.9))
+    return period * float(np.clip(np.round(np.mean(nearer), 3), LEAST_SUPPORTED, 1.0 - LEAST_SUPPORTED))
 
 
 def _slowest(scene: Scene) -> float:
     """Period [s] of the slowest mode: a longer plateau is a hold, not a pulse."""
     matrices = scene.robot.structure.matrices()
     squares = np.linalg.eigvals(np.linalg.solve(matrices.mass, matrices.stiffness)).real
-    swinging = squares[squares > 1e-9 * max(float(squares.max(initial=0.0)), 1e-300)]
+    swinging = squares[squares > SWINGS * max(float(squares.max(initial=0.0)), 1e-300)]
     return 2.0 * np.pi / float(np.sqrt(swinging.min())) if len(swinging) else np.inf
 
 

@@ -44,6 +44,14 @@ behind a foot that is not let go is at rest within a few hundredths of the plate
 VALLEYS = 24
 """Valleys of the nominal ground that a search on many grounds judges for each that it follows: what is best on many
 lies far down the nominal order."""
+APART, AGAIN = 0.03, 0.05
+"""Points of so different valleys are judged anew on other grounds, and the first step of the strategies about the best
+of them: a third and two thirds of a valley's size, for what is best on many grounds lies beside what is best on one."""
+FIRST_SHARE, FIRST_VALLEYS, MORE_SHARE, MORE_VALLEYS = 0.8, 32, 0.4, 8
+"""Share of a search's length, and valleys that are followed, in the first round of cutting planes and in further ones,
+which begin beside what the first one found."""
+FIXED_SHARE, FIXED_VALLEYS = 0.5, 24
+"""The same of a search on fixed grounds, which has no further rounds."""
 POLISHED, POLISHING = 2, 12
 """Valleys whose lowest points are sought by slopes at the end of a search, and how often slopes are asked for there."""
 
@@ -170,7 +178,7 @@ class LandingSearch:
         effort, step = self.request.options.effort, self.request.step
         cost = self._cost(choices, grounds, risk)
         rounds = self._shortened(POLISHING)
-        for row in visited.best(max(int(POLISHED * effort), 1), near=0.03):
+        for row in visited.best(max(int(POLISHED * effort), 1), near=APART):
             number = visited.numbers[row : row + 1]
             point, least, _ = descend_pieces(
                 lambda x, n=number: cost(np.repeat(n, len(x)), x),
@@ -199,7 +207,7 @@ class LandingSearch:
                 judged.append(best)
                 scores = [self.judge.attack(one.rows, COMPARED).costs[0, 0] for one in judged]
             else:
-                self._again(pairs, grounds, self.budget(pairs, 0.5), 24)
+                self._again(pairs, grounds, self.budget(pairs, FIXED_SHARE), FIXED_VALLEYS)
                 judged += self._signals(pairs, 1)
                 scores = [self.scores(one.rows, grounds)[0] for one in judged]
             found.append(judged[int(np.argmin(scores))])
@@ -209,21 +217,21 @@ class LandingSearch:
         """The best of what was visited, judged on other grounds and followed down there."""
         choices, visited = self.visited[pairs]
         cost, count = self._cost(choices, grounds, self.request.risk), self._shortened(count)
-        rows = visited.best(max(VALLEYS * count, 64), near=0.03)
+        rows = visited.best(max(VALLEYS * count, 64), near=APART)
         again = Visited.empty(visited.points.shape[1])
         numbers, points = visited.numbers[rows], visited.points[rows]
         again.add(numbers, points, cost(numbers, points))
         first = again.best(count)
-        follow_down(cost, again, again.numbers[first], again.points[first], budget, self.rng, step=0.05)
+        follow_down(cost, again, again.numbers[first], again.points[first], budget, self.rng, step=AGAIN)
         self.visited[pairs] = choices, again
         self._polish(pairs, grounds, self.request.risk)
 
     def _planes(self, pairs: int, grounds: Grounds) -> tuple[Grounds, list[Round], LandingSignal]:
         """Cutting planes: the grounds, the rounds, and the design that was hurt least in all of them."""
-        shares = iter([(0.8, 32)])
+        shares = iter([(FIRST_SHARE, FIRST_VALLEYS)])
 
         def improve(active: Grounds) -> Floats:
-            share, count = next(shares, (0.4, 8))
+            share, count = next(shares, (MORE_SHARE, MORE_VALLEYS))
             self._again(pairs, active, self.budget(pairs, share), count)
             return np.stack([one.row for one in self._signals(pairs, ATTACKED)])
 

@@ -44,6 +44,10 @@ GROWS = 1.5
 (Rechenberg, Evolutionsstrategie, 1973)."""
 LEAST = 1e-3
 """Least first step, parts of a plateau: half a microsecond of 0.5 ms, what a timer of 1 us can still tell."""
+SMALLEST, LARGEST = 0.05, 10.0
+"""Limits of the factor on that first step: below a twentieth a timer tells nothing apart, ten times it is a jump."""
+HELD = 0.2
+"""Least share of its length that a hold keeps beside plateaus that grow: a step that is hardly held is none."""
 PRIOR = 64
 """Grounds that the line of designs is spread over."""
 UNKNOWN = 0.06
@@ -243,7 +247,7 @@ def _by_speeds(
         softer = target.measure(found) < softest
         best = np.where(softer[:, None], tried, best)
         softest = np.where(softer, target.measure(found), softest)
-        size = np.clip(size * np.where(softer, GROWS, GROWS**-0.25), 0.05, 10.0)
+        size = np.clip(size * np.where(softer, GROWS, GROWS**-0.25), SMALLEST, LARGEST)
     return speeds
 
 
@@ -264,7 +268,7 @@ class _Plateaus:
         found[:, self.moved] = before[:, self.moved] * np.exp(logs)
         for plateaus, hold in self.edges:
             longer = found[:, plateaus].sum(axis=1) - before[:, plateaus].sum(axis=1)
-            found[:, hold] = np.maximum(before[:, hold] - longer, 0.2 * before[:, hold])
+            found[:, hold] = np.maximum(before[:, hold] - longer, HELD * before[:, hold])
         return found
 
 

@@ -26,6 +26,10 @@ LENGTHS = ("hip.length", "thigh.length", "shin.length")
 COARSE = 5
 """Lengths tried of each link before the optimiser starts from the best of them: the optimum is at the load's limit or
 at a bound, and a fifth of the range from either is within reach of it."""
+SAME = 1e-6
+"""Share by which a length may miss its bound, or a load its limit, and still be at it: the differences' own."""
+SWINGS = 1e-9
+"""Share of a rate that has to be imaginary for a motion to swing: rounding of an eigenvalue is 1e-15 of the largest."""
 ENOUGH, DIFFERENCE = 1e-10, 1e-6
 """The optimiser ends where the speed gains less than this share, and takes differences of lengths by parts of the
 longest one: the time of a peak is known to 1e-14, so that slopes are good to 1e-8; with smaller ones the last line
@@ -68,7 +72,7 @@ def step_lift(leg: Leg) -> StepLift:
     static = float(body @ settled)
     loads = (static / float(body @ give), standing_load(leg))
     rates, parts = _decays(matrices.mass, matrices.damping, matrices.stiffness, settled, body)
-    swinging = np.imag(rates) > 1e-9 * np.abs(rates)
+    swinging = np.imag(rates) > SWINGS * np.abs(rates)
     if static <= 0.0 or not swinging.any():
         return StepLift(static, static, math.inf, *loads)
     slow = np.flatnonzero(swinging)[np.argmin(np.abs(rates[swinging]))]
@@ -127,7 +131,7 @@ class LinkDesign:
     @property
     def load_decides(self) -> bool:
         """Whether the load, and not only bounds, keeps the leg from being faster."""
-        return self.lift.capacity < self.load * (1.0 + 1e-6)
+        return self.lift.capacity < self.load * (1.0 + SAME)
 
 
 @dataclass(frozen=True)
@@ -273,11 +277,11 @@ def _fastest(leg: Leg, shortest: float, longest: float, needed: float) -> LinkDe
         options={"ftol": ENOUGH, "eps": DIFFERENCE, "maxiter": 200},
     )
     best = lift(found.x)
-    if not found.success or best.capacity < needed * (1.0 - 1e-6):
+    if not found.success or best.capacity < needed * (1.0 - SAME):
         raise InputError(f"the optimiser found no design: {found.message}")
     lengths = np.clip(found.x, shortest / longest, 1.0) * longest
     chosen = with_values(leg, dict(zip(LENGTHS, lengths.tolist(), strict=True)))
-    near = 1e-6 * longest
+    near = SAME * longest
     at_bound = tuple(
         path
         for path, length in zip(LENGTHS, lengths, strict=True)

@@ -24,6 +24,8 @@ Floats = NDArray[np.float64]
 TIE = 1e-4
 """Of designs that differ by less than this share of the plain step's measure for each touchdown, that with fewer
 touchdowns is taken: it lies far below what any instrument tells."""
+TINY = 1e-30
+"""What a measure of the plain step is at least, that others are compared with: beyond any motion, so that none is 0."""
 LOST = 100.0
 """Score, in the plain step's measure, of a run that did not reach its end: worse than any that did."""
 BESIDE = 1e-5
@@ -63,14 +65,14 @@ class Target:
     @property
     def unit(self) -> float:
         """The plain step's measure, that scores are compared with."""
-        return max(float(self.measure(self.plain).flat[0]), 1e-30)
+        return max(float(self.measure(self.plain).flat[0]), TINY)
 
     def measure(self, found: Landings) -> Floats:
         """What is minimised, of any shape."""
         if self.objective is LandingObjective.IMPULSE:
             return found.impulse
         if self.objective is LandingObjective.TOUCHDOWNS:
-            fastest = max(float(self.plain.speed.flat[0]), 1e-30)
+            fastest = max(float(self.plain.speed.flat[0]), TINY)
             return found.touchdowns + 0.5 * np.minimum(found.speed / fastest, 1.0)
         return found.speed
 
@@ -84,11 +86,11 @@ class Target:
 
     def excess(self, found: Landings) -> Floats:
         """By how much the step is given up: missing shares of contact and lift, and overshoot beyond its limit."""
-        contact = self.contact - found.contact / max(float(self.plain.contact.flat[0]), 1e-30)
-        lift = self.lift - found.lifted / max(float(self.plain.lifted.flat[0]), 1e-30)
+        contact = self.contact - found.contact / max(float(self.plain.contact.flat[0]), TINY)
+        lift = self.lift - found.lifted / max(float(self.plain.lifted.flat[0]), TINY)
         total = np.maximum(contact, 0.0) + np.maximum(lift, 0.0)
         if self.ringing is not None:
-            over = found.peak / np.maximum(found.lifted, 1e-30) - 1.0 - self.ringing
+            over = found.peak / np.maximum(found.lifted, TINY) - 1.0 - self.ringing
             total = total + np.maximum(over, 0.0)
         return total
 
@@ -150,6 +152,6 @@ def _of_run(run: GradientRun, trials: Trials, target: Target) -> tuple[Floats, F
             ]
     speed = np.abs(here["speed_before"])
     if target.objective is LandingObjective.TOUCHDOWNS:
-        share = 0.5 / max(float(target.plain.speed.flat[0]), 1e-30)
+        share = 0.5 / max(float(target.plain.speed.flat[0]), TINY)
         return len(hits) + share * speed, share * before
     return speed, before

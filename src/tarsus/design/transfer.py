@@ -11,7 +11,7 @@ has; films are met by correcting the aim, adhesion and impacts are left to the s
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 from tarsus.base.spec import with_values
 from tarsus.design.pulses import Family, OwnStep, Step
 from tarsus.design.trials import Trials
-from tarsus.fit.normal_equations import Descent, NormalEquations, descend
 from tarsus.fit.valleys import even_points
 from tarsus.model.drive.lower import evaluate, lower
 from tarsus.model.drive.waveforms import OnOff
@@ -47,8 +46,6 @@ REST = 1e-6
 """Share of the energy between the two held states that is next to none: a thousandth of the motion."""
 LONG = 1e3
 """Periods after which a structure rests: a mode of damping ratio 1e-4 at one oscillation a period has forgotten."""
-DAMPING = 1e-2
-"""First damping of least squares: starts are anywhere, so that whole steps would overshoot."""
 APART = 0.01
 """Transfers nearer than this to a better one in all unknowns are the same."""
 WORST_MODES = 1e8
@@ -168,7 +165,7 @@ def transfers(
     for number, family in enumerate(choices if not isinstance(step, OwnStep) else ()):
         if family.sizes[0] == 0:
             continue
-        aim = _Aim(transfer, step, family, transfer.landed[None])
+        aim = _Aim(transfer, step, family)
         x = aim.solved(even_points(points[0].shape[1] + 1, starts, rng), ROUNDS)
         nearest = np.argsort((aim.left(x) ** 2).sum(axis=1), kind="stable")[: len(x) // 4]
         x = aim.best(aim.solved(x[nearest], 2 * ROUNDS))
@@ -180,23 +177,16 @@ def transfers(
     return np.concatenate(numbers), np.concatenate(points)
 
 
-@dataclass
 class _Aim:
     """Transfers from the ground, over plateaus at the release and the landing edge, to the ground. Unknowns (n, 1 + nu)
     are the time to the arrival, as the root of its share of the longest plateau, and a point of the family's unit cube
-    (`Step.place`); aims (n, 2n), or one for all, are where they are to end."""
+    (`Step.place`); aims (n, 2n) are where they are to end."""
 
-    transfer: Transfer
-    step: Step
-    family: Family
-    aims: Floats
-
-    @property
-    def stored(self) -> float:
-        """Energy between the two held states [J]."""
-        held, step = self.transfer.held, self.step
-        lift = self.transfer.ends(held, np.array([[step.lift]]), np.array([[LONG * step.period]]))
-        return float((((lift - held) @ self.transfer.size.T) ** 2).sum())
+    def __init__(self, transfer: Transfer, step: Step, family: Family) -> None:
+        self.transfer, self.step, self.family = transfer, step, family
+        self.aims = transfer.landed[None]
+        lift = transfer.ends(transfer.held, np.array([[step.lift]]), np.array([[LONG * step.period]]))
+        self.stored = float((((lift - transfer.held) @ transfer.size.T) ** 2).sum())
 
     def signals(self, x: Floats) -> tuple[Floats, Floats]:
         """Volts and spans (n, k) of plateaus from the release edge on to the arrival: those of the release, the lift
@@ -231,27 +221,23 @@ class _Aim:
         return (state - self.aims) @ size.T, size @ np.concatenate(parts, axis=2)
 
     def solved(self, x: Floats, rounds: int) -> Floats:
-        """Least squares of every row from x (n, 1 + nu) on."""
-        noise = REST * self.stored
+        """Least squares (Levenberg 1944) of every row from x (n, 1 + nu) on.
 
-        def of(part: NDArray[np.intp]) -> _Aim:
-            return self if len(self.aims) == 1 else replace(self, aims=self.aims[part])
-
-        def equations(own: Floats, _: Floats, part: NDArray[np.intp]) -> NormalEquations:
-            error, slopes = of(part).slopes(own)
-            turned = slopes.transpose(0, 2, 1)
-            n, q = own.shape
-            right = -(turned @ error[:, :, None])[:, :, 0]
-            return NormalEquations(
-                turned @ slopes / noise, np.zeros((n, q, 0)), np.zeros((n, 0, 0)), right / noise, np.zeros((n, 0)),
-                (error**2).sum(axis=1) / noise, np.ones(n),
-            )  # fmt: skip
-
-        def costs(own: Floats, _: Floats, part: NDArray[np.intp]) -> Floats:
-            return (of(part).left(own) ** 2).sum(axis=1) / noise
-
-        how = Descent(rounds, damping=DAMPING, low=0.0, high=1.0)
-        return descend(equations, x, costs=costs, how=how).own
+        `tarsus.fit.descend` finds the same transfers and takes a fifth to a half longer: it judges of each row whether
+        it has settled, which thousands of rows of a few unknowns that all stop after so many rounds do not need.
+        """
+        damp, nx = np.full(len(x), 1e-2), x.shape[1]
+        for _ in range(rounds):
+            error, slopes = self.slopes(x)
+            square = slopes.transpose(0, 2, 1) @ slopes
+            pull = (error[:, None] @ slopes)[:, 0]
+            scale = np.maximum(np.einsum("njj->n", square) / nx, 1e-300)
+            stiff = square + (damp * scale)[:, None, None] * np.eye(nx)
+            tried = np.clip(x - np.linalg.solve(stiff, pull[:, :, None])[:, :, 0], 0.0, 1.0)
+            better = (self.left(tried) ** 2).sum(axis=1) < (error**2).sum(axis=1)
+            x = np.where(better[:, None], tried, x)
+            damp = np.clip(np.where(better, damp / 4.0, damp * 4.0), 1e-9, 1e3)
+        return x
 
     def best(self, x: Floats) -> Floats:
         """Those (n', 1 + nu) that stay off the ground on their way and leave least energy, of those that leave next to

@@ -1,7 +1,7 @@
 """Sets that follow the likelihood: differential-evolution Markov chains.
 
-emcee, which has the same move (``moves.DEMove``), is an extra and not there in every installation; and its chains are
-long ones from anywhere, where a cost that takes a second leaves room for a few generations from known good points.
+emcee, which has the same move (``moves.DEMove``), makes long chains from anywhere, where a cost that takes a second
+leaves room for a few generations from known good points.
 """
 
 from __future__ import annotations

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from tarsus.base.errors import InputError
-from tarsus.identify.breakoff import BreakOffs
+from tarsus.identify.detachment import Detachments
 from tarsus.identify.draws import newton_draws, within
+from tarsus.identify.estimates import Estimates
 from tarsus.identify.film import FilmFit
-from tarsus.identify.known import Known
 from tarsus.identify.step import Residual, StepResult, Used, points_and_line
 from tarsus.identify.touchdown import ContactDurations, seen_contacts, simulated_contacts
 from tarsus.model.drive.waveforms import Waveform
@@ -34,7 +34,7 @@ BOUNDS = ((0.0, np.inf), (0.0, np.inf))
 _FEWEST = 4
 """Pull-off forces that a line takes: two for its numbers and two to see their scatter."""
 _OUTSIDE = 4.0
-"""Deviations from the line beyond which a break-off is another event: of a hundred normal ones none is."""
+"""Deviations from the line beyond which a detachment is another event: of a hundred normal ones none is."""
 _ROUNDS = 20
 """Rounds of weights and of what is kept at most: beyond, two sets would alternate."""
 _PASSES = 2
@@ -55,14 +55,14 @@ class Line:
 
 
 def identify_adhesion(
-    film: FilmFit, known: Known, signals: Mapping[str, Waveform], bounces: bool, seed: int
+    film: FilmFit, known: Estimates, signals: Mapping[str, Waveform], bounces: bool, seed: int
 ) -> StepResult:
     """Adhesion at first contact [N] and its growth [N/s].
 
     Parameters
     ----------
     film
-        Break-offs with their pulls.
+        Detachments with their pulls.
     known
         What earlier steps found.
     signals
@@ -75,17 +75,17 @@ def identify_adhesion(
     Raises
     ------
     InputError
-        If there are too few break-offs, or all contacts lasted equally long.
+        If there are too few detachments, or all contacts lasted equally long.
     """
     fitted, offs = film.fitted, film.offs
     if len(fitted.pull) < _FEWEST:
         raise InputError(
-            f"{len(fitted.pull)} break-offs can be used, at least {_FEWEST} are needed for adhesion over contact time"
+            f"{len(fitted.pull)} detachments can be used, at least {_FEWEST} are needed for adhesion over contact time"
         )
     if np.ptp(fitted.duration) < 0.2 * fitted.duration.mean():
         raise InputError(
             f"all contacts lasted about {fitted.duration.mean():.3g} s, so that adhesion at first contact "
-            "cannot be told from "
+            "cannot be separated from "
             "its growth: vary lambda or the frequency of the ramped squares"
         )
     contacts = seen_contacts(offs, fitted, film.foot)
@@ -122,7 +122,7 @@ def _fit(film: FilmFit, contacts: ContactDurations, seed: int) -> StepResult:
     rest = pull - line.values[0] - line.values[1] * duration
     panels = points_and_line(
         ("pull-off force over contact time", "what the line leaves"), ("contact time", "s", "force", "N"),
-        ("break-offs", "line"), (duration, pull), tuple(line.values.tolist()), (error, error),
+        ("detachments", "line"), (duration, pull), tuple(line.values.tolist()), (error, error),
     )  # fmt: skip
     return StepResult(
         "adhesion",
@@ -138,7 +138,7 @@ def _fit(film: FilmFit, contacts: ContactDurations, seed: int) -> StepResult:
                 len(rest),
             ),
         ),
-        used=(Used("break-offs", int(kept.sum()), len(kept)),),
+        used=(Used("detachments", int(kept.sum()), len(kept)),),
         left_out=left,
         panels=panels,
         bounds=dict(zip(PATHS, reached, strict=True)),
@@ -146,8 +146,8 @@ def _fit(film: FilmFit, contacts: ContactDurations, seed: int) -> StepResult:
     )
 
 
-def _events(offs: BreakOffs) -> NDArray[np.intp]:
-    """Number (nr,) of the event that each break-off repeats: the same release of the same drive.
+def _events(offs: Detachments) -> NDArray[np.intp]:
+    """Number (nr,) of the event that each detachment repeats: the same release of the same drive.
 
     What the moments of contact are off is the same in all repeats, which therefore are drawn together.
     """
@@ -159,7 +159,7 @@ def _events(offs: BreakOffs) -> NDArray[np.intp]:
 
 
 def _near_line(duration: Floats, pull: Floats, error: Floats, late: Floats) -> NDArray[np.bool_]:
-    """Break-offs near the line of the others."""
+    """Detachments near the line of the others."""
     kept = np.ones(len(pull), dtype=bool)
     for _ in range(_ROUNDS):
         line = _line(duration[kept], pull[kept], error[kept], late[kept])

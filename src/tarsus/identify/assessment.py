@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tarsus.identify.known import Known
+from tarsus.identify.estimates import Estimates
 from tarsus.identify.verdict import Assessment, judge_samples
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def assessed(found: Identification) -> Assessment | None:
     return judge_samples(names, known.values[moving], known.samples[:, moving], sizes=sizes, limits=limits)
 
 
-def law_slopes(known: Known) -> dict[str, float]:
+def law_slopes(known: Estimates) -> dict[str, float]:
     """Slope of the drive's law by the path of every play's weight: the linear term and all plays together."""
     values = dict(zip(known.paths, np.abs(known.values).tolist(), strict=True))
     out: dict[str, float] = {}

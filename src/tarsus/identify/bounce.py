@@ -177,7 +177,7 @@ class _Ready:
         m, k = self.free.shape[1], self.beside.shape[1]
         self.changes = np.zeros((points, 3 + 2 * m + k))
         self.changes[:, 1 + 2 * m : 1 + 2 * m + k] = model.rows @ self.beside
-        self.changes[:, -1] = model.rows @ model.blow
+        self.changes[:, -1] = model.rows @ model.jump
         self.changes[:, -2] = -self.changes[:, -1]
         self.output = observed(model)
         rest = model.rest(bounces.level)
@@ -223,8 +223,8 @@ class _Ready:
         rates = np.zeros((2, 2 * n, q + 2))  # states are linear in the unknowns
         rates[:, :n, 1 : 1 + m] = rates[:, n:, 1 + m : 1 + 2 * m] = self.free
         rates[0, n:, q - 2] = self.model.row / float(self.model.row @ self.model.row)
-        rates[1, n:, q - 2] = rates[0, n:, q - 2] - self.model.blow
-        rates[1, n:, q - 1] = self.model.blow
+        rates[1, n:, q - 2] = rates[0, n:, q - 2] - self.model.jump
+        rates[1, n:, q - 1] = self.model.jump
         rates[1, n:, 1 + 2 * m : q - 2] = self.beside
         base = np.concatenate([self.grounded, np.zeros(n)])
         before, after = (

@@ -104,7 +104,7 @@ class Campaign(Description):
     @model_validator(mode="before")
     @classmethod
     def _spread(cls, given: Any) -> Any:
-        """Give the defaults to every set that is read from a file; wrong ones are told once, where they stand."""
+        """Give the defaults to every set that is read from a file; wrong ones are reported once, where they stand."""
         defaults, sets = (
             (given.get(key) for key in ("defaults", "records")) if isinstance(given, dict) else (0, 0)
         )
@@ -161,7 +161,7 @@ def read_campaign(path: str | os.PathLike[str]) -> Opened:
     ------
     InputError
         With every problem of the file: unknown keys, feet, drives and points that the device lacks, not one file of
-        records there. Single files that are missing are told by `read_records`.
+        records there. Single files that are missing are reported by `read_records`.
     """
     file = Path(path)
     if file.is_dir():
@@ -190,12 +190,12 @@ def _device(campaign: Campaign, folder: Path) -> Scene:
     try:
         return load_scene(file)
     except InputError as error:
-        told = [said if str(file) in said else f"{campaign.device}: {said}" for said in error.problems]
-        raise InputError(told) from None
+        problems = [said if str(file) in said else f"{campaign.device}: {said}" for said in error.problems]
+        raise InputError(problems) from None
 
 
 def _missing(campaign: Campaign, folder: Path) -> list[str]:
-    """A sentence if there are no files at all; single ones are told where they are read."""
+    """A sentence if there are no files at all; single ones are reported where they are read."""
     files = [file for one in campaign.records.values() for file in one.files]
     if not files:
         return ["records: expected at least one set of records"]
@@ -236,7 +236,7 @@ def _unknown(campaign: Campaign, scene: Scene) -> list[str]:
 
 
 def read_records(opened: Opened, name: str) -> list[RecordFile]:
-    """Records of a set, each as read; what is wrong with a file is told beside it.
+    """Records of a set, each as read; what is wrong with a file is reported beside it.
 
     Files that are missing, and files with the same content as an earlier one for the same purpose, have no record.
     """
@@ -305,7 +305,7 @@ def _same(path: Path, other: Path) -> bool:
 
 
 def _twice(file: str, other: str) -> tuple[str, str]:
-    """Name under which a repeat that is none is told, and a sentence on it."""
+    """Name under which a repeat that is none is reported, and a sentence on it."""
     if file == other:
         return f"{file} (again)", "is listed twice: it counts once"
     return file, f"holds the same record as {other}: it is no repeat, and {other} alone counts"

@@ -16,15 +16,15 @@ from tarsus.identify.campaign import Opened, RecordFile, read_campaign
 from tarsus.identify.contact_film import film_by_impacts
 from tarsus.identify.draws import DRAWS
 from tarsus.identify.electrostatics import identify_close
+from tarsus.identify.estimates import PLACEHOLDER, Estimates
 from tarsus.identify.evidence import Evidence
 from tarsus.identify.film import FilmFit, identify_film
 from tarsus.identify.foot import FootModel
 from tarsus.identify.heldout import Comparison, compare
 from tarsus.identify.hysteresis import identify_hysteresis
 from tarsus.identify.impact_column import identify_impact_column
-from tarsus.identify.known import PLACEHOLDER, Known
 from tarsus.identify.landing import LandingVerdict, judge_landing
-from tarsus.identify.pairs import InAir, Pair, compare_in_air, map_from_pairs, told_by_pairs
+from tarsus.identify.pairs import InAir, Pair, compare_in_air, from_pairs, map_from_pairs
 from tarsus.identify.resonance import Resonances, identify_resonances, static_response
 from tarsus.identify.restitution import BounceStudy, identify_restitution
 from tarsus.identify.step import NotDone, Residual, Shift, StepResult, Trouble, Used
@@ -51,11 +51,11 @@ _STRUCTURE = "robot.structure.frequencies"
 
 @dataclass(frozen=True, repr=False)
 class Identification:
-    """Everything a campaign has told.
+    """Everything that a campaign determines.
 
     opened: the campaign; readings: every file; left_out: data not used, with reasons; steps: results by name; not_done;
     known: all parameters, with draws; level: of the contact from the rest, with its standard error [m]; resonances:
-    the modal fit; film: the break-offs; landing: what records say of the landing rule, None where it is assumed;
+    the modal fit; film: the detachments; landing: what records say of the landing rule, None where it is assumed;
     comparisons: held-out records; in_air: those with the drive of the bounces; shifts of the zero; remarks; seconds."""
 
     opened: Opened
@@ -63,7 +63,7 @@ class Identification:
     left_out: tuple[Excluded, ...]
     steps: dict[str, StepResult]
     not_done: tuple[NotDone, ...]
-    known: Known
+    known: Estimates
     level: tuple[float, float] | None
     resonances: Resonances | None
     film: FilmFit | None
@@ -120,7 +120,7 @@ class StepRunner:
 
     opened: Opened
     evidence: Evidence
-    known: Known
+    known: Estimates
     seed: int = 1
     progress: Progress | None = None
     steps: dict[str, StepResult] = field(default_factory=dict)
@@ -128,12 +128,12 @@ class StepRunner:
     resonances: Resonances | None = None
     film: FilmFit | None = None
     bounces: BounceStudy | None = None
-    _told: int = 0
+    _reported: int = 0
 
     @classmethod
     def of(cls, opened: Opened, seed: int = 1, progress: Progress | None = None) -> StepRunner:
         """Before its first step."""
-        return cls(opened, Evidence(opened), Known.nothing(opened.model), seed, progress)
+        return cls(opened, Evidence(opened), Estimates.nothing(opened.model), seed, progress)
 
     def run(self) -> Identification:
         """All steps, the validation and the shifted zero."""
@@ -177,7 +177,7 @@ class StepRunner:
 
     def read(self) -> None:
         """Read and check every file."""
-        self.evidence.read(self._tell)
+        self.evidence.read(self._report)
 
     def find_ground(self) -> None:
         """Find the ground that the records show."""
@@ -185,7 +185,7 @@ class StepRunner:
 
     def attempt(self, name: str, step: Callable[[], StepResult]) -> None:
         """Run a step; what stops it is kept as its reasons."""
-        self._tell(name)
+        self._report(name)
         trouble = Trouble()
         try:
             with trouble.heard():
@@ -268,7 +268,7 @@ class StepRunner:
 
     def _adhesion(self) -> StepResult:
         if self.film is None:
-            raise InputError("it needs the break-offs of the step film, which was not done")
+            raise InputError("it needs the detachments of the step film, which was not done")
         signals = {
             name: one.signal for name, one in self.opened.sets(Purpose.RAMPS) if one.signal is not None
         }
@@ -305,7 +305,7 @@ class StepRunner:
         found, left = map_from_pairs(self.known.model(), pairs)
         return replace(
             step,
-            combinations={**step.combinations, **told_by_pairs(found, self.seed + 5)},
+            combinations={**step.combinations, **from_pairs(found, self.seed + 5)},
             used=(*step.used, Used("pairs with the air", len(found), len(pairs))),
             left_out=(*step.left_out, *left),
         )
@@ -332,7 +332,7 @@ class StepRunner:
         adhesion formed again with it, where they contradict that one."""
         if self.not_done or not {"restitution", "adhesion"} <= set(self.steps):
             return None
-        self._tell("landing rule")
+        self._report("landing rule")
         sets = [(name, one) for p in (Purpose.RAMPS, Purpose.BOUNCES) for name, one in self.opened.sets(p)]
         signals = {name: one.signal for name, one in sets if one.signal is not None}
         traces = [
@@ -354,7 +354,7 @@ class StepRunner:
             return out
         model = self.known.model()
         for trace in self.evidence.traces.get(Purpose.VALIDATION, []):
-            self._tell(f"validating on {trace.set}")
+            self._report(f"validating on {trace.set}")
             signal = self.opened.campaign.records[trace.set].signal
             if signal is None:
                 self.evidence.left_out.append(
@@ -373,7 +373,7 @@ class StepRunner:
         if "hysteresis" not in self.steps:
             return out
         for trace in self.evidence.traces.get(Purpose.AIR, []):
-            self._tell(f"in the air, {trace.set}")
+            self._report(f"in the air, {trace.set}")
             signal = self.opened.campaign.records[trace.set].signal
             try:
                 if signal is None:
@@ -390,7 +390,7 @@ class StepRunner:
         gap = self.opened.campaign.other_gap
         if gap is None or self.not_done or self.evidence.level is None or "film" not in self.steps:
             return ()
-        self._tell("with the other zero position")
+        self._report("with the other zero position")
         moved = model.changed({f"robot.feet.{model.foot}.gap": gap})
         offset = next((p for p in self.known.paths if p.endswith((".law.constant", ".law.offset"))), None)
         out = [Shift(f"gap of {1e6 * gap:.4g} um", self._again(moved, None, 0.0))]
@@ -405,7 +405,7 @@ class StepRunner:
         opened = replace(self.opened, model=model)
         other = replace(
             self, opened=opened, evidence=replace(self.evidence, opened=opened, remarks=[]), progress=None,
-            known=Known.nothing(model).after(self.steps["resonances"]).certain(),
+            known=Estimates.nothing(model).after(self.steps["resonances"]).certain(),
             steps={"resonances": self.steps["resonances"]}, not_done=[], bounces=None,
         )  # fmt: skip
         for name, _, step in other.planned():
@@ -462,13 +462,13 @@ class StepRunner:
         if said not in self.evidence.remarks:
             self.evidence.remarks.append(said)
 
-    def _tell(self, what: str) -> None:
+    def _report(self, what: str) -> None:
         total = len(self.opened.campaign.records) + _STEPS + 1
         for purpose in (Purpose.VALIDATION, Purpose.AIR):
             total += sum(len(one.files) for _, one in self.opened.sets(purpose))
         if self.progress is not None:
-            self.progress(min(self._told, total), total, what)
-        self._told += 1
+            self.progress(min(self._reported, total), total, what)
+        self._reported += 1
 
 
 def _over_noise(one: Residual) -> float:

@@ -31,14 +31,15 @@ _EDGE = len(_SLOW) // 2 + 2
 """Samples on either side of a jump of the drive that are left out: the acceleration jumps with it, and the integral of
 samples is off by a twelfth of that jump times the squared step, edge by edge the same way."""
 _FEWEST = 6.0
-"""Independent spans between jumps of the drive that make a comparison; with fewer all are taken, and told roughly."""
+"""Independent spans between jumps of the drive that make a comparison; with fewer all are taken, and compared
+roughly."""
 _HEARD = 3.0
 """Both must be so many times the noise: a weaker one has no size to compare. And what a displacement does not share
 with an integral must be so many times the noise to count."""
 GAIN = 0.02
 """Largest deviation of the ratio of displacement and integrated velocity from one."""
 _SURE = 6.0
-"""Standard errors that a ratio must be off to be told."""
+"""Standard errors that a ratio must be off to be reported."""
 _ROUGH = 5.0
 """Factor that is left open where the drive jumps too often to look between: the integral has come out as 0.4 of the
 way there, for a point that the drive hardly moves. A wrong sign, and a wrong unit, still show."""

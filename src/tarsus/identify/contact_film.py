@@ -1,4 +1,4 @@
-"""The film at contact, told by impacts where the records above the ground leave it open.
+"""The film at contact, determined by impacts where the records above the ground leave it open.
 
 Records that never touch tell ``C / (g + g0)^3`` at their gaps. At the ground a thin film is stronger by orders, and the
 velocities there, with them the restitution, hang on it. The flights before and after an impact show it: all impacts
@@ -15,15 +15,15 @@ from numpy.typing import NDArray
 
 from tarsus.fit.normal_equations import Descent, NormalEquations, descend
 from tarsus.identify.bounce import BounceFit, Bounces, fewer, find_bounces
-from tarsus.identify.breakoff import WORST
+from tarsus.identify.detachment import WORST
 from tarsus.identify.electrostatics import FILM, combinations_of
+from tarsus.identify.estimates import Estimates
 from tarsus.identify.flight import FilmConstants
 from tarsus.identify.foot import FootModel
-from tarsus.identify.known import Known
+from tarsus.identify.offsets import known_offsets
 from tarsus.identify.restitution import FEWEST, MOST, sound
 from tarsus.identify.step import StepResult, Used
 from tarsus.identify.traces import Trace
-from tarsus.identify.zeros import known_zeros
 
 __all__ = ["film_by_impacts"]
 
@@ -37,12 +37,12 @@ matters, for the interval is that wide."""
 
 
 def film_by_impacts(
-    known: Known,
+    known: Estimates,
     step: StepResult,
     traces: Sequence[Trace],
     close: Sequence[Trace],
     level: tuple[float, float],
-) -> tuple[Known, StepResult]:
+) -> tuple[Estimates, StepResult]:
     """The film of a step that saw it from above, with what impacts say; all that hangs on it moves along.
 
     Parameters
@@ -63,7 +63,7 @@ def film_by_impacts(
         return known, step
     found = find_bounces(traces, known.base.foot_point, level[0])[0]
     if len(found) < FEWEST:
-        return known, _untold(step, f"{len(found)} can be used, {FEWEST} are needed")
+        return known, _unchanged(step, f"{len(found)} can be used, {FEWEST} are needed")
     model = known.model()
     free = model.scene.ground.impact is not None
     bounces = Bounces(traces, fewer(found, MOST), level[0])
@@ -71,7 +71,7 @@ def film_by_impacts(
     value, covariance = np.log([step.value(path) for path in FILM]), np.cov(seen.T)
     begun, passed = _begun(model, bounces, free, value, covariance)
     if begun is None:
-        return known, _untold(
+        return known, _unchanged(
             step, f"under none of {len(_SHARES)} films could the flights be followed ({passed})"
         )
     place, fitted = begun
@@ -79,8 +79,8 @@ def film_by_impacts(
     good = sound(model, bounces, fitted)[2]
     if np.count_nonzero(good) < FEWEST:
         text = f"{np.count_nonzero(good)} of {len(good)} are single ones between free motions, {FEWEST} are needed"
-        return known, _untold(step, text)
-    place, information = _told(
+        return known, _unchanged(step, text)
+    place, information = _determined(
         model, bounces.chosen(good), (place, fitted.unknowns[good]), (value, covariance), level[1]
     )
     spread = np.linalg.inv(information + np.linalg.inv(covariance))
@@ -94,7 +94,7 @@ def film_by_impacts(
     return moved, _with(step, moved, close, Used("impacts, for the film", int(good.sum()), len(found)), files)
 
 
-def _untold(step: StepResult, why: str) -> StepResult:
+def _unchanged(step: StepResult, why: str) -> StepResult:
     """The step as it was, and why impacts tell nothing of its film."""
     return replace(step, notes=(*step.notes, f"The impacts tell nothing of the film: {why}."))
 
@@ -125,7 +125,7 @@ def _begun(
     return None if best is None else best[1:], "; ".join(passed)
 
 
-def _moved(known: Known, seen: Floats, covariance: Floats, new: Floats, by: Floats) -> Known:
+def _moved(known: Estimates, seen: Floats, covariance: Floats, new: Floats, by: Floats) -> Estimates:
     """What was found before with the film's logarithms moved from draws (draws, 2) to new ones, the values ``by`` (2,):
     all that goes with them by their draws follows; constants of the ground as logarithms, which their draws are even
     in."""
@@ -147,7 +147,7 @@ def _moved(known: Known, seen: Floats, covariance: Floats, new: Floats, by: Floa
     return replace(known, values=back(value + along @ by), samples=back(samples))
 
 
-def _told(
+def _determined(
     model: FootModel,
     bounces: Bounces,
     start: tuple[Floats, Floats],
@@ -160,7 +160,7 @@ def _told(
 
     Under every film the impacts are fitted again: their unknowns follow it along curved valleys, in which all taken
     together creep."""
-    offsets = known_zeros(model, bounces, level_error)
+    offsets = known_offsets(model, bounces, level_error)
     free, unknowns = model.scene.ground.impact is not None, start[1]
 
     def equations(_: Floats, place: Floats, __: NDArray[np.intp]) -> NormalEquations:
@@ -189,7 +189,9 @@ def _without_offsets(each: NormalEquations, offsets: Floats) -> NormalEquations:
     )  # fmt: skip
 
 
-def _with(step: StepResult, moved: Known, close: Sequence[Trace], used: Used, files: set[str]) -> StepResult:
+def _with(
+    step: StepResult, moved: Estimates, close: Sequence[Trace], used: Used, files: set[str]
+) -> StepResult:
     """The step with the numbers that it and the impacts tell together."""
     own = [moved.paths.index(path) for path in step.paths]
     values, samples = moved.values[own], moved.samples[:, own]

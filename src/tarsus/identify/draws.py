@@ -76,7 +76,7 @@ def _widening(information: Floats, inverse: Floats, row: Floats) -> float:
     # covariance of the groups' parts in the deviation: each group's own, less what the estimate has taken of it
     linked = np.diag(parts @ row) - parts @ inverse @ parts.T
     own, left = float(np.sum(parts @ row)), float(np.trace(linked))
-    if not left > _ROUNDING * own:  # one group has all of the information: noise alone is told
+    if not left > _ROUNDING * own:  # one group has all of the information: noise alone counts
         return 0.0
     freedom = left**2 / float(np.sum(linked**2))
     return float(np.sqrt(own / left) * t.ppf(0.975, freedom) / NORMAL)

@@ -212,13 +212,13 @@ def _least_squares(columns: Floats, values: Floats, running: int) -> tuple[Float
     size = np.where(size > 0.0, size, 1.0)
     scaled = columns / size
     values_of, vectors = np.linalg.eigh(scaled.T @ scaled)
-    told = values_of > _SINGULAR
-    inverse = np.where(told, 1.0 / np.where(told, values_of, 1.0), 0.0)
+    known = values_of > _SINGULAR
+    inverse = np.where(known, 1.0 / np.where(known, values_of, 1.0), 0.0)
     found = vectors @ (inverse * (vectors.T @ (scaled.T @ values)))
     left = values - scaled @ found
     variance = float(left @ left) / max(len(values) - len(found), 1) * running
     errors = np.sqrt(variance * np.sum(vectors**2 * inverse, axis=1))
-    lost = np.any((np.abs(vectors) > 0.1) & ~told, axis=1)
+    lost = np.any((np.abs(vectors) > 0.1) & ~known, axis=1)
     two = scaled[:, :2]
     plain = values - two @ np.linalg.lstsq(two, values, rcond=None)[0]
     return found / size, np.where(lost, np.inf, errors) / size, float(plain @ plain)

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from tarsus.base.errors import InputError
 from tarsus.fit.normal_equations import Descent, NormalEquations, descend
 from tarsus.identify.draws import carried, newton_draws
+from tarsus.identify.estimates import Estimates
 from tarsus.identify.flight import SUBSTEPS, Varied, from_rest, observed, of_model
 from tarsus.identify.foot import FootModel
-from tarsus.identify.known import Known
 from tarsus.identify.step import Panel, StepResult, Used, measured_and_fitted, over_noise
 from tarsus.identify.traces import Trace
 from tarsus.identify.volts import Volts
@@ -127,7 +127,7 @@ _LIMITS = (np.log(1e-30), np.log(1.0))
 the field comes near."""
 
 
-def identify_close(model: FootModel, known: Known, traces: Sequence[Trace], seed: int) -> StepResult:
+def identify_close(model: FootModel, known: Estimates, traces: Sequence[Trace], seed: int) -> StepResult:
     """Constants of the attraction, and of the film where no earlier step has found them.
 
     Parameters

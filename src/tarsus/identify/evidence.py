@@ -141,11 +141,11 @@ class Evidence:
 
     def close(self, used: set[str]) -> None:
         """Say of every file that was read and not left out, but of which nothing was used, that it was not."""
-        told = used | {one.file for one in self.left_out}
+        named = used | {one.file for one in self.left_out}
         for purpose in Purpose:
             names = {name for name, _ in self.opened.sets(purpose)}
             files = [r.file for r in self.readings if r.set in names]
-            idle = [file for file in files if file not in told]
+            idle = [file for file in files if file not in named]
             where = idle if len(idle) < max(len(files), 2) else [f"all {len(idle)} files"]
             said = f"read, but nothing of it was used (purpose '{purpose.value}')"
             self.left_out += [Excluded(file, "", said) for file in where]

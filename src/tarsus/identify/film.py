@@ -1,6 +1,6 @@
-"""Ring-down after break-off -> the film's C and g0.
+"""Ring-down after detachment -> the film's C and g0.
 
-Fitted to the flights of `tarsus.identify.breakoff` with ``F = -C g' / (g + g0)^3`` (2.10 with the sign of E2). What
+Fitted to the flights of `tarsus.identify.detachment` with ``F = -C g' / (g + g0)^3`` (2.10 with the sign of E2). What
 the decay near the ground tells best is ``C / g0^3`` [N s/m], the damping at contact; C and g0 alone hang together.
 """
 
@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.identify.breakoff import WORST, BreakOffs, FilmGuess, FittedDetachments, find_break_offs
+from tarsus.identify.detachment import WORST, Detachments, FilmGuess, FittedDetachments, find_detachments
 from tarsus.identify.draws import carried, newton_draws
+from tarsus.identify.estimates import Estimates
 from tarsus.identify.foot import FootModel
-from tarsus.identify.known import Known
 from tarsus.identify.step import Panel, Residual, StepResult, Used, measured_and_fitted, over_noise
 from tarsus.identify.traces import Trace
 from tarsus.records.excluded import Excluded
@@ -37,19 +37,19 @@ itself."""
 
 @dataclass(frozen=True)
 class FilmFit:
-    """The step's result; name of the foot's point; the break-offs it used, as fitted; and draws of their pulls
+    """The step's result; name of the foot's point; the detachments it used, as fitted; and draws of their pulls
     about the fitted ones: what the film and earlier steps do not know (draws, nr)."""
 
     step: StepResult
     foot: str
-    offs: BreakOffs
+    offs: Detachments
     fitted: FittedDetachments
     pulls: Floats
 
 
 def identify_film(
     model: FootModel,
-    known: Known,
+    known: Estimates,
     traces: Sequence[Trace],
     level: float,
     seed: int,
@@ -75,25 +75,25 @@ def identify_film(
     Raises
     ------
     InputError
-        If no break-off can be used.
+        If no detachment can be used.
     """
     if near is not None:
         fitted = near.offs.fit(model, near.fitted.film, start=near.fitted.unknowns)
         step, pulls = _result(model, known, near.offs, fitted, seed)
         return FilmFit(step, model.foot_point, near.offs, fitted, pulls)
-    items, left = find_break_offs(traces, model.foot_point, level)
+    items, left = find_detachments(traces, model.foot_point, level)
     found = len(items) + len(left)
     if not items:
         files = ", ".join(sorted({trace.file for trace in traces}))
         raise InputError(
-            f"{files}: channel '{model.foot_point}' shows no break-off with a free flight after it"
+            f"{files}: channel '{model.foot_point}' shows no detachment with a free flight after it"
         )
     if len(items) > MOST:
-        text = f"{len(items) - MOST} of {len(items)} break-offs, evenly from all: {MOST} are enough"
+        text = f"{len(items) - MOST} of {len(items)} detachments, evenly from all: {MOST} are enough"
         left.append(Excluded("all records of ramped squares", model.foot_point, text, len(items) - MOST))
         picked = np.unique(np.linspace(0, len(items) - 1, MOST).round().astype(int))
         items = [items[int(i)] for i in picked]
-    offs = BreakOffs(traces, items, level)
+    offs = Detachments(traces, items, level)
     rough = offs.fit(model, _first_guess(model), fixed=True)
     near_enough = rough.chi < max(_ROUGH * WORST, _ROUGH * float(np.median(rough.chi)))
     first = offs.chosen(near_enough).fit(model, rough.film, start=rough.unknowns[near_enough])
@@ -101,7 +101,7 @@ def identify_film(
     good = whole.chi < WORST
     if not good.any():
         raise InputError(
-            "no flight after a break-off is a free motion of this structure: are sampling rate, channels and zero "
+            "no flight after a detachment is a free motion of this structure: are sampling rate, channels and zero "
             "right?"
         )
     for r in np.flatnonzero(~good):
@@ -115,7 +115,7 @@ def identify_film(
     offs = offs.chosen(good)
     fitted = offs.fit(model, whole.film, start=whole.unknowns[good])
     step, pulls = _result(model, known, offs, fitted, seed)
-    used = Used("break-offs", len(offs.items), found)
+    used = Used("detachments", len(offs.items), found)
     return FilmFit(_with(step, left, used), model.foot_point, offs, fitted, pulls)
 
 
@@ -132,7 +132,7 @@ def _first_guess(model: FootModel) -> FilmGuess:
 
 
 def _result(
-    model: FootModel, known: Known, offs: BreakOffs, fitted: FittedDetachments, seed: int
+    model: FootModel, known: Estimates, offs: Detachments, fitted: FittedDetachments, seed: int
 ) -> tuple[StepResult, Floats]:
     groups = np.array([one.trace for one in offs.items])
     numbers = np.unique(groups)
@@ -168,7 +168,7 @@ def _result(
     return step, pulls
 
 
-def _residuals(offs: BreakOffs, fitted: FittedDetachments) -> tuple[Residual, ...]:
+def _residuals(offs: Detachments, fitted: FittedDetachments) -> tuple[Residual, ...]:
     by_record: dict[int, list[Floats]] = {}
     for one, left in zip(offs.items, fitted.residuals, strict=True):
         by_record.setdefault(one.trace, []).append(left.ravel())
@@ -178,7 +178,7 @@ def _residuals(offs: BreakOffs, fitted: FittedDetachments) -> tuple[Residual, ..
     )
 
 
-def _panels(model: FootModel, offs: BreakOffs, fitted: FittedDetachments) -> tuple[Panel, ...]:
+def _panels(model: FootModel, offs: Detachments, fitted: FittedDetachments) -> tuple[Panel, ...]:
     k = model.points.index(model.foot_point)
     picked = np.unique(np.linspace(0, len(offs.items) - 1, _SHOWN).round().astype(int))
     panels = []
@@ -190,5 +190,5 @@ def _panels(model: FootModel, offs: BreakOffs, fitted: FittedDetachments) -> tup
         gap = model.normal * fitted.flights[r][k] + model.gap
         left = model.normal * fitted.residuals[r][k] * trace.noise_x[k]
         title = f"{trace.file}, release at {trace.time[one.hold.last]:.4g} s"
-        panels.append(measured_and_fitted(title, ("time after break-off", "s", "gap", "m"), time, gap, left))
+        panels.append(measured_and_fitted(title, ("time after detachment", "s", "gap", "m"), time, gap, left))
     return tuple(panels)

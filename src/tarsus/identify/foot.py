@@ -109,7 +109,7 @@ class FootModel:
         return float(self.row @ np.linalg.solve(self.mass, self.row))
 
     @cached_property
-    def blow(self) -> Floats:
+    def jump(self) -> Floats:
         """Change (n,) of the coordinates' velocities per unit change of the foot's along its normal, by the
         mass-weighted impact law: ``M^-1 n / (n M^-1 n)``."""
         return np.asarray(np.linalg.solve(self.mass, self.row) / self.mobility, dtype=np.float64)

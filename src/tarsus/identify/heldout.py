@@ -2,7 +2,7 @@
 
 Record and simulation are judged by the same rules, at the noise of the record: a foot counts as in contact where it
 stands still at the contact level within five standard deviations, and where it meets it. What counts as a bounce is
-told by `tarsus.measure`, as for a run.
+counted by `tarsus.measure`, as for a run.
 """
 
 from __future__ import annotations

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.identify.draws import DRAWS, carried, drawn_counts, student
+from tarsus.identify.estimates import Estimates
 from tarsus.identify.foot import FootModel
-from tarsus.identify.known import Known
 from tarsus.identify.loops import Block, Sums, across, basis_of, blocks_of, law_paths, law_with
 from tarsus.identify.ringing import calmed
 from tarsus.identify.step import Panel, Residual, StepResult, Used, measured_and_fitted
@@ -259,7 +259,7 @@ def _solved(matrix: Floats, target: Floats) -> Floats:
 
 
 def identify_hysteresis(
-    known: Known,
+    known: Estimates,
     traces: Sequence[Trace],
     level: tuple[float, float] | None,
     shares: Shares | None,

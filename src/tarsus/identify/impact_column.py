@@ -1,4 +1,4 @@
-"""Impacts -> the column of the impact map: how all points follow the foot at a blow.
+"""Impacts -> the column of the impact map: how all points follow the foot at an impact.
 
 The flights on both sides of every impact are fitted again, with the velocities of all coordinates free to jump. The
 change of each point's velocity per unit change of the foot's, one number for all impacts, is a column of (3.22); the
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.identify.breakoff import WORST
+from tarsus.identify.detachment import WORST
 from tarsus.identify.draws import DRAWS
 from tarsus.identify.foot import FootModel
 from tarsus.identify.restitution import FEWEST, BounceStudy, film_of
@@ -43,7 +43,7 @@ def identify_impact_column(model: FootModel, study: BounceStudy, seed: int) -> S
     changes = fitted.unknowns[good] @ fitted.changes.T
     covariance = np.einsum("aq,iqr,br->iab", fitted.changes, fitted.inverse[good], fitted.changes)
     k = model.points.index(model.foot_point)
-    known = model.rows @ model.blow / float(model.rows[k] @ model.blow)
+    known = model.rows @ model.jump / float(model.rows[k] @ model.jump)
     random = np.random.default_rng([seed, 13])
     combinations, residuals, notes, curves = {}, [], [], []
     for i, name in enumerate(model.points):

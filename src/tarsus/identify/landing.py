@@ -1,6 +1,6 @@
 """The landing rule: which rule moves the identified device as the records do.
 
-No step but the adhesion's touchdowns depends on the rule, so that it can be told afterwards: the device as identified
+No step but the adhesion's touchdowns depends on the rule, so that it can be judged afterwards: the device as identified
 is simulated with the drive of each set of ramps and bounces under every rule, and compared with the record. A record
 *contradicts* a rule where the foot moves off it more than `WORSE` times as much as under the rule that meets it best.
 Held-out records take no part.
@@ -91,9 +91,9 @@ class LandingVerdict:
             wrong: dict[str, list[int]] = {}
             for one, number in zip(self.fits, self.contradicted, strict=True):
                 wrong.setdefault(one.rule.kind, []).append(number)
-            told = ", ".join(f"{kind} by {min(n)}" for kind, n in wrong.items() if kind != self.chosen.kind)
+            others = ", ".join(f"{kind} by {min(n)}" for kind, n in wrong.items() if kind != self.chosen.kind)
             said = [
-                f"landing rule: {_words(self.chosen)} is preferred; of {count} sets of records contradicted: {told}"
+                f"landing rule: {_words(self.chosen)} is preferred; of {count} sets of records contradicted: {others}"
             ]
         else:
             kinds = dict.fromkeys(one.kind for one in self.possible)

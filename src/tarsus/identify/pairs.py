@@ -23,7 +23,7 @@ from tarsus.records.measurement import Measurement, Quantity
 from tarsus.records.purpose import IN_AIR
 from tarsus.solve import ResultCode, simulate
 
-__all__ = ["InAir", "Pair", "compare_in_air", "map_from_pairs", "told_by_pairs"]
+__all__ = ["InAir", "Pair", "compare_in_air", "from_pairs", "map_from_pairs"]
 
 Floats = NDArray[np.float64]
 
@@ -64,7 +64,7 @@ def _velocity(record: Measurement, point: str) -> str | None:
     return next((c.name for c in record.channels if c.at == point and c.quantity is Quantity.VELOCITY), None)
 
 
-def told_by_pairs(found: dict[str, ImpactMapEstimate], seed: int) -> dict[str, tuple[float, Floats, str]]:
+def from_pairs(found: dict[str, ImpactMapEstimate], seed: int) -> dict[str, tuple[float, Floats, str]]:
     """Restitution and jumps by name, as (value, draws (nd,), unit)."""
     random = np.random.default_rng([seed, 17])
     out: dict[str, tuple[float, Floats, str]] = {}

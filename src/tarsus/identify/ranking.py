@@ -130,17 +130,17 @@ def rank(
     _check(candidates, prior, parameter, budget, scene)
     target = prior.paths.index(parameter)
     tool = instrument or Resolution()
-    told, drawn = [], prior.draws(draws, seed)
+    slopes, drawn = [], prior.draws(draws, seed)
     for i, candidate in enumerate(candidates):
         if progress is not None:
             progress(i, len(candidates), candidate.name)
-        told.append(_slopes(candidate, scene, prior, tool, kinds, drawn, step, threads, accuracy))
+        slopes.append(_slopes(candidate, scene, prior, tool, kinds, drawn, step, threads, accuracy))
     precision = np.linalg.inv(prior.covariance)
     before = float(prior.std[target])
 
     @cache
     def information(k: int, repeats: int) -> Floats:
-        return told[k].information(repeats, tool)
+        return slopes[k].information(repeats, tool)
 
     def gain(counts: Mapping[int, int]) -> float:
         total = precision + sum(information(k, repeats) for k, repeats in counts.items())
@@ -151,7 +151,7 @@ def rank(
     alone = [gain({k: 1}) for k in range(len(candidates))]
     counts, steps, cost = _greedy(candidates, gain, alone, budget)
     ranked = [
-        Ranked(c, before * float(np.exp(-alone[k])), alone[k], counts.get(k, 0), _note(told[k], c, budget))
+        Ranked(c, before * float(np.exp(-alone[k])), alone[k], counts.get(k, 0), _note(slopes[k], c, budget))
         for k, c in enumerate(candidates)
     ]
     ranked.sort(key=lambda one: -one.gain)
@@ -271,11 +271,11 @@ _LEAST_GAIN = 0.02
 """Gain of a record below which a plan ends."""
 
 
-def _note(told: _FeatureSlopes, candidate: Candidate, budget: float) -> str:
+def _note(slopes: _FeatureSlopes, candidate: Candidate, budget: float) -> str:
     if candidate.record > budget * (1.0 + 1e-9):
         return "longer than the budget"
-    if told.ended < 0.5:
-        return f"{1.0 - told.ended:.0%} of its simulations did not reach their end"
+    if slopes.ended < 0.5:
+        return f"{1.0 - slopes.ended:.0%} of its simulations did not reach their end"
     return ""
 
 

@@ -193,7 +193,7 @@ def _in_parts(frf: Frf, band: tuple[float, float], parts: int, order: int) -> Mo
         try:
             fit = identify_modes(frf, part, order)
         except InputError as error:
-            passed += [f"a part of the band told no mode: {said}" for said in error.problems]
+            passed += [f"a part of the band shows no mode: {said}" for said in error.problems]
             continue
         for mode in fit.modes:
             f = mode.frequency.value

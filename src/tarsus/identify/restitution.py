@@ -13,14 +13,14 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.identify.bounce import BounceFit, Bounces, fewer, find_bounces
-from tarsus.identify.breakoff import WORST
+from tarsus.identify.detachment import WORST
 from tarsus.identify.draws import DRAWS, NORMAL, carried, newton_draws, within
+from tarsus.identify.estimates import Estimates
 from tarsus.identify.flight import FilmConstants
 from tarsus.identify.foot import FootModel
-from tarsus.identify.known import Known
+from tarsus.identify.offsets import offsets_of_records
 from tarsus.identify.step import Residual, StepResult, Used, points_and_line
 from tarsus.identify.traces import Trace
-from tarsus.identify.zeros import zeros_of_records
 from tarsus.impacts.estimates import Spread, common_ratio
 from tarsus.records.excluded import Excluded
 
@@ -54,7 +54,7 @@ class BounceStudy:
 
 
 def identify_restitution(
-    model: FootModel, known: Known, traces: Sequence[Trace], level: tuple[float, float], seed: int
+    model: FootModel, known: Estimates, traces: Sequence[Trace], level: tuple[float, float], seed: int
 ) -> BounceStudy:
     """Coefficient of restitution with its interval.
 
@@ -171,7 +171,7 @@ def _only(fitted: BounceFit, keep: NDArray[np.bool_]) -> BounceFit:
 
 def _result(
     model: FootModel,
-    known: Known,
+    known: Estimates,
     bounces: Bounces,
     fitted: BounceFit,
     left: Sequence[Excluded],
@@ -180,7 +180,7 @@ def _result(
     seed: int,
 ) -> StepResult:
     equations = bounces.about(model, film_of(model), fitted.unknowns, fitted.free(model))
-    zeros = zeros_of_records(model, bounces, equations, level_error, seed)
+    zeros = offsets_of_records(model, bounces, equations, level_error, seed)
     fitted_speeds = zeros.moved(fitted.speeds, zeros.values)
     departure, approach = fitted_speeds[:, 0], -fitted_speeds[:, 1]
     covariance = fitted.covariance * _TURN
@@ -249,7 +249,7 @@ def _draws(
     seed: int,
 ) -> Floats:
     """Deviations (draws,) of the ratio, as records scatter, and at least those that the regression over all impacts
-    allows, which are all that is told by few records."""
+    allows, which are all that few records determine."""
     allowed = (whole.high - whole.low) / (2.0 * NORMAL)
     numbers, which = np.unique(groups, return_inverse=True)
     if len(numbers) < FEWEST:

@@ -29,7 +29,7 @@ RESULT_FILES = ("identified.toml", "identification.json", "draws.npz", "report.h
 _NOTES = {
     "resonances": "sweeps in the air",
     "hysteresis": "static loops",
-    "film": "the flights after break-off",
+    "film": "the flights after detachment",
     "adhesion": "pull-off forces over contact times",
     "restitution": "bounces",
     "electrostatics": "records close to the ground",

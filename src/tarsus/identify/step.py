@@ -179,24 +179,24 @@ class StepResult:
 
         A draw that ran away does all three: the fit does not settle, and nothing of it is an identified number.
         """
-        told: list[str] = []
+        problems: list[str] = []
         for path, value in zip(self.paths, self.values.tolist(), strict=True):
             if path in self.taken:
                 continue
             low, high = self.interval(path)
             slack = 1e-9 * abs(value)  # rounding
             if not np.isfinite(value):
-                told.append(f"its {path} comes out as {value:g}: the data do not settle the fit")
+                problems.append(f"its {path} comes out as {value:g}: the data do not settle the fit")
             elif not np.isfinite([low, high]).all():
-                told.append(
+                problems.append(
                     f"its {path} of {value:.3g} has no finite interval: the data do not settle the fit"
                 )
             elif not low - slack <= value <= high + slack:
-                told.append(
+                problems.append(
                     f"its {path} of {value:.3g} lies outside of its own interval, {low:.3g} to {high:.3g}: the data do "
                     "not settle the fit"
                 )
-        return told
+        return problems
 
     @property
     def unused(self) -> int:

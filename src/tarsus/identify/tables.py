@@ -59,7 +59,7 @@ def identification_table(found: Identification) -> Table:
     )
 
 
-def _half(size: float, low: float, high: float) -> float | None:
+def _half(size: float | None, low: float, high: float) -> float | None:
     """Half an interval as a part of a size."""
     return 0.5 * (high - low) / abs(size) if size and np.isfinite(high - low) else None
 

@@ -1,4 +1,4 @@
-"""When the contacts before break-offs began.
+"""When the contacts before detachments began.
 
 Adhesion grows from the last touchdown on (2.14). A foot that lands bounces, or is let go again at once, and the last of
 these rebounds are lower than the noise and shorter than a few samples: the record shows a contact that begins too
@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.events import CONTACT_BEGINS, EventKind
-from tarsus.identify.breakoff import BreakOffs, FittedDetachments
+from tarsus.identify.detachment import Detachments, FittedDetachments
 from tarsus.identify.foot import FootModel
 from tarsus.model.drive.waveforms import Waveform
 from tarsus.solve import simulate
@@ -34,7 +34,7 @@ _TRUST = 0.2
 
 @dataclass(frozen=True)
 class ContactDurations:
-    """Durations (nr,) [s] of the contacts before break-offs and their standard errors; simulated (nr,): whether the
+    """Durations (nr,) [s] of the contacts before detachments and their standard errors; simulated (nr,): whether the
     last touchdown is a simulation's."""
 
     duration: Floats
@@ -42,7 +42,7 @@ class ContactDurations:
     simulated: NDArray[np.bool_]
 
 
-def seen_contacts(offs: BreakOffs, fitted: FittedDetachments, foot: str) -> ContactDurations:
+def seen_contacts(offs: Detachments, fitted: FittedDetachments, foot: str) -> ContactDurations:
     """Contacts that begin where the record shows a foot standing still."""
     return ContactDurations(
         fitted.duration, offs.beginnings(foot), np.zeros(len(fitted.duration), dtype=bool)
@@ -50,7 +50,7 @@ def seen_contacts(offs: BreakOffs, fitted: FittedDetachments, foot: str) -> Cont
 
 
 def simulated_contacts(
-    model: FootModel, offs: BreakOffs, fitted: FittedDetachments, signals: Mapping[str, Waveform]
+    model: FootModel, offs: Detachments, fitted: FittedDetachments, signals: Mapping[str, Waveform]
 ) -> ContactDurations:
     """Contacts that begin with the last touchdown of a simulation, where it agrees with the record.
 
@@ -59,7 +59,7 @@ def simulated_contacts(
     model
         The device as found so far, restitution and a first adhesion included.
     offs, fitted
-        Break-offs and their moments.
+        Detachments and their moments.
     signals
         Drive of each set of records; contacts of other sets stay as they are seen.
     """
@@ -85,7 +85,7 @@ def simulated_contacts(
     return ContactDurations(duration, error, simulated)
 
 
-def _contacts(model: FootModel, offs: BreakOffs, name: str, signal: Waveform) -> tuple[Floats, Floats]:
+def _contacts(model: FootModel, offs: Detachments, name: str, signal: Waveform) -> tuple[Floats, Floats]:
     """Beginnings and ends (nc,) [s] of the contacts that a simulation with one set's drive shows; of a run that stops
     early, those before."""
     until = max(float(t.time[-1]) for t in offs.traces if t.set == name)

@@ -12,6 +12,7 @@ from tarsus.base.errors import InputError
 from tarsus.impacts.free import point_rows
 from tarsus.model.structure.base import Matrices, Structure
 from tarsus.records.measurement import Measurement, Quantity
+from tarsus.tables.table import Column, Table
 
 __all__ = ["ForceEstimate", "ImpactForces", "estimate_forces", "impact_forces", "integrate", "point_matrices"]
 
@@ -49,6 +50,18 @@ class ImpactForces:
     noise: Floats
     ratio: Floats
     ratio_noise: Floats
+
+    def table(self) -> Table:
+        """Every impact's forces with their standard deviations."""
+        columns = [Column(name, "N", over=over) for over in ("force", "noise") for name in self.names]
+        rows = [(i + 1, *row) for i, row in enumerate(np.hstack([self.values, self.noise]).tolist())]
+        return Table("Forces of impacts", ("impact", *columns), rows)
+
+    def __str__(self) -> str:
+        return self.table().text()
+
+    def _repr_html_(self) -> str:
+        return self.table().html()
 
 
 def integrate(velocity: Floats, step: float) -> Floats:

@@ -22,6 +22,7 @@ from tarsus.impacts.free import FreeResponse
 from tarsus.impacts.gate import RESIDUAL_LIMIT, GateVerdict, residual_gate
 from tarsus.model.structure.base import Structure
 from tarsus.records.measurement import Measurement, Quantity
+from tarsus.tables.table import Column, Table
 
 __all__ = ["ImpactMapEstimate", "Repeat", "estimate_impact_map"]
 
@@ -54,6 +55,28 @@ class ImpactMapEstimate:
     column: tuple[Spread, ...]
     repeats: tuple[Repeat, ...]
     fitted: FittedImpacts
+
+    def table(self) -> Table:
+        """Restitution, and the change of every point per unit change of the foot's; repeats that were refused."""
+        rows = [
+            (name, one.value, (one.low, one.high), one.scatter, one.n)
+            for name, one in (("restitution", self.restitution), *zip(self.names, self.column, strict=True))
+        ]
+        columns = (
+            "number",
+            "value",
+            "95 % interval",
+            Column("scatter from impact to impact", digits=2),
+            "impacts",
+        )
+        refused = [str(one.verdict) for one in self.repeats if not one.verdict.accepted]
+        return Table(f"Impact map of '{self.foot}'", columns, rows, refused)
+
+    def __str__(self) -> str:
+        return self.table().text()
+
+    def _repr_html_(self) -> str:
+        return self.table().html()
 
     @property
     def values(self) -> Floats:

@@ -18,6 +18,7 @@ from tarsus.modes.lsfd import residues_of, synthesise
 from tarsus.modes.pole_search import candidate_poles, poles_of_parts, reach
 from tarsus.modes.refine import LocalFit, refine_pole
 from tarsus.records.measurement import FrequencyResponse
+from tarsus.tables.table import Column, Table
 
 __all__ = ["IdentifiedMode", "ModalFit", "ModeVerdict", "identify_modes"]
 
@@ -96,6 +97,26 @@ class ModalFit:
     poles: dict[int, Complexes]
     synthesis: Complexes
     passed: tuple[str, ...] = ()
+
+    def table(self) -> Table:
+        """Every mode with its intervals and its verdict; below it what was remarked and refused."""
+        rows = [
+            (f.value, (f.low, f.high), zeta.value, (zeta.low, zeta.high), mode.orders, mode.verdict.value)
+            for mode in self.modes
+            for f, zeta in [(mode.frequency, mode.damping)]
+        ]
+        columns = [
+            Column(name, unit, digits, over=over)
+            for over, unit, digits in (("frequency", "Hz", 6), ("damping ratio", "%", 3))
+            for name in ("value", "95 % interval")
+        ]
+        return Table("", (*columns, "orders", "verdict"), rows, (*self.remarks, *self.refused))
+
+    def __str__(self) -> str:
+        return self.table().text()
+
+    def _repr_html_(self) -> str:
+        return self.table().html()
 
     @property
     def frequencies(self) -> Floats:

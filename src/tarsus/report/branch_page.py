@@ -23,6 +23,7 @@ from tarsus.report.style import (
     level_limits,
     scale_of,
 )
+from tarsus.tables.numbers import spaced
 
 __all__ = ["branch_html", "draw_branch", "draw_multipliers", "write_branch_report"]
 
@@ -77,7 +78,7 @@ def draw_branch(axes: Axes, branch: Branch, name: str, unit: str) -> None:
             )  # fmt: skip
             told.add(point.kind)
     axes.set_xlabel(along.axis(branch.path))
-    axes.set_ylabel(across.axis(name.replace("_", " ")))
+    axes.set_ylabel(across.axis(spaced(name)))
     if limits := level_limits(values / across.step):
         axes.set_ylim(*limits)
 

@@ -27,6 +27,7 @@ from tarsus.report.style import (
     scale_of,
     time_axis,
 )
+from tarsus.tables.numbers import spaced
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -93,7 +94,7 @@ def forces(series: Series, window: Window, foot: int = 0) -> Plate:
     rows: list[tuple[str, np.ndarray, str]] = []
     absent: list[str] = []
     for name, color in zip(series.laws, cycle(LAW_COLORS), strict=False):
-        label, values = name.replace("_", " "), series[f"{name}_force"][foot]
+        label, values = spaced(name), series[f"{name}_force"][foot]
         if ever(values):
             rows.append((label, values, color))
         else:
@@ -214,7 +215,7 @@ def ledger(series: Series) -> Plate:
         work = series[f"{name}_work"]
         curves[name] = -work if law.loses else work
         color, dash = (next(losses), "-") if law.loses else (next(works), (0, (4, 1.5)))
-        entries.append((name, name.replace("_", " "), color, dash))
+        entries.append((name, spaced(name), color, dash))
     shown = [entry for entry in entries if entry[0] in curves and ever(curves[entry[0]])]
     scale = scale_of("J", *(curves[name] for name, *_ in shown))
     for name, label, color, dash in shown:

@@ -16,7 +16,7 @@ from tarsus.identify.verdict import Assessment
 from tarsus.report.pages import Plate
 from tarsus.report.sheet import QUARTER, Sheet, few_ticks, plate
 from tarsus.report.style import BLUE, MUTED, VERMILION, decimate, scale_of
-from tarsus.tables.numbers import number
+from tarsus.tables.numbers import number, path_end
 from tarsus.tables.table import Column, Table
 
 MOST_PANELS = 6
@@ -66,7 +66,7 @@ def held_out(comparisons: Sequence[Comparison]) -> Plate:
 def correlations(judged: Assessment) -> Plate:
     """How the numbers hang together: correlation of every pair over the draws, with its hundredths where it counts."""
     count = len(judged.names)
-    labels = [short_name(name) for name in judged.names]
+    labels = [path_end(name) for name in judged.names]
     shown = np.where(np.tri(count, k=-1, dtype=bool), judged.correlation, np.nan)
 
     pairs = sorted(
@@ -91,12 +91,6 @@ def correlations(judged: Assessment) -> Plate:
     narrow = Table("", ("correlated", "with", Column("by", "%", 2)), rows).html()
     both = Markup('<div class="on-wide">{}</div><div class="on-narrow">{}</div>').format(wide.picture, narrow)
     return Plate(both, wide.caption)
-
-
-def short_name(path: str) -> str:
-    """The end of a path that tells numbers apart, such as ``film.thickness`` or ``law.weights.0``."""
-    parts = path.split(".")
-    return ".".join(parts[-3:] if parts[-1].isdigit() else parts[-2:])
 
 
 def _last_period(one: Comparison) -> Panel:

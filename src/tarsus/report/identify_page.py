@@ -38,7 +38,7 @@ _WHAT = {
     "local maximum-likelihood finish.",
     "hysteresis": "Static loops: K x = load F(V), equation (2.8), with a Prandtl-Ishlinskii operator F; on the ground "
     "the combination of points that its force does not move.",
-    "film": "Ring-down after break-off: F = −C g′ / (g + g₀)³, equation (2.10) with the sign of E2, fitted to all "
+    "film": "Ring-down after detachment: F = −C g′ / (g + g₀)³, equation (2.10) with the sign of E2, fitted to all "
     "flights at once; the moment of each release, the state at it and a drift of the drive are free.",
     "adhesion": "Pull-off force (2.13) at the moment of release over contact time: f_a = C_a0 + C_a (t − t_c), "
     "equation (2.14).",

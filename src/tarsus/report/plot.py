@@ -16,13 +16,14 @@ from tarsus.base.events import IMPACTS
 from tarsus.base.messages import nearest
 from tarsus.base.verb import callable_package
 from tarsus.report.style import CONTACT, CYCLE, INK, MOST_LINES, scale_of
+from tarsus.tables.numbers import spaced
 
 if TYPE_CHECKING:
     from tarsus.design import GaitFront, LandingDesign
     from tarsus.orbits import Branch, Orbit
     from tarsus.solve import Batch, Run
 
-callable_package(__name__, "tarsus.report.saved:plot")
+callable_package(__name__, "tarsus.report.plotted:plot")
 
 __all__ = ["branch", "front", "impacts", "landing", "ledger", "measure", "motion", "multipliers"]
 
@@ -78,7 +79,7 @@ def ledger(run: Run, *, axes: Axes | None = None) -> Axes:
     entries = {
         "work of the drives": account.work_in, "kinetic": -account.kinetic, "elastic": -account.elastic,
         "damping": -account.damping, "friction": -account.friction, "impacts": -account.impacts,
-        "adhesion": -account.adhesion, **{name.replace("_", " "): work for name, work in account.laws.items()},
+        "adhesion": -account.adhesion, **{spaced(name): work for name, work in account.laws.items()},
     }  # fmt: skip
     shown = {name: value for name, value in entries.items() if value != 0.0}
     axes = _on(axes)

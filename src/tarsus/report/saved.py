@@ -1,11 +1,9 @@
-"""The verb `tarsus.plot`: figures of what is on disk, series of a run, measures of a batch or a sweep."""
+"""Figures of what is on disk: series of a run, measures of a batch or a sweep."""
 
 from __future__ import annotations
 
-import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import xarray
@@ -14,11 +12,7 @@ from matplotlib.figure import Figure
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
-from tarsus.files.runstore import COLLECTED_FILE
-from tarsus.files.store import SERIES_FILE, read_run
 from tarsus.files.whole import written_whole
-from tarsus.model.laws.userfile import laws_of
-from tarsus.report import plot as figures
 from tarsus.report.style import CYCLE, MOST_LINES, Scale, level_limits, scale_of
 from tarsus.tables.numbers import spaced
 
@@ -27,10 +21,8 @@ __all__ = [
     "blank",
     "draw_measure",
     "draw_series",
-    "drawn",
     "figure_of",
     "offered",
-    "plot",
     "write_figure",
 ]
 
@@ -46,99 +38,6 @@ a seventh of its length."""
 
 _NOT_MEASURES = ("code", "_spread", "_per_foot")
 """Names, or their endings, beside the measures of a sweep."""
-
-
-RUN_FIGURES = ("motion", "impacts", "ledger")
-"""Figures of a run that are made of more than one of its series."""
-
-
-def plot(
-    saved: str | os.PathLike[str],
-    name: str | None = None,
-    output: str | os.PathLike[str] | None = None,
-    *,
-    over: str | None = None,
-    only: Sequence[str] | None = None,
-    law: Sequence[str | os.PathLike[str]] = (),
-) -> Axes:
-    """Draw a series or a measure of a saved run, batch or sweep.
-
-    Parameters
-    ----------
-    saved
-        A folder that `simulate` or `sweep` wrote, or a .nc file of a run, a batch or a sweep.
-    name
-        Of a run: motion, impacts, ledger, or a series such as gap; of a batch or sweep: a measure. The motion, or the
-        first measure, when left out.
-    output
-        A file to write, ending in .png, .svg or .pdf.
-    over
-        Of a sweep: path of the number on the horizontal axis.
-    only
-        Of a series: feet, points or drives by name.
-    law
-        Python files with laws of your own, where the run has them.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        Of a figure of its own.
-
-    Raises
-    ------
-    InputError
-        Where nothing of that name can be drawn.
-    """
-    _, axes = drawn(Path(saved), name, over, only, laws_of(law))
-    if output is not None:
-        write_figure(axes, Path(output))
-    return axes
-
-
-def drawn(
-    saved: Path, name: str | None, over: str | None, only: Sequence[str] | None, laws: Mapping[str, Any]
-) -> tuple[str, Axes]:
-    """What was drawn, and the axes."""
-    whole_run = saved.is_dir() and (saved / SERIES_FILE).is_file()
-    if whole_run and (name is None or name in RUN_FIGURES):
-        return name or RUN_FIGURES[0], _of_run(saved, name or RUN_FIGURES[0], over, only, laws)
-    file = saved / (SERIES_FILE if whole_run else COLLECTED_FILE) if saved.is_dir() else saved
-    if saved.is_dir() and not file.is_file():
-        raise InputError(f"'{saved}' holds no run and no finished sweep ({SERIES_FILE} or {COLLECTED_FILE})")
-    with _opened(file) as data:
-        known = offered(data)
-        if not known:
-            raise InputError(f"'{file}' holds neither series nor measures")
-        if name is not None and name not in known:
-            raise InputError(f"'{saved}' has no '{name}'{nearest(name, [*RUN_FIGURES * whole_run, *known])}")
-        return name or known[0], figure_of(data, name or known[0], over=over, only=only)
-
-
-def _of_run(
-    folder: Path, name: str, over: str | None, only: Sequence[str] | None, laws: Mapping[str, Any]
-) -> Axes:
-    if over is not None:
-        raise InputError("--over is for batches and sweeps: a run is drawn over time")
-    run: Any = read_run(folder, laws)
-    if name == "motion":
-        return figures.motion(run, only, axes=blank())
-    if only is not None and (name == "ledger" or len(only) > 1):
-        raise InputError("--only names points of the motion, or one foot of the impacts")
-    if name == "ledger":
-        return figures.ledger(run, axes=blank())
-    return figures.impacts(run, only[0] if only else None, axes=blank())
-
-
-def _opened(file: Path) -> xarray.Dataset:
-    """A NetCDF file; `InputError` where it is none."""
-    if not file.is_file():
-        raise InputError(
-            f"there is no '{file}': name a folder that `simulate` or `sweep` wrote, or a .nc file"
-        )
-    try:
-        return xarray.open_dataset(file, engine="h5netcdf", phony_dims="access")  # dimensions of plain HDF5
-    except (OSError, ValueError) as error:
-        raise InputError(f"'{file}' is no NetCDF file of tarsus: {str(error).splitlines()[0]}") from error
 
 
 def offered(data: xarray.Dataset) -> list[str]:
@@ -228,7 +127,7 @@ def draw_series(axes: Axes, one: xarray.DataArray, only: Sequence[str] | None) -
         names = [str(label) for label in one[rest[0]].values]
         if unknown := [label for label in only or () if label not in names]:
             raise InputError(f"'{one.name}' has no '{label}'{nearest(label, names)}" for label in unknown)
-        shown = list(dict.fromkeys(only)) if only is not None else names[: MOST_LINES]
+        shown = list(dict.fromkeys(only)) if only is not None else names[:MOST_LINES]
         rows = one.transpose(rest[0], "time").values
         for number, label in enumerate(shown):
             style = ("-", "--", ":", "-.")[number // len(CYCLE) % 4]

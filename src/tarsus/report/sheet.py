@@ -17,10 +17,11 @@ from markupsafe import Markup
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import LogFormatter, MaxNLocator, NullFormatter
 
 from tarsus.report.pages import Plate
 from tarsus.report.style import INK, MUTED, themed
+from tarsus.tables.numbers import set_power
 
 __all__ = ["QUARTER", "WIDTH", "Sheet", "few_ticks", "figure_style", "plate", "to_svg"]
 
@@ -117,11 +118,21 @@ def plate(draw: Callable[[Sheet], object], caption: str) -> Plate:
     with figure_style():
         sheet = Sheet()
         draw(sheet)
+        for figure in sheet.figures:
+            _read_powers(figure)
         pictures = [to_svg(one, f"{caption} {number}") for number, one in enumerate(sheet.figures)]
     panels = Markup("").join(Markup('<div class="plate">{}</div>').format(one) for one in pictures)
     return Plate(
         Markup('<div class="panels" role="img" aria-label="{}">{}</div>').format(caption, panels), caption
     )
+
+
+def _read_powers(figure: Figure) -> None:
+    """Powers of ten on logarithmic axes in raised letters, which are larger than matplotlib's raised numbers."""
+    for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
+        if isinstance(axis.get_major_formatter(), LogFormatter):
+            axis.set_major_formatter(lambda value, _: set_power(f"{value:.0e}").replace("1·", "") if value else "0")
+            axis.set_minor_formatter(NullFormatter())
 
 
 _TAG, _LONG_NUMBER = re.compile(r"<[^>]*>"), re.compile(r"-?\d+\.\d{3,}")

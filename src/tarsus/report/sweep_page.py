@@ -17,7 +17,7 @@ from tarsus.solve.offered import offered
 from tarsus.study.axes import Logspace
 from tarsus.study.sweep import Sweep
 from tarsus.study.workunit import DONE, OUTCOMES
-from tarsus.tables.numbers import amount, spaced
+from tarsus.tables.numbers import amount, path_end, spaced
 from tarsus.tables.table import ROW, Column, Table
 
 __all__ = ["sweep_html", "write_sweep_report"]
@@ -118,13 +118,8 @@ def _table(found: _Scored, units: Mapping[str, str], kinds: Mapping[str, str]) -
 
 def _where(found: _Scored, run: int, units: Mapping[str, str]) -> str:
     return ", ".join(
-        f"{_short(name)} {amount(float(one[run]), units[name])}" for name, one in found.points.items()
+        f"{path_end(name)} {amount(float(one[run]), units[name])}" for name, one in found.points.items()
     )
-
-
-def _short(path: str) -> str:
-    """The last two words of a path: a name and what it is of."""
-    return ".".join(path.split(".")[-2:])
 
 
 def _figures(

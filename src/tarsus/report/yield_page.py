@@ -14,7 +14,7 @@ from tarsus.report.pages import Plate, page, rendered, write_page
 from tarsus.report.sheet import Sheet, few_ticks, plate
 from tarsus.report.style import BLUE, MUTED, ORANGE, scale_of
 from tarsus.study.yields import Yield
-from tarsus.tables.numbers import spaced
+from tarsus.tables.numbers import path_end, spaced
 from tarsus.tables.table import ROW, Column, Table
 
 __all__ = ["write_yield_report", "yield_html"]
@@ -146,7 +146,7 @@ def _indices(found: Yield) -> Plate:
                 at + offset, values, 0.38, color=color, label=word, xerr=errors,
                 error_kw={"ecolor": MUTED, "lw": 0.8},
             )  # fmt: skip
-        axes.set_yticks(at, [_short(group) for group, _ in ranked[name]])
+        axes.set_yticks(at, [path_end(group) for group, _ in ranked[name]])
         axes.invert_yaxis()
         axes.set_xlabel(f"Sobol index of {spaced(name)}")
         few_ticks(axes, x=5)
@@ -156,10 +156,6 @@ def _indices(found: Yield) -> Plate:
         f"the {BARS} largest; lines are 95 % intervals."
     )
     return _panels(found, draw, caption)
-
-
-def _short(group: str) -> str:
-    return ".".join(group.split(".")[-2:])
 
 
 def _settled(index: float) -> float:

@@ -12,23 +12,18 @@ from tarsus.base.spec import with_values
 from tarsus.files.toml import description_text, write_scene
 from tarsus.files.whole import write_text
 from tarsus.identify.campaign import Campaign, RecordSet
-from tarsus.identify.known import PLACEHOLDER
+from tarsus.identify.estimates import PLACEHOLDER
 from tarsus.model.drive.laws import LinearForce
 from tarsus.model.drive.laws.prandtl_ishlinskii import PrandtlIshlinskii
 from tarsus.model.scene import ModalLoad, Provenance, Scene, Source
 from tarsus.model.structure import Beam, Modal
 from tarsus.records.measurement import Measurement
+from tarsus.records.purpose import Purpose
 from tarsus.records.readers.choices import ChannelChoice
+from tarsus.synthesis.devices import identified_paths
+from tarsus.synthesis.plan import planned
 from tarsus.synthesis.record_files import write_csv, write_hdf, write_mat, write_polytec, write_uff
-from tarsus.synthesis.recordings import (
-    Instrument,
-    Purpose,
-    Take,
-    identified_paths,
-    planned,
-    recordings,
-    rest_of,
-)
+from tarsus.synthesis.recordings import Instrument, Recording, recorded, rest_of
 
 __all__ = ["CAMPAIGN_FILES", "unknown_device", "write_campaign"]
 
@@ -48,7 +43,7 @@ CAMPAIGN_FILES = (
     "campaign.toml", "device.toml", "truth/device.toml", "sweep-*.uff", "loops*.txt", "ramps-*.mat", "close-*.mat",
     "bounces-*.h5", "air-*.h5", "held-out-*.csv",
 )  # fmt: skip
-"""Everything that a campaign of all planned takes writes, as glob patterns."""
+"""Everything that a campaign of all planned recordings writes, as glob patterns."""
 
 _ALTERED = 9.0 / 7.0
 """The second gap over the first: 90 um against 70 um in Table 2.2."""
@@ -97,7 +92,7 @@ def write_campaign(
     instrument: Instrument,
     seed: int,
     progress: Progress | None = None,
-    takes: Sequence[Take] | None = None,
+    recordings: Sequence[Recording] | None = None,
 ) -> list[Path]:
     """Simulate a campaign on a device and write its folder.
 
@@ -113,7 +108,7 @@ def write_campaign(
         Of the noise.
     progress
         Called as ``progress(done, total, what)``.
-    takes
+    recordings
         What is recorded; by default all of `planned`.
 
     Returns
@@ -128,25 +123,29 @@ def write_campaign(
     """
     _check_identifiable(scene)
     drive, foot = next(iter(scene.robot.drives)), next(iter(scene.robot.feet))
-    if takes is None:
-        takes = planned(scene, instrument.rate, drive)
-    total = sum(take.repeats for take in takes)
+    if recordings is None:
+        recordings = planned(scene, instrument.rate, drive)
+    total = sum(recording.repeats for recording in recordings)
     folder.mkdir(parents=True, exist_ok=True)
     sets: dict[str, RecordSet] = {}
     written: list[Path] = []
-    for number, take in enumerate(takes):
-        suffix, write = _FORMATS[take.purpose]
+    for number, recording in enumerate(recordings):
+        suffix, write = _FORMATS[recording.purpose]
         names: list[str] = []
         said: dict[str, ChannelChoice] = {}
         if progress is not None:
-            progress(len(written), total, take.name)
-        seeds = range(1000 * seed + 31 * number, 1000 * seed + 31 * number + take.repeats)
-        for repeat, record in enumerate(recordings(scene, take, instrument, drive, seeds)):
-            name = f"{take.name}-{repeat + 1}{suffix}" if take.repeats > 1 else f"{take.name}{suffix}"
+            progress(len(written), total, recording.name)
+        seeds = range(1000 * seed + 31 * number, 1000 * seed + 31 * number + recording.repeats)
+        for repeat, record in enumerate(recorded(scene, recording, instrument, drive, seeds)):
+            name = (
+                f"{recording.name}-{repeat + 1}{suffix}"
+                if recording.repeats > 1
+                else f"{recording.name}{suffix}"
+            )
             said = write(record, folder / name)
             names.append(name)
             written.append(folder / name)
-        sets[take.name] = _described(take, tuple(names), said, f"{drive} volts")
+        sets[recording.name] = _described(recording, tuple(names), said, f"{drive} volts")
     blank = unknown_device(scene)
     write_scene(blank, folder / "device.toml")
     campaign = Campaign(
@@ -181,14 +180,16 @@ def _check_identifiable(scene: Scene) -> None:
         raise InputError(f"'{scene.name}' cannot be identified from a campaign: {'; '.join(amiss)}")
 
 
-def _described(take: Take, files: tuple[str, ...], said: dict[str, ChannelChoice], drive: str) -> RecordSet:
+def _described(
+    recording: Recording, files: tuple[str, ...], said: dict[str, ChannelChoice], drive: str
+) -> RecordSet:
     return RecordSet(
-        purpose=take.purpose,
+        purpose=recording.purpose,
         files=files,
-        rest=rest_of(take),
-        gap=take.gap,
-        signal=take.signal,
-        air=take.air,
+        rest=rest_of(recording),
+        gap=recording.gap,
+        signal=recording.signal,
+        air=recording.air,
         channels=said,
         drive=drive,
     )

@@ -11,7 +11,8 @@ from tarsus.base.errors import InputError
 from tarsus.base.units import parse_quantity
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.synthesis.campaign_folder import write_campaign
-from tarsus.synthesis.recordings import Instrument, perturbed
+from tarsus.synthesis.devices import perturbed
+from tarsus.synthesis.recordings import Instrument
 from tarsus.tables.table import Table
 from tarsus.tables.view import View
 

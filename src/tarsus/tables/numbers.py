@@ -13,6 +13,7 @@ __all__ = [
     "amount",
     "interval",
     "number",
+    "path_end",
     "percent",
     "prefixed",
     "pretty_unit",
@@ -104,6 +105,12 @@ def pretty_unit(unit: str) -> str:
 def spaced(name: str) -> str:
     """A name of the program as words: "contact_duration" -> "contact duration"."""
     return name.replace("_", " ")
+
+
+def path_end(path: str) -> str:
+    """The end of a path that tells numbers apart: "film.thickness", "law.weights.0"."""
+    parts = path.split(".")
+    return ".".join(parts[-3:] if parts[-1].isdigit() else parts[-2:])
 
 
 def _superscript(power: int) -> str:

@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
+import builtins
 import contextlib
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 from tarsus.cli.options import FLAG, Json, MaybeFolder, MaybeSeed, Overwrite, Resume, Threads
 
-MOST_SEEDS = 10_000
-"""More initial states than that tell nothing more and take hours."""
-
-MOST_READINGS = 100_000
-"""More readings than that take days."""
+if TYPE_CHECKING:
+    from tarsus_reproduce.reproduction import Reproduction
 
 
 def reproduce(
-    experiment: Literal["cantilever", "hexapod", "quadruped", "millipede"] | None = None,
-    /,
-    *,
+    *experiments: str,
     all: Annotated[bool, FLAG] = False,
     device: str | None = None,
     rows: Path | None = None,
@@ -32,14 +29,15 @@ def reproduce(
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> int:
-    """Compare with an experiment of the dissertation row by row, then summarise; or make all pages.
+    """Compare with experiments of the dissertation row by row, then summarise; of several, write pages with an index.
 
     Parameters
     ----------
-    experiment
-        cantilever: the micro-cantilever under periodic drive (Table A.1). hexapod, quadruped: the bouncing foot of a
-        bulk PZT robot (Table 3.2), its modes and impact maps, and its motion in the air. millipede: the trends that are
-        seen in its simulations of walking (Figs. 4.7-4.11).
+    experiments
+        cantilever: the micro-cantilever under periodic drive (Table A.1); cantilever-1: with the device fitted to the
+        source's model. hexapod, quadruped: the bouncing foot of a bulk PZT robot (Table 3.2), its modes and impact
+        maps, and its motion in the air. millipede: the trends that are seen in its simulations of walking
+        (Figs. 4.7-4.11).
     all
         every experiment into a folder of its own below the output folder, with an index.
     device
@@ -50,8 +48,8 @@ def reproduce(
     seeds
         random initial states of every row of a robot, 32 when left out.
     readings
-        for the millipede: the score over so many random readings of what is not printed, kept in the output folder and
-        continued there with --resume; left out, those that come with the package.
+        for the millipede: the score over so many random interpretations of what is not printed, kept in the output
+        folder and continued there with --resume; left out, those that come with the package.
     scatter
         for the millipede: the range of every variant's score over so many neighbours whose unprinted numbers are off by
         up to 10 %.
@@ -60,46 +58,55 @@ def reproduce(
     """
     from tarsus.base.errors import InputError
     from tarsus.cli import console
-    from tarsus_reproduce.cli import cantilever, everything, millipede, robot
+    from tarsus_reproduce import verb
 
-    drawn = max(readings, scatter)
-    problems = _problems(experiment, all, device, rows, seeds, drawn, seed, output)
-    if min(readings, scatter) < 0 or drawn > MOST_READINGS:
-        problems.append(f"--readings, --scatter: expected numbers from 0 to {MOST_READINGS}")
+    names = tuple(verb.experiments()) if all else tuple(dict.fromkeys(experiments))
+    whole = all or len(names) > 1
+    problems = _problems(experiments, whole=whole, all=all, device=device, rows=rows, output=output)
     if resume and overwrite:
         problems.append(
             "--resume continues what the folder holds and --overwrite begins again: give one of them"
         )
-    if not problems and device is not None and experiment in ("cantilever", "hexapod", "quadruped"):
-        problems += _lacking(experiment, device)
     if problems:
         raise InputError(problems)
+    options = {
+        "device": device, "rows": rows, "seeds": seeds, "readings": readings, "scatter": scatter, "seed": seed,
+    }  # fmt: skip
     kept = console.resumable() if readings and output is not None else contextlib.nullcontext()
-    with kept, _folder(output, whole=all, overwrite=overwrite, resume=resume):
-        asked = millipede.Asked(readings, scatter, 1 if seed is None else seed, threads)
-        if all:
-            assert output is not None
-            return everything.run(output, seeds, asked, json=json)
-        if experiment == "cantilever":
-            return cantilever.run(device, rows, output, json=json)
-        if experiment == "millipede":
-            return millipede.run(device, output, asked, json=json)
-        assert experiment is not None
-        return robot.run(experiment, device, rows, seeds, output, json=json)
+    found: dict[str, Reproduction] = {}
+    with kept, _folder(output, whole=whole, overwrite=overwrite, resume=resume):
+        for number, name in enumerate(names, 1):
+            if whole:
+                console.say(f"{number} of {len(names)}: {verb.experiments()[name].title}")
+            own = {key: value for key, value in options.items() if not whole or key in verb.options_of(name)}
+            place = output / name if output is not None and whole else output
+            with console.progress_bar("reproducing", time_left=readings > 0) as progress:
+                one = verb.reproduce(name, **own, threads=threads, folder=place, progress=progress)
+            written: list[Path] = []
+            if place is not None:
+                with console.spinner("writing the report"):
+                    written = one.write(place)
+            if not whole:
+                console.show(one, json, written)
+            console.complain(one.problems)
+            found[name] = one
+        if whole and output is not None:
+            _index(found, output, json=json)
+    return 0 if builtins.all(one.ok for one in found.values()) else 1
 
 
-def _lacking(experiment: str, device: str) -> list[str]:
-    """What a device lacks for being compared with an experiment: the points that were looked at there."""
-    from tarsus.files.library import load_scene
+def _index(found: dict[str, Reproduction], output: Path, *, json: bool) -> None:
+    """The index of all pages, and what was written."""
+    from tarsus.cli import console
+    from tarsus.files.whole import write_text
+    from tarsus_reproduce.index import index_html
 
-    own = load_scene(experiment).robot.structure.points
-    missing = [point for point in own if point not in load_scene(device).robot.structure.points]
-    if not missing:
-        return []
-    return [
-        f"--device: '{device}' has no point {', '.join(map(repr, missing))}, which `reproduce {experiment}` looks at: "
-        "it is no device of this experiment"
-    ]
+    data = {name: one.to_dict() for name, one in found.items()}
+    write_text(output / "index.html", index_html(data))
+    if json:
+        console.print_json({"index": str(output / "index.html"), "experiments": data})
+    else:
+        console.wrote([*(output / name for name in found), output / "index.html"])
 
 
 def _folder(
@@ -107,46 +114,39 @@ def _folder(
 ) -> contextlib.AbstractContextManager[object]:
     """The output folder under the rule that all verbs share; nothing where none is written."""
     from tarsus.files.output import OutputFolder
-    from tarsus_reproduce.cli.outputs import FILES
+    from tarsus_reproduce.interpretations import STORE_FILES
+    from tarsus_reproduce.reproduction import PAGE_FILES
 
     if output is None:
         return contextlib.nullcontext()
-    files = ("index.html", *(f"*/{name}" for name in FILES)) if whole else FILES
+    files = (*PAGE_FILES, *STORE_FILES)
+    files = ("index.html", *(f"*/{name}" for name in files)) if whole else files
     return OutputFolder(output, "reproduce", files, overwrite, resumable=True).writing(resume=resume)
 
 
 def _problems(
-    experiment: str | None,
-    everything: bool,
+    experiments: Sequence[str],
+    *,
+    whole: bool,
+    all: bool,
     device: str | None,
     rows: Path | None,
-    seeds: int | None,
-    drawn: int,
-    seed: int | None,
     output: Path | None,
 ) -> list[str]:
     """What is wrong with the words together."""
+    from tarsus_reproduce import verb
+
     found = []
-    if everything:
-        if experiment is not None:
-            found.append(f"--all makes every page: leave '{experiment}' out")
-        if output is None:
-            found.append("--all writes pages: give their folder with -o")
+    if all and experiments:
+        found.append(f"--all makes every page: leave '{experiments[0]}' out")
+    if not (all or experiments):
+        found.append(f"name an experiment ({', '.join(verb.experiments())}), or give --all")
+    if whole and output is None:
+        found.append("pages of several experiments need a folder: give it with -o")
+    if whole:
         found += [
-            f"{name} belongs to one experiment: not with --all"
+            f"{name} belongs to one experiment: not with several"
             for name, value in (("--device", device), ("--rows", rows))
             if value is not None
         ]
-    elif experiment is None:
-        found.append("name an experiment (cantilever, hexapod, quadruped or millipede), or give --all")
-    if seeds is not None and experiment in ("cantilever", "millipede"):
-        found.append(f"--seeds: the {experiment} has one start; only the robots have seeds")
-    if rows is not None and experiment == "millipede":
-        found.append("--rows: no table is printed for the millipede, only trends in words")
-    if (drawn or seed is not None) and not everything and experiment not in (None, "millipede"):
-        found.append("--readings, --scatter and --seed are of the millipede")
-    elif seed is not None and not drawn:
-        found.append("--seed: is the seed of --readings and --scatter, which are not given")
-    if seeds is not None and not 1 <= seeds <= MOST_SEEDS:
-        found.append(f"--seeds: expected a number from 1 to {MOST_SEEDS}, got {seeds}")
     return found

@@ -7,22 +7,23 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 
-from tarsus.report.figures import Plate
-from tarsus.report.html import pretty_unit
+from tarsus.report.charts import stack
+from tarsus.report.pages import Plate
 from tarsus.report.sheet import Sheet, few_ticks, plate
-from tarsus.report.style import BLUE, CYCLE, GREEN, INK, RULE, VERMILION, Scale, decimate, scale_of
-from tarsus_reproduce.millipede import Example, MillipedeReproduction, Swept
-from tarsus_reproduce.readings import Readings
+from tarsus.report.style import BLUE, CYCLE, GREEN, RULE, VERMILION, scale_of
+from tarsus.tables.numbers import pretty_unit
+from tarsus_reproduce.interpretations import Interpretations
+from tarsus_reproduce.millipede import DeviceTrends, Example, Swept
 
 PANELS = (
     (("max_heave",), "largest heave"),
     (("max_peak",), "highest foot"),
     (("max_surge",), "farthest surge"),
-    (("stride",), "travel a period\nafter transients"),
-    (("total_rebounds_any_height", "total_bounces"), "rebounds and (dotted)\nbounces in the run"),
+    (("stride",), "travel a period after transients"),
+    (("total_rebounds_any_height", "total_bounces"), "rebounds and (dotted) bounces in the run"),
     (("longest_contact",), "longest contact"),
 )
-"""Measures of each panel and what its axis says."""
+"""Measures of each panel and what stands above it."""
 
 
 def swept_figure(swept: Sequence[tuple[str, Swept]], title: str, symbol: str) -> Plate:
@@ -35,68 +36,58 @@ def swept_figure(swept: Sequence[tuple[str, Swept]], title: str, symbol: str) ->
     title
         What varies, in words.
     symbol
-        What varies, for the axis.
+        What varies, as a symbol.
     """
     first = swept[0][1]
     across, unit = _across(first)
 
     def draw(sheet: Sheet) -> None:
-        panels = sheet.grid(len(PANELS), 1.4)
+        panels = sheet.grid(len(PANELS), 0.7)
         for axes, (names, label) in zip(panels, PANELS, strict=True):
             values = [one.values[name] for _, one in swept for name in names]
             scale = scale_of(first.about[names[0]].unit, *values)
             for k, (variant, one) in enumerate(swept):
                 for name, style in zip(names, ("-", ":"), strict=False):
                     _line(axes, one.x / across, one.values[name] / scale.step, CYCLE[k], style, variant)
-            axes.set_ylabel(f"{label} ({scale.label})" if scale.label != "1" else label)
+            axes.set_title(f"{label} ({scale.label})" if scale.label not in ("", "1") else label)
             few_ticks(axes, y=4)
             if first.x[-1] > 100.0 * first.x[0]:
                 axes.set_xscale("log")
                 axes.minorticks_off()
             axes.set_xlim(first.x[0] / across, first.x[-1] / across)
-            axes.set_xlabel(f"{symbol} ({unit})")
         sheet.legend(panels[0])
 
     low, high = first.replicates[[0, -1]]
     return plate(
         draw,
-        f"{title}: lines are means over restitutions from {low:g} to {high:g}, bands their range; all are of the whole "
-        "run, as the captions say, but for the travel a period.",
+        f"{title}, over {symbol} ({unit}): means and ranges over restitutions of {low:g} to {high:g}.",
     )
 
 
 def walks_figure(examples: Sequence[Example], title: str) -> Plate:
-    """Two walks in time (as Fig. 4.7): heights of body and feet above places along the way, a column each."""
+    """Walks in time (as Fig. 4.7): heights of body and feet on each ground, and the ways of the body on both."""
     series = [one.run.variables() for one in examples]
-    end = max(float(one["time"].values[-1]) for one in series)
-    clock = scale_of("s", end)
+    ends = [float(one["time"].values[-1]) for one in series]
+    clock = scale_of("s", max(ends))
     up = scale_of("m", *(one["body"].values[1] for one in series))
     way = scale_of("m", *(one["body"].values[0] for one in series))
-
-    def draw(sheet: Sheet) -> None:
-        grid = sheet.stacks(len(examples), [1.4, 1.4])
-        for (top, low), example, one in zip(grid, examples, series, strict=True):
-            for axes, scale, body, feet in (
-                (top, up, one["body"].values[1], one["gap"].values),
-                (low, way, one["body"].values[0], one["foot_x"].values),
-            ):
-                axes.axhline(0.0, color=RULE, lw=0.6, zorder=0)
-                for name, values, color in zip(
-                    example.run.foot_names, feet, (VERMILION, GREEN), strict=False
-                ):
-                    _trace(axes, one["time"].values, values, clock, scale, color, f"foot {name}")
-                _trace(axes, one["time"].values, body, clock, scale, BLUE, "body")
-                few_ticks(axes, y=5)
-            top.set_title(f"({example.name})", loc="left", color=INK)
-            low.set_xlim(0.0, end / clock.step)
-            low.set_xlabel(f"time ({clock.label})")
-            top.set_ylabel(f"height ({up.label})")
-            low.set_ylabel(f"along the way ({way.label})")
-        sheet.legend(grid[0][0])
-
-    return plate(
-        draw, f"{title}: body and feet up and along the way on the two grounds of Fig. 4.7, from the start."
-    )
+    figure, (*heights, along) = stack([0.6] * (len(examples) + 1))
+    for panel, example, one, look in zip(heights, examples, series, ("-", (0, (4.0, 3.0))), strict=True):
+        time = one["time"].values / clock.step
+        for name, values, color in zip(
+            example.run.foot_names, one["gap"].values, (VERMILION, GREEN), strict=False
+        ):
+            panel.plot(time, values / up.step, color=color, lw=0.9, label=f"foot {name}")
+        panel.plot(time, one["body"].values[1] / up.step, color=BLUE, lw=0.9, label="body")
+        panel.set_ylabel(f"({example.name}): height ({up.label})")
+        along.plot(
+            time, one["body"].values[0] / way.step, color=BLUE, lw=0.9, ls=look, label=f"({example.name})"
+        )
+    along.set_ylabel(f"way of the body ({way.label})")
+    along.set_xlim(0.0, max(ends) / clock.step)
+    along.set_xlabel(f"time ({clock.label})")
+    caption = f"{title}: body and feet up, and the body along the way, on the two grounds of Fig. 4.7, from the start."
+    return Plate(figure.html(caption), caption)
 
 
 def _across(swept: Swept) -> tuple[float, str]:
@@ -117,15 +108,8 @@ def _line(axes: Axes, x: np.ndarray, values: np.ndarray, color: str, style: str,
     )
 
 
-def _trace(
-    axes: Axes, time: np.ndarray, values: np.ndarray, clock: Scale, scale: Scale, color: str, label: str
-) -> None:
-    when, thin = decimate(time, values)
-    axes.plot(when / clock.step, thin / scale.step, color=color, lw=0.9, label=label)
-
-
-def readings_figure(readings: Readings, reproduction: MillipedeReproduction) -> Plate:
-    """Histograms of how many trends agree and contradict over random readings, with the named devices as points."""
+def interpretations_figure(drawn: Interpretations, devices: Sequence[DeviceTrends]) -> Plate:
+    """Histograms of how many trends agree and contradict over interpretations, with the named devices as points."""
     shown = (
         ("agree", "trends that agree"),
         ("contradict", "that contradict"),
@@ -133,23 +117,23 @@ def readings_figure(readings: Readings, reproduction: MillipedeReproduction) -> 
     )
 
     def draw(sheet: Sheet) -> None:
-        panels = sheet.grid(len(shown), 1.7)
+        panels = sheet.grid(len(shown), 1.4)
         for axes, (name, label) in zip(panels, shown, strict=True):
-            counts = np.array([getattr(score, name) for score in readings.scores])
-            most = max([counts.max(), *(getattr(one.score, name) for one in reproduction.outcomes)])
+            counts = np.array([getattr(score, name) for score in drawn.judged])
+            most = max([counts.max(), *(getattr(one.score, name) for one in devices)])
             axes.hist(counts, bins=np.arange(most + 2) - 0.5, color=RULE, edgecolor="white", lw=0.6)
-            for k, outcome in enumerate(reproduction.outcomes):
+            for k, device in enumerate(devices):
                 axes.plot(
-                    getattr(outcome.score, name), 0.04 * (k + 1), "v", color=CYCLE[k], ms=6.0, label=outcome.name,
+                    getattr(device.score, name), 0.04 * (k + 1), "v", color=CYCLE[k], ms=6.0, label=device.name,
                     transform=axes.get_xaxis_transform(), clip_on=False,
                 )  # fmt: skip
             axes.set_xlabel(label)
-            axes.set_ylabel("readings")
+            axes.set_ylabel("interpretations")
             few_ticks(axes, x=6, y=4)
         sheet.legend(panels[0])
 
     return plate(
         draw,
         f"How many of the 16 trends agree and contradict, and how many of the directional ones agree, over "
-        f"{len(readings.scores)} random readings of what is not printed; marks are the named devices.",
+        f"{len(drawn.judged)} random interpretations of what is not printed; marks are the named devices.",
     )

@@ -1,27 +1,27 @@
-"""Figures of a robot's reproduction: heights as bars, motion of points, mode shapes, energies of impact maps."""
+"""Figures of a robot's reproduction: motion of points, mode shapes, energies of impact maps."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from itertools import cycle, groupby
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import NullLocator
 
-from tarsus.report.figures import Plate, shade
-from tarsus.report.html import amount
-from tarsus.report.series import Trace
-from tarsus.report.sheet import Sheet, few_ticks, plate
-from tarsus.report.style import BLUE, INK, MUTED, ORANGE, RULE, VERMILION, Scale, decimate, scale_of, upright
+from tarsus.report.charts import Panel, stack
+from tarsus.report.circular import TURNS, dials
+from tarsus.report.pages import Plate
+from tarsus.report.series import Trace, last_turns, point_trace
+from tarsus.report.sheet import Sheet, plate
+from tarsus.report.style import BLUE, CYCLE, INK, MUTED, RULE, VERMILION, Scale, scale_of
+from tarsus.tables import amount
 from tarsus_reproduce.impacts import ImpactEnergies, ModeRow
-from tarsus_reproduce.robots import Row, describe
+from tarsus_reproduce.robot_runs import RobotRuns
 
-CRITERIA = (
-    ("bounces_per_s", "bounces (1/s)"),
-    ("peak_um", "peak height (µm)"),
-    ("mean_um", "mean height (µm)"),
-)
+SAMPLES = 720
+"""Samples of a drive period in figures of motion: two for each of the 360 degrees of a circular plot."""
 
 SHOWN_PERIODS = 4
 """Drive periods in a figure of motion."""
@@ -30,157 +30,135 @@ DECADES = 5
 """Orders of magnitude of energy drawn on either side of zero."""
 
 
-def height_bars(rows: Sequence[Row]) -> Plate:
-    """Three criteria for every scenario: measured, without and with small forces (as Fig. 3.23 of the source)."""
-    words = [describe(row.scenario) for row in rows]
-    models = (
-        ("measured", "white", INK),
-        ("without small forces", ORANGE, ORANGE),
-        ("with small forces", BLUE, BLUE),
+def _ground_traces(runs: RobotRuns) -> list[Trace]:
+    """Heights over the last drive periods of the runs over the ground that came to their end."""
+    traces: list[Trace] = []
+    for near in runs.near:
+        if not near.run.ok:
+            continue
+        series = last_turns(near.run, TURNS, SAMPLES)
+        for point in near.points:
+            foot = " (bouncing foot)" if point in series.foot_points else ""
+            title = near.title if len(near.points) == 1 else f"{point}{foot}"
+            traces.append(point_trace(series, point, title))
+    return traces
+
+
+def ground_circles(runs: RobotRuns) -> Plate:
+    """Motion over the ground with the drive period as angle (as Figs 3.20 and 3.22 of the source)."""
+    return dials(_ground_traces(runs))
+
+
+def ground_motion(runs: RobotRuns) -> Plate:
+    """Motion over the ground of every run (as Figs 3.19 to 3.22 of the source): a panel for each, its drive above."""
+    traces = _ground_traces(runs)
+    scale = scale_of("m", *(_shown(trace)[1] for trace in traces))
+    drives = [list(same) for _, same in groupby(traces, lambda one: (one.period, one.volts.tobytes()))]
+    figure, panels = stack([high for same in drives for high in (0.3, *(0.75 for _ in same))])
+    free = iter(panels)
+    for same in drives:
+        _drive(next(free), same[:1])
+        for trace in same:
+            panel = next(free)
+            _motion(panel, trace, scale, BLUE)
+            panel.set_ylabel(f"height ({scale.label})")
+            panel.axhline(0.0, color=INK, lw=0.7, ls=(0, (5, 3)))
+            first, last = _span(trace)
+            for start, end in trace.contacts:
+                begin, until = (max(one / trace.period - first, 0.0) for one in (start, end))
+                if begin < last - first and until > begin:
+                    panel.axvspan(begin, min(until, float(last - first)))
+    _periods(panels[-1], traces)
+    whole = [near for near in runs.near if near.run.ok]
+    which = f" {whole[0].title}." if len(runs.near) == 1 else ""
+    caption = (
+        f"Height above the ground over the last drive periods of a run of {whole[0].run.duration:g} s from rest, "
+        f"under the drive above.{which} Contact is shaded, the dashed line is the ground. Every run is one of many: "
+        "motion with bounces forgets its start within a few impacts."
     )
-    lines = np.arange(len(rows))
-
-    def draw(sheet: Sheet) -> None:
-        panels = sheet.grid(len(CRITERIA), 0.62 * len(rows))
-        for axes, (key, title) in zip(panels, CRITERIA, strict=True):
-            outcomes = [(row.without.prediction(key), row.ours.prediction(key)) for row in rows]
-            measured = [_float(getattr(row.scenario.measured, key)) for row in rows]
-            for k, (label, color, edge) in enumerate(models):
-                at = lines + 0.26 * (k - 1)
-                shown = np.array(measured if k == 0 else [pair[k - 1].median for pair in outcomes])
-                axes.barh(at, shown, height=0.22, lw=0.9, label=label, color=color, edgecolor=edge)
-                if k > 0:
-                    ends = np.array([[pair[k - 1].low, pair[k - 1].high] for pair in outcomes])
-                    axes.hlines(at, ends[:, 0], ends[:, 1], color=INK, lw=0.8)
-            axes.set_xlim(left=0.0)
-            axes.set_xlabel(title)
-            axes.tick_params(axis="y", length=0)
-            axes.set_yticks(lines, words)
-            axes.set_ylim(len(rows) - 0.5, -0.5)
-            few_ticks(axes, x=5)
-        sheet.legend(panels[0])
-
-    return plate(
-        draw,
-        "Bounces, peak and mean height of the bouncing foot: measured, and simulated without and with film and "
-        "electrostatic forces. Bars are medians over the windows of all seeds, lines on them hold 80 % of the "
-        "windows; where the white bar is missing nothing was measured.",
-    )
+    if any(len(near.points) > 1 for near in whole):
+        caption += (
+            " Heights of points without a foot are their displacement on the bouncing foot's gap at rest; only the "
+            "bouncing foot has ground below it."
+        )
+    return Plate(figure.html(caption), caption)
 
 
-def motion_of(traces: Sequence[Trace], what: str, caption: str, *, ground: bool) -> Plate:
-    """Motion of points over the last drive periods, one panel each, the drive above; `what` names the heights."""
-    heights: list[float] = []
-    for k in range(len(traces)):
-        heights += [0.2] * _new_drive(traces, k) + [0.8 if len(traces) > 3 else 1.05]
-    seen = [trace.height[_shown(trace)] for trace in traces]
-    scale = scale_of("m", *seen)
-    low, high = (float(pick(np.concatenate(seen))) / scale.step for pick in (np.min, np.max))
-    edge = 0.06 * (high - low) or 1.0
-    longest = max(1, *(last - first for first, last in map(_span, traces)))
-
-    def draw(sheet: Sheet) -> None:
-        panels = sheet.stack(heights)
-        free = iter(panels)
-        for k, trace in enumerate(traces):
-            if _new_drive(traces, k):
-                _volts(next(free), trace)
-            axes = next(free)
-            _heights(axes, trace, scale)
-            axes.set_ylabel(f"{what} ({scale.label})")
-            if ground:
-                axes.axhline(0.0, color=INK, lw=0.7, ls=(0, (5, 3)), zorder=1)
-            axes.set_ylim(low - edge, high + edge)
-        panels[-1].set_xlim(0.0, float(longest))
-        panels[-1].set_xticks(np.arange(0.0, longest + 0.25, 0.5))
-        panels[-1].set_xlabel("time (drive periods)")
-
-    return plate(draw, caption)
-
-
-def _volts(axes: Axes, trace: Trace) -> None:
-    """The drive of a trace."""
-    first, _ = _span(trace)
-    part = _shown(trace)
-    when, volts = decimate(*upright(trace.time[part], trace.volts[part]))
-    axes.plot(when / trace.period - first, volts, color=MUTED, lw=0.9)
-    axes.set_ylabel("(V)")
-    axes.spines["bottom"].set_visible(False)
-    axes.tick_params(axis="x", length=0)
-    axes.margins(y=0.15)
-    swing = np.array([volts.min(initial=0.0), volts.max(initial=0.0)])
-    axes.set_yticks(swing, [f"{v:.3g}".replace("-", "−") for v in swing])
-
-
-def _heights(axes: Axes, trace: Trace, scale: Scale) -> None:
-    """The motion of a trace, contact shaded."""
-    first, last = _span(trace)
-    part = _shown(trace)
-    when, shown = decimate(trace.time[part], trace.height[part])
-    axes.plot(when / trace.period - first, shown / scale.step, color=BLUE, lw=0.9)
-    axes.set_title(trace.title, loc="left", pad=2.0, color=INK)
-    contacts = [(a / trace.period - first, b / trace.period - first) for a, b in trace.contacts]
-    shade(axes, contacts, (0.0, float(last - first)), Scale(1.0, ""))
-    few_ticks(axes, y=4)
-
-
-def _new_drive(traces: Sequence[Trace], k: int) -> bool:
-    """Whether a trace is under another drive than the one above it."""
-    above, own = traces[k - 1], traces[k]
-    return k == 0 or above.period != own.period or not np.array_equal(above.volts, own.volts)
+def air_motion(runs: RobotRuns) -> Plate:
+    """Steady motion in the air (as Figs 3.9 and 3.10 of the source): all drives or points over each other."""
+    several = len(runs.air) > 1
+    traces = [
+        Trace(f"{air.volt_v:g} V" if several else point, air.time, shift, air.volts, 1.0 / air.freq_hz)
+        for air in runs.air
+        if not air.problem
+        for point, shift in zip(air.points, air.displacement, strict=True)
+    ]
+    scale = scale_of("m", *(_shown(trace)[1] for trace in traces))
+    figure, (top, low) = stack([0.45, 1.5])
+    _drive(top, traces if several else traces[:1])
+    for trace, color in zip(traces, cycle(CYCLE)):
+        _motion(low, trace, scale, color)
+    low.set_ylabel(f"displacement ({scale.label})")
+    _periods(low, traces)
+    what = "the actuated foot" if several else "the points"
+    caption = f"Displacement of {what} in the air under a square wave of {runs.air[0].freq_hz:.4g} Hz, steady periods."
+    return Plate(figure.html(caption), caption)
 
 
 def _span(trace: Trace) -> tuple[int, int]:
     return trace.last_periods(SHOWN_PERIODS)
 
 
-def _shown(trace: Trace) -> slice:
+def _shown(trace: Trace) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Time [drive periods], height [m] and volts [V] of the periods that are shown."""
     first, last = _span(trace)
-    return trace.inside((first * trace.period, last * trace.period))
+    part = trace.inside((first * trace.period, last * trace.period))
+    return trace.time[part] / trace.period - first, trace.height[part], trace.volts[part]
+
+
+def _drive(panel: Panel, traces: Sequence[Trace]) -> None:
+    for trace in traces:
+        time, _, volts = _shown(trace)
+        panel.plot(time, volts, color=MUTED, lw=0.9)
+    panel.set_ylabel("drive (V)")
+
+
+def _motion(panel: Panel, trace: Trace, scale: Scale, color: str) -> None:
+    time, height, _ = _shown(trace)
+    panel.plot(time, height / scale.step, color=color, lw=0.9, label=trace.title)
+
+
+def _periods(panel: Panel, traces: Sequence[Trace]) -> None:
+    """The horizontal axis of all panels."""
+    panel.set_xlim(0.0, max(1.0, *(float(last - first) for first, last in map(_span, traces))))
+    panel.set_xlabel("time (drive periods)")
 
 
 def mode_shapes(modes: Sequence[ModeRow], column: np.ndarray, points: Sequence[str]) -> Plate:
-    """Every mode at the points over the printed CoR column, and their MAC (as Figs 3.13d and 3.14 of the source)."""
+    """Every mode at the points over the printed CoR column (as Figs 3.13d and 3.14 of the source)."""
     places = np.arange(len(points))
     printed = column / np.abs(column).max()
-    numbers = np.array([mode.number for mode in modes])
+    look = {"lw": 0.9, "marker": "o", "ms": 4.0, "mfc": "white"}
 
     def draw(sheet: Sheet) -> None:
-        panels = sheet.grid(len(modes) + 1, 1.05)
-        for axes, mode in zip(panels, modes, strict=False):
+        panels = sheet.grid(len(modes), 1.05)
+        for axes, mode in zip(panels, modes, strict=True):
             shape = np.array(mode.shape)
             shape = shape * np.sign(shape @ column) / np.abs(shape).max()
             axes.axhline(0.0, color=RULE, lw=0.7, zorder=0)
-            axes.plot(
-                places,
-                printed,
-                color=INK,
-                lw=0.9,
-                marker="o",
-                ms=4.0,
-                mfc="white",
-                label="printed CoR column",
-            )
+            axes.plot(places, printed, color=INK, label="printed CoR column", **look)
             axes.plot(places, shape, color=BLUE, lw=1.2, marker="D", ms=3.4, mew=0.0, label="mode")
-            axes.set_title(f"mode {mode.number}, {mode.freq_hz:.4g} Hz", loc="left", pad=3.0, color=INK)
+            axes.set_title(f"mode {mode.number}, {mode.freq_hz:.4g} Hz, MAC {mode.mac:.3f}", color=INK)
             axes.set_ylim(-1.15, 1.15)
             axes.set_yticks([-1.0, 0.0, 1.0])
             axes.set_xticks(places, points)
-            axes.tick_params(axis="x", labelsize=6.5, labelrotation=0.0)
-        bars = panels[-1]
-        bars.barh(numbers, [mode.mac for mode in modes], height=0.6, color=BLUE)
-        bars.set_yticks(numbers)
-        bars.set_ylim(numbers.max() + 0.6, numbers.min() - 0.6)
-        bars.set_xlim(0.0, 1.0)
-        bars.set_xlabel("MAC")
-        bars.set_title("by mode", loc="left", pad=3.0, color=INK)
         sheet.legend(panels[0])
 
     return plate(
         draw,
         "Mode shapes at the points, each to its largest entry and with the sign nearer to the column, over the change "
-        "of velocity that the printed CoR matrix gives the points when the struck foot's velocity changes; last, "
-        "the likeness of each mode and the column (modal assurance criterion, 1 = the same shape).",
+        "of velocity that the printed CoR matrix gives the points when the struck foot's velocity changes; MAC is the "
+        "likeness of each mode and the column (modal assurance criterion, 1 = the same shape).",
     )
 
 
@@ -198,25 +176,28 @@ def impact_histograms(energies: ImpactEnergies, run: str) -> Plate:
     marks = [10.0**power for power in range(top - DECADES + 1, top + 1)]
 
     def draw(sheet: Sheet) -> None:
-        panels = sheet.stack([0.62] * len(rows))
+        panels = sheet.grid(len(rows), 0.8)
+        ticks = [
+            *(-mark for mark in marks[::-2]),
+            0.0,
+            *marks[::-2][::-1],
+        ]  # as many as stand beside each other
         for axes, (name, values) in zip(panels, rows.items(), strict=True):
             _histogram(axes, values / scale.step, edges, least)
             total = float(values.sum())
-            words = f"sum {'+' * (total > 0.0)}{amount(total, 'J', 3)}"
-            axes.set_title(f"{name}: {words}", pad=2.0, color=INK)
+            axes.set_title(f"{name}: sum {'+' * (total > 0.0)}{amount(total, 'J', 3)}", color=INK)
             axes.set_ylabel("impacts")
-        ticks = [*(-mark for mark in marks[::-2]), 0.0, *marks[::-2][::-1]]  # as many as stand beside each other
-        panels[-1].set_xticks(ticks, [f"{tick:g}".replace("-", "−") for tick in ticks])
-        panels[-1].minorticks_off()
-        panels[-1].set_xlim(4.0 * edges[0], 4.0 * edges[-1])  # with room for the words of the last tick
-        panels[-1].set_xlabel(f"energy made by an impact ({scale.label}); left of zero it is lost")
+            axes.set_xticks(ticks, [f"{tick:g}".replace("-", "−") for tick in ticks])
+            axes.minorticks_off()
+            axes.set_xlim(4.0 * edges[0], 4.0 * edges[-1])  # with room for the words of the last tick
+            axes.set_xlabel(f"energy made by an impact ({scale.label})")
 
     return plate(
         draw,
         f"Kinetic energy of the {len(energies.time)} impacts of the run at {run}: what each took in the run, and what "
-        "each map, acting as it is, would have done with the velocities just before that impact. Right of zero "
-        f"(red) an impact creates energy. The scale is logarithmic beyond ±{least:g} {scale.label}, linear between "
-        "(grey).",
+        "each map, acting as it is, would have done with the velocities just before that impact. Left of zero it is "
+        f"lost, right of zero (red) an impact creates energy. The scale is logarithmic beyond ±{least:g} "
+        f"{scale.label}, linear between (grey).",
     )
 
 
@@ -232,10 +213,3 @@ def _histogram(axes: Axes, values: np.ndarray, edges: np.ndarray, least: float) 
     axes.set_yscale("log")
     axes.set_ylim(bottom=0.7)
     axes.yaxis.set_minor_locator(NullLocator())
-
-
-def _float(value: float | None) -> float:
-    return math.nan if value is None else float(value)
-
-
-__all__ = ["height_bars", "impact_histograms", "mode_shapes", "motion_of"]

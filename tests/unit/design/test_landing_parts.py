@@ -73,8 +73,7 @@ def test_four_unknowns_bring_the_structure_to_rest_on_the_ground_and_two_do_not(
 def test_what_a_transfer_leaves_has_exact_slopes(scene, levels):
     step, choices, _, _ = _made(scene, 2, levels)
     transfer = Transfer.of(scene, "pzt", "tip", step, 0.01)
-    family = next(one for one in choices if one.sizes == (2, 2))
-    aim = _Aim(transfer, step, family, transfer.landed[None])
+    aim = _Aim(transfer, step, next(one for one in choices if one.sizes == (2, 2)))
     x = np.random.default_rng(2).uniform(0.1, 0.9, (5, 1 + step.unknowns(2)))
     left, slopes = aim.slopes(x)
     np.testing.assert_allclose(left, aim.left(x), rtol=1e-12, atol=1e-12 * np.abs(left).max())

@@ -18,7 +18,9 @@ from tarsus.identify.chain import Identification, identify
 from tarsus.model.scene import Scene
 from tarsus.records.purpose import Purpose
 from tarsus.synthesis.campaign_folder import write_campaign
-from tarsus.synthesis.recordings import Instrument, perturbed, planned
+from tarsus.synthesis.devices import perturbed
+from tarsus.synthesis.plan import planned
+from tarsus.synthesis.recordings import Instrument
 
 KEPT = (
     "sweep-1",
@@ -51,7 +53,7 @@ def folder() -> Path:
         if take.purpose is Purpose.BOUNCES or take.name in KEPT:
             once = take.purpose is Purpose.BOUNCES or take.name == ONCE
             takes.append(replace(take, repeats=1 if once else take.repeats, air=None))
-    write_campaign(truth(), target, Instrument(), 7, takes=takes)
+    write_campaign(truth(), target, Instrument(), 7, recordings=takes)
     return target
 
 

@@ -303,6 +303,8 @@ def test_one_sweep_unlike_the_others_is_left_out(change, channel, words):
     assert (out.file, out.channel) == ("sweep-1.uff", channel) and words in out.reason
 
 
+# Slow: the modes of three sweeps. That the odd one is excluded, with its reason, is tested above.
+@pytest.mark.slow
 def test_the_chain_goes_on_without_a_sweep_unlike_the_others():
     chain, records = sweeps()
     records[2] = row(records[2], "tip velocity", 1e3)

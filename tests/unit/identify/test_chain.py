@@ -131,7 +131,7 @@ def test_the_result_is_a_device_that_runs(tmp_path):
     assert device == identified_device(found)
     assert device.ground.adhesion.rate == found.steps["adhesion"].value("ground.adhesion.rate")
     origin = device.origin("ground.film.thickness")
-    assert origin.source is Source.CALIBRATED and "break-offs" in origin.note
+    assert origin.source is Source.CALIBRATED and "detachments" in origin.note
     assert device.interval("ground.film.thickness") is not None
     assert device.origin("robot.drives.pzt.load.participation.0").source is Source.ASSUMED
     assert ts.simulate(device, 0.02).ok

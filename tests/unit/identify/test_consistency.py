@@ -16,12 +16,14 @@ from tarsus.identify.consistency import not_together
 from tarsus.identify.traces import Trace, trace_of
 from tarsus.model.drive.waveforms import RampedSquare, Sine, Square
 from tarsus.records.purpose import IN_AIR, Purpose
-from tarsus.synthesis.recordings import RAMPS, Instrument, Take, perturbed, recordings, rest_of
+from tarsus.synthesis.devices import perturbed
+from tarsus.synthesis.plan import RAMPS
+from tarsus.synthesis.recordings import Instrument, Recording, recorded, rest_of
 
 
-def held_out(volts: float, hz: float, kind: type[Square] | type[Sine]) -> Take:
+def held_out(volts: float, hz: float, kind: type[Square] | type[Sine]) -> Recording:
     name = f"{kind.__name__.lower()}-{volts:g}v-{hz:g}hz"
-    return Take(
+    return Recording(
         name, Purpose.VALIDATION, kind(amplitude=volts, frequency=hz), (6.0 if hz > 5.0 else 3.0) / hz
     )
 
@@ -30,25 +32,25 @@ FEW = (
     held_out(8.0, 100.0, Square),
     held_out(6.0, 50.0, Square),
     held_out(6.0, 100.0, Sine),
-    Take("ramps", Purpose.RAMPS, RampedSquare(amplitude=8.0, frequency=60.0, duty=1.0), 6.0 / 60.0),
-    Take("air", Purpose.AIR, Square(amplitude=8.0, frequency=300.0), 0.05, gap=IN_AIR),
+    Recording("ramps", Purpose.RAMPS, RampedSquare(amplitude=8.0, frequency=60.0, duty=1.0), 6.0 / 60.0),
+    Recording("air", Purpose.AIR, Square(amplitude=8.0, frequency=300.0), 0.05, gap=IN_AIR),
 )
 ALL = (
     *(held_out(v, hz, kind) for v in (6.0, 8.0) for hz in (5.0, 15.0, 50.0, 100.0) for kind in (Square, Sine)),
-    *(Take(f"ramps-{hz:g}-{d:g}", Purpose.RAMPS, RampedSquare(amplitude=8.0, frequency=hz, duty=d), n / hz)
+    *(Recording(f"ramps-{hz:g}-{d:g}", Purpose.RAMPS, RampedSquare(amplitude=8.0, frequency=hz, duty=d), n / hz)
       for hz, d, n in RAMPS),
-    *(Take(f"air-{v:g}", Purpose.AIR, Square(amplitude=v, frequency=300.0), 0.2, gap=IN_AIR) for v in (2.0, 8.0)),
-    *(Take(f"bounces-{v:g}", Purpose.BOUNCES, Square(amplitude=v, frequency=300.0), 0.2) for v in (2.0, 4.0)),
+    *(Recording(f"air-{v:g}", Purpose.AIR, Square(amplitude=v, frequency=300.0), 0.2, gap=IN_AIR) for v in (2.0, 8.0)),
+    *(Recording(f"bounces-{v:g}", Purpose.BOUNCES, Square(amplitude=v, frequency=300.0), 0.2) for v in (2.0, 4.0)),
 )  # fmt: skip
 
 
 @lru_cache(maxsize=8)
-def clean(takes: tuple[Take, ...], seed: int, rate: float) -> tuple[Trace, ...]:
+def clean(takes: tuple[Recording, ...], seed: int, rate: float) -> tuple[Trace, ...]:
     """Records of a device drawn by a seed, without noise."""
     scene = perturbed(load_scene(LABORATORY), 0.2, seed)
     out = []
     for take in takes:
-        record = next(recordings(scene, take, Instrument(rate=rate, snr_db=300.0), "pzt", (1,)))
+        record = next(recorded(scene, take, Instrument(rate=rate, snr_db=300.0), "pzt", (1,)))
         points = tuple(scene.robot.structure.points)
         out.append(trace_of(record, points, take.name, "pzt volts", rest_of(take), take.gap))
     return tuple(out)

@@ -11,14 +11,14 @@ from tarsus.files.library import load_scene
 from tarsus.identify.contact_film import film_by_impacts
 from tarsus.identify.draws import DRAWS
 from tarsus.identify.electrostatics import FILM
+from tarsus.identify.estimates import Estimates
 from tarsus.identify.foot import FootModel
-from tarsus.identify.known import Known
 from tarsus.identify.restitution import PATH, identify_restitution
 from tarsus.identify.step import StepResult
 from tarsus.identify.traces import trace_of
 from tarsus.model.drive.waveforms import Square
 from tarsus.records.purpose import Purpose
-from tarsus.synthesis.recordings import Instrument, Take, recordings, rest_of
+from tarsus.synthesis.recordings import Instrument, Recording, recorded, rest_of
 
 SEEN = 1.2059e-20, 2.0187e-5
 """Film [N m^2 s], [m] that records above the ground of one campaign told: 5.2 and 4.0 times too large."""
@@ -40,8 +40,8 @@ def bounces(truth):
     )
     out = []
     for number, wave in enumerate(waves):
-        take = Take(f"bounces-{number + 1}", Purpose.BOUNCES, wave, 0.2)
-        for record in recordings(truth.scene, take, Instrument(), "pzt", [10 * number + k for k in range(1)]):
+        take = Recording(f"bounces-{number + 1}", Purpose.BOUNCES, wave, 0.2)
+        for record in recorded(truth.scene, take, Instrument(), "pzt", [10 * number + k for k in range(1)]):
             out.append(trace_of(record, truth.points, take.name, record.drive, rest_of(take)))
     return out
 
@@ -56,7 +56,7 @@ def seen(truth):
     tied = StepResult("tied", (TIED,), np.array([SEEN[0] ** 0.5]), step.samples[:, :1] ** 0.5)
     gain = truth.law.gain * (1.0 + 1e-5 * random.standard_normal((DRAWS, 1)))
     loose = StepResult("loose", (LOOSE,), np.array([truth.law.gain]), gain)
-    return Known.nothing(truth).after(step).after(tied).after(loose), step
+    return Estimates.nothing(truth).after(step).after(tied).after(loose), step
 
 
 @pytest.fixture(scope="module")

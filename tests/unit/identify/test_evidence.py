@@ -16,13 +16,15 @@ from tarsus.files.library import load_scene
 from tarsus.identify.adhesion import _line
 from tarsus.identify.campaign import read_campaign
 from tarsus.identify.chain import StepRunner, identify
+from tarsus.identify.estimates import Estimates
 from tarsus.identify.foot import FootModel
-from tarsus.identify.known import Known
 from tarsus.identify.result import identified_device, summary_of
 from tarsus.model.scene import Source
 from tarsus.records.purpose import Purpose
 from tarsus.synthesis.campaign_folder import write_campaign
-from tarsus.synthesis.recordings import Instrument, perturbed, planned
+from tarsus.synthesis.devices import perturbed
+from tarsus.synthesis.plan import planned
+from tarsus.synthesis.recordings import Instrument
 
 MAT = "ramps-20hz-50-2.mat"
 
@@ -84,7 +86,7 @@ def test_the_odd_repeat_is_named(tmp_path):
 def test_loops_in_the_air_show_no_ground(tmp_path):
     other = perturbed(load_scene(LABORATORY), 0.2, seed=501)
     takes = [take for take in planned(other, 20e3, "pzt") if take.purpose in (Purpose.MODAL, Purpose.LOOPS)]
-    write_campaign(other, tmp_path, Instrument(), 501, takes=takes)
+    write_campaign(other, tmp_path, Instrument(), 501, recordings=takes)
     found = identify(read_campaign(tmp_path))
     path = "robot.drives.pzt.law.constant"
     assert found.level is None and found.steps["hysteresis"].taken == (path,)
@@ -166,7 +168,7 @@ def test_what_is_moved_by_its_uncertainty_stays_a_device():
     scene = load_scene(LABORATORY)
     model = FootModel(scene, "tip", "pzt", ("tip", "center"))
     paths = ("ground.film.coefficient", "ground.restitution.coefficient", "robot.drives.pzt.law.linear")
-    known = Known(model, paths, np.array([1e-21, 0.9, 1e-7]), np.zeros((1, 3)))
+    known = Estimates(model, paths, np.array([1e-21, 0.9, 1e-7]), np.zeros((1, 3)))
     moved = known.model(np.array([-2e-21, 1.2, -1e-7])).scene
     assert moved.ground.film.coefficient == pytest.approx(1e-24)
     assert moved.ground.restitution.coefficient == 1.0 and moved.robot.drives["pzt"].law.linear == -1e-7

@@ -12,12 +12,12 @@ from laboratory import LABORATORY
 from tarsus.files.library import load_scene
 from tarsus.identify.campaign import read_campaign, read_records
 from tarsus.identify.foot import FootModel
-from tarsus.identify.pairs import Pair, compare_in_air, map_from_pairs, told_by_pairs
+from tarsus.identify.pairs import Pair, compare_in_air, from_pairs, map_from_pairs
 from tarsus.identify.traces import trace_of
 from tarsus.model.drive.waveforms import Square
 from tarsus.records.purpose import Purpose
 from tarsus.synthesis.campaign_folder import write_campaign
-from tarsus.synthesis.recordings import Instrument, Take
+from tarsus.synthesis.recordings import Instrument, Recording
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +30,7 @@ def test_a_pair_tells_restitution_and_column(model):
     close, in_air = records()
     found, left = map_from_pairs(model, [Pair("near", "far", (close,), (in_air,))])
     assert not left
-    told = told_by_pairs(found, seed=3)
+    told = from_pairs(found, seed=3)
     value, draws, _ = told["restitution, from near less the air"]
     assert value == pytest.approx(RESTITUTION, rel=0.02)
     low, high = np.quantile(draws, [0.025, 0.975])
@@ -51,8 +51,8 @@ def test_a_pair_that_does_not_belong_together_is_refused_with_the_reason(model):
 def test_a_record_in_the_air_is_met_within_its_noise(tmp_path):
     scene = load_scene(LABORATORY)
     wave = Square(amplitude=6.75, frequency=300.0)
-    take = Take("air", Purpose.AIR, wave, 0.05, gap=0.03, repeats=1)
-    write_campaign(scene, tmp_path, Instrument(), 5, takes=[take])
+    take = Recording("air", Purpose.AIR, wave, 0.05, gap=0.03, repeats=1)
+    write_campaign(scene, tmp_path, Instrument(), 5, recordings=[take])
     record = read_records(read_campaign(tmp_path), "air")[0].record
     model = FootModel(scene, "tip", "pzt", tuple(scene.robot.structure.points))
     trace = trace_of(record, model.points, "air", record.drive, 0.01, 0.03)

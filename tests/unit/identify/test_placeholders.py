@@ -9,7 +9,7 @@ from identify.campaigns import folder, identified, modes_as_found
 
 from tarsus.identify.campaign import Opened, read_campaign
 from tarsus.identify.chain import StepRunner
-from tarsus.synthesis.recordings import identified_paths
+from tarsus.synthesis.devices import identified_paths
 
 
 def changed(opened: Opened, factor: float) -> StepRunner:

@@ -16,7 +16,7 @@ from tarsus.identify.ringing import calmed
 from tarsus.identify.traces import trace_of
 from tarsus.model.drive.waveforms import Sampled
 from tarsus.records.purpose import IN_AIR, Purpose
-from tarsus.synthesis.recordings import Instrument, Take, recordings, rest_of
+from tarsus.synthesis.recordings import Instrument, Recording, recorded, rest_of
 
 DRIVE, FOOT = "pzt", "foot1"
 
@@ -32,8 +32,8 @@ def loops(hexapod):
     """0, 10, 0, 10, 0 V at 28 V/s, at 1 kHz, with noise 60 dB below each point's motion."""
     levels = (0.0, 10.0, 0.0, 10.0, 0.0)
     wave = Sampled(times=tuple(10.0 / 28.0 * k for k in range(len(levels))), levels=levels)
-    take = Take("loops", Purpose.LOOPS, wave, 1.5, gap=IN_AIR, share=20)
-    record = next(recordings(hexapod.scene, take, Instrument(snr_db=60.0, wander=0.0), DRIVE, [4]))
+    take = Recording("loops", Purpose.LOOPS, wave, 1.5, gap=IN_AIR, share=20)
+    record = next(recorded(hexapod.scene, take, Instrument(snr_db=60.0, wander=0.0), DRIVE, [4]))
     return trace_of(record, hexapod.points, "loops", record.drive, rest_of(take), take.gap)
 
 

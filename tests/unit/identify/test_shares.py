@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from scipy.stats import binom
 
 from tarsus.files.library import load_scene
@@ -16,6 +17,8 @@ from tarsus.records.measurement import Quantity
 TRIALS, REPEATS = 60, 6
 
 
+# Slow: 360 fits of poles. That intervals of poles and of shares hold stays in modes/test_modal.py and test_draws.py.
+@pytest.mark.slow
 def test_the_interval_of_a_participation_covers_it_when_the_poles_are_found_in_the_same_noise():
     """With poles that count as certain 29 of 40 such intervals held the truth."""
     scene = load_scene("cantilever-capture")

@@ -35,6 +35,13 @@ def test_a_pair_at_40_db():
     assert found.values[0] == 1.0
     inside = [one.low <= b <= one.high for one, b in zip(found.column[1:], true_column()[1:], strict=True)]
     assert sum(inside) >= 4 and abs(found.restitution.value - RESTITUTION) < 4.0 * found.restitution.std
+    name, value, ends, *_ = found.table().rows[0]
+    assert (name, value, ends) == (
+        "restitution",
+        found.restitution.value,
+        (found.restitution.low, found.restitution.high),
+    )
+    assert [row[0] for row in found.table().rows[1:]] == list(POINTS) and "foot6" in str(found)
     assert found.matrix_column[0] == pytest.approx(-found.restitution.value)
     assert found.matrix_column[1:] == pytest.approx(-(1.0 + found.restitution.value) * found.values[1:])
 

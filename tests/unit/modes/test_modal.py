@@ -56,6 +56,9 @@ def test_a_model_is_found_again(quantity, drives):
     assert fit.frequencies == pytest.approx([f for f, _ in POLES], rel=1e-5)
     assert fit.damping_ratios == pytest.approx([z for _, z in POLES], rel=1e-3)
     assert not fit.refused and not fit.remarks
+    assert [(row[0], row[2], row[-1]) for row in fit.table().rows] == [
+        (f, z, "determined") for f, z in zip(fit.frequencies, fit.damping_ratios, strict=True)
+    ]
     structure = fit.structure()
     found = np.array([structure.row(name) for name in ("p1", "p2", "p3")]).T
     for row, shape in zip(found, SHAPES, strict=True):

@@ -12,9 +12,10 @@ from laboratory import LABORATORY
 from tarsus.base.errors import InputError
 from tarsus.model.drive.waveforms import SweptSine
 from tarsus.records.purpose import Purpose
+from tarsus.synthesis import devices
 from tarsus.synthesis import recordings as synthesis
 from tarsus.synthesis.campaign_folder import write_campaign
-from tarsus.synthesis.recordings import Instrument, Take, recordings
+from tarsus.synthesis.recordings import Instrument, Recording, recorded
 from tarsus.synthesis.sweep_level import sweep_level
 
 
@@ -39,10 +40,10 @@ def test_a_drive_that_hardly_follows_there_is_swept_where_it_does() -> None:
 def test_a_sweep_about_a_voltage_begins_at_rest_there() -> None:
     scene = ts.load_scene(LABORATORY.with_name("laboratory_cantilever_1.toml"))
     wave = SweptSine(amplitude=0.1, start_frequency=200.0, stop_frequency=900.0, duration=0.1, offset=8.0)
-    take = Take("sweep", Purpose.MODAL, wave, 0.1, gap=0.03, before=(8.2,))
+    take = Recording("sweep", Purpose.MODAL, wave, 0.1, gap=0.03, before=(8.2,))
     clean = Instrument(snr_db=300.0)
-    sudden = Take("sweep", Purpose.MODAL, wave, 0.1, gap=0.03)
-    at_rest, jumped = (next(recordings(scene, one, clean, "pzt", (1,))).values[0] for one in (take, sudden))
+    sudden = Recording("sweep", Purpose.MODAL, wave, 0.1, gap=0.03)
+    at_rest, jumped = (next(recorded(scene, one, clean, "pzt", (1,))).values[0] for one in (take, sudden))
     assert abs(at_rest[0]) < 1e-9
     assert np.abs(at_rest[:20]).max() < 0.05 * np.abs(jumped[:20]).max()
 
@@ -50,10 +51,10 @@ def test_a_sweep_about_a_voltage_begins_at_rest_there() -> None:
 def test_an_experiment_that_is_repeated_is_one_motion_with_the_noise_of_each(monkeypatch) -> None:
     scene = ts.load_scene(LABORATORY)
     wave = SweptSine(amplitude=0.1, start_frequency=200.0, stop_frequency=900.0, duration=0.05)
-    take = Take("sweep", Purpose.MODAL, wave, 0.05, gap=0.03)
+    take = Recording("sweep", Purpose.MODAL, wave, 0.05, gap=0.03)
     runs = []
     monkeypatch.setattr(synthesis, "simulate", lambda *words: runs.append(ts.simulate(*words)) or runs[-1])
-    first, second = recordings(scene, take, Instrument(snr_db=40.0), "pzt", (1, 2))
+    first, second = recorded(scene, take, Instrument(snr_db=40.0), "pzt", (1, 2))
     assert len(runs) == 1 and "ledger" not in vars(runs[0])
     noise = first.values[0] - second.values[0]
     assert 0.0 < noise.std() < 0.03 * first.values[0].std()
@@ -80,4 +81,4 @@ def test_a_device_of_which_no_draw_can_be_used_says_how_many_and_why():
     with pytest.raises(
         InputError, match=r"rests clear .*: \d+ of \d+ draws are refused, .* below the ground"
     ):
-        synthesis.perturbed(low, 0.2, 1)
+        devices.perturbed(low, 0.2, 1)

@@ -1,0 +1,264 @@
+"""Packaged mixtures and devices: the members of a calibration that fit a device's table, as small files.
+
+    python docs/package_mixtures.py OUT [STUDY ...]
+
+runs the packaged calibrations, or those named, in folders of OUT (what is finished there is read back, what was killed
+goes on), and writes what comes out into `tarsus_reproduce`: the mixtures, and the fitted values of the devices.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from importlib.resources import files
+from itertools import compress
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.base.errors import InputError
+from tarsus.base.spec import get_value, with_values
+from tarsus.calibrate.calibrating import calibrate
+from tarsus.calibrate.description import Study
+from tarsus.calibrate.mixture import Mixture, load_mixture
+from tarsus.calibrate.writing import CALIBRATION_FILE
+from tarsus.files.library import load_scene
+from tarsus.files.toml import scene_text
+from tarsus.files.whole import write_text
+from tarsus.fit.ensemble import drawn_evenly
+from tarsus.fit.ranges import weighted_quantile
+from tarsus.model.scene import Scene, Source
+from tarsus_reproduce.ensembles import FILES
+
+MOST = 24
+"""Members of a branch that are kept, the best and a draw of the others: with sixteen of the cantilever's the median of
+contact durations is off by a percent more than with all, and a page takes a minute."""
+
+def mixture_file(folder: str | Path) -> dict[str, Any]:
+    """A calibration's mixture as plain data: of every member its weight, unknowns and all floats that were fitted [SI];
+    what the model misses of every measure; and its errors over the fitted rows and over each row left out.
+
+    Weights sum to 1 over the branches that are kept: those that read every column as the study's measures say, which is
+    how the reproduction reads it. Of a branch with more members than `MOST` the best is kept, and of the others as many
+    as are drawn evenly along their weights; those drawn share the weight of all but the best.
+
+    Raises
+    ------
+    InputError
+        If the folder holds no finished calibration.
+    """
+    mixture = load_mixture(folder)
+    study = mixture.lowered.study
+    unknowns = mixture.lowered.problem.unknowns
+    branches = []
+    plain = [column_names(study, one.hypothesis.options) == {} for one in mixture.ensembles]
+    total = float(mixture.weights[plain].sum())
+    for weight, one in zip(mixture.weights[plain] / total, compress(mixture.ensembles, plain), strict=True):
+        run = mixture.lowered.forward.variants[one.hypothesis.run]
+        kept, share = thinned(one.weights, MOST)
+        members = []
+        for i, part in zip(kept, share, strict=True):
+            values = unknowns.by_name(one.points[i])
+            driven = run.values(values, run.rows[0])
+            fitted = {path: float(f"{driven[path]:.9g}") for path in run.driven}
+            sets = {name: float(f"{value:.9g}") for name, value in values.items()}
+            members.append({"weight": float(f"{weight * part:.6g}"), "unknowns": sets, "values": fitted})
+        chosen = (study.choices[choice].options[option] for choice, option in one.hypothesis.options.items())
+        fixed = {path: value for option in chosen for path, value in option.set.items()}
+        branches.append(
+            {"name": one.hypothesis.name, "weight": float(f"{weight:.6g}"), "set": fixed, "members": members}
+        )
+    return {
+        "study": study.name,
+        "seed": study.search.seed,
+        "table_sha256": _digest(Path(folder) / "table.csv"),
+        "study_sha256": _digest(Path(folder) / "study.toml"),
+        "discrepancy": _discrepancy(mixture),
+        "errors": _rounded(
+            json.loads((Path(folder) / CALIBRATION_FILE).read_text(encoding="utf-8"))["summary"]
+        ),
+        "told": told_of(mixture, json.loads((Path(folder) / CALIBRATION_FILE).read_text(encoding="utf-8"))),
+        "branches": branches,
+    }
+
+
+def told_of(mixture: Mixture, calibration: Mapping[str, Any]) -> list[str]:
+    """Sentences of what a calibration chose and was told, from its table of numbers."""
+    study, told = mixture.lowered.study, []
+    for name, one in calibration["choices"].items():
+        weights = ", ".join(f"{option} {weight:.2f}" for option, weight in one["weights"].items())
+        told.append(f"{name}, by weight: {weights}. {one['meaning']}".strip())
+    for weight, one in zip(mixture.weights, mixture.ensembles, strict=True):
+        other = column_names(study, one.hypothesis.options)
+        if other:
+            read = ", ".join(f"'{column}' as {measure}" for column, measure in other.items())
+            told.append(
+                "Not in this mixture, which reads the table plainly: "
+                f"{one.hypothesis.name}, weight {weight:.2f}, which reads {read}."
+            )
+    told += [f"Known besides the table: {one['name']}. {one['reason']}" for one in calibration["constraints"]]
+    return told
+
+
+def _discrepancy(mixture: Mixture) -> dict[str, dict[str, float]]:
+    """Of every measure the fields of its `Miss`; the tolerance is that of the row where it is largest."""
+    cells, found = mixture.lowered.problem.objective.cells, mixture.discrepancy
+    return {
+        name: {
+            "absolute": float(f"{cells.absolute[:, k].max():.6g}"),
+            "relative": float(cells.relative[k]),
+            "sigma": float(f"{found.sigma[k]:.6g}"),
+            "wrong": float(f"{found.wrong[k]:.6g}"),
+        }
+        for k, name in enumerate(cells.names)
+    }
+
+
+def _rounded(value: Any) -> Any:
+    """Plain data with its floats to six digits."""
+    if isinstance(value, dict):
+        return {name: _rounded(one) for name, one in value.items()}
+    return float(f"{value:.6g}") if isinstance(value, float) else value
+
+
+def thinned(weights: NDArray[np.float64], most: int) -> tuple[list[int], NDArray[np.float64]]:
+    """Places of at most ``most`` of the weighted members (nm,), the first and a draw of the others; their weights."""
+    if len(weights) <= most:
+        return list(range(len(weights))), weights / weights.sum()
+    places, times = np.unique(drawn_evenly(weights[1:], np.arange(len(weights) - 1.0), most - 1), return_counts=True)
+    rest = 1.0 - weights[0] / weights.sum()
+    return [0, *(places + 1).tolist()], np.concatenate([[1.0 - rest], rest * times / times.sum()])
+
+
+def column_names(study: Study, options: Mapping[str, str]) -> dict[str, str]:
+    """Columns that options read as another measure than the study's own, with that measure."""
+    read = {}
+    for choice, option in options.items():
+        for column, measure in study.choices[choice].options[option].measures.items():
+            if measure != study.measures[column].measure:
+                read[column] = measure
+    return read
+
+
+def _digest(file: Path) -> str:
+    return hashlib.sha256(file.read_bytes()).hexdigest()
+
+
+def fitted_device(device: str, folder: str | Path) -> Scene:
+    """A packaged device with what its calibration found: values of the best set, intervals, weight of its choices.
+
+    Everything else of the device, and what its notes say of the origin of a value, stays.
+
+    Raises
+    ------
+    InputError
+        If the folder holds no finished calibration.
+    """
+    mixture, scene = load_mixture(folder), load_scene(device)
+    study, unknowns = mixture.lowered.study, mixture.lowered.problem.unknowns
+    plain = [n for n, one in enumerate(mixture.ensembles) if not column_names(study, one.hypothesis.options)]
+    best = mixture.ensembles[max(plain, key=lambda n: mixture.weights[n])]
+    run = mixture.lowered.forward.variants[best.hypothesis.run]
+    sets = [unknowns.by_name(one) for one in best.points]
+    members = [run.values(one, run.rows[0]) for one in sets]
+    origins = dict(scene.provenance)
+    for path, origin in scene.provenance.items():
+        if origin.source is not Source.CALIBRATED:
+            continue
+        each = [one for one in run.driven if one == path or one.rpartition(".")[0] == path]
+        ends = tuple(_interval([member[one] for member in members], best.weights) for one in each)
+        note = re.sub(
+            r"weight [0-9.]+", f"weight {_weight(mixture, best.hypothesis.options, path):.2f}", origin.note
+        )
+        told = origin.interval is not None and ends
+        origins[path] = origin.model_copy(
+            update={"interval": ends if told else origin.interval, "note": note}
+        )
+    chosen = [study.choices[choice].options[option].set for choice, option in best.hypothesis.options.items()]
+    values = {path: float(f"{members[0][path]:.6g}") for path in run.driven}
+    fixed = {path: value for one in chosen for path, value in one.items()}
+    return with_values(with_values(scene, fixed), {**values, "provenance": origins})
+
+
+def with_other_modes(name: str, fitted: Scene) -> Scene:
+    """A packaged device that differs from a fitted one in its frequencies: what was calibrated is taken over, the gain
+    for the same displacement of its point at rest."""
+    scene = load_scene(name)
+    gain, weights = "robot.drives.pzt.law.gain", fitted.robot.drives["pzt"].load.vector
+    taken = {
+        path: get_value(fitted, path)
+        for path, origin in fitted.provenance.items()
+        if origin.source is Source.CALIBRATED
+    }
+    soft, other = (
+        float((weights(one) ** 2 / np.diag(one.matrices().stiffness)).sum())
+        for one in (fitted.robot.structure, scene.robot.structure)
+    )
+    return with_values(scene, taken | {gain: float(f"{taken[gain] * soft / other:.6g}")})
+
+
+def _interval(values: list[float], weights: NDArray[np.float64]) -> tuple[float, float]:
+    """95 % of weighted values (nm,), and the best, which is the first, to six digits."""
+    low, high = (weighted_quantile(np.array(values), weights, at) for at in (0.025, 0.975))
+    low, high = min(low, values[0]), max(high, values[0])
+    return float(f"{low:.6g}"), float(f"{high:.6g}")
+
+
+def _weight(mixture: Mixture, options: Mapping[str, str], path: str) -> float:
+    """Weight of the options that set a path, over all branches."""
+    study = mixture.lowered.study
+    own = {c: o for c, o in options.items() if path in study.choices[c].options[o].set}
+    return float(
+        sum(
+            weight
+            for weight, one in zip(mixture.weights, mixture.ensembles, strict=True)
+            if all(one.hypothesis.options[c] == o for c, o in own.items())
+        )
+    )
+
+
+def package(
+    folder: Path, studies: Sequence[str], say: Callable[[int, int, str], None] | None = None
+) -> list[Path]:
+    """Calibrate packaged studies into folders of a folder, and write their mixtures and devices into this package."""
+    home, written = Path(str(files("tarsus_reproduce"))), []
+    for name in studies:
+        out = folder / name
+        calibrate(name, out, resume=out.exists(), progress=say)
+        if name in FILES:
+            written.append(home / "data" / FILES[name])
+            write_text(written[-1], json.dumps(mixture_file(out), indent=1, default=dict) + "\n")
+        made = {name: fitted_device(name, out)}
+        made |= {other: with_other_modes(other, made[name]) for other in _OTHER_MODES.get(name, ())}
+        for device, scene in made.items():
+            written.append(home / "devices" / f"{device}.toml")
+            write_text(written[-1], scene_text(scene))
+    return written
+
+
+_OTHER_MODES = {"hexapod": ("hexapod-table",)}
+"""Fitted devices -> those that take their calibrated numbers over."""
+STUDIES = ("cantilever", "cantilever-1", "hexapod")
+"""Packaged calibrations; each is named after the device that it fits."""
+
+
+def main(words: list[str]) -> int:
+    """Run packaged calibrations and write their results into the package."""
+    names = words[1:] or STUDIES
+    strange = [name for name in names if name not in STUDIES]
+    if not words or strange:
+        raise InputError(
+            f"expected a folder and any of {', '.join(STUDIES)}; got {' '.join(words) or 'nothing'}"
+        )
+    for file in package(Path(words[0]), names):
+        print(file)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,108 @@
+"""The index of all pages: what was calibrated, what is predicted, what cannot be matched, with a link to each page."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from tarsus.files.library import load_scene
+from tarsus.model.scene import Source
+from tarsus.report.pages import page, rendered
+from tarsus.tables import Table
+from tarsus_reproduce.forecast import CALIBRATED, PREDICTED
+from tarsus_reproduce.reproduction import NOTABLE
+from tarsus_reproduce.verb import Experiment, experiments
+
+Result = Mapping[str, Any]
+
+
+def index_html(results: Mapping[str, Result]) -> str:
+    """The index of all pages: what was calibrated, what is predicted, what cannot be matched, with a link to each page.
+
+    `results` has the plain data of a `Reproduction` by name of `tarsus_reproduce.verb.experiments`.
+    """
+    chosen = [(one, results[name]) for name, one in experiments().items() if name in results]
+    rows = [
+        (
+            rendered("tarsus_reproduce:link.html", one=one),
+            _calibrated(one, result),
+            _predicted(one, result),
+        )
+        for one, result in chosen
+    ]
+    body = rendered(
+        "tarsus_reproduce:index.html",
+        pages=Table("", ("page", "calibrated", "predicted"), rows),
+        missed=[(one.title, [*one.unmatched, *_missed(one, result)]) for one, result in chosen],
+    )
+    return page("The dissertation, reproduced", body)
+
+
+def _calibrated(one: Experiment, result: Result) -> str:
+    if one.experiment == "millipede":
+        return "nothing: the devices are interpretations of the text"
+    origins = load_scene(one.device or one.experiment).provenance
+    numbers = [path for path, origin in origins.items() if origin.source is Source.CALIBRATED]
+    assumed = sum(origin.source is Source.ASSUMED for origin in origins.values())
+    fitted = sum(row["role"] == CALIBRATED for row in result["rows"])
+    if not fitted:
+        return f"on no row; {assumed} values are assumed"
+    said = f"{len(numbers)} values on {fitted} of {len(result['rows'])} rows; {assumed} further values are assumed"
+    return f"{said}; errors there on average: {_fit(one, result)}"
+
+
+def _fit(one: Experiment, result: Result) -> str:
+    """Mean absolute errors of the medians on the rows that were calibrated on."""
+    if one.experiment != "cantilever":
+        errors = result["summary_calibrated"]["ours"]
+        named = {"bounces": "bounces_per_s", "peak": "peak_um", "mean height": "mean_um"}
+        known = {words: errors[key] for words, key in named.items() if errors[key] is not None}
+        return ", ".join(f"{words} {error:.0f} %" for words, error in known.items())
+    whole = result["summary"].get("calibrated_rows", result["summary"])
+    table = whole["ours_against_source" if one.against == "source" else "ours"]
+    peak, contact = (table[key]["mean_absolute_percent"] for key in ("peak", "contact"))
+    return (
+        f"peak {peak:.1f} %, contact {contact:.1f} %; existence of bounces right in {table['existence_right']} of "
+        f"{table['count_cases']}"
+    )
+
+
+def _predicted(one: Experiment, result: Result) -> str:
+    if one.experiment == "millipede":
+        scores = [
+            f"{name}: {found['agree']} of 16 agree, {found['contradict']} contradict, {found['directional_agree']} of "
+            f"{found['directional_total']} directional agree"
+            for name, found in result["variants"].items()
+        ]
+        drawn = result.get("readings", {})
+        if "agree" in drawn:
+            mean, most = drawn["agree"]["mean"], drawn["agree"]["quantile_95"]
+            scores.append(
+                f"random interpretations ({drawn['judged']}): {mean:.1f} agree on average, 95 % at most {most:.0f}"
+            )
+        return "; ".join(scores)
+    rows = [row for row in result["rows"] if row["role"] == PREDICTED]
+    measured = sum(bool(row["measured"]) for row in rows)
+    if not result["rows"]:
+        return "modes, impact maps and motion in the air, for which no numbers are printed"
+    if not rows:
+        return "no row: give rows that were not fitted with --rows"
+    return f"{len(rows)} row{'s' * (len(rows) != 1)}, {measured} of them measured"
+
+
+def _missed(one: Experiment, result: Result) -> list[str]:
+    """Printed values far from the prediction: outside its interval, and more than `NOTABLE` off."""
+    out = []
+    for row in result.get("rows", ()):
+        far = []
+        for name, found in row["ours"].items():
+            value = (row[one.against] or {}).get(name)
+            if value is None or found["median"] is None or found["low"] <= value <= found["high"]:
+                continue
+            if abs(value - found["median"]) > NOTABLE * abs(value):
+                quantity, _, unit = name.replace("_per_s", " a second").partition("_")
+                far.append(f"{quantity} {value:g} against {found['median']:.3g} {unit}".rstrip())
+        if far:
+            drive = f"{row['volt_v']:g} V {row['wave']}, {row['freq_hz']:.4g} Hz"
+            out.append(f"Row {drive} ({row['role']}): {'; '.join(far)}.")
+    return out

@@ -1,0 +1,263 @@
+"""How the model of the millipede fares over random interpretations of what the dissertation does not print.
+
+So much of the walking model is unprinted that the score of any one device says little: the fair score is a
+distribution. An interpretation draws every unprinted number from a declared range, and every choice from declared
+options; what is printed (ground of Table 2.2, ranges of Table 4.2, 14 V) stays. Each is judged as the named variants
+are, on coarser studies. Interpretation number k of a seed is the same whatever the count.
+
+500 of them come with the package, so that a page draws the distribution without computing it: ``tarsus reproduce
+millipede --readings 500 --seed 1`` computes them again; `Interpretations.text` is the packaged file. It names the
+ranges that it was drawn from by a digest, so that one of other ranges is not taken for it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import tomllib
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.base.errors import InputError
+from tarsus.base.spec import with_values
+from tarsus.files.runstore import PLAN_FILE, UNIT_FILES, RunStore
+from tarsus.files.toml import scene_texts
+from tarsus.fit.unknowns import Unknown, Unknowns
+from tarsus.model.laws.friction import AdhesiveFriction, AnyFriction, Friction
+from tarsus.model.laws.landing import AnyLanding, CaptureUnlessPulled, PullAsPrinted, RestituteFirst
+from tarsus.model.scene import Initial, Scene, Standing
+from tarsus_reproduce.claims import FilmUnit
+from tarsus_reproduce.millipede import Coarse, Score, judge_scene, walker_of
+
+COARSE = Coarse(9, (0.1, 0.5, 0.9))
+"""Runs of an interpretation's studies: with nine values a direction takes a rank correlation of 0.80 (p < 0.01)."""
+
+PERIODS = 10
+"""Drive periods of a run: the packaged studies' 0.2 s at 50 Hz."""
+
+PRINTED = {
+    "ground.restitution.coefficient": 0.378,
+    "ground.adhesion.initial": 0.2743e-6,
+    "ground.adhesion.rate": 1.7e-6,
+}
+"""Reference ground of Table 2.2 in SI, the same in every interpretation."""
+
+FILE = "millipede_interpretations.json"
+"""The packaged interpretations."""
+
+STORE = "interpretations"
+"""Folder of finished interpretations, in the output folder of `tarsus reproduce`."""
+
+STORE_FILES = tuple(f"{STORE}/{name}" for name in ("scene.toml", "judging.txt", PLAN_FILE, *UNIT_FILES))
+"""What that folder may hold, as glob patterns."""
+
+
+@dataclass(frozen=True)
+class UnprintedChoice:
+    """An unprinted choice: its options, drawn with equal chance, and why these."""
+
+    name: str
+    options: tuple[str, ...]
+    why: str
+
+
+def _unprinted() -> tuple[tuple[Unknown, ...], tuple[UnprintedChoice, ...]]:
+    """Numbers and choices of `data/unprinted.toml`."""
+    text = files("tarsus_reproduce").joinpath("data", "unprinted.toml").read_text(encoding="utf-8")
+    table = tomllib.loads(text)
+    choices = (UnprintedChoice(one["name"], tuple(one["options"]), one["why"]) for one in table["choice"])
+    return tuple(Unknown(**one, scale="log") for one in table["number"]), tuple(choices)
+
+
+UNPRINTED, CHOICES = _unprinted()
+"""Numbers that the dissertation does not print for its walking model, and choices that it does not state."""
+
+COUNTS = ("agree", "contradict", "insensitive", "not_determined", "directional_agree", "directional_total")
+"""Columns of the packaged file, and what is kept of a score."""
+
+
+@dataclass(frozen=True)
+class Interpretations:
+    """Interpretations 0 to n - 1 of a seed, in order: the score of each, None where it could not be judged."""
+
+    seed: int
+    scores: tuple[Score | None, ...]
+
+    @property
+    def judged(self) -> list[Score]:
+        """Of those that could be judged."""
+        return [one for one in self.scores if one is not None]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data: how many were judged, and of every count of a score mean, median, 95 % quantile and histogram."""
+        scores = self.judged
+        table: dict[str, Any] = {"seed": self.seed, "count": len(self.scores), "judged": len(scores)}
+        for name in COUNTS[:-1] if scores else ():
+            counts = np.array([getattr(score, name) for score in scores], dtype=int)
+            table[name] = {
+                "mean": float(counts.mean()),
+                "median": float(np.median(counts)),
+                "quantile_95": float(np.quantile(counts, 0.95)),
+                "histogram": np.bincount(counts).tolist(),
+            }
+        table["ranges"] = [
+            {"name": one.name, "unit": one.unit, "low": one.low, "high": one.high, "why": one.meaning}
+            for one in UNPRINTED
+        ]
+        table["choices"] = [asdict(one) for one in CHOICES]
+        return table
+
+    def text(self) -> str:
+        """The packaged file: seed, digest of the ranges, and counts, None where it could not be judged."""
+        counts = [None if one is None else [getattr(one, name) for name in COUNTS] for one in self.scores]
+        table = {"seed": self.seed, "ranges": _digest(), "columns": COUNTS}
+        rows = ",\n".join(json.dumps(one) for one in counts)
+        return json.dumps(table)[:-1] + f', "counts": [\n{rows}\n]}}\n'
+
+
+def packaged_interpretations() -> Interpretations:
+    """The interpretations that come with the package."""
+    return parse_interpretations(files("tarsus_reproduce").joinpath("data", FILE).read_text(encoding="utf-8"))
+
+
+def parse_interpretations(text: str) -> Interpretations:
+    """Interpretations from `Interpretations.text`. Raises InputError for one of other ranges."""
+    table = json.loads(text)
+    if table["ranges"] != _digest():
+        raise InputError("these interpretations were drawn from other ranges; judge them again")
+    return Interpretations(table["seed"], tuple(one and Score(*one) for one in table["counts"]))
+
+
+def _digest() -> str:
+    """Of all ranges and choices, without the words that say why."""
+    ranges = [(one.name, one.unit, one.low, one.high) for one in UNPRINTED]
+    choices = [(one.name, one.options) for one in CHOICES]
+    return hashlib.sha256(repr((ranges, choices)).encode()).hexdigest()[:12]
+
+
+def drawn(seed: int, number: int) -> NDArray[np.float64]:
+    """One interpretation as a point (nu + nc,) of the unit cube: the unprinted numbers, then the choices."""
+    return np.random.default_rng([seed, number]).random(len(UNPRINTED) + len(CHOICES))
+
+
+def interpretation_values(scene: Scene, point: NDArray[np.float64]) -> dict[str, float | str]:
+    """What a point of the unit cube stands for, by name; numbers in SI."""
+    numbers = Unknowns.of(scene, UNPRINTED).by_name(point[: len(UNPRINTED)])
+    shares = zip(CHOICES, point[len(UNPRINTED) :].tolist(), strict=True)
+    return {**numbers, **{one.name: one.options[int(u * len(one.options))] for one, u in shares}}
+
+
+def interpretation_scene(base: Scene, values: Mapping[str, Any]) -> Scene:
+    """A three-mass millipede with the values of an interpretation; masses and stiffness fix what the damping ratios
+    mean.
+
+    Raises
+    ------
+    InputError
+        For a scene without walker or without a law that is drawn, and values that do not stand.
+    """
+    walker = walker_of(base)
+    share = 2.0 * values["body mass"] / len(walker.legs)
+    changes: dict[str, Any] = {**PRINTED, "robot.structure.body.mass": values["body mass"]}
+    for leg in walker.legs:
+        at = f"robot.structure.legs.{leg}."
+        changes[f"{at}mass"] = values["leg mass"]
+        for way, name in (("v", "vertical"), ("l", "lateral")):
+            stiffness = values[f"{name} stiffness"]
+            changes[f"{at}stiffness_{way}"] = stiffness
+            changes[f"{at}damping_{way}"] = 2.0 * values[f"{name} damping ratio"] * (stiffness * share) ** 0.5
+    along = values["lateral over vertical force"]
+    for name in base.robot.drives:
+        changes[f"robot.drives.{name}.law.gain"] = values["vertical gain"]
+        weights = f"robot.drives.{name}.load.weights."
+        changes |= {f"{weights}{name}_x": -along, f"{weights}{name}_hip_x": along}
+    changes |= {
+        "ground.friction": _friction(values),
+        "ground.film.thickness": values["film thickness at contact"],
+        "ground.film.coefficient": 1.747e-15 * FilmUnit(values["film reading"]).unit,
+        "ground.electrostatic.offset": values["electrostatic offset"],
+        "ground.electrostatic.coefficient": values["electrostatic coefficient"],
+        "gait.frequency": values["drive frequency"],
+        "ground.landing": _landing(values),
+        "initial": Initial(standing=Standing() if values["start"] == "standing" else None),
+        "provenance": {},
+    }
+    return with_values(base, changes)
+
+
+def _friction(values: Mapping[str, Any]) -> AnyFriction:
+    if values["friction bound"] == "µ f_a":
+        return AdhesiveFriction(coefficient=values["friction by adhesion alone"])
+    return Friction(coefficient=values["friction"])
+
+
+def _landing(values: Mapping[str, Any]) -> AnyLanding:
+    if values["landing"] == RestituteFirst.title:
+        return RestituteFirst(speed=values["speed that may be held"])
+    return PullAsPrinted() if values["landing"] == PullAsPrinted.title else CaptureUnlessPulled()
+
+
+def judged_interpretations(
+    base: Scene,
+    count: int,
+    seed: int,
+    *,
+    folder: Path | None = None,
+    threads: int | None = None,
+    progress: Callable[[int, int, str], None] | None = None,
+) -> Interpretations:
+    """Judge interpretations 0 to ``count`` - 1 of a seed.
+
+    Parameters
+    ----------
+    base
+        A three-mass millipede; what an interpretation draws replaces its own values.
+    count, seed
+        How many, and the seed of their draws.
+    folder
+        Where finished ones are kept (`RunStore`); those that are there already are not run again.
+    threads
+        Interpretations that are judged at a time; by default one for each processor that this process may use.
+    progress
+        Called as ``progress(done, count, what)``.
+
+    Raises
+    ------
+    InputError
+        If the folder holds something else; for a base that is no millipede.
+    """
+    walker_of(base)
+    texts = {**scene_texts(base), "judging.txt": f"{COARSE}, {PERIODS} periods, ranges {_digest()}\n"}
+    place = None if folder is None else folder / STORE
+    store = RunStore.open(
+        place, texts, resume=place is not None and place.exists(), what="set of interpretations"
+    )
+
+    def judge(points: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
+        return {"counts": np.array([_counts(base, point) for point in points])}
+
+    def say(done: int, new: int) -> None:
+        if progress is not None:
+            progress(count - new + done, count, "interpretations")
+
+    points = np.array([drawn(seed, number) for number in range(count)])
+    found = store.evaluate(points, judge, chunk=1, threads=threads, progress=say)["counts"]
+    return Interpretations(seed, tuple(Score(*row) if row[0] >= 0 else None for row in found.tolist()))
+
+
+def _counts(base: Scene, point: NDArray[np.float64]) -> list[int]:
+    """Counts of a score in the order of its fields; -1 where an interpretation cannot be judged."""
+    values = interpretation_values(base, point)
+    try:
+        scene = interpretation_scene(base, values)
+        duration = PERIODS / float(values["drive frequency"])
+        score = judge_scene("interpretation", scene, duration=duration, coarse=COARSE, scored_only=True).score
+    except InputError:
+        return [-1] * len(COUNTS)
+    return [getattr(score, name) for name in COUNTS]

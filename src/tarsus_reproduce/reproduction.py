@@ -1,0 +1,220 @@
+"""A comparison with the dissertation: rows of three kinds, shown as console text, page, JSON and CSV by one class.
+
+A row is a number that the device was *calibrated on*, a number that is *predicted* (never fitted, or excluded from the
+fit), or a *trend* that is printed in words. Numbers have the median and the 80 % interval of ours beside what is
+printed; trends the verdict of `tarsus_reproduce.trends` for each device.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tarsus.files.jsontext import json_text
+from tarsus.files.whole import write_text
+from tarsus.tables import Column, Table
+from tarsus_reproduce.forecast import Forecast
+from tarsus_reproduce.rows import PrintedRow, PrintedTable, relative_error
+
+if TYPE_CHECKING:
+    from tarsus.report.pages import Plate
+
+
+Progress = Callable[[int, int, str], None]
+"""Called as `progress(done, total, what)` by long work."""
+
+OURS = {"ours": "median", "ours_low": "low", "ours_high": "high"}
+"""Ends of the names of columns of the CSV files -> what of a forecast stands there."""
+
+NOTABLE = 0.30
+"""Relative error beyond which a cell is coloured: Table 2.3 counts cases below it as good."""
+
+PAGE_FILES = ("reproduction.csv", "reproduction.json", "reproduction.html")
+"""What a comparison writes."""
+
+
+@dataclass(frozen=True)
+class NumberRow:
+    """One printed number beside ours: what was measured and the source's model [SI], None where nothing is printed.
+
+    case: of which drive; role: `CALIBRATED` or `PREDICTED`; without: ours without small forces, where that is asked.
+    Of a probability (unit "%") only the median is known.
+    """
+
+    @classmethod
+    def probability(cls, case: str, role: str, words: str, p: float | None) -> NumberRow:
+        """A probability, for which nothing is printed."""
+        return cls(
+            case, role, words, "%", None, None, Forecast(math.nan if p is None else p, math.nan, math.nan)
+        )
+
+    case: str
+    role: str
+    quantity: str
+    unit: str
+    measured: float | None
+    source: float | None
+    ours: Forecast
+    without: Forecast | None = None
+
+    @property
+    def held(self) -> bool | None:
+        """Whether our interval holds the measured number; None where there is nothing to compare."""
+        if self.measured is None or self.ours.to_dict()["median"] is None:
+            return None
+        return self.ours.low <= self.measured <= self.ours.high
+
+    @property
+    def notable(self) -> bool:
+        """Whether ours is far off: by more than `NOTABLE` of the measured number, and a count by half of one or more,
+        which Table 2.3 takes for another number."""
+        median = self.ours.to_dict()["median"]
+        if self.measured is None or median is None:
+            return False
+        off = abs(self.measured - median)
+        return off > NOTABLE * abs(self.measured) and (self.unit != "1" or off >= 0.5)
+
+
+def number_rows(
+    case: str,
+    role: str,
+    printed: PrintedRow,
+    table: PrintedTable,
+    ours: Mapping[str, Forecast],
+    without: Mapping[str, Forecast] | None = None,
+) -> list[NumberRow]:
+    """Every quantity of a printed row; forecasts are in the table's units."""
+    rows = []
+    for one in table.quantities:
+        values = ((getattr(printed, who) or {}).get(one.key) for who in ("measured", "source"))
+        numbers = [None if value is None else value / one.factor for value in values]
+        found = [None if part is None else part[one.key].scaled(1.0 / one.factor) for part in (ours, without)]
+        rows.append(NumberRow(case, role, one.words, one.unit, *numbers, *found))  # pyright: ignore[reportArgumentType]
+    return rows
+
+
+def numbers_table(title: str, rows: Sequence[NumberRow], notes: Iterable[str] = ()) -> Table:
+    """Rows of numbers with the errors of the source's model and ours; the case is named where it begins."""
+    whole = any(row.without is not None for row in rows)
+    columns = [
+        Column("case"), Column("role"), Column("quantity"),
+        Column("measured", "row", 4), Column("source's model", "row", 4),
+        Column("Tarsus", "row", 3), Column("80 % interval", "row", 3),
+        *([Column("without small forces", "row", 3), Column("80 % of those", "row", 3)] if whole else ()),
+        Column("source's error", "%", 3), Column("our error", "%", 3), Column("in the interval"),
+    ]  # fmt: skip
+    cells: list[tuple[Any, ...]] = []
+    for number, row in enumerate(rows):
+        first = number == 0 or rows[number - 1].case != row.case
+        ours, bare = row.ours, row.without or Forecast(*[float("nan")] * 3)
+        cells.append(
+            (
+                row.case if first else "", row.role if first else "", row.quantity, row.measured, row.source,
+                ours.median, (ours.low, ours.high), *((bare.median, (bare.low, bare.high)) if whole else ()),
+                relative_error(row.measured, row.source), relative_error(row.measured, ours.median), row.held,
+            )
+        )  # fmt: skip
+    flagged = [(number, len(columns) - 2) for number, row in enumerate(rows) if row.notable]
+    said = (
+        "Error is (measured − simulated) / measured; 0 measured and something simulated has none. "
+        f"Errors beyond {100 * NOTABLE:.0f} % are marked.",
+    )
+    return Table(title, columns, cells, (*notes, *said), units=[row.unit for row in rows], flagged=flagged)
+
+
+class FigureCall:
+    """A figure that is drawn when a page is written: a function of `tarsus_reproduce.pages`, as "module.function", and
+    its arguments. matplotlib is loaded by then and not before."""
+
+    def __init__(self, function: str, *arguments: Any) -> None:
+        self.function, self.arguments = function, arguments
+
+    def __call__(self) -> Plate:
+        module, _, name = self.function.partition(".")
+        return getattr(import_module(f"tarsus_reproduce.pages.{module}"), name)(*self.arguments)
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of a reproduction: heading, tables and figures."""
+
+    title: str
+    tables: tuple[Table, ...] = ()
+    figures: tuple[FigureCall, ...] = ()
+
+
+def found_at(table: Mapping[str, Any] | None, place: Sequence[str]) -> Any:
+    """What plain data hold at a place, by names from the outside in; None where something on the way is missing."""
+    found: Any = table
+    for name in place:
+        found = None if found is None else found.get(name)
+    return found
+
+
+@dataclass(frozen=True)
+class Reproduction:
+    """What an experiment of the dissertation shows beside what Tarsus computes of it.
+
+    name: of the experiment; title, about: what is compared, with which device; data: plain data, what `--json` prints;
+    columns, lines: of the CSV file, where each column is found in the plain data of a line; problems: sentences of
+    runs that did not reach their end; cautions: sentences about the device; footer: definitions, below the page.
+    """
+
+    name: str
+    title: str
+    about: str
+    data: Mapping[str, Any]
+    columns: Mapping[str, Sequence[str]]
+    lines: Sequence[Mapping[str, Any]]
+    sections: tuple[Section, ...]
+    problems: tuple[str, ...] = ()
+    cautions: tuple[str, ...] = ()
+    footer: str = ""
+
+    @property
+    def ok(self) -> bool:
+        """True when every run reached its end; a contradiction is a result and no failure."""
+        return not self.problems
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data, as `reproduction.json` holds it."""
+        return dict(self.data)
+
+    def table(self) -> Table:
+        """All rows and summaries: one table, the parts of which are those of the sections."""
+        parts = tuple(table for section in self.sections for table in section.tables)
+        return Table(f"{self.title}: {self.about}", (), (), self.cautions, parts)
+
+    def csv(self) -> str:
+        """The rows as comma-separated values."""
+        lines = io.StringIO()
+        writer = csv.writer(lines, lineterminator="\n")
+        writer.writerow(self.columns)
+        writer.writerows([found_at(line, place) for place in self.columns.values()] for line in self.lines)
+        return lines.getvalue()
+
+    def html(self) -> str:
+        """The page, one self-contained HTML file: every section with its figures and tables."""
+        from tarsus.report.pages import page, rendered
+
+        return page(f"{self.name} – reproduction", rendered("tarsus_reproduce:reproduction.html", one=self))
+
+    def write(self, folder: str | Path) -> list[Path]:
+        """Write `PAGE_FILES` into a folder and return their paths. Raises InputError where they cannot be written."""
+        texts = (self.csv(), json_text(self.data) + "\n", self.html())
+        paths = [Path(folder) / name for name in PAGE_FILES]
+        for path, text in zip(paths, texts, strict=True):
+            write_text(path, text)
+        return paths
+
+    def __str__(self) -> str:
+        return self.table().text()
+
+    def _repr_html_(self) -> str:
+        return self.table().html()

@@ -1,0 +1,259 @@
+"""A bulk PZT robot beside chapter 3 of the dissertation: rows of Table 3.2, motion, modes and impact maps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tarsus.files.library import load_scene
+from tarsus.impacts.energy import creation_warning
+from tarsus.tables import Column, Table
+from tarsus_reproduce.forecast import CALIBRATED, PREDICTED, Member
+from tarsus_reproduce.impacts import printed_column
+from tarsus_reproduce.reproduction import (
+    OURS,
+    FigureCall,
+    NumberRow,
+    Progress,
+    Reproduction,
+    Section,
+    number_rows,
+    numbers_table,
+)  # fmt: skip
+from tarsus_reproduce.robot_runs import AIR_GAP, RobotRuns, check_device, robot_runs, share_made
+from tarsus_reproduce.robots import (
+    MEAN_HEIGHT,
+    OBSERVED,
+    SEEDS,
+    SETTLE,
+    WINDOW,
+    RobotRows,
+    WindowsRow,
+    robot_rows,
+)
+from tarsus_reproduce.rows import HEIGHTS
+
+ROUNDING = 1e-9
+"""Gains of kinetic energy and energies that differ by less of their size are one: sums of a run round far below."""
+
+FOOTER = (
+    "A bounce is a rebound whose apex clears the resolution of the published measurements, 0.1 µm; peak is the highest "
+    "clearance of the foot in a drive period, mean over the periods, and mean height its clearance averaged over time."
+)
+
+
+def reproduce_robot(
+    robot: str,
+    device: str | Sequence[Member] | None = None,
+    rows: str | Path | None = None,
+    *,
+    seeds: int = SEEDS,
+    progress: Progress | None = None,
+) -> Reproduction:
+    """A robot beside Table 3.2, with single runs over the ground and in the air; parameters and errors as for
+    `tarsus_reproduce.robots.robot_rows`. The single runs are of the named device, or of the packaged one."""
+    name = device if isinstance(device, str) else robot
+    check_device(load_scene(name), name)
+    found = robot_rows(robot, device, rows, seeds=seeds, progress=progress)
+    return robot_reproduction(found, robot_runs(robot, name, progress=progress))
+
+
+def robot_reproduction(found: RobotRows, runs: RobotRuns) -> Reproduction:
+    """Rows and runs as tables, figures and files."""
+    caution = creation_warning(found.scene)
+    problems = (*found.problems, *runs.problems)
+    data = {**found.to_dict(), **runs.to_dict(), "ok": not problems}
+    about = ("wave", "volt_v", "gap_um", "freq_hz", "origin", "role", "seeds", "p_bounce")
+    columns: dict[str, tuple[str, ...]] = {name: (name,) for name in about}
+    keys = [one.key for one in HEIGHTS.quantities]
+    columns |= {f"{key}_{who}": (who, key) for key in keys for who in ("measured", "source")}
+    columns |= {
+        f"{key}_{who}{name.removeprefix('ours')}": (who, key, end)
+        for key in keys
+        for who in ("ours", "without_small_forces")
+        for name, end in OURS.items()
+    }
+    return Reproduction(
+        name=found.robot,
+        title=f"The {found.robot} on its bouncing foot",
+        about=f"Device {found.device}",
+        data=data,
+        columns=columns,
+        lines=data["rows"],
+        sections=(
+            _heights(found),
+            _over_ground(runs),
+            _in_air(runs),
+            _modes(found),
+            _maps(found, runs),
+        ),
+        problems=problems,
+        cautions=() if caution is None else (caution,),
+        footer=FOOTER,
+    )
+
+
+def _heights(found: RobotRows) -> Section:
+    if not found.rows:
+        nothing = f"The source prints no table of heights for the {found.robot}."
+        return Section("Heights and bounces", (Table("", (), (), (nothing,)),))
+    numbers = [one for row in found.rows for one in _number_rows(row)]
+    seeds = max(row.seeds for row in found.rows)
+    notes = [
+        f"Every number of ours is the median over windows of {1e3 * WINDOW:g} ms, from which the table's counts in "
+        f"multiples of 20 seem to be read, of {seeds} runs from random initial states, with the interval that holds "
+        f"80 % of the windows; {SETTLE:g} s are dropped and {OBSERVED:g} s observed. Mean height is taken as "
+        f"{MEAN_HEIGHT}; the mean over time stands beside it.",
+        *found.told,
+    ]
+    ground = found.scene.ground
+    if ground.film is None and ground.electrostatic is None and ground.leg_electrostatic is None:
+        notes.append("This device has no small forces: with and without them are the same.")
+    caption = (
+        "Bounces, peak and mean height of the bouncing foot: measured, by the source's model, and simulated with and "
+        "without film and electrostatic forces. Marks are medians over the windows of all seeds, lines hold 80 % of "
+        "the windows; where a mark is missing nothing was measured."
+    )
+    tables = (_summary(found), numbers_table("Table 3.2, row by row", numbers, notes))
+    return Section(
+        "Heights and bounces", tables, (FigureCall("numbers_figure.numbers_figure", numbers, caption),)
+    )
+
+
+def _number_rows(row: WindowsRow) -> list[NumberRow]:
+    """Every quantity of a row, the mean over time, and the share of windows with a bounce."""
+    return [
+        *number_rows(row.case, row.role, row.printed, HEIGHTS, row.ours, row.without),
+        NumberRow(row.case, row.role, "mean height over time", "m", None, None, row.time_mean),
+        NumberRow.probability(row.case, row.role, "windows with a bounce", row.p_bounce),
+    ]
+
+
+def _summary(found: RobotRows) -> Table:
+    """Mean absolute errors of the source's model and ours, over rows of each role."""
+
+    def row(words: str, errors: dict[str, float | None]) -> tuple[Any, ...]:
+        return (words, *(None if value is None else value / 100.0 for value in errors.values()))
+
+    rows = [row("source's model, all rows", found.summary()["source"])]
+    counts = []
+    for role in (CALIBRATED, PREDICTED):
+        part = found.summary(role=role)
+        counts.append(sum(one.role == role and one.printed.measured is not None for one in found.rows))
+        rows.append(row(f"Tarsus, rows {role}", part["ours"]))
+        rows.append(row(f"Tarsus without small forces, rows {role}", part["without_small_forces"]))
+    note = (
+        f"{counts[0]} measured rows were calibrated on: their errors say how well the device can be fitted. "
+        f"{counts[1]} measured rows are predicted: their errors say what the device knows."
+    )
+    columns = ["against the measurement", *(Column(one.words, "%", 3) for one in HEIGHTS.quantities)]
+    return Table("Mean absolute error", columns, rows, (note,))
+
+
+def _over_ground(runs: RobotRuns) -> Section:
+    """Motion over the last periods, and as circles."""
+    figures = [FigureCall(f"robot_figures.{name}", runs) for name in ("ground_motion", "ground_circles")]
+    ended = any(near.run.ok for near in runs.near)
+    return Section("Motion over the ground", figures=tuple(figures) if ended else ())
+
+
+def _in_air(runs: RobotRuns) -> Section:
+    ended = [air for air in runs.air if not air.problem]
+    rows = [
+        (f"{air.volt_v:g} V square", air.freq_hz, point, float(size))
+        for air in ended
+        for point, size in zip(air.points, air.peak_to_peak, strict=True)
+    ]
+    note = (
+        f"The foot hangs {100 * AIR_GAP:g} cm above the ground, so that nothing touches; transients have died out. The "
+        "source shows these as figures only, without numbers to compare with."
+    )
+    columns = ("drive", Column("frequency", "Hz"), "point", Column("peak to peak", "m"))
+    shown = Table("Steady motion in the air", columns, rows, (note,))
+    return Section(
+        "Motion in the air", (shown,), (FigureCall("robot_figures.air_motion", runs),) if ended else ()
+    )
+
+
+def _modes(found: RobotRows) -> Section:
+    title = "Modes and the printed impact matrix"
+    if not found.modes:
+        nothing = "The device's points are not those of the printed matrix, so no mode can be compared."
+        return Section(title, (Table("", (), (), (nothing,)),))
+    points, column = found.scene.robot.structure.points, printed_column(found.robot)
+
+    columns = (
+        "mode",
+        Column("frequency", "Hz"),
+        Column("MAC", digits=3),
+        *(Column(one, digits=3, over="shape") for one in points),
+    )
+    rows: list[tuple[Any, ...]] = [
+        (str(mode.number), mode.freq_hz, mode.mac, *mode.shape) for mode in found.modes
+    ]
+    rows.append(("printed", None, None, *column.tolist()))
+    note = (
+        "MAC: likeness of the mode and the printed CoR column, 1 = the same shape; the last line is that column. "
+        "Shapes are relative to the struck foot."
+    )
+    shapes = FigureCall("robot_figures.mode_shapes", found.modes, column, points)
+    return Section(title, (Table("Modes beside the printed CoR column", columns, rows, (note,)),), (shapes,))
+
+
+def _maps(found: RobotRows, runs: RobotRuns) -> Section:
+    columns = (
+        "map", Column("restitution"), Column("skew", digits=3),
+        Column("as it is", digits=3, over="worst gain"), Column("made passive", digits=3, over="worst gain"),
+    )  # fmt: skip
+    rows = [
+        (one.map, one.restitution, one.skew, one.worst_gain, one.passive_worst_gain) for one in found.maps
+    ]
+    flagged = [
+        (k, 3 + j)
+        for k, one in enumerate(found.maps)
+        for j, gain in enumerate((one.worst_gain, one.passive_worst_gain))
+        if gain > 1.0 + ROUNDING
+    ]
+    impact = found.scene.ground.impact
+    acting = (
+        "The device's ground has no impact map of its own: mass-weighted."
+        if impact is None
+        else f"The device acts through the {impact.title} map, {'made passive' if impact.passive else 'as it is'}."
+    )
+    note = (
+        "Gain is the largest factor by which one impact can multiply the kinetic energy; above 1 the map can create "
+        f"energy. Skew is how far the map's direction lies across that of an impulse at the foot, in the mass metric. "
+        f"{acting}"
+    )
+    tables = [Table("Impact maps at the bouncing foot", columns, rows, (note,), flagged=flagged)]
+    energies = runs.energies
+    if not runs.struck.run.ok or not len(energies.time):
+        why = "did not come to its end" if not runs.struck.run.ok else "has no impact"
+        tables.append(Table("", (), (), (f"The run at {runs.struck.title} {why}.",)))
+        return Section("Impact maps", tuple(tables))
+
+    histograms = FigureCall("robot_figures.impact_histograms", energies, runs.struck.title)
+    lists = {"as run": energies.actual} | {f"{k}, as it is": v for k, v in energies.by_map.items()}
+    columns = (
+        "energy made by", Column("sum", "J", 3), Column("mean of an impact", "J", 3), Column("most made", "J", 3),
+        Column("most lost", "J", 3), Column("impacts that make energy", "%", 3),
+    )  # fmt: skip
+    body = [
+        (name, float(v.sum()), float(v.mean()), _beyond(v), _beyond(-v), share_made(v))
+        for name, v in lists.items()
+    ]
+    note = (
+        "Each map is asked what it would have done with the velocities just before every impact of this one run; a run "
+        "under another map would meet other velocities."
+    )
+    title = f"{len(energies.time)} impacts at {runs.struck.title}"
+    return Section("Impact maps", (*tables, Table(title, columns, body, (note,))), (histograms,))
+
+
+def _beyond(values: np.ndarray) -> float:
+    """The largest value, 0 where it is below zero or rounding."""
+    most = float(values.max())
+    return most if most > ROUNDING * float(np.abs(values).max()) else 0.0

@@ -1,0 +1,167 @@
+"""The verb `reproduce`: an experiment of the dissertation beside what Tarsus computes of it."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib.resources import files
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tarsus.base.errors import InputError
+from tarsus.base.messages import nearest
+from tarsus.files.library import load_scene
+
+if TYPE_CHECKING:
+    from tarsus_reproduce.reproduction import Progress, Reproduction
+
+
+MOST_SEEDS = 10_000
+"""More initial states than that narrow no interval by a hundredth and take hours."""
+
+MOST_INTERPRETATIONS = 100_000
+"""More interpretations than that take half a day on a processor."""
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A page: the experiment it is of, with which device (None: the packaged one), which printed column it is held
+    against, and what cannot be matched whatever the device."""
+
+    name: str
+    title: str
+    experiment: str
+    unmatched: tuple[str, ...]
+    device: str | None = None
+    against: str = "measured"
+
+
+@lru_cache
+def experiments() -> dict[str, Experiment]:
+    """All experiments by name, in the order of the chapters (`data/experiments.toml`)."""
+    text = files("tarsus_reproduce").joinpath("data", "experiments.toml").read_text(encoding="utf-8")
+    return {
+        name: Experiment(name, **{**table, "unmatched": tuple(table["unmatched"])})
+        for name, table in tomllib.loads(text).items()
+    }
+
+
+def options_of(name: str) -> tuple[str, ...]:
+    """Arguments of `reproduce` that an experiment takes beside a device and rows."""
+    experiment = experiments()[name].experiment
+    return {"cantilever": (), "millipede": ("readings", "scatter", "seed")}.get(experiment, ("seeds",))
+
+
+def reproduce(
+    name: str,
+    *,
+    device: str | None = None,
+    rows: str | Path | None = None,
+    seeds: int | None = None,
+    readings: int = 0,
+    scatter: int = 0,
+    seed: int | None = None,
+    threads: int | None = None,
+    folder: str | Path | None = None,
+    progress: Progress | None = None,
+) -> Reproduction:
+    """Compare with an experiment of the dissertation row by row.
+
+    Parameters
+    ----------
+    name
+        ``"cantilever"``: the micro-cantilever under periodic drive (Table A.1); ``"cantilever-1"``: the same with the
+        device fitted to the source's model. ``"hexapod"``, ``"quadruped"``: the bouncing foot of a bulk PZT robot
+        (Table 3.2), its modes and impact maps, and its motion in the air. ``"millipede"``: the trends that are seen in
+        its simulations of walking (Figs. 4.7-4.11).
+    device
+        Name or file of the device, with the points of the packaged one; the packaged one, or the weighted ensemble of
+        its calibration, when absent; for the millipede all packaged variants.
+    rows
+        A file of further rows in the format of the packaged table; they are predicted, never fitted.
+    seeds
+        Random initial states of every row of a robot, 32 when absent.
+    readings
+        For the millipede: the score over so many random interpretations of what is not printed; those that come with
+        the package when 0.
+    scatter
+        For the millipede: the range of every variant's score over so many neighbours whose unprinted numbers are off by
+        up to 10 %.
+    seed
+        Of both; 1 when absent.
+    threads
+        Interpretations that are judged at a time; by default one for each processor that this process may use.
+    folder
+        Where finished interpretations are kept, and read back.
+    progress
+        Called as ``progress(done, total, what)``.
+
+    Returns
+    -------
+    Reproduction
+        Rows with `table()`, `to_dict()` and `write(folder)`.
+
+    Raises
+    ------
+    InputError
+        With everything that does not go together, for unknown names and devices that lack what is looked at, and bad
+        rows files.
+    """
+    known = experiments()
+    if name not in known:
+        raise InputError(f"there is no experiment '{name}'{nearest(name, known)}")
+    one = known[name]
+    problems = _problems(one.experiment, rows, seeds, max(readings, scatter), min(readings, scatter), seed)
+    chosen = device or one.device
+    if not problems and device is not None and one.experiment != "millipede":
+        problems += _lacking(one.experiment, device)
+    if problems:
+        raise InputError(problems)
+    if one.experiment == "cantilever":
+        from tarsus_reproduce.cantilever import reproduce_cantilever
+
+        return reproduce_cantilever(chosen, rows, progress)
+    if one.experiment == "millipede":
+        from tarsus_reproduce.millipede_tables import reproduce_millipede
+
+        return reproduce_millipede(
+            chosen, interpretations=readings, scatter=scatter, seed=1 if seed is None else seed,
+            folder=None if folder is None else Path(folder), threads=threads, progress=progress,
+        )  # fmt: skip
+    from tarsus_reproduce.robot_tables import reproduce_robot
+    from tarsus_reproduce.robots import SEEDS
+
+    return reproduce_robot(one.experiment, chosen, rows, seeds=seeds or SEEDS, progress=progress)
+
+
+def _problems(
+    experiment: str, rows: str | Path | None, seeds: int | None, most: int, least: int, seed: int | None
+) -> list[str]:
+    """What does not go together; most, least: larger and smaller of the numbers of interpretations and neighbours."""
+    found = []
+    if seeds is not None and experiment in ("cantilever", "millipede"):
+        found.append(f"seeds: the {experiment} has one start; only the robots have seeds")
+    if rows is not None and experiment == "millipede":
+        found.append("rows: no table is printed for the millipede, only trends in words")
+    if (most or seed is not None) and experiment != "millipede":
+        found.append("readings, scatter and seed are of the millipede")
+    elif seed is not None and not most:
+        found.append("seed: is the seed of readings and scatter, which are not given")
+    if seeds is not None and not 1 <= seeds <= MOST_SEEDS:
+        found.append(f"seeds: expected a number from 1 to {MOST_SEEDS}, got {seeds}")
+    if least < 0 or most > MOST_INTERPRETATIONS:
+        found.append(f"readings, scatter: expected numbers from 0 to {MOST_INTERPRETATIONS}")
+    return found
+
+
+def _lacking(experiment: str, device: str) -> list[str]:
+    """What a device lacks for being compared with an experiment: the points that were looked at there."""
+    own, other = (load_scene(one).robot.structure.points for one in (experiment, device))
+    missing = [point for point in own if point not in other]
+    if not missing:
+        return []
+    return [
+        f"device: '{device}' has no point {', '.join(map(repr, missing))}, which `reproduce {experiment}` looks at: "
+        "it is no device of this experiment"
+    ]

@@ -1,0 +1,175 @@
+"""`reproduce`: JSON, files, tables, several experiments with an index, and what is refused.
+
+What is computed and shown is tested in tests/reproduce.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+import tomllib
+from contextlib import redirect_stdout
+from io import StringIO
+
+import pytest
+
+import tarsus as ts
+from tarsus.cli import main
+from tarsus.files.toml import write_scene
+from tarsus_reproduce import robots
+from tarsus_reproduce.verb import experiments
+from unit.html_page import Page
+
+EXTRA = "gap_um,wave,volt_v,freq_hz,bounces_exp_per_s,peak_exp_um,mean_exp_um\n8,square,6,40,100,20,\n"
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    """Three of the hexapod's ensemble with one more row: the JSON object that was printed, and the folder."""
+    folder = tmp_path_factory.mktemp("hexapod")
+    rows = folder / "rows.csv"
+    rows.write_text(EXTRA, encoding="utf-8")
+    out, few = StringIO(), robots.packaged_members("hexapod")[::16]
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(out):
+        patch.setattr(robots, "packaged_members", lambda robot: few)
+        words = ["reproduce", "hexapod", "--rows", str(rows), "--seeds", "2", "--json", "-o"]
+        assert main([*words, str(folder / "out")]) == 0
+    return json.loads(out.getvalue()), folder / "out"
+
+
+def test_json(written):
+    result, _ = written
+    assert (result["robot"], result["ok"]) == ("hexapod", True)
+    assert [row["role"] for row in result["rows"]] == ["calibrated on"] * 2 + ["predicted"] * 2
+    for row in result["rows"]:
+        assert 0.0 <= row["p_bounce"] <= 1.0
+        for who in ("ours", "without_small_forces"):
+            assert set(row[who]) == {"bounces_per_s", "peak_um", "mean_um"}
+            for one in row[who].values():
+                assert one["median"] is None or 0.0 <= one["low"] <= one["median"] <= one["high"]
+    added = result["rows"][3]
+    assert (added["freq_hz"], added["measured"]["mean_um"]) == (40.0, None)
+    assert added["errors"]["peak_um"] == pytest.approx((20.0 - added["ours"]["peak_um"]["median"]) / 20.0)
+    assert max(result["modes"], key=lambda mode: mode["mac"])["number"] == 6
+    assert result["impact_energies"]["by_map"]["mass-weighted"]["share_made"] == 0.0
+    assert result["impact_energies"]["by_map"]["printed"]["most_made_j"] > 0.0
+    assert sorted(one["volt_v"] for one in result["in_air"]) == [15.0, 20.0, 25.0, 30.0]
+
+
+def test_files(written):
+    result, folder = written
+    assert json.loads((folder / "reproduction.json").read_text(encoding="utf-8")) == result
+    with (folder / "reproduction.csv").open(encoding="utf-8", newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert [row["role"] for row in rows] == [row["role"] for row in result["rows"]]
+    assert float(rows[3]["peak_um_ours"]) == result["rows"][3]["ours"]["peak_um"]["median"]
+    assert rows[3]["mean_um_measured"] == rows[3]["mean_um_source"] == ""
+    page = Page((folder / "reproduction.html").read_text(encoding="utf-8"))
+    assert "rows.csv" in page.text
+
+
+def test_tables_for_people(tarsus):
+    result = tarsus("reproduce", "cantilever-1", "-q")
+    assert result.code == 0 and not result.err and " nan" not in result.out
+    assert all(words in result.out for words in ("5 Hz, 6 V, square", "Table 2.3", "80 % interval"))
+
+
+def test_several_have_a_folder_each_and_an_index(tarsus, tmp_path):
+    words = ("reproduce", "cantilever-1", "quadruped", "-o", tmp_path, "--seeds", "2", "--json")
+    found = tarsus(*words).json()
+    text = (tmp_path / "index.html").read_text(encoding="utf-8")
+    assert re.findall(r'href="([^"#]+)"', text) == [
+        f"{name}/reproduction.html" for name in found["experiments"]
+    ]
+    for name, one in found["experiments"].items():
+        file = tmp_path / name / "reproduction.json"
+        assert json.loads(file.read_text(encoding="utf-8")) == one
+    assert found["experiments"]["quadruped"]["rows"] == []
+    assert found["experiments"]["cantilever-1"]["device"] == "cantilever-1"
+
+
+@pytest.mark.slow  # all experiments on all rows
+def test_every_page_and_an_index(tarsus, tmp_path):
+    result = tarsus("reproduce", "--all", "-o", tmp_path, "--seeds", "2")
+    assert result.code == 0
+    assert all((tmp_path / name / "reproduction.html").stat().st_size > 10_000 for name in experiments())
+    index = Page((tmp_path / "index.html").read_text(encoding="utf-8"))
+    assert "4.9 agree on average" in index.text
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ([], "name an experiment (cantilever, "),
+        (["--all"], "give it with -o"),
+        (["hexapod", "--all", "-o", "x"], "leave 'hexapod' out"),
+        (["--all", "-o", "x", "--device", "mine"], "--device belongs to one experiment"),
+        (["hexapod", "--seeds", "few"], "--seeds"),
+        (["hexapod", "--device", "hexapode"], "no device is called 'hexapode'"),
+        (["hexapod", "--rows", "nowhere.csv"], "cannot read the rows file"),
+        (["millipede", "--device", "cantilever"], "a millipede is a walker"),
+        (["millipede", "-o", "x", "--resume", "--overwrite"], "give one of them"),
+    ],
+)
+def test_words_that_do_not_go_together(tarsus, words, said):
+    result = tarsus("reproduce", *words)
+    assert (result.code, result.out) == (2, "")
+    (sentence,) = result.sentences
+    assert said in sentence
+
+
+def test_a_millipede_without_a_law_that_varies_is_refused(tarsus, tmp_path):
+    without = {"ground.film": None, "ground.restitution": None, "provenance": {}}
+    write_scene(ts.with_values(ts.load_scene("millipede"), without), tmp_path / "bare.toml")
+    result = tarsus("reproduce", "millipede", "--device", tmp_path / "bare.toml")
+    assert result.code == 2
+    assert len(result.sentences) == 7  # five studies vary the restitution, two of them the film
+    assert any("ground.film.coefficient" in sentence for sentence in result.sentences)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "said"),
+    [
+        (lambda table: table["robot"].pop("feet"), "no foot"),
+        (lambda table: table.pop("signals"), "no drive signal"),
+        (lambda table: table["signals"].update(pzt={"kind": "constant", "level": "3 V"}), "does not repeat"),
+    ],
+)
+def test_a_device_that_cannot_bounce_is_refused(tarsus, save, tmp_path, spoil, said):
+    write_scene(ts.load_scene("hexapod"), tmp_path / "whole.toml")
+    table = tomllib.loads((tmp_path / "whole.toml").read_text(encoding="utf-8"))
+    table.pop("provenance")
+    spoil(table)
+    result = tarsus("reproduce", "hexapod", "--device", save(table))
+    assert (result.code, result.out) == (2, "")
+    (sentence,) = result.sentences
+    assert said in sentence
+
+
+@pytest.mark.slow  # a run that diverges
+def test_a_map_that_creates_energy_is_announced_and_its_divergence_ends_with_1(tarsus, save, tmp_path):
+    from tarsus_reproduce.impacts import printed_column
+
+    write_scene(ts.load_scene("hexapod"), tmp_path / "whole.toml")
+    hexapod = tomllib.loads((tmp_path / "whole.toml").read_text(encoding="utf-8"))
+    hexapod.pop("provenance")
+    points = hexapod["robot"]["structure"]["shapes"]
+    column = dict(zip(points, printed_column("hexapod").tolist(), strict=True))
+    hexapod["ground"]["impact"] = {"kind": "given", "columns": {"foot1": column}, "passive": False}
+    hexapod["robot"]["structure"]["damping_ratios"] = [0.002] * 6  # so little that the energy made stays
+    hexapod["robot"]["drives"]["pzt"]["law"]["gain"] = "2.3 uN/V"
+    hexapod["signals"]["pzt"] |= {"amplitude": "10 V", "offset": "0 V", "frequency": "85 Hz"}
+    result = tarsus("reproduce", "hexapod", "--device", save(hexapod), "--seeds", "1", "-o", tmp_path / "out")
+    assert result.code == 1 and "can create energy" in result.out
+    assert all("The run stopped" in sentence for sentence in result.sentences)
+    page = (tmp_path / "out" / "reproduction.html").read_text(encoding="utf-8")
+    assert "can create energy" in page
+
+
+def test_the_verb_validate_says_what_it_became(tarsus):
+    for words in (["validate"], ["validate", "cantilever"], ["validate", "--help"]):
+        result = tarsus(*words)
+        assert (result.code, result.out) == (2, "")
+        (sentence,) = result.sentences
+        assert "tarsus reproduce" in sentence and "tarsus check" in sentence

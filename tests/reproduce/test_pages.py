@@ -1,0 +1,125 @@
+"""Pages of reproductions: one for every kind of row, and the index; whole, and without anything from outside."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import pytest
+
+import tarsus as ts
+from reproduce.coarse_studies import FEW, ringing
+from tarsus_reproduce.cantilever import reproduce_cantilever
+from tarsus_reproduce.ensembles import packaged_errors, packaged_members
+from tarsus_reproduce.forecast import Forecast
+from tarsus_reproduce.index import index_html
+from tarsus_reproduce.millipede import judge_scene
+from tarsus_reproduce.millipede_tables import millipede_reproduction
+from tarsus_reproduce.reproduction import NumberRow, Reproduction, numbers_table
+from tarsus_reproduce.robot_tables import reproduce_robot
+from tarsus_reproduce.verb import experiments, reproduce
+from unit.html_page import Page
+
+
+@pytest.fixture(scope="module")
+def found() -> dict[str, Reproduction]:
+    """A small one of each."""
+    few = packaged_members("hexapod")[:2]
+    millipede = judge_scene("ringing", ringing(), coarse=FEW, duration=0.04)
+    return {
+        "cantilever": reproduce_cantilever(packaged_members("cantilever")[:1]),
+        "hexapod": reproduce_robot("hexapod", few, seeds=2),
+        "quadruped": reproduce_robot("quadruped"),
+        "millipede": millipede_reproduction((millipede,)),
+    }
+
+
+def row(measured: float | None, median: float, low: float, high: float, unit: str = "m") -> NumberRow:
+    return NumberRow("case", "predicted", "peak", unit, measured, None, Forecast(median, low, high))
+
+
+def test_a_number_is_held_by_its_interval_and_marked_where_it_is_far_off():
+    near, far, none = row(1.0, 1.2, 0.9, 1.5), row(1.0, 2.0, 1.5, 3.0), row(None, 2.0, 1.0, 3.0)
+    assert [one.held for one in (near, far, none)] == [True, False, None]
+    counts = [row(0.0, median, 0.0, 1.0, "1") for median in (0.4, 0.6)]
+    assert [one.notable for one in (near, far, none, *counts)] == [False, True, False, False, True]
+    table = numbers_table("rows", [near, far, none])
+    assert [line[-2:] for line in table.rows] == [(pytest.approx(-0.2), True), (-1.0, False), (None, None)]
+    assert {line for line, _ in table.flagged} == {1}
+
+
+SLOW = [
+    pytest.param(name, marks=pytest.mark.slow) for name in ("quadruped", "millipede")
+]  # as the hexapod, 5 s each
+
+
+@pytest.mark.parametrize("name", ["cantilever", "hexapod", *SLOW])
+def test_every_section_and_figure_is_there_in_order_and_nothing_comes_from_outside(found, name):
+    one = found[name]
+    text = one.html()
+    page = Page(text)
+    positions = [page.text.index(section.title) for section in one.sections]
+    assert positions == sorted(positions)
+    figures = [int(n) for n in re.findall(r"<b>Figure (\d+)\.</b>", text)]
+    assert figures == list(range(1, sum(len(section.figures) for section in one.sections) + 1)) and figures
+    plain = page.text.replace("\N{NO-BREAK SPACE}", " ")
+    for table in one.table().parts:
+        assert all(note in plain for note in table.notes), table.title
+    assert not re.search(r"\bnan\b", plain)
+    assert not {"link", "img"} & set(page.tags)
+    for tag, name, value in page.attributes:
+        assert (tag, name) != ("script", "src") and (name not in ("src", "href") or value.startswith("#"))
+    assert not re.findall(r"url\((?!#)", text) and len(text.encode()) < 1_500_000
+
+
+def test_the_packaged_ensemble_shows_rows_excluded_beside_those_calibrated_on(monkeypatch):
+    monkeypatch.setattr(
+        "tarsus_reproduce.cantilever.packaged_members", lambda name: packaged_members(name)[:1]
+    )
+    told = packaged_errors("cantilever")
+    (shown,) = [one for one in reproduce_cantilever().table().parts if "calibration" in one.title]
+    peak = dict(zip((f"{c.over} {c.name}" for c in shown.columns), shown.rows[1], strict=True))
+    assert peak["calibrated on relative error"] == told["training"]["measures"]["peak"]["mean_relative_error"]
+    assert peak["excluded relative error"] == told["left_out"]["measures"]["peak"]["mean_relative_error"]
+    assert set(told["told"]) <= set(shown.notes)
+
+
+def test_no_run_of_these_devices_creates_energy_and_a_map_that_could_is_announced(found):
+    for name in ("hexapod", "quadruped"):
+        shares = [row[-1] for table in found[name].table().parts for row in table.rows if row[0] == "as run"]
+        assert shares == [0.0] and not found[name].problems and not found[name].cautions
+    scene = ts.load_scene("hexapod", **{"ground.impact": {"kind": "dominant_mode", "passive": False}})
+    bad = reproduce_robot("hexapod", [replace(packaged_members("hexapod")[0], scene=scene)], seeds=1)
+    assert "can create energy" in bad.cautions[0] and bad.cautions[0] in bad.table().text()
+
+
+def test_the_index_links_pages_and_keeps_fitted_and_predicted_rows_apart(found):
+    results = {name: one.to_dict() for name, one in found.items()}
+    text = index_html(results)
+    page = Page(text)
+    assert re.findall(r'href="([^"#]+)"', text) == [f"{name}/reproduction.html" for name in results]
+    assert "on 12 of 12 rows" in page.text and "1 row, 0 of them measured" in page.text
+    assert all(sentence in page.text for name in results for sentence in experiments()[name].unmatched)
+    data = results["cantilever"]
+    peak = data["rows"][0]["measured"]["peak_um"]
+    far = {"median": 3 * peak, "low": 2 * peak, "high": 4 * peak}
+    data["rows"][0]["ours"]["peak_um"] = far
+    said = f"peak {peak:g} against {3 * peak:.3g} um"
+    assert said not in page.text and said in Page(index_html(results)).text.replace("µm", "um")
+
+
+@pytest.mark.parametrize(
+    ("name", "words", "said"),
+    [
+        ("cantilevre", {}, "did you mean 'cantilever'"),
+        ("cantilever", {"seeds": 3}, "only the robots have seeds"),
+        ("hexapod", {"seeds": 0}, "from 1 to"),
+        ("millipede", {"rows": "rows.csv"}, "no table is printed"),
+        ("hexapod", {"readings": 3}, "of the millipede"),
+        ("millipede", {"seed": 3}, "which are not given"),
+        ("cantilever", {"device": "hexapod"}, "has no point 'tip', 'center'"),
+    ],
+)
+def test_what_does_not_go_together_is_refused(name, words, said):
+    with pytest.raises(ts.InputError, match=re.escape(said)):
+        reproduce(name, **words)
