@@ -23,7 +23,7 @@ from tarsus.report.style import (
     RULE,
     SKY,
     VERMILION,
-    Scale,
+    AxisScale,
     scale_of,
     time_axis,
 )
@@ -230,7 +230,7 @@ def ledger(series: Series) -> Plate:
     return Plate(figure.html(caption), caption)
 
 
-def _clock(window: Window) -> Scale:
+def _clock(window: Window) -> AxisScale:
     return scale_of("s", window[1] - window[0])
 
 
@@ -238,16 +238,16 @@ def _line(
     axes: Panel,
     series: Series,
     window: Window,
-    clock: Scale,
+    clock: AxisScale,
     values: np.ndarray,
-    scale: Scale,
+    scale: AxisScale,
     **style: object,
 ) -> None:
     part = series.inside(window)
     axes.plot(series.time[part] / clock.step, np.asarray(values[part], dtype=float) / scale.step, **style)  # type: ignore[arg-type]
 
 
-def _voltage(axes: Panel, series: Series, window: Window, clock: Scale) -> None:
+def _voltage(axes: Panel, series: Series, window: Window, clock: AxisScale) -> None:
     part = series.inside(window)
     scale = scale_of("V", series["volts"][:, part])
     for index, name in enumerate(series.drives):
@@ -259,7 +259,7 @@ def _voltage(axes: Panel, series: Series, window: Window, clock: Scale) -> None:
     axes.set_ylabel(scale.axis("drive"))
 
 
-def shade(axes: Axes | Panel, contacts: Sequence[Window], window: Window, clock: Scale) -> None:
+def shade(axes: Axes | Panel, contacts: Sequence[Window], window: Window, clock: AxisScale) -> None:
     """Shade the stretches of contact [s] within a window."""
     least = (window[1] - window[0]) / 1500.0
     for a, b in contacts:
@@ -267,7 +267,7 @@ def shade(axes: Axes | Panel, contacts: Sequence[Window], window: Window, clock:
             axes.axvspan(a / clock.step, max(b, a + least) / clock.step, color=CONTACT, lw=0.0, zorder=0.0)
 
 
-def _contact_rows(axes: Panel, series: Series, window: Window, clock: Scale) -> None:
+def _contact_rows(axes: Panel, series: Series, window: Window, clock: AxisScale) -> None:
     for row, contacts in enumerate(series.contacts):
         spans = [
             (a / clock.step, (b - a) / clock.step) for a, b in contacts if b > window[0] and a < window[1]

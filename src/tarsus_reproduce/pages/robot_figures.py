@@ -15,7 +15,7 @@ from tarsus.report.circular import TURNS, dials
 from tarsus.report.pages import Plate
 from tarsus.report.series import Trace, last_turns, point_trace
 from tarsus.report.sheet import Sheet, plate
-from tarsus.report.style import BLUE, CYCLE, INK, MUTED, RULE, VERMILION, Scale, scale_of
+from tarsus.report.style import BLUE, CYCLE, INK, MUTED, RULE, VERMILION, AxisScale, scale_of
 from tarsus.tables import amount
 from tarsus_reproduce.impacts import ImpactEnergies, ModeRow
 from tarsus_reproduce.robot_runs import RobotRuns
@@ -123,7 +123,7 @@ def _drive(panel: Panel, traces: Sequence[Trace]) -> None:
     panel.set_ylabel("drive (V)")
 
 
-def _motion(panel: Panel, trace: Trace, scale: Scale, color: str) -> None:
+def _motion(panel: Panel, trace: Trace, scale: AxisScale, color: str) -> None:
     time, height, _ = _shown(trace)
     panel.plot(time, height / scale.step, color=color, lw=0.9, label=trace.title)
 
