@@ -11,7 +11,7 @@ from tarsus.base.events import IMPACTS
 from tarsus.base.spec import float_paths, with_values
 from tarsus.design.energy import period_rises
 from tarsus.report.figures import shade
-from tarsus.report.series import Series, last_turns
+from tarsus.report.series import RunSeries, last_turns
 from tarsus.report.sheet import Sheet, few_ticks, plate
 from tarsus.report.style import BLUE, GREEN, INK, MUTED, ORANGE, RULE, VERMILION, AxisScale, scale_of
 from tarsus.solve import simulate
@@ -45,7 +45,7 @@ class DesignPair:
         self.runs: tuple[Run, Run] = tuple(
             simulate(scene, periods * step.period) for scene in (plain, design.scene)
         )  # pyright: ignore[reportAttributeAccessIssue]
-        self.series: tuple[Series, Series] = tuple(last_turns(run, SHOWN, SAMPLES) for run in self.runs)  # pyright: ignore[reportAttributeAccessIssue]
+        self.series: tuple[RunSeries, RunSeries] = tuple(last_turns(run, SHOWN, SAMPLES) for run in self.runs)  # pyright: ignore[reportAttributeAccessIssue]
 
     def touchdowns(self, which: int, span: float | None = None) -> list[tuple[float, float]]:
         """Time [s] and speed [m/s] of the foot's touchdowns in the drawn time, counted from its begin; with `span` [s]

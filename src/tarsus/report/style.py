@@ -14,7 +14,7 @@ from tarsus.tables.numbers import prefixed, set_power
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from tarsus.report.charts import Panel
+    from tarsus.report.charts import ChartPanel
 
 INK = "#1f2328"
 MUTED = "#6b7280"
@@ -69,7 +69,7 @@ SMALLEST = 1e-15
 """Magnitude below which there is no prefix."""
 
 
-def time_axis(axes: Axes | Panel, window: tuple[float, float], clock: AxisScale) -> None:
+def time_axis(axes: Axes | ChartPanel, window: tuple[float, float], clock: AxisScale) -> None:
     """Limits and label of a lowest axis that shows a window of time [s]."""
     axes.set_xlim(window[0] / clock.step, window[1] / clock.step)
     axes.set_xlabel(clock.axis("time"))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tarsus.report.charts import Panel, stack
+from tarsus.report.charts import ChartPanel, stack
 from tarsus.report.motion import AIR, SLIPPING, STUCK, Motion
 from tarsus.report.pages import Plate
 from tarsus.report.series import Window, samples_inside
@@ -122,7 +122,7 @@ def _row(count: int) -> float:
     return 0.17 if count <= 12 else 0.1
 
 
-def _name_rows(axes: Panel, places: Sequence[float] | np.ndarray, legs: Sequence[str]) -> None:
+def _name_rows(axes: ChartPanel, places: Sequence[float] | np.ndarray, legs: Sequence[str]) -> None:
     axes.set_yticks(places, legs)
 
 
@@ -224,5 +224,5 @@ def _spans(motion: Motion, leg: int, state: int) -> list[Window]:
     return [(float(time[a]), float(time[b])) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
-def _line(axes: Panel, motion: Motion, clock: AxisScale, values: np.ndarray, **style: object) -> None:
+def _line(axes: ChartPanel, motion: Motion, clock: AxisScale, values: np.ndarray, **style: object) -> None:
     axes.plot(motion.time / clock.step, values, **style)  # type: ignore[arg-type]
