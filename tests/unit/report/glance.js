@@ -85,6 +85,17 @@ function faint(all) {
   }
 }
 
+/** Titles of tables that are broken though there is room: narrower than two thirds of what the table stands in. */
+function squeezed() {
+  for (const one of document.querySelectorAll("caption")) {
+    if (!seen(one)) continue;
+    const range = document.createRange(), room = one.closest("table").parentElement.clientWidth;
+    range.selectNodeContents(one);
+    const lines = new Set([...range.getClientRects()].map((line) => Math.round(line.top))).size;
+    if (lines > 1 && one.getBoundingClientRect().width < (2 / 3) * room) faults.push(`squeezed: ${at(one.textContent.trim())}`);
+  }
+}
+
 /** What those need who do not see the page, or have no mouse. */
 function reachable() {
   const name = (one) => one.getAttribute("aria-label") || one.labels?.[0]?.textContent || one.textContent;
@@ -114,6 +125,7 @@ function glance() {
     all = boxes();
     overlapping(all);
     faint(all);
+    squeezed();
     reachable();
   } catch (error) {
     faults.push(`the look itself: ${error.stack}`);

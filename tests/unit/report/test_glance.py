@@ -63,14 +63,15 @@ def test_faults_are_found(tmp_path: Path) -> None:
         '<p style="width: 4rem; overflow: hidden; white-space: nowrap">this is cut at its right end</p>'
         '<p style="margin-bottom: -1.2rem">one line</p><p>another line</p>'
         '<p style="color: #999">a faint line</p><p style="width: 2000px; max-width: none">wide</p>'
+        '<div><table style="display: block"><caption>the title of a table</caption><tr><td>1</td></tr></table></div>'
         '<svg viewBox="0 0 9 9" width="9"></svg><button></button>'
         '<svg viewBox="0 0 900 90" aria-label="small"><text x="9" y="50" font-size="9">small words</text></svg>'
         "<script>noSuchName();</script>"
     )  # fmt: skip
     for found in glance(page("faults", body), tmp_path, "light"):
         said = "\n".join(found["faults"])
-        for word in ("cut: ", "over each other: ", "faint (2.", "px wide in", "no words for a picture", "no name",
-                     "headings: 1,3", "noSuchName"):  # fmt: skip
+        for word in ("cut: ", "over each other: ", "faint (2.", "px wide in", "squeezed: ", "no words for a picture",
+                     "no name", "headings: 1,3", "noSuchName"):  # fmt: skip
             assert word in said, word
         assert ("tiny" in said) == (found["width"] < 1000)
 
