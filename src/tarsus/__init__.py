@@ -34,12 +34,16 @@ def __getattr__(name: str) -> "Any":
         from importlib.metadata import version
 
         return version("tarsus")
-    if name not in _homes():
-        from tarsus.base.messages import nearest
-
-        raise AttributeError(f"module 'tarsus' has no attribute '{name}'{nearest(name, _HOMES)}")
     from importlib import import_module
 
+    if name not in _homes():
+        found = None if name.startswith("_") else _added(name)
+        if found is None:
+            from tarsus.base.messages import nearest
+
+            raise AttributeError(f"module 'tarsus' has no attribute '{name}'{nearest(name, _HOMES)}")
+        globals()[name] = found
+        return found
     module, own = _HOMES[name]
     if module == __name__ or module.startswith(
         f"{__name__}.{name}."
@@ -51,6 +55,19 @@ def __getattr__(name: str) -> "Any":
     )  # one of its files
     globals()[name] = value
     return value
+
+
+def _added(name: str) -> "Any":
+    """The function of a verb that an installed package adds (entry point group `tarsus.commands`): what its module's
+    `FUNCTION` names, "package.module:function"; None where no package has such a verb, or its module no such name."""
+    from importlib import import_module
+    from importlib.metadata import entry_points
+
+    for entry in entry_points(group="tarsus.commands", name=name):
+        module, _, function = getattr(import_module(entry.module), "FUNCTION", "").partition(":")
+        if module:
+            return getattr(import_module(module), function)
+    return None
 
 
 def __dir__() -> "list[str]":
