@@ -16,7 +16,7 @@ def peaks(run):
 measured = peaks(ts.simulate(truth, 0.06))
 unknowns = [
     ts.Unknown("robot.feet.tip.gap", "60 um", "80 um"),
-    ts.Unknown("robot.drives.pzt.law.linear", "-1 uN/V", "-0.4 uN/V"),
+    ts.Unknown("robot.drives.pzt.law.linear", "-1 uN/V", "-0.1 uN/V"),
 ]
 result = ts.fit(truth, unknowns, lambda run: (peaks(run) - measured) / 1e-7, duration="60 ms")
 if __name__ == "__main__":

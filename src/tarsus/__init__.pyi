@@ -3,7 +3,6 @@
 # Verbs: what the command line does, with the same words.
 from tarsus.calibrate.calibrating import calibrate as calibrate
 from tarsus.cluster.verb import sweep as sweep
-from tarsus.fit.fitting import fit as fit
 from tarsus.identify.chain import identify as identify
 from tarsus.identify.recommend import recommend as recommend
 from tarsus.inspection.begin import new as new
@@ -16,12 +15,14 @@ from tarsus.solve import simulate as simulate
 from tarsus.study.bench import run_bench as bench
 from tarsus.study.yields import yield_ as yield_
 from tarsus.synthesis.verb import synthesize as synthesize
+from tarsus_reproduce.verb import reproduce as reproduce
 
 # Verbs of Python alone.
 from tarsus.base.spec import get_value as get_value, quantity as quantity, with_values as with_values
 from tarsus.calibrate.mixture import load_mixture as load_mixture
 from tarsus.files.library import load_scene as load_scene
 from tarsus.files.toml import read_scene as read_scene, write_scene as write_scene
+from tarsus.fit.fitting import fit as fit
 from tarsus.model.laws import load_laws as load_laws
 from tarsus.orbits import periodic as periodic
 from tarsus.records.readers import read_measurement as read_measurement

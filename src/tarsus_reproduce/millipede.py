@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,17 +17,18 @@ from tarsus.base.errors import InputError
 from tarsus.base.spec import float_paths, with_values
 from tarsus.files.library import device_names, load_scene
 from tarsus.measure import STANDSTILL, Measure
-from tarsus.model.scene import Scene
 from tarsus.model.structure import Walker
 from tarsus.solve import Run, simulate
 from tarsus.solve.offered import offered
 from tarsus.study.studyfile import load_sweep
 from tarsus.study.sweep import Sweep
-from tarsus.study.sweeping import score_runs
 from tarsus.study.workunit import OUTCOMES
 from tarsus_reproduce.claims import EXAMPLE_CLAIM, TRENDS, FilmUnit, Trend, examples, scored_trends
-from tarsus_reproduce.reproduction import Progress
 from tarsus_reproduce.trends import RELEVANT, Finding, TrendCurve, TrendVerdict
+
+if TYPE_CHECKING:
+    from tarsus.model.scene import Scene
+    from tarsus_reproduce.reproduction import Progress
 
 VARIANTS = ("millipede", "millipede-table", "millipede-printed")
 """Devices that are judged when none is named, those that are installed."""
@@ -387,6 +388,8 @@ def _sweeps(
 
 
 def _swept(study: str, sweep: Sweep) -> Swept:
+    from tarsus.study.sweeping import score_runs
+
     path, other = sweep.vary
     x, replicates = (sweep.vary[name].values_on_grid() for name in (path, other))
     arrays = score_runs(sweep)

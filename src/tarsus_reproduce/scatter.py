@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import float_paths, with_values
-from tarsus.model.scene import Scene
 from tarsus_reproduce.millipede import Coarse, DeviceTrends, Score, judge_scene
+
+if TYPE_CHECKING:
+    from tarsus.model.scene import Scene
 
 SPREAD = 0.1
 """How far an unprinted number of a named device scatters when its score's firmness is asked for: 10 %, about what two

@@ -7,11 +7,9 @@ import threading
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from tarsus.base.errors import InputError
-from tarsus.base.workers import Workers
-from tarsus.calibrate.description import Search
 from tarsus.calibrate.ensemble import WeightedEnsemble, weighted_ensemble
 from tarsus.calibrate.excluding import ExcludedRow, exclude_each, missed_by
 from tarsus.calibrate.lowering import Lowered, lower_study
@@ -19,8 +17,12 @@ from tarsus.calibrate.prediction import Discrepancy, Prediction, predict_row
 from tarsus.calibrate.problem import Archive, CalibrationProblem
 from tarsus.calibrate.studyfile import Described, frozen_texts, load_study
 from tarsus.files.runstore import RunStore
-from tarsus.model.laws import Law
-from tarsus.tables import Table
+
+if TYPE_CHECKING:
+    from tarsus.base.workers import Workers
+    from tarsus.calibrate.description import Search
+    from tarsus.model.laws import Law
+    from tarsus.tables import Table
 
 __all__ = ["Calibration", "Solution", "calibrate", "solve"]
 

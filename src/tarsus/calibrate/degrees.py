@@ -15,11 +15,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.calibrate.problem import HypothesisFit
+if TYPE_CHECKING:
+    from tarsus.calibrate.problem import HypothesisFit
 
 __all__ = ["Freedom", "effective_unknowns", "freedom_of_best", "residual_scale"]
 

@@ -5,18 +5,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from tarsus.calibrate.degrees import Freedom
-from tarsus.calibrate.description import Search
-from tarsus.calibrate.objective import Hypothesis
 from tarsus.calibrate.prediction import Discrepancy, Prediction, discrepancy_of, predict_row
 from tarsus.calibrate.problem import Archive, CalibrationProblem, HypothesisFit
 from tarsus.calibrate.search import LEVEL, SearchResult, search_hypotheses
 from tarsus.fit.ensemble import Ensemble, drawn_evenly
+
+if TYPE_CHECKING:
+    from tarsus.calibrate.degrees import Freedom
+    from tarsus.calibrate.description import Search
+    from tarsus.calibrate.objective import Hypothesis
 
 __all__ = ["HypothesisEnsemble", "WeightedEnsemble", "ensemble_of", "hypothesis_weights", "weighted_ensemble"]
 

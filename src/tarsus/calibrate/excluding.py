@@ -11,15 +11,18 @@ import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.workers import Workers, is_executor, spread, workers
-from tarsus.calibrate.description import Search
 from tarsus.calibrate.ensemble import WeightedEnsemble, weighted_ensemble
 from tarsus.calibrate.prediction import Discrepancy, Prediction, discrepancy_of
-from tarsus.calibrate.problem import Archive, CalibrationProblem
+
+if TYPE_CHECKING:
+    from tarsus.calibrate.description import Search
+    from tarsus.calibrate.problem import Archive, CalibrationProblem
 
 __all__ = ["ExcludedRow", "exclude", "exclude_each", "missed_by"]
 

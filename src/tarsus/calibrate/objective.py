@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 
 from tarsus.fit.residuals import FAILED
 
-__all__ = ["Cells", "CostPieces", "Costs", "Hypothesis", "Objective", "SoftLimit", "existence", "tolerance"]
+__all__ = ["Cells", "Costs", "Hypothesis", "Objective", "ReadingCosts", "SoftLimit", "existence", "tolerance"]
 
 Floats = NDArray[np.float64]
 
@@ -142,17 +142,17 @@ class Objective:
         """The objective of this row of the table alone, without constraints."""
         return replace(self, cells=self.cells.at([row]), limits=())
 
-    def pieces(self, readings: NDArray[np.floating], hypothesis: Hypothesis) -> CostPieces:
-        """CostPieces of the cost of readings (ns, rows, channels, samples), of which the first nr rows are those of the
+    def pieces(self, readings: NDArray[np.floating], hypothesis: Hypothesis) -> ReadingCosts:
+        """Pieces of the cost of readings (ns, rows, channels, samples), of which the first nr rows are those of the
         table."""
-        return CostPieces(self, hypothesis, np.asarray(readings, dtype=float))
+        return ReadingCosts(self, hypothesis, np.asarray(readings, dtype=float))
 
     def soft(self, square: Floats) -> Floats:
         """Cost of squared residuals."""
         return self.robust**2 * np.log1p(square / self.robust**2)
 
 
-class CostPieces:
+class ReadingCosts:
     """The pieces of a cost by readings (ns, rows, channels, samples), their roots, and the slopes of these.
 
     Attributes

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tarsus.calibrate.objective import CostPieces, Hypothesis, Objective
 from tarsus.files.runstore import RunStore
 from tarsus.fit.residuals import Residuals
-from tarsus.fit.unknowns import Unknowns
+
+if TYPE_CHECKING:
+    from tarsus.calibrate.objective import Hypothesis, Objective, ReadingCosts
+    from tarsus.fit.unknowns import Unknowns
 
 __all__ = ["Archive", "CalibrationProblem", "HypothesisFit", "Simulate", "Slopes"]
 
@@ -54,7 +56,7 @@ class CalibrationProblem:
         """Number of rows that are fitted."""
         return len(self.objective.cells.observed)
 
-    def residuals(self, pieces: CostPieces, cube: Floats) -> Floats:
+    def residuals(self, pieces: ReadingCosts, cube: Floats) -> Floats:
         """Residuals (ns, nr) of sets at points (ns, nu), those of the priors last: the sum of their squares is the
         cost."""
         return np.concatenate([pieces.roots, self.unknowns.prior_residuals(cube)], axis=1)
@@ -162,8 +164,8 @@ class HypothesisFit(Residuals):
         self.unknowns = self.problem.unknowns
         self.hypothesis = self.problem.hypotheses[self.number]
 
-    def pieces(self, readings: Readings) -> CostPieces:
-        """CostPieces of the cost of readings."""
+    def pieces(self, readings: Readings) -> ReadingCosts:
+        """Pieces of the cost of readings."""
         return self.problem.objective.pieces(readings, self.hypothesis)
 
     def residuals_at(self, points: Floats) -> Floats:

@@ -8,9 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tarsus.calibrate.cells import column_value
-from tarsus.calibrate.ensemble import HypothesisEnsemble
-from tarsus.calibrate.excluding import ExcludedRow
-from tarsus.calibrate.lowering import Lowered
 from tarsus.calibrate.objective import existence
 from tarsus.calibrate.prediction import INTERVAL, Prediction
 from tarsus.files.version import package_version
@@ -20,6 +17,9 @@ from tarsus.tables.table import ROW
 
 if TYPE_CHECKING:
     from tarsus.calibrate.calibrating import Calibration
+    from tarsus.calibrate.ensemble import HypothesisEnsemble
+    from tarsus.calibrate.excluding import ExcludedRow
+    from tarsus.calibrate.lowering import Lowered
 
 __all__ = [
     "OPEN",

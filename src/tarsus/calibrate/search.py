@@ -10,16 +10,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.calibrate.degrees import Freedom, freedom_of_best
-from tarsus.calibrate.description import Search
 from tarsus.calibrate.problem import Archive, HypothesisFit
 from tarsus.fit.chain import chain, spread_over
 from tarsus.fit.least_squares import least_squares
 from tarsus.fit.regressions import STEPS, Valleys, steps
+
+if TYPE_CHECKING:
+    from tarsus.calibrate.description import Search
 
 __all__ = ["LEVEL", "SearchResult", "randomness", "search_hypotheses"]
 

@@ -109,17 +109,6 @@ def print_json(value: Any) -> None:
     print(json_text(value))
 
 
-def table(headings: Sequence[str], rows: Sequence[Sequence[str]], *, numbers_from: int = 1) -> None:
-    """A plain table on stdout, columns from `numbers_from` on flushed right; wide cells are never cut."""
-    widths = [max(len(row[i]) for row in (headings, *rows)) for i in range(len(headings))]
-    for row in (headings, tuple("-" * width for width in widths), *rows):
-        cells = [
-            cell.rjust(width) if i >= numbers_from else cell.ljust(width)
-            for i, (cell, width) in enumerate(zip(row, widths, strict=True))
-        ]
-        print("  ".join(cells).rstrip())
-
-
 def show(found: Any, json: bool = False, written: Iterable[Path] = ()) -> int:
     """A result of a verb as its table, or as its plain data, then its remarks; files that were written."""
     if json:

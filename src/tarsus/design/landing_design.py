@@ -4,25 +4,27 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tarsus.design.energy import energy_of
-from tarsus.design.grounds import Grounds
 from tarsus.design.headers import digest, header_text, in_comment
-from tarsus.design.judge import Attack, Round
-from tarsus.design.landing_request import LandingRequest
-from tarsus.design.learning import Learning
 from tarsus.design.results import DesignResult, csv_text
-from tarsus.design.trials import Landings, Regime
 from tarsus.files.jsontext import json_text
 from tarsus.files.toml import scene_text
 from tarsus.files.version import package_version
-from tarsus.model.drive.waveforms import OnOff
 from tarsus.model.scene import Scene, override
 from tarsus.tables.numbers import amount
 from tarsus.tables.table import Column, Table
+
+if TYPE_CHECKING:
+    from tarsus.design.grounds import Grounds
+    from tarsus.design.judge import Attack, Round
+    from tarsus.design.landing_request import LandingRequest
+    from tarsus.design.learning import Learning
+    from tarsus.design.trials import Landings, Regime
+    from tarsus.model.drive.waveforms import OnOff
 
 __all__ = ["LANDING_FILES", "FrontPoint", "LandingDesign", "signal_text"]
 

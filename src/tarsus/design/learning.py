@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +18,11 @@ from tarsus.base.errors import InputError
 from tarsus.base.spec import float_paths
 from tarsus.design.grounds import Grounds, Over, drawn, over_of
 from tarsus.design.landing_request import LandingRequest, Sensor
-from tarsus.design.target import Target
-from tarsus.design.trials import Landings, Trials
 from tarsus.fit.valleys import Budget, Visited, follow_down
+
+if TYPE_CHECKING:
+    from tarsus.design.target import Target
+    from tarsus.design.trials import Landings, Trials
 
 __all__ = ["ArrivalLine", "Learning", "by_bits", "by_scalars", "learn_on_hidden_grounds"]
 

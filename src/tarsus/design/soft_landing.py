@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.base.workers import Workers
 from tarsus.design.energy import energies, period_rises
-from tarsus.design.grounds import Grounds
 from tarsus.design.headers import neighbours
 from tarsus.design.landing_design import FrontPoint, LandingDesign
 from tarsus.design.landing_request import LandingSettings, Sensor, landing_request
@@ -22,7 +20,11 @@ from tarsus.design.trials import regime_of
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.fit.front import undominated
 from tarsus.fit.unknowns import Unknowns
-from tarsus.model.drive.waveforms import OnOff
+
+if TYPE_CHECKING:
+    from tarsus.base.workers import Workers
+    from tarsus.design.grounds import Grounds
+    from tarsus.model.drive.waveforms import OnOff
 
 __all__ = ["landing", "learn"]
 

@@ -6,16 +6,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.design.grounds import Grounds
-from tarsus.design.pulses import Family, Step
-from tarsus.design.trials import Landings, Trials
 from tarsus.fit.minimax import CostPieces
-from tarsus.solve.gradients import GradientRun
+
+if TYPE_CHECKING:
+    from tarsus.design.grounds import Grounds
+    from tarsus.design.pulses import Family, Step
+    from tarsus.design.trials import Landings, Trials
+    from tarsus.solve.gradients import GradientRun
 
 __all__ = ["LandingObjective", "Target", "touchdown_pieces"]
 

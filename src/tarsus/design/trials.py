@@ -8,20 +8,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.events import IMPACTS
 from tarsus.base.spec import with_values
-from tarsus.base.workers import Workers
-from tarsus.design.grounds import Grounds
 from tarsus.model.drive.waveforms import OnOff
-from tarsus.model.scene import Scene
 from tarsus.solve.codes import EventColumns
 from tarsus.solve.gradients import GradientBatch, GradientRun
-from tarsus.solve.results import Batch
 from tarsus.solve.session import Session
+
+if TYPE_CHECKING:
+    from tarsus.base.workers import Workers
+    from tarsus.design.grounds import Grounds
+    from tarsus.model.scene import Scene
+    from tarsus.solve.results import Batch
 
 __all__ = ["Landings", "Regime", "Trials", "regime_of", "settled_periods"]
 

@@ -7,12 +7,15 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tarsus.fit.uncertainty import Uncertainty, uncertainty_of
-from tarsus.fit.unknowns import Unknowns
+
+if TYPE_CHECKING:
+    from tarsus.fit.unknowns import Unknowns
 
 __all__ = ["FAILED", "Found", "Residuals"]
 

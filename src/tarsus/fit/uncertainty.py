@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.fit.unknowns import Unknowns
+if TYPE_CHECKING:
+    from tarsus.fit.unknowns import Unknowns
 
 __all__ = ["Uncertainty", "uncertainty_of"]
 

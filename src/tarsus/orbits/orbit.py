@@ -34,8 +34,8 @@ from tarsus.orbits.returns import (
 from tarsus.orbits.walking import WalkMap, walk_map
 from tarsus.solve import simulate
 from tarsus.solve.codes import ResultCode
+from tarsus.solve.contacts import Contacts
 from tarsus.solve.run import Run
-from tarsus.solve.window import Contacts
 from tarsus.tables.table import ROW, Column, Table
 
 if TYPE_CHECKING:

@@ -22,11 +22,12 @@ from tarsus.base.spec import with_values
 from tarsus.model.drive.waveforms import Constant
 from tarsus.plan.lowering import Plan, lower_scene
 from tarsus.plan.slots import Rows, rows_for, rows_of, slot
+from tarsus.solve.contacts import Contacts
 from tarsus.solve.engine import Accuracy, ModeBook, book_of, execute, settings_of, structure_key
 from tarsus.solve.lanes import tangents
 from tarsus.solve.simulate import Shared
 from tarsus.solve.tangents import NO_FRICTION, DataTangents, Entering
-from tarsus.solve.window import Contacts, Window, simulate_window
+from tarsus.solve.window import Window, simulate_window
 
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene

@@ -31,10 +31,11 @@ from tarsus.orbits.returns import (
 )
 from tarsus.plan.lowering import Plan, lower_scene
 from tarsus.plan.slots import rows_of
+from tarsus.solve.contacts import Contacts
 from tarsus.solve.engine import tables_of
 from tarsus.solve.lanes import Tangents, walk_tangents
 from tarsus.solve.tangents import DataTangents, Entering
-from tarsus.solve.window import Contacts, Window, simulate_window
+from tarsus.solve.window import Window, simulate_window
 
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene

@@ -16,7 +16,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.spec import Description, get_value, with_values
 from tarsus.model.drive.lower import lower_track
 from tarsus.model.drive.track import NoSlopeError, Track, joined
-from tarsus.model.drive.waveforms import Constant
+from tarsus.model.drive.waveforms.constant import Constant
 from tarsus.plan.lowering import Kind, distinct, slot
 
 if TYPE_CHECKING:

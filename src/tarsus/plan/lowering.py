@@ -23,7 +23,7 @@ from tarsus.model.laws.base import Law, SmoothLaw
 from tarsus.model.laws.impact_map import Body, MassWeighted
 from tarsus.model.laws.landing import PullAsPrinted
 from tarsus.model.laws.translate import translate
-from tarsus.model.structure import Walker
+from tarsus.model.structure.walker import Walker
 
 if TYPE_CHECKING:
     from tarsus.model.laws.program import Program

@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from matplotlib.axes import Axes
 
 from tarsus.base.events import IMPACTS
 from tarsus.base.spec import float_paths, with_values
 from tarsus.design.energy import period_rises
-from tarsus.design.landing_design import LandingDesign
 from tarsus.report.figures import shade
-from tarsus.report.pages import Plate
 from tarsus.report.series import Series, last_turns
 from tarsus.report.sheet import Sheet, few_ticks, plate
 from tarsus.report.style import BLUE, GREEN, INK, MUTED, ORANGE, RULE, VERMILION, Scale, scale_of
 from tarsus.solve import simulate
-from tarsus.solve.run import Run
 from tarsus.tables.numbers import amount
+
+if TYPE_CHECKING:
+    from tarsus.design.landing_design import LandingDesign
+    from tarsus.report.pages import Plate
+    from tarsus.solve.run import Run
 
 __all__ = ["Pair", "draw_gaps", "front", "landing_zoom", "learning", "on_grounds", "picture"]
 

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from tarsus.base.spec import float_paths
 from tarsus.design.energy import energy_of
 from tarsus.design.headers import digest, header_text
-from tarsus.design.landing_design import LandingDesign
 from tarsus.design.landing_request import Sensor
 from tarsus.report import landing_figures
 from tarsus.report.pages import page, rendered, write_page
 from tarsus.tables.numbers import number
 from tarsus.tables.table import ROW, Column, Table
+
+if TYPE_CHECKING:
+    from tarsus.design.landing_design import LandingDesign
 
 __all__ = ["landing_html", "write_landing_report"]
 

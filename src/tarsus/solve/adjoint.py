@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from tarsus.core import _native, nodes
 from tarsus.core.modes import NODES, ModeBook
 from tarsus.model.drive.pieces import TERMS
+from tarsus.solve.contacts import Contacts
 from tarsus.solve.lanes import Doubt
-from tarsus.solve.window import Contacts
 
 if TYPE_CHECKING:
     from tarsus.plan.lowering import Plan

@@ -22,6 +22,7 @@ from tarsus.measure.table import RunTable
 from tarsus.measure.whole import WHOLE_RUN
 from tarsus.solve.acting import Acting
 from tarsus.solve.codes import EVENT_TYPE, apex_rows, event_order, structured_events, structured_marks
+from tarsus.solve.contacts import Contacts
 from tarsus.solve.directional import EventDerivatives, Ways, directional_slopes, measure_slopes, table_of
 from tarsus.solve.engine import RECORDED, Accuracy, RawRuns, execute, settings_of
 from tarsus.solve.lanes import Doubt, Tangents, tangents, walk_tangents
@@ -30,7 +31,6 @@ from tarsus.solve.results import Batch
 from tarsus.solve.run import Run, increasing
 from tarsus.solve.simulate import Shared, kept, prepared
 from tarsus.solve.tangents import Direction, Entering, directions_of, entering
-from tarsus.solve.window import Contacts
 
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene

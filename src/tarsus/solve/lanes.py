@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from tarsus.core import _native, nodes
 from tarsus.core.modes import NODES, ModeBook
+from tarsus.solve.contacts import Contacts
 from tarsus.solve.engine import Accuracy, RawRuns, settings_of, tables_of
 from tarsus.solve.tangents import LANES, Entering
-from tarsus.solve.window import Contacts
 
 if TYPE_CHECKING:
     from tarsus.plan.lowering import Plan

@@ -5,16 +5,19 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.base.units import parse_quantity
 from tarsus.files.runstore import MOST_UNITS, PLAN_FILE, RunStore
-from tarsus.study.axes import Floats
 from tarsus.study.studyfile import frozen_texts
-from tarsus.study.sweep import Sweep
 from tarsus.study.workunit import work_unit
+
+if TYPE_CHECKING:
+    from tarsus.study.axes import Floats
+    from tarsus.study.sweep import Sweep
 
 __all__ = ["open_store", "runs_per_unit", "values_of"]
 

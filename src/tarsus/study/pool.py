@@ -14,20 +14,23 @@ from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.base.workers import places
-from tarsus.files.memo import Arrays
 from tarsus.files.runstore import RunStore, digest_of
 from tarsus.files.version import versions
 from tarsus.solve.simulate import Shared
 from tarsus.study.layout import values_of
-from tarsus.study.progress import Progress
 from tarsus.study.studyfile import frozen_sweep, frozen_texts
-from tarsus.study.sweep import Sweep
 from tarsus.study.workunit import work_unit
+
+if TYPE_CHECKING:
+    from tarsus.files.memo import Arrays
+    from tarsus.study.progress import Progress
+    from tarsus.study.sweep import Sweep
 
 __all__ = ["WorkerPool"]
 

@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,9 +22,11 @@ from tarsus.study.collecting import collect
 from tarsus.study.layout import open_store, runs_per_unit
 from tarsus.study.pool import WorkerPool
 from tarsus.study.progress import OnProgress, Progress
-from tarsus.study.sweep import Sweep
 from tarsus.study.workunit import OUTCOMES, work_unit
 from tarsus.tables.table import Table
+
+if TYPE_CHECKING:
+    from tarsus.study.sweep import Sweep
 
 __all__ = ["SweepResult", "do_units", "finish", "run_sweep", "score_runs"]
 

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.solve.batch import simulate_batch
 from tarsus.solve.codes import ResultCode
-from tarsus.solve.results import Batch
 from tarsus.solve.simulate import Shared
-from tarsus.study.axes import Floats
-from tarsus.study.sweep import Sweep
+
+if TYPE_CHECKING:
+    from tarsus.solve.results import Batch
+    from tarsus.study.axes import Floats
+    from tarsus.study.sweep import Sweep
 
 __all__ = ["DONE", "OUTCOMES", "work_unit"]
 

@@ -29,6 +29,21 @@ def scene() -> ts.Scene:
     return ts.load_scene("millipede-printed")
 
 
+@pytest.fixture(scope="module")
+def robust(scene):
+    """A robust front, and the gaits that were put on grounds drawn by chance."""
+    looked: list[np.ndarray] = []
+    attack = Judge.attack
+
+    def spied(self, rows, look, *, by_chance=False):
+        looked.extend([rows] if by_chance else [])
+        return attack(self, rows, look, by_chance=by_chance)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Judge, "attack", spied)
+        return gait(scene, FREE, over=BOX, **SMALL), looked
+
+
 def walks_of(scene: ts.Scene, free: object = FREE, objectives: str = "speed,energy") -> Walks:
     freed, unknowns = gait_unknowns(scene, free)  # type: ignore[arg-type]
     return Walks(freed, unknowns, objectives_of(objectives), SHORT, threads=1)
@@ -99,8 +114,8 @@ def test_dead_legs_have_no_drive_and_keep_their_place():
         without_legs(hexapod, ("L7",))
 
 
-def test_a_robust_front_is_judged_on_the_same_grounds_and_says_its_gap(scene, tmp_path):
-    found = gait(scene, FREE, over=BOX, **SMALL)
+def test_a_robust_front_is_judged_on_the_same_grounds_and_says_its_gap(scene, robust, tmp_path):
+    found, _ = robust
     assert len(found.grounds) > 1 and found.grounds.values["ground.friction.coefficient"][0] == 7.96
     front = found.front
     assert undominated(front).all() and len(found.members) >= 1
@@ -132,16 +147,8 @@ def test_a_robust_front_is_judged_on_the_same_grounds_and_says_its_gap(scene, tm
     assert table["gain"] == pytest.approx(found.gain) and len(table["front"]) == len(found.members)
 
 
-def test_every_gait_shown_is_put_on_grounds_drawn_by_chance(scene, monkeypatch):
-    looked: list[np.ndarray] = []
-    attack = Judge.attack
-
-    def spied(self, rows, look, *, by_chance=False):
-        looked.extend([rows] if by_chance else [])
-        return attack(self, rows, look, by_chance=by_chance)
-
-    monkeypatch.setattr(Judge, "attack", spied)
-    found = gait(scene, FREE, over=BOX, **SMALL)
+def test_every_gait_shown_is_put_on_grounds_drawn_by_chance(robust):
+    found, looked = robust
     seen = {tuple(point) for points in looked for point in points}
     assert {tuple(one.point) for one in (*found.members, found.robust, found.optimum)} <= seen
 

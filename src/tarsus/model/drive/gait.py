@@ -22,7 +22,7 @@ from pydantic import Field, model_validator
 from tarsus.base.messages import PathErrors, nearest
 from tarsus.base.spec import Amount, Description, Named, quantity
 from tarsus.base.units import format_quantity
-from tarsus.model.drive.waveforms import Square
+from tarsus.model.drive.waveforms.square import Square
 
 __all__ = [
     "Alternating",

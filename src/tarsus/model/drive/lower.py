@@ -20,7 +20,7 @@ import numpy as np
 from tarsus.base.dual import value_of
 from tarsus.base.errors import InputError
 from tarsus.model.drive.law import VoltageLaw
-from tarsus.model.drive.laws import LinearForce
+from tarsus.model.drive.laws.linear import LinearForce
 from tarsus.model.drive.parts import IDENTITY, to_pieces, whole_parts
 from tarsus.model.drive.pieces import TERMS, Channels, Pieces, evaluate
 from tarsus.model.drive.signal import Signal

@@ -1,0 +1,58 @@
+"""What the feet do where a part of a run begins."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = ["Contacts"]
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """What the feet do where a window starts.
+
+    held: numbers of the feet on the ground; since: begin [s] of each one's contact, at the start unless given (its
+    adhesion counts from there); leaving: numbers of free feet at the ground that have just been let go. A free foot at
+    the ground that is not leaving is judged as everywhere: it bounces, is captured, rests or departs.
+    """
+
+    held: Sequence[int] = ()
+    since: Sequence[float] | None = None
+    leaving: Sequence[int] = ()
+
+    def faults(self, feet: int, start: float) -> list[str]:
+        """Sentences on what is wrong for a plan of so many feet and a window that starts at ``start`` [s]."""
+        problems = [
+            f"{name}: there is no foot number {i} (feet are numbered 0 to {feet - 1})"
+            for name, numbers in (("held", self.held), ("leaving", self.leaving))
+            for i in numbers
+            if not 0 <= i < feet
+        ]
+        problems += [
+            f"foot {i} cannot be held and be leaving" for i in sorted(set(self.held) & set(self.leaving))
+        ]
+        if self.since is not None:
+            if len(self.since) != len(self.held):
+                problems.append(
+                    f"since: expected a time for each of {len(self.held)} held feet, got {len(self.since)}"
+                )
+            elif not all(one <= start for one in self.since):
+                problems.append(f"since: a contact held at {start:g} s has begun by then")
+        return problems
+
+    def begin(
+        self, feet: int, start: float
+    ) -> tuple[float, npt.NDArray[np.uint8], npt.NDArray[np.uint8], Floats]:
+        """Time [s], held, leaving and since (m,) as the engine takes them."""
+        held, leaving = np.zeros((2, feet), dtype=np.uint8)
+        since = np.full(feet, start)
+        held[list(self.held)] = leaving[list(self.leaving)] = 1
+        if self.since is not None:
+            since[list(self.held)] = self.since
+        return start, held, leaving, since
