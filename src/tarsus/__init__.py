@@ -18,7 +18,7 @@ this package takes.
 def _homes() -> "dict[str, tuple[str, str]]":
     if not _HOMES:
         with open(__file__.removesuffix("c") + "i", encoding="utf-8") as stub:
-            lines = [line.split() for line in stub if line.startswith("from tarsus")]
+            lines = [line.split() for line in stub if line.startswith(("from tarsus.", "from tarsus "))]
         for _, module, _, *words in lines:
             for name, _, offered in (
                 " ".join(words).split(", ")[k].split() for k in range(words.count("as"))
@@ -71,4 +71,6 @@ def _added(name: str) -> "Any":
 
 
 def __dir__() -> "list[str]":
-    return sorted({*globals(), *_homes(), "__version__"})
+    from importlib.metadata import entry_points
+
+    return sorted({*globals(), *_homes(), *entry_points(group="tarsus.commands").names, "__version__"})
