@@ -197,7 +197,9 @@ def test_verbs_of_other_packages_are_functions_too(
     assert ts.wave(times=2) == "hello hello "
     monkeypatch.delattr(ts, "wave")
     assert ts.show.__module__ == "tarsus.inspection.show", "the library's own verbs prevail"
-    assert "reproduce" in set(dir(ts)) - set(ts.__all__) and ts.reproduce is reproduce, "found by its entry point"
+    assert "reproduce" in set(dir(ts)) - set(ts.__all__) and ts.reproduce is reproduce, (
+        "found by its entry point"
+    )
     with pytest.raises(AttributeError, match="no attribute 'reprodcue'"):
         _ = ts.reprodcue
 
