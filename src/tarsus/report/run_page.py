@@ -70,7 +70,7 @@ def report_html(run: RunLike, companion: RunLike | None = None) -> str:
 
 def _warnings(run: RunLike) -> list[str]:
     """What a reader must not miss: an impact map that can create energy, and the run's own remarks."""
-    remarks = list(getattr(run, "remarks", ()))
+    remarks: list[str] = list(getattr(run, "remarks", ()))
     if run.scene.ground.impact is None:
         return remarks
     from tarsus.impacts.energy import creation_warning  # with its package come scipy's statistics
