@@ -54,7 +54,7 @@ def test_the_numbers_of_the_ball_are_recovered_and_each_row_is_predicted_without
     file = ball_study(tmp_path, rows(tmp_path, (40, 50, 65, 80, 100, 120)), generations=20, leave_out=True)
     found = calibrate(file, threads=2)
     solution = found.solution
-    assert found._repr_html_().count("<td>determined</td>") == len(TRUTH)
+    assert found._repr_html_().count(">determined</td>") == len(TRUTH)
     assert solution.fit.best.hypothesis.options == {"height": "average"}
     for one in solution.fit.best.ranges(solution.problem.unknowns):
         assert one.value == pytest.approx(TRUTH[one.name], rel=0.03) and one.verdict is Verdict.DETERMINED
