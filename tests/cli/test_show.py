@@ -8,6 +8,7 @@ import pytest
 
 import tarsus as ts
 from tarsus.base.spec import get_value
+from tarsus.files.runstore import RunStore
 
 BALL = Path(__file__).parents[1] / "scenes" / "ball.toml"
 
@@ -26,7 +27,9 @@ def test_every_value_has_a_unit_and_a_provenance(tarsus):
     for device, source in (("cantilever", "calibrated"), ("cantilever-1", "printed")):
         values = {one["path"]: one for one in tarsus("show", device, "--json").json()["values"]}
         assert len(values) > 10 and values["ground.adhesion.initial"]["unit"] == "N"
-        assert all(one["source"] in {"printed", "derived", "calibrated", "assumed"} for one in values.values())
+        assert all(
+            one["source"] in {"printed", "derived", "calibrated", "assumed"} for one in values.values()
+        )
         assert all(one["note"] for one in values.values())
         found, path = ts.load_scene(device), "ground.restitution.coefficient"
         assert (values[path]["value"], values[path]["source"]) == (get_value(found, path), source)
@@ -60,7 +63,11 @@ def test_check_accepts_what_was_written_and_names_all_errors_at_once(tarsus, sce
     scene_table["robot"]["feet"]["tip"]["gap"] = "3 mg"
     result = tarsus("check", save(scene_table))
     assert result.code == 2
-    for parts in (("ground.film.thickness", "above 0"), ("inital", "'initial'"), ("robot.feet.tip.gap", "a mass")):
+    for parts in (
+        ("ground.film.thickness", "above 0"),
+        ("inital", "'initial'"),
+        ("robot.feet.tip.gap", "a mass"),
+    ):
         assert any(all(part in one for part in parts) for one in result.sentences)
 
 
@@ -138,3 +145,10 @@ def test_a_page_is_made_again_without_simulating(tarsus, runs, monkeypatch):
     found = tarsus("report", runs / "b", "--no-browser", "--json").json()
     assert found == {"page": str(runs / "b" / "report.html"), "made_again": True}
     assert "cantilever" in (runs / "b" / "report.html").read_text()
+
+
+def test_a_folder_where_another_verb_keeps_its_runs_is_no_sweep(tarsus, tmp_path):
+    RunStore.open(tmp_path / "fit", {"study.toml": "", "scene.toml": ""}, what="calibration")
+    for verb in ("show", "report"):
+        said = tarsus(verb, tmp_path / "fit")
+        assert said.code == 2 and "holds no sweep" in said.sentences[0] and "--resume" in said.sentences[0]

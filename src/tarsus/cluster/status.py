@@ -56,6 +56,10 @@ def status_of(folder: Path) -> Status:
         raise ValueError(
             f"'{folder}' holds no sweep: it has no plan.json, or a damaged one, or one of an earlier version"
         ) from None
+    if runs < 1:
+        raise ValueError(
+            f"'{folder}' holds no sweep but what another verb keeps, which continues it with --resume and writes its page"
+        )
     done = _units_done(folder / "units")
     finished = (folder / "sweep.nc").exists()
     done = units if finished else done
