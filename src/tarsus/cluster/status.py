@@ -58,7 +58,8 @@ def status_of(folder: Path) -> Status:
         ) from None
     if runs < 1:
         raise ValueError(
-            f"'{folder}' holds no sweep but what another verb keeps, which continues it with --resume and writes its page"
+            f"'{folder}' holds no sweep but what another verb keeps, which continues it with --resume and writes "
+            "its page"
         )
     done = _units_done(folder / "units")
     finished = (folder / "sweep.nc").exists()
