@@ -123,7 +123,7 @@ class Attack:
 @dataclass(frozen=True)
 class Round:
     """One round of cutting planes. what: is searched; grounds: that were active; gap: the largest share by which an
-    attack found a candidate worse; score, worst: cost of the best one in the first objective, on these grounds and on
+    attack found a candidate worse that is wanted; score, worst: cost of the best one in the first objective, on these grounds and on
     the worst that was found."""
 
     what: str
@@ -159,7 +159,7 @@ class Judge:
     """What candidates of one request are judged by.
 
     each: see `Each`; own: the scene's own ground; over, risk, seed: of the request; grounded: numbers of the objectives
-    that depend on the ground at all.
+    that depend on the ground at all; one: whether one candidate is wanted, not a front: its gap alone has to be closed.
     """
 
     each: Each
@@ -168,6 +168,7 @@ class Judge:
     risk: Risk
     seed: int
     grounded: tuple[int, ...] = (0,)
+    one: bool = False
     looks: int = 0
 
     @property
@@ -291,7 +292,7 @@ class Judge:
                 found = self.attack(rows, look)
                 known = self.costs(rows, grounds).max(axis=1)
                 gaps = excess(known, found.costs)
-                gap = float(gaps.max())
+                gap = float(gaps[: 1 if self.one else None].max())
                 history.append(Round(what, len(grounds), gap, float(known[0, 0]), float(found.costs[0, 0])))
                 leader = int(np.argmin(found.costs[:, 0]))
                 if number and (found.costs[leader, 0] < least or not len(best)):
