@@ -123,8 +123,8 @@ class Attack:
 @dataclass(frozen=True)
 class Round:
     """One round of cutting planes. what: is searched; grounds: that were active; gap: the largest share by which an
-    attack found a candidate worse that is wanted; score, worst: cost of the best one in the first objective, on these grounds and on
-    the worst that was found."""
+    attack found a candidate worse that is wanted; score, worst: cost of the best one in the first objective, on these
+    grounds and on the worst that was found."""
 
     what: str
     grounds: int
