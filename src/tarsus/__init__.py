@@ -18,7 +18,7 @@ this package takes.
 def _homes() -> "dict[str, tuple[str, str]]":
     if not _HOMES:
         with open(__file__.removesuffix("c") + "i", encoding="utf-8") as stub:
-            lines = [line.split() for line in stub if line.startswith("from tarsus")]
+            lines = [line.split() for line in stub if line.startswith(("from tarsus.", "from tarsus "))]
         for _, module, _, *words in lines:
             for name, _, offered in (
                 " ".join(words).split(", ")[k].split() for k in range(words.count("as"))
@@ -34,12 +34,16 @@ def __getattr__(name: str) -> "Any":
         from importlib.metadata import version
 
         return version("tarsus")
-    if name not in _homes():
-        from tarsus.base.messages import nearest
-
-        raise AttributeError(f"module 'tarsus' has no attribute '{name}'{nearest(name, _HOMES)}")
     from importlib import import_module
 
+    if name not in _homes():
+        found = None if name.startswith("_") else _added(name)
+        if found is None:
+            from tarsus.base.messages import nearest
+
+            raise AttributeError(f"module 'tarsus' has no attribute '{name}'{nearest(name, _HOMES)}")
+        globals()[name] = found
+        return found
     module, own = _HOMES[name]
     if module == __name__ or module.startswith(
         f"{__name__}.{name}."
@@ -53,5 +57,20 @@ def __getattr__(name: str) -> "Any":
     return value
 
 
+def _added(name: str) -> "Any":
+    """The function of a verb that an installed package adds (entry point group `tarsus.commands`): what its module's
+    `FUNCTION` names, "package.module:function"; None where no package has such a verb, or its module no such name."""
+    from importlib import import_module
+    from importlib.metadata import entry_points
+
+    for entry in entry_points(group="tarsus.commands", name=name):
+        module, _, function = getattr(import_module(entry.module), "FUNCTION", "").partition(":")
+        if module:
+            return getattr(import_module(module), function)
+    return None
+
+
 def __dir__() -> "list[str]":
-    return sorted({*globals(), *_homes(), "__version__"})
+    from importlib.metadata import entry_points
+
+    return sorted({*globals(), *_homes(), *entry_points(group="tarsus.commands").names, "__version__"})

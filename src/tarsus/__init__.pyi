@@ -15,7 +15,7 @@ from tarsus.solve import simulate as simulate
 from tarsus.study.bench import run_bench as bench
 from tarsus.study.yields import yield_ as yield_
 from tarsus.synthesis.verb import synthesize as synthesize
-from tarsus_reproduce.verb import reproduce as reproduce
+from tarsus_reproduce.verb import reproduce as reproduce  # for type checkers: found by its entry point
 
 # Verbs of Python alone.
 from tarsus.base.spec import get_value as get_value, quantity as quantity, with_values as with_values

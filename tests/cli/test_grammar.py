@@ -98,7 +98,7 @@ def test_less_and_more_at_once_is_refused(tarsus):
     ("words", "now"),
     [
         *((name, now) for name, now in former.COMMANDS.items()),
-        *((name if " " in name else f"calibrate {name}", now) for name, now in former.OPTIONS.items()),
+        *former.OPTIONS.items(),
     ],
 )
 def test_a_former_word_is_answered_with_the_present_one(tarsus, words, now):

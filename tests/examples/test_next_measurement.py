@@ -17,8 +17,8 @@ def _contact_time(example) -> float:
     return float(features_of(run, ("contact_duration",)).values[0])
 
 
-# Slow: 512 draws weighed three times. cli/test_recommend.py, unit/identify/test_ranking.py and test_verdict.py ask for the
-# ranking and for the verdicts by default.
+# Slow: 512 draws weighed three times. cli/test_recommend.py, unit/identify/test_ranking.py and test_verdict.py ask for
+# the ranking and for the verdicts by default.
 @pytest.mark.slow
 def test_next_measurement():
     example = load("next_measurement")

@@ -52,10 +52,6 @@ def function_of(verb: str) -> Any:
 
 def parameters(function: Any) -> set[str]:
     """Names of its arguments; of a room that is a verb too, those of the verb."""
-    called = getattr(type(function), "_called", None) if inspect.ismodule(function) else None
-    if called is not None:
-        module, _, name = called.partition(":")
-        function = getattr(__import__(module, fromlist=[name]), name)
     found = inspect.signature(function).parameters
     settings = any(one.kind is one.VAR_KEYWORD for one in found.values())  # as `design.request` names them
     return set(found) | (DESIGN if settings else set())

@@ -152,9 +152,10 @@ def their_robots(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     (package / "studies" / "their-fit.toml").write_text('device = "other"\ntable = "table.csv"\n')
     (package / "__init__.py").write_text(
         f"from pathlib import Path\nOTHER = {str(tmp_path / 'other.toml')!r}\n"
-        "STUDIES = Path(__file__).parent / 'studies'\n"
+        "STUDIES = Path(__file__).parent / 'studies'\nFUNCTION = 'their_robots.plain:wave'\n"
         'def wave(*, times: int = 1) -> int:\n    """Wave."""\n    print("hello " * times)\n    return 0\n'
     )
+    (package / "plain.py").write_text("def wave(times=1):\n    return 'hello ' * times\n")
     info = tmp_path / "their_robots-1.dist-info"
     info.mkdir()
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: their-robots\nVersion: 1\n")
@@ -185,6 +186,22 @@ def test_a_folder_of_studies_of_another_package(their_robots: None) -> None:
         load_sweep("their-fit")
     with pytest.raises(InputError, match="no study is called 'their-swep'; did you mean 'their-sweep'"):
         load_sweep("their-swep")
+
+
+def test_verbs_of_other_packages_are_functions_too(
+    their_robots: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import tarsus as ts
+    from tarsus_reproduce.verb import reproduce
+
+    assert ts.wave(times=2) == "hello hello "
+    monkeypatch.delattr(ts, "wave")
+    assert ts.show.__module__ == "tarsus.inspection.show", "the library's own verbs prevail"
+    assert "reproduce" in set(dir(ts)) - set(ts.__all__) and ts.reproduce is reproduce, (
+        "found by its entry point"
+    )
+    with pytest.raises(AttributeError, match="no attribute 'reprodcue'"):
+        _ = ts.reprodcue
 
 
 def test_verbs_of_other_packages(their_robots: None, capsys: pytest.CaptureFixture[str]) -> None:

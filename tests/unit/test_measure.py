@@ -237,7 +237,7 @@ def test_a_warning_where_the_highest_flights_are_not_counted():
     found = period_statistics(run)
     assert found["bounces"].value == 17.0
     warning = next(one for one in found.warnings if one.kind is CautionKind.HIGHEST_UNCOUNTED)
-    assert "foot" in str(warning) and "40 um" in str(warning) and "dwell 0.5 ms" in str(warning)
+    assert "foot" in str(warning) and "40 µm" in str(warning) and "dwell 500 µs" in str(warning)
     longer = period_statistics(run, dwell=3 * MS)
     assert longer["bounces"].value == 20.0
     assert CautionKind.HIGHEST_UNCOUNTED not in {one.kind for one in longer.warnings}

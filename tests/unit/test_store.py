@@ -9,6 +9,7 @@ import json
 import math
 import os
 import re
+import shutil
 from pathlib import Path
 
 import h5py
@@ -237,6 +238,25 @@ def test_read_run_refuses_what_is_no_run(run: Run, tmp_path: Path) -> None:
     (tmp_path / "summary.json").write_text("{")
     with pytest.raises(InputError, match=r"summary\.json"):
         read_run(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("file", "damage", "said"),
+    [
+        (store.EVENTS_FILE, lambda text: text[:100], "events.csv is damaged"),
+        (store.EVENTS_FILE, lambda text: text[: text.rindex("\n", 0, -1) + 1], "events.csv is damaged"),
+        (store.EVENTS_FILE, lambda text: text[:-9], "events.csv is damaged"),
+        (store.EVENTS_FILE, lambda text: text.replace("bounce", "bonuce"), "is no event"),
+        (store.EVENTS_FILE, lambda text: "", "events.csv is damaged"),
+        (store.MEASURES_FILE, lambda text: "{}", "lacks 'ledger'"),
+    ],
+)
+def test_damaged_files_are_not_read_as_another_run(folder: Path, tmp_path: Path, file, damage, said) -> None:
+    shutil.copytree(folder, tmp_path / "run")
+    damaged = tmp_path / "run" / file
+    damaged.write_text(damage(damaged.read_text(encoding="utf-8")), encoding="utf-8")
+    with pytest.raises(InputError, match=said):
+        read_run(tmp_path / "run")
 
 
 def test_write_text_is_whole_or_absent(tmp_path: Path) -> None:

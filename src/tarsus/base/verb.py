@@ -19,6 +19,14 @@ class _Callable(ModuleType):
         module, _, function = self._called.partition(":")
         return getattr(import_module(module), function)(*args, **options)
 
+    @property
+    def __signature__(self) -> Any:
+        """Arguments of the function, for `help` and editors."""
+        from inspect import signature  # not loaded before somebody asks
+
+        module, _, function = self._called.partition(":")
+        return signature(getattr(import_module(module), function))
+
 
 def callable_package(name: str, function: str) -> None:
     """Let the module ``name`` be called as ``function``, "tarsus.calibrate.calibrating:calibrate", loaded when called.

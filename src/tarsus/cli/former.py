@@ -27,7 +27,6 @@ OPTIONS = {
     "recommend --volts": '`--vary volts="4, 6"`',
     "recommend --ramp": '`--vary ramp="0, 0.25"`',
     "recommend --gap": '`--vary gap="70 um, 90 um"`',
-    "--dask": "`--on dask:ADDRESS`, or `--on dask:local`",
     "sweep --slurm": "`--on slurm:partition=main,time=1:00:00,tasks=100`",
     "sweep --tasks": "`--on array:tasks=N`, or `--on slurm:...,tasks=N`",
     "sweep --status": "`tarsus show DIR`",
@@ -39,14 +38,19 @@ OPTIONS = {
     "yield --measure": "`--require MEASURE`",
     "yield --draws": "`--count ROBOTS:DRAWS`",
     "yield --chunk": "`chunk` of `tarsus.yield_`",
-    "yield --no-report": "nothing: the page is always written",
+    "yield --report": "no option: the page is always written",
+    "yield --no-report": "no option: the page is always written",
 }
 OPTIONS |= {
     f"design {verb} --{name}": f"`--request {name}=VALUE`"
     for verb, names in DESIGNS.items()
     for name in names.split()
 }
-"""What to use in place of an option, of one command or of all."""
+OPTIONS |= {
+    f"{verb} --dask": "`--on dask:ADDRESS`, or `--on dask:local`"
+    for verb in ("sweep", "yield", "calibrate", "recommend", *(f"design {one}" for one in DESIGNS))
+}
+"""What to use in place of an option of a command."""
 
 
 def sentence(words: Sequence[str]) -> str | None:
@@ -57,7 +61,7 @@ def sentence(words: Sequence[str]) -> str | None:
         return f"`tarsus {words[0]}` is gone: use {COMMANDS[words[0]]}"
     for word in words[1:]:
         name = word.partition("=")[0]
-        for key in (name, f"{words[0]} {name}", f"{' '.join(words[:2])} {name}"):
+        for key in (f"{words[0]} {name}", f"{' '.join(words[:2])} {name}"):
             if key in OPTIONS:
                 return f"{name} is gone: use {OPTIONS[key]}"
     return None

@@ -54,7 +54,7 @@ def status_of(folder: Path) -> Status:
         runs, units, chunk = int(plan["runs"]), int(plan["units"]), int(plan["chunk"])
     except (OSError, ValueError, KeyError, TypeError):
         raise ValueError(
-            f"'{folder}' holds no sweep: it has no plan.json, or one of an earlier version"
+            f"'{folder}' holds no sweep: it has no plan.json, or a damaged one, or one of an earlier version"
         ) from None
     done = _units_done(folder / "units")
     finished = (folder / "sweep.nc").exists()

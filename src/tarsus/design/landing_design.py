@@ -111,8 +111,8 @@ class LandingDesign(DesignResult):
         """The plateaus of the signal under what they are for."""
         before, (energy, recovered) = self.before, self.energies
         notes = [
-            f"plain step: {amount(float(before.speed[0, 0]), 'm/s')}, {before.touchdowns[0, 0]:g} touchdowns a step",
-            f"designed: {amount(self.speed, 'm/s')}, {self.touchdowns:g} touchdowns a step, {self.regime.words}",
+            f"plain step: {amount(float(before.speed[0, 0]), 'm/s')}, {_touchdowns(before.touchdowns[0, 0])}",
+            f"designed: {amount(self.speed, 'm/s')}, {_touchdowns(self.touchdowns)}, {self.regime.words}",
         ]
         if math.isfinite(self.worst):
             looked = "" if self.attack is None else f", {self.attack.tried} looked at"
@@ -176,6 +176,10 @@ class LandingDesign(DesignResult):
             "scenarios.csv": csv_text((*self.grounds.names, *names), table),
             "landing.json": json_text(self.to_dict()) + "\n",
         }  # fmt: skip
+
+
+def _touchdowns(count: float) -> str:
+    return f"{count:g} touchdown{'' if count == 1 else 's'} a step"
 
 
 def _landed(found: Landings, at: int) -> dict[str, float]:

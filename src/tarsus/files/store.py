@@ -217,11 +217,22 @@ def read_run(directory: str | Path, laws: Mapping[str, Any] | None = None) -> St
         found = summary.get("format")
         raise InputError([f"{folder} holds a run of format {found!r}; this version reads format {FORMAT}"])
     table = _read_json(folder / MEASURES_FILE)
+    try:
+        return _stored_run(folder, summary, table, laws)
+    except KeyError as error:
+        raise InputError(
+            [f"{folder} holds no whole run: {SUMMARY_FILE} or {MEASURES_FILE} lacks {error}"]
+        ) from error
+
+
+def _stored_run(
+    folder: Path, summary: Mapping[str, Any], table: Mapping[str, Any], laws: Mapping[str, Any] | None
+) -> StoredRun:
     names = tuple(summary["feet"])
     return StoredRun(
         scene=read_scene(folder / SCENE_FILE, laws),
         dataset=read_netcdf(folder / SERIES_FILE),
-        events=_read_events(folder / EVENTS_FILE, names),
+        events=_read_events(folder / EVENTS_FILE, names, summary["events"]),
         foot_names=names,
         code=StoredCode(summary["code"], summary["sentence"]),
         ok=summary["ok"],
@@ -346,9 +357,22 @@ def _citations(scene: Any) -> str:
     return "\n\n".join(["If you use these results, please cite:", *scene.citations, own]) + "\n"
 
 
-def _read_events(path: Path, foot_names: Sequence[str]) -> np.ndarray:
-    with _readable(path), path.open(encoding="utf-8", newline="") as stream:
-        header, *rows = list(csv.reader(stream))
+def _read_events(path: Path, foot_names: Sequence[str], count: int) -> np.ndarray:
+    """The events of a file; InputError unless they are as many as the run had, each whole."""
+    with _readable(path):
+        text = path.read_text(encoding="utf-8")
+    header, *rows = list(csv.reader(io.StringIO(text))) or [[]]
+    if len(rows) != count or not text.endswith("\n"):
+        raise InputError(
+            [f"{path} is damaged: it has {len(rows)} whole or cut rows, and the run had {count} events"]
+        )
+    try:
+        return _events_of(header, rows, foot_names)
+    except (IndexError, KeyError, ValueError) as error:
+        raise InputError([f"{path} is damaged: a row of it is no event ({error})"]) from error
+
+
+def _events_of(header: list[str], rows: list[list[str]], foot_names: Sequence[str]) -> np.ndarray:
     names = [column.split(" [")[0] for column in header]
     kinds = {word: number for number, word in EVENT_WORDS.items()}
     types = {"foot": "i8", "kind": "i1"}

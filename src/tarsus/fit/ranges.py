@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.base.units import format_quantity
 from tarsus.fit.verdict import LEVEL, Verdict, cut_ends, half_width
+from tarsus.tables.numbers import amount
 
 __all__ = ["Range", "range_of", "weighted_quantile"]
 
@@ -57,18 +57,18 @@ class Range:
         return half_width(self.low, self.high, size)
 
     def text(self, unit: str | None = None) -> str:
-        """The interval in a unit, as ``2.1 um to 2.4 um``, ``above 2.1 um`` or ``anything``."""
+        """The interval in a unit, as ``2.1 µm to 2.4 µm``, ``above 2.1 um`` or ``anything``."""
         unit = self.unit if unit is None else unit
         if self.closed:
             parts = self.pieces or ((self.low, self.high),)
             digits = _digits(parts)
             return " or ".join(
-                f"{_shown(low, unit, digits)} to {_shown(high, unit, digits)}" for low, high in parts
+                f"{amount(low, unit, digits)} to {amount(high, unit, digits)}" for low, high in parts
             )
         if np.isfinite(self.low):
-            return f"above {_shown(self.low, unit)}"
+            return f"above {amount(self.low, unit)}"
         if np.isfinite(self.high):
-            return f"below {_shown(self.high, unit)}"
+            return f"below {amount(self.high, unit)}"
         return "anything"
 
 
@@ -149,7 +149,3 @@ def _digits(parts: tuple[tuple[float, float], ...]) -> int:
     width = min(high - low for low, high in parts)
     largest = max(abs(end) for part in parts for end in part)
     return int(np.clip(np.ceil(np.log10(largest / width)) + 2, 4, 9)) if width > 0.0 else 4
-
-
-def _shown(value: float, unit: str, digits: int = 4) -> str:
-    return format_quantity(float(f"{value:.{digits}g}"), unit)

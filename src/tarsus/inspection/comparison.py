@@ -108,7 +108,9 @@ def _parting(a: StoredRun, b: StoredRun) -> dict[str, Any] | None:
     close = SAME_EVENT * max(a.duration, b.duration)
     for i in range(max(len(a.events), len(b.events))):
         one, other = (_event(run, run.events[i]) if i < len(run.events) else None for run in (a, b))
-        alike = one and other and all(one[key] == other[key] for key in ("kind", "foot"))
+        if one is None or other is None:
+            return {"number": i + 1, "first": one, "second": other}
+        alike = all(one[key] == other[key] for key in ("kind", "foot"))
         if not alike or abs(one["time"] - other["time"]) > close:
             return {"number": i + 1, "first": one, "second": other}
     return None

@@ -45,11 +45,10 @@ def holding_of(name: str) -> Holding:
     if path.is_dir():
         return _of_folder(path)
     if name.endswith(".toml"):
-        return (
-            _OF_TABLES.get(kind_of_table(read_table(path)), Holding.SCENE)
-            if path.is_file()
-            else Holding.DEVICE
-        )
+        kind = kind_of_table(read_table(path)) if path.is_file() else None
+        if kind is None:
+            return Holding.SCENE if path.is_file() else Holding.DEVICE
+        return _OF_TABLES.get(kind, Holding.SCENE)
     if name in device_names():
         return Holding.DEVICE
     if path.exists() or path.suffix:

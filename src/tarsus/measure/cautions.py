@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tarsus.measure.measure import Caution, CautionKind, Measure
+from tarsus.tables.numbers import amount, interval
 
 if TYPE_CHECKING:
     from tarsus.measure.segments import Floats
@@ -45,7 +46,8 @@ def cautions(
         for kind, cautioned in ((CautionKind.HIGHEST_UNCOUNTED, high), (CautionKind.COUNTED_LOW, low)):
             for name, text in list(cautioned.items())[:1]:
                 others = "" if len(cautioned) == 1 else f"; likewise {len(cautioned) - 1} of the other feet"
-                rule = f"height {counting.words()['height']}, dwell {counting.words()['dwell']}"
+                dwell = interval(float(np.min(counting.dwell)), float(np.max(counting.dwell)), "s")
+                rule = f"height {amount(counting.height, 'm')}, dwell {dwell}"
                 found.append(Caution(kind, f"Foot {name}: {text} ({rule}){others}."))
     if periods and count < FEWEST:
         found.append(
@@ -80,8 +82,8 @@ def _uncounted(apex: Floats, counted: np.ndarray) -> str:
         return ""
     which = "the highest" if len(top) == 1 else f"{missed} of the highest {len(top)}"
     return (
-        f"{which} of its {len(apex)} flights, up to {apex.max() * 1e6:.3g} um, follow longer contacts and are not "
-        "counted as bounces"
+        f"{which} of its {len(apex)} flights, up to {amount(float(apex.max()), 'm', 3)}, follow longer contacts "
+        "and are not counted as bounces"
     )
 
 
@@ -96,4 +98,4 @@ def _low(apex: Floats, counted: np.ndarray, peak: float) -> str:
     )  # `np.median` loads masked arrays at first use
     if not typical < LOW * peak:
         return ""
-    return f"its median bounce is {typical * 1e6:.3g} um high, its peak {peak * 1e6:.3g} um"
+    return f"its median bounce is {amount(typical, 'm', 3)} high, its peak {amount(peak, 'm', 3)}"

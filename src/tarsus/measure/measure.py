@@ -14,6 +14,7 @@ from tarsus.base.messages import nearest
 from tarsus.files.summary import measures_summary
 from tarsus.measure.history import Counting
 from tarsus.measure.segments import Floats, Rows, sums
+from tarsus.tables.numbers import amount
 
 if TYPE_CHECKING:
     from tarsus.tables.table import Table
@@ -60,6 +61,10 @@ class Measure:
     scope: Scope = Scope.ROBOT
     height: float | None = None
     dwell: float | None = None
+
+    def __str__(self) -> str:
+        shown, spread = amount(self.value, self.unit), amount(self.spread, self.unit)
+        return f"{shown} (spread {spread}, n = {self.n}), {self.scope}: {self.definition}"
 
 
 class CautionKind(Enum):

@@ -19,7 +19,7 @@ from tarsus.report.pages import rendered
 from tarsus.report.style import CONTACT, INK, level_limits, paint_of, thinned, upright
 from tarsus.tables.numbers import number
 
-__all__ = ["Charts", "Dash", "Panel", "stack"]
+__all__ = ["ChartPanel", "Charts", "Dash", "stack"]
 
 Floats = npt.NDArray[np.float64]
 Dash = str | tuple[int, tuple[float, ...]]
@@ -52,7 +52,7 @@ class _Line:
 
 
 @dataclass
-class Panel:
+class ChartPanel:
     """One panel of a height [pixels]; ``window`` is the stretch that panels of one stack share."""
 
     height: float
@@ -217,7 +217,7 @@ class Charts:
 
     def __init__(self, heights_in: Sequence[float]) -> None:
         window: dict[str, tuple[float, float]] = {}
-        self.panels = [Panel(PIXELS * height, window) for height in heights_in]
+        self.panels = [ChartPanel(PIXELS * height, window) for height in heights_in]
         self.panels[-1].height += AXIS
         self._window = window
 
@@ -238,7 +238,7 @@ class Charts:
         return rendered("charts.html", panels=heads, across=self.panels[-1].across, label=label, data=data)
 
 
-def stack(heights_in: Sequence[float]) -> tuple[Charts, list[Panel]]:
+def stack(heights_in: Sequence[float]) -> tuple[Charts, list[ChartPanel]]:
     """Panels below each other, with one horizontal axis, of the given heights [inch of a page 7.4 inch wide]."""
     charts = Charts(heights_in)
     return charts, charts.panels

@@ -9,9 +9,9 @@ import numpy as np
 
 from tarsus.report.figures import MOST_FEET
 from tarsus.report.pages import Plate
-from tarsus.report.series import Series, Trace, foot_traces
+from tarsus.report.series import PlotTrace, RunSeries, foot_traces
 from tarsus.report.sheet import Sheet, plate
-from tarsus.report.style import BLUE, INK, MUTED, RULE, Scale, decimate, scale_of, upright
+from tarsus.report.style import BLUE, INK, MUTED, RULE, AxisScale, decimate, scale_of, upright
 from tarsus.tables.numbers import amount, set_power
 
 __all__ = ["circular", "dials"]
@@ -26,7 +26,7 @@ SIDE = 3.2
 """Height of a plot [inch]."""
 
 
-def circular(series: Series) -> Plate | None:
+def circular(series: RunSeries) -> Plate | None:
     """One plot for each of the first feet; None if nothing repeats."""
     traces = foot_traces(series)
     if not traces:
@@ -37,7 +37,7 @@ def circular(series: Series) -> Plate | None:
     return Plate(found.picture, f"{found.caption} Shown are the first {MOST_FEET} of {len(traces)} feet.")
 
 
-def dials(traces: Sequence[Trace], *, titled: bool = True) -> Plate:
+def dials(traces: Sequence[PlotTrace], *, titled: bool = True) -> Plate:
     """One plot for each trace, all on one scale of heights."""
     spans = [trace.last_periods(TURNS) for trace in traces]
     shown = [
@@ -75,7 +75,7 @@ class _Rings:
         return self.centre + part * ((self.rim if height is None else height) - self.centre)
 
 
-def _dial(axes: Any, trace: Trace, first: int, last: int, rings: _Rings, scale: Scale) -> None:
+def _dial(axes: Any, trace: PlotTrace, first: int, last: int, rings: _Rings, scale: AxisScale) -> None:
     """Heights of the last turns, contact and volts of the last one about them; angle clockwise from above."""
     period = trace.period
     axes.set_theta_zero_location("N")
@@ -113,7 +113,9 @@ def _dial(axes: Any, trace: Trace, first: int, last: int, rings: _Rings, scale: 
     axes.set_rlim(rings.centre, rings.beyond(1.2))
 
 
-def _caption(traces: Sequence[Trace], spans: Sequence[tuple[int, int]], rings: _Rings, scale: Scale) -> str:
+def _caption(
+    traces: Sequence[PlotTrace], spans: Sequence[tuple[int, int]], rings: _Rings, scale: AxisScale
+) -> str:
     turns = max(last - first for first, last in spans)
     periods = {trace.period for trace in traces}
     each = f" ({amount(traces[0].period, 's')})" if len(periods) == 1 else ""

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tarsus.report.charts import Dash, Panel, stack
+from tarsus.report.charts import ChartPanel, Dash, stack
 from tarsus.report.pages import Plate
-from tarsus.report.series import Series, Window, ever, joined
+from tarsus.report.series import RunSeries, Window, ever, joined
 from tarsus.report.style import (
     BLUE,
     CONTACT,
@@ -23,7 +23,7 @@ from tarsus.report.style import (
     RULE,
     SKY,
     VERMILION,
-    Scale,
+    AxisScale,
     scale_of,
     time_axis,
 )
@@ -39,7 +39,7 @@ LAW_COLORS = (GREEN, PURPLE, ORANGE, SKY, VERMILION)
 """Colours of the laws on the feet, in their order."""
 
 
-def motion(series: Series, window: Window) -> Plate:
+def motion(series: RunSeries, window: Window) -> Plate:
     """Drive voltage above the displacement of every point, contact shaded, ground level dashed."""
     several = len(series.feet) > 1
     driven = bool(series.drives)
@@ -85,7 +85,7 @@ def motion(series: Series, window: Window) -> Plate:
     return Plate(figure.html(caption), caption)
 
 
-def forces(series: Series, window: Window, foot: int = 0) -> Plate:
+def forces(series: RunSeries, window: Window, foot: int = 0) -> Plate:
     """Forces on one foot, one panel each, below its height (as Fig. 2.15 of the source)."""
     part = series.inside(window)
     clock = _clock(window)
@@ -156,7 +156,7 @@ def forces(series: Series, window: Window, foot: int = 0) -> Plate:
     return Plate(figure.html(caption), caption)
 
 
-def energies(series: Series, companion: Series | None, window: Window) -> Plate:
+def energies(series: RunSeries, companion: RunSeries | None, window: Window) -> Plate:
     """Kinetic and elastic energy, with and without adhesion (as Fig. 2.12 of the source)."""
     figure, panels = stack([0.95, 0.95])
     clock = _clock(window)
@@ -202,7 +202,7 @@ LEDGER_CURVES: tuple[tuple[str, str, str, Dash], ...] = (
 )
 
 
-def ledger(series: Series) -> Plate:
+def ledger(series: RunSeries) -> Plate:
     """Where the energy went: cumulative curves over the whole run."""
     figure, (axes,) = stack([1.9])
     window = series.whole
@@ -230,24 +230,24 @@ def ledger(series: Series) -> Plate:
     return Plate(figure.html(caption), caption)
 
 
-def _clock(window: Window) -> Scale:
+def _clock(window: Window) -> AxisScale:
     return scale_of("s", window[1] - window[0])
 
 
 def _line(
-    axes: Panel,
-    series: Series,
+    axes: ChartPanel,
+    series: RunSeries,
     window: Window,
-    clock: Scale,
+    clock: AxisScale,
     values: np.ndarray,
-    scale: Scale,
+    scale: AxisScale,
     **style: object,
 ) -> None:
     part = series.inside(window)
     axes.plot(series.time[part] / clock.step, np.asarray(values[part], dtype=float) / scale.step, **style)  # type: ignore[arg-type]
 
 
-def _voltage(axes: Panel, series: Series, window: Window, clock: Scale) -> None:
+def _voltage(axes: ChartPanel, series: RunSeries, window: Window, clock: AxisScale) -> None:
     part = series.inside(window)
     scale = scale_of("V", series["volts"][:, part])
     for index, name in enumerate(series.drives):
@@ -259,7 +259,7 @@ def _voltage(axes: Panel, series: Series, window: Window, clock: Scale) -> None:
     axes.set_ylabel(scale.axis("drive"))
 
 
-def shade(axes: Axes | Panel, contacts: Sequence[Window], window: Window, clock: Scale) -> None:
+def shade(axes: Axes | ChartPanel, contacts: Sequence[Window], window: Window, clock: AxisScale) -> None:
     """Shade the stretches of contact [s] within a window."""
     least = (window[1] - window[0]) / 1500.0
     for a, b in contacts:
@@ -267,7 +267,7 @@ def shade(axes: Axes | Panel, contacts: Sequence[Window], window: Window, clock:
             axes.axvspan(a / clock.step, max(b, a + least) / clock.step, color=CONTACT, lw=0.0, zorder=0.0)
 
 
-def _contact_rows(axes: Panel, series: Series, window: Window, clock: Scale) -> None:
+def _contact_rows(axes: ChartPanel, series: RunSeries, window: Window, clock: AxisScale) -> None:
     for row, contacts in enumerate(series.contacts):
         spans = [
             (a / clock.step, (b - a) / clock.step) for a, b in contacts if b > window[0] and a < window[1]

@@ -11,9 +11,9 @@ from tarsus.base.events import IMPACTS
 from tarsus.base.spec import float_paths, with_values
 from tarsus.design.energy import period_rises
 from tarsus.report.figures import shade
-from tarsus.report.series import Series, last_turns
+from tarsus.report.series import RunSeries, last_turns
 from tarsus.report.sheet import Sheet, few_ticks, plate
-from tarsus.report.style import BLUE, GREEN, INK, MUTED, ORANGE, RULE, VERMILION, Scale, scale_of
+from tarsus.report.style import BLUE, GREEN, INK, MUTED, ORANGE, RULE, VERMILION, AxisScale, scale_of
 from tarsus.solve import simulate
 from tarsus.tables.numbers import amount
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from tarsus.report.pages import Plate
     from tarsus.solve.run import Run
 
-__all__ = ["Pair", "draw_gaps", "front", "landing_zoom", "learning", "on_grounds", "picture"]
+__all__ = ["DesignPair", "draw_gaps", "front", "landing_zoom", "learning", "on_grounds", "picture"]
 
 SAMPLES = 1600
 """Samples of a drawn period: a plateau of 1 % of a period is then sixteen of them."""
@@ -31,7 +31,7 @@ SHOWN = 2
 BEFORE, AFTER = VERMILION, BLUE
 
 
-class Pair:
+class DesignPair:
     """Runs of the plain step and of the design, in their periodic regime, with what is drawn of them."""
 
     def __init__(self, design: LandingDesign) -> None:
@@ -45,7 +45,7 @@ class Pair:
         self.runs: tuple[Run, Run] = tuple(
             simulate(scene, periods * step.period) for scene in (plain, design.scene)
         )  # pyright: ignore[reportAttributeAccessIssue]
-        self.series: tuple[Series, Series] = tuple(last_turns(run, SHOWN, SAMPLES) for run in self.runs)  # pyright: ignore[reportAttributeAccessIssue]
+        self.series: tuple[RunSeries, RunSeries] = tuple(last_turns(run, SHOWN, SAMPLES) for run in self.runs)  # pyright: ignore[reportAttributeAccessIssue]
 
     def touchdowns(self, which: int, span: float | None = None) -> list[tuple[float, float]]:
         """Time [s] and speed [m/s] of the foot's touchdowns in the drawn time, counted from its begin; with `span` [s]
@@ -65,7 +65,7 @@ class Pair:
         return kept, time[kept]
 
 
-def picture(pair: Pair) -> Plate:
+def picture(pair: DesignPair) -> Plate:
     """Fig. 5.1 before and after: heights above, volts below."""
     clock = scale_of("s", pair.period)
     high = scale_of("m", max(float(series["gap"][pair.foot].max()) for series in pair.series))
@@ -86,7 +86,9 @@ def picture(pair: Pair) -> Plate:
     )
 
 
-def _side(pair: Pair, column: int, panels: tuple[Axes, Axes], clock: Scale, high: Scale) -> None:
+def _side(
+    pair: DesignPair, column: int, panels: tuple[Axes, Axes], clock: AxisScale, high: AxisScale
+) -> None:
     """Heights and volts of the plain step, or of the design."""
     top, bottom = panels
     series, color = pair.series[column], (BEFORE, AFTER)[column]
@@ -110,7 +112,7 @@ def _side(pair: Pair, column: int, panels: tuple[Axes, Axes], clock: Scale, high
     bottom.set_xlabel(clock.axis("time"))
 
 
-def draw_gaps(axes: Axes, pair: Pair, span: float) -> Scale:
+def draw_gaps(axes: Axes, pair: DesignPair, span: float) -> AxisScale:
     """Gaps of the foot before and after for a time [s] from the landing edge on, with the hardest touchdown of each;
     the scale of time."""
     clock = scale_of("s", span)
@@ -125,7 +127,7 @@ def draw_gaps(axes: Axes, pair: Pair, span: float) -> Scale:
     return clock
 
 
-def landing_zoom(pair: Pair) -> Plate:
+def landing_zoom(pair: DesignPair) -> Plate:
     """The landing itself, before and after on one axis, with the speed of every touchdown."""
     span = min(0.5 * pair.period, 3.0 * pair.design.request.step.longest)
 

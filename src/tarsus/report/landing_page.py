@@ -29,7 +29,7 @@ def write_landing_report(design: LandingDesign, path: str | Path) -> Path:
 def landing_html(design: LandingDesign) -> str:
     """The page as text; see `write_landing_report`."""
     request, learning = design.request, design.learning
-    pair = landing_figures.Pair(design)
+    pair = landing_figures.DesignPair(design)
     several = len(design.grounds) > 1
     speed = learning is not None and learning.sensor is Sensor.SPEED
     body = rendered(

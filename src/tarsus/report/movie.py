@@ -22,7 +22,7 @@ from tarsus.model.laws.userfile import laws_of
 from tarsus.model.scene import Scene
 from tarsus.model.structure import Walker
 from tarsus.report.motion import Motion, motion_of
-from tarsus.report.stage import BACK, LIFT, Stage, stage_of
+from tarsus.report.stage import BACK, LIFT, WalkStage, stage_of
 from tarsus.report.style import INK, MUTED
 from tarsus.report.walk_figures import draw_robot
 from tarsus.solve.simulate import simulate
@@ -162,7 +162,7 @@ def _side_by_side(frames: list[Image.Image]) -> Image.Image:
     return out
 
 
-def _frames(motion: Motion, stage: Stage, width: int) -> Iterator[Image.Image]:
+def _frames(motion: Motion, stage: WalkStage, width: int) -> Iterator[Image.Image]:
     """The frames as pictures of a width [pixels], drawn as the player's still is."""
     back, front, _, _ = stage.box
     left, right = back - 0.08 * (front - back), front + BACK[0] * stage.length + 0.08 * (front - back)
@@ -194,7 +194,7 @@ def _frames(motion: Motion, stage: Stage, width: int) -> Iterator[Image.Image]:
         yield Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
 
 
-def _apart(stage: Stage, way: float) -> float:
+def _apart(stage: WalkStage, way: float) -> float:
     """Distance of the ground's marks [m], about a twelfth of the robot, such that the way of all frames is a number of
     them: the picture repeats without a jump."""
     usual = stage.length / 12.0

@@ -11,7 +11,7 @@ from markupsafe import Markup
 from tarsus.report.motion import Motion, frame_limit
 from tarsus.report.packing import packed, packed_states, script_text
 from tarsus.report.pages import rendered
-from tarsus.report.stage import BACK, Stage, stage_of
+from tarsus.report.stage import BACK, WalkStage, stage_of
 from tarsus.report.walk_figures import still
 from tarsus.tables.numbers import amount
 
@@ -47,7 +47,7 @@ def walk_section(motion: Motion, index: int | None = None) -> Markup:
     )
 
 
-def payload(motion: Motion, stage: Stage, drives: Sequence[tuple[str, int]] = ()) -> dict[str, Any]:
+def payload(motion: Motion, stage: WalkStage, drives: Sequence[tuple[str, int]] = ()) -> dict[str, Any]:
     """A motion as plain data for the player: names, numbers [SI], and series packed by `packed`.
 
     `drives` are (label, row of volts) of the voltages to draw.
@@ -95,7 +95,7 @@ def _distinct(motion: Motion) -> list[tuple[str, int]]:
     return [(names[0] if len(names) == 1 else f"{names[0]} +{len(names) - 1}", row) for row, names in few]
 
 
-def _caption(motion: Motion, stage: Stage) -> str:
+def _caption(motion: Motion, stage: WalkStage) -> str:
     first, last = (amount(float(time), "s") for time in (motion.time[0], motion.time[-1]))
     places = "places of the hips are to scale"
     if not stage.true:

@@ -9,7 +9,7 @@ from tarsus.files.store import RunLike
 from tarsus.model.structure import Beam
 from tarsus.report.packing import packed, packed_times, script_text
 from tarsus.report.pages import rendered
-from tarsus.report.series import Series, Window
+from tarsus.report.series import RunSeries, Window
 from tarsus.report.style import scale_of
 
 __all__ = ["points_section"]
@@ -21,7 +21,7 @@ MOST_POINTS = 12
 """Points drawn: more do not stand beside each other on a narrow screen."""
 
 
-def points_section(run: RunLike, series: Series, window: Window, index: int) -> Markup:
+def points_section(run: RunLike, series: RunSeries, window: Window, index: int) -> Markup:
     """The moving points of a run within a window, as an HTML fragment that needs nothing else.
 
     It stands still until it is asked to play. A beam's line goes through its clamp, level there, and its two points.

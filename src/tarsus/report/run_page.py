@@ -21,7 +21,7 @@ from tarsus.report.motion import motion_of, whole_motion
 from tarsus.report.pages import Plate, page, rendered, write_page
 from tarsus.report.player import walk_section
 from tarsus.report.points import points_section
-from tarsus.report.series import Series, Window, joined, series_of
+from tarsus.report.series import RunSeries, Window, joined, series_of
 from tarsus.tables.numbers import MISSING, amount, spaced
 from tarsus.tables.table import Column, Table
 
@@ -70,7 +70,7 @@ def report_html(run: RunLike, companion: RunLike | None = None) -> str:
 
 def _warnings(run: RunLike) -> list[str]:
     """What a reader must not miss: an impact map that can create energy, and the run's own remarks."""
-    remarks = list(getattr(run, "remarks", ()))
+    remarks: list[str] = list(getattr(run, "remarks", ()))
     if run.scene.ground.impact is None:
         return remarks
     from tarsus.impacts.energy import creation_warning  # with its package come scipy's statistics
@@ -88,7 +88,7 @@ def _walk(run: RunLike, detail: Window) -> tuple[list[Shown], list[Shown]]:
     return [*motion, walk_figures.footfalls(whole, detail)], [walk_figures.ground_forces(whole, detail)]
 
 
-def _motion(run: RunLike, series: Series, detail: Window) -> tuple[list[Shown], list[Shown]]:
+def _motion(run: RunLike, series: RunSeries, detail: Window) -> tuple[list[Shown], list[Shown]]:
     """Figures of the motion of points, and those of the forces on the first feet."""
     from tarsus.report.circular import circular  # it loads matplotlib
 

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.files.whole import written_whole
-from tarsus.report.style import CYCLE, MOST_LINES, Scale, level_limits, scale_of
+from tarsus.report.style import CYCLE, MOST_LINES, AxisScale, level_limits, scale_of
 from tarsus.tables.numbers import spaced
 
 __all__ = [
@@ -217,6 +217,6 @@ def _spread(values: np.ndarray) -> str:
     return "log" if low > 0.0 and high >= DECADES * low else "linear"
 
 
-def _scale(one: xarray.DataArray, values: np.ndarray) -> Scale:
+def _scale(one: xarray.DataArray, values: np.ndarray) -> AxisScale:
     """A prefix for the unit of a series or measure that bears one."""
     return scale_of(str(one.attrs.get("units", "1")), values)

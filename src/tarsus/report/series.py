@@ -22,7 +22,7 @@ Window = tuple[float, float]
 
 
 @dataclass(frozen=True)
-class Series:
+class RunSeries:
     """Arrays of one run in SI units: `time` [samples]; `values` [samples] or [names, samples]."""
 
     time: np.ndarray
@@ -70,12 +70,12 @@ def samples_inside(time: np.ndarray, window: Window) -> slice:
     return slice(first, last)
 
 
-def series_of(run: RunLike) -> Series:
+def series_of(run: RunLike) -> RunSeries:
     """Collect a run's series, contact intervals and drive period."""
     return _series(run, run.variables())
 
 
-def last_turns(run: Run, turns: int, samples: int) -> Series:
+def last_turns(run: Run, turns: int, samples: int) -> RunSeries:
     """The same over the last whole drive periods of a run, `turns` of them at most, with `samples` in each."""
     period = drive_period(run.scene)
     if period is None or run.end_time < period:
@@ -86,7 +86,7 @@ def last_turns(run: Run, turns: int, samples: int) -> Series:
     return _series(run, run.variables(times))
 
 
-def _series(run: Any, variables: Variables) -> Series:
+def _series(run: Any, variables: Variables) -> RunSeries:
     scene = run.scene
     feet = tuple(str(name) for name in run.foot_names)
     time = np.asarray(variables["time"].values, dtype=float)
@@ -94,7 +94,7 @@ def _series(run: Any, variables: Variables) -> Series:
         name: np.asarray(found) for name, (dims, found, _) in variables.items() if dims[-1:] == ("time",)
     }
     specs = [scene.robot.feet[name] for name in feet]
-    return Series(
+    return RunSeries(
         time=time,
         values=values,
         drives=tuple(str(name) for name in variables["drive"].values),
@@ -110,7 +110,7 @@ def _series(run: Any, variables: Variables) -> Series:
 
 
 @dataclass(frozen=True)
-class Trace:
+class PlotTrace:
     """Motion of one point under a periodic drive: `time` [s], `height` [m] and drive `volts` [V], all [samples].
 
     `contacts` are the stretches of time on the ground [s], for a point that has a foot.
@@ -134,17 +134,17 @@ class Trace:
         return max(last - number, begun), last
 
 
-def foot_traces(series: Series) -> list[Trace]:
+def foot_traces(series: RunSeries) -> list[PlotTrace]:
     """Height of every foot above the ground; none unless a drive repeats within the run."""
     if series.period is None or not series.drives or series.time[-1] < series.period:
         return []
     return [
-        Trace(name, series.time, series["gap"][foot], series["volts"][0], series.period, tuple(contacts))
+        PlotTrace(name, series.time, series["gap"][foot], series["volts"][0], series.period, tuple(contacts))
         for foot, (name, contacts) in enumerate(zip(series.feet, series.contacts, strict=True))
     ]
 
 
-def point_trace(series: Series, point: str, title: str) -> Trace:
+def point_trace(series: RunSeries, point: str, title: str) -> PlotTrace:
     """Height of a point: of its foot above the ground, or, where it has none, displacement on the first foot's gap at
     rest."""
     if point in series.foot_points:
@@ -153,7 +153,7 @@ def point_trace(series: Series, point: str, title: str) -> Trace:
     else:
         height, contacts = series["displacement"][series.points.index(point)] - series.ground_levels[0], ()
     period = series.period if series.period is not None else series.duration
-    return Trace(title, series.time, height, series["volts"][0], period, contacts)
+    return PlotTrace(title, series.time, height, series["volts"][0], period, contacts)
 
 
 def contact_intervals(events: np.ndarray, foot: int, end: float) -> list[Window]:

@@ -26,7 +26,7 @@ ALONE = 1e-3
 
 
 @dataclass(frozen=True)
-class Stage:
+class WalkStage:
     """What is drawn of nl legs [m]: x, y (nl,) of the hips and their height z above the ground, all at rest.
 
     true: whether x and y are the model's; length, leg, thick: of the drawn robot, its legs and its body.
@@ -58,7 +58,7 @@ class Stage:
         return self.y > 0.5 * (self.y.min() + self.y.max()) + 1e-9 * self.length
 
 
-def stage_of(motion: Motion) -> Stage:
+def stage_of(motion: Motion) -> WalkStage:
     """The stage for a motion."""
     x, y, true = _apart(motion.hips[:, 0], motion.hips[:, 1])
     length = max(float(np.ptp(x)), float(np.ptp(y))) or ALONE
@@ -71,7 +71,7 @@ def stage_of(motion: Motion) -> Stage:
     room = min(_spacing(x, y, length), 2.0 * leg)
     forces = np.abs(np.concatenate([motion.normal, motion.friction]))
     pressed = forces[forces > 0.0]
-    return Stage(
+    return WalkStage(
         x=x,
         y=y,
         z=leg + height,
@@ -134,7 +134,7 @@ class Drawing:
     far_face: np.ndarray
 
 
-def drawn(motion: Motion, stage: Stage, frame: int) -> Drawing:
+def drawn(motion: Motion, stage: WalkStage, frame: int) -> Drawing:
     """A moment of a motion as seen from the robot's right, with the body's centre where it is at rest."""
     surge = motion.coordinate("surge")[frame]
     roll, pitch = motion.coordinate("roll")[frame], motion.coordinate("pitch")[frame]
@@ -158,7 +158,7 @@ def drawn(motion: Motion, stage: Stage, frame: int) -> Drawing:
     return Drawing(hips, feet, face(right), face(left))
 
 
-def _depth(stage: Stage, y: np.ndarray) -> np.ndarray:
+def _depth(stage: WalkStage, y: np.ndarray) -> np.ndarray:
     """How far points at y are drawn forward and up (n, 2)."""
     width = float(np.ptp(stage.y))
     share = (y - stage.y.min()) / width if width > 0.0 else np.zeros(len(y))

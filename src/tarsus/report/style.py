@@ -14,7 +14,7 @@ from tarsus.tables.numbers import prefixed, set_power
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from tarsus.report.charts import Panel
+    from tarsus.report.charts import ChartPanel
 
 INK = "#1f2328"
 MUTED = "#6b7280"
@@ -54,7 +54,7 @@ _COLOR = re.compile(r"#[0-9a-f]{6}\b")
 
 
 @dataclass(frozen=True)
-class Scale:
+class AxisScale:
     """Engineering prefix for plotting: shown number = SI value / `step`, with `label` as its unit, "" for none."""
 
     step: float
@@ -69,13 +69,13 @@ SMALLEST = 1e-15
 """Magnitude below which there is no prefix."""
 
 
-def time_axis(axes: Axes | Panel, window: tuple[float, float], clock: Scale) -> None:
+def time_axis(axes: Axes | ChartPanel, window: tuple[float, float], clock: AxisScale) -> None:
     """Limits and label of a lowest axis that shows a window of time [s]."""
     axes.set_xlim(window[0] / clock.step, window[1] / clock.step)
     axes.set_xlabel(clock.axis("time"))
 
 
-def scale_of(unit: str, *values: np.ndarray | float) -> Scale:
+def scale_of(unit: str, *values: np.ndarray | float) -> AxisScale:
     """Prefix that brings the largest finite magnitude of `values` (SI, in `unit`) into 1..1000, if the unit bears one.
 
     Where no prefix reaches it is a power of ten, for an axis has no room for numbers of 1e-22.
@@ -84,8 +84,8 @@ def scale_of(unit: str, *values: np.ndarray | float) -> Scale:
     step, label = prefixed(largest, unit)
     if step == 1.0 and 0.0 < largest < SMALLEST:
         power = 3 * int(np.floor(np.log10(largest) / 3.0))
-        return Scale(10.0**power, f"{set_power(f'1e{power}').removeprefix('1·')} {label}".rstrip())
-    return Scale(step, label)
+        return AxisScale(10.0**power, f"{set_power(f'1e{power}').removeprefix('1·')} {label}".rstrip())
+    return AxisScale(step, label)
 
 
 ROUNDING = 1e-9

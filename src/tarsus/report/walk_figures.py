@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tarsus.report.charts import Panel, stack
+from tarsus.report.charts import ChartPanel, stack
 from tarsus.report.motion import AIR, SLIPPING, STUCK, Motion
 from tarsus.report.pages import Plate
 from tarsus.report.series import Window, samples_inside
-from tarsus.report.stage import Stage, drawn
+from tarsus.report.stage import WalkStage, drawn
 from tarsus.report.style import (
     BLUE,
     GREEN,
@@ -20,7 +20,7 @@ from tarsus.report.style import (
     PURPLE,
     RULE,
     VERMILION,
-    Scale,
+    AxisScale,
     scale_of,
     time_axis,
 )
@@ -122,11 +122,11 @@ def _row(count: int) -> float:
     return 0.17 if count <= 12 else 0.1
 
 
-def _name_rows(axes: Panel, places: Sequence[float] | np.ndarray, legs: Sequence[str]) -> None:
+def _name_rows(axes: ChartPanel, places: Sequence[float] | np.ndarray, legs: Sequence[str]) -> None:
     axes.set_yticks(places, legs)
 
 
-def still(motion: Motion, stage: Stage) -> Plate:
+def still(motion: Motion, stage: WalkStage) -> Plate:
     """Moments of a walk side by side, as the animation draws them: a picture for paper."""
     from tarsus.report.sheet import WIDTH, Sheet, plate
 
@@ -163,7 +163,7 @@ def _moments(motion: Motion) -> list[int]:
     return [int(np.argmin(np.abs(motion.time - time))) for time in times]
 
 
-def _extent(motion: Motion, stage: Stage, frames: list[int]) -> tuple[float, float, float]:
+def _extent(motion: Motion, stage: WalkStage, frames: list[int]) -> tuple[float, float, float]:
     """Left, right and top of all that is drawn [m], with some room."""
     corners = []
     for frame in frames:
@@ -178,7 +178,7 @@ def _extent(motion: Motion, stage: Stage, frames: list[int]) -> tuple[float, flo
     )
 
 
-def draw_robot(axes: Axes, motion: Motion, stage: Stage, frame: int, *, forces: bool = True) -> None:
+def draw_robot(axes: Axes, motion: Motion, stage: WalkStage, frame: int, *, forces: bool = True) -> None:
     """A moment of a walk in axes of metres: the body's faces, legs, feet by their state, forces of the ground."""
     moment, far = drawn(motion, stage, frame), stage.far
     axes.fill(*moment.far_face.T, facecolor=FAR_BODY, edgecolor=MUTED, lw=0.5, zorder=1.5)
@@ -224,5 +224,5 @@ def _spans(motion: Motion, leg: int, state: int) -> list[Window]:
     return [(float(time[a]), float(time[b])) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
-def _line(axes: Panel, motion: Motion, clock: Scale, values: np.ndarray, **style: object) -> None:
+def _line(axes: ChartPanel, motion: Motion, clock: AxisScale, values: np.ndarray, **style: object) -> None:
     axes.plot(motion.time / clock.step, values, **style)  # type: ignore[arg-type]

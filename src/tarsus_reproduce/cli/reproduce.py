@@ -13,6 +13,9 @@ from tarsus.cli.options import FLAG, Json, MaybeFolder, MaybeSeed, Overwrite, Re
 if TYPE_CHECKING:
     from tarsus_reproduce.reproduction import Reproduction
 
+FUNCTION = "tarsus_reproduce.verb:reproduce"
+"""What `tarsus.reproduce` is in Python."""
+
 
 def reproduce(
     *experiments: str,

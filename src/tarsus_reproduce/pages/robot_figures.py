@@ -10,12 +10,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import NullLocator
 
-from tarsus.report.charts import Panel, stack
+from tarsus.report.charts import ChartPanel, stack
 from tarsus.report.circular import TURNS, dials
 from tarsus.report.pages import Plate
-from tarsus.report.series import Trace, last_turns, point_trace
+from tarsus.report.series import PlotTrace, last_turns, point_trace
 from tarsus.report.sheet import Sheet, plate
-from tarsus.report.style import BLUE, CYCLE, INK, MUTED, RULE, VERMILION, Scale, scale_of
+from tarsus.report.style import BLUE, CYCLE, INK, MUTED, RULE, VERMILION, AxisScale, scale_of
 from tarsus.tables import amount
 from tarsus_reproduce.impacts import ImpactEnergies, ModeRow
 from tarsus_reproduce.robot_runs import RobotRuns
@@ -30,9 +30,9 @@ DECADES = 5
 """Orders of magnitude of energy drawn on either side of zero."""
 
 
-def _ground_traces(runs: RobotRuns) -> list[Trace]:
+def _ground_traces(runs: RobotRuns) -> list[PlotTrace]:
     """Heights over the last drive periods of the runs over the ground that came to their end."""
-    traces: list[Trace] = []
+    traces: list[PlotTrace] = []
     for near in runs.near:
         if not near.run.ok:
             continue
@@ -88,7 +88,7 @@ def air_motion(runs: RobotRuns) -> Plate:
     """Steady motion in the air (as Figs 3.9 and 3.10 of the source): all drives or points over each other."""
     several = len(runs.air) > 1
     traces = [
-        Trace(f"{air.volt_v:g} V" if several else point, air.time, shift, air.volts, 1.0 / air.freq_hz)
+        PlotTrace(f"{air.volt_v:g} V" if several else point, air.time, shift, air.volts, 1.0 / air.freq_hz)
         for air in runs.air
         if not air.problem
         for point, shift in zip(air.points, air.displacement, strict=True)
@@ -105,30 +105,30 @@ def air_motion(runs: RobotRuns) -> Plate:
     return Plate(figure.html(caption), caption)
 
 
-def _span(trace: Trace) -> tuple[int, int]:
+def _span(trace: PlotTrace) -> tuple[int, int]:
     return trace.last_periods(SHOWN_PERIODS)
 
 
-def _shown(trace: Trace) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _shown(trace: PlotTrace) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Time [drive periods], height [m] and volts [V] of the periods that are shown."""
     first, last = _span(trace)
     part = trace.inside((first * trace.period, last * trace.period))
     return trace.time[part] / trace.period - first, trace.height[part], trace.volts[part]
 
 
-def _drive(panel: Panel, traces: Sequence[Trace]) -> None:
+def _drive(panel: ChartPanel, traces: Sequence[PlotTrace]) -> None:
     for trace in traces:
         time, _, volts = _shown(trace)
         panel.plot(time, volts, color=MUTED, lw=0.9)
     panel.set_ylabel("drive (V)")
 
 
-def _motion(panel: Panel, trace: Trace, scale: Scale, color: str) -> None:
+def _motion(panel: ChartPanel, trace: PlotTrace, scale: AxisScale, color: str) -> None:
     time, height, _ = _shown(trace)
     panel.plot(time, height / scale.step, color=color, lw=0.9, label=trace.title)
 
 
-def _periods(panel: Panel, traces: Sequence[Trace]) -> None:
+def _periods(panel: ChartPanel, traces: Sequence[PlotTrace]) -> None:
     """The horizontal axis of all panels."""
     panel.set_xlim(0.0, max(1.0, *(float(last - first) for first, last in map(_span, traces))))
     panel.set_xlabel("time (drive periods)")

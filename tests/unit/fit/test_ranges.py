@@ -36,7 +36,7 @@ def test_two_heaps_of_draws_are_two_pieces():
 
 
 def test_a_range_in_words():
-    assert Range(2e-6, 1.9e-6, 2.1e-6).text("m") == "1.9 um to 2.1 um"
+    assert Range(2e-6, 1.9e-6, 2.1e-6).text("m") == "1.9 µm to 2.1 µm"
     assert Range(623.0, 622.991, 623.008).text("Hz") == "622.991 Hz to 623.008 Hz"
     assert Range(2.0, 1.0, np.inf).text("V") == "above 1 V"
     assert Range(2.0, -np.inf, np.inf).text() == "anything"

@@ -26,8 +26,8 @@ __all__ = ["PrandtlIshlinskii", "fit_branches"]
 Floats = NDArray[np.float64]
 
 _NEAR = 1e-13
-"""Part of a stretch (of 2) from its end, or from another play's, within which a play engages there: a root is found to a
-few 1e-16, times the slope at which the voltage leaves its turn."""
+"""Part of a stretch (of 2) from its end, or from another play's, within which a play engages there: a root is found to
+a few 1e-16, times the slope at which the voltage leaves its turn."""
 _ROUNDING = 1e-15
 """Of voltages, what their sums round by, several times: a play that is reached by no more is not."""
 
