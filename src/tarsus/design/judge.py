@@ -18,7 +18,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.units import parse_quantity
 from tarsus.design.grounds import Grounds, Over, corners, spread
 from tarsus.fit.unknowns import Unknowns
-from tarsus.fit.valleys import shorter_steps
+from tarsus.fit.valleys import apart, shorter_steps
 
 __all__ = [
     "CLOSED", "MEAN", "NOMINAL", "WORST", "Attack", "Certificate", "Judge", "Look", "Risk", "Round", "cvar", "excess",
@@ -218,9 +218,11 @@ class Judge:
         seen, where = [first], [np.broadcast_to(cube, (k, *cube.shape))]
         climbed = np.array([(i, j) for i in range(k) for j in self.grounded for _ in range(look.islands)])
         if look.steps and len(climbed):
-            starts = np.concatenate(
-                [_apart(first[i, :, j], cube, look.islands) for i in range(k) for j in self.grounded]
-            )
+            order = np.argsort(-np.nan_to_num(first, nan=-np.inf), axis=1, kind="stable")
+            regions = [
+                apart(cube, order[i, :, j], FIRST_STEP, look.islands) for i in range(k) for j in self.grounded
+            ]
+            starts = np.concatenate([np.resize(one, look.islands) for one in regions])
             who, what = climbed.T
 
             def cost(points: Floats) -> Floats:
@@ -251,15 +253,8 @@ class Judge:
         of them near each other."""
         assert isinstance(self.over, Unknowns)
         flat, size = grounds.reshape(-1, len(self.over)), gaps.ravel()
-        cube, chosen = self.over.cube(flat), []
-        for row in np.argsort(-size, kind="stable"):
-            if size[row] <= CLOSED and chosen:
-                break
-            if all(np.abs(cube[row] - cube[one]).max() > NEAR for one in chosen):
-                chosen.append(int(row))
-            if len(chosen) == MORE:
-                break
-        return flat[chosen]
+        order = np.argsort(-size, kind="stable")[: max(int((size > CLOSED).sum()), 1)]
+        return flat[apart(self.over.cube(flat), order, NEAR, MORE)]
 
     def close_gap(
         self,
@@ -317,15 +312,3 @@ def excess(known: Floats, found: Floats) -> Floats:
 def finite(costs: Floats) -> Floats:
     """Costs in which what has no value is the worst."""
     return np.where(np.isnan(costs), np.inf, costs)
-
-
-def _apart(costs: Floats, cube: Floats, count: int) -> list[int]:
-    """Numbers of the worst of grounds (ng, np) by costs (ng,), each a step from the others; the worst again where there
-    are fewer."""
-    chosen: list[int] = []
-    for row in np.argsort(-np.nan_to_num(costs, nan=-np.inf), kind="stable"):
-        if all(np.abs(cube[row] - cube[one]).max() > FIRST_STEP for one in chosen):
-            chosen.append(int(row))
-        if len(chosen) == count:
-            break
-    return chosen + chosen[:1] * (count - len(chosen))
