@@ -182,9 +182,7 @@ class GaitFront(DesignResult):
             "nominal_front": [_point(self, one) for one in self.nominal],
             "robust": _point(self, self.robust), "optimum": _point(self, self.optimum), "gain": self.gain,
             "over": [] if request.over is None else list(request.over.names),
-            "grounds": [
-                {path: float(own[i]) for path, own in self.grounds.values.items()} for i in range(len(self.grounds))
-            ],
+            "grounds": self.grounds.each(),
             "gap": self.gap, "rounds": [{"what": one.what, "grounds": one.grounds, "gap": one.gap} for one in
             self.rounds], "candidates": self.candidates, "runs": self.runs, "reused": self.reused, "duration":
             request.duration, "version": package_version(),

@@ -327,7 +327,8 @@ class _GaitSearch:
         first = next((j for j, one in enumerate(objectives) if one.grounded), 0)
         if request.over is not None:
             worst, at = each.max(axis=1), each[:, :, first].argmax(axis=1)
-            where = [{path: float(own[i]) for path, own in grounds.values.items()} for i in at]
+            named = grounds.each()
+            where = [named[i] for i in at]
         if look is not None and isinstance(request.over, Unknowns):
             self.progress(self.tried, self.options.candidates, "the last look at the box")
             found = self._last_look(points, worst, risked, look)

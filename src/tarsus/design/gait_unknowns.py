@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.base.spec import float_paths, with_values
-from tarsus.base.units import format_quantity, parse_quantity
+from tarsus.base.units import format_quantity
 from tarsus.design.request import Problems
 from tarsus.fit.unknowns import Unknown, Unknowns
 from tarsus.model.drive.gait import CustomGait, Layout
@@ -157,18 +157,9 @@ def _single(scene: Scene, path: str, span: Ends | None) -> Shared:
             f"{path}: is no number of a gait or a signal, so a gait's design cannot choose it{hint}"
         )
     about = known[path]
-    if span is None:
-        low, high = _usual(path, about.value)
-    else:
-        try:
-            low, high = (parse_quantity(end, about.unit) for end in span)
-        except InputError as error:
-            raise InputError([f"{path}: {text}" for text in error.problems]) from None
-    if not low < high:
-        shown = " to ".join(format_quantity(float(f"{one:.6g}"), about.unit) for one in (low, high))
-        raise InputError(
-            f"{path}: the range is empty, expected its lower end before its upper one, got {shown}"
-        )
+    low, high = _usual(path, about.value) if span is None else span
+    ends = Unknowns.of(scene, [Unknown(path, low, high)])
+    low, high = float(ends.low[0]), float(ends.high[0])
     for end in (low, high) if not path.startswith(("gait.low", "gait.high")) else ():
         with_values(scene, {path: end})
     around = _closes(path) and math.isclose(high - low, 1.0)

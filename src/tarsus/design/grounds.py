@@ -72,6 +72,10 @@ class Grounds:
         """(ng, np), columns in the order of the paths."""
         return np.stack(list(self.values.values()), axis=1) if self.values else np.zeros((len(self), 0))
 
+    def each(self) -> list[dict[str, float]]:
+        """Values by path of every ground."""
+        return [dict(zip(self.names, point, strict=True)) for point in self.points().tolist()]
+
     def rows(self, which: Any) -> dict[str, Floats]:
         """Values by path of some grounds, by number or slice."""
         return {path: own[which] for path, own in self.values.items()}

@@ -18,7 +18,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.units import parse_quantity
 from tarsus.design.grounds import Grounds, Over, corners, spread
 from tarsus.fit.unknowns import Unknowns
-from tarsus.fit.valleys import shorter_steps
+from tarsus.fit.valleys import apart, shorter_steps
 
 __all__ = [
     "CLOSED", "MEAN", "NOMINAL", "WORST", "Attack", "Certificate", "Judge", "Look", "Risk", "Round", "cvar", "excess",
@@ -123,8 +123,8 @@ class Attack:
 @dataclass(frozen=True)
 class Round:
     """One round of cutting planes. what: is searched; grounds: that were active; gap: the largest share by which an
-    attack found a candidate worse; score, worst: cost of the best one in the first objective, on these grounds and on
-    the worst that was found."""
+    attack found a candidate worse that is wanted; score, worst: cost of the best one in the first objective, on these
+    grounds and on the worst that was found."""
 
     what: str
     grounds: int
@@ -159,7 +159,7 @@ class Judge:
     """What candidates of one request are judged by.
 
     each: see `Each`; own: the scene's own ground; over, risk, seed: of the request; grounded: numbers of the objectives
-    that depend on the ground at all.
+    that depend on the ground at all; one: whether one candidate is wanted, not a front: its gap alone has to be closed.
     """
 
     each: Each
@@ -168,6 +168,7 @@ class Judge:
     risk: Risk
     seed: int
     grounded: tuple[int, ...] = (0,)
+    one: bool = False
     looks: int = 0
 
     @property
@@ -217,9 +218,11 @@ class Judge:
         seen, where = [first], [np.broadcast_to(cube, (k, *cube.shape))]
         climbed = np.array([(i, j) for i in range(k) for j in self.grounded for _ in range(look.islands)])
         if look.steps and len(climbed):
-            starts = np.concatenate(
-                [_apart(first[i, :, j], cube, look.islands) for i in range(k) for j in self.grounded]
-            )
+            order = np.argsort(-np.nan_to_num(first, nan=-np.inf), axis=1, kind="stable")
+            regions = [
+                apart(cube, order[i, :, j], FIRST_STEP, look.islands) for i in range(k) for j in self.grounded
+            ]
+            starts = np.concatenate([np.resize(one, look.islands) for one in regions])
             who, what = climbed.T
 
             def cost(points: Floats) -> Floats:
@@ -250,15 +253,8 @@ class Judge:
         of them near each other."""
         assert isinstance(self.over, Unknowns)
         flat, size = grounds.reshape(-1, len(self.over)), gaps.ravel()
-        cube, chosen = self.over.cube(flat), []
-        for row in np.argsort(-size, kind="stable"):
-            if size[row] <= CLOSED and chosen:
-                break
-            if all(np.abs(cube[row] - cube[one]).max() > NEAR for one in chosen):
-                chosen.append(int(row))
-            if len(chosen) == MORE:
-                break
-        return flat[chosen]
+        order = np.argsort(-size, kind="stable")[: max(int((size > CLOSED).sum()), 1)]
+        return flat[apart(self.over.cube(flat), order, NEAR, MORE)]
 
     def close_gap(
         self,
@@ -291,7 +287,7 @@ class Judge:
                 found = self.attack(rows, look)
                 known = self.costs(rows, grounds).max(axis=1)
                 gaps = excess(known, found.costs)
-                gap = float(gaps.max())
+                gap = float(gaps[: 1 if self.one else None].max())
                 history.append(Round(what, len(grounds), gap, float(known[0, 0]), float(found.costs[0, 0])))
                 leader = int(np.argmin(found.costs[:, 0]))
                 if number and (found.costs[leader, 0] < least or not len(best)):
@@ -316,15 +312,3 @@ def excess(known: Floats, found: Floats) -> Floats:
 def finite(costs: Floats) -> Floats:
     """Costs in which what has no value is the worst."""
     return np.where(np.isnan(costs), np.inf, costs)
-
-
-def _apart(costs: Floats, cube: Floats, count: int) -> list[int]:
-    """Numbers of the worst of grounds (ng, np) by costs (ng,), each a step from the others; the worst again where there
-    are fewer."""
-    chosen: list[int] = []
-    for row in np.argsort(-np.nan_to_num(costs, nan=-np.inf), kind="stable"):
-        if all(np.abs(cube[row] - cube[one]).max() > FIRST_STEP for one in chosen):
-            chosen.append(int(row))
-        if len(chosen) == count:
-            break
-    return chosen + chosen[:1] * (count - len(chosen))

@@ -190,12 +190,8 @@ def _landed(found: Landings, at: int) -> dict[str, float]:
 def _scenarios(design: LandingDesign) -> list[dict[str, Any]]:
     plain = design.before_on_grounds.speed[0].tolist()
     return [
-        {
-            "ground": {path: float(own[i]) for path, own in design.grounds.values.items()},
-            **_landed(design.on_grounds, i),
-            "plain_speed": plain[i],
-        }
-        for i in range(len(design.grounds))
+        {"ground": ground, **_landed(design.on_grounds, i), "plain_speed": plain[i]}
+        for i, ground in enumerate(design.grounds.each())
     ]
 
 

@@ -92,7 +92,7 @@ class LandingSearch:
                 f"{step.support:g} V it {where}"
             )
         self.target = Target(options.objective, before, options.contact, options.lift, options.ringing)
-        self.judge = Judge(self._each, self.nominal, request.over, request.risk, options.seed)
+        self.judge = Judge(self._each, self.nominal, request.over, request.risk, options.seed, one=True)
 
     def _settled(self) -> int:
         choices = families(self.request.step, 1)

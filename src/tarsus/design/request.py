@@ -53,7 +53,7 @@ RISK = "worst, cvar:q, mean or nominal; worst with grounds, else nominal"
 SEED = "of everything that is drawn at random"
 _KINDS = {
     "landing": ("landing_request", "LandingSettings"), "gait": ("gait_request", "GaitSettings"),
-    "adapt": ("gait_request", "AdaptSettings"), "leg": ("links", "LegSettings"),
+    "adapt": ("gait_request", "AdaptSettings"), "leg": ("legs", "LegSettings"),
 }  # fmt: skip
 
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from tarsus.base.spec import with_values
 from tarsus.design.pulses import Family, OwnStep, Step
 from tarsus.design.trials import Trials
-from tarsus.fit.valleys import even_points
+from tarsus.fit.valleys import apart, even_points
 from tarsus.model.drive.lower import evaluate, lower
 from tarsus.model.drive.waveforms import OnOff
 from tarsus.model.scene import Scene
@@ -247,12 +247,8 @@ class _Aim:
         late = spans[:, held + 1 :].sum(axis=1)
         edge = self.transfer.ends(self.transfer.held, volts[:, :held], spans[:, :held])
         free = self.transfer.clear(edge, volts[:, held:], spans[:, held:])
-        chosen: list[int] = []
-        for row in np.lexsort((late, np.where(free, np.maximum(energy, REST * self.stored), np.inf))):
-            if all(np.abs(x[row] - x[one]).max() > APART for one in chosen):
-                chosen.append(int(row))
-            if len(chosen) == KEPT:
-                break
+        order = np.lexsort((late, np.where(free, np.maximum(energy, REST * self.stored), np.inf)))
+        chosen = apart(x, order, APART, KEPT)
         self.aims = np.repeat(self.aims, len(chosen), axis=0)
         return x[chosen]
 

@@ -149,18 +149,14 @@ class Trials:
         self.runs += 1
         own = dict(zip(self._paths(len(signal) // 2), signal.tolist(), strict=True))
         run = self._session(len(signal) // 2).run(own, self.periods * self.period)
-        hits = self.touchdowns_of(run.events)["time"]
+        hits = run.events[self.numbers_of(run.events)]["time"]
         hits = hits[hits <= self.since + until]
         time = float(hits[0]) * (1.0 - 1e-12) if len(hits) else self.since + until
         found = run.states(np.array([time]))
         return time - self.since, np.concatenate([found.x[:, 0], found.v[:, 0]])
 
-    def touchdowns_of(self, events: NDArray[np.void]) -> NDArray[np.void]:
-        """The foot's touchdowns of the last period among the events of one run."""
-        return events[self.numbers_of(events)]
-
     def numbers_of(self, events: NDArray[np.void]) -> Ints:
-        """Their numbers among the events."""
+        """Numbers of the foot's touchdowns of the last period among the events of one run."""
         own = np.isin(events["kind"], IMPACTS) & (events["foot"] == self.number)
         return np.flatnonzero(own & (events["time"] > self.since))
 

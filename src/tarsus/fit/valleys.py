@@ -14,7 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Budget", "Cost", "Visited", "even_points", "follow_down", "inside", "search", "shorter_steps"]
+__all__ = [
+    "Budget", "Cost", "Visited", "apart", "even_points", "follow_down", "inside", "search", "shorter_steps",
+]  # fmt: skip
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -77,6 +79,18 @@ def even_points(unknowns: int, count: int, rng: np.random.Generator) -> Floats:
     from scipy.stats import qmc  # takes longer to load than all searches
 
     return qmc.Sobol(unknowns, rng=rng).random_base2(int(np.ceil(np.log2(max(count, 2)))))[:count]
+
+
+def apart(points: Floats, order: Ints, near: float, count: int) -> Ints:
+    """The first rows in an order, at most so many, of points (n, nu) of which each is farther than ``near`` in some
+    coordinate from all rows before it."""
+    chosen: list[int] = []
+    for row in order.tolist():
+        if len(chosen) == count:
+            break
+        if all(np.abs(points[row] - points[one]).max() > near for one in chosen):
+            chosen.append(row)
+    return np.array(chosen, dtype=np.int64)
 
 
 def inside(points: Floats, circular: NDArray[np.bool_] | bool = False) -> Floats:

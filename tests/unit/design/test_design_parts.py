@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from itertools import pairwise
 
 import numpy as np
@@ -14,6 +15,7 @@ from tarsus.design.energy import energies, energy_of, period_rises
 from tarsus.design.grounds import Grounds, corners, over_of, spread
 from tarsus.design.judge import MEAN, Judge
 from tarsus.design.pulses import Levels, Step, families
+from tarsus.design.request import settings_text
 from tarsus.fit.unknowns import Unknowns
 from tarsus.measure.switching import rise_squares
 
@@ -120,3 +122,21 @@ def test_a_child_differs_from_its_parent_by_the_shortest_plateaus_only(step):
     for number, child in zip(numbers, points, strict=True):
         after = step.waveform(step.place(two, np.array([number]), child[None])[0])
         assert np.mean(after.volts(times) != before.volts(times)) <= 4.0 * step.shortest / 0.02 + 1e-3
+
+
+@pytest.mark.parametrize(
+    ("design", "names"),
+    [
+        ("landing", "foot pairs seed tick"),
+        ("gait", "free loss"),
+        ("adapt", "steps noise"),
+        ("leg", "shortest load"),
+    ],
+)
+def test_every_design_has_a_file_of_its_settings(design, names):
+    text = settings_text(design)
+    tomllib.loads(text)
+    said = {line.lstrip("# ").partition(" =")[0] for line in text.splitlines() if " =" in line}
+    assert set(names.split()) <= said
+    with pytest.raises(InputError, match=f"did you mean '{design}'"):
+        settings_text(f"{design}x")

@@ -116,3 +116,22 @@ def test_cutting_planes_close_the_gap_of_a_minimax_problem():
         assert rounds[0].gap > 0.02 and rounds[-1].gap <= 0.02 and len(grounds) > 1
         assert rounds[-1].worst == pytest.approx(wanted, rel=0.02)
         assert table[np.argmin(np.abs(xs - best[0]))].max() <= 1.02 * wanted
+
+
+def test_where_one_candidate_is_wanted_its_gap_alone_is_closed():
+    """The second candidate's worst ground, 0.5, is on no corner; the first one's, 1, is active from the beginning."""
+
+    def costs(rows, grounds):
+        return np.where(rows < 0.5, grounds, 0.5 - (grounds - 0.5) ** 2)
+
+    def improve(grounds):
+        return np.array([[0.0], [1.0]])
+
+    rounds = {}
+    for one in (False, True):
+        judge = judge_of(costs, box("g"))
+        judge.one = one
+        first = Grounds({"g": np.array([0.0, 1.0])})
+        grounds, rounds[one], _ = judge.close_gap(improve, None, first, Look(32, 8), 8, "x")
+        assert len(grounds) == 2 + (not one)
+    assert [len(rounds[one]) for one in (False, True)] == [2, 1] and rounds[False][0].gap > 0.5
