@@ -66,8 +66,8 @@ def test_runs_about_legs_can_be_left_out(tarsus, creeping, tmp_path):
     [
         (("--require", "strike=1"), "--require: "),
         (("--require", "mean_speed=1 kg"), "mean_speed: "),
-        (("--scatter", "dead=5"), "--scatter dead takes fewest:most, got 'dead=5'"),
-        (("--scatter", "weak=0:3@x"), "--scatter weak takes fewest:most@60%"),
+        (("--scatter", "dead=5"), "--scatter dead, weak: expected fewest:most, got '5'"),
+        (("--scatter", "weak=0:3@x"), "--scatter dead, weak: expected fewest:most@60%"),
         (("--scatter", "ground.friction.coefficient"), "--scatter takes PATH=5%"),
         (("--scatter", "dead=0:9"), "--scatter dead, weak: "),
         (("--count", "many"), "--count takes ROBOTS or ROBOTS:DRAWS"),

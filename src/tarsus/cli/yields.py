@@ -6,7 +6,7 @@ import contextlib
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from tarsus.cli.options import (
     HERE,
@@ -65,12 +65,12 @@ def yields(
     from tarsus.cli import console
     from tarsus.files.runstore import SWEEP_FILES
     from tarsus.report.yield_page import write_yield_report
-    from tarsus.study.robots import Robots
+    from tarsus.study.robots import Robots, as_arguments
     from tarsus.study.yields import YieldStudy
 
     robots, draws = _counts(count)
     with _options():
-        drawing = Robots.of(changes.scene(scene), **_scattered(scatter or ()))
+        drawing = Robots.of(changes.scene(scene), **as_arguments(_scattered(scatter or ())))
         study = YieldStudy.of(drawing, _required(require), count=robots, draws=draws, seed=seed)
     folder = output if output is not None else Path(f"{Path(scene).stem}.yield")
     names = [f"{place}/{name}" for place in ("robots", "legs") for name in SWEEP_FILES]
@@ -108,7 +108,7 @@ def _further(whole: Sweep, legs: Sweep) -> str:
 OPTIONS = (
     (r"Scattered\.count|Saltelli\.count", "--count"),
     (r"Sweep\.measures", "--require"),
-    (r"Sweep\.vary", "--scatter dead, weak"),
+    (r"Sweep\.vary|(dead|weak)$", "--scatter dead, weak"),
 )
 """What the line calls fields of its sweeps."""
 
@@ -143,33 +143,15 @@ DRAWS = 64
 """Draws where only robots are given: as of `tarsus.yield_`."""
 
 
-def _scattered(words: Sequence[str]) -> dict[str, Any]:
-    """What `--scatter` says, as arguments of `Robots.of`."""
+def _scattered(words: Sequence[str]) -> dict[str, Scatter]:
+    """What `--scatter` says, by path."""
     from tarsus.base.errors import InputError
 
-    problems: list[str] = []
-    scatter: dict[str, Scatter] = {}
-    out: dict[str, Any] = {"scatter": scatter}
-    for word in words:
-        path, _, text = (one.strip() for one in word.partition("="))
-        counted = re.fullmatch(r"(\d+):(\d+)(?:@(\d+(?:\.\d+)?)%)?", text.replace(" ", ""))
-        if path in ("dead", "weak"):
-            if counted is None or (counted[3] and path == "dead"):
-                problems.append(
-                    f"--scatter {path} takes fewest:most{'@60%' * (path == 'weak')}, got '{word}'"
-                )
-                continue
-            out[path] = (int(counted[1]), int(counted[2]))
-            if counted[3]:
-                out["weakness"] = float(counted[3]) / 100.0
-        elif not path or not text:
-            problems.append(f"--scatter takes PATH=5%, PATH=value or PATH=a:b, got '{word}'")
-        else:
-            first, colon, last = text.partition(":")
-            scatter[path] = (first.strip(), last.strip()) if colon else text
-    if problems:
-        raise InputError(problems)
-    return out
+    pairs = [tuple(one.strip() for one in word.partition("=")[::2]) for word in words]
+    if not all(path and text for path, text in pairs):
+        wrong = next(word for word, pair in zip(words, pairs, strict=True) if not all(pair))
+        raise InputError(f"--scatter takes PATH=5%, PATH=value or PATH=a:b, got '{wrong}'")
+    return dict(pairs)
 
 
 def _required(words: list[str] | None) -> dict[str, str | None] | None:

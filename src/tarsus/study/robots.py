@@ -19,7 +19,7 @@ from tarsus.study.axes import Linspace, Normal, SweepAxis
 from tarsus.study.manufacture import Saltelli, Scattered
 from tarsus.study.sweep import Sweep
 
-__all__ = ["Robots", "Scatter"]
+__all__ = ["Robots", "Scatter", "as_arguments"]
 
 Scatter = float | str | tuple[float | str, float | str]
 """How a value scatters: its standard deviation (SI, a text with a unit, or a share of the scene's own value such as
@@ -135,6 +135,34 @@ class Robots:
             name=f"{self.scene.name}: {name}", scene=self.scene, vary=own, design=design,
             measures=tuple(measures), chunk=chunk,
         )  # fmt: skip
+
+
+def as_arguments(scatter: Mapping[str, Scatter]) -> dict[str, Any]:
+    """Arguments of `Robots.of` from a scatter in words: "a:b" for both ends of a range, and beside paths the names
+    ``dead``, "fewest:most", and ``weak``, "fewest:most@60%".
+
+    Raises InputError for words of these two that are none.
+    """
+    problems: list[str] = []
+    values: dict[str, Scatter] = {}
+    out: dict[str, Any] = {"scatter": values}
+    for path, text in scatter.items():
+        if path in ("dead", "weak"):
+            counted = re.fullmatch(r"(\d+):(\d+)(?:@(\d+(?:\.\d+)?)%)?", str(text).replace(" ", ""))
+            if counted is None or (counted[3] and path == "dead"):
+                problems.append(f"{path}: expected fewest:most{'@60%' * (path == 'weak')}, got '{text}'")
+                continue
+            out[path] = (int(counted[1]), int(counted[2]))
+            if counted[3]:
+                out["weakness"] = float(counted[3]) / 100.0
+        elif isinstance(text, str) and ":" in text:
+            first, _, last = text.partition(":")
+            values[path] = (first.strip(), last.strip())
+        else:
+            values[path] = text
+    if problems:
+        raise InputError(problems)
+    return out
 
 
 def _scattered(about: FloatInfo, text: float | str) -> Normal:

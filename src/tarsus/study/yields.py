@@ -21,7 +21,7 @@ from tarsus.solve.codes import ResultCode
 from tarsus.solve.offered import offered
 from tarsus.study.collecting import measures_in
 from tarsus.study.manufacture import Saltelli, Scattered
-from tarsus.study.robots import Robots, Scatter
+from tarsus.study.robots import Robots, Scatter, as_arguments
 from tarsus.study.sweep import Sweep
 from tarsus.study.sweeping import run_sweep
 from tarsus.study.workunit import OUTCOMES
@@ -246,7 +246,8 @@ def yield_(
         The robot of the drawing: a scene, a device's name, or a scene file.
     scatter
         By path, the standard deviation of its value (SI, ``"2 um"``, or ``"5%"`` of the scene's own), or both ends of a
-        range that is drawn from evenly, such as that of a ground: ``("0.3", "0.5")``. `*` in a path stands for every
+        range that is drawn from evenly, such as that of a ground: ``("0.3", "0.5")`` or ``"0.3:0.5"``. ``"dead"`` and
+        ``"weak"`` are given as on the command line: ``"0:5"``, ``"0:5@60%"``. `*` in a path stands for every
         leg, each of which is drawn by itself.
     dead, weak
         Fewest and most legs whose drive does nothing, or has only a share of its gain: the third number, 0.5 without.
@@ -285,8 +286,10 @@ def yield_(
     (0.75, 0.51, 0.9)
     """
     drawing = as_scene(scene)
+    asked = {"dead": dead, "weak": weak[:2], "weakness": weak[2] if len(weak) == 3 else 0.5}
+    asked |= as_arguments(scatter)
     study = YieldStudy.of(
-        Robots.of(drawing, scatter, dead=dead, weak=weak[:2], weakness=weak[2] if len(weak) == 3 else 0.5),
+        Robots.of(drawing, **asked),
         require, count=robots, draws=draws, seed=seed, chunk=chunk,
     )  # fmt: skip
     name = scene if isinstance(scene, str | os.PathLike) else drawing.name

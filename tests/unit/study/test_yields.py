@@ -7,9 +7,10 @@ import pytest
 from scipy import stats
 
 import tarsus as ts
+from tarsus.base.errors import InputError
 from tarsus.study.axes import CUT, Linspace, Normal
 from tarsus.study.manufacture import Saltelli, Scattered
-from tarsus.study.robots import Robots
+from tarsus.study.robots import Robots, as_arguments
 from tarsus.study.studyfile import frozen_texts, read_sweep
 from tarsus.study.yields import Leader, YieldStudy, _curve, _difference, _wilson, leader_of
 from walking_devices import creeping_millipede
@@ -51,6 +52,13 @@ def test_every_leg_is_drawn_by_itself_and_some_are_dead(millipede):
     )
     assert abs(np.corrcoef(points[GAIN.replace("*", "L1")], points[GAIN.replace("*", "R9")])[0, 1]) < 0.12
     assert np.array_equal(sweep.points(slice(77, 99))[FRICTION], points[FRICTION][77:99])
+
+
+def test_words_of_a_scatter_are_those_of_the_command_line(millipede):
+    words = {GAIN: "10%", STIFF: "5%", FRICTION: "0.3:0.5", "dead": "0:5", "weak": "1:2@60%"}
+    assert Robots.of(millipede, **as_arguments(words)) == robots(millipede, weak=(1, 2), weakness=0.6)
+    with pytest.raises(InputError, match="dead: expected fewest:most"):
+        as_arguments({"dead": "5"})
 
 
 def test_robots_survive_being_written_and_read(tmp_path):
