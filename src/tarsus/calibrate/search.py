@@ -92,12 +92,12 @@ class _Descent:
         """Lowest cost of the visited sets."""
         return float(self.fit.costs_visited()[1].min())
 
-    def advance(self, generations: int) -> None:
-        """A bout of so many generations."""
+    def advance(self, generations: int, left: int) -> None:
+        """A bout of so many generations, of those that are left."""
         for _ in range(generations):
             self._generation()
         self._note()
-        if self._idle() and self.starts < STARTS:
+        if self._idle() and self.starts < STARTS and left > generations:
             self.starts += 1
             self.before = len(self.fit.visited()[0])
             points = self.fit.unknowns.draws(self.search.screening, self.rng)
@@ -163,7 +163,7 @@ def search_hypotheses(archive: Archive, search: Search) -> tuple[dict[int, Searc
         archive.evaluate(run, even, "screening")
     descents = {b: _Descent(fit, search, randomness(search, part, SHORT, b)) for b, fit in enumerate(fits)}
     for one in descents.values():
-        one.advance(search.short)
+        one.advance(search.short, search.short + search.generations)
     best = {b: one.best() for b, one in descents.items()}
     most = search.hopeless * min(best.values()) + MARGIN
     rejected = {
@@ -198,8 +198,8 @@ def _race(descents: Mapping[int, _Descent], rejected: dict[int, str], search: Se
     scale = freedom_of_best(fits, {b: one.history[-1] for b, one in descents.items()}).scale
     while running:
         for b in running:
-            bout = min(BOUT, last - descents[b].generations)
-            descents[b].advance(bout)
+            left = last - descents[b].generations
+            descents[b].advance(min(BOUT, left), left)
         best = {b: one.history[-1] for b, one in descents.items()}
         scale = freedom_of_best(fits, best).scale
         enough = min(best.values()) + max(search.within * scale, MARGIN)
