@@ -9,8 +9,6 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import TypeVar
 
-__all__ = ["classes_beside"]
-
 T = TypeVar("T")
 
 

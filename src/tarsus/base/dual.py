@@ -14,8 +14,6 @@ import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Dual", "alike", "columns", "dot", "slope_of", "value_of"]
-
 Floats = NDArray[np.float64]
 
 

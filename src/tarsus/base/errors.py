@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-__all__ = ["InputError"]
-
 
 class InputError(ValueError):
     """Input that cannot be used; every problem found is listed, each as one sentence.

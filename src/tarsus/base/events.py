@@ -7,8 +7,6 @@ from __future__ import annotations
 
 from enum import IntEnum
 
-__all__ = ["CONTACT_BEGINS", "EVENT_WORDS", "IMPACTS", "SLIDING", "TRANSITIONS", "EventKind", "FootState"]
-
 
 class EventKind(IntEnum):
     """Kind of an event, as runs hold it."""

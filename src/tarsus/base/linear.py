@@ -16,11 +16,6 @@ from numpy.typing import NDArray
 
 from tarsus.base import _linear
 
-__all__ = [
-    "cholesky", "condition_of", "eig", "eigh", "inverse", "largest_of", "length", "modes_of", "product",
-    "pseudoinverse", "rank_of", "solve", "svd",
-]  # fmt: skip
-
 Floats = NDArray[np.float64]
 Array = NDArray[Any]
 

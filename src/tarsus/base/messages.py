@@ -13,18 +13,6 @@ from pydantic.fields import FieldInfo
 from tarsus.base.errors import InputError
 from tarsus.base.units import describe_unit
 
-__all__ = [
-    "PathErrors",
-    "alternatives",
-    "bounds_text",
-    "expected_text",
-    "kind_of",
-    "located_faults",
-    "nearest",
-    "sentences",
-]
-
-
 MOST_FAULTS = 100
 """Problems of one file that are listed: nobody mends more at once, and a list of valid names for each takes time."""
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 from tarsus.base.spec import Description, float_paths
 from tarsus.base.units import format_quantity
 
-__all__ = ["USUAL", "remarks"]
-
 USUAL: dict[str, tuple[float, float]] = {
     "m": (1e-10, 0.1),  # from an atom to robots ten times as long as those this is for
     "kg": (1e-13, 0.1),  # from a switch's contact to a robot that a hand holds

@@ -17,8 +17,6 @@ from typing import NamedTuple
 
 from tarsus.base.errors import InputError
 
-__all__ = ["describe_unit", "format_quantity", "is_number", "parse_quantity"]
-
 Dimension = tuple[int, int, int, int, int]
 """Integer powers of kg, m, s, A and rad (angles are kept apart so that Hz and rad/s cannot be mixed up)."""
 

@@ -7,8 +7,6 @@ from importlib import import_module
 from types import ModuleType
 from typing import Any
 
-__all__ = ["callable_package"]
-
 
 class _Callable(ModuleType):
     """A module that is called as the function that it names."""

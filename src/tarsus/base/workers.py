@@ -13,8 +13,6 @@ if TYPE_CHECKING:
 Workers: TypeAlias = "int | Executor | None"
 """Who works: so many threads, the workers of an executor, or a thread for each processor."""
 
-__all__ = ["Workers", "is_executor", "places", "spread", "workers"]
-
 J = TypeVar("J")
 R = TypeVar("R")
 

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from tarsus.model.laws import Law
     from tarsus.tables import Table
 
-__all__ = ["Calibration", "Solution", "calibrate", "solve"]
-
 Progress = Callable[[int, int, str], None]
 
 

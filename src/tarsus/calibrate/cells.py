@@ -18,8 +18,6 @@ from tarsus.calibrate.scenes import Variant
 from tarsus.files.rows import TableRows, number_of
 from tarsus.measure.periods import scene_period
 
-__all__ = ["OtherCells", "absolute_of", "cells_of", "limits_of"]
-
 
 @dataclass(frozen=True)
 class OtherCells:

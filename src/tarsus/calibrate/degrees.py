@@ -23,8 +23,6 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from tarsus.calibrate.problem import HypothesisFit
 
-__all__ = ["Freedom", "effective_unknowns", "freedom_of_best", "residual_scale"]
-
 Floats = NDArray[np.float64]
 
 SETS = 12

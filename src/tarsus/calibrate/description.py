@@ -11,18 +11,6 @@ from tarsus.base.spec import Amount, Description, MaybeAmount, Name, quantity
 from tarsus.fit.unknowns import Unknown, Value
 from tarsus.model.scene import Scene
 
-__all__ = [
-    "Along",
-    "Choice",
-    "Condition",
-    "Constraint",
-    "MeasureColumn",
-    "Option",
-    "Search",
-    "Study",
-    "TableSampling",
-]
-
 Identifier = Annotated[str, StringConstraints(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$")]
 
 

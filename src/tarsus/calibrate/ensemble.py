@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from tarsus.calibrate.description import Search
     from tarsus.calibrate.objective import Hypothesis
 
-__all__ = ["HypothesisEnsemble", "WeightedEnsemble", "ensemble_of", "hypothesis_weights", "weighted_ensemble"]
-
 Floats = NDArray[np.float64]
 Readings = NDArray[np.floating]
 

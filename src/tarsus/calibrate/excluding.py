@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from tarsus.calibrate.description import Search
     from tarsus.calibrate.problem import Archive, CalibrationProblem
 
-__all__ = ["ExcludedRow", "exclude", "exclude_each", "missed_by"]
-
 Floats = NDArray[np.float64]
 
 

@@ -12,8 +12,6 @@ from types import CodeType
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 
-__all__ = ["FUNCTIONS", "Expression"]
-
 FUNCTIONS = {"sqrt": math.sqrt, "exp": math.exp, "log": math.log, "log10": math.log10, "sin": math.sin, "cos": math.cos,
              "abs": abs, "min": min, "max": max}  # fmt: skip
 CONSTANTS = {"pi": math.pi}

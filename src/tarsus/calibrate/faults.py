@@ -12,8 +12,6 @@ from tarsus.base.spec import FloatInfo, get_value, with_values
 from tarsus.base.units import parse_quantity
 from tarsus.model.scene import Scene
 
-__all__ = ["Faults"]
-
 _UNIT = re.compile(r"^\s*[-+0-9.eE]+\s+(.+)$")
 
 

@@ -26,8 +26,6 @@ from tarsus.solve.engine import Accuracy
 from tarsus.solve.seeds import random_velocities
 from tarsus.solve.simulate import Shared
 
-__all__ = ["Forward"]
-
 Floats = NDArray[np.float64]
 
 DIFFERENCE = 1e-3

@@ -29,8 +29,6 @@ from tarsus.fit.unknowns import Unknowns
 from tarsus.measure.measure import no_measure
 from tarsus.model.scene import Scene
 
-__all__ = ["Lowered", "conditions_of", "lower_study", "run_rows"]
-
 PEAK = "peak"
 """The channel that shows whether flights can be seen; always read."""
 

@@ -24,8 +24,6 @@ from tarsus.measure.periods import scene_period
 from tarsus.model.laws import Law
 from tarsus.model.scene import Scene
 
-__all__ = ["MIXTURE_FILE", "Mixture", "load_mixture", "mixture_table"]
-
 MIXTURE_FILE = "mixture.json"
 FORMAT = 2
 """Of `mixture.json`; in format 1 members did not say how they were found."""

@@ -10,8 +10,6 @@ from tarsus.model.scene import Scene
 from tarsus.solve import simulate
 from tarsus.solve.engine import Accuracy
 
-__all__ = ["motion_of", "oscillations_per_step", "swing"]
-
 Floats = NDArray[np.float64]
 
 PROMINENCE = 0.2

@@ -29,8 +29,6 @@ from numpy.typing import NDArray
 
 from tarsus.fit.residuals import FAILED
 
-__all__ = ["Cells", "Costs", "Hypothesis", "Objective", "ReadingCosts", "SoftLimit", "existence", "tolerance"]
-
 Floats = NDArray[np.float64]
 
 

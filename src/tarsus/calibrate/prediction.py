@@ -32,17 +32,6 @@ from scipy.stats import norm
 from tarsus.calibrate.objective import Cells, Hypothesis, existence, tolerance
 from tarsus.fit.ranges import weighted_quantile
 
-__all__ = [
-    "INTERVAL",
-    "Discrepancy",
-    "Miss",
-    "Prediction",
-    "discrepancy_of",
-    "has_modes",
-    "median_and_interval",
-    "predict_row",
-]
-
 Floats = NDArray[np.float64]
 
 INTERVAL = 0.8

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from tarsus.calibrate.objective import Hypothesis, Objective, ReadingCosts
     from tarsus.fit.unknowns import Unknowns
 
-__all__ = ["Archive", "CalibrationProblem", "HypothesisFit", "Simulate", "Slopes"]
-
 Floats = NDArray[np.float64]
 Readings = NDArray[np.floating]
 T = TypeVar("T")

@@ -12,8 +12,6 @@ from tarsus.measure.periods import PER_WINDOW, by_window
 from tarsus.measure.table import RunTable
 from tarsus.solve.results import Batch
 
-__all__ = ["MOTION", "PER_PERIOD", "known_measures", "readings", "table_readings", "unit_of"]
-
 Floats = NDArray[np.float64]
 
 PER_PERIOD = ("bounces", "rebounds", "contact_duration", "impacts")

@@ -21,16 +21,6 @@ if TYPE_CHECKING:
     from tarsus.calibrate.excluding import ExcludedRow
     from tarsus.calibrate.lowering import Lowered
 
-__all__ = [
-    "OPEN",
-    "calibration_json",
-    "calibration_table",
-    "device_file",
-    "found_sentence",
-    "options_word",
-    "prediction_entry",
-]
-
 OPEN = 0.1
 """A choice is open when another option keeps so much of the weight: odds of less than ten to one decide nothing."""
 

@@ -12,8 +12,6 @@ import numpy as np
 from tarsus.calibrate.expressions import Expression
 from tarsus.model.scene import Scene
 
-__all__ = ["Interpolated", "Row", "Setting", "Variant", "finite"]
-
 
 @dataclass(frozen=True)
 class Setting:

@@ -24,8 +24,6 @@ from tarsus.fit.regressions import STEPS, Valleys, steps
 if TYPE_CHECKING:
     from tarsus.calibrate.description import Search
 
-__all__ = ["LEVEL", "SearchResult", "randomness", "search_hypotheses"]
-
 Floats = NDArray[np.float64]
 
 DOWN = 0.8

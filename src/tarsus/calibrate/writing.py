@@ -23,8 +23,6 @@ from tarsus.model.scene import Provenance, Scene, Source
 if TYPE_CHECKING:
     from tarsus.calibrate.calibrating import Calibration
 
-__all__ = ["CALIBRATION_FILE", "CALIBRATION_FILES", "hypothesis_scene", "mixture_of", "write_outputs"]
-
 CALIBRATION_FILE = "calibration.json"
 CALIBRATION_FILES = (*SWEEP_FILES, TABLE_FILE, CALIBRATION_FILE, MIXTURE_FILE, "branch-*.toml", REPORT_FILE)
 """Everything that a calibration's folder may hold of it, as glob patterns."""

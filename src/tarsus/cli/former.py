@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-__all__ = ["sentence"]
-
 COMMANDS = {
     "validate": "`tarsus reproduce` to compare with a published experiment, `tarsus check` to check a file",
     "next": "`tarsus recommend`",

@@ -6,8 +6,6 @@ import sys
 import threading
 import time
 
-__all__ = ["Lines"]
-
 EVERY = 10.0
 """Seconds between two lines: what someone who waits takes for a sign of life."""
 

@@ -14,8 +14,6 @@ from tarsus.cli import console
 from tarsus.cli.app import INTERRUPTED, exit_code
 from tarsus.cli.entry import alone
 
-__all__ = ["task"]
-
 
 def task(
     folder: Path, number: int, submission: int, threads: int | None = None, *, json: bool = False

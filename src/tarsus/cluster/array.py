@@ -21,8 +21,6 @@ from tarsus.study.studyfile import frozen_sweep, stored_texts
 from tarsus.study.sweep import Sweep
 from tarsus.study.sweeping import do_units, finish
 
-__all__ = ["ARRAY_FOLDER", "Submission", "TaskDone", "prepare", "run_task"]
-
 ARRAY_FOLDER = "array"
 
 HELP = 10

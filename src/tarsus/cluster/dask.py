@@ -10,8 +10,6 @@ from typing import Any
 
 from tarsus.base.errors import InputError
 
-__all__ = ["DaskExecutor", "dask_executor", "executor_of"]
-
 PATIENCE = "20 s"
 """How long a scheduler is waited for: what starts at the same time needs some seconds."""
 

@@ -13,8 +13,6 @@ from tarsus.cluster.array import ARRAY_FOLDER, Submission, prepare
 from tarsus.files.whole import write_text
 from tarsus.study.sweep import Sweep
 
-__all__ = ["submit"]
-
 PATIENCE = 60.0
 """Seconds that SLURM's commands are given: a busy controller answers late."""
 

@@ -13,8 +13,6 @@ import time
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-__all__ = ["Status", "status_lines", "status_of"]
-
 SILENT = 30.0
 """Seconds without a sign of life after which a process counts as lost: six signs (`progress.EVERY`)."""
 

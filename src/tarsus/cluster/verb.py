@@ -14,8 +14,6 @@ from tarsus.study.studyfile import load_sweep
 from tarsus.study.sweep import Sweep
 from tarsus.study.sweeping import SweepResult, run_sweep
 
-__all__ = ["redrawn", "sweep"]
-
 
 def sweep(
     study: Sweep | str | os.PathLike[str],

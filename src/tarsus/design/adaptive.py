@@ -20,8 +20,6 @@ from tarsus.design.walks import OBJECTIVES, WalkObjective, Walks
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.fit.valleys import even_points, inside, shorter_steps
 
-__all__ = ["adapt"]
-
 Floats = NDArray[np.float64]
 Progress = Callable[[int, int, str], None]
 

@@ -18,8 +18,6 @@ from tarsus.files.version import package_version
 from tarsus.tables.numbers import interval, percent
 from tarsus.tables.table import Column, Table
 
-__all__ = ["ADAPT_FILES", "AdaptiveGait"]
-
 Floats = NDArray[np.float64]
 
 ADAPT_FILES = ("adapt.json", "hidden.csv", "report.html")

@@ -9,8 +9,6 @@ from tarsus.measure.switching import rise_squares
 from tarsus.model.drive.signal import Signal
 from tarsus.model.robot import Drive
 
-__all__ = ["RECOVERY", "energies", "energy_of", "period_rises"]
-
 Floats = NDArray[np.float64]
 
 RECOVERY = 2.0 / 3.0

@@ -13,8 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["GaitChoice", "gait_choice"]
-
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 

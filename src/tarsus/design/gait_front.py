@@ -23,8 +23,6 @@ from tarsus.model.scene import Scene
 from tarsus.tables.numbers import amount, percent
 from tarsus.tables.table import Column, Table
 
-__all__ = ["FRONT_FILES", "GaitFront", "GaitPoint"]
-
 Floats = NDArray[np.float64]
 
 FRONT_FILES = ("gaits.json", "front.csv", "gait.h", "report.html", "gaits/*.toml", "gaits/*.html")

@@ -24,8 +24,6 @@ from tarsus.model.structure import Walker
 
 Floats = NDArray[np.float64]
 
-__all__ = ["AdaptSettings", "GaitRequest", "GaitSettings", "Sense", "gait_request"]
-
 FEWEST = 64
 """Candidates below which no search begins: a population of 24 and what it is chosen from."""
 FREE = 'paths of the gait and of signals that may change, each with its range or "usual"'

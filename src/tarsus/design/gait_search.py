@@ -24,8 +24,6 @@ from tarsus.files.toml import scene_texts
 from tarsus.fit.front import FrontSearch, farthest, search_front, undominated
 from tarsus.fit.unknowns import Unknowns
 
-__all__ = ["KEPT_FILES", "gait"]
-
 Floats = NDArray[np.float64]
 Progress = Callable[[int, int, str], None]
 

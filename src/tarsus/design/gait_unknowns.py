@@ -20,8 +20,6 @@ from tarsus.model.drive.gait import CustomGait, Layout
 from tarsus.model.scene import Scene
 from tarsus.plan.slots import Kind, slot
 
-__all__ = ["PHASES", "GaitUnknowns", "Symmetry", "gait_unknowns"]
-
 Floats = NDArray[np.float64]
 Ends = tuple[str | float, str | float]
 

@@ -21,8 +21,6 @@ from tarsus.files.draws import read_draws
 from tarsus.fit.unknowns import Unknown, Unknowns
 from tarsus.model.scene import Scene
 
-__all__ = ["Grounds", "Over", "corners", "drawn", "over_of", "spread"]
-
 Floats = NDArray[np.float64]
 
 CORNERS = 4

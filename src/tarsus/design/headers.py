@@ -21,8 +21,6 @@ from tarsus.model.scene import Scene
 if TYPE_CHECKING:
     from tarsus.design.landing_design import LandingDesign
 
-__all__ = ["digest", "gait_header_text", "header_text", "in_comment", "in_ticks", "neighbours"]
-
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 

@@ -20,11 +20,6 @@ from tarsus.design.grounds import Grounds, Over, corners, spread
 from tarsus.fit.unknowns import Unknowns
 from tarsus.fit.valleys import apart, shorter_steps
 
-__all__ = [
-    "CLOSED", "MEAN", "NOMINAL", "WORST", "Attack", "Certificate", "Judge", "Look", "Risk", "Round", "cvar", "excess",
-    "risk_of",
-]  # fmt: skip
-
 Floats = NDArray[np.float64]
 Each = Callable[[Floats, Mapping[str, Floats]], Floats]
 """Costs (nr, no) of candidates (nr, nx), each on its own ground, values (nr,) by path."""

@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from tarsus.design.trials import Landings, Regime
     from tarsus.model.drive.waveforms import OnOff
 
-__all__ = ["LANDING_FILES", "FrontPoint", "LandingDesign", "signal_text"]
-
 LANDING_FILES = ("landing.json", "signal.toml", "scene.toml", "landing.h", "scenarios.csv", "report.html")
 """Names of everything that `tarsus design landing` writes."""
 

@@ -28,8 +28,6 @@ from tarsus.model.robot import Drive
 from tarsus.model.scene import Scene
 from tarsus.solve.batch import simulate_batch
 
-__all__ = ["LandingRequest", "LandingSettings", "Sensor", "landing_request", "levels_of"]
-
 Floats = NDArray[np.float64]
 
 MOST_PAIRS = 6

@@ -19,8 +19,6 @@ from tarsus.design.trials import Trials, settled_periods
 from tarsus.fit.minimax import descend_pieces
 from tarsus.fit.valleys import Budget, Visited, follow_down, search
 
-__all__ = ["DENSE", "LandingSearch", "LandingSignal"]
-
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Progress = Callable[[int, int, str], None]

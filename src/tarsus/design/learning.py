@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from tarsus.design.target import Target
     from tarsus.design.trials import Landings, Trials
 
-__all__ = ["ArrivalLine", "Learning", "by_bits", "by_scalars", "learn_on_hidden_grounds"]
-
 Floats = NDArray[np.float64]
 
 MEMBERS = 9

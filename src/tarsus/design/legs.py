@@ -18,8 +18,6 @@ from tarsus.model.structure.base import Array
 from tarsus.model.structure.leg import Leg
 from tarsus.model.structure.leg_motion import GRAVITY, standing_load
 
-__all__ = ["LENGTHS", "Landscape", "LegSettings", "LinkDesign", "StepLift", "landscape", "leg", "step_lift"]
-
 LENGTHS = ("hip.length", "thigh.length", "shin.length")
 """Paths of the design parameters (4.2)."""
 

@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 
 from tarsus.model.drive.waveforms import OnOff
 
-__all__ = ["Family", "Levels", "OwnStep", "Step", "families"]
-
 Floats = NDArray[np.float64]
 
 MOST_FAMILIES = 200

@@ -36,10 +36,6 @@ from tarsus.design.judge import NOMINAL, WORST, Risk, risk_of
 from tarsus.files.tables import read_table
 from tarsus.model.scene import Scene
 
-__all__ = [
-    "OVER", "RISK", "SEED", "Count", "Given", "Problems", "Seed", "Settings", "setting", "settings_of", "settings_text",
-]  # fmt: skip
-
 T = TypeVar("T")
 Given = Mapping[str, Any] | str | PathLike[str] | None
 """Settings as a mapping, or the name of a TOML file."""

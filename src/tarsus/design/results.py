@@ -15,8 +15,6 @@ from tarsus.files.whole import write_text
 from tarsus.model.scene import Scene
 from tarsus.tables.table import Table
 
-__all__ = ["DesignResult", "csv_text", "units_of", "values_in_words"]
-
 
 class DesignResult(ABC):
     """What a verb of `tarsus.design` gives back."""

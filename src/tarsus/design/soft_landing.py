@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from tarsus.design.grounds import Grounds
     from tarsus.model.drive.waveforms import OnOff
 
-__all__ = ["landing", "learn"]
-
 Floats = NDArray[np.float64]
 Progress = Callable[[int, int, str], None]
 

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from tarsus.design.trials import Landings, Trials
     from tarsus.solve.gradients import GradientRun
 
-__all__ = ["LandingObjective", "Target", "touchdown_pieces"]
-
 Floats = NDArray[np.float64]
 
 TIE = 1e-4

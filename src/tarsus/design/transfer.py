@@ -25,8 +25,6 @@ from tarsus.model.drive.waveforms import OnOff
 from tarsus.model.scene import Scene
 from tarsus.plan.lowering import lower_system
 
-__all__ = ["Transfer", "transfers"]
-
 Floats = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 

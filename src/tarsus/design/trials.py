@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from tarsus.model.scene import Scene
     from tarsus.solve.results import Batch
 
-__all__ = ["Landings", "Regime", "Trials", "regime_of", "settled_periods"]
-
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 

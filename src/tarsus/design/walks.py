@@ -20,8 +20,6 @@ from tarsus.model.drive.waveforms import Constant
 from tarsus.model.scene import Scene
 from tarsus.solve.session import Session
 
-__all__ = ["OBJECTIVES", "WalkObjective", "Walks", "objectives_of", "without_legs"]
-
 Floats = NDArray[np.float64]
 
 Seen = Mapping[str, Floats]

@@ -11,8 +11,6 @@ from tarsus.model.laws.base import Law
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
 
-__all__ = ["bibtex"]
-
 _SPECIAL = re.compile(r"([&%$#_{}])")
 """Characters that mean something to LaTeX."""
 

@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 
-__all__ = ["read_draws", "write_draws"]
-
 Floats = NDArray[np.float64]
 
 

@@ -15,8 +15,6 @@ from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.files.tables import FileKind, kind_of_table, read_table
 
-__all__ = ["calibration_names", "device_names", "device_path", "is_path", "study_names", "study_path"]
-
 DEVICES, STUDIES = "tarsus.devices", "tarsus.studies"
 """Entry point groups of files."""
 

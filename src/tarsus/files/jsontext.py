@@ -6,8 +6,6 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-__all__ = ["json_text", "plain"]
-
 
 def plain(value: Any) -> Any:
     """`value` with numpy scalars, arrays, enums and non-finite numbers turned into what JSON has."""

@@ -10,8 +10,6 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from tarsus.files.store import RunLike
 
-__all__ = ["LEDGER_WORDS", "Ledger", "ledger_lines", "ledger_table", "read_number", "stored_ledger"]
-
 LEDGER_WORDS: dict[str, str] = {
     "work_in": "work in by the drives",
     "kinetic": "change of kinetic energy",

@@ -15,8 +15,6 @@ from tarsus.base.workers import spread
 if TYPE_CHECKING:
     from tarsus.files.runstore import RunStore
 
-__all__ = ["Arrays", "Function", "Memo"]
-
 Arrays = dict[str, NDArray[Any]]
 Function = Callable[[NDArray[np.float64]], Mapping[str, NDArray[Any]]]
 """Takes points (k, nu), gives arrays (k, ...) by name; the value of a point depends on nothing else."""

@@ -17,8 +17,6 @@ from pathlib import Path
 from tarsus.base.errors import InputError
 from tarsus.files.whole import write_text
 
-__all__ = ["MANIFEST", "OutputFolder", "check_writable"]
-
 MANIFEST = ".tarsus.json"
 """Beside the files of a folder: which verb wrote which of them."""
 

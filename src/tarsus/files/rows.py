@@ -14,8 +14,6 @@ from tarsus.base.messages import nearest
 from tarsus.base.units import is_number
 from tarsus.files.tables import text_of
 
-__all__ = ["Cell", "TableRows", "number_of", "parse_rows", "read_text", "typed_rows"]
-
 
 @dataclass(frozen=True)
 class TableRows:

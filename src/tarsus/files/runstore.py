@@ -31,17 +31,6 @@ from tarsus.files.output import MANIFEST
 from tarsus.files.version import versions
 from tarsus.files.whole import PART, claim, put
 
-__all__ = [
-    "COLLECTED_FILE",
-    "FORMAT",
-    "PLAN_FILE",
-    "SWEEP_FILES",
-    "UNIT_FILES",
-    "RunStore",
-    "digest_of",
-    "store_sentence",
-]
-
 FORMAT = 2
 """Version of the folder's layout, kept in `plan.json`. In layout 1 all units lay in one folder."""
 

@@ -11,8 +11,6 @@ import os
 from pathlib import Path
 from typing import Any
 
-__all__ = ["SteadyFile"]
-
 
 class SteadyFile:
     """A new file, whole and on the disk at the end of its block, or an OSError then."""

@@ -13,8 +13,6 @@ from tarsus.tables.table import ROW, Column, Table
 if TYPE_CHECKING:
     from tarsus.files.store import RunLike
 
-__all__ = ["about", "account", "deviation", "measures_summary", "run_summary"]
-
 MOST_FEET_LISTED = 8
 """Feet of which each measure is listed; of more, the least and the largest: else the table is longer than a screen."""
 

@@ -12,8 +12,6 @@ from typing import Any
 
 from tarsus.base.errors import InputError
 
-__all__ = ["FileKind", "NotToml", "expect", "kind_of_table", "read_table", "table_of", "text_of"]
-
 MOST_BYTES = 1 << 24
 """Largest file that is read as text: a signal of a million samples as text; packaged descriptions have up to 23 kB."""
 MOST_NAMES = 100_000

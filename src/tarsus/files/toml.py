@@ -20,8 +20,6 @@ from tarsus.model.laws import Law
 from tarsus.model.scene import Scene, provenance_faults, provenance_problems, table_faults
 from tarsus.model.structure import AnyStructure
 
-__all__ = ["description_text", "parse_scene", "read_scene", "scene_text", "scene_texts", "write_scene"]
-
 SCENE_FILE, STUDY_FILE = "scene.toml", "study.toml"
 LAW_FOLDER = "laws"
 """What folders that verbs write call the descriptions that they were made from."""

@@ -9,8 +9,6 @@ from importlib import metadata
 from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 
-__all__ = ["SHOWING", "package_version", "result_sources", "source_hash", "versions"]
-
 SHOWING = ("cli", "cluster", "inspection", "report")
 """Rooms that no result depends on: they ask for results and show them."""
 

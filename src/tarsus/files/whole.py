@@ -12,8 +12,6 @@ from typing import Any
 
 from tarsus.base.errors import InputError
 
-__all__ = ["PART", "claim", "part_of", "put", "reason_of", "write_text", "written_whole"]
-
 PART = ".part"
 """Ending of a file that is being written for `put` or `claim`."""
 

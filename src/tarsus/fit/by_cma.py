@@ -10,8 +10,6 @@ from numpy.typing import ArrayLike
 from tarsus.base.errors import InputError
 from tarsus.fit.residuals import Found, Residuals
 
-__all__ = ["cma_es"]
-
 FIRST_STEP = 0.2
 """First standard deviation in the cube: a fifth of the bounds, so that both are within three of the middle."""
 

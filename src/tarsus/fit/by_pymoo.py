@@ -12,8 +12,6 @@ from tarsus.fit.residuals import Residuals
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem  # pyright: ignore[reportMissingImports]
 
-__all__ = ["pymoo_problem"]
-
 
 def pymoo_problem(problem: Residuals) -> Problem:
     """A `pymoo.core.problem.Problem` over the unit cube, asked for whole generations in one batch.

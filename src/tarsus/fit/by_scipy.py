@@ -10,8 +10,6 @@ from scipy import optimize
 
 from tarsus.fit.residuals import Found, Residuals
 
-__all__ = ["differential_evolution", "minimize"]
-
 
 def minimize(problem: Residuals, start: ArrayLike | None = None, **options: Any) -> Found:
     """`scipy.optimize.minimize` of the cost with its gradient, within its bounds: L-BFGS-B unless the options name

@@ -17,8 +17,6 @@ from tarsus.solve.engine import Accuracy
 from tarsus.solve.gradients import GradientRun
 from tarsus.solve.simulate import Shared
 
-__all__ = ["Case", "directions"]
-
 Floats = NDArray[np.float64]
 Values = Callable[[Floats], Mapping[str, float]]
 """Numbers of the scene by path, of SI values (nu,) of the unknowns."""

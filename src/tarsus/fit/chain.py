@@ -11,8 +11,6 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["chain", "spread_over"]
-
 Floats = NDArray[np.float64]
 
 JUMP = 5

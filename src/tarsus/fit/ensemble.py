@@ -11,8 +11,6 @@ from tarsus.fit.ranges import Range, weighted_quantile
 from tarsus.fit.unknowns import Unknowns
 from tarsus.fit.verdict import LEVEL, cut_ends, verdict_of
 
-__all__ = ["Ensemble", "drawn_evenly"]
-
 Floats = NDArray[np.float64]
 
 

@@ -26,8 +26,6 @@ from tarsus.solve.simulate import RECORDED, Shared, seconds_of
 from tarsus.tables import Column, Table
 from tarsus.tables.table import ROW
 
-__all__ = ["FitResult", "RunResiduals", "fit"]
-
 Floats = NDArray[np.float64]
 
 NORMAL = 1.959964

@@ -20,8 +20,6 @@ from numpy.typing import NDArray
 
 from tarsus.fit.valleys import even_points, inside
 
-__all__ = ["FrontSearch", "crowding", "farthest", "hypervolume", "ranks", "search_front", "undominated"]
-
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Costs = Callable[[Floats], Floats]

@@ -10,8 +10,6 @@ from tarsus.fit.normal_equations import Descent, NormalEquations, descend
 from tarsus.fit.residuals import Found, Residuals
 from tarsus.fit.uncertainty import uncertainty_of
 
-__all__ = ["least_squares", "least_squares_from"]
-
 Floats = NDArray[np.float64]
 
 SETTLED = 1e-6

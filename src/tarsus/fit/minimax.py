@@ -13,8 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["CostPieces", "descend_pieces"]
-
 Floats = NDArray[np.float64]
 
 RADII = np.array([2.0, 0.5, 0.1])

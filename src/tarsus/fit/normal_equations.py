@@ -16,8 +16,6 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Descent", "Equations", "Minimum", "NormalEquations", "descend", "held_step"]
-
 Floats = NDArray[np.float64]
 
 STUCK = 1e8

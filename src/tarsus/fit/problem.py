@@ -22,8 +22,6 @@ from tarsus.solve.engine import Accuracy
 from tarsus.solve.results import Batch
 from tarsus.solve.simulate import RECORDED, Shared, seconds_of
 
-__all__ = ["Problem"]
-
 Floats = NDArray[np.float64]
 Derived = Callable[[Mapping[str, float]], Mapping[str, float]]
 """Further numbers of the scene by path, of the unknowns' SI values by name."""

@@ -12,8 +12,6 @@ from tarsus.base.errors import InputError
 from tarsus.fit.verdict import LEVEL, Verdict, cut_ends, half_width
 from tarsus.tables.numbers import amount
 
-__all__ = ["Range", "range_of", "weighted_quantile"]
-
 Floats = NDArray[np.float64]
 
 FEWEST = 20

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from tarsus.solve.gradients import Gradient, GradientRun
 from tarsus.solve.run import Run
 
-__all__ = ["OfEvents", "OfMeasure", "OfStates", "ReadSlopes", "Reader"]
-
 Floats = NDArray[np.float64]
 
 

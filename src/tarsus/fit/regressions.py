@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 from tarsus.fit.normal_equations import NormalEquations, held_step
 from tarsus.fit.residuals import Found, Residuals
 
-__all__ = ["STEPS", "Valleys", "by_regressions", "steps"]
-
 Floats = NDArray[np.float64]
 
 APART = 0.1

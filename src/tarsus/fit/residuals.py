@@ -17,8 +17,6 @@ from tarsus.fit.uncertainty import Uncertainty, uncertainty_of
 if TYPE_CHECKING:
     from tarsus.fit.unknowns import Unknowns
 
-__all__ = ["FAILED", "Found", "Residuals"]
-
 Floats = NDArray[np.float64]
 
 FAILED = 1e3

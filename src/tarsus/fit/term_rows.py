@@ -19,8 +19,6 @@ from tarsus.measure.measure import no_measure
 from tarsus.model.scene import Scene
 from tarsus.solve.offered import offered
 
-__all__ = ["TermRole", "TermRows", "term_rows_of"]
-
 Floats = NDArray[np.float64]
 
 

@@ -8,8 +8,6 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Goal", "Limit", "Number", "Reading", "Samples", "Term"]
-
 Number = str | Callable[[NDArray[np.void]], float]
 """A number of a run: a measure by name, or a function of its events with the period marks
 (`tarsus.solve.GradientRun.gradient_of`), smooth in their numbers."""

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from tarsus.fit.unknowns import Unknowns
 
-__all__ = ["Uncertainty", "uncertainty_of"]
-
 Floats = NDArray[np.float64]
 
 

@@ -17,8 +17,6 @@ from tarsus.base.spec import Description, float_paths
 from tarsus.base.units import parse_quantity
 from tarsus.model.scene import Scene
 
-__all__ = ["Prior", "Scale", "Unknown", "Unknowns", "Value"]
-
 Floats = NDArray[np.float64]
 Value = float | str
 """A number in SI, or a text with a unit."""

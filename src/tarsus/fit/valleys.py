@@ -14,10 +14,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "Budget", "Cost", "Visited", "apart", "even_points", "follow_down", "inside", "search", "shorter_steps",
-]  # fmt: skip
-
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Cost = Callable[[Ints, Floats], Floats]

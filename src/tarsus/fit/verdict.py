@@ -9,18 +9,6 @@ from __future__ import annotations
 import math
 from enum import StrEnum
 
-__all__ = [
-    "CUT",
-    "LEVEL",
-    "PRIOR_KEPT",
-    "WIDTH",
-    "Verdict",
-    "cut_ends",
-    "determined",
-    "half_width",
-    "verdict_of",
-]
-
 
 class Verdict(StrEnum):
     """What data say of a number."""

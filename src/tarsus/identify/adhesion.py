@@ -24,8 +24,6 @@ from tarsus.identify.touchdown import ContactDurations, seen_contacts, simulated
 from tarsus.model.drive.waveforms import Waveform
 from tarsus.records.excluded import Excluded
 
-__all__ = ["Line", "identify_adhesion"]
-
 Floats = NDArray[np.float64]
 
 PATHS = ("ground.adhesion.initial", "ground.adhesion.rate")

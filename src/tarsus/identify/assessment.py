@@ -12,8 +12,6 @@ from tarsus.identify.verdict import Assessment, judge_samples
 if TYPE_CHECKING:
     from tarsus.identify.chain import Identification
 
-__all__ = ["assessed", "law_slopes"]
-
 
 def assessed(found: Identification) -> Assessment | None:
     """Verdicts on all numbers of an identification by their draws; None where no number has draws that differ.

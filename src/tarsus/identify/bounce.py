@@ -22,8 +22,6 @@ from tarsus.identify.volts import Volts
 from tarsus.impacts.detection import impacts_at_ground
 from tarsus.records.excluded import Excluded
 
-__all__ = ["Bounce", "BounceFit", "Bounces", "fewer", "find_bounces"]
-
 Floats = NDArray[np.float64]
 
 LONGEST = 20

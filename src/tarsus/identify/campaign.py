@@ -27,18 +27,6 @@ from tarsus.records.purpose import Purpose
 from tarsus.records.readers import read_measurement
 from tarsus.records.readers.choices import Choices
 
-__all__ = [
-    "Campaign",
-    "Defaults",
-    "Opened",
-    "RecordFile",
-    "RecordSet",
-    "drive_problems",
-    "guessed_purpose",
-    "read_campaign",
-    "read_records",
-]
-
 _WORDS = {
     Purpose.VALIDATION: ("held", "valid", "test"),
     Purpose.AIR: ("air",),

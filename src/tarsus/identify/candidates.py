@@ -14,8 +14,6 @@ from tarsus.base.units import format_quantity
 from tarsus.model.drive.waveforms import RampedSquare, Waveform
 from tarsus.model.scene import Scene
 
-__all__ = ["Candidate", "candidate_grid", "grid_about"]
-
 
 class Candidate(Description):
     """A drive signal that could be recorded.

@@ -34,8 +34,6 @@ from tarsus.records.excluded import Excluded
 from tarsus.records.purpose import Purpose
 from tarsus.tables.table import Table
 
-__all__ = ["Identification", "StepRunner", "identify"]
-
 Floats = NDArray[np.float64]
 Progress = Callable[[int, int, str], None]
 

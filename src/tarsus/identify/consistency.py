@@ -18,8 +18,6 @@ from scipy.signal import firwin
 from tarsus.identify.traces import Trace, jumps_of
 from tarsus.records.excluded import Excluded
 
-__all__ = ["not_together", "odd_ones"]
-
 Floats = NDArray[np.float64]
 
 _SPANS = (8, 32, 128, 512)

@@ -25,8 +25,6 @@ from tarsus.identify.restitution import FEWEST, MOST, sound
 from tarsus.identify.step import StepResult, Used
 from tarsus.identify.traces import Trace
 
-__all__ = ["film_by_impacts"]
-
 Floats = NDArray[np.float64]
 
 _SHARES = (0.0, -1.0, 1.0, -2.0, 2.0)

@@ -12,15 +12,6 @@ from numpy.typing import NDArray
 from tarsus.fit.ranges import Range
 from tarsus.fit.verdict import LEVEL, WIDTH
 
-__all__ = [
-    "Combination",
-    "ParameterCombinations",
-    "correlation",
-    "find_exponents",
-    "find_weight",
-    "left_over",
-]
-
 Floats = NDArray[np.float64]
 
 _STEEPEST = 20.0

@@ -23,8 +23,6 @@ from tarsus.identify.volts import Volts
 from tarsus.impacts.detection import STILL
 from tarsus.records.excluded import Excluded
 
-__all__ = ["Detachment", "Detachments", "FilmGuess", "find_detachments"]
-
 Floats = NDArray[np.float64]
 
 LONGEST = 0.025

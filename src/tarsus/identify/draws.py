@@ -9,8 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import norm, t, truncnorm
 
-__all__ = ["DRAWS", "NORMAL", "carried", "drawn_counts", "newton_draws", "student", "within"]
-
 Floats = NDArray[np.float64]
 
 DRAWS = 400

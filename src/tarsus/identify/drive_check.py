@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 from tarsus.identify.traces import jumps_of
 from tarsus.model.drive.waveforms import Waveform
 
-__all__ = ["DriveFit", "WithError", "cut_short", "drive_faults", "fit_drive", "stated_length"]
-
 Floats = NDArray[np.float64]
 
 _GAIN = 0.03

@@ -24,8 +24,6 @@ from tarsus.identify.traces import Trace
 from tarsus.identify.volts import Volts
 from tarsus.records.excluded import Excluded
 
-__all__ = ["FILM", "combinations_of", "identify_close"]
-
 Floats = NDArray[np.float64]
 
 FILM = ("ground.film.coefficient", "ground.film.thickness")

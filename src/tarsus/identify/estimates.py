@@ -11,8 +11,6 @@ from tarsus.identify.draws import DRAWS
 from tarsus.identify.foot import FootModel
 from tarsus.identify.step import StepResult
 
-__all__ = ["PLACEHOLDER", "Estimates"]
-
 Floats = NDArray[np.float64]
 
 PLACEHOLDER = "Placeholder, to be identified."

@@ -14,8 +14,6 @@ from tarsus.identify.traces import Trace, contact_level, misplaced, trace_of
 from tarsus.records.excluded import Excluded, excluded_of
 from tarsus.records.purpose import Purpose
 
-__all__ = ["Evidence"]
-
 _REPEATED = (Purpose.LOOPS, Purpose.RAMPS, Purpose.CLOSE, Purpose.AIR)
 """Records whose repeats show the same motion; bounces need not."""
 _GROUND = (Purpose.RAMPS, Purpose.LOOPS, Purpose.BOUNCES)

@@ -20,15 +20,6 @@ from tarsus.measure import PER_WINDOW, Judged, Judgement, Moments, RunTable, by_
 from tarsus.model.scene import Scene
 from tarsus.solve import Accuracy, simulate_batch
 
-__all__ = [
-    "FEATURES",
-    "Batched",
-    "Features",
-    "Resolution",
-    "features_of",
-    "simulated",
-]
-
 Floats = NDArray[np.float64]
 
 FEATURES = ("contact_duration", "peak", "bounces", "impact_speed", "rebound")

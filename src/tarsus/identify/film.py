@@ -21,8 +21,6 @@ from tarsus.identify.step import Panel, Residual, StepResult, Used, measured_and
 from tarsus.identify.traces import Trace
 from tarsus.records.excluded import Excluded
 
-__all__ = ["FilmFit", "identify_film"]
-
 Floats = NDArray[np.float64]
 
 PATHS = ("ground.film.coefficient", "ground.film.thickness")

@@ -16,8 +16,6 @@ from tarsus.model.drive.waveforms import Waveform
 from tarsus.model.scene import Scene
 from tarsus.model.standing import rest_state
 
-__all__ = ["FootModel"]
-
 Floats = NDArray[np.float64]
 
 

@@ -30,8 +30,6 @@ from tarsus.measure import (
 from tarsus.model.drive.waveforms import Waveform
 from tarsus.solve import ResultCode, simulate
 
-__all__ = ["Comparison", "ContactMeans", "Moved", "compare", "contacts_of", "moved"]
-
 Floats = NDArray[np.float64]
 
 

@@ -29,8 +29,6 @@ from tarsus.model.drive.laws import PrandtlIshlinskii
 from tarsus.model.scene import ModalLoad
 from tarsus.records.excluded import Excluded
 
-__all__ = ["LoopFit", "Loops", "Shares", "fit_loops", "identify_hysteresis", "with_shares"]
-
 Floats = NDArray[np.float64]
 
 _INDEPENDENT = 1e-3

@@ -19,8 +19,6 @@ from tarsus.identify.restitution import FEWEST, BounceStudy, film_of
 from tarsus.identify.step import Curve, Panel, Residual, StepResult, Used
 from tarsus.impacts.estimates import common_ratio
 
-__all__ = ["identify_impact_column"]
-
 Floats = NDArray[np.float64]
 
 

@@ -22,8 +22,6 @@ from tarsus.impacts.detection import STILL
 from tarsus.model.drive.waveforms import Waveform
 from tarsus.model.laws.landing import AnyLanding, CaptureUnlessPulled, PullAsPrinted, RestituteFirst
 
-__all__ = ["LandingFit", "LandingVerdict", "judge_landing"]
-
 Floats = NDArray[np.float64]
 
 WORSE = 2.0

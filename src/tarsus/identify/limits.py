@@ -8,8 +8,6 @@ from tarsus.base.errors import InputError
 from tarsus.base.spec import Description, float_paths, get_value
 from tarsus.model.scene import Scene
 
-__all__ = ["field_limits"]
-
 
 def field_limits(scene: Scene, path: str) -> tuple[float, float]:
     """Smallest and largest value [SI] that the description of a float allows; infinite where it sets none.

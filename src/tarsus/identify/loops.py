@@ -18,8 +18,6 @@ from tarsus.identify.volts import Volts
 from tarsus.impacts.detection import STILL
 from tarsus.model.drive.laws import LinearForce, PrandtlIshlinskii, VoltageLaw
 
-__all__ = ["Block", "Sums", "across", "basis_of", "blocks_of", "law_paths", "law_with"]
-
 Floats = NDArray[np.float64]
 
 SETTLING = 0.08

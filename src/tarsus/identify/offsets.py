@@ -17,8 +17,6 @@ from tarsus.identify.bounce import Bounces
 from tarsus.identify.draws import DRAWS
 from tarsus.identify.foot import FootModel
 
-__all__ = ["RecordOffsets", "known_offsets", "offsets_of_records"]
-
 Floats = NDArray[np.float64]
 
 

@@ -23,8 +23,6 @@ from tarsus.records.measurement import Measurement, Quantity
 from tarsus.records.purpose import IN_AIR
 from tarsus.solve import ResultCode, simulate
 
-__all__ = ["InAir", "Pair", "compare_in_air", "from_pairs", "map_from_pairs"]
-
 Floats = NDArray[np.float64]
 
 

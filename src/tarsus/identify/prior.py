@@ -14,8 +14,6 @@ from tarsus.base.spec import float_paths, get_value
 from tarsus.fit.verdict import LEVEL
 from tarsus.model.scene import Scene
 
-__all__ = ["LogNormalPrior", "unknown_paths"]
-
 Floats = NDArray[np.float64]
 
 

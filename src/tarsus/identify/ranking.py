@@ -21,8 +21,6 @@ from tarsus.identify.prior import LogNormalPrior
 from tarsus.model.scene import Scene
 from tarsus.solve import Accuracy
 
-__all__ = ["RANKED", "Ranked", "Ranking", "RecordingPlan", "rank"]
-
 Floats = NDArray[np.float64]
 Progress = Callable[[int, int, str], None]
 

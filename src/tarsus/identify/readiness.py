@@ -11,8 +11,6 @@ from tarsus.model.drive.waveforms import SweptSine
 from tarsus.modes.agreement import channels_of, needed_of
 from tarsus.records.purpose import Purpose
 
-__all__ = ["Readiness", "readiness_of"]
-
 _STEPS = {
     Purpose.MODAL: "the resonances",
     Purpose.LOOPS: "the drive's hysteresis",

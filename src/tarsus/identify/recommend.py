@@ -24,8 +24,6 @@ from tarsus.model.scene import Scene
 from tarsus.tables.numbers import amount
 from tarsus.tables.table import Column, Table
 
-__all__ = ["Recommendation", "draws_beside", "recommend"]
-
 Values = str | float | Sequence[float | str]
 """One number or several: SI, or texts with units, in one text with commas between them."""
 

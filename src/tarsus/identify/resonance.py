@@ -33,8 +33,6 @@ from tarsus.modes.lsfd import residues_of, synthesise
 from tarsus.modes.modal import IdentifiedMode, ModalFit, identify_modes
 from tarsus.records.measurement import Measurement
 
-__all__ = ["Resonances", "identify_resonances"]
-
 Floats = NDArray[np.float64]
 
 _ORDERS_PER_MODE = 6

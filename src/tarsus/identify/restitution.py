@@ -24,8 +24,6 @@ from tarsus.identify.traces import Trace
 from tarsus.impacts.estimates import Spread, common_ratio
 from tarsus.records.excluded import Excluded
 
-__all__ = ["FEWEST", "MOST", "BounceStudy", "film_of", "identify_restitution", "sound"]
-
 Floats = NDArray[np.float64]
 
 PATH = "ground.restitution.coefficient"

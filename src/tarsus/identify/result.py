@@ -21,8 +21,6 @@ from tarsus.identify.tables import TAKEN
 from tarsus.identify.verdict import Assessment
 from tarsus.model.scene import Provenance, Scene, Source
 
-__all__ = ["RESULT_FILES", "identified_device", "summary_of", "write_identification"]
-
 RESULT_FILES = ("identified.toml", "identification.json", "draws.npz", "report.html")
 """Everything that an identification leaves in its folder, with its report."""
 

@@ -15,8 +15,6 @@ from tarsus.identify.foot import FootModel
 from tarsus.identify.traces import Trace
 from tarsus.identify.volts import Volts
 
-__all__ = ["calmed"]
-
 _AWAY = 10.0
 """Own gaps of the device from which on the ground counts as away: a film damps a thousandth of what it does there."""
 

@@ -14,20 +14,6 @@ from tarsus.base.errors import InputError
 from tarsus.fit.verdict import LEVEL
 from tarsus.records.excluded import Excluded
 
-__all__ = [
-    "Curve",
-    "NotDone",
-    "Panel",
-    "Residual",
-    "Shift",
-    "StepResult",
-    "Trouble",
-    "Used",
-    "measured_and_fitted",
-    "over_noise",
-    "points_and_line",
-]
-
 Floats = NDArray[np.float64]
 
 

@@ -14,8 +14,6 @@ from tarsus.tables.table import ROW, Column, Table
 if TYPE_CHECKING:
     from tarsus.identify.chain import Identification
 
-__all__ = ["TAKEN", "identification_table"]
-
 TAKEN = "not told, taken"
 """The word for a number that its data do not determine, whose value goes with the others."""
 

@@ -20,8 +20,6 @@ from tarsus.identify.foot import FootModel
 from tarsus.model.drive.waveforms import Waveform
 from tarsus.solve import simulate
 
-__all__ = ["ContactDurations", "seen_contacts", "simulated_contacts"]
-
 Floats = NDArray[np.float64]
 
 _BEGIN = 1.5

@@ -12,8 +12,6 @@ from tarsus.base.errors import InputError
 from tarsus.impacts.detection import STILL, runs_of
 from tarsus.records.measurement import Measurement, Quantity
 
-__all__ = ["Hold", "Trace", "contact_level", "holds", "jumps_of", "misplaced", "trace_of"]
-
 Floats = NDArray[np.float64]
 
 _FEWEST_AT_REST = 8

@@ -20,8 +20,6 @@ from tarsus.identify.correlation import (
     left_over,
 )
 
-__all__ = ["Assessment", "NumberVerdict", "judge_samples"]
-
 Floats = NDArray[np.float64]
 
 _RELATED = 0.5

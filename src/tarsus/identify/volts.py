@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from tarsus.identify.flight import SUBSTEPS
 from tarsus.model.drive.laws import VoltageLaw
 
-__all__ = ["Volts"]
-
 Floats = NDArray[np.float64]
 
 _FEWEST = 5

@@ -14,8 +14,6 @@ from scipy.signal import correlate, correlation_lags, firwin
 from tarsus.base.errors import InputError
 from tarsus.records.measurement import Measurement, check_sampled_together
 
-__all__ = ["Alignment", "align", "delayed", "subtract"]
-
 Floats = NDArray[np.float64]
 
 _TAPS = 32

@@ -14,16 +14,6 @@ from tarsus.base.errors import InputError
 from tarsus.impacts.estimates import Spread, spread
 from tarsus.records.measurement import Measurement, Quantity, check_sampled_together
 
-__all__ = [
-    "STILL",
-    "Impacts",
-    "PlainFigures",
-    "detect_impacts",
-    "impacts_at_ground",
-    "plain_figures",
-    "runs_of",
-]
-
 Floats = NDArray[np.float64]
 
 _SIDE = 6

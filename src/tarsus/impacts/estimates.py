@@ -10,8 +10,6 @@ from scipy.stats import norm, t
 
 from tarsus.base.errors import InputError
 
-__all__ = ["Spread", "common_ratio", "spread"]
-
 Floats = NDArray[np.float64]
 
 _ROUNDS = 50

@@ -14,8 +14,6 @@ from tarsus.impacts.detection import Impacts
 from tarsus.impacts.free import FreeResponse, ImpactFit, fit_impact
 from tarsus.records.measurement import Measurement
 
-__all__ = ["FitWindow", "FittedImpacts", "fit_impacts", "joined", "usable"]
-
 Floats = NDArray[np.float64]
 
 _AIR_ORDER = 5

@@ -14,8 +14,6 @@ from tarsus.model.structure.base import Matrices, Structure
 from tarsus.records.measurement import Measurement, Quantity
 from tarsus.tables.table import Column, Table
 
-__all__ = ["ForceEstimate", "ImpactForces", "estimate_forces", "impact_forces", "integrate", "point_matrices"]
-
 Floats = NDArray[np.float64]
 
 

@@ -18,8 +18,6 @@ from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.model.structure.base import Structure
 
-__all__ = ["FreeResponse", "ImpactFit", "fit_impact", "point_rows"]
-
 Floats = NDArray[np.float64]
 
 _ROUNDS = 8

@@ -8,8 +8,6 @@ import numpy as np
 
 from tarsus.impacts.alignment import Alignment
 
-__all__ = ["GAIN_LIMIT", "RESIDUAL_LIMIT", "GateVerdict", "residual_gate"]
-
 RESIDUAL_LIMIT = 0.10
 """Largest root mean square residual over signal before contact that passes, all channels together [1]."""
 

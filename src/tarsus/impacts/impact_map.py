@@ -24,8 +24,6 @@ from tarsus.model.structure.base import Structure
 from tarsus.records.measurement import Measurement, Quantity
 from tarsus.tables.table import Column, Table
 
-__all__ = ["ImpactMapEstimate", "Repeat", "estimate_impact_map"]
-
 Floats = NDArray[np.float64]
 
 

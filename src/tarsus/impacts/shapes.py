@@ -14,8 +14,6 @@ from tarsus.impacts.free import point_rows
 from tarsus.measure.mac import mac
 from tarsus.model.structure.base import Structure
 
-__all__ = ["ShapeComparison", "compare_with_modes", "mode_shapes", "normalised"]
-
 Floats = NDArray[np.float64]
 
 

@@ -19,8 +19,6 @@ from tarsus.records.readers import read_measurement
 from tarsus.tables.table import Table
 from tarsus.tables.view import View
 
-__all__ = ["Beginning", "new"]
-
 Beginning = Literal["device", "law", "study", "campaign"]
 """What can be begun."""
 

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from tarsus.files.store import StoredRun
     from tarsus.model.scene import Scene
 
-__all__ = ["of_runs", "of_scenes"]
-
 SAME_EVENT = 1e-6
 """Times of events that differ by less than this part of the run's duration are the same: runs are computed to some
 1e-9, measured grounds are never known to 1e-6."""

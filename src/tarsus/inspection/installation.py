@@ -19,8 +19,6 @@ from tarsus.tables.numbers import spaced
 from tarsus.tables.table import Table
 from tarsus.tables.view import View
 
-__all__ = ["CLOSE", "devices", "doctor"]
-
 IMPACTS = (0.4515236409857308, 1.264266194760045, 1.995734493156927)
 """First impacts [s] of a ball dropped from 1 m, restitution 0.9, 9.81 m/s^2: sqrt(2 h / g) (1, 1 + 2 e, ...)."""
 

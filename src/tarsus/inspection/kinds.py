@@ -12,8 +12,6 @@ from tarsus.files.runstore import PLAN_FILE
 from tarsus.files.store import SUMMARY_FILE
 from tarsus.files.tables import FileKind, kind_of_table, read_table
 
-__all__ = ["Holding", "holding_of"]
-
 
 class Holding(Enum):
     """Kinds of what a name stands for, in words."""

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
     from tarsus.records.measurement import Channel, FrequencyResponse, Measurement
 
-__all__ = ["record_view"]
-
 UNIT = "give it with --channel NAME=UNIT"
 """What to do about a channel whose unit the file does not say."""
 

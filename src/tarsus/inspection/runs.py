@@ -10,8 +10,6 @@ from tarsus.base.events import EVENT_WORDS
 from tarsus.files.ledger import ledger_table
 from tarsus.files.store import measures_table
 
-__all__ = ["run_data"]
-
 
 def run_data(run: Any, written: Sequence[Path] = ()) -> dict[str, Any]:
     """How a run ended, its measures [SI] and its energy account [J], and the files that were written of it."""

@@ -13,8 +13,6 @@ from tarsus.model.scene import Scene
 from tarsus.tables.table import Table
 from tarsus.tables.view import View
 
-__all__ = ["scene_view"]
-
 LONGEST_LIST = 8
 """Lists of more numbers than this are shown by their size and range: eight fill a line."""
 

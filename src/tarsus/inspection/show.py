@@ -23,8 +23,6 @@ from tarsus.tables.view import View
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
 
-__all__ = ["check", "show", "together"]
-
 Name = str | os.PathLike[str]
 
 

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from tarsus.identify.campaign import Opened
     from tarsus.study.sweep import Sweep
 
-__all__ = ["calibration_view", "campaign_view", "study_view", "sweep_view"]
-
 
 def study_view(study: Sweep) -> View:
     """What varies in a study, over which values, and what its runs are scored by."""

@@ -7,8 +7,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from tarsus.base.errors import InputError
 
-__all__ = ["mac"]
-
 
 def mac(a: ArrayLike, b: ArrayLike) -> NDArray[np.float64]:
     """Modal assurance criterion (Allemang) of shapes: ``|a^H b|^2 / ((a^H a) (b^H b))``, from 0 to 1.

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from tarsus.measure.table import Judgement
     from tarsus.measure.windows import WindowedHistories
 
-__all__ = ["TOGETHER", "EventSlopes", "event_slopes"]
-
 TOGETHER = 1e-9
 """Part of a period within which an event and the edge of a period may be in the other order, and part by which numbers
 must differ for one to be the larger: what a run is known to."""

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from tarsus.model.drive.signal import Signal
     from tarsus.model.robot import Drive
 
-__all__ = ["charging_energy", "rise_squares"]
-
 
 @dataclass(frozen=True)
 class _Rises:

@@ -20,8 +20,6 @@ from tarsus.measure.table import Judged, Judgement, RunTable
 from tarsus.measure.whole import in_whole_run
 from tarsus.model.structure import Walker
 
-__all__ = ["STANDSTILL", "measured", "measures_of", "walk_statistics"]
-
 STANDSTILL = 1e-10
 """Stride [m] below which a walker stands: ratios to its stride have no value there."""
 

@@ -12,8 +12,6 @@ from tarsus.measure.measure import Definition, Measured, Measures, Moments, Scop
 from tarsus.measure.segments import Floats, Rows, largest, sums
 from tarsus.measure.table import Judged, Judgement, RunTable
 
-__all__ = ["in_whole_run", "whole_run_statistics"]
-
 
 @dataclass(frozen=True)
 class InWholeRun(Definition):

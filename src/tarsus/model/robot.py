@@ -18,8 +18,6 @@ from tarsus.model.drive.signal import Signal
 from tarsus.model.structure import AnyStructure, Structure, Walker
 from tarsus.model.structure.base import Array
 
-__all__ = ["Drive", "Foot", "ModalLoad", "PointLoad", "Robot", "reference_faults"]
-
 
 class PointLoad(Description):
     """A drive force that acts at points: its generalised force is the sum of weight times the point's row."""

@@ -15,8 +15,6 @@ from tarsus.model.scene import Ground, Initial, Provenance, Scene, Source
 from tarsus.model.structure import Walker
 from tarsus.model.structure.base import Array
 
-__all__ = ["equilibrium", "rest_state", "standing"]
-
 _LOOSE = 1e-12
 """A motion with less than this share of the stiffest, all coordinates scaled to be alike, is not held."""
 

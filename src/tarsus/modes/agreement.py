@@ -16,8 +16,6 @@ from tarsus.modes.frf import estimate_frf
 from tarsus.records.excluded import Excluded
 from tarsus.records.measurement import Measurement, Quantity
 
-__all__ = ["Agreed", "agreeing", "channels_of", "needed_of"]
-
 Complexes = NDArray[np.complex128]
 Kind = TypeVar("Kind")
 

@@ -11,8 +11,6 @@ from scipy.stats import t
 
 from tarsus.modes.refine import LocalFit
 
-__all__ = ["Basis", "Interval", "bootstrap_pole", "pole_intervals", "pole_shifts"]
-
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 

@@ -10,8 +10,6 @@ from scipy.optimize import least_squares
 
 from tarsus.base.errors import InputError
 
-__all__ = ["Circle", "CircleFit", "fit_circle", "fit_mode_circle"]
-
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 

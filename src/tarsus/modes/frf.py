@@ -13,8 +13,6 @@ from scipy.signal import csd
 from tarsus.base.errors import InputError
 from tarsus.records.measurement import FrequencyResponse, Measurement, Quantity
 
-__all__ = ["Estimator", "Frf", "estimate_frf"]
-
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 

@@ -19,8 +19,6 @@ from tarsus.modes.bootstrap import Basis, Interval
 from tarsus.modes.frf import Frf
 from tarsus.modes.modal import IdentifiedMode, ModalFit, ModeVerdict
 
-__all__ = ["fit_known_shapes"]
-
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 

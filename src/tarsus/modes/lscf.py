@@ -8,8 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["PoleTrack", "fit_poles", "pole_tracks"]
-
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["modal_columns", "residues_of", "synthesise"]
-
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 

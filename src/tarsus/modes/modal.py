@@ -20,8 +20,6 @@ from tarsus.modes.refine import LocalFit, refine_pole
 from tarsus.records.measurement import FrequencyResponse
 from tarsus.tables.table import Column, Table
 
-__all__ = ["IdentifiedMode", "ModalFit", "ModeVerdict", "identify_modes"]
-
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 

@@ -12,8 +12,6 @@ from tarsus.modes.frf import Frf
 from tarsus.modes.lscf import fit_poles, pole_tracks
 from tarsus.modes.lsfd import background_columns, modal_columns
 
-__all__ = ["PoleCandidate", "candidate_poles", "poles_of_parts", "reach"]
-
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 

@@ -10,8 +10,6 @@ from scipy.optimize import least_squares
 
 from tarsus.modes.lsfd import background_columns, modal_columns, synthesise
 
-__all__ = ["LocalFit", "refine_pole"]
-
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 

@@ -20,8 +20,6 @@ from tarsus.tables.table import Column, Table
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
 
-__all__ = ["Branch", "BranchPoint", "branch"]
-
 Floats = NDArray[np.float64]
 
 FIRST, MOST, LEAST = 0.01, 0.04, 1e-11

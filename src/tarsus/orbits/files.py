@@ -15,8 +15,6 @@ from tarsus.files.whole import write_text
 if TYPE_CHECKING:
     from tarsus.orbits.branching import Branch
 
-__all__ = ["BRANCH_FILES", "branch_variables", "write_branch"]
-
 BRANCH_FILES = ("branch.nc", "branch.json", "report.html")
 
 

@@ -25,8 +25,6 @@ from tarsus.solve.simulate import Shared
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
 
-__all__ = ["Follower", "Point", "sequence"]
-
 Floats = NDArray[np.float64]
 
 CORRECTIONS = 8

@@ -41,8 +41,6 @@ from tarsus.tables.table import ROW, Column, Table
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
 
-__all__ = ["Orbit", "converge", "periodic"]
-
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 

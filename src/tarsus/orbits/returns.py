@@ -33,18 +33,6 @@ if TYPE_CHECKING:
     from tarsus.model.scene import Scene
     from tarsus.solve.codes import ResultCode
 
-__all__ = [
-    "ReturnMap",
-    "Returned",
-    "contacts_of",
-    "drive_period",
-    "follow_contact",
-    "middle_of_flight",
-    "return_map",
-    "returned_contacts",
-    "varied",
-]
-
 Floats = NDArray[np.float64]
 
 FINE = Accuracy(gap=1e-12)

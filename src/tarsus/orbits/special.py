@@ -24,8 +24,6 @@ from scipy.optimize import brentq
 from tarsus.base.events import CONTACT_BEGINS, IMPACTS
 from tarsus.orbits.follow import Follower, Point
 
-__all__ = ["Special", "specials", "why_lost"]
-
 Floats = NDArray[np.float64]
 Special = tuple[str, Point, str]
 """Kind, where, and what happens in words."""

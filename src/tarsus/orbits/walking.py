@@ -42,8 +42,6 @@ if TYPE_CHECKING:
     from tarsus.solve.run import Run
     from tarsus.solve.simulate import Shared
 
-__all__ = ["WalkMap", "walk_map"]
-
 Floats = NDArray[np.float64]
 
 

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from tarsus.model.drive.signal import Signal
     from tarsus.model.scene import Drive, Scene
 
-__all__ = ["Course", "Sloped", "SlopedDrive", "drive_courses", "felt", "sloped_drives"]
-
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 

@@ -6,8 +6,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["clipped_samples", "heaped_samples"]
-
 Floats = NDArray[np.float64]
 
 _SHORTEST_RUN = 3

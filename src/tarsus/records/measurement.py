@@ -13,15 +13,6 @@ from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.records.clipping import heaped_samples
 
-__all__ = [
-    "Channel",
-    "FrequencyResponse",
-    "Measurement",
-    "Quantity",
-    "check_sampled_together",
-    "sampling_step",
-]
-
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 

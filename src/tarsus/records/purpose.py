@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from enum import Enum
 
-__all__ = ["IN_AIR", "Purpose"]
-
 IN_AIR = 0.03
 """Distance of the ground [m] that counts as in the air, that of section 3.4.1."""
 

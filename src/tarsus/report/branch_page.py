@@ -25,8 +25,6 @@ from tarsus.report.style import (
 )
 from tarsus.tables.numbers import spaced
 
-__all__ = ["branch_html", "draw_branch", "draw_multipliers", "write_branch_report"]
-
 _MARKS = {
     "fold": ("s", VERMILION), "flip": ("D", PURPLE), "neimark-sacker": ("^", GREEN), "grazing": ("o", ORANGE),
     "sticking": ("v", INK), "capture": ("<", SKY), "simultaneous": ("P", MUTED), "events": ("X", MUTED),

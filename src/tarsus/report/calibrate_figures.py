@@ -13,8 +13,6 @@ from tarsus.report.pages import Plate
 from tarsus.report.sheet import Sheet, few_ticks, plate
 from tarsus.report.style import BLUE, CYCLE, INK, ORANGE, RULE
 
-__all__ = ["ranges", "rows_figure"]
-
 _LOOKS = {
     "training": (-0.16, ORANGE, "fitted"),
     "left_out": (0.16, BLUE, "left out"),

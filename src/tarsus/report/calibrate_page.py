@@ -13,8 +13,6 @@ from tarsus.report.pages import page, rendered, write_page
 from tarsus.tables.numbers import interval, spaced
 from tarsus.tables.table import ROW, Column, Table
 
-__all__ = ["calibration_html", "write_calibration_report"]
-
 STRONG = 0.6
 """Correlations of at least this are listed: below it they explain less than a third of the variance."""
 

@@ -19,8 +19,6 @@ from tarsus.report.pages import rendered
 from tarsus.report.style import CONTACT, INK, level_limits, paint_of, thinned, upright
 from tarsus.tables.numbers import number
 
-__all__ = ["ChartPanel", "Charts", "Dash", "stack"]
-
 Floats = npt.NDArray[np.float64]
 Dash = str | tuple[int, tuple[float, ...]]
 """Solid as ``"-"``, else (0, (drawn, left out, ...)) in widths of the line."""

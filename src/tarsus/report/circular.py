@@ -14,8 +14,6 @@ from tarsus.report.sheet import Sheet, plate
 from tarsus.report.style import BLUE, INK, MUTED, RULE, AxisScale, decimate, scale_of, upright
 from tarsus.tables.numbers import amount, set_power
 
-__all__ = ["circular", "dials"]
-
 TURNS = 12
 """Drive periods laid over each other."""
 

@@ -21,8 +21,6 @@ from tarsus.report.style import BLUE, GREEN, MUTED, RULE, VERMILION, scale_of
 from tarsus.solve.simulate import simulate
 from tarsus.tables.table import Column, Table
 
-__all__ = ["adapt_html", "gait_html", "write_adapt_report", "write_gait_report"]
-
 MOST_VALUES = 8
 """Values of a gait in its row, two lines of it: all are in front.csv."""
 

@@ -22,8 +22,6 @@ from tarsus.report.pages import page, rendered, write_page
 from tarsus.tables.numbers import interval
 from tarsus.tables.table import ROW, Column, Table
 
-__all__ = ["identify_html", "write_identify_report"]
-
 NOTABLE = 0.30
 """Relative error below which a held-out case counts, as in Table 2.3 of the source."""
 

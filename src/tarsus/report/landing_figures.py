@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from tarsus.report.pages import Plate
     from tarsus.solve.run import Run
 
-__all__ = ["DesignPair", "draw_gaps", "front", "landing_zoom", "learning", "on_grounds", "picture"]
-
 SAMPLES = 1600
 """Samples of a drawn period: a plateau of 1 % of a period is then sixteen of them."""
 SHOWN = 2

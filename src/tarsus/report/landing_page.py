@@ -18,8 +18,6 @@ from tarsus.tables.table import ROW, Column, Table
 if TYPE_CHECKING:
     from tarsus.design.landing_design import LandingDesign
 
-__all__ = ["landing_html", "write_landing_report"]
-
 
 def write_landing_report(design: LandingDesign, path: str | Path) -> Path:
     """Write a design as one self-contained HTML file; returns its path. Raises InputError if it cannot be written."""

@@ -13,8 +13,6 @@ from tarsus.report.pages import Plate
 from tarsus.report.sheet import Sheet, few_ticks, plate
 from tarsus.report.style import BLUE, INK, MUTED, VERMILION, scale_of
 
-__all__ = ["landscape_figure", "step_figure"]
-
 
 def step_figure(motion: LegMotion, single: Array, volts: float) -> Plate:
     """Lift of the body after a step: the multi-body leg and a single-mode model (as Fig. 4.4).

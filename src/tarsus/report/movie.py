@@ -27,8 +27,6 @@ from tarsus.report.style import INK, MUTED
 from tarsus.report.walk_figures import draw_robot
 from tarsus.solve.simulate import simulate
 
-__all__ = ["movie", "write_movie"]
-
 FRAMES = 48
 """Frames of a drive period, or of a run without one."""
 

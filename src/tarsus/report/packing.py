@@ -9,8 +9,6 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
-__all__ = ["packed", "packed_states", "packed_times", "script_text", "unpacked"]
-
 
 def packed(values: np.ndarray, bits: int, *, gaps: bool = False) -> dict[str, Any]:
     """Numbers (rows, nt) as base64 of little-endian integers q of 8 or 16 bits: value = (low + q) step.

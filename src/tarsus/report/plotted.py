@@ -18,8 +18,6 @@ from tarsus.model.laws.userfile import laws_of
 from tarsus.report import plot as figures
 from tarsus.report.saved import blank, figure_of, offered, write_figure
 
-__all__ = ["drawn", "plot"]
-
 RUN_FIGURES = ("motion", "impacts", "ledger")
 """Figures of a run that are made of more than one of its series."""
 

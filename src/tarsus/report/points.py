@@ -12,8 +12,6 @@ from tarsus.report.pages import rendered
 from tarsus.report.series import RunSeries, Window
 from tarsus.report.style import scale_of
 
-__all__ = ["points_section"]
-
 FRAMES = 1200
 """Moments that are kept: two periods at twenty a second and half a minute each."""
 

@@ -25,8 +25,6 @@ from tarsus.report.series import RunSeries, Window, joined, series_of
 from tarsus.tables.numbers import MISSING, amount, spaced
 from tarsus.tables.table import Column, Table
 
-__all__ = ["report_html", "write_report"]
-
 Shown = Plate | Callable[[int], Markup]
 """A figure, or what makes one with its number."""
 

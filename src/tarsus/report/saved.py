@@ -16,16 +16,6 @@ from tarsus.files.whole import written_whole
 from tarsus.report.style import CYCLE, MOST_LINES, AxisScale, level_limits, scale_of
 from tarsus.tables.numbers import spaced
 
-__all__ = [
-    "FORMATS",
-    "blank",
-    "draw_measure",
-    "draw_series",
-    "figure_of",
-    "offered",
-    "write_figure",
-]
-
 FORMATS = (".png", ".svg", ".pdf")
 """Endings of files that a figure is written as."""
 

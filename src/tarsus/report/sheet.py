@@ -23,8 +23,6 @@ from tarsus.report.pages import Plate
 from tarsus.report.style import INK, MUTED, themed
 from tarsus.tables.numbers import set_power
 
-__all__ = ["QUARTER", "WIDTH", "Sheet", "few_ticks", "figure_style", "plate", "to_svg"]
-
 WIDTH = 3.7
 """Width of a panel [inch]: where it is 330 px wide, a third of a page or a phone, letters of 8 pt are 10 px high."""
 
@@ -131,7 +129,9 @@ def _read_powers(figure: Figure) -> None:
     """Powers of ten on logarithmic axes in raised letters, which are larger than matplotlib's raised numbers."""
     for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
         if isinstance(axis.get_major_formatter(), LogFormatter):
-            axis.set_major_formatter(lambda value, _: set_power(f"{value:.0e}").replace("1·", "") if value else "0")
+            axis.set_major_formatter(
+                lambda value, _: set_power(f"{value:.0e}").replace("1·", "") if value else "0"
+            )
             axis.set_minor_formatter(NullFormatter())
 
 

@@ -20,8 +20,6 @@ from tarsus.study.workunit import DONE, OUTCOMES
 from tarsus.tables.numbers import amount, path_end, spaced
 from tarsus.tables.table import ROW, Column, Table
 
-__all__ = ["sweep_html", "write_sweep_report"]
-
 MOST_RUNS = 100_000
 """Runs that a page is made of: of more, every so manieth, evenly over the sweep."""
 

@@ -13,8 +13,6 @@ from tarsus.files.runstore import COLLECTED_FILE, PLAN_FILE
 from tarsus.files.store import REPORT_FILE, SUMMARY_FILE, read_run
 from tarsus.model.laws.userfile import laws_of
 
-__all__ = ["page_of", "report"]
-
 PAGES = ("report.html", "reproduction.html", "index.html")
 """The page of a folder, by the verbs that write one."""
 

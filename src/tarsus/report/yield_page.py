@@ -17,8 +17,6 @@ from tarsus.study.yields import Yield
 from tarsus.tables.numbers import path_end, spaced
 from tarsus.tables.table import ROW, Column, Table
 
-__all__ = ["write_yield_report", "yield_html"]
-
 BARS = 12
 """Groups drawn at most, those that matter most: as many bars as have their names beside them in two inches."""
 

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-__all__ = ["Acting", "slope", "value"]
-
 
 def value(law: Law, *arguments: Floats | float, hook: str | None = None) -> Floats:
     """Value of a law's function, or of that of another hook, at arguments, of one shape together, by the program

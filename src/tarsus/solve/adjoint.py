@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from tarsus.solve.engine import RawRuns
     from tarsus.solve.tangents import DataTangents, Entering
 
-__all__ = ["Seeds", "swept"]
-
 Floats = NDArray[np.float64]
 
 

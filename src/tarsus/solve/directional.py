@@ -22,17 +22,6 @@ from tarsus.solve.codes import EVENT_TYPE, event_order, structured_events, struc
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
 
-__all__ = [
-    "EventDerivatives",
-    "Ways",
-    "difference",
-    "directional_slopes",
-    "jumps",
-    "measure_slopes",
-    "row_slopes",
-    "table_of",
-]
-
 Floats = NDArray[np.float64]
 
 _NAMES = EVENT_TYPE.names or ()

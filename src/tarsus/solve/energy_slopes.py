@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from tarsus.solve.lanes import Tangents
     from tarsus.solve.tangents import Entering
 
-__all__ = ["energy_slopes"]
-
 Floats = NDArray[np.float64]
 
 

@@ -16,8 +16,6 @@ from scipy.linalg import expm
 
 from tarsus.core import _native
 
-__all__ = ["SUBSTEPS", "Flow", "Launches", "Varied"]
-
 Floats = NDArray[np.float64]
 
 SUBSTEPS = 3

@@ -35,8 +35,6 @@ from tarsus.solve.tangents import Direction, Entering, directions_of, entering
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
 
-__all__ = ["Gradient", "GradientBatch", "GradientRun", "gradient_run"]
-
 Floats = npt.NDArray[np.float64]
 
 _REASONS: dict[int, str] = {

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from tarsus.measure import Measure, Measured
     from tarsus.solve.results import Batch
 
-__all__ = ["batch_variables", "measure_variables", "outcome_variable"]
-
 
 def measure_variables(
     name: str,

@@ -20,8 +20,6 @@ from tarsus.solve.tangents import LANES, Entering
 if TYPE_CHECKING:
     from tarsus.plan.lowering import Plan
 
-__all__ = ["Doubt", "Tangents", "tangents", "walk_tangents"]
-
 Floats = NDArray[np.float64]
 
 

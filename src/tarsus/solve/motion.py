@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-__all__ = ["Account", "Marched", "Motion", "MotionSamples", "Replayed", "Way", "unpacked"]
-
 
 class Account(NamedTuple):
     """Energies of the ledger and works of the laws by name, up to given times (nt,) or of a whole run [J]."""

@@ -29,8 +29,6 @@ from tarsus.solve.directional import (
 if TYPE_CHECKING:
     from tarsus.core.replay import SampledStates
 
-__all__ = ["STATES", "NumberOf", "measure_seeds", "number_seeds"]
-
 Floats = NDArray[np.float64]
 Rows = NDArray[np.intp]
 NumberOf = Callable[..., float]

@@ -21,8 +21,6 @@ from tarsus.solve.simulate import RECORDED, simulate
 if TYPE_CHECKING:
     from tarsus.files.library import SceneLike
 
-__all__ = ["gradient"]
-
 Floats = NDArray[np.float64]
 
 

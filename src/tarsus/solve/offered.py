@@ -13,8 +13,6 @@ from tarsus.solve.run import Run
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
 
-__all__ = ["offered"]
-
 
 def offered(scene: Scene, duration: float) -> dict[str, Measure]:
     """Every measure that runs of a scene have, by name, with unit and definition; the values mean nothing.

@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from tarsus.model.scene import Scene
     from tarsus.tables.table import Table
 
-__all__ = ["Batch", "Part"]
-
 MOST_ROWS = 1 << 16
 """Events that measures look at together: about as many as a processor's cache holds columns of."""
 

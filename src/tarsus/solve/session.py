@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from tarsus.solve.engine import Accuracy
     from tarsus.solve.run import Run
 
-__all__ = ["Session"]
-
 
 class Session:
     """Runs of one scene with some of its numbers changed, which share contact modes and step tables.

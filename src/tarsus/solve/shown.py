@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from tarsus.solve.results import Batch
     from tarsus.solve.run import Run
 
-__all__ = ["batch_table", "drawn", "run_line", "runs_of", "state_of"]
-
 
 def run_line(run: Run) -> str:
     """A run in a line; its energy account is not asked for."""

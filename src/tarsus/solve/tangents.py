@@ -26,14 +26,6 @@ from tarsus.plan.slots import Rows, bears, check_bounds, rows_for, slot, unit_of
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
 
-__all__ = [
-    "DataTangents",
-    "Direction",
-    "Entering",
-    "directions_of",
-    "entering",
-]
-
 Floats = NDArray[np.float64]
 
 LANES = 8

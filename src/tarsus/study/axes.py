@@ -15,18 +15,6 @@ from tarsus.base.errors import InputError
 from tarsus.base.messages import PathErrors
 from tarsus.base.spec import Description
 
-__all__ = [
-    "AnyAxis",
-    "Grid",
-    "Linspace",
-    "Logspace",
-    "Normal",
-    "Sobol",
-    "SweepAxis",
-    "Values",
-    "sobol_shares",
-]  # fmt: skip
-
 Floats = NDArray[np.float64]
 
 

@@ -21,8 +21,6 @@ from tarsus.study.axes import Floats, Grid
 from tarsus.study.sweep import Sweep
 from tarsus.study.workunit import OUTCOMES
 
-__all__ = ["collect", "collected_variables", "measures_in"]
-
 BLOCK = 2**22
 """Numbers of the results that are written at a time (32 MB). Blocks do not depend on units, so that the file does not
 either."""

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from tarsus.study.axes import Floats
     from tarsus.study.sweep import Sweep
 
-__all__ = ["open_store", "runs_per_unit", "values_of"]
-
 ENDS = 64
 """Runs at either end of a plan whose values are part of its digest: any other points differ there."""
 

@@ -15,8 +15,6 @@ from tarsus.base.errors import InputError
 from tarsus.base.spec import Description
 from tarsus.study.axes import SweepAxis, sobol_shares
 
-__all__ = ["Saltelli", "Scattered"]
-
 Floats = NDArray[np.float64]
 
 DRAWS = 2

@@ -32,8 +32,6 @@ if TYPE_CHECKING:
     from tarsus.study.progress import Progress
     from tarsus.study.sweep import Sweep
 
-__all__ = ["WorkerPool"]
-
 AHEAD = 3
 """Units handed to an executor for each of its workers: one at work, and enough that none waits for the next one."""
 

@@ -15,8 +15,6 @@ from pathlib import Path
 
 from tarsus.files.runstore import COLLECTED_FILE, WORKER_FOLDER
 
-__all__ = ["EVERY", "OnProgress", "Progress"]
-
 OnProgress = Callable[[int, int, Mapping[str, int]], None]
 """Called as ``(runs done, runs, runs of this call by worker)``."""
 

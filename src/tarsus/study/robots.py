@@ -19,8 +19,6 @@ from tarsus.study.axes import Linspace, Normal, SweepAxis
 from tarsus.study.manufacture import Saltelli, Scattered
 from tarsus.study.sweep import Sweep
 
-__all__ = ["Robots", "Scatter", "as_arguments"]
-
 Scatter = float | str | tuple[float | str, float | str]
 """How a value scatters: its standard deviation (SI, a text with a unit, or a share of the scene's own value such as
 ``"5%"``), or both ends of a range that is drawn from evenly."""

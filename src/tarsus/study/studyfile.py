@@ -14,8 +14,6 @@ from tarsus.files.toml import LAW_FOLDER, SCENE_FILE, STUDY_FILE, scene_texts
 from tarsus.model.laws import Law, load_laws
 from tarsus.study.sweep import Sweep
 
-__all__ = ["frozen_sweep", "frozen_texts", "load_sweep", "read_sweep", "stored_texts"]
-
 
 def load_sweep(name: str | os.PathLike[str], laws: Mapping[str, type[Law]] | None = None) -> Sweep:
     """A packaged study by name, or a study file by path.

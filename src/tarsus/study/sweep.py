@@ -37,8 +37,6 @@ from tarsus.solve.offered import offered
 from tarsus.study.axes import AnyAxis, Floats, Grid, Sobol, SweepAxis
 from tarsus.study.manufacture import Saltelli, Scattered
 
-__all__ = ["MOST_RUNS", "Sweep"]
-
 MOST_RUNS = 10_000_000
 """Largest sweep that is started."""
 

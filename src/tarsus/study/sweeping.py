@@ -28,8 +28,6 @@ from tarsus.tables.table import Table
 if TYPE_CHECKING:
     from tarsus.study.sweep import Sweep
 
-__all__ = ["SweepResult", "do_units", "finish", "run_sweep", "score_runs"]
-
 
 @dataclass(frozen=True)
 class SweepResult:

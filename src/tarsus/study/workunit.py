@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from tarsus.study.axes import Floats
     from tarsus.study.sweep import Sweep
 
-__all__ = ["DONE", "OUTCOMES", "work_unit"]
-
 OUTCOMES = {
     **{code.name: code.value for code in ResultCode},
     "REFUSED": "The run was not started: the scene refuses these values together.",

@@ -28,8 +28,6 @@ from tarsus.study.workunit import OUTCOMES
 from tarsus.tables.numbers import amount, interval, percent, spaced
 from tarsus.tables.table import ROW, Column, Table
 
-__all__ = ["Leader", "Yield", "YieldCurve", "YieldStudy", "leader_of", "yield_"]
-
 Floats = NDArray[np.float64]
 
 WALKS = ("mean_speed", "cost_of_transport")

@@ -25,8 +25,6 @@ from tarsus.synthesis.plan import planned
 from tarsus.synthesis.record_files import write_csv, write_hdf, write_mat, write_polytec, write_uff
 from tarsus.synthesis.recordings import Instrument, Recording, recorded, rest_of
 
-__all__ = ["CAMPAIGN_FILES", "unknown_device", "write_campaign"]
-
 Writer = Callable[[Measurement, Path], dict[str, ChannelChoice]]
 Progress = Callable[[int, int, str], None]
 

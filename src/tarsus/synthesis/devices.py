@@ -10,8 +10,6 @@ from tarsus.base.spec import float_paths, with_values
 from tarsus.model.scene import Scene
 from tarsus.model.standing import rest_state
 
-__all__ = ["identified_paths", "perturbed"]
-
 Floats = NDArray[np.float64]
 
 _TRIES = 200

@@ -19,8 +19,6 @@ from tarsus.solve import simulate
 from tarsus.synthesis.recordings import Recording, placed
 from tarsus.synthesis.sweep_level import sweep_level
 
-__all__ = ["planned"]
-
 Floats = NDArray[np.float64]
 
 SWEEPS = 6

@@ -12,8 +12,6 @@ from tarsus.files.whole import write_text, written_whole
 from tarsus.records.measurement import Channel, Measurement, Quantity
 from tarsus.records.readers.choices import ChannelChoice
 
-__all__ = ["write_csv", "write_hdf", "write_mat", "write_polytec", "write_uff"]
-
 Floats = NDArray[np.float64]
 Choices = dict[str, ChannelChoice]
 

@@ -18,8 +18,6 @@ from tarsus.records.purpose import Purpose
 from tarsus.solve import simulate
 from tarsus.solve.codes import ResultCode
 
-__all__ = ["REPEATS", "REST", "Instrument", "Recording", "placed", "recorded", "rest_of"]
-
 Floats = NDArray[np.float64]
 
 REST = 0.01

@@ -6,8 +6,6 @@ import numpy as np
 
 from tarsus.model.robot import Drive
 
-__all__ = ["sweep_level"]
-
 SWEEP_V = 0.2
 """Amplitude of the sweeps [V]: low, as in section 2.3.1."""
 

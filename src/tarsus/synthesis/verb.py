@@ -16,8 +16,6 @@ from tarsus.synthesis.recordings import Instrument
 from tarsus.tables.table import Table
 from tarsus.tables.view import View
 
-__all__ = ["checked_instrument", "synthesize"]
-
 SLOWEST, FASTEST = 1e3, 1e7
 """Sampling rates [Hz]: below, no impact of such a robot is seen; above, no recorder of the field goes."""
 

@@ -18,8 +18,6 @@ from tarsus.records.measurement import Channel, Measurement, Quantity
 if TYPE_CHECKING:
     from tarsus.solve import Run
 
-__all__ = ["Vibrometer", "point_velocities"]
-
 Floats = NDArray[np.float64]
 
 _OVERSAMPLING = 16

@@ -13,8 +13,6 @@ from markupsafe import Markup, escape
 if TYPE_CHECKING:
     from tarsus.tables.table import Table
 
-__all__ = ["table_html"]
-
 CARDS, LETTERS = 4, 40
 """Columns from which on, and letters of all titles beyond which, a narrow screen shows rows as cards below each other
 where a wide one has a table: the last columns would be beyond its edge."""

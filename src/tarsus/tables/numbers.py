@@ -8,19 +8,6 @@ from __future__ import annotations
 import math
 import re
 
-__all__ = [
-    "MISSING",
-    "amount",
-    "interval",
-    "number",
-    "path_end",
-    "percent",
-    "prefixed",
-    "pretty_unit",
-    "set_power",
-    "spaced",
-]
-
 MISSING = "–"
 """Shown where a value does not exist."""
 

@@ -11,8 +11,6 @@ from typing import Any
 
 from tarsus.tables.numbers import MISSING, amount, interval, number, prefixed
 
-__all__ = ["ROW", "Column", "Table"]
-
 ROW = "row"
 """Unit of a column whose rows each have their own: `Table.units`."""
 

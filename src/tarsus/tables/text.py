@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from tarsus.tables.table import Table
 
-__all__ = ["table_text"]
-
 WIDEST = 10_000
 """Letters of a line that is not to be broken: more than any table has, within what rich sets."""
 

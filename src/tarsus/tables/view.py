@@ -7,8 +7,6 @@ from typing import Any
 
 from tarsus.tables.table import Table
 
-__all__ = ["View"]
-
 
 @dataclass(frozen=True, repr=False)
 class View:

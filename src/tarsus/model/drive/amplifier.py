@@ -20,8 +20,6 @@ from tarsus.model.drive.pieces import Pieces, evaluate
 from tarsus.model.drive.signal import Signal
 from tarsus.model.drive.track import Track
 
-__all__ = ["Amplified", "Amplifier"]
-
 
 class Amplifier(Description):
     """One pole in a loop whose rate and whose output saturate; every limit that is absent does not act.

@@ -8,8 +8,6 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["bracketed_root", "crossing", "turns", "value"]
-
 Floats = NDArray[np.float64]
 
 _NEARLY_REAL = 1e-5

@@ -13,8 +13,6 @@ from tarsus.base.spec import Amount, Description, quantity
 from tarsus.model.drive.parts import Parts
 from tarsus.model.drive.track import Track
 
-__all__ = ["Cubic", "VoltageLaw"]
-
 Floats = NDArray[np.float64]
 
 

@@ -25,8 +25,6 @@ from tarsus.model.drive.parts import IDENTITY, to_pieces, whole_parts
 from tarsus.model.drive.pieces import TERMS, Pieces
 from tarsus.model.drive.track import Floats, Track, shifted
 
-__all__ = ["Stage", "amplified"]
-
 MOST_STRETCHES = 200_000
 """An output with more stretches is refused: finding them would take minutes."""
 MOST_SETTLING = 20_000

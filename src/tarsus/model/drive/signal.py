@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from tarsus.base.spec import Description
 from tarsus.model.drive.track import Track
 
-__all__ = ["Signal"]
-
 
 class Signal(Description, ABC):
     """Base of the waveforms: a voltage [V] of time t >= 0 [s]."""

@@ -27,11 +27,6 @@ from tarsus.base.errors import InputError
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 
-__all__ = [
-    "NoSlopeError", "Track", "chosen", "constant_track", "cubic_track", "each_run", "horner", "joined", "linear_track",
-    "polyline_track", "polynomial", "shifted", "sine_track", "swept_track",
-]  # fmt: skip
-
 
 class NoSlopeError(InputError):
     """A derivative that a track does not have; lane: by which of the numbers."""

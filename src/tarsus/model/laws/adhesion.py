@@ -5,8 +5,6 @@ from __future__ import annotations
 from tarsus.base.spec import Amount, quantity
 from tarsus.model.laws.base import DISSERTATION, AdhesionLaw
 
-__all__ = ["Adhesion"]
-
 
 class Adhesion(AdhesionLaw):
     r"""Adhesion :math:`f_a(t - t_c) = C_{a0} + C_a (t - t_c)`, equation (2.14).

@@ -7,8 +7,6 @@ import math
 from tarsus.base.spec import Amount, quantity
 from tarsus.model.laws.base import AdhesionLaw
 
-__all__ = ["AgeingAdhesion"]
-
 
 class AgeingAdhesion(AdhesionLaw):
     r"""Adhesion :math:`f_a = C_0 + C_1 (1 - e^{-a/\tau_c})` of a contact of age :math:`a`.

@@ -39,8 +39,6 @@ DISSERTATION = (
 )
 """Where most laws of the library come from."""
 
-__all__ = ["DISSERTATION", "AdhesionLaw", "DampingLaw", "FrictionLaw", "ImpactLaw", "Law", "SmoothLaw"]
-
 
 class Law(Description):
     """Base of every ground law; its fields are float quantities, and the literal ``kind`` of a choice of laws."""

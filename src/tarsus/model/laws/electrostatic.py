@@ -7,8 +7,6 @@ from typing import ClassVar
 from tarsus.base.spec import Amount, quantity
 from tarsus.model.laws.base import DISSERTATION, SmoothLaw
 
-__all__ = ["Electrostatic"]
-
 
 class Electrostatic(SmoothLaw):
     r"""Attraction :math:`F = -C_e V^2 / (g + g_e)^2`, equation (3.25) with the sign of attraction.

@@ -5,8 +5,6 @@ from __future__ import annotations
 from tarsus.base.spec import Amount, quantity
 from tarsus.model.laws.base import DISSERTATION, DampingLaw
 
-__all__ = ["Film"]
-
 
 class Film(DampingLaw):
     r"""Squeeze film: :math:`F = -C\,\dot g / (g + g_0)^3`, equations (2.10) and (3.26).

@@ -7,8 +7,6 @@ from typing import Literal
 from tarsus.base.spec import Amount, quantity
 from tarsus.model.laws.base import FrictionLaw
 
-__all__ = ["AdhesiveFriction", "AnyFriction", "Friction"]
-
 
 class Friction(FrictionLaw):
     r"""Coulomb friction :math:`|F_t| \le \mu\,(N + f_a)` on a foot in contact.

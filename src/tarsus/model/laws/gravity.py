@@ -5,8 +5,6 @@ from __future__ import annotations
 from tarsus.base.spec import Amount, quantity
 from tarsus.model.laws.base import Law
 
-__all__ = ["Gravity"]
-
 
 class Gravity(Law):
     """Uniform gravity; the generalised force is ``-acceleration * M @ structure.vertical()``.

@@ -34,16 +34,6 @@ from tarsus.base.linear import cholesky, inverse, modes_of, product, pseudoinver
 from tarsus.base.messages import PathErrors
 from tarsus.base.spec import Description, FrozenDict, Named, quantity
 
-__all__ = [
-    "AnyImpactMap",
-    "Body",
-    "Directed",
-    "DominantMode",
-    "ImpactMap",
-    "MassWeighted",
-    "MeasuredImpactMap",
-]
-
 Array = NDArray[np.float64]
 
 

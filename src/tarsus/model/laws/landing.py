@@ -12,8 +12,6 @@ from typing import Literal
 from tarsus.base.spec import Amount, quantity
 from tarsus.model.laws.base import Law
 
-__all__ = ["AnyLanding", "CaptureUnlessPulled", "Landing", "PullAsPrinted", "RestituteFirst"]
-
 
 class Landing(Law):
     """Base of the landing rules."""

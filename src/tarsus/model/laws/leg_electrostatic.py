@@ -8,8 +8,6 @@ from typing import ClassVar
 from tarsus.base.spec import Amount, quantity
 from tarsus.model.laws.base import SmoothLaw
 
-__all__ = ["LegElectrostatic"]
-
 
 class LegElectrostatic(SmoothLaw):
     r"""Attraction along the whole leg: equation (3.25) per length, as felt at the foot.

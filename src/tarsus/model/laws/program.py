@@ -24,8 +24,6 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 
-__all__ = ["Builder", "Number", "Op", "Program", "Value"]
-
 LIMIT = 4000
 """Operations of a program at most: the core numbers values in 16 bits, and a longer law takes longer than a step."""
 

@@ -8,8 +8,6 @@ from typing import Literal
 from tarsus.base.spec import Amount, quantity
 from tarsus.model.laws.base import FrictionLaw
 
-__all__ = ["RateWeakeningFriction", "StribeckFriction"]
-
 
 class StribeckFriction(FrictionLaw):
     r"""Friction :math:`|F_t| \le \mu(v)\,(N + f_a)` with :math:`\mu(v) = \mu_d + (\mu_s - \mu_d)\,e^{-(v/v_s)^\delta}`.

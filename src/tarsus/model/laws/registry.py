@@ -13,8 +13,6 @@ from pydantic import BeforeValidator, Field
 from tarsus.base.discover import classes_beside
 from tarsus.model.laws.base import Law
 
-__all__ = ["Slot", "built_in", "slots"]
-
 
 class Slot(NamedTuple):
     """A place in the ground that one law at a time stands in: the type of the field, and what it is for."""

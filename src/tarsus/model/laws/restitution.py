@@ -5,8 +5,6 @@ from __future__ import annotations
 from tarsus.base.spec import Amount, quantity
 from tarsus.model.laws.base import ImpactLaw
 
-__all__ = ["Restitution"]
-
 
 class Restitution(ImpactLaw):
     r"""Newton's impact law :math:`\dot g^+ = -e\,\dot g^-`, equation (2.12).

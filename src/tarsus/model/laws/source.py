@@ -11,8 +11,6 @@ from typing import Any
 
 from tarsus.base.errors import InputError
 
-__all__ = ["definition"]
-
 
 @lru_cache(maxsize=256)
 def definition(function: Callable[..., Any], name: str) -> ast.FunctionDef:

@@ -21,8 +21,6 @@ from tarsus.base.errors import InputError
 from tarsus.model.laws.program import LIMIT, Builder, Number, Op, Program, Value
 from tarsus.model.laws.source import definition
 
-__all__ = ["translate"]
-
 TURNS = 1000
 """Turns of a loop at most: each is written out, and the program is limited anyway."""
 DEPTH = 20

@@ -19,8 +19,6 @@ from tarsus.base.errors import InputError
 from tarsus.model.laws.base import AdhesionLaw, DampingLaw, FrictionLaw, ImpactLaw, Law, SmoothLaw
 from tarsus.model.laws.translate import translate
 
-__all__ = ["laws_of", "load_laws"]
-
 _PROTOCOLS = (DampingLaw, SmoothLaw, ImpactLaw, AdhesionLaw, FrictionLaw)
 _TRIAL = {
     "gap": 1e-6, "gap_rate": -1e-3, "volts": 1.0, "time": 1e-3, "speed": 1e-3, "age": 1e-3, "away": 1e-3,

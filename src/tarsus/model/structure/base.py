@@ -11,8 +11,6 @@ from tarsus.base.errors import InputError
 from tarsus.base.linear import condition_of, solve
 from tarsus.base.spec import Description
 
-__all__ = ["Array", "Matrices", "Structure"]
-
 Array = NDArray[np.float64]
 
 

@@ -18,8 +18,6 @@ from tarsus.model.structure.cantilever import (
     section_from_frequencies,
 )
 
-__all__ = ["Beam"]
-
 
 class Beam(Structure):
     """Uniform Euler-Bernoulli cantilever with a rigid rectangular tip (Fig. 2.1 of the source).

@@ -23,8 +23,6 @@ import numpy as np
 from tarsus.base.errors import InputError
 from tarsus.model.structure.base import Array
 
-__all__ = ["CantileverModes", "RigidTip", "cantilever_modes", "section_from_frequencies"]
-
 
 class RigidTip(NamedTuple):
     """Rigid body on the end of the beam, in SI."""

@@ -15,8 +15,6 @@ from tarsus.model.structure.base import Array
 from tarsus.model.structure.leg_chain import Chain
 from tarsus.model.structure.lumped import Lumped
 
-__all__ = ["Joint", "Leg", "Link", "SingleMode"]
-
 
 class Link(Description):
     """A rigid, uniform, straight link of a leg."""

@@ -10,8 +10,6 @@ import numpy as np
 
 from tarsus.model.structure.base import Array
 
-__all__ = ["Chain"]
-
 _TURNS = np.array([[0.0, 0.0], [0.0, 1.0], [1.0, 1.0]])
 """How the turns of hip and knee joint (columns) turn shin, thigh and hip link (rows) against the shin."""
 

@@ -16,8 +16,6 @@ from tarsus.model.structure.base import Array
 from tarsus.model.structure.leg import Leg
 from tarsus.model.structure.leg_chain import Chain
 
-__all__ = ["GRAVITY", "LegMotion", "equilibrium", "free_motion", "standing_load", "step_response"]
-
 GRAVITY = 9.81
 """Acceleration of gravity [m/s^2]."""
 

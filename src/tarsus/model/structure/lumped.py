@@ -13,8 +13,6 @@ from tarsus.base.spec import FrozenDict, Name, Named, quantity
 from tarsus.model.structure.base import Array, Matrices, Structure
 from tarsus.model.structure.modal import modal_damping_matrix
 
-__all__ = ["Lumped"]
-
 Matrix = tuple[tuple[float, ...], ...]
 
 

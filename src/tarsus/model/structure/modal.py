@@ -13,8 +13,6 @@ from tarsus.base.messages import PathErrors
 from tarsus.base.spec import Amounts, Named, quantity
 from tarsus.model.structure.base import Array, Matrices, Structure
 
-__all__ = ["Modal", "modal_damping_matrix"]
-
 
 class Modal(Structure):
     """Modes with frequencies, damping ratios, modal masses and shapes at named points.

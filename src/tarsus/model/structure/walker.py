@@ -13,8 +13,6 @@ from tarsus.base.messages import PathErrors
 from tarsus.base.spec import Amount, Description, MaybeAmount, Named, quantity
 from tarsus.model.structure.base import Array, Matrices, Structure
 
-__all__ = ["Walker", "WalkerBody", "WalkerLeg"]
-
 
 class WalkerBody(Description):
     """The rigid body: it surges and heaves, and rolls or pitches where it has that inertia."""

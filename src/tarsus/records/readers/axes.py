@@ -15,8 +15,6 @@ from tarsus.records.readers.choices import Choices
 from tarsus.records.readers.raw import Axis, Declared, Domain, RawFile, RawSeries
 from tarsus.records.readers.unit_names import frequency_factor, time_factor
 
-__all__ = ["Sampling", "axis_series", "check_declared", "series_axis"]
-
 _NAMES = {
     Domain.TIME: {
         "t",

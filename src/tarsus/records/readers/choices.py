@@ -8,8 +8,6 @@ from pydantic import AfterValidator, BeforeValidator, Field
 
 from tarsus.base.spec import Description, FrozenDict, MaybeAmount, quantity
 
-__all__ = ["ChannelChoice", "Choices"]
-
 
 class ChannelChoice(Description):
     """What to know of one channel; anything left out is taken from the file."""

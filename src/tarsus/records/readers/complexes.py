@@ -14,8 +14,6 @@ from tarsus.base.messages import nearest
 from tarsus.records.readers.choices import Choices
 from tarsus.records.readers.raw import RawFile, RawSeries, Role
 
-__all__ = ["Amplitude", "amplitude_of", "is_decibel", "phase_factor", "with_chosen_parts"]
-
 _DECIBEL = re.compile(r"(?:^|[^A-Za-z])dB(?![A-Za-z])")
 _REFERENCE = re.compile(r"^\W*dB\W*(?:re\.?|rel\.?)?\s*:?\s*(?:1\s+)?(.*?)\W*$", re.I)
 

@@ -11,8 +11,6 @@ from tarsus.base.errors import InputError
 from tarsus.records.readers.raw import RawFile, check_values
 from tarsus.records.readers.tables import Array, file_of
 
-__all__ = ["is_hdf", "is_netcdf_classic", "read_hdf", "read_netcdf_classic", "values_in"]
-
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 

@@ -10,8 +10,6 @@ from tarsus.base.errors import InputError
 from tarsus.records.readers.numerals import check_ending, column_of, column_step, digit_step, number, text_of
 from tarsus.records.readers.raw import Axis, Declared, Domain, RawFile, RawSeries, read_bytes
 
-__all__ = ["is_lvm", "read_lvm"]
-
 _START = b"LabVIEW Measurement"
 _END = "***End_of_Header***"
 _SEPARATORS = {"tab": "\t", "comma": ","}

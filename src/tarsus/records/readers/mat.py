@@ -15,8 +15,6 @@ from tarsus.records.readers.hdf import is_hdf, values_in
 from tarsus.records.readers.raw import RawFile, check_values, read_bytes
 from tarsus.records.readers.tables import Array, file_of
 
-__all__ = ["is_mat", "read_mat"]
-
 _HEADER = 128
 """Bytes, by the format (MAT-File Level 5), as the next two."""
 _TAG = 8

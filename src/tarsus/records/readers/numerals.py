@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 
-__all__ = ["check_ending", "column_of", "column_step", "digit_step", "number", "text_of", "whole_table"]
-
 _DIGITS = re.compile(r"[+-]?\d*(?:\.(\d*))?(?:[eE]([+-]?\d+))?")
 _GAPS = {"nan", "-nan", "+nan", "1.#qnan", "-1.#ind", "--", "n/a", "na", "null"}
 

@@ -14,18 +14,6 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 
-__all__ = [
-    "Axis",
-    "Declared",
-    "Domain",
-    "RawFile",
-    "RawSeries",
-    "Reference",
-    "Role",
-    "check_values",
-    "read_bytes",
-]
-
 Floats = NDArray[np.float64]
 
 

@@ -23,8 +23,6 @@ from tarsus.records.readers.selecting import (
     unit_note,
 )
 
-__all__ = ["measurement_of"]
-
 
 def measurement_of(raw: RawFile, choices: Choices) -> Measurement:
     """The channels chosen from a file, in SI.

@@ -26,8 +26,6 @@ from tarsus.records.readers.selecting import (
 )
 from tarsus.records.readers.unit_names import Scaled, ratio_of, scaled
 
-__all__ = ["response_of"]
-
 _ONE_INPUT = "input"
 """Name of the input of a file that names none."""
 _REAL_ONLY = (

@@ -16,16 +16,6 @@ from tarsus.records.readers.choices import ChannelChoice, Choices
 from tarsus.records.readers.raw import RawFile, RawSeries
 from tarsus.records.readers.unit_names import Scaled, scaled
 
-__all__ = [
-    "Selected",
-    "channel_of",
-    "check_count",
-    "chosen_series",
-    "not_finite",
-    "scaled_series",
-    "unit_note",
-]
-
 
 @dataclass(frozen=True)
 class Selected:

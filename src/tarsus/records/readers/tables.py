@@ -10,8 +10,6 @@ import numpy as np
 
 from tarsus.records.readers.raw import Declared, RawFile, RawSeries
 
-__all__ = ["Array", "file_of"]
-
 _RATES = {
     "fs",
     "rate",

@@ -10,8 +10,6 @@ import numpy as np
 from tarsus.base.errors import InputError
 from tarsus.records.readers.raw import Axis, Declared, Domain, RawFile, RawSeries, read_bytes
 
-__all__ = ["is_tdms", "read_tdms"]
-
 _LEAD_IN = 28
 """Bytes before a segment, by the format."""
 _NEXT_SEGMENT = slice(12, 20)

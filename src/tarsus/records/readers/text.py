@@ -25,8 +25,6 @@ from tarsus.records.readers.numerals import (
 from tarsus.records.readers.raw import Declared, RawFile, RawSeries, Role, read_bytes
 from tarsus.records.readers.unit_names import frequency_factor, ratio_of, scaled, time_factor
 
-__all__ = ["read_text"]
-
 _SEPARATORS = ("\t", ";", ",", None)
 _LONGEST_HEADER = 2000
 """Lines before the numbers: more than any instrument writes."""

@@ -15,8 +15,6 @@ from tarsus.base.errors import InputError
 from tarsus.records.readers.raw import Axis, Domain, RawFile, RawSeries, Reference, Role, read_bytes
 from tarsus.records.readers.unit_names import frequency_factor, scaled, time_factor
 
-__all__ = ["is_uff", "read_uff"]
-
 _MARK = b"-1"
 _UNITS = {8: "m", 9: "N", 11: "m/s", 12: "m/s^2", 13: "N", 17: "s", 18: "Hz"}
 """SI unit of a specific data type."""

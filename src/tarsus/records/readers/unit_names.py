@@ -12,8 +12,6 @@ from tarsus.base.errors import InputError
 from tarsus.base.units import parse_unit
 from tarsus.records.measurement import Quantity
 
-__all__ = ["Scaled", "frequency_factor", "ratio_of", "scaled", "time_factor"]
-
 
 class Scaled(NamedTuple):
     """A quantity and the factor that brings its numbers to SI."""

@@ -14,8 +14,6 @@ from tarsus.model.drive.law import VoltageLaw
 from tarsus.model.drive.parts import Parts, whole_parts
 from tarsus.model.drive.track import Track
 
-__all__ = ["LinearForce"]
-
 Floats = NDArray[np.float64]
 
 

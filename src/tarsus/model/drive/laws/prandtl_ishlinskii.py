@@ -21,8 +21,6 @@ from tarsus.model.drive.parts import Parts
 from tarsus.model.drive.plays import play_states, remembered, states_along, visited
 from tarsus.model.drive.track import Track
 
-__all__ = ["PrandtlIshlinskii", "fit_branches"]
-
 Floats = NDArray[np.float64]
 
 _NEAR = 1e-13

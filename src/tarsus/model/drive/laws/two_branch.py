@@ -14,8 +14,6 @@ from tarsus.model.drive.parts import Parts, whole_parts
 from tarsus.model.drive.plays import ROUNDING, last_directions, visited
 from tarsus.model.drive.track import Track
 
-__all__ = ["TwoBranch"]
-
 Floats = NDArray[np.float64]
 
 

@@ -11,8 +11,6 @@ from tarsus.base.spec import Amount, quantity
 from tarsus.model.drive.signal import Signal
 from tarsus.model.drive.track import Track, constant_track
 
-__all__ = ["Constant"]
-
 Floats = NDArray[np.float64]
 
 

@@ -14,8 +14,6 @@ from tarsus.base.spec import Amounts, quantity
 from tarsus.model.drive.signal import Signal
 from tarsus.model.drive.track import Track, chosen, linear_track
 
-__all__ = ["OnOff"]
-
 Floats = NDArray[np.float64]
 
 

@@ -12,8 +12,6 @@ from tarsus.base.dual import alike
 from tarsus.base.spec import Amount, quantity
 from tarsus.model.drive.signal import Signal
 
-__all__ = ["Periodic"]
-
 Floats = NDArray[np.float64]
 
 

@@ -11,8 +11,6 @@ from tarsus.base.spec import Amount, quantity
 from tarsus.model.drive.signal import Signal
 from tarsus.model.drive.track import Track, linear_track
 
-__all__ = ["Poling"]
-
 Floats = NDArray[np.float64]
 
 

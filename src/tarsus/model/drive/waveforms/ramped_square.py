@@ -12,8 +12,6 @@ from tarsus.base.spec import Amount, quantity
 from tarsus.model.drive.track import Track, chosen, constant_track, polyline_track
 from tarsus.model.drive.waveforms.periodic import Periodic
 
-__all__ = ["RampedSquare"]
-
 Floats = NDArray[np.float64]
 
 

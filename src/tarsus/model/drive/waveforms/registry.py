@@ -9,8 +9,6 @@ from functools import lru_cache
 from tarsus.base.discover import classes_beside
 from tarsus.model.drive.signal import Signal
 
-__all__ = ["built_in"]
-
 
 @lru_cache(maxsize=1)
 def built_in() -> Mapping[str, type[Signal]]:

@@ -19,8 +19,6 @@ from tarsus.base.units import is_number
 from tarsus.model.drive.signal import Signal
 from tarsus.model.drive.track import NoSlopeError, Track, cubic_track, each_run, linear_track, polynomial
 
-__all__ = ["Interpolation", "Sampled", "read_columns"]
-
 Floats = NDArray[np.float64]
 
 

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from tarsus.model.drive.track import Track, sine_track
 from tarsus.model.drive.waveforms.periodic import Periodic
 
-__all__ = ["Sine"]
-
 Floats = NDArray[np.float64]
 
 

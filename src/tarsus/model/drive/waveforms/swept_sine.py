@@ -12,8 +12,6 @@ from tarsus.base.spec import Amount, quantity
 from tarsus.model.drive.signal import Signal
 from tarsus.model.drive.track import Track, swept_track
 
-__all__ = ["SweptSine"]
-
 Floats = NDArray[np.float64]
 
 
