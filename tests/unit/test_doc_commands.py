@@ -33,6 +33,7 @@ SMALLER = {
     "seq 0 99": "seq 0 2",
     "/shared/out": "shared",
     "identified/identified.toml": "cantilever",
+    "# what is left to say: exit code 2 until it is said": "&& exit 1 || [ $? -eq 2 ]",
 }
 """What would take minutes, asked for in small; folders that a page does not make."""
 
