@@ -147,11 +147,13 @@ def _scattered(words: Sequence[str]) -> dict[str, Scatter]:
     """What `--scatter` says, by path."""
     from tarsus.base.errors import InputError
 
-    pairs = [tuple(one.strip() for one in word.partition("=")[::2]) for word in words]
-    if not all(path and text for path, text in pairs):
-        wrong = next(word for word, pair in zip(words, pairs, strict=True) if not all(pair))
-        raise InputError(f"--scatter takes PATH=5%, PATH=value or PATH=a:b, got '{wrong}'")
-    return dict(pairs)
+    found: dict[str, Scatter] = {}
+    for word in words:
+        path, _, text = (one.strip() for one in word.partition("="))
+        if not path or not text:
+            raise InputError(f"--scatter takes PATH=5%, PATH=value or PATH=a:b, got '{word}'")
+        found[path] = text
+    return found
 
 
 def _required(words: list[str] | None) -> dict[str, str | None] | None:
