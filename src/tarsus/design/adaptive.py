@@ -18,7 +18,8 @@ from tarsus.design.judge import MEAN
 from tarsus.design.request import Given, Problems, settings_of
 from tarsus.design.walks import OBJECTIVES, WalkObjective, Walks
 from tarsus.files.library import SceneLike, as_scene
-from tarsus.fit.valleys import even_points, inside, shorter_steps
+from tarsus.fit.unknowns import even_points
+from tarsus.fit.valleys import inside, shorter_steps
 
 Floats = NDArray[np.float64]
 Progress = Callable[[int, int, str], None]

@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 from tarsus.base.spec import with_values
 from tarsus.design.pulses import Family, OwnStep, Step
 from tarsus.design.trials import Trials
-from tarsus.fit.valleys import apart, even_points
+from tarsus.fit.unknowns import even_points
+from tarsus.fit.valleys import apart
 from tarsus.model.drive.lower import evaluate, lower
 from tarsus.model.drive.waveforms import OnOff
 from tarsus.model.scene import Scene

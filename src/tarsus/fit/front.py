@@ -18,7 +18,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.fit.valleys import even_points, inside
+from tarsus.fit.unknowns import even_points
+from tarsus.fit.valleys import inside
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

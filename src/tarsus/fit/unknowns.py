@@ -227,11 +227,7 @@ class Unknowns:
 
     def draws(self, count: int, seed: int | np.random.Generator = 0) -> Floats:
         """``count`` points (count, nu) spread evenly over the cube: the beginning of a scrambled Sobol sequence."""
-        from scipy.stats import qmc
-
-        # scipy before 1.15 knows no rng
-        sobol = qmc.Sobol(len(self), seed=seed)  # pyright: ignore[reportCallIssue]
-        return sobol.random_base2(max(int(np.ceil(np.log2(max(count, 1)))), 0))[:count]
+        return even_points(len(self), count, seed)
 
     def precision(self, cube: Floats) -> Floats:
         """What is known of each unknown (nu,) beforehand, at a point (nu,): one over the variance in the cube of its
@@ -283,3 +279,12 @@ def _in_si(one: Unknown, unit: str) -> tuple[float, float, bool, Prior | None, f
     if problems:
         raise InputError(problems)
     return low, high, log, prior, size
+
+
+def even_points(unknowns: int, count: int, seed: int | np.random.Generator = 0) -> Floats:
+    """Points (count, nu) of the unit cube, spread evenly: the beginning of a scrambled Sobol sequence."""
+    from scipy.stats import qmc  # takes longer to load than all searches
+
+    # scipy draws other points of a whole number by its newer name, rng
+    sobol = qmc.Sobol(unknowns, seed=seed)  # pyright: ignore[reportCallIssue]
+    return sobol.random_base2(int(np.ceil(np.log2(max(count, 1)))))[:count]

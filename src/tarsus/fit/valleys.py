@@ -14,6 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.fit.unknowns import even_points
+
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Cost = Callable[[Ints, Floats], Floats]
@@ -68,13 +70,6 @@ class Visited:
             apart = ((self.points[left] - self.points[row]) ** 2).sum(axis=1) > near**2 * self.points.shape[1]
             left = left[apart | (self.numbers[left] != self.numbers[row])]
         return np.array(chosen, dtype=np.int64)
-
-
-def even_points(unknowns: int, count: int, rng: np.random.Generator) -> Floats:
-    """Points (count, nu) of the unit cube, spread evenly: the first of a scrambled Sobol sequence."""
-    from scipy.stats import qmc  # takes longer to load than all searches
-
-    return qmc.Sobol(unknowns, rng=rng).random_base2(int(np.ceil(np.log2(max(count, 2)))))[:count]
 
 
 def apart(points: Floats, order: Ints, near: float, count: int) -> Ints:
