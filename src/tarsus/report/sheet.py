@@ -63,11 +63,8 @@ def name_axes(axes: Axes, x: tuple[str, str] | None = None, y: tuple[str, str] |
     for axis, named, span in zip((axes.xaxis, axes.yaxis), (x, y), spans, strict=True):
         if named is None:
             continue
-        scale = (
-            scale_of(named[1], *span)
-            if axis.get_scale() == "linear"
-            else AxisScale(1.0, pretty_unit(named[1]))
-        )
+        powers = axis.get_scale() == "log"
+        scale = AxisScale(1.0, pretty_unit(named[1])) if powers else scale_of(named[1], *span)
         axis.set_label_text(scale.axis(named[0]))
         if scale.step != 1.0:
             axis.set_major_formatter(partial(_tick, step=scale.step))

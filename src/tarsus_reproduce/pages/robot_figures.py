@@ -14,8 +14,8 @@ from tarsus.report.charts import ChartPanel, Charts
 from tarsus.report.figures import GROUND, TURNS, periods_over_each_other
 from tarsus.report.pages import Plate
 from tarsus.report.series import PlotTrace, by_drive, last_turns, point_trace
-from tarsus.report.sheet import Sheet, plate
-from tarsus.report.style import BLUE, CYCLE, INK, MUTED, RULE, VERMILION, scale_of
+from tarsus.report.sheet import Sheet, name_axes, plate
+from tarsus.report.style import BLUE, CYCLE, INK, MUTED, RULE, VERMILION
 from tarsus.tables import amount
 from tarsus_reproduce.impacts import ImpactEnergies, ModeRow
 from tarsus_reproduce.robot_runs import RobotRuns
@@ -160,8 +160,7 @@ def impact_histograms(energies: ImpactEnergies, run: str) -> Plate:
     rows: Mapping[str, np.ndarray] = {"as run": energies.actual} | {
         f"{name}, as it is": made for name, made in energies.by_map.items()
     }
-    scale = scale_of("J", *rows.values())
-    largest = max(float(np.abs(values).max()) for values in rows.values()) / scale.step
+    largest = max(float(np.abs(values).max()) for values in rows.values())
     top = math.ceil(math.log10(largest)) if largest > 0.0 else 0
     least = 10.0 ** (top - DECADES)
     decades = np.logspace(top - DECADES, top, 8 * DECADES + 1)
@@ -176,21 +175,21 @@ def impact_histograms(energies: ImpactEnergies, run: str) -> Plate:
             *marks[::-2][::-1],
         ]  # as many as stand beside each other
         for axes, (name, values) in zip(panels, rows.items(), strict=True):
-            _histogram(axes, values / scale.step, edges, least)
+            _histogram(axes, values, edges, least)
             total = float(values.sum())
             axes.set_title(f"{name}: sum {'+' * (total > 0.0)}{amount(total, 'J', 3)}", color=INK)
             axes.set_ylabel("impacts")
-            axes.set_xticks(ticks, [f"{tick:g}".replace("-", "−") for tick in ticks])
+            axes.set_xticks(ticks)
             axes.minorticks_off()
             axes.set_xlim(4.0 * edges[0], 4.0 * edges[-1])  # with room for the words of the last tick
-            axes.set_xlabel(f"energy made by an impact ({scale.label})")
+            name_axes(axes, ("energy made by an impact", "J"))
 
     return plate(
         draw,
         f"Kinetic energy of the {len(energies.time)} impacts of the run at {run}: what each took in the run, and what "
         "each map, acting as it is, would have done with the velocities just before that impact. Left of zero it is "
-        f"lost, right of zero (red) an impact creates energy. The scale is logarithmic beyond ±{least:g} "
-        f"{scale.label}, linear between (grey).",
+        f"lost, right of zero (red) an impact creates energy. The scale is logarithmic beyond "
+        f"±{amount(least, 'J')}, linear between (grey).",
     )
 
 
