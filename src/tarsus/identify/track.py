@@ -160,9 +160,10 @@ def track(
     estimates = {path: np.array([_estimate(one, path) for one in found]) for path in paths}
     several = {path: both for path, both in estimates.items() if np.isfinite(both[:, 1]).sum() > 1}
     tests = sum(2 * (int(np.isfinite(both[:, 1]).sum()) - 1) for both in several.values())
-    drifts = [
-        Drift(path, units[path], *both.T, *drift_of(*both.T, tests=tests)) for path, both in several.items()
-    ]
+    drifts = []
+    for path, (values, errors) in ((path, both.T) for path, both in several.items()):
+        since, rate = drift_of(values, errors, tests)
+        drifts.append(Drift(path, units[path], values, errors, since, rate))
     return Tracking(_names(opened), tuple(found), tuple(drifts))
 
 

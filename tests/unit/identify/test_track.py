@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from identify.campaigns import KEPT, folder, truth
 
 import tarsus as ts
-from identify.campaigns import KEPT, folder, truth
 from tarsus.base.errors import InputError
 from tarsus.base.spec import get_value, with_values
 from tarsus.identify.track import FALSE_ALARMS, drift_of, track
