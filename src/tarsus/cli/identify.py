@@ -49,9 +49,10 @@ def identify(
     with target.writing():
         written = write_identification(found, folder)
         if pages.report:
-            from tarsus.report.identify_page import write_identify_report
+            from tarsus.report.identify_page import identify_html
+            from tarsus.report.pages import write_page
 
-            written.append(write_identify_report(found, folder / "report.html"))
+            written.append(write_page(identify_html(found), folder / "report.html"))
     console.note(found.remarks)
     console.note(f"excluded: {one}" for one in found.left_out)
     console.complain([f"{one.name} was not done: {said}" for one in found.not_done for said in one.reasons])
@@ -75,9 +76,10 @@ def _track(opened: list[Opened], output: Path | None, seed: int, pages: Pages) -
     with target.writing():
         written = write_track(found, folder)
         if pages.report:
-            from tarsus.report.track_page import write_track_report
+            from tarsus.report.pages import write_page
+            from tarsus.report.track_page import track_html
 
-            written.append(write_track_report(found, folder / "report.html"))
+            written.append(write_page(track_html(found), folder / "report.html"))
     console.complain(found.alarms)
     if pages.json:
         console.print_json(found.to_dict())

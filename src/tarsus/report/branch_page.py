@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 from matplotlib.axes import Axes
 
 from tarsus.orbits.branching import Branch
-from tarsus.report.pages import Plate, page, rendered, write_page
+from tarsus.report.pages import Plate, page, rendered
 from tarsus.report.sheet import Sheet, few_ticks, name_axes, plate
 from tarsus.report.style import (
     BLUE,
@@ -36,13 +34,8 @@ MOST_LISTED = 60
 """Orbits in the page's table, four screens of it: every one is in `branch.json`."""
 
 
-def write_branch_report(branch: Branch, path: str | Path) -> Path:
-    """Write a branch as one self-contained HTML file; returns its path. Raises InputError if it cannot be written."""
-    return write_page(branch_html(branch), path)
-
-
 def branch_html(branch: Branch) -> str:
-    """The page as text; see `write_branch_report`."""
+    """The page of a result, as text."""
     whole = branch.table()
     (orbits,) = whole.parts
     body = rendered(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 from tarsus.calibrate.results import (
@@ -15,7 +14,7 @@ from tarsus.calibrate.results import (
 )
 from tarsus.report import calibrate_figures
 from tarsus.report.calibrate_figures import row_name
-from tarsus.report.pages import page, rendered, write_page
+from tarsus.report.pages import page, rendered
 from tarsus.tables.numbers import interval
 from tarsus.tables.table import Column, Table
 
@@ -23,16 +22,8 @@ STRONG = 0.6
 """Correlations of at least this are listed: below it they explain less than a third of the variance."""
 
 
-def write_calibration_report(result: Mapping[str, Any], path: str | Path) -> Path:
-    """Write a calibration as one self-contained HTML file and return its path.
-
-    result: the table of `tarsus.calibrate.results.calibration_json`. Raises InputError if `path` cannot be written.
-    """
-    return write_page(calibration_html(result), path)
-
-
 def calibration_html(result: Mapping[str, Any]) -> str:
-    """The page as text; see `write_calibration_report`."""
+    """The page of a result, as text."""
     kept = sorted((one for one in result["branches"] if not one["dropped"]), key=lambda one: one["cost"])
     names = list(result["discrepancy"])
     body = rendered(

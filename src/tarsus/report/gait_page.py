@@ -114,11 +114,6 @@ def _grounds(design: GaitFront) -> Table:
     return Table("", ("ground", *columns), [(i, *row) for i, row in rows])
 
 
-def write_adapt_report(design: AdaptiveGait, path: Path) -> Path:
-    """Write the page of an adaptive gait and return its path. Raises InputError if it cannot be written."""
-    return write_page(adapt_html(design), path)
-
-
 def adapt_html(design: AdaptiveGait) -> str:
     """The page as text."""
     units = {path: info.unit for path, info in float_paths(design.request.scene).items()}

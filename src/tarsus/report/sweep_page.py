@@ -11,7 +11,7 @@ import numpy as np
 
 from tarsus.base.spec import float_paths
 from tarsus.report.charts import Charts
-from tarsus.report.pages import Plate, page, rendered, write_page
+from tarsus.report.pages import Plate, page, rendered
 from tarsus.report.style import BLUE, MUTED
 from tarsus.solve.offered import offered
 from tarsus.study.axes import Logspace
@@ -46,16 +46,8 @@ class _Scored:
     every: int
 
 
-def write_sweep_report(sweep: Sweep, collected: str | Path, path: str | Path) -> Path:
-    """Write the page of a finished sweep, read from its collected file; returns its path.
-
-    Raises InputError if it cannot be written.
-    """
-    return write_page(sweep_html(sweep, collected), path)
-
-
 def sweep_html(sweep: Sweep, collected: str | Path) -> str:
-    """The page as text; see `write_sweep_report`."""
+    """The page of a result, as text."""
     found = _read(sweep, Path(collected))
     units = {name: float_paths(sweep.scene)[sweep.paths(name)[0]].unit for name in sweep.vary}
     measures = offered(sweep.scene, sweep.seconds)

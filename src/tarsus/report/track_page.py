@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
-from tarsus.report.pages import Plate, page, rendered, write_page
-from tarsus.report.sheet import QUARTER, Sheet, few_ticks, plate
-from tarsus.report.style import BLUE, VERMILION, scale_of
+from tarsus.report.pages import Plate, page, rendered
+from tarsus.report.sheet import QUARTER, Sheet, few_ticks, name_axes, plate
+from tarsus.report.style import BLUE, VERMILION
 
 if TYPE_CHECKING:
     from tarsus.identify.track import Drift, Tracking
@@ -20,10 +19,10 @@ NINETY_FIVE = 1.96
 """Standard errors in half of a bar: a 95 % interval."""
 
 
-def write_track_report(series: Tracking, path: str | Path) -> Path:
-    """Write a series as one self-contained HTML file; returns its path. Raises InputError if it cannot be written."""
+def track_html(series: Tracking) -> str:
+    """The page of a series, as text."""
     body = rendered("track.html", series=series, estimates=_numbers(series), table=series.table().bare())
-    return write_page(page(f"{series.names[0]} – series", body), path)
+    return page(f"{series.names[0]} – series", body)
 
 
 def _numbers(series: Tracking) -> Plate:
@@ -42,15 +41,12 @@ def _numbers(series: Tracking) -> Plate:
 
 def _draw(axes: Axes, one: Drift) -> None:
     """One number."""
-    scale = scale_of(one.unit, one.values[np.isfinite(one.values)])
     moved = np.arange(len(one.values)) >= (len(one.values) if one.since is None else one.since)
     for part, color in ((~moved, BLUE), (moved, VERMILION)):
         at = np.flatnonzero(part)
-        axes.errorbar(
-            at + 1, one.values[at] / scale.step, NINETY_FIVE * one.errors[at] / scale.step, fmt="o", ms=3.0, lw=0.9,
-            color=color,
-        )  # fmt: skip
-    axes.set(xlabel="campaign", ylabel=scale.axis(""))
+        bars = NINETY_FIVE * one.errors[at]
+        axes.errorbar(at + 1, one.values[at], bars, fmt="o", ms=3.0, lw=0.9, color=color)
+    name_axes(axes, ("campaign", ""), ("", one.unit))
     axes.set_title(one.path.removeprefix("ground.").removeprefix("robot."))
     few_ticks(axes, y=4)
     axes.xaxis.set_major_locator(MaxNLocator(4, integer=True))

@@ -4,13 +4,12 @@ matters."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
 
 from tarsus.base.spec import float_paths
-from tarsus.report.pages import Plate, page, rendered, write_page
+from tarsus.report.pages import Plate, page, rendered
 from tarsus.report.sheet import Sheet, few_ticks, name_axes, plate
 from tarsus.report.style import BLUE, MUTED, ORANGE
 from tarsus.study.yields import Yield
@@ -21,13 +20,8 @@ BARS = 12
 """Groups drawn at most, those that matter most: as many bars as have their names beside them in two inches."""
 
 
-def write_yield_report(found: Yield, path: str | Path) -> Path:
-    """Write a yield as one self-contained HTML file; returns its path. Raises InputError if it cannot be written."""
-    return write_page(yield_html(found), path)
-
-
 def yield_html(found: Yield) -> str:
-    """The page as text; see `write_yield_report`."""
+    """The page of a result, as text."""
     scene, first = found.robots.scene, found.measures[0]
     values = found.values[first][np.isfinite(found.values[first])]
     low, middle, high = (float(one) for one in np.quantile(values, (0.05, 0.5, 0.95)))
