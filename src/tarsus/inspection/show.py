@@ -39,18 +39,25 @@ def show(
     drive: str | None = None,
     law: Sequence[Name] = (),
 ) -> View:
-    """Show what a name stands for, or how two runs or two scenes differ.
+    """Show what a device, study, file or folder holds; of two runs, devices or scene files, how they differ.
 
     Parameters
     ----------
     name
-        A device, a packaged study, a scene, study or campaign file, the folder of a run, sweep or campaign, or a record
-        of a vibrometer or recorder.
+        A device or packaged study, a file (TOML), a folder or file that a verb wrote, a campaign, or a record: UFF
+        55/58, MATLAB, HDF5, NetCDF, TDMS, LVM, CSV or ASCII.
     other
-        What it is compared with: two folders of runs, or two devices or scene files.
-    channel, axis, axis_unit, step, drive
-        What a record does not say itself: name=unit of channels, the series of times or frequencies and its unit, the
-        time between samples, the channel of the drive.
+        What it is compared with: runs with runs, devices or scene files with such.
+    channel
+        Of a record: name=unit of a channel whose unit the file does not say, or its name alone; may be repeated.
+    axis
+        Of a record: series of the times or frequencies, where the file does not say.
+    axis_unit
+        Its unit.
+    step
+        Of a record: time between samples, e.g. "50 us", where the file has no times.
+    drive
+        Of a record: channel that recorded the drive.
     law
         Python files with laws of your own.
 
@@ -107,12 +114,12 @@ def _compared(first: str, second: str, laws: dict[str, Any]) -> View:
 
 
 def check(name: Name, *, law: Sequence[Name] = ()) -> View:
-    """Check that what a name stands for can be used, a campaign with all its records; name all errors at once.
+    """Check a device, a scene, a study, a calibration, or a campaign with all its records; name all errors at once.
 
     Parameters
     ----------
     name
-        As of `tarsus.show`.
+        A device or packaged study, a file (TOML), a folder or file that a verb wrote, a campaign, or a record.
     law
         Python files with laws of your own.
 
