@@ -15,9 +15,10 @@ from itertools import combinations, pairwise
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
-from scipy.stats import t
+from scipy.stats import norm
 
 from tarsus.base.errors import InputError
+from tarsus.fit.ranges import Range
 from tarsus.identify.draws import DRAWS, drawn_counts, student
 from tarsus.identify.foot import FootModel
 from tarsus.identify.hysteresis import Shares
@@ -26,11 +27,11 @@ from tarsus.measure.mac import mac
 from tarsus.model.scene import ModalLoad
 from tarsus.model.structure import Beam, Modal
 from tarsus.modes.agreement import Agreed, agreeing
-from tarsus.modes.bootstrap import Interval
 from tarsus.modes.frf import Frf, estimate_frf
 from tarsus.modes.known_shapes import fit_known_shapes
 from tarsus.modes.lsfd import residues_of, synthesise
-from tarsus.modes.modal import IdentifiedMode, ModalFit, identify_modes
+from tarsus.modes.modal import ModalFit, identify_modes
+from tarsus.modes.mode import IdentifiedMode, ModeVerdict
 from tarsus.records.measurement import Measurement
 
 Floats = NDArray[np.float64]
@@ -123,7 +124,7 @@ def identify_resonances(
             Used("modes", len(fit.modes), len(fit.modes)),
         ),
         left_out=agreed.left_out,
-        notes=fit.remarks,
+        notes=(*fit.remarks, *fit.refused),
     )
     return Resonances(step, fit, model, shares, share_draws)
 
@@ -145,8 +146,12 @@ def _fitted(model: FootModel, agreed: Agreed, inside: tuple[float, float], count
             "where they are, and about a voltage at which the drive follows it"
         )
     chosen = fit.only([fit.modes[int(k)].frequency.value for k in _picked(model, fit, count)])
-    if chosen.refused:
-        raise InputError([f"{first.source} and its repeats: {said}" for said in chosen.refused])
+    # of modes of a structure that is known, a tilt is the instrument's: its delay
+    unusable = [
+        one.reason for one in chosen.modes if one.verdict not in (ModeVerdict.DETERMINED, ModeVerdict.TURNED)
+    ]
+    if unusable:
+        raise InputError([f"{first.source} and its repeats: {said}" for said in unusable])
     return chosen
 
 
@@ -215,10 +220,10 @@ def static_response(found: Resonances, foot: str) -> float:
     return float(_parts(found.model, found.fit)[:, found.model.points.index(foot)] @ omega**-2.0)
 
 
-def _drawn(number: Interval, random: np.random.Generator) -> Floats:
-    """Draws of a number with its interval: normal, widened to Student's 95 %."""
-    wide = float(t.ppf(0.975, max(number.n - 1.0, 0.6))) / 1.959964
-    return number.value + number.std * wide * random.standard_normal(DRAWS)
+def _drawn(number: Range, random: np.random.Generator) -> Floats:
+    """Draws of a number with its interval: normal, of the same 95 %."""
+    deviation = number.half_width(1.0) / norm.ppf(0.5 + 0.5 * number.level)
+    return number.value + deviation * random.standard_normal(DRAWS)
 
 
 def _parts(model: FootModel, fit: ModalFit) -> Floats:

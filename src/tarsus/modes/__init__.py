@@ -2,7 +2,8 @@
 
 from tarsus.modes.circle import CircleFit, fit_mode_circle
 from tarsus.modes.frf import Estimator, Frf, estimate_frf
-from tarsus.modes.modal import IdentifiedMode, ModalFit, ModeVerdict, identify_modes
+from tarsus.modes.modal import ModalFit, identify_modes
+from tarsus.modes.mode import IdentifiedMode, ModeVerdict
 
 __all__ = [
     "CircleFit",

@@ -39,7 +39,8 @@ class Frf:
     frequency (nf,) [Hz]; values (no, ni, nf) in the unit of ``quantity`` per unit of drive; outputs: names of the
     points; inputs: names of the drives (that of a point where the drive is a force at it, along the response); repeats
     (nr, no, ni, nf): the same of single repeats, or None; coherence (no, nf): multiple coherence, or None; resolving:
-    lines that a half-power band must have for its damping to be known, 1 unless a window smears the lines.
+    lines that a half-power band must have for its damping to be known, 1 unless a window smears the lines; files: where
+    each point was measured, empty where all were together.
 
     Raises
     ------
@@ -55,6 +56,7 @@ class Frf:
     repeats: Complexes | None = None
     coherence: Floats | None = None
     resolving: float = 1.0
+    files: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         problems = []

@@ -12,12 +12,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
-from scipy.stats import t
 
 from tarsus.base.errors import InputError
-from tarsus.modes.bootstrap import Basis, Interval
 from tarsus.modes.frf import Frf
-from tarsus.modes.modal import IdentifiedMode, ModalFit, ModeVerdict
+from tarsus.modes.intervals import FEWEST_REPEATS, Basis, Scatter
+from tarsus.modes.modal import ModalFit
+from tarsus.modes.mode import IdentifiedMode, ModeVerdict
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -28,10 +28,9 @@ _LINES = 3000
 """Lines of which the first search takes no more."""
 _ROUNDS = 60
 """Evaluations of the fit at most, so that one that runs away ends."""
-_FEWEST_REPEATS = 4
-"""Repeats whose scatter is taken for the interval, as in `tarsus.modes.bootstrap`."""
-_WORST = 100.0
-"""Degrees of freedom beyond which Student's quantile is the normal one to a percent."""
+_BLOCKS = 50
+"""Blocks of neighbouring lines between which the scatter is taken without repeats: Student's quantile is then the normal
+one to 3 %."""
 
 
 @dataclass(frozen=True)
@@ -150,22 +149,24 @@ def fit_known_shapes(frf: Frf, shapes: Floats) -> ModalFit:
     )
     x, which = _searched(whole.thinned(_LINES))
     x = whole.fitted(x, which, 1e-10)
-    slopes = whole.slopes(x, which)
-    deviation, count, basis, moved = _deviation(frf, whole, noise, slopes, x, which)
+    scatter, basis, moved = _scatter(frf, whole, noise, x, which)
     place = np.argsort(which)
     omega, zeta, gain = (part[place] for part in _unpacked(x))
-    spread = deviation.reshape(3, -1)[:, place]
-    modes = tuple(
-        _mode(omega[k], zeta[k], gain[k] * shapes[k], spread[:, k], count, basis, frf.line)
-        for k in range(len(shapes))
-    )
-    if moved is not None:
-        by = moved.reshape(len(moved), 3, -1)[:, :, place]
-        modes = tuple(
-            replace(mode, shifts=_shifts(mode, by[:, 0, k], by[:, 1, k])) for k, mode in enumerate(modes)
-        )
+    modes = []
+    for k, at in enumerate(place):
+        turning = omega[k] * np.sqrt(max(1.0 - zeta[k] ** 2, 1e-12))
+        residues = (gain[k] * shapes[k] / (2.0j * turning))[:, None]
+        unit = np.eye(len(x))
+        frequency = omega[k] / (2.0 * np.pi)
+        mode = IdentifiedMode(
+            scatter.range_of(float(frequency), unit[at] * frequency, "Hz"),
+            scatter.range_of(float(zeta[k]), unit[len(which) + at] * zeta[k], "1"),
+            basis, residues, 0.0, 1.0, 0, ModeVerdict.DETERMINED, "",
+        )  # fmt: skip
+        shifts = None if moved is None else _shifts(mode, moved[:, at], moved[:, len(which) + at])
+        modes.append(replace(mode, shifts=shifts).with_verdict(frf))
     synthesis = (whole.model(x, which) * noise[:, None])[:, None]
-    return ModalFit(frf, modes, {}, synthesis)
+    return ModalFit(frf, tuple(modes), {}, synthesis)
 
 
 def _noise(frf: Frf) -> Floats:
@@ -188,24 +189,27 @@ def _searched(responses: _Responses) -> tuple[Floats, list[int]]:
     return x, which
 
 
-def _deviation(
-    frf: Frf, whole: _Responses, noise: Floats, slopes: Floats, x: Floats, which: list[int]
-) -> tuple[Floats, float, Basis, Floats | None]:
-    """Standard errors (3 n,) of the unknowns, the number of independent groups, what they were drawn over, and how far
-    single repeats move the unknowns (nr, 3 n)."""
-    scale = np.sqrt(np.sum(slopes**2, axis=0))
-    inverse = np.linalg.pinv(slopes / scale)
+def _scatter(
+    frf: Frf, whole: _Responses, noise: Floats, x: Floats, which: list[int]
+) -> tuple[Scatter, Basis, Floats | None]:
+    """Scatter of the unknowns, between what, and how far single repeats move the unknowns (nr, 3 n)."""
+    slopes = whole.slopes(x, which)
+    full = slopes.T @ slopes
     moved = None
     if frf.repeats is not None:
-        off = (frf.repeats - frf.values)[:, :, 0] / noise[:, None]
-        flat = off.reshape(len(off), -1)
-        moved = np.concatenate([flat.real, flat.imag], axis=1) @ inverse.T / scale
-        if (count := len(off)) >= _FEWEST_REPEATS:
-            return np.std(moved, axis=0, ddof=1) / np.sqrt(count), float(count), Basis.REPEATS, moved
-    left = whole.model(x, which) - whole.values
-    freedom = max(2.0 * left.size - len(x), 1.0)
-    size = np.sqrt(np.sum(np.abs(left) ** 2) / freedom)
-    return size * np.sqrt(np.sum(inverse**2, axis=1)) / scale, min(freedom, _WORST), Basis.LINES, moved
+        off = ((frf.repeats - frf.values)[:, :, 0] / noise[:, None]).reshape(len(frf.repeats), -1)
+        score = np.concatenate([off.real, off.imag], axis=1) @ slopes
+        scale = np.sqrt(np.diag(full))
+        moved = score / scale @ np.linalg.pinv(full / scale / scale[:, None]) / scale
+        if (count := len(off)) >= FEWEST_REPEATS:
+            information = np.broadcast_to(full / count, (count, *full.shape))
+            return Scatter(information, score / count), Basis.REPEATS, moved
+    left = whole.values - whole.model(x, which)
+    by_line = slopes.reshape(2, len(left), -1, len(x))
+    starts = np.unique(np.linspace(0, left.shape[1], _BLOCKS, endpoint=False).astype(int))
+    information = np.add.reduceat(np.einsum("rofa,rofb->fab", by_line, by_line), starts, axis=0)
+    score = np.einsum("rofa,rof->fa", by_line, np.array([left.real, left.imag]))
+    return Scatter(information, np.add.reduceat(score, starts, axis=0)), Basis.LINES, moved
 
 
 def _shifts(mode: IdentifiedMode, by_frequency: Floats, by_ratio: Floats) -> Complexes:
@@ -213,31 +217,3 @@ def _shifts(mode: IdentifiedMode, by_frequency: Floats, by_ratio: Floats) -> Com
     pole, ratio = mode.pole, mode.damping.value
     turned = -ratio * abs(pole) * (1.0 + 1.0j * ratio / np.sqrt(max(1.0 - ratio**2, 1e-12)))
     return pole * by_frequency + turned * by_ratio
-
-
-def _mode(
-    omega: float, zeta: float, shape: Floats, spread: Floats, count: float, basis: Basis, line: float
-) -> IdentifiedMode:
-    """A mode with its shape times gain (no,), the standard errors of the logarithms of its frequency and ratio."""
-    student = float(t.ppf(0.975, count - 1.0))
-    numbers = []
-    for value, error in ((omega / (2.0 * np.pi), spread[0]), (zeta, spread[1])):
-        half = student * error * value
-        numbers.append(
-            Interval(float(value), float(value - half), float(value + half), float(error * value), count)
-        )
-    frequency, damping = numbers
-    verdict, reason = ModeVerdict.DETERMINED, ""
-    name = f"the mode at {frequency.value:.6g} Hz"
-    if damping.high - damping.low >= damping.value or not 0.0 < zeta < 1.0:
-        verdict = ModeVerdict.UNCERTAIN
-        reason = (
-            f"{name} has no certain damping: the 95 % interval of its ratio is {damping.low:.2g} to "
-            f"{damping.high:.2g}; average more"
-        )
-    elif 2.0 * zeta * frequency.value < line:
-        verdict = ModeVerdict.UNDER_RESOLVED
-        reason = f"{name} is under-resolved: its half-power band is below the line spacing; measure longer"
-    turning = omega * np.sqrt(max(1.0 - zeta**2, 1e-12))
-    residues = (shape / (2.0j * turning))[:, None]
-    return IdentifiedMode(frequency, damping, basis, residues, 0.0, 1.0, 0, verdict, reason)

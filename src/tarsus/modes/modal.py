@@ -4,19 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.model.structure.modal import Modal
-from tarsus.modes.bootstrap import Basis, Interval, pole_intervals, pole_shifts
 from tarsus.modes.frf import Frf
+from tarsus.modes.intervals import pole_ranges, scatter_of
 from tarsus.modes.lscf import fit_poles
 from tarsus.modes.lsfd import residues_of, synthesise
+from tarsus.modes.mode import IdentifiedMode, ModeVerdict, judged_together, mode_of
 from tarsus.modes.pole_search import candidate_poles, poles_of_parts, reach
 from tarsus.modes.refine import LocalFit, refine_pole
+from tarsus.modes.spread import spreads
 from tarsus.records.measurement import FrequencyResponse
 from tarsus.tables.table import Column, Table
 
@@ -38,47 +39,6 @@ _DAMPING_MOVES = 1.5
 """Bandwidths by which a refined pole may change its damping, which first models find too large."""
 _UNEXPLAINED = 0.3
 """Part of the responses unexplained from which on it is remarked: a mode is missing or the model is wrong."""
-_TILTED = np.radians(45.0)
-"""Angle from a real mode: halfway to an imaginary one."""
-
-
-class ModeVerdict(Enum):
-    """Whether the responses determine a mode."""
-
-    DETERMINED = "determined"
-    UNDER_RESOLVED = "under-resolved"
-    WRONG_WAY = "turns the wrong way"
-    UNCERTAIN = "damping not determined"
-
-
-@dataclass(frozen=True)
-class IdentifiedMode:
-    """A mode that the responses show.
-
-    frequency [Hz], undamped, and damping [1], the damping ratio, with their 95 % intervals; basis: what these were
-    drawn over; residues (no, ni) of the displacement per unit of drive, times rad/s, for the pole above 0 Hz; tilt
-    [rad]: angle between the residues and those of a real mode, -pi/2 to pi/2; collinearity: 1 where all residues lie on
-    one line through zero, 0 where they do not at all; orders: how many of the tried model orders have its pole;
-    verdict, and reason: a sentence, empty for a determined mode; shifts (nr,): how far [rad/s] single repeats have the
-    pole from here, None without repeats.
-    """
-
-    frequency: Interval
-    damping: Interval
-    basis: Basis
-    residues: Complexes
-    tilt: float
-    collinearity: float
-    orders: int
-    verdict: ModeVerdict
-    reason: str
-    shifts: Complexes | None = None
-
-    @property
-    def pole(self) -> complex:
-        """Pole [rad/s] above 0 Hz."""
-        ratio = self.damping.value
-        return 2.0 * np.pi * self.frequency.value * complex(-ratio, np.sqrt(1.0 - ratio**2))
 
 
 @dataclass(frozen=True)
@@ -87,7 +47,7 @@ class ModalFit:
 
     frf: the responses of the band; modes: by frequency, refused ones included; poles: of all models by order [rad/s],
     for a stabilisation diagram; synthesis (no, ni, nf): responses of all modes and of a background of second degree;
-    passed: sentences on parts of the band that told nothing.
+    passed: sentences on parts of the band that showed nothing; delay [s] of the responses that all modes show.
     """
 
     frf: Frf
@@ -95,6 +55,7 @@ class ModalFit:
     poles: dict[int, Complexes]
     synthesis: Complexes
     passed: tuple[str, ...] = ()
+    delay: float = 0.0
 
     def table(self) -> Table:
         """Every mode with its intervals and its verdict; below it what was remarked and refused."""
@@ -133,19 +94,16 @@ class ModalFit:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """A sentence for responses that the modes leave unexplained, one for every mode whose residues are far from
-        those of any real mode, and one for every part of the band that told nothing."""
+        """A sentence for responses that the modes leave unexplained, one for a delay, and one for every part of the
+        band that showed nothing."""
         left = [
             f"the modes found leave {100.0 * self.misfit:.0f} % of the responses unexplained: some are missing; raise "
             "the order or narrow the band"
         ] * (self.misfit > _UNEXPLAINED)
-        turned = [
-            f"the residues of the mode at {mode.frequency.value:g} Hz are turned by {np.degrees(mode.tilt):.0f} "
-            f"degrees from a real mode's: is the response a {self.frf.quantity.name.lower()}, is its delay taken out?"
-            for mode in self.modes
-            if abs(mode.tilt) > _TILTED
-        ]
-        return (*left, *turned, *self.passed)
+        late = [
+            f"all modes show a delay of {1e3 * self.delay:.3g} ms of the responses behind the drive: it is taken off"
+        ] * (self.delay != 0.0)
+        return (*left, *late, *self.passed)
 
     @property
     def misfit(self) -> float:
@@ -261,8 +219,12 @@ def identify_modes(
     refined = np.array([fit.pole for fit in kept.values()])
     residues, background = residues_of(part.frequency, channels, refined)
     synthesis = (synthesise(part.frequency, refined, residues) + background).reshape(part.values.shape)
-    modes = tuple(_mode(part, fit, seen[pole]) for pole, fit in kept.items())
-    return ModalFit(part, modes, poles, synthesis)
+    between = spreads(part, poles, synthesis, tuple(kept.values()))
+    modes = [
+        mode_of(part, fit, seen[pole], one) for (pole, fit), one in zip(kept.items(), between, strict=True)
+    ]
+    judged, delay = judged_together(modes, part)
+    return ModalFit(part, judged, poles, synthesis, delay=delay)
 
 
 def _refined(
@@ -304,7 +266,7 @@ def _refined(
         if fit is None:
             continue
         fits[pole] = fit
-        damping = pole_intervals(fit, channels[:, fit.lines], None, line)[1]
+        damping = pole_ranges(fit.pole, scatter_of(fit, channels[:, fit.lines], None, line)[0])[1]
         if not certain or damping.high - damping.low < abs(damping.value):
             certain.append(pole)
     for _ in range(_ROUNDS):
@@ -318,46 +280,3 @@ def _refined(
         if all(abs(fit.pole - other.pole) > _SAME * abs(fit.pole.real) for other in apart.values()):
             apart[pole] = fit
     return dict(sorted(apart.items(), key=lambda item: item[1].pole.imag))
-
-
-def _mode(frf: Frf, fit: LocalFit, orders: int) -> IdentifiedMode:
-    channels = frf.values.reshape(-1, len(frf.frequency))[:, fit.lines]
-    repeats = frf.repeats
-    if repeats is not None:
-        repeats = repeats.reshape(len(repeats), -1, len(frf.frequency))[..., fit.lines]
-    frequency, damping, basis = pole_intervals(fit, channels, repeats, frf.line)
-    shifts = None if repeats is None else pole_shifts(fit, channels, repeats)
-    residues = (fit.residues / fit.pole**frf.derivatives).reshape(frf.values.shape[:2])
-    square, size = np.sum((1.0j * residues) ** 2), float(np.sum(np.abs(residues) ** 2))
-    verdict, reason = _judge(frequency, damping, frf.line, frf.resolving)
-    tilt, collinearity = float(np.angle(square)) / 2.0, float(np.abs(square)) / size
-    return IdentifiedMode(
-        frequency, damping, basis, residues, tilt, collinearity, orders, verdict, reason, shifts
-    )
-
-
-def _judge(frequency: Interval, damping: Interval, line: float, resolving: float) -> tuple[ModeVerdict, str]:
-    name = f"the mode at {frequency.value:.6g} Hz"
-    band = 2.0 * abs(damping.value) * frequency.value
-    if damping.value <= 0.0:
-        return ModeVerdict.WRONG_WAY, (
-            f"{name} turns the wrong way: its Nyquist curve runs anticlockwise, as with a damping ratio of "
-            f"{damping.value:.2g}; look at the sign of the phase and at what else drives the structure"
-        )
-    if band < line:
-        return ModeVerdict.UNDER_RESOLVED, (
-            f"{name} is under-resolved: its half-power band of {band:.2g} Hz is below the line spacing of {line:g} Hz; "
-            "its frequency can be used, its damping cannot: measure longer"
-        )
-    if band < resolving * line:
-        return ModeVerdict.UNDER_RESOLVED, (
-            f"{name} is under-resolved: its half-power band of {band:.2g} Hz is below {resolving:g} lines of "
-            f"{line:g} Hz, so that the window makes it wider; its frequency can be used, its damping cannot: take "
-            "longer segments"
-        )
-    if damping.high - damping.low >= damping.value:
-        return ModeVerdict.UNCERTAIN, (
-            f"{name} has no certain damping: the 95 % interval of its ratio, {damping.low:.2g} to {damping.high:.2g}, "
-            "is wider than the ratio; average more"
-        )
-    return ModeVerdict.DETERMINED, ""

@@ -13,12 +13,8 @@ from tarsus.modes.lsfd import background_columns, modal_columns, synthesise
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
-_BANDWIDTHS = 3.0
-"""Half-power bands to either side that a local fit uses: the response has fallen to a sixth."""
 _LINES = 10
 """And lines at least, twice its unknowns."""
-_DEGREE = 2
-"""Degree of the background, of the far modes."""
 _ROUNDS = 3
 """Rounds of weights by the misfit."""
 _STEPS = 25
@@ -29,6 +25,28 @@ _BESIDE = 0.25
 """Part of the window beside it whose poles are let follow in their residues."""
 _ALIKE = 0.25
 """Part of a pole's damping that one beside must have: a sharper one is a line of noise."""
+
+
+@dataclass(frozen=True)
+class Window:
+    """Lines that a local fit uses, and what of the far modes it takes up.
+
+    bandwidths: half-power bands to either side; degree: of the background in frequency.
+    """
+
+    bandwidths: float = 3.0
+    degree: int = 2
+
+    def lines(self, frequency: Floats, pole: complex) -> slice:
+        """Those around a pole [rad/s], ten to either side at least."""
+        half = max(self.bandwidths * abs(pole.real) / np.pi, _LINES * (frequency[1] - frequency[0]))
+        centre = pole.imag / (2.0 * np.pi)
+        first = int(np.searchsorted(frequency, centre - half))
+        return slice(first, max(int(np.searchsorted(frequency, centre + half, side="right")), first + 1))
+
+
+USUAL = Window()
+"""Three half-power bands, where the response has fallen to a sixth, and a parabola for the far modes."""
 
 
 @dataclass(frozen=True)
@@ -57,15 +75,6 @@ class LocalFit:
         return float(np.sqrt(np.mean(np.abs(self.residues[known] / self.deviation[known]) ** 2 / 2.0)))
 
 
-def _window(frequency: Floats, pole: complex) -> slice:
-    """Lines around a pole: three half-power bandwidths or ten lines to either side, whichever is more."""
-    line = frequency[1] - frequency[0]
-    half = max(_BANDWIDTHS * abs(pole.real) / np.pi, _LINES * line)
-    centre = pole.imag / (2.0 * np.pi)
-    first = int(np.searchsorted(frequency, centre - half))
-    return slice(first, max(int(np.searchsorted(frequency, centre + half, side="right")), first + 1))
-
-
 def _stacked(values: Complexes, axis: int) -> Floats:
     """Real parts, then imaginary parts, along an axis."""
     return np.concatenate([values.real, values.imag], axis=axis)
@@ -75,12 +84,18 @@ class _Problem:
     """Separable least squares: poles nonlinear; residues and background, of each channel, linear."""
 
     def __init__(
-        self, frequency: Floats, values: Complexes, weights: Floats, start: Complexes, fixed: Complexes
+        self,
+        frequency: Floats,
+        values: Complexes,
+        weights: Floats,
+        start: Complexes,
+        fixed: Complexes,
+        degree: int,
     ) -> None:
         self.s = 2.0j * np.pi * frequency[:, None]
         self.frequency = frequency
         self.background = np.concatenate(
-            [background_columns(frequency, _DEGREE), modal_columns(frequency, fixed)], axis=1
+            [background_columns(frequency, degree), modal_columns(frequency, fixed)], axis=1
         )
         self.start = start
         line = 2.0 * np.pi * (frequency[1] - frequency[0])
@@ -122,13 +137,18 @@ class _Problem:
 
 
 def refine_pole(
-    frequency: Floats, values: Complexes, start: complex, others: Complexes, residues: Complexes | None = None
+    frequency: Floats,
+    values: Complexes,
+    start: complex,
+    others: Complexes,
+    residues: Complexes | None = None,
+    window: Window = USUAL,
 ) -> LocalFit | None:
     """Maximum-likelihood fit of one pole in its own window.
 
     The model is the pole and the three nearest others in the window, with their conjugates and free complex residues;
     those just beside the window that are not much sharper, with free residues, which stay where they are; and a
-    background of second degree in frequency in every channel for all that lies elsewhere. Noise is normal, independent
+    background in frequency, of the window's degree, in every channel for all that lies elsewhere. Noise is normal, independent
     between channels and lines; its level in each channel is estimated with the poles.
 
     Parameters
@@ -143,13 +163,15 @@ def refine_pole(
         Other poles (np,) [rad/s].
     residues
         Of these (nc, np), as far as known: what those that are not fitted give is taken off first.
+    window
+        Lines to use, and the degree of the background.
 
     Returns
     -------
     LocalFit or None
         None where the lines do not determine it: too few, or a start that leads out of the window.
     """
-    lines = _window(frequency, start)
+    lines = window.lines(frequency, start)
     f, h = frequency[lines], values[:, lines]
     centre = others.imag / (2.0 * np.pi)
     inside = np.flatnonzero((centre > f[0]) & (centre < f[-1]))
@@ -162,7 +184,7 @@ def refine_pole(
         rest = np.setdiff1d(np.arange(len(others)), free)
         h = h - synthesise(f, others[rest], residues[:, rest])
     near = np.append(start, others[fitted])
-    columns = 2 * len(near) + 2 * (_DEGREE + 1) + 2 * len(beside)
+    columns = 2 * len(near) + 2 * (window.degree + 1) + 2 * len(beside)
     freedom = 2 * len(f) - columns - 2.0 * len(near) / len(values)
     if freedom < 1.0:
         return None
@@ -172,13 +194,13 @@ def refine_pole(
         return None
     h, level = h[known], power[known]
     theta = np.zeros(2 * len(near))
-    problem = _Problem(f, h, 1.0 / level, near, beside)
+    problem = _Problem(f, h, 1.0 / level, near, beside, window.degree)
     for _ in range(_ROUNDS):
         found = least_squares(problem.residual, theta, problem.jacobian, max_nfev=_STEPS)  # pyright: ignore[reportArgumentType]
         theta = found.x
         misfit = found.fun.reshape(-1, len(known))
         level = np.maximum(level * np.sqrt(np.sum(misfit**2, axis=0) / freedom), 1e-9 * power[known])
-        problem = _Problem(f, h, 1.0 / level, near, beside)
+        problem = _Problem(f, h, 1.0 / level, near, beside, window.degree)
     pole = complex(problem.poles(theta)[0])
     if not f[0] <= pole.imag / (2.0 * np.pi) <= f[-1]:
         return None

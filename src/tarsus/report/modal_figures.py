@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from tarsus.modes.modal import IdentifiedMode, ModalFit, ModeVerdict
+from tarsus.modes.modal import ModalFit
+from tarsus.modes.mode import IdentifiedMode, ModeVerdict
 from tarsus.records.measurement import Quantity
 from tarsus.report.pages import Plate
 from tarsus.report.sheet import QUARTER, Sheet, few_ticks, name_axes, plate

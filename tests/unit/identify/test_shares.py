@@ -10,7 +10,8 @@ from tarsus.files.library import load_scene
 from tarsus.identify.foot import FootModel
 from tarsus.identify.resonance import _shapes, _shares
 from tarsus.modes.frf import Frf
-from tarsus.modes.modal import ModalFit, _mode
+from tarsus.modes.modal import ModalFit
+from tarsus.modes.mode import mode_of
 from tarsus.modes.refine import refine_pole
 from tarsus.records.measurement import Quantity
 
@@ -41,7 +42,7 @@ def test_the_interval_of_a_participation_covers_it_when_the_poles_are_found_in_t
         fits = [
             refine_pole(frequency, channels, *pair) for pair in ((upper[0], upper[1:]), (upper[1], upper[:1]))
         ]
-        found = ModalFit(frf, tuple(_mode(frf, one, 1) for one in fits if one is not None), {}, frf.values)
+        found = ModalFit(frf, tuple(mode_of(frf, one, 1) for one in fits if one is not None), {}, frf.values)
         draws = _shares(model, found, seed)[1]
         low, high = np.quantile(draws[:, 0], [0.025, 0.975])
         covered += bool(low <= load.participation[1] <= high)

@@ -10,7 +10,7 @@ from tarsus.base.errors import InputError
 from tarsus.model.structure import Modal
 from tarsus.modes.frf import Frf
 from tarsus.modes.known_shapes import fit_known_shapes
-from tarsus.modes.modal import ModeVerdict
+from tarsus.modes.mode import ModeVerdict
 from tarsus.records.measurement import Quantity
 
 
@@ -50,7 +50,7 @@ def test_five_overlapping_modes() -> None:
     for mode, f, ratio in zip(fit.modes, structure.frequencies, structure.damping_ratios, strict=True):
         assert mode.verdict is ModeVerdict.DETERMINED
         for got, wanted in ((mode.frequency, f), (mode.damping, ratio)):
-            assert abs(got.value - wanted) < 6.0 * got.std
+            assert abs(got.value - wanted) < 3.0 * got.half_width(1.0)
     # residues of the displacement: shape times participation over 2 i w_d
     mode = fit.modes[3]
     turning = 2.0 * np.pi * structure.frequencies[3] * np.sqrt(1.0 - structure.damping_ratios[3] ** 2)

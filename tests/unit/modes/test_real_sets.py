@@ -8,7 +8,7 @@ from modes.real_sets import beam, cued, vtb
 
 from tarsus.base.errors import InputError
 from tarsus.modes import ModeVerdict, fit_mode_circle, identify_modes
-from tarsus.modes.bootstrap import Basis
+from tarsus.modes.intervals import Basis
 
 CUED = np.array(
     [(251.692, 0.2695), (608.920, 0.264), (843.742, 0.277), (1028.341, 0.367), (1119.900, 0.245), (1427.288, 0.319)]
@@ -19,21 +19,32 @@ BEAM = np.array([51.517, 142.176, 278.663, 460.395, 687.166, 958.533])
 @pytest.mark.parametrize(
     ("band", "order"),
     [
-        ((20.0, 1500.0), 20),
-        # Slow: higher orders of the same set. The lowest stays.
-        pytest.param((100.0, 1490.0), 40, marks=pytest.mark.slow),
+        ((100.0, 1490.0), 40),
+        # Slow: other orders and bands of the same set. One stays.
+        pytest.param((20.0, 1500.0), 20, marks=pytest.mark.slow),
         pytest.param((1.0, 1500.0), 40, marks=pytest.mark.slow),
+        pytest.param((20.0, 1500.0), 40, marks=pytest.mark.slow),
         pytest.param((100.0, 1490.0), 60, marks=pytest.mark.slow),
     ],
 )
 def test_six_modes_of_an_accelerance(band, order):
-    fit = identify_modes(cued(), band, order).only(CUED[:, 0])
-    assert len(fit.modes) == 6 and not fit.refused
-    assert fit.frequencies == pytest.approx(CUED[:, 0], rel=1e-3)
-    assert 100.0 * fit.damping_ratios == pytest.approx(CUED[:, 1], rel=0.15)
-    assert all(mode.basis is Basis.LINES for mode in fit.modes)
-    assert any("1427" in remark and "delay" in remark for remark in fit.remarks), "it comes 0.2 ms late"
-    assert fit.structure().points == ("plate",)
+    fit = identify_modes(cued(), band, order)
+    six = fit.only(CUED[:, 0])
+    assert six.frequencies == pytest.approx(CUED[:, 0], rel=1e-3)
+    assert 100.0 * six.damping_ratios == pytest.approx(CUED[:, 1], rel=0.1)
+    assert all(mode.basis is Basis.LINES for mode in six.modes)
+    inside = [
+        one.low <= wanted <= one.high
+        for mode, (f, ratio) in zip(six.modes, CUED, strict=True)
+        for one, wanted in ((mode.frequency, f), (mode.damping, ratio / 100.0))
+    ]
+    assert sum(inside) >= 9, "of 12; 4 by the scatter of the lines alone"
+    assert 0.09e-3 < -fit.delay < 0.16e-3 and any("delay" in remark for remark in fit.remarks)
+    extra = [mode for mode in fit.modes if mode.verdict is ModeVerdict.DETERMINED and mode not in six.modes]
+    assert len(extra) <= 2, "7 to 10 by the scatter of the lines alone"
+    if order == 40:
+        assert sum(inside) >= 11 and len(extra) <= 1
+        assert sum(mode.verdict is ModeVerdict.DETERMINED for mode in six.modes) >= 5
 
 
 # Slow: a higher order of the same set. The lower stays.

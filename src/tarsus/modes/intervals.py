@@ -1,0 +1,144 @@
+"""Intervals of a mode's numbers: from the scatter between repeats, channels or lines, and between ways to fit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import norm, t
+
+from tarsus.fit.ranges import Range
+from tarsus.fit.verdict import LEVEL
+from tarsus.modes.refine import LocalFit
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+FEWEST_REPEATS = 4
+"""Repeats from which the scatter is taken: Student's quantile for three is twice that for four."""
+_FEWEST_CHANNELS = 3.0
+"""Channels, by their weight, whose scatter can be that of a pole."""
+_FLOOR = 1e-9
+"""Information, in parts of each unknown's own, that is added so that none is beyond rounding."""
+_TAIL = 0.5 + 0.5 * LEVEL
+
+
+class Basis(Enum):
+    """Between what the scatter of an interval was taken."""
+
+    REPEATS = "repeats"
+    CHANNELS = "channels"
+    LINES = "lines of a single response"
+
+
+@dataclass(frozen=True)
+class Scatter:
+    """Groups of data with what each contributes to the unknowns of a least-squares fit.
+
+    information (ng, k, k) and score (ng, k), in noise units: a step of Gauss and Newton for some of the groups is
+    ``sum(information)^-1 sum(score)``; at the fit to all groups scores add up to zero.
+    """
+
+    information: Floats
+    score: Floats
+
+    def scaled(self) -> tuple[Floats, Scatter]:
+        """Units of the unknowns (k,) in which each is known to about 1, and the same in these; an unknown of which the
+        data say nothing has a unit of 1."""
+        known = np.sqrt(np.diag(self.information.sum(axis=0)))
+        unit = 1.0 / np.where(known > 0.0, known, 1.0)
+        return unit, Scatter(self.information * unit * unit[:, None], self.score * unit)
+
+    def range_of(self, value: float, slope: Floats, unit: str, spread: float = 0.0) -> Range:
+        """95 % interval of a number with derivatives ``slope`` (k,) by the unknowns.
+
+        The variance is the jackknife's over groups (leave one out; Efron and Stein 1981), with Student's quantile for
+        the groups that count, by their information about the number; ``spread``, a standard deviation, is that between
+        ways to fit. Infinite with one group.
+        """
+        units, scaled = self.scaled()
+        slope, total = slope * units, scaled.information.sum(axis=0)
+        floor = _FLOOR * np.eye(len(units))
+        pull = np.linalg.solve(total + floor, slope)
+        share = np.einsum("a,gab,b->g", pull, scaled.information, pull)
+        count = float(share.sum() ** 2 / np.sum(share**2))
+        if count <= 1.5:
+            return Range(value, -np.inf, np.inf, unit=unit)
+        groups = len(self.score)
+        left = total - scaled.information + floor  # a group may hold nearly all
+        off = np.linalg.solve(left, scaled.score[..., None])[..., 0] @ slope
+        deviation = np.sqrt((groups - 1.0) / groups * np.sum((off - off.mean()) ** 2))
+        half = float(np.hypot(t.ppf(_TAIL, count - 1.0) * deviation, norm.ppf(_TAIL) * spread))
+        return Range(value, value - half, value + half, unit=unit)
+
+
+def pole_ranges(
+    pole: complex, scatter: Scatter, spread: tuple[float, float] = (0.0, 0.0)
+) -> tuple[Range, Range]:
+    """Ranges of natural frequency [Hz] and damping ratio [1] of a pole [rad/s] whose real and imaginary part are the
+    unknowns, with the standard deviations of both between ways to fit."""
+    radius, (frequency, ratio) = abs(pole), numbers_of(pole)
+    to_frequency = np.array([pole.real, pole.imag]) / radius / (2.0 * np.pi)
+    to_ratio = np.array([-1.0 / radius + pole.real**2 / radius**3, pole.real * pole.imag / radius**3])
+    return (
+        scatter.range_of(frequency, to_frequency, "Hz", spread[0]),
+        scatter.range_of(ratio, to_ratio, "1", spread[1]),
+    )
+
+
+def numbers_of(pole: complex) -> tuple[float, float]:
+    """Natural frequency [Hz] and damping ratio [1] of a pole [rad/s]."""
+    return abs(pole) / (2.0 * np.pi), -pole.real / abs(pole)
+
+
+def scatter_of(
+    fit: LocalFit, values: Complexes, repeats: Complexes | None, line: float
+) -> tuple[Scatter, Basis]:
+    """Scatter of the pole of a local fit, and between what: four or more repeats; without them channels, where at least
+    three of them count; without these the lines, in blocks of a quarter of a half-power band, since misfits of
+    neighbouring lines are alike.
+
+    Parameters
+    ----------
+    fit
+        Of the mode.
+    values
+        Responses it was fitted to, in its lines (nc, nl).
+    repeats
+        The same of single repeats (nr, nc, nl), or None.
+    line
+        Spacing of the lines [Hz].
+    """
+    known = np.isfinite(fit.noise)
+    slopes, misfit = fit.slopes[known], fit.misfit[known]
+    by_channel = slopes.transpose(0, 2, 1) @ slopes
+    if repeats is not None and len(repeats) >= FEWEST_REPEATS:
+        count = len(repeats)
+        information = np.broadcast_to(by_channel.sum(axis=0) / count, (count, 2, 2))
+        return Scatter(information, _scores(fit, values, repeats) / count), Basis.REPEATS
+    weight = np.trace(by_channel, axis1=1, axis2=2)
+    if weight.sum() ** 2 >= _FEWEST_CHANNELS * np.sum(weight**2):
+        return Scatter(by_channel, np.einsum("cfa,cf->ca", slopes, misfit)), Basis.CHANNELS
+    pairs = slopes.reshape(len(slopes), 2, -1, 2)
+    starts = np.arange(0, pairs.shape[2], max(1, round(abs(fit.pole.real) / (2.0 * np.pi * line))))
+    information = np.add.reduceat(np.einsum("crfa,crfb->fab", pairs, pairs), starts, axis=0)
+    by_line = np.einsum("crfa,crf->fa", pairs, misfit.reshape(pairs.shape[:3]))
+    return Scatter(information, np.add.reduceat(by_line, starts, axis=0)), Basis.LINES
+
+
+def pole_shifts(fit: LocalFit, values: Complexes, repeats: Complexes) -> Complexes:
+    """How far [rad/s] each repeat (nr, nc, nl) alone would move the pole of a fit to their mean ``values`` (nc, nl), by
+    one Gauss-Newton step: (nr,)."""
+    slopes = fit.slopes[np.isfinite(fit.noise)].reshape(-1, 2)
+    moved = np.linalg.solve(slopes.T @ slopes, _scores(fit, values, repeats).T)
+    return moved[0] + 1.0j * moved[1]
+
+
+def _scores(fit: LocalFit, values: Complexes, repeats: Complexes) -> Floats:
+    """Score (nr, 2) of each repeat about real and imaginary part of the pole."""
+    known = np.isfinite(fit.noise)
+    off = (repeats - values)[:, known] / fit.noise[known][:, None]
+    parts = np.concatenate([off.real, off.imag], axis=2)
+    return parts.reshape(len(repeats), -1) @ fit.slopes[known].reshape(-1, 2)
