@@ -9,7 +9,8 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from tarsus.files.rows import Cell, read_text, typed_rows
+from tarsus.files.rows import Cell, typed_rows
+from tarsus.files.tables import read_text
 
 WAVE = Cell(required=True, words=("square", "sine"))
 DRIVE = Cell(required=True, positive=True)
