@@ -69,9 +69,10 @@ def landing(
     with target.writing() as folder:
         found.write(folder)
         if pages.report:
-            from tarsus.report.landing_page import write_landing_report
+            from tarsus.report.landing_page import landing_html
+            from tarsus.report.pages import write_page
 
-            write_landing_report(found, folder / "report.html")
+            write_page(landing_html(found), folder / "report.html")
     return _shown(found, folder, pages)
 
 
@@ -162,9 +163,10 @@ def adapt(
     with target.writing() as folder:
         found.write(folder)
         if pages.report:
-            from tarsus.report.gait_page import write_adapt_report
+            from tarsus.report.gait_page import adapt_html
+            from tarsus.report.pages import write_page
 
-            write_adapt_report(found, folder / "report.html")
+            write_page(adapt_html(found), folder / "report.html")
     return _shown(found, folder, pages)
 
 

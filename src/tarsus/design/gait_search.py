@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.progress import Progress, silent
 from tarsus.base.workers import Workers
 from tarsus.design.gait_front import GaitFront, GaitPoint
 from tarsus.design.gait_request import GaitRequest, GaitSettings, gait_request
@@ -25,7 +26,6 @@ from tarsus.fit.front import FrontSearch, farthest, search_front, undominated
 from tarsus.fit.unknowns import Unknowns
 
 Floats = NDArray[np.float64]
-Progress = Callable[[int, int, str], None]
 
 MEMBERS = 12
 """Gaits of a front that are shown, attacked and given pages: spread along it, its ends among them."""
@@ -119,7 +119,7 @@ def gait(
     asked = gait_request(as_scene(scene), options, options.risk, threads)
     texts = {**scene_texts(asked.scene), "request.txt": asked.text}
     store = RunStore.open(folder, texts, resume=resume, what="design", values=asked.numbers)
-    return _GaitSearch(asked, options, store, progress or (lambda done, total, what: None)).design()
+    return _GaitSearch(asked, options, store, progress or silent).design()
 
 
 @dataclass(frozen=True)

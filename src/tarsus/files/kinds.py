@@ -19,6 +19,7 @@ MARKS = {
     "yield.json": FileKind.YIELD,
     "branch.json": FileKind.BRANCH,
     "identification.json": FileKind.IDENTIFICATION,
+    "track.json": FileKind.TRACKING,
     "landing.json": FileKind.LANDING,
     "gaits.json": FileKind.GAITS,
     "adapt.json": FileKind.ADAPTIVE,

@@ -41,6 +41,7 @@ class FileKind(Enum):
     BRANCH = ("branch", "a branch of periodic motions", "`tarsus branch` wrote it")
     FITTED = ("fitted calibration", "a fitted calibration", "`tarsus calibrate` wrote it")
     IDENTIFICATION = ("identification", "an identification", "`tarsus identify` wrote it")
+    TRACKING = ("series of identifications", "a series of identifications", "`tarsus identify --track` wrote it")
     LANDING = ("landing design", "a soft landing", "`tarsus design landing` wrote it")
     GAITS = ("gait design", "a front of gaits", "`tarsus design gait` wrote it")
     ADAPTIVE = ("adaptive gait", "an adaptive gait", "`tarsus design adapt` wrote it")
