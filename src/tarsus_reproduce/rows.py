@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tarsus.files.rows import Cell, read_text, typed_rows
+from tarsus.files.rows import Cell, typed_rows
+from tarsus.files.tables import read_text
 from tarsus_reproduce.packaged import data_text
 
 WAVE = Cell(required=True, words=("square", "sine"))
