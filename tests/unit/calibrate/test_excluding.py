@@ -16,7 +16,7 @@ from tarsus.calibrate.excluding import exclude, exclude_each, missed_by
 from tarsus.calibrate.objective import SoftLimit
 from tarsus.calibrate.problem import Archive
 
-PLAN = search(population=10, screening=48, short=8, generations=24, spread=5, members=24, polish=0)
+PLAN = search(population=10, prescreening=48, short=8, generations=24, spread=5, members=24, local_search=0)
 """As the packaged study of the cantilever searches."""
 
 
@@ -177,7 +177,7 @@ def test_the_interval_of_a_row_left_out_is_made_without_its_own_miss():
 def test_the_sets_to_come_are_told_as_many_as_they_are():
     """Once the whole table has been searched the rows left out are as much work each; before that, at most 2 times."""
     told = []
-    plan = search(leave_out=True, generations=8, spread=3, polish=0)
+    plan = search(leave_out=True, generations=8, spread=3, local_search=0)
     solve(bent_rows(4, rows=6)[0], plan, progress=lambda *now: told.append(now))
     done, total, stages = zip(*told, strict=True)
     assert list(done) == sorted(done) and done[-1] == total[-1]
