@@ -141,11 +141,11 @@ class TableSampling(Description):
 class Search(Description):
     """How long is searched, in sets of unknowns; never in seconds, so that a study has one result.
 
-    Every hypothesis, a combination of options, gets `prescreening` sets spread evenly and `short` generations; those that
-    are still `rejected` times the best are rejected; the others get up to `generations` more, as long as they gain and
-    could still come near the best; the best set of those that may be kept goes down by `local_search` steps of least squares
-    with exact derivatives; then `spread` generations follow the likelihood. The same search is made without each row
-    (`leave_out`), from nothing that knew it.
+    Every hypothesis, a combination of options, gets `prescreening` sets spread evenly and `short` generations; those
+    that are still `rejected` times the best are rejected; the others get up to `generations` more, as long as they gain
+    and could still come near the best; the best set of those that may be kept goes down by `local_search` steps of
+    least squares with exact derivatives; then `spread` generations follow the likelihood. The same search is made
+    without each row (`leave_out`), from nothing that knew it.
     """
 
     seed: int = Field(default=1, ge=0)

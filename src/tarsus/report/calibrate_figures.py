@@ -15,7 +15,7 @@ from tarsus.report.style import BLUE, CYCLE, INK, ORANGE, RULE
 
 _LOOKS = {
     "training": (-0.16, ORANGE, "fitted"),
-    "left_out": (0.16, BLUE, "left out"),
+    "left_out": (0.16, BLUE, "excluded"),
     "predicted": (0.0, BLUE, ""),
 }
 
@@ -35,7 +35,7 @@ def rows_figure(table: Mapping[str, Any], names: Sequence[str]) -> Plate:
 
     return plate(
         draw,
-        "Measured values, and median and 80 % interval of the mixture: fitted with all rows, and without the row.",
+        "Measured values, and median and 80 % interval of the ensemble: fitted with all rows, and without the row.",
     )
 
 
@@ -60,7 +60,7 @@ def _measure(axes: Axes, rows: Sequence[Mapping[str, Any]], name: str) -> None:
 
 
 def ranges(branches: Sequence[Mapping[str, Any]]) -> Plate:
-    """90 % range of every unknown in parts of its bounds, one colour a branch; dots are the best members."""
+    """90 % range of every unknown in parts of its bounds, one colour a hypothesis; dots are the best members."""
     names = list(branches[0]["unknowns"])
 
     def draw(sheet: Sheet) -> None:
@@ -83,7 +83,7 @@ def ranges(branches: Sequence[Mapping[str, Any]]) -> Plate:
 
     return plate(
         draw,
-        "90 % range of each unknown between its bounds, on its own scale; one colour for each branch, its best set as "
+        "90 % range of each unknown between its bounds, on its own scale; one colour for each hypothesis, its best set as "
         "a dot.",
     )
 

@@ -1,4 +1,4 @@
-"""The report of a calibration: rows with fitted and left-out predictions, branches, choices, ranges of the unknowns."""
+"""The report of a calibration: rows with fitted and excluded predictions, hypotheses, choices, ranges of the unknowns."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def _summary(result: Mapping[str, Any]) -> Table:
 
 def _rows(result: Mapping[str, Any], names: list[str]) -> Table:
     """Every row of the table; an interval that does not hold the measured value is flagged."""
-    titles = ("measured", "fitted", "left out", "80 % interval")
+    titles = ("measured", "fitted", "excluded", "80 % interval")
     columns = ["row", *(Column(title, digits=3, over=name) for name in names for title in titles)]
     body, flagged = [], []
     for row in result["rows"]:
@@ -91,7 +91,7 @@ def _branches(result: Mapping[str, Any]) -> Table:
         )
         for one in sorted(result["branches"], key=lambda one: one["cost"])
     ]  # fmt: skip
-    return Table("", ("branch", "cost", Column("weight", digits=2), "device", "constraints"), rows)
+    return Table("", ("hypothesis", "cost", Column("weight", digits=2), "device", "constraints"), rows)
 
 
 def _unknowns(branch: Mapping[str, Any]) -> Table:

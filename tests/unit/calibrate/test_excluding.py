@@ -11,7 +11,7 @@ from calibrate.toys import bent_rows, search
 from scipy.optimize import differential_evolution
 
 from tarsus.calibrate.calibrating import solve
-from tarsus.calibrate.ensemble import weighted_ensemble
+from tarsus.calibrate.ensemble import searched_ensembles
 from tarsus.calibrate.excluding import exclude, exclude_each, missed_by
 from tarsus.calibrate.objective import SoftLimit
 from tarsus.calibrate.problem import Archive
@@ -49,7 +49,7 @@ class Watched:
 def watched(share=False, rows=3, plan=PLAN):
     """The whole table's search, and those without each of a few rows."""
     problem, seen = bent_rows(1, rows=rows)[0], Watched(share)
-    weighted_ensemble(seen.archive(problem, 0), plan)
+    searched_ensembles(seen.archive(problem, 0), plan)
     found = exclude_each(problem, plan, seen.archive, threading.Event())
     return problem, seen, found
 
@@ -135,7 +135,7 @@ def test_published_errors_of_rows_left_out_are_those_of_refits_and_less_where_th
 
     def sharing(problem, plan):
         whole = Archive(problem)
-        weighted_ensemble(whole, plan)
+        searched_ensembles(whole, plan)
 
         def make(of, number):
             made = Archive(of, part=number)
