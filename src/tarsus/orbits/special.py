@@ -147,14 +147,14 @@ def _slowest(point: Point) -> float:
 def _clearance(point: Point) -> float:
     """Least gap [m] of a foot between events, away from where it lands and departs."""
     orbit = point.orbit
-    times = orbit.start + orbit.period * np.linspace(0.0, 1.0, LOOKS)
-    for _ in range(4):  # each look is a thousand times closer than the one before
+    times, least = orbit.start + orbit.period * np.linspace(0.0, 1.0, LOOKS), np.inf
+    for _ in range(4):  # each look is a thousand times closer than the one before; the last may see rounding alone
         found = orbit.map.window(orbit.state, times).states
         inner = (found.gap[:, 1:-1] <= found.gap[:, :-2]) & (found.gap[:, 1:-1] <= found.gap[:, 2:])
         inner &= ~(found.held[:, 1:-1] | found.held[:, :-2] | found.held[:, 2:])
         inner &= (found.rate[:, :-2] < 0.0) & (found.rate[:, 2:] > 0.0) & (found.gap[:, 1:-1] > 0.0)
         if not inner.any():
-            return np.inf
+            return least
         gaps = np.where(inner, found.gap[:, 1:-1], np.inf)
         foot, where = np.unravel_index(int(np.argmin(gaps)), gaps.shape)
         least = float(gaps[foot, where])
