@@ -22,6 +22,7 @@ from tarsus.model.standing import equilibrium
 from tarsus.plan.channels import SlopedDrive, sloped_drives
 from tarsus.plan.lowering import Plan, lower_legs, lower_system, pack
 from tarsus.plan.slots import Rows, bears, check_bounds, rows_for, slot, unit_of
+from tarsus.solve.engine import tables_of
 
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
@@ -131,7 +132,8 @@ class DataTangents:
     """Derivatives of one row of data by P numbers, last axis: as `tarsus.plan.slots.Rows`, and of its signals' pieces.
 
     coef (pieces, 12 or fewer terms, P), begin, end (pieces, P) [s]: at fixed numbers in the pieces; loops (channels, P)
-    [s]; since (m, P) [s]: begin of the contacts at the start; period (1, P) [s] of the marks.
+    [s]; since (m, P) [s]: begin of the contacts at the start; period (1, P) [s] of the marks; start (1, P) [s]: of the
+    moment at which a window begins.
     """
 
     parameters: Floats
@@ -143,6 +145,7 @@ class DataTangents:
     end: Floats
     loops: Floats
     period: Floats
+    start: Floats
 
     @classmethod
     def none(cls, rows: Rows, count: int, terms: int = TERMS) -> DataTangents:
@@ -151,7 +154,7 @@ class DataTangents:
         pieces, m = len(np.asarray(signals.start)), rows.sources.shape[1] - 1
         shapes = (
             rows.parameters.shape[1:], rows.initial.shape[1:], rows.sources.shape[1:], (m,), (pieces, terms), (pieces,),
-            (pieces,), (len(np.asarray(signals.loop)),), (1,),
+            (pieces,), (len(np.asarray(signals.loop)),), (1,), (1,),
         )  # fmt: skip
         return cls(*(np.zeros((*shape, count)) for shape in shapes))
 
@@ -167,6 +170,20 @@ class DataTangents:
 
         return DataTangents(*(cut(getattr(self, name)) for name in self.__dataclass_fields__))
 
+    def with_start(self, states: int, moment: bool) -> DataTangents:
+        """The same of a window: by its numbers with its start as it is, then by so many numbers of its start state, all
+        or none, and by the moment of its start."""
+        more = states + moment
+        parts = {
+            name: np.concatenate([one, np.zeros((*one.shape[:-1], more))], axis=-1)
+            for name, one in ((name, getattr(self, name)) for name in self.__dataclass_fields__)
+        }
+        count = self.initial.shape[-1]
+        parts["initial"][:] = 0.0
+        parts["initial"][range(states), range(count, count + states)] = 1.0
+        parts["start"][:, count + states :] = 1.0
+        return DataTangents(**parts)
+
 
 @dataclass(frozen=True)
 class Entering:
@@ -181,7 +198,7 @@ class Entering:
     data: DataTangents
     structure: Mapping[int, LinearSystem] = field(default_factory=dict)
     perturbed: Mapping[int, tuple[tuple[Plan, float], ...]] = field(default_factory=dict)
-    made: dict[int, Any] = field(default_factory=dict, compare=False, repr=False)
+    made: dict[Any, Any] = field(default_factory=dict, compare=False, repr=False)
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "made": {}}
@@ -193,6 +210,20 @@ class Entering:
             made = _native.DerivedBook(book.native, partial(derived_mode, book.system, change))
             return self.made.setdefault(number, made)  # of threads that make it at once the first one's stays
         return self.made[number]
+
+    def copies(self, number: int, tables: _native.LegTables) -> list[tuple[Any, _native.LegTables, float]]:
+        """A walker's perturbed copies along a direction: body, step tables as others of the plan, and weight."""
+        if (number, id(tables)) not in self.made:
+            longest = float(np.asarray(tables.lengths)[0])
+            made = [
+                (one.legs.native, tables_of(one, longest), weight)
+                for one, weight in self.perturbed[number]
+                if one.legs is not None
+            ]
+            self.made.setdefault(
+                (number, id(tables)), (tables, made)
+            )  # the tables stay, or another had their id
+        return self.made[number, id(tables)][1]
 
     def some(self, numbers: Sequence[int]) -> Entering:
         """Along some of the directions alone."""
