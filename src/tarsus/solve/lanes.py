@@ -51,6 +51,22 @@ def doubted(reason: int, foot: str, time: float) -> str:
     return _REASONS[reason].format(foot=foot, time=f"{time:.6g} s")
 
 
+def copies_of(
+    given: Entering, number: int, tables: _native.LegTables
+) -> list[tuple[_native.LeggedBody, _native.LegTables, float]]:
+    """A walker's perturbed copies along a direction, by its number: body, step tables as the plan's, and weight."""
+    key = (number, id(tables))
+    if key not in given.made:
+        longest = float(np.asarray(tables.lengths)[0])
+        made = [
+            (one.legs.native, tables_of(one, longest), weight)
+            for one, weight in given.perturbed[number]
+            if one.legs is not None
+        ]
+        given.made.setdefault(key, (tables, made))  # the tables are kept: no others can have their id
+    return given.made[key][1]
+
+
 def _nothing() -> Floats:
     return np.zeros(0)
 
@@ -151,7 +167,7 @@ def walk_tangents(
     tables = tables if tables is not None else tables_of(plan, duration)
     settings = settings_of(plan, duration, accuracy)
     when = np.zeros(0) if times is None else np.array(times, dtype=float)
-    others = [(*one, p) for p in given.perturbed for one in given.copies(p, tables)]
+    others = [(*one, p) for p in given.perturbed for one in copies_of(given, p, tables)]
 
     def engine(first: int) -> Sequence[Any]:
         perturbed = [(*one, p - first) for *one, p in others if first <= p < first + LANES]

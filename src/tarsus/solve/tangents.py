@@ -22,7 +22,6 @@ from tarsus.model.standing import equilibrium
 from tarsus.plan.channels import SlopedDrive, sloped_drives
 from tarsus.plan.lowering import Plan, lower_legs, lower_system, pack
 from tarsus.plan.slots import Rows, bears, check_bounds, rows_for, slot, unit_of
-from tarsus.solve.engine import tables_of
 
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
@@ -210,20 +209,6 @@ class Entering:
             made = _native.DerivedBook(book.native, partial(derived_mode, book.system, change))
             return self.made.setdefault(number, made)  # of threads that make it at once the first one's stays
         return self.made[number]
-
-    def copies(self, number: int, tables: _native.LegTables) -> list[tuple[Any, _native.LegTables, float]]:
-        """A walker's perturbed copies along a direction: body, step tables as others of the plan, and weight."""
-        if (number, id(tables)) not in self.made:
-            longest = float(np.asarray(tables.lengths)[0])
-            made = [
-                (one.legs.native, tables_of(one, longest), weight)
-                for one, weight in self.perturbed[number]
-                if one.legs is not None
-            ]
-            self.made.setdefault(
-                (number, id(tables)), (tables, made)
-            )  # the tables stay, or another had their id
-        return self.made[number, id(tables)][1]
 
     def some(self, numbers: Sequence[int]) -> Entering:
         """Along some of the directions alone."""

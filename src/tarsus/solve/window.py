@@ -22,7 +22,7 @@ from tarsus.solve.acting import Acting
 from tarsus.solve.codes import EVENT_TYPE, ResultCode, event_places, structured_events, without_marks
 from tarsus.solve.contacts import Contacts
 from tarsus.solve.engine import RECORDED, Accuracy, book_of, settings_of, tables_of
-from tarsus.solve.lanes import Doubt, doubted
+from tarsus.solve.lanes import Doubt, copies_of, doubted
 from tarsus.solve.motion import unpacked
 from tarsus.solve.tangents import LANES, DataTangents, Direction, Entering, entering
 
@@ -412,7 +412,7 @@ class _Batch:
             (k, p // LANES, body, copied, weight, p % LANES)
             for k, one in enumerate(self.by.entered)
             for p in one.perturbed
-            for body, copied, weight in one.copies(p, tables)
+            for body, copied, weight in copies_of(one, p, tables)
         ]
         return _native.windows_legged(
             legs.native, tables, NODES, laws.native, laws.by_programs, self.settings, self.entered(), copies,
