@@ -35,11 +35,11 @@ def branch(
     from tarsus.cli import console, requests
     from tarsus.orbits.files import BRANCH_FILES, write_branch
 
-    ((path, (start, end)),) = requests.spans_of([along], "--along").items()
+    span = requests.spans_of([along], "--along")
     the_scene = changes.scene(scene)
     target = None if output is None else pages.target(output, "branch", BRANCH_FILES)
     with console.spinner("following the motion"):
-        found = tarsus.branch(the_scene, path, start, end, multiple=multiple)
+        found = tarsus.branch(the_scene, span, multiple=multiple)
     written: list[Path] = []
     if target is not None:
         with target.writing() as folder:

@@ -16,10 +16,13 @@ RECOVERY = 2.0 / 3.0
 the energy of plain on-off switching is drawn."""
 
 
-def energies(drive: Drive, squares: Floats) -> tuple[Floats, Floats]:
-    """Energy [J] of sums of squared rises [V^2], plain and with charge recovery; NaN without a capacitance."""
-    plain = (np.nan if drive.capacitance is None else drive.capacitance) * squares
-    return plain, (1.0 - (RECOVERY if drive.recovery is None else drive.recovery)) * plain
+def energies(drive: Drive, squares: Floats, unsaid: float = RECOVERY) -> tuple[Floats, Floats]:
+    """Energy [J] of sums of squared rises [V^2], plain and with charge recovery; NaN where the voltage of a drive
+    without capacitance rises. unsaid: share that a drive recovers which does not say."""
+    plain = np.where(
+        squares > 0.0, (np.nan if drive.capacitance is None else drive.capacitance) * squares, 0.0
+    )
+    return plain, (1.0 - (unsaid if drive.recovery is None else drive.recovery)) * plain
 
 
 def energy_of(drive: Drive, signal: Signal) -> tuple[float, float]:

@@ -337,8 +337,7 @@ class _GaitSearch:
                 where[i] = dict(zip(request.over.names, found.grounds[i, first].tolist(), strict=True))
             worst = np.maximum(worst, found.costs)
         priced = any(one.priced for one in objectives)
-        energy = self.walks.energy(points) if priced else np.full(len(points), np.nan)
-        share = self.walks.recovered_share()
+        plain, recovered = self.walks.energies(points) if priced else np.full((2, len(points)), np.nan)
 
         def values(costs: Floats) -> tuple[float, ...]:
             return tuple(float(one.value(cost)) for one, cost in zip(objectives, costs, strict=True))
@@ -346,7 +345,7 @@ class _GaitSearch:
         made = [
             GaitPoint(
                 point, self.walks.changes(point), values(each[i, 0]), values(risked[i]), values(worst[i]),
-                where[i], float(energy[i]), share * float(energy[i]),
+                where[i], float(plain[i]), float(recovered[i]),
             )
             for i, point in enumerate(points)
         ]  # fmt: skip
