@@ -21,7 +21,6 @@ OF_THE_LINE = {
 """Options that are about words, files and the console."""
 
 OTHERWISE = {
-    "branch --along": {"path", "start", "end"},
     "yield --count": {"robots", "draws"},
     "reproduce --all": {"name"},
     "reproduce --resume": {"folder"},

@@ -244,4 +244,4 @@ def test_devices_files_and_durations_are_taken_as_files_say_them(tmp_path):
     with pytest.raises(InputError, match="the robot has no foot 'tipp'"):
         ts.design.landing("cantilever", "tipp")
     with pytest.raises(InputError, match=r"did you mean 'signals\.gate\.amplitude'"):
-        ts.branch("mems-switch", "signals.gate.amplitud", 40.0, 45.0)
+        ts.branch("mems-switch", {"signals.gate.amplitud": (40.0, 45.0)})

@@ -35,19 +35,20 @@ def branch(
     from tarsus.cli import console, requests
     from tarsus.orbits.files import BRANCH_FILES, write_branch
 
-    ((path, (start, end)),) = requests.spans_of([along], "--along").items()
+    span = requests.spans_of([along], "--along")
     the_scene = changes.scene(scene)
     target = None if output is None else pages.target(output, "branch", BRANCH_FILES)
     with console.spinner("following the motion"):
-        found = tarsus.branch(the_scene, path, start, end, multiple=multiple)
+        found = tarsus.branch(the_scene, span, multiple=multiple)
     written: list[Path] = []
     if target is not None:
         with target.writing() as folder:
             written = list(write_branch(found, folder))
             if pages.report:
-                from tarsus.report.branch_page import write_branch_report
+                from tarsus.report.branch_page import branch_html
+                from tarsus.report.pages import write_page
 
-                written.append(write_branch_report(found, folder / "report.html"))
+                written.append(write_page(branch_html(found), folder / "report.html"))
     if pages.json:
         console.print_json(found.to_dict() | {"files": [str(one) for one in written]})
         return 0

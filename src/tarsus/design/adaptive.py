@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
+from tarsus.base.progress import Progress, silent
 from tarsus.base.workers import Workers
 from tarsus.design.adaptive_gait import AdaptiveGait
 from tarsus.design.gait_choice import GaitChoice, gait_choice
@@ -22,7 +23,6 @@ from tarsus.fit.unknowns import even_points
 from tarsus.fit.valleys import inside, shorter_steps
 
 Floats = NDArray[np.float64]
-Progress = Callable[[int, int, str], None]
 
 SPREAD_GROUNDS = 32
 """Grounds on which gaits are sought: every gait tried walks on all of them."""
@@ -124,7 +124,7 @@ def adapt(
         )
     if problems or asked is None:
         raise InputError(problems)
-    return _Adapter(asked, options, senses, progress or (lambda done, total, what: None)).design()
+    return _Adapter(asked, options, senses, progress or silent).design()
 
 
 class _Adapter:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -127,10 +127,7 @@ class AdaptiveGait(DesignResult):
             "sense": [one.value for one in self.sense], "senses": list(self.senses),
             "probes": list(self.probes), "probe_steps": self.probe_steps, "gaits": [dict(one) for one in self.gaits],
             "table": [{"when": said, "gait": number} for said, number in self.rule],
-            "posterior": {
-                "readings": self.posterior.readings, "costs": self.posterior.costs,
-                "deviations": self.posterior.deviations,
-            },
+            "posterior": asdict(self.posterior),
             "regret": self.regret, "regret_interval": list(self.regret_interval), "fixed_regret": self.fixed_regret,
             "choice_regret": self.choice_regret, "hidden": len(self.known), "repeats": self.repeats,
             "runs": self.runs, "version": package_version(),

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.measure.switching import rise_squares
-from tarsus.model.drive.signal import Signal
+from tarsus.model.drive.waveforms import OnOff
 from tarsus.model.robot import Drive
 
 Floats = NDArray[np.float64]
@@ -16,16 +15,18 @@ RECOVERY = 2.0 / 3.0
 the energy of plain on-off switching is drawn."""
 
 
-def energies(drive: Drive, squares: Floats) -> tuple[Floats, Floats]:
-    """Energy [J] of sums of squared rises [V^2], plain and with charge recovery; NaN without a capacitance."""
-    plain = (np.nan if drive.capacitance is None else drive.capacitance) * squares
-    return plain, (1.0 - (RECOVERY if drive.recovery is None else drive.recovery)) * plain
+def energies(drive: Drive, squares: Floats, unsaid: float = RECOVERY) -> tuple[Floats, Floats]:
+    """Energy [J] of sums of squared rises [V^2], plain and with charge recovery; NaN where the voltage of a drive
+    without capacitance rises. unsaid: share that a drive recovers which does not say."""
+    plain = np.where(
+        squares > 0.0, (np.nan if drive.capacitance is None else drive.capacitance) * squares, 0.0
+    )
+    return plain, (1.0 - (unsaid if drive.recovery is None else drive.recovery)) * plain
 
 
-def energy_of(drive: Drive, signal: Signal) -> tuple[float, float]:
-    """Plain energy and that with charge recovery [J] of a period of a periodic signal."""
-    assert signal.period is not None
-    plain, recovered = energies(drive, rise_squares(signal, np.array([signal.period, 2.0 * signal.period])))
+def energy_of(drive: Drive, signal: OnOff) -> tuple[float, float]:
+    """Plain energy and that with charge recovery [J] of a period of a signal that repeats."""
+    plain, recovered = energies(drive, period_rises(np.array([signal.levels])))
     return float(plain[0]), float(recovered[0])
 
 

@@ -45,7 +45,19 @@ class Sense(Enum):
     """Its way over the ground: path that the feet slide, and stride."""
 
 
-class GaitSettings(Settings):
+class WalkSettings(Settings):
+    """What every design of gaits is given beside the scene."""
+
+    free: Any = setting(..., FREE)
+    symmetry: Symmetry = setting(Symmetry.NONE, TIED)
+    dead: tuple[str, ...] = setting((), "legs that do not move")
+    over: Any = setting(None, OVER)
+    candidates: Annotated[int, Field(ge=FEWEST)] = setting(4000, "gaits that are tried in all")
+    duration: MaybeAmount = quantity("s", WALK, default=None, gt=0)
+    seed: Seed = setting(0, SEED)
+
+
+class GaitSettings(WalkSettings):
     """What a gait is designed for beside the scene, see `tarsus.design.gait` and `tarsus.design.adapt`."""
 
     SECTIONS: ClassVar[Mapping[str, tuple[str, ...]]] = {
@@ -53,13 +65,9 @@ class GaitSettings(Settings):
         "search": ("candidates", "look", "duration", "seed"),
     }
 
-    free: Any = setting(..., FREE)
-    symmetry: Symmetry = setting(Symmetry.NONE, TIED)
-    dead: tuple[str, ...] = setting((), "legs that do not move")
     objective: Any = setting(
         "speed,energy", "one to three of speed, energy, transport, slip, contact, support and sway"
     )
-    over: Any = setting(None, OVER)
     risk: Any = setting(None, RISK)
     loss: Amount = quantity(
         "1",
@@ -68,15 +76,12 @@ class GaitSettings(Settings):
         ge=0,
         lt=1,
     )
-    candidates: Annotated[int, Field(ge=FEWEST)] = setting(4000, "gaits that are tried in all")
     look: Count = setting(
         48, "grounds that an attack between rounds looks at before it climbs; the last at more"
     )
-    duration: MaybeAmount = quantity("s", WALK, default=None, gt=0)
-    seed: Seed = setting(0, SEED)
 
 
-class AdaptSettings(Settings):
+class AdaptSettings(WalkSettings):
     """What an adaptive gait is designed for beside the scene, see `tarsus.design.adapt`."""
 
     SECTIONS: ClassVar[Mapping[str, tuple[str, ...]]] = {
@@ -85,18 +90,11 @@ class AdaptSettings(Settings):
         "sense": ("sense", "steps", "noise"),
     }
 
-    free: Any = setting(..., FREE)
-    symmetry: Symmetry = setting(Symmetry.NONE, TIED)
-    dead: tuple[str, ...] = setting((), "legs that do not move")
     objective: Any = setting("speed", "one of speed, transport, slip, contact, support and sway")
-    over: Any = setting(None, OVER)
     gaits: Count = setting(10, "how many gaits at most")
     hidden: Annotated[int, Field(ge=2)] = setting(200, "hidden grounds that the choice is judged on")
     repeats: Count = setting(1, "walks, a thousandth apart, that every gait is judged by on every ground")
-    candidates: Annotated[int, Field(ge=FEWEST)] = setting(4000, "gaits that are tried in all")
     training: Annotated[int, Field(ge=2)] = setting(256, "grounds that the table is of")
-    duration: MaybeAmount = quantity("s", WALK, default=None, gt=0)
-    seed: Seed = setting(0, SEED)
     sense: tuple[Sense, ...] = setting((Sense.CHARGE,), "charge, slip, both, or nothing")
     steps: Annotated[int, Field(ge=2)] = setting(20, "walked with up to four gaits before one is chosen")
     noise: Amount = quantity(

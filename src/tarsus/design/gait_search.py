@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.progress import Progress, silent
 from tarsus.base.workers import Workers
 from tarsus.design.gait_front import GaitFront, GaitPoint
 from tarsus.design.gait_request import GaitRequest, GaitSettings, gait_request
@@ -25,7 +26,6 @@ from tarsus.fit.front import FrontSearch, farthest, search_front, undominated
 from tarsus.fit.unknowns import Unknowns
 
 Floats = NDArray[np.float64]
-Progress = Callable[[int, int, str], None]
 
 MEMBERS = 12
 """Gaits of a front that are shown, attacked and given pages: spread along it, its ends among them."""
@@ -119,7 +119,7 @@ def gait(
     asked = gait_request(as_scene(scene), options, options.risk, threads)
     texts = {**scene_texts(asked.scene), "request.txt": asked.text}
     store = RunStore.open(folder, texts, resume=resume, what="design", values=asked.numbers)
-    return _GaitSearch(asked, options, store, progress or (lambda done, total, what: None)).design()
+    return _GaitSearch(asked, options, store, progress or silent).design()
 
 
 @dataclass(frozen=True)
@@ -337,8 +337,7 @@ class _GaitSearch:
                 where[i] = dict(zip(request.over.names, found.grounds[i, first].tolist(), strict=True))
             worst = np.maximum(worst, found.costs)
         priced = any(one.priced for one in objectives)
-        energy = self.walks.energy(points) if priced else np.full(len(points), np.nan)
-        share = self.walks.recovered_share()
+        plain, recovered = self.walks.energies(points) if priced else np.full((2, len(points)), np.nan)
 
         def values(costs: Floats) -> tuple[float, ...]:
             return tuple(float(one.value(cost)) for one, cost in zip(objectives, costs, strict=True))
@@ -346,7 +345,7 @@ class _GaitSearch:
         made = [
             GaitPoint(
                 point, self.walks.changes(point), values(each[i, 0]), values(risked[i]), values(worst[i]),
-                where[i], float(energy[i]), share * float(energy[i]),
+                where[i], float(plain[i]), float(recovered[i]),
             )
             for i, point in enumerate(points)
         ]  # fmt: skip

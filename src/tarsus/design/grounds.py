@@ -74,6 +74,10 @@ class Grounds:
         """Values by path of every ground."""
         return [dict(zip(self.names, point, strict=True)) for point in self.points().tolist()]
 
+    def crossed(self, rows: Floats) -> tuple[Floats, dict[str, Floats]]:
+        """Every row of (n, nx) on every ground: rows (n ng, nx), grounds fastest, and values (n ng,) by path."""
+        return np.repeat(rows, len(self), axis=0), self.rows(np.tile(np.arange(len(self)), len(rows)))
+
     def rows(self, which: Any) -> dict[str, Floats]:
         """Values by path of some grounds, by number or slice."""
         return {path: own[which] for path, own in self.values.items()}

@@ -178,9 +178,7 @@ class Judge:
 
     def costs(self, rows: Floats, grounds: Grounds) -> Floats:
         """Costs (n, ng, no) of candidates (n, nx) on all grounds."""
-        n, ng = len(rows), len(grounds)
-        found = self.each(np.repeat(rows, ng, axis=0), grounds.rows(np.tile(np.arange(ng), n)))
-        return found.reshape(n, ng, -1)
+        return self.each(*grounds.crossed(rows)).reshape(len(rows), len(grounds), -1)
 
     def risked(self, costs: Floats, grounds: Grounds, risk: Risk | None = None) -> Floats:
         """Costs (n, no) under the request's risk or another one, each objective for itself, of costs (n, ng, no); what
@@ -239,9 +237,8 @@ class Judge:
         """Costs (k, m, no) of candidates (k, nx), each on grounds of its own (k, m, np) of the box."""
         assert isinstance(self.over, Unknowns)
         k, m, nb = cube.shape
-        values = self.over.values(cube.reshape(-1, nb))
-        grounds = {path: np.ascontiguousarray(values[:, i]) for i, path in enumerate(self.over.names)}
-        return self.each(np.repeat(rows, m, axis=0), grounds).reshape(k, m, -1)
+        grounds = Grounds.of_points(self.over.names, self.over.values(cube.reshape(-1, nb)))
+        return self.each(np.repeat(rows, m, axis=0), grounds.values).reshape(k, m, -1)
 
     def hurting(self, grounds: Floats, gaps: Floats) -> Floats:
         """Of the grounds (k, no, np) of an attack those (n, np) with the largest gaps (k, no), at most `MORE`, no two

@@ -12,7 +12,7 @@ from tarsus.design.energy import energy_of
 from tarsus.design.headers import digest, header_text, in_comment
 from tarsus.design.results import DesignResult, csv_text
 from tarsus.files.jsontext import json_text
-from tarsus.files.toml import scene_text
+from tarsus.files.toml import description_text, scene_text
 from tarsus.files.version import package_version
 from tarsus.model.scene import Scene, override
 from tarsus.tables.numbers import amount
@@ -195,17 +195,8 @@ def _scenarios(design: LandingDesign) -> list[dict[str, Any]]:
 
 def signal_text(design: LandingDesign) -> str:
     """The signal as a table of a scene file: in the place of the scene's own ``[signals.NAME]``."""
-    signal = design.signal
-
-    def row(values: tuple[float, ...], unit: str, factor: float) -> str:
-        return ", ".join(f'"{value * factor:.9g} {unit}"' for value in values)
-
     return (
         f"# `tarsus design landing`: foot '{design.request.foot}' of {in_comment(design.request.scene.name)}, "
-        f"{design.speed:.4g} m/s; digest {digest(signal)}\n"
-        f"[signals.{design.request.drive}]\n"
-        'kind = "on_off"\n'
-        f"levels = [{row(signal.levels, 'V', 1.0)}]\n"
-        f"durations = [{row(signal.durations, 'us', 1e6)}]\n"
-        "repeat = true\n"
+        f"{design.speed:.4g} m/s; digest {digest(design.signal)}\n"
+        f"[signals.{design.request.drive}]\n{description_text(design.signal)}"
     )

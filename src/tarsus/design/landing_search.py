@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
+from tarsus.base.progress import Progress, silent
 from tarsus.design.grounds import Grounds, corners
 from tarsus.design.judge import NOMINAL, Judge, Look, Risk, Round
 from tarsus.design.landing_request import LandingRequest
@@ -21,7 +22,6 @@ from tarsus.fit.valleys import Budget, Visited, follow_down, search
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
-Progress = Callable[[int, int, str], None]
 
 SAMPLE = 48
 """Signals that the time to settle is measured on: of so many 95 % are all but two."""
@@ -74,7 +74,7 @@ class LandingSearch:
     """
 
     def __init__(self, request: LandingRequest, progress: Progress | None = None) -> None:
-        self.request, self.progress = request, progress or (lambda done, total, what: None)
+        self.request, self.progress = request, progress or silent
         options, step = request.options, request.step
         self.rng = np.random.default_rng([options.seed, 5])
         self.visited: dict[int, tuple[list[Family], Visited]] = {}

@@ -126,11 +126,6 @@ class LinkDesign:
         """Lengths (3,) of hip link, thigh and shin [m]."""
         return _lengths(self.leg)
 
-    @property
-    def load_decides(self) -> bool:
-        """Whether the load, and not only bounds, keeps the leg from being faster."""
-        return self.lift.capacity < self.load * (1.0 + SAME)
-
 
 @dataclass(frozen=True)
 class Landscape:

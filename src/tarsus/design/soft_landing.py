@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.progress import Progress
 from tarsus.design.energy import energies, period_rises
 from tarsus.design.headers import neighbours
 from tarsus.design.landing_design import FrontPoint, LandingDesign
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from tarsus.model.drive.waveforms import OnOff
 
 Floats = NDArray[np.float64]
-Progress = Callable[[int, int, str], None]
 
 SHOWN = 12
 """Signals of the search's front for each number of pairs that are run again for the front of the design."""

@@ -90,9 +90,7 @@ class Trials:
 
     def on(self, signals: Floats, grounds: Grounds) -> Landings:
         """All signals (n, 2S) on all grounds; (n, ng) each."""
-        n, ng = len(signals), len(grounds)
-        values = grounds.rows(np.tile(np.arange(ng), n))
-        return self.each(np.repeat(signals, ng, axis=0), values).reshaped(n, ng)
+        return self.each(*grounds.crossed(signals)).reshaped(len(signals), len(grounds))
 
     def each(self, signals: Floats, grounds: Mapping[str, Floats]) -> Landings:
         """Every signal (nr, 2S) on a ground of its own, values (nr,) by path; (nr,) each."""

@@ -13,9 +13,9 @@ from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.base.spec import with_values
 from tarsus.base.workers import Workers
-from tarsus.design.energy import RECOVERY
+from tarsus.design.energy import RECOVERY, energies
 from tarsus.design.gait_unknowns import GaitUnknowns
-from tarsus.measure.switching import charging_energy
+from tarsus.measure.switching import rise_squares
 from tarsus.model.drive.waveforms import Constant
 from tarsus.model.scene import Scene
 from tarsus.solve.session import Session
@@ -23,7 +23,7 @@ from tarsus.solve.session import Session
 Floats = NDArray[np.float64]
 
 Seen = Mapping[str, Floats]
-"""Measures (nr,) of runs by name, with ``energy``, plain energy a drive period [J], and ``weight`` [N]."""
+"""Measures (nr,) of runs by name, with ``energy`` that is drawn in a drive period [J], and ``weight`` [N]."""
 
 
 @dataclass(frozen=True)
@@ -168,7 +168,7 @@ class Walks:
             batch = self._session.batch(vary, duration, threads=self.threads)
             seen = {name: one.value for name, one in batch.measured(measures).items()}
         if any(one.priced for one in self.objectives):
-            seen["energy"] = self.energy(points)
+            seen["energy"] = self.energies(points, unsaid=0.0)[1]
             seen["weight"] = self._weight(grounds, len(points))
         return seen
 
@@ -179,35 +179,32 @@ class Walks:
         own = grounds.get("ground.gravity.acceleration", np.full(count, gravity.acceleration))
         return own * self.scene.robot.structure.total_mass  # pyright: ignore[reportAttributeAccessIssue]
 
-    def energy(self, points: Floats) -> Floats:
-        """Energy (n,) [J] that all drives draw in a drive period, as the measure ``electrical_energy`` has it."""
-        values = self.unknowns.changes(points)
-        if self._switched(values):
-            gait, layout = self.scene.gait, self.scene.robot.layout()
-            assert gait is not None and layout is not None
+    def energies(self, points: Floats, unsaid: float = RECOVERY) -> tuple[Floats, Floats]:
+        """Energy (n,) [J] of all drives in a drive period, plain and with charge recovery, where drives that do not
+        say recover the share ``unsaid``."""
+        drives, squares = self.scene.robot.drives.values(), self._rises(points)
+        each = [energies(drive, own, unsaid) for drive, own in zip(drives, squares.T, strict=True)]
+        plain, recovered = np.sum(each, axis=0)
+        return plain, recovered
+
+    def _rises(self, points: Floats) -> Floats:
+        """Sums (n, nd) [V^2] of the squared rises of every drive's volts in a drive period."""
+        values, gait, layout = self.unknowns.changes(points), self.scene.gait, self.scene.robot.layout()
+        if gait is not None and layout is not None and self._switched(values):
             low: Any = values.get("gait.low", gait.low)  # pyright: ignore[reportArgumentType]
             high: Any = values.get("gait.high", gait.high)  # pyright: ignore[reportArgumentType]
-            drives = [
-                self.scene.robot.drives[name]
-                for name in gait.waveforms(layout)
-                if name not in self.scene.signals
+            moved = [
+                name in gait.waveforms(layout) and name not in self.scene.signals
+                for name in self.scene.robot.drives
             ]
-            share = sum((one.capacitance or np.nan) * (1.0 - (one.recovery or 0.0)) for one in drives)
-            return np.broadcast_to(share * (high - low) ** 2, len(points)).astype(float)
+            return np.outer(np.broadcast_to((high - low) ** 2, len(points)), np.array(moved, dtype=float))
         rows, which = np.unique(points, axis=0, return_inverse=True)
-        return np.array([_drawn(self.scene_of(row)) for row in rows])[which.ravel()]
-
-    def recovered_share(self) -> float:
-        """Energy with charge recovery over that of plain on-off switching, where all drives recover alike."""
-        given = {drive.recovery for drive in self.scene.robot.drives.values()}
-        own = given.pop() if len(given) == 1 else None
-        return 1.0 - (RECOVERY if own is None else own)
+        return np.array([_period_rises(self.scene_of(row)) for row in rows])[which.ravel()]
 
     def _switched(self, values: Mapping[str, Floats]) -> bool:
         """Whether every drive's volts are the gait's square wave, as it is, or do not change."""
         return (
-            self.scene.gait is not None
-            and all(path.startswith("gait.") for path in values)
+            all(path.startswith("gait.") for path in values)
             and all(isinstance(wave, Constant) for wave in self.scene.signals.values())
             and all(drive.amplifier.ideal for drive in self.scene.robot.drives.values())
         )
@@ -221,13 +218,10 @@ class Walks:
         return with_values(self.scene, {**self.changes(point), **(ground or {})})
 
 
-def _drawn(scene: Scene) -> float:
+def _period_rises(scene: Scene) -> list[float]:
     signals = scene.actuator_volts
     period = max((wave.period or 0.0 for wave in scene.waveforms.values()), default=0.0)
-    edges = np.array([period, 2.0 * period])
-    return float(
-        sum(charging_energy(drive, signals[name], edges)[0] for name, drive in scene.robot.drives.items())
-    )
+    return [rise_squares(signals[name], np.array([period, 2.0 * period]))[0] for name in scene.robot.drives]
 
 
 def without_legs(scene: Scene, dead: Sequence[str]) -> Scene:

@@ -15,9 +15,10 @@ from pydantic import Field, field_validator, model_validator
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import PathErrors, nearest
-from tarsus.base.spec import Amount, Description, MaybeAmount, Named, quantity, validate
+from tarsus.base.spec import Amount, Description, FrozenDict, MaybeAmount, Named, quantity, validate
 from tarsus.files.library import load_scene
 from tarsus.files.tables import FileKind, expect, read_table
+from tarsus.identify.campaign_file import is_pattern, matching, spread
 from tarsus.identify.drive_check import cut_short, drive_faults, fit_drive
 from tarsus.identify.foot import FootModel
 from tarsus.model.drive.waveforms import Waveform
@@ -56,12 +57,23 @@ class RecordSet(Defaults):
     """Repeats of one experiment: files that are alike, and what they do not say themselves (as `Choices`)."""
 
     purpose: Purpose = Field(description="the step they serve")
-    files: tuple[str, ...] = Field(description="one file a repeat, beside the campaign file")
+    files: tuple[str, ...] = Field(
+        description="one file a repeat, beside the campaign file; a pattern (ramps-*.mat) is all that it matches"
+    )
+    like: str | None = Field(
+        default=None,
+        description="set of records whose settings hold where this one says nothing, but its files and air",
+    )
     gap: MaybeAmount = quantity(
         "m", "gap of the foot at the neutral position, where it is not the device's", default=None, gt=0
     )
     signal: Waveform | None = Field(default=None, description="the drive as it was meant, from its beginning")
     air: str | None = Field(default=None, description="set of records with the same drive in the air")
+
+    @field_validator("files", mode="before")
+    @classmethod
+    def _listed(cls, value: Any) -> Any:
+        return (value,) if isinstance(value, str) else value
 
     @field_validator("files")
     @classmethod
@@ -92,31 +104,17 @@ class Campaign(Description):
     @model_validator(mode="before")
     @classmethod
     def _spread(cls, given: Any) -> Any:
-        """Give the defaults to every set that is read from a file; wrong ones are reported once, where they stand."""
-        defaults, sets = (
-            (given.get(key) for key in ("defaults", "records")) if isinstance(given, dict) else (0, 0)
-        )
-        if not isinstance(defaults, dict) or not isinstance(sets, dict):
+        """Give every set that is read from a file the defaults and what it takes from another one; wrong defaults are
+        reported once, where they stand."""
+        sets = given.get("records") if isinstance(given, dict) else None
+        if not isinstance(sets, dict):
             return given
+        defaults = given.get("defaults", {})
         try:
             validate(Defaults, defaults)
         except InputError:
             return given
-        return {**given, "records": {name: _spread_to(one, defaults) for name, one in sets.items()}}
-
-
-def _spread_to(one: Any, defaults: dict[str, Any]) -> Any:
-    """A raw set of records with defaults; its channels, where it lists names alone, are those names."""
-    if not isinstance(one, dict):
-        return one
-    own, common = one.get("channels", {}), defaults.get("channels", {})
-    if isinstance(own, list) and isinstance(common, dict):
-        channels: Any = {name: common.get(name, {}) for name in own}
-    elif isinstance(own, dict) and isinstance(common, dict):
-        channels = {**common, **own}
-    else:
-        channels = own or common
-    return {**defaults, **one, "channels": channels}
+        return {**given, "records": spread(sets, defaults if isinstance(defaults, dict) else {})}
 
 
 @dataclass(frozen=True)
@@ -161,6 +159,7 @@ def read_campaign(path: str | os.PathLike[str]) -> Opened:
     except InputError as error:
         raise InputError([f"{file.name}: {said}" for said in error.problems]) from None
     folder = file.parent
+    campaign = _with_files(campaign, folder)
     scene = _device(campaign, folder)
     problems = _missing(campaign, folder) + _unknown(campaign, scene)
     if problems:
@@ -169,6 +168,15 @@ def read_campaign(path: str | os.PathLike[str]) -> Opened:
     drive = campaign.drive or next(iter(scene.robot.drives))
     points = campaign.points or tuple(scene.robot.structure.points)
     return Opened(campaign, folder, FootModel(scene, foot, drive, points))
+
+
+def _with_files(campaign: Campaign, folder: Path) -> Campaign:
+    """A campaign whose patterns are the files that they match."""
+    sets = {
+        name: one.model_copy(update={"files": matching(folder, one.files)})
+        for name, one in campaign.records.items()
+    }
+    return campaign.model_copy(update={"records": FrozenDict(sets)})
 
 
 def _device(campaign: Campaign, folder: Path) -> Scene:
@@ -235,7 +243,8 @@ def read_records(opened: Opened, name: str) -> list[RecordFile]:
         path = opened.folder / file
         twin = next((known for known in earlier if _same(path, opened.folder / known)), None)
         if not path.is_file():
-            what = "is a folder" if path.is_dir() else "is missing: there is no such file"
+            nothing = "no file matches it" if is_pattern(file) else "there is no such file"
+            what = "is a folder" if path.is_dir() else f"is missing: {nothing}"
             out.append(RecordFile(name, file, None, (f"{file}: {what}",)))
         elif twin is not None:
             again, said = _twice(file, twin)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
+from tarsus.base.threads import single_threaded
 from tarsus.identify.adhesion import identify_adhesion
 from tarsus.identify.campaign import Opened, RecordFile, read_campaign
 from tarsus.identify.contact_film import film_by_impacts
@@ -473,6 +474,7 @@ def _over_noise(one: Residual) -> float:
     return one.rms / one.noise if np.isfinite(one.noise) and one.noise > 0.0 else 0.0
 
 
+@single_threaded
 def identify(
     campaign: Opened | str | os.PathLike[str], seed: int = 1, progress: Progress | None = None
 ) -> Identification:

@@ -13,6 +13,7 @@ from typing import Any
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.base.spec import float_paths
+from tarsus.base.threads import single_threaded
 from tarsus.base.units import parse_quantity
 from tarsus.base.workers import Workers
 from tarsus.files.draws import read_draws
@@ -123,6 +124,7 @@ def _within(std: float) -> str:
     return f"{100.0 * (factor - 1.0):.3g} %" if factor < NEAR else f"a factor of {factor:.3g}"
 
 
+@single_threaded
 def recommend(
     device: SceneLike,
     *,

@@ -14,6 +14,7 @@ from tarsus.files.library import load_scene
 from tarsus.files.toml import scene_text
 from tarsus.files.whole import write_text
 from tarsus.identify.campaign import guessed_purpose
+from tarsus.identify.campaign_file import pattern_of
 from tarsus.inspection.show import together
 from tarsus.records.readers import read_measurement
 from tarsus.tables.table import Table
@@ -28,7 +29,7 @@ RECORDS = {".uff", ".unv", ".mat", ".h5", ".hdf5", ".nc", ".tdms", ".lvm", ".csv
 
 
 def new(kind: Beginning, path: str | os.PathLike[str], *, device: str | None = None) -> View:
-    """Write a file to begin with; nothing is ever replaced.
+    """Write a file to begin with: a device, a law of the ground, a study, or the campaign of a folder of records.
 
     Parameters
     ----------
@@ -36,7 +37,7 @@ def new(kind: Beginning, path: str | os.PathLike[str], *, device: str | None = N
         device and study are scene and study files (TOML), law a Python file, campaign a campaign.toml for the records
         that lie in a folder.
     path
-        The file to write; for a campaign the folder of its records.
+        The file to write, which is never replaced; for a campaign the folder of its records.
     device
         What to begin with: of a device a packaged one to copy, of a study its scene, of a campaign what is known
         beforehand.
@@ -89,8 +90,15 @@ def _campaign(folder: Path, device: str | None) -> tuple[str, list[str]]:
     remarks: list[str] = []
     nameless: dict[str, None] = {}
     sets: list[str] = []
+    drives: set[str] = set()
+    shown: list[str] = []
     for name, files in _repeats(names).items():
-        sets += ["", f"[records.{name}]", *_purpose(name, sets), f"files = {_list(files)}"]
+        sets += [
+            "",
+            f"[records.{name}]",
+            *_purpose(name, sets),
+            f"files = {text_of.dumps(pattern_of(files, names), ensure_ascii=False)}",
+        ]
         try:
             record = read_measurement(folder / files[0])
         except InputError as error:
@@ -101,12 +109,13 @@ def _campaign(folder: Path, device: str | None) -> tuple[str, list[str]]:
             sets += ["# the file does not tell enough, say it here:"] * bool(other)
             sets += [f"#   {problem}" for problem in other]
             continue
-        if record.drive:
-            sets += [f'drive = "{record.drive}"']
-        sets += [
+        drives |= {record.drive} if record.drive else set()
+        channels = [
             f'# channel "{one.name}" [{one.quantity.unit}] looks at point "{one.at}"'
             for one in record.channels
         ]
+        sets += [] if channels == shown else channels
+        shown = channels
     lines = [
         '# Which record serves which step; see the page "Identification" of the documentation.',
         f'name = "{folder.resolve().name}"',
@@ -116,7 +125,9 @@ def _campaign(folder: Path, device: str | None) -> tuple[str, list[str]]:
         "# What holds for all sets of records that say nothing else. Take away a # where a line is right.",
         "[defaults]",
         'rest = "0 s"                 # at rest before the drive begins',
-        '# drive = "the channel that recorded the volts"',
+        f'drive = "{drives.pop()}"'
+        if len(drives) == 1
+        else '# drive = "the channel that recorded the volts"',
         *_channels(list(nameless), _points(folder, device)),
         "",
         "# purpose: modal (sweeps in the air), loops, ramps (adhesion), bounces, air, close or validation.",
@@ -202,10 +213,6 @@ def _repeats(names: list[str]) -> dict[str, list[str]]:
         key = re.sub(r"[^A-Za-z0-9_-]+", "-", stem).strip("-") or "records"
         sets.setdefault(key, []).append(name)
     return sets
-
-
-def _list(names: list[str]) -> str:
-    return "[" + ", ".join(f'"{name}"' for name in names) + "]"
 
 
 def _next(kind: str, target: Path) -> str:

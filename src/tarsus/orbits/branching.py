@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -119,9 +119,7 @@ class Branch:
 
 def branch(
     scene: SceneLike,
-    path: str,
-    start: float | str,
-    end: float | str,
+    along: Mapping[str, tuple[float | str, float | str]],
     *,
     multiple: int | None = None,
     progress: Callable[[float], None] | None = None,
@@ -130,10 +128,11 @@ def branch(
 
     Parameters
     ----------
-    scene, path
-        The scene, or a device's name or a scene file's path; and the path of the number.
-    start, end
-        Its values, numbers in SI or texts with a unit, at which the branch begins and leaves the range.
+    scene
+        Or a device's name, or a scene file's path.
+    along
+        The path of the number, with the two values, in SI or texts with a unit, at which the branch begins and leaves
+        the range: ``{"signals.pzt.amplitude": ("8 V", "7.5 V")}``.
     multiple
         Period of the motion in drive periods; the smallest by default.
     progress
@@ -147,15 +146,18 @@ def branch(
     Raises
     ------
     InputError
-        For a path that is none of the scene's numbers, an empty range, values that the scene does not take, and where
-        no periodic motion is found at the start.
+        For more than one path, one that is none of the scene's numbers, an empty range, values that the scene does not
+        take, and where no periodic motion is found at the start.
     """
     scene = as_scene(scene)
+    if len(along) != 1:
+        raise InputError(f"along: a branch follows one number, got {len(along)}")
+    ((path, edges),) = along.items()
     known = float_paths(scene)
     get_value(scene, path)
     if path not in known:
         raise InputError([f"{path}: is no number of the scene"])
-    first, last = (get_value(with_values(scene, {path: edge}), path) for edge in (start, end))
+    first, last = (get_value(with_values(scene, {path: edge}), path) for edge in edges)
     if first == last:
         raise InputError([f"{path}: the range from {first:g} to {last:g} is empty"])
     found = list(_followed(scene, path, first, last, multiple, progress))

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.events import IMPACTS
+from tarsus.base.progress import Progress, silent
 from tarsus.model.drive.laws import LinearForce
 from tarsus.model.drive.waveforms import Square
 from tarsus.model.laws import Adhesion, Film, Restitution
@@ -34,7 +35,6 @@ from tarsus.solve.batch import simulate_batch
 from tarsus.solve.engine import Accuracy, book_of, execute
 
 Floats = NDArray[np.float64]
-Progress = Callable[[int, int, str], None]
 
 SIZES = (2, 6, 32)
 TIME_TOLERANCE = 1e-6
@@ -193,7 +193,7 @@ def run_bench(progress: Progress | None = None, repeats: int = 25) -> dict[str, 
         `*_impacts` and `*_setup_ms` for lowering the scene and its first run; `p2_runs_per_s` on one thread,
         `p2_wrong` of `p2_runs`; `first_run_s`: first run in a fresh process, `start_s`: that whole process; versions.
     """
-    report = progress or (lambda done, total, what: None)
+    report = progress or silent
     result: dict[str, Any] = {}
     stages: list[tuple[str, Callable[[], dict[str, Any]]]] = [
         *((f"P1, {n} masses", partial(_chain_figures, n, repeats)) for n in SIZES),

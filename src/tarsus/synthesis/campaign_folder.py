@@ -3,6 +3,7 @@ own."""
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from tarsus.base.spec import with_values
 from tarsus.files.toml import description_text, write_scene
 from tarsus.files.whole import write_text
 from tarsus.identify.campaign import Campaign, RecordSet
+from tarsus.identify.campaign_file import short_text
 from tarsus.identify.estimates import PLACEHOLDER
 from tarsus.model.drive.laws import LinearForce
 from tarsus.model.drive.laws.prandtl_ishlinskii import PrandtlIshlinskii
@@ -154,7 +156,7 @@ def write_campaign(
         other_gap=float(f"{_ALTERED * scene.robot.feet[foot].gap:.9g}"),
         records=sets,
     )
-    write_text(folder / "campaign.toml", description_text(campaign))
+    write_text(folder / "campaign.toml", short_text(tomllib.loads(description_text(campaign))))
     (folder / "truth").mkdir(exist_ok=True)
     write_scene(scene, folder / "truth" / "device.toml")
     return [folder / "campaign.toml", folder / "device.toml", *written, folder / "truth" / "device.toml"]

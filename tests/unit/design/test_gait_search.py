@@ -14,7 +14,6 @@ from tarsus.design.grounds import Grounds
 from tarsus.design.judge import NOMINAL, Judge
 from tarsus.design.walks import OBJECTIVES, Walks, objectives_of, without_legs
 from tarsus.fit.front import undominated
-from tarsus.measure.switching import charging_energy
 from tarsus_reproduce.walkers import hexapod_walker
 
 SHORT = 0.01
@@ -62,25 +61,40 @@ def test_costs_are_those_of_single_walks(scene):
     )  # a batch runs at its own accuracy
 
 
-def test_energy_is_that_of_every_rise_of_every_drive(scene):
-    """The gait's square waves in one formula, and signals of their own counted rise by rise."""
-    for free in (
-        {"gait.high": None, "gait.duty": None},
-        {"gait.high": None, "signals.L1.levels.1": ("2 V", "9 V")},
+@pytest.mark.parametrize("recovery", [(None, None), (0.4, 0.4), (0.4, None)])
+def test_charge_is_recovered_once_from_what_every_drive_draws(scene, recovery):
+    """C dV^2 of every drive, less its own share: of the gait's square wave, and of signals counted rise by rise."""
+    given = dict(zip(("L1", "R1"), recovery, strict=True))
+    scene = ts.with_values(scene, {f"robot.drives.{name}.recovery": own for name, own in given.items()})
+    wave = ts.OnOff(levels=(0.0, 5.0), durations=(5e-3, 5e-3), repeat=True)
+    mixed = ts.with_values(scene, {"signals": {"L1": wave}, "gait.frequency": 100.0})
+    point, charges = np.array([[0.7, 0.4]]), {name: scene.robot.drives[name].capacitance for name in given}
+    for own, free in (
+        (scene, {"gait.high": None, "gait.duty": None}),
+        (mixed, {"gait.high": None, "signals.L1.levels.1": ("2 V", "9 V")}),
     ):
-        own = scene
-        if "signals.L1.levels.1" in free:
-            wave = ts.OnOff(levels=(0.0, 5.0), durations=(5e-3, 5e-3), repeat=True)
-            own = ts.with_values(scene, {"signals": {"L1": wave}, "gait.frequency": 100.0})
         walks = walks_of(own, free)
-        point = np.array([0.7, 0.4])
-        made = walks.scene_of(point)
-        edges = np.array([0.01, 0.02]) if own is not scene else np.array([1.0, 2.0]) / made.gait.frequency
-        drawn = sum(
-            charging_energy(d, made.actuator_volts[n], edges)[0] for n, d in made.robot.drives.items()
-        )
-        assert walks.energy(point[None])[0] == pytest.approx(drawn, rel=1e-12)
-    assert walks_of(scene).recovered_share() == pytest.approx(1.0 / 3.0)
+        made = walks.changes(point[0])
+        swings = {"R1": made["gait.high"] - own.gait.low}
+        swings["L1"] = made.get("signals.L1.levels.1", swings["R1"])
+        plain = {name: charges[name] * swings[name] ** 2 for name in given}
+        for unsaid in (0.0, RECOVERY):
+            left = sum(plain[name] * (1.0 - (unsaid if r is None else r)) for name, r in given.items())
+            assert walks.energies(point, unsaid) == (
+                pytest.approx([sum(plain.values())], rel=1e-12), pytest.approx([left], rel=1e-12),
+            )  # fmt: skip
+        # the objective is the measure: drives that do not say recover nothing
+        period = max(one.period for one in walks.scene_of(point[0]).waveforms.values())
+        run = ts.simulate(walks.scene_of(point[0]), 3.0 * period)
+        drawn = run.measures["electrical_energy"].value
+        assert walks.each(point, {})[0, 1] == pytest.approx(drawn, rel=1e-9)
+        assert walks.energies(point, 0.0)[1] == pytest.approx([drawn], rel=1e-9)
+
+
+def test_a_gait_shows_what_it_draws_plain_and_with_recovery(scene):
+    every = {f"robot.drives.{name}.recovery": 0.4 for name in scene.robot.drives}
+    one = gait(ts.with_values(scene, every), FREE, **SMALL).optimum
+    assert one.recovered == pytest.approx(0.6 * one.energy) and one.nominal[1] == pytest.approx(one.recovered)
 
 
 def drawn_by_steps(reservoir: float, cycles: int) -> float:

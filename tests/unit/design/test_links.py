@@ -80,7 +80,6 @@ def test_the_shin_sets_no_speed_but_must_not_let_the_leg_fold(leg, design):
 
 
 def test_the_load_decides_the_length_of_the_hip(leg, design):
-    assert design.load_decides
     assert design.lift.lifted == pytest.approx(design.load, rel=1e-6)
     assert design.at_bound == ("thigh.length",)
 

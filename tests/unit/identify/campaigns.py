@@ -12,7 +12,9 @@ from pathlib import Path
 import pytest
 
 from laboratory import LABORATORY
+from tarsus.base.spec import FrozenDict
 from tarsus.files.library import load_scene
+from tarsus.files.toml import description_text
 from tarsus.identify.campaign import read_campaign
 from tarsus.identify.chain import Identification, identify
 from tarsus.model.scene import Scene
@@ -72,6 +74,10 @@ def modes_as_found(patch: pytest.MonkeyPatch) -> None:
 def copied(target: Path, *purposes: str) -> Path:
     """A copy of the folder that may be damaged; of the sets of some purposes or names alone, where they are given."""
     shutil.copytree(folder(), target)
+    campaign = read_campaign(target).campaign
+    sets = {name: one.model_copy(update={"like": None}) for name, one in campaign.records.items()}
+    spelled_out = campaign.model_copy(update={"records": FrozenDict(sets)})
+    (target / "campaign.toml").write_text(description_text(spelled_out), encoding="utf-8")
     if purposes:
         only(target, *purposes)
     return target

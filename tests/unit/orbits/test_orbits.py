@@ -84,7 +84,7 @@ def test_an_orbit_of_a_given_period_may_be_unstable():
 
 
 def test_the_branch_of_the_table_is_born_in_a_fold_and_doubles_in_a_flip():
-    up = ts.branch(table(1.5), "signals.table.amplitude", 1.5, 1.54)
+    up = ts.branch(table(1.5), {"signals.table.amplitude": (1.5, 1.54)})
     flips = [point for point in up.special if point.kind == "flip"]
     assert [point.at for point in flips] == [pytest.approx(math.hypot(math.pi / 3.0, 10.0 / 9.0), abs=1e-9)]
     doubled = up.doubled(flips[0])
@@ -94,13 +94,13 @@ def test_the_branch_of_the_table_is_born_in_a_fold_and_doubles_in_a_flip():
     assert last.orbit.multipliers == pytest.approx(alone.multipliers, abs=1e-9)
     with pytest.raises(ts.InputError, match="is 'orbit'"):
         up.doubled(up.points[0])
-    down = ts.branch(table(1.08), "signals.table.amplitude", 1.08, 1.0)
+    down = ts.branch(table(1.08), {"signals.table.amplitude": (1.08, 1.0)})
     folds = [point for point in down.special if point.kind == "fold"]
     assert folds[0].at == pytest.approx(math.pi / 3.0, abs=1e-9)
 
 
 def test_the_oscillator_grazes_at_its_published_amplitude():
-    found = ts.branch(scene("impact_oscillator"), "signals.shaker.amplitude", 0.099, 0.105)
+    found = ts.branch(scene("impact_oscillator"), {"signals.shaker.amplitude": (0.099, 0.105)})
     (grazing,) = [point for point in found.special if point.kind == "grazing"]
     assert grazing.at == pytest.approx(0.1, abs=1e-8)
     assert found.points[0].orbit.impacts == 0 and found.points[-1].orbit.impacts == 1
@@ -129,6 +129,6 @@ def test_requests_that_cannot_be_met_get_a_sentence():
     with pytest.raises(ts.InputError, match="no drive is periodic"):
         ts.periodic(scene("ball"))
     with pytest.raises(ts.InputError, match="empty"):
-        ts.branch(scene("impact_oscillator"), "signals.shaker.amplitude", 1.0, 1.0)
+        ts.branch(scene("impact_oscillator"), {"signals.shaker.amplitude": (1.0, 1.0)})
     with pytest.raises(ts.InputError, match=r"signals\.shaker\.amplitud"):
-        ts.branch(scene("impact_oscillator"), "signals.shaker.amplitud", 0.5, 1.0)
+        ts.branch(scene("impact_oscillator"), {"signals.shaker.amplitud": (0.5, 1.0)})
