@@ -3,7 +3,7 @@
 # Verbs: what the command line does, with the same words.
 from tarsus.calibrate.calibrating import calibrate as calibrate
 from tarsus.cluster.verb import sweep as sweep
-from tarsus.identify.chain import identify as identify
+from tarsus.identify.verb import identify as identify
 from tarsus.identify.recommend import recommend as recommend
 from tarsus.inspection.begin import new as new
 from tarsus.inspection.installation import devices as devices, doctor as doctor

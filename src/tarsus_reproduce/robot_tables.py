@@ -154,8 +154,8 @@ def _summary(found: RobotRows) -> Table:
 
 
 def _over_ground(runs: RobotRuns) -> Section:
-    """Motion over the last periods, and as circles."""
-    figures = [FigureCall(f"robot_figures.{name}", runs) for name in ("ground_motion", "ground_circles")]
+    """Motion over the last periods, and by drive period."""
+    figures = [FigureCall(f"robot_figures.{name}", runs) for name in ("ground_motion", "ground_periods")]
     ended = any(near.run.ok for near in runs.near)
     return Section("Motion over the ground", figures=tuple(figures) if ended else ())
 

@@ -61,6 +61,22 @@ def tarsus(capsys) -> Callable[..., Result]:
 
 
 @pytest.fixture
+def opened(tarsus) -> Callable[..., Any]:
+    """What `show` says of what a verb wrote, as plain data; `check` calls it a good one of its kind."""
+
+    def call(path: Path, word: str, *shown: str) -> Any:
+        text, found = tarsus("show", path), tarsus("show", path, "--json")
+        assert (text.code, text.err, found.code) == (0, "", 0) and all(one in text.out for one in shown), (
+            text.out
+        )
+        checked = tarsus("check", path)
+        assert checked.code == 0 and f"is a good {word}: " in checked.out, checked.err
+        return found.json()
+
+    return call
+
+
+@pytest.fixture
 def process() -> Callable[..., Result]:
     """The same in a process of its own."""
 

@@ -13,7 +13,7 @@ OSCILLATOR = str(SCENES / "impact_oscillator.toml")
 ALONG = "signals.shaker.amplitude"
 
 
-def test_a_branch_is_printed_and_written(tmp_path, capsys):
+def test_a_branch_is_printed_and_written(tmp_path, capsys, opened):
     out = tmp_path / "out"
     assert main(["branch", OSCILLATOR, "--along", f"{ALONG}=1 V:0.95 V", "-o", str(out), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
@@ -26,6 +26,11 @@ def test_a_branch_is_printed_and_written(tmp_path, capsys):
     with xarray.open_dataset(out / "branch.nc", engine="h5netcdf") as stored:
         assert stored["at"].values[0] == 1.0 and stored["stable"].values.all()
         assert stored["hardest_impact"].values[0] == pytest.approx(1.6957329376, abs=1e-8)
+    assert (
+        opened(out, "branch", "`tarsus branch` wrote it", "it leaves the range")["points"] == found["points"]
+    )
+    series = {one["name"]: one for one in opened(out / "branch.nc", "series", ALONG)["series"]}
+    assert (series["at"]["smallest"], series["at"]["unit"]) == (0.95, "V")
 
 
 @pytest.mark.parametrize(

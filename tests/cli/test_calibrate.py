@@ -13,7 +13,7 @@ def study(tmp_path):
     return ball_study(tmp_path, "50,1.5,14\n90,1,30\n120,,\n", generations=0, leave_out=True)
 
 
-def test_a_calibration_prints_its_tables_and_goes_on_in_its_folder(tarsus, study, tmp_path):
+def test_a_calibration_prints_its_tables_and_goes_on_in_its_folder(tarsus, study, tmp_path, opened):
     out = tmp_path / "out"
     first = tarsus("calibrate", study, "-o", out)
     assert first.code == 0, first.err
@@ -27,6 +27,10 @@ def test_a_calibration_prints_its_tables_and_goes_on_in_its_folder(tarsus, study
     table = json.loads((out / "calibration.json").read_text(encoding="utf-8"))
     assert [row["fitted"] for row in table["rows"]] == [True, True, False]
     assert set(table["rows"][0]["left_out"]) == {"rate", "height"}
+    shown = opened(
+        out, "fitted calibration", "device files: branch-1.toml", f"`tarsus report {out}`", "hypotheses kept"
+    )
+    assert shown | table == shown and opened(tmp_path, "folder of results")["folders"] == {"out": shown["is"]}
     again = tarsus("calibrate", study, "-o", out, "--resume", "--json")
     assert again.code == 0 and again.json() == table
     refused = tarsus("calibrate", study, "-o", out)

@@ -7,7 +7,7 @@ import pytest
 LANDING = ("design", "landing", "cantilever", "--foot", "tip")
 
 
-def test_one_line_makes_a_header_a_signal_and_a_page(tarsus, tmp_path):
+def test_one_line_makes_a_header_a_signal_and_a_page(tarsus, tmp_path, opened):
     folder = tmp_path / "landing"
     done = tarsus(
         *LANDING, "--request", "levels=free=-8V:8V", "--over", "robot.feet.tip.gap=69um:71um", "--request",
@@ -26,6 +26,7 @@ def test_one_line_makes_a_header_a_signal_and_a_page(tarsus, tmp_path):
         "scene.toml",
         "signal.toml",
     ]
+    assert opened(folder, "landing design", "`tarsus design landing` wrote it")["speed"] == table["speed"]
     assert table["digest"] in (folder / "landing.h").read_text()
     assert len((folder / "scenarios.csv").read_text().splitlines()) == 1 + len(table["scenarios"])
 

@@ -14,7 +14,7 @@ WALK = (
 GAIT = (*WALK, "--request", "look=2")
 
 
-def test_a_front_is_written_and_read_again(tarsus, tmp_path):
+def test_a_front_is_written_and_read_again(tarsus, tmp_path, opened):
     words = ("--request", "objective=speed", "-o", str(tmp_path), "--no-report", "--json")
     done = tarsus("design", "gait", *GAIT, *words)
     assert done.code == 0, done.err
@@ -25,6 +25,7 @@ def test_a_front_is_written_and_read_again(tarsus, tmp_path):
     rows = list(csv.reader((tmp_path / "front.csv").open()))
     assert len(rows) == len(table["front"]) + 3 and {len(row) for row in rows} == {len(rows[0])}
     assert "#define GAIT_COUNT 2u" in (tmp_path / "gait.h").read_text()
+    assert opened(tmp_path, "gait design", "gait.duty")["front"] == table["front"]
     again = tarsus("design", "gait", *GAIT, *words, "--resume")
     assert again.code == 0, again.err
     resumed = again.json()
@@ -49,7 +50,7 @@ def test_a_front_is_written_with_pages_that_play(tarsus, tmp_path):
     )
 
 
-def test_an_adaptive_gait_prints_its_rule(tarsus, tmp_path):
+def test_an_adaptive_gait_prints_its_rule(tarsus, tmp_path, opened):
     words = (
         "--over", "ground.friction.coefficient=4:12", "--request", "sense=nothing", "--request", "hidden=4",
         "--request", "training=4",
@@ -58,11 +59,19 @@ def test_an_adaptive_gait_prints_its_rule(tarsus, tmp_path):
     assert done.code == 0, done.err
     assert "always" in done.out and "lost on 4 hidden grounds" in done.out
     assert json.loads((tmp_path / "adapt.json").read_text())["table"][0]["when"] == "always"
+    assert opened(tmp_path, "adaptive gait", "always")["hidden"] == 4
     assert "What is lost" in (tmp_path / "report.html").read_text()
 
 
 def test_bad_requests_are_sentences_and_write_nothing(tarsus, tmp_path):
-    wrong = ("--free", "gait.dutty", "--over", "ground.friction.coefficient=0.5:0.2", "--request", "objective=spede")
+    wrong = (
+        "--free",
+        "gait.dutty",
+        "--over",
+        "ground.friction.coefficient=0.5:0.2",
+        "--request",
+        "objective=spede",
+    )
     done = tarsus("design", "gait", "millipede-printed", *wrong, "-o", str(tmp_path / "none"))
     assert done.code == 2 and len(done.sentences) == 3 and not (tmp_path / "none").exists()
     done = tarsus(

@@ -24,7 +24,7 @@ def test_bad_words_are_sentences(tarsus, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_campaign_from_end_to_end(tarsus, tmp_path):
+def test_a_campaign_from_end_to_end(tarsus, tmp_path, opened):
     lab, result = tmp_path / "lab", tmp_path / "result"
     made = tarsus("synthesize", "cantilever", "-o", str(lab), "--seed", "3", "--perturb", "0.2")
     assert made.code == 0 and (lab / "truth" / "device.toml").is_file()
@@ -45,6 +45,10 @@ def test_a_campaign_from_end_to_end(tarsus, tmp_path):
     assert told["not_done"] == {} and told["files"]["read"] - told["files"]["used"] == 1 + len(held)
     assert tarsus("simulate", str(result / "identified.toml"), "--json").code == 0
     assert tarsus("check", str(result / "identified.toml")).code == 0
+    assert opened(result, "identification", "ground.adhesion.rate")["files"] == told["files"]
+    numbers = opened(result / "draws.npz", "draws", "ground.adhesion.rate")["numbers"]
+    low, high = numbers["ground.adhesion.rate"]["interval"]
+    assert 0.0 < low < numbers["ground.adhesion.rate"]["median"] < high
 
 
 RATIOS = (0.002553195, 0.006302068, 0.00471986, 0.00363146, 0.003429172, 0.005262212)

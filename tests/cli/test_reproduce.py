@@ -57,7 +57,7 @@ def test_json(written):
     assert sorted(one["volt_v"] for one in result["in_air"]) == [15.0, 20.0, 25.0, 30.0]
 
 
-def test_files(written):
+def test_files(written, opened):
     result, folder = written
     assert json.loads((folder / "reproduction.json").read_text(encoding="utf-8")) == result
     with (folder / "reproduction.csv").open(encoding="utf-8", newline="") as stream:
@@ -67,6 +67,7 @@ def test_files(written):
     assert rows[3]["mean_um_measured"] == rows[3]["mean_um_source"] == ""
     page = Page((folder / "reproduction.html").read_text(encoding="utf-8"))
     assert "rows.csv" in page.text
+    assert opened(folder, "reproduction", "hexapod", "reproduction.html")["rows"] == result["rows"]
 
 
 def test_tables_for_people(tarsus):

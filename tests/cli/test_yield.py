@@ -25,29 +25,47 @@ def creeping(tmp_path_factory) -> str:
     return str(file)
 
 
-def test_robots_become_curves_and_a_page(tarsus, creeping, tmp_path):
+def test_robots_become_curves_and_a_page(tarsus, creeping, tmp_path, opened):
     result = tarsus(
         "yield", creeping, *WORDS, "--count", "24:4", "--set", "duration=20 ms", "-o", tmp_path / "out"
     )
     assert result.code == 0, result.err
     (told,) = (one for one in result.sentences if "further runs" in one)
-    assert "after the 24 robots, 20 further runs (4 draws times 3 groups and 2)" in told and "--count 24:0" in told
+    assert (
+        "after the 24 robots, 20 further runs (4 draws times 3 groups and 2)" in told
+        and "--count 24:0" in told
+    )
     assert "24 robots" in result.out and "%" in result.out and "matters most" in result.out
     found = json.loads((tmp_path / "out" / "yield.json").read_text(encoding="utf-8"))
     with xr.open_dataset(tmp_path / "out" / "robots" / "sweep.nc") as robots:
         speed = robots["mean_speed"].values
         gains = np.column_stack([robots[name].values for name in robots.coords if "gain" in str(name)])
     dead = (gains == 0.0).sum(axis=1)
-    assert [(one["dead"], one["robots"]) for one in found["by_dead"]] == [(n, int((dead == n).sum())) for n in (0, 1)]
+    assert [(one["dead"], one["robots"]) for one in found["by_dead"]] == [
+        (n, int((dead == n).sum())) for n in (0, 1)
+    ]
     curve = found["curves"]["mean_speed"]
     assert curve["requirement"][0] == pytest.approx(speed.min()) and curve["share"][0] == 1.0
     assert set(found["indices"]["mean_speed"]) == {"L1", "R1", "ground.friction.coefficient"}
     with xr.open_dataset(tmp_path / "out" / "legs" / "sweep.nc") as legs:
         assert legs.sizes["run"] == 4 * 5
+    assert opened(tmp_path / "out", "yield", "matters most")["robots"] == 24
+    collected = opened(tmp_path / "out" / "robots" / "sweep.nc", "series", "mean_speed")["series"]
+    assert next(one["smallest"] for one in collected if one["name"] == "mean_speed") == speed.min()
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert "Yield against requirement" in page and "Whose scatter matters" in page and "Dead legs" in page
     before = (tmp_path / "out" / "yield.json").read_bytes()
-    words = (*WORDS, "--count", "24:4", "--set", "duration=20 ms", "-o", tmp_path / "out", "--resume", "--json")
+    words = (
+        *WORDS,
+        "--count",
+        "24:4",
+        "--set",
+        "duration=20 ms",
+        "-o",
+        tmp_path / "out",
+        "--resume",
+        "--json",
+    )
     again = tarsus("yield", creeping, *words)
     said = json.loads(again.out)
     assert again.code == 0 and said["robots"] == 24 and list(said["shares"]) == ["mean_speed=0 m/s"]
@@ -56,7 +74,9 @@ def test_robots_become_curves_and_a_page(tarsus, creeping, tmp_path):
 
 
 def test_runs_about_legs_can_be_left_out(tarsus, creeping, tmp_path):
-    result = tarsus("yield", creeping, *WORDS, "--count", "24:0", "--set", "duration=10 ms", "-o", tmp_path / "out")
+    result = tarsus(
+        "yield", creeping, *WORDS, "--count", "24:0", "--set", "duration=10 ms", "-o", tmp_path / "out"
+    )
     assert result.code == 0 and "runs" not in result.err.replace("runs/s", "")
     assert not (tmp_path / "out" / "legs").exists()
 

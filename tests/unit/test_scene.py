@@ -186,3 +186,10 @@ def test_with_values_on_a_device_is_little_work() -> None:
         "signals.pzt.amplitude": 7.0,
     }
     assert calls(lambda: with_values(it, values)) < 2000
+
+
+def test_a_scene_is_printed_as_a_short_table():
+    lines = str(load_scene("cantilever")).splitlines()
+    assert lines[0].startswith("cantilever: beam, 1 foot on ") and max(map(len, lines)) < 120
+    assert ["robot.feet.tip.gap", "70", "µm", "printed"] in [line.split() for line in lines]
+    assert repr(load_scene("cantilever")) == "<Scene 'cantilever': beam with tip>"

@@ -288,50 +288,62 @@ def _mean(values: Sequence[float] | Sequence[bool]) -> float | None:
 
 def calibration_table(numbers: Mapping[str, Any]) -> Table:
     """Hypotheses, what is said of the unknowns of the best one, and errors, from the numbers of `calibration_json`."""
-    kept = [one for one in numbers["branches"] if not one["dropped"]]
-    best = min(kept, key=lambda one: one["cost"])
     ranked = sorted(numbers["branches"], key=lambda one: one["cost"])
+    kept = [one for one in ranked if not one["dropped"]]
     notes = [
         f"{name}: {', '.join(f'{option} {weight:.2f}' for option, weight in one['weights'].items())}"
         f"{'; open' if one['open'] else ''}"
         for name, one in numbers["choices"].items()
     ]
-    return Table(
-        f"{numbers['study']}: {numbers['sets']} sets, {len(kept)} of {len(ranked)} hypotheses kept",
-        ("hypothesis", Column("cost", digits=4), Column("weight", digits=2), "device"),
-        [
-            (options_word(one), one["cost"], one.get("weight"), one.get("file") or "rejected")
-            for one in ranked
-        ],
-        notes,
-        (_unknowns_table(best, numbers["seed"]), _errors_table(numbers["summary"])),
-    )
-
-
-def _unknowns_table(best: Mapping[str, Any], seed: int) -> Table:
-    columns = ("unknown", Column("best", ROW), Column("90 % range", ROW), "the data say")
     rows = [
-        (name, one["best"], (one["low"], one["high"]), one["determined"])
-        for name, one in best["unknowns"].items()
+        (options_word(one), one["cost"], one.get("weight"), one.get("file") or one["dropped"], _broken(one))
+        for one in ranked
     ]
-    return Table(
-        f"unknowns of the best hypothesis ({options_word(best)})", columns, rows,
-        (f"{found_sentence(best)} Seed {seed}.",), units=[one["unit"] for one in best["unknowns"].values()],
-    )  # fmt: skip
+    columns = ("hypothesis", "cost", Column("weight", digits=2), "device", "constraints")
+    unknowns = unknowns_table(kept[0], (f"{found_sentence(kept[0])} Seed {numbers['seed']}.",))
+    title = f"{numbers['study']}: {numbers['sets']} sets, {len(kept)} of {len(ranked)} hypotheses kept"
+    return Table(title, columns, rows, notes, (unknowns, errors_table(numbers["summary"])))
 
 
-def _errors_table(summary: Mapping[str, Any]) -> Table:
-    columns = ("measure", "rows", Column("mean relative error", "%", 2), Column("in 80 % interval", "%", 2),
-               Column("Brier score", digits=2))  # fmt: skip
+def _broken(branch: Mapping[str, Any]) -> str | None:
+    """Constraints that the best set of a hypothesis does not keep, with their costs; None for a rejected one."""
+    if "constraints" not in branch:
+        return None
+    broken = [f"{one['name']}: {one['cost']:.2g}" for one in branch["constraints"] if one["cost"] > 0.0]
+    return "; ".join(broken) or "kept"
+
+
+def unknowns_table(branch: Mapping[str, Any], notes: Sequence[str] = (), *, meanings: bool = False) -> Table:
+    """What is said of the unknowns of a hypothesis that is kept; `meanings`: with what each of them is."""
+    found = branch["unknowns"]
+    columns = (
+        "unknown",
+        Column("best", ROW),
+        *(Column(name, ROW, 3) for name in ("90 % range", "bounds")),
+        "the data say",
+    )
     rows = [
         (
-            name,
-            what.replace("_", " ").replace("left out", "excluded"),
-            one["mean_relative_error"],
-            one["held"],
-            one["brier"],
+            f"{name}\n{one['meaning']}" if meanings and one.get("meaning") else name, one["best"],
+            (one["low"], one["high"]), tuple(one["bounds"]), one["determined"],
         )
+        for name, one in found.items()
+    ]  # fmt: skip
+    title = f"unknowns of the hypothesis {options_word(branch)}"
+    return Table(title, columns, rows, notes, units=[one["unit"] for one in found.values()])
+
+
+def errors_table(summary: Mapping[str, Any]) -> Table:
+    """Errors by measure, of the fitted and of the excluded rows and of the best set."""
+    found = sorted(
+        (name, what.replace("_", " ").replace("left out", "excluded"), one)
         for what, part in summary.items()
         for name, one in (part or {"measures": {}})["measures"].items()
-    ]
-    return Table("errors", columns, sorted(rows, key=lambda row: row[:2]))
+    )
+    columns = (
+        "measure", "rows", "cells", Column("mean relative error", "%", 2), Column("mean error", ROW, 3),
+        Column("in 80 % interval", "%", 2), Column("Brier score", digits=2),
+    )  # fmt: skip
+    keys = ("cells", "mean_relative_error", "mean_absolute_error", "held", "brier")
+    rows = [(name, what, *(one[key] for key in keys)) for name, what, one in found]
+    return Table("errors", columns, rows, units=[one["unit"] for *_, one in found])

@@ -45,9 +45,10 @@ def branch(
         with target.writing() as folder:
             written = list(write_branch(found, folder))
             if pages.report:
-                from tarsus.report.branch_page import write_branch_report
+                from tarsus.report.branch_page import branch_html
+                from tarsus.report.pages import write_page
 
-                written.append(write_branch_report(found, folder / "report.html"))
+                written.append(write_page(branch_html(found), folder / "report.html"))
     if pages.json:
         console.print_json(found.to_dict() | {"files": [str(one) for one in written]})
         return 0

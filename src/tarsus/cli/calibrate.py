@@ -46,9 +46,10 @@ def calibrate(
         result = run(described, folder, seed=seed, threads=workers, resume=resume, progress=progress)
         numbers = result.to_dict()
         if pages.report:
-            from tarsus.report.calibrate_page import write_calibration_report
+            from tarsus.report.calibrate_page import calibration_html
+            from tarsus.report.pages import write_page
 
-            write_calibration_report(numbers, folder / "report.html")
+            write_page(calibration_html(numbers), folder / "report.html")
     console.show(result, pages.json, [folder])
     lost = any(one["failed"] >= 1.0 for row in numbers["rows"] for one in row.get("training", {}).values())
     if lost:

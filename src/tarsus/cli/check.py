@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from tarsus.cli.front import worded
 from tarsus.cli.options import Json, LawFiles
 
 
+@worded
 def check(
     name: str,
     /,
@@ -12,13 +14,6 @@ def check(
     law: LawFiles = None,
     json: Json = False,
 ) -> int:
-    """Check a device, a scene, a study, a calibration or a campaign with all its records; name all errors at once.
-
-    Parameters
-    ----------
-    name
-        a device or packaged study by name, a file (TOML), a record, or the folder of a campaign, run or sweep.
-    """
     import tarsus
     from tarsus.cli import console
 

@@ -69,9 +69,10 @@ def landing(
     with target.writing() as folder:
         found.write(folder)
         if pages.report:
-            from tarsus.report.landing_page import write_landing_report
+            from tarsus.report.landing_page import landing_html
+            from tarsus.report.pages import write_page
 
-            write_landing_report(found, folder / "report.html")
+            write_page(landing_html(found), folder / "report.html")
     return _shown(found, folder, pages)
 
 
@@ -162,9 +163,10 @@ def adapt(
     with target.writing() as folder:
         found.write(folder)
         if pages.report:
-            from tarsus.report.gait_page import write_adapt_report
+            from tarsus.report.gait_page import adapt_html
+            from tarsus.report.pages import write_page
 
-            write_adapt_report(found, folder / "report.html")
+            write_page(adapt_html(found), folder / "report.html")
     return _shown(found, folder, pages)
 
 
@@ -200,24 +202,11 @@ def _asked(
     return Path(files[0]) if files else None, given
 
 
-def _free(words: list[str] | None) -> dict[str, tuple[str, str] | None] | None:
+def _free(words: list[str] | None) -> dict[str, Any] | None:
     """``PATH`` and ``PATH=a:b`` words as paths with their ranges."""
-    from tarsus.base.errors import InputError
+    from tarsus.cli import requests
 
-    problems: list[str] = []
-    found: dict[str, tuple[str, str] | None] = {}
-    for word in (part.strip() for one in words or () for part in one.split(",")):
-        path, equals, span = (one.strip() for one in word.partition("="))
-        low, colon, high = (one.strip() for one in span.partition(":"))
-        if not path or (equals and not (low and colon and high)):
-            problems.append(f"--free takes PATH or PATH=a:b, such as gait.duty=0.2:0.8, got '{word}'")
-        elif path in found:
-            problems.append(f"--free names '{path}' twice")
-        else:
-            found[path] = (low, high) if equals else None
-    if problems:
-        raise InputError(problems)
-    return found or None
+    return requests.spans_of(words or (), "--free", bare=True) or None
 
 
 def _shown(found: Any, folder: Path, pages: Pages) -> int:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from tarsus.cli.front import worded
 from tarsus.cli.options import Json
 
 
+@worded
 def devices(*, json: Json = False) -> int:
-    """List the packaged devices and those that installed packages add."""
     import tarsus
     from tarsus.cli import console
 

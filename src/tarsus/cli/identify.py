@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
 
 from tarsus.cli.options import PAGES, MaybeFolder, Pages, Seed
+
+if TYPE_CHECKING:
+    from tarsus.identify.campaign import Opened
 
 
 def identify(
     campaign: Path,
     /,
     *,
+    track: Annotated[list[Path] | None, Parameter(negative=(), consume_multiple=True)] = None,
     output: MaybeFolder = None,
     seed: Seed = 1,
     pages: Pages = PAGES,
@@ -21,9 +28,11 @@ def identify(
     ----------
     campaign
         campaign.toml, or the folder it is in (see `tarsus synthesize` for one).
+    track
+        campaigns on the same device recorded later, in their order: which of its numbers moved.
     output
-        folder for identified.toml, identification.json, draws.npz and report.html; by default "identified" beside the
-        campaign file.
+        folder for identified.toml, identification.json, draws.npz and report.html, of a series for track.json,
+        track.csv and report.html; by default "identified", of a series "tracked", beside the (first) campaign file.
     """
     from tarsus.cli import console
     from tarsus.identify.campaign import read_campaign
@@ -31,6 +40,8 @@ def identify(
     from tarsus.identify.result import RESULT_FILES, summary_of, write_identification
 
     opened = read_campaign(campaign)
+    if track:
+        return _track([opened, *(read_campaign(one) for one in track)], output, seed, pages)
     folder = output if output is not None else opened.folder / "identified"
     target = pages.target(folder, "identify", RESULT_FILES)
     with console.progress_bar("steps") as progress:
@@ -38,9 +49,10 @@ def identify(
     with target.writing():
         written = write_identification(found, folder)
         if pages.report:
-            from tarsus.report.identify_page import write_identify_report
+            from tarsus.report.identify_page import identify_html
+            from tarsus.report.pages import write_page
 
-            written.append(write_identify_report(found, folder / "report.html"))
+            written.append(write_page(identify_html(found), folder / "report.html"))
     console.note(found.remarks)
     console.note(f"excluded: {one}" for one in found.left_out)
     console.complain([f"{one.name} was not done: {said}" for one in found.not_done for said in one.reasons])
@@ -50,3 +62,28 @@ def identify(
         print(f"{found.table().text()}\n\n{found.seconds:.0f} s")
         console.wrote(written)
     return 1 if found.not_done else 0
+
+
+def _track(opened: list[Opened], output: Path | None, seed: int, pages: Pages) -> int:
+    """A series of campaigns; 1 where a number moved."""
+    from tarsus.cli import console
+    from tarsus.identify.track import TRACK_FILES, track, write_track
+
+    folder = output if output is not None else opened[0].folder / "tracked"
+    target = pages.target(folder, "identify", TRACK_FILES)
+    with console.progress_bar("steps") as progress:
+        found = track(opened, seed, progress)
+    with target.writing():
+        written = write_track(found, folder)
+        if pages.report:
+            from tarsus.report.pages import write_page
+            from tarsus.report.track_page import track_html
+
+            written.append(write_page(track_html(found), folder / "report.html"))
+    console.complain(found.alarms)
+    if pages.json:
+        console.print_json(found.to_dict())
+    else:
+        print(found.table().text())
+        console.wrote(written)
+    return 1 if found.alarms else 0

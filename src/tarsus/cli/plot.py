@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from tarsus.cli.front import worded
 from tarsus.cli.options import Folder, Json, LawFiles, Many, Overwrite
 
 
+@worded
 def plot(
     saved: Path,
     name: str | None = None,
@@ -19,22 +21,6 @@ def plot(
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> int:
-    """Draw a series or a measure of a saved run, batch or sweep as PNG, SVG or PDF.
-
-    Parameters
-    ----------
-    saved
-        a folder that `simulate` or `sweep` wrote, or a .nc file of a run, a batch or a sweep.
-    name
-        of a run: motion, impacts, ledger, or a series such as gap; of a batch or sweep: a measure. The motion, or the
-        first measure, when left out.
-    output
-        the file, ending in .png, .svg or .pdf.
-    over
-        of a sweep: path of the number on the horizontal axis.
-    only
-        of a series: a foot, point or drive by name; may be repeated.
-    """
     from tarsus.cli import console, options
     from tarsus.model.laws.userfile import laws_of
     from tarsus.report.plotted import drawn

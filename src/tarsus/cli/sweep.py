@@ -131,9 +131,10 @@ def _run(chosen: Sweep, folder: Path, resume: bool, threads: Workers, pages: Pag
         result = run_sweep(chosen, folder, resume=resume, threads=threads, progress=report)
     written = [result.file]
     if pages.report:
-        from tarsus.report.sweep_page import write_sweep_report
+        from tarsus.report.pages import write_page
+        from tarsus.report.sweep_page import sweep_html
 
-        written.append(write_sweep_report(chosen, result.file, folder / REPORT_FILE))
+        written.append(write_page(sweep_html(chosen, result.file), folder / REPORT_FILE))
     seconds = time.perf_counter() - start
     code = 1 if result.failed == result.runs else 0
     if pages.json:

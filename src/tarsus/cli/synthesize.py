@@ -6,9 +6,11 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from tarsus.cli.front import worded
 from tarsus.cli.options import UNCHANGED, Changes, Folder, Json, Overwrite, Seed
 
 
+@worded
 def synthesize(
     device: str,
     /,
@@ -22,21 +24,6 @@ def synthesize(
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> int:
-    """Simulate the records of an identification campaign and write its folder, with the truth kept apart.
-
-    Parameters
-    ----------
-    device
-        a device (see `tarsus devices`) or a scene file: what the records are made of.
-    output
-        folder for campaign.toml, device.toml, the records, and truth/device.toml.
-    snr_db
-        noise of each channel below its own motion, in dB.
-    rate
-        samples per second, e.g. "20 kHz".
-    perturb
-        multiply every number that a campaign identifies by 1 - this to 1 + this, at random.
-    """
     import tarsus
     from tarsus.cli import console, requests
     from tarsus.files.output import OutputFolder

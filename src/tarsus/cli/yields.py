@@ -64,7 +64,8 @@ def yields(
     """
     from tarsus.cli import console
     from tarsus.files.runstore import SWEEP_FILES
-    from tarsus.report.yield_page import write_yield_report
+    from tarsus.report.pages import write_page
+    from tarsus.report.yield_page import yield_html
     from tarsus.study.robots import Robots, as_arguments
     from tarsus.study.yields import YieldStudy
 
@@ -82,7 +83,7 @@ def yields(
     with console.resumable(), target.writing(resume=resume), work.workers() as workers:
         with console.progress_bar("robots, legs", time_left=True) as progress:
             found = study.run(folder, resume=resume, threads=workers, progress=progress)
-        write_yield_report(found, folder / "report.html")
+        write_page(yield_html(found), folder / "report.html")
     if json:
         said = dict(word.split("=", 1) for word in require or () if "=" in word)
         shares = {f"{name}={said[name]}": share for name, share in found.shares.items()}

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
+from tarsus.files.kinds import folder_sentence, kind_of_path
 from tarsus.files.tables import FileKind, kind_of_table, read_table
 
 DEVICES, STUDIES = "tarsus.devices", "tarsus.studies"
@@ -23,9 +24,6 @@ _OWN = {DEVICES: Path(__file__).parents[1] / "data" / "devices"}
 
 _WORDS = {DEVICES: ("device", "scene"), STUDIES: ("study", "study")}
 """What one of a group is called, and a file of the kind that is not packaged."""
-
-_INSIDE = {DEVICES: ("scene.toml", "identified.toml"), STUDIES: ("study.toml",)}
-"""Where such a file lies in folders that verbs write."""
 
 
 def device_names() -> list[str]:
@@ -65,6 +63,26 @@ def is_path(text: str) -> bool:
     return text.endswith(".toml") or os.sep in text
 
 
+def kind_of(name: str) -> FileKind:
+    """The kind of what a name stands for; `DEVICE` where it stands for nothing, which reading it will say.
+
+    Raises InputError for a folder that holds nothing of tarsus, and as `kind_of_path`.
+    """
+    path = Path(name)
+    found = None if name in device_names() and not path.is_dir() else kind_of_path(path)
+    if path.is_dir() and found is None:
+        raise InputError(
+            f"'{path}' is a folder that holds no result of tarsus and no campaign{folder_sentence(path)}"
+        )
+    if found is not None or name in device_names() or name.endswith(".toml"):
+        return found or FileKind.DEVICE
+    if path.suffix:
+        return FileKind.RECORD
+    if name in study_names():
+        return FileKind.SWEEP
+    return FileKind.CALIBRATION if name in calibration_names() else FileKind.DEVICE
+
+
 def _kind(name: str) -> FileKind | None:
     return kind_of_table(read_table(_named(STUDIES, name)))
 
@@ -102,8 +120,7 @@ def _named(group: str, name: str) -> Path:
     path = Path(name)
     if name and path.exists():
         is_ = "a folder" if path.is_dir() else "a file whose name does not end in .toml"
-        inside = next((one for one in _INSIDE[group] if (path / one).is_file()), None)
-        hint = f"; it holds {inside}: give '{path / inside}'" if inside else ""
+        hint = folder_sentence(path) if path.is_dir() else ""
         raise InputError(f"'{name}' is {is_}: expected a {what} by name, or a {kind} file (TOML){hint}")
     raise InputError(
         f"no {what} is called '{name}'{nearest(name, files)} (a {kind} file is given by its path, ending in .toml)"

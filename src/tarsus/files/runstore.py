@@ -26,6 +26,7 @@ from typing import IO
 import numpy as np
 
 from tarsus.base.errors import InputError
+from tarsus.files.kinds import PLAN_FILE
 from tarsus.files.memo import Arrays, Function, Memo
 from tarsus.files.output import MANIFEST
 from tarsus.files.version import versions
@@ -34,7 +35,6 @@ from tarsus.files.whole import PART, claim, put
 FORMAT = 2
 """Version of the folder's layout, kept in `plan.json`. In layout 1 all units lay in one folder."""
 
-PLAN_FILE = "plan.json"
 UNIT_FOLDER = "units"
 WORKER_FOLDER = "workers"
 COLLECTED_FILE = "sweep.nc"

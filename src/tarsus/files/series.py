@@ -167,6 +167,20 @@ def read_netcdf(path: Path) -> xarray.Dataset:
     return dataset
 
 
+def is_ours(path: Path) -> bool:
+    """Whether a file is NetCDF that a verb wrote, or a dataset of a run or batch that a user kept: their attributes say
+    it."""
+    import h5py
+
+    try:
+        with h5py.File(path, "r") as file:
+            source = file.attrs.get("source", b"")
+            said = source.decode(errors="replace") if isinstance(source, bytes) else str(source)
+            return said.startswith("tarsus ") or {"title", "duration_s"} <= set(file.attrs)
+    except (OSError, RuntimeError):
+        return False
+
+
 def matlab_content(variables: Variables) -> dict[str, Any]:
     """Series as MATLAB variables; units in the structure `units`, names in cell arrays."""
     content: dict[str, Any] = {}

@@ -26,6 +26,7 @@ import numpy as np
 from tarsus.base.errors import InputError
 from tarsus.base.events import EVENT_WORDS
 from tarsus.files.jsontext import json_text
+from tarsus.files.kinds import SUMMARY_FILE
 from tarsus.files.ledger import Ledger, ledger_table, read_number, stored_ledger
 from tarsus.files.series import Variables, matlab_content, read_netcdf, variables_of, write_netcdf
 from tarsus.files.toml import SCENE_FILE, read_scene, write_scene
@@ -46,7 +47,6 @@ EVENTS_FILE = "events.csv"
 MEASURES_FILE = "measures.json"
 PROVENANCE_FILE = "provenance.json"
 CITATIONS_FILE = "citations.txt"
-SUMMARY_FILE = "summary.json"
 REPORT_FILE = "report.html"
 
 RUN_FILES = (

@@ -25,12 +25,43 @@ class NotToml(InputError):
 
 
 class FileKind(Enum):
-    """What a file describes, and the verb that takes it."""
+    """What a name, a file or a folder holds: a word for it, what it is, and the verb that takes it or wrote it."""
 
-    SCENE = ("a scene", "`tarsus simulate`")
-    SWEEP = ("a sweep", "`tarsus sweep`")
-    CALIBRATION = ("a calibration", "`tarsus calibrate`")
-    CAMPAIGN = ("a campaign", "`tarsus identify`")
+    DEVICE = ("device", "a device", "`tarsus simulate` takes it")
+    SCENE = ("scene", "a scene", "`tarsus simulate` takes it")
+    SWEEP = ("study", "a sweep", "`tarsus sweep` takes it")
+    CALIBRATION = ("calibration", "a calibration", "`tarsus calibrate` takes it")
+    CAMPAIGN = ("campaign", "a campaign", "`tarsus identify` takes it")
+    RECORD = ("record", "a record", "`tarsus identify` takes it in a campaign")
+    SERIES = ("series", "a NetCDF file of tarsus", "`tarsus plot` draws it")
+    DRAWS = ("draws", "draws of an identification", "`tarsus design --over` takes them")
+    RUN = ("run", "a run", "`tarsus simulate` wrote it")
+    SWEEP_RUNS = ("sweep", "the runs of a sweep", "`tarsus sweep` wrote them")
+    YIELD = ("yield", "a yield", "`tarsus yield` wrote it")
+    BRANCH = ("branch", "a branch of periodic motions", "`tarsus branch` wrote it")
+    FITTED = ("fitted calibration", "a fitted calibration", "`tarsus calibrate` wrote it")
+    IDENTIFICATION = ("identification", "an identification", "`tarsus identify` wrote it")
+    TRACKING = ("series of identifications", "a series of identifications", "`tarsus identify --track` wrote it")
+    LANDING = ("landing design", "a soft landing", "`tarsus design landing` wrote it")
+    GAITS = ("gait design", "a front of gaits", "`tarsus design gait` wrote it")
+    ADAPTIVE = ("adaptive gait", "an adaptive gait", "`tarsus design adapt` wrote it")
+    REPRODUCTION = ("reproduction", "a reproduction", "`tarsus reproduce` wrote it")
+    UNFINISHED = (
+        "unfinished work",
+        "work that was not finished",
+        "the verb that began it continues it with --resume",
+    )
+    FOLDERS = ("folder of results", "a folder of results", "verbs wrote them")
+
+    @property
+    def word(self) -> str:
+        """Its name, as in "a good scene"."""
+        return self.value[0]
+
+    @property
+    def sentence(self) -> str:
+        """What it is and whose."""
+        return f"{self.value[1]}; {self.value[2]}"
 
 
 def read_table(path: str | os.PathLike[str]) -> dict[str, Any]:
@@ -107,5 +138,4 @@ def expect(wanted: FileKind, table: Mapping[str, Any], label: str) -> None:
     """Raise InputError where a raw table clearly describes something else, with the verb that takes it."""
     found = kind_of_table(table)
     if found not in (None, wanted):
-        is_, verb = found.value
-        raise InputError(f"{label}: it is {is_}, not {wanted.value[0]}: {verb} takes it")
+        raise InputError(f"{label}: it is {found.value[1]}, not {wanted.value[1]}: {found.value[2]}")

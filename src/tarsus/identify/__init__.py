@@ -5,4 +5,4 @@ The package is also the verb of its name, ``tarsus.identify("lab/campaign.toml")
 
 from tarsus.base.verb import callable_package
 
-callable_package(__name__, "tarsus.identify.chain:identify")
+callable_package(__name__, "tarsus.identify.verb:identify")

@@ -29,7 +29,7 @@ RECORDS = {".uff", ".unv", ".mat", ".h5", ".hdf5", ".nc", ".tdms", ".lvm", ".csv
 
 
 def new(kind: Beginning, path: str | os.PathLike[str], *, device: str | None = None) -> View:
-    """Write a file to begin with; nothing is ever replaced.
+    """Write a file to begin with: a device, a law of the ground, a study, or the campaign of a folder of records.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ def new(kind: Beginning, path: str | os.PathLike[str], *, device: str | None = N
         device and study are scene and study files (TOML), law a Python file, campaign a campaign.toml for the records
         that lie in a folder.
     path
-        The file to write; for a campaign the folder of its records.
+        The file to write, which is never replaced; for a campaign the folder of its records.
     device
         What to begin with: of a device a packaged one to copy, of a study its scene, of a campaign what is known
         beforehand.

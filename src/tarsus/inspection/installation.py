@@ -29,7 +29,7 @@ LIBRARIES = ("tarsus", "numpy", "scipy", "xarray", "matplotlib", "pydantic", "cy
 
 
 def devices() -> View:
-    """The packaged devices and those that other installed packages add, with titles, feet and drives."""
+    """List the packaged devices and those that other installed packages add, with titles, feet and drives."""
     scenes = {name: load_scene(name) for name in device_names()}
     listed = [
         {"name": name, "title": one.name, "feet": len(one.robot.feet), "drives": sorted(one.robot.drives)}

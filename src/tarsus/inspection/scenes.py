@@ -10,6 +10,7 @@ from tarsus.base.units import format_quantity
 from tarsus.impacts.energy import directed
 from tarsus.model.laws import MassWeighted
 from tarsus.model.scene import Scene
+from tarsus.model.values import ValueRow, value_rows
 from tarsus.tables.table import Table
 from tarsus.tables.view import View
 
@@ -29,8 +30,8 @@ def scene_view(scene: Scene) -> View:
         "citations": list(scene.citations),
     }
     sections = [
-        _section(section, list(members))
-        for section, members in groupby(rows, key=lambda row: row["path"].split(".")[0])
+        _section(scene, section, list(members))
+        for section, members in groupby(value_rows(scene), key=lambda row: row.path.split(".")[0])
     ]
     parts = [*sections, Table("", (), (), _of_ground(scene, impact))] if impact else sections
     return View(data, Table(scene.name, (), (), parts=[*parts, Table("", (), (), scene.citations)]))
@@ -45,16 +46,12 @@ def _of_ground(scene: Scene, impact: dict[str, Any]) -> list[str]:
     ]
 
 
-def _section(name: str, members: list[dict[str, Any]]) -> Table:
+def _section(scene: Scene, name: str, members: list[ValueRow]) -> Table:
     """The values of one part of the scene; those of a list in one row."""
-    lists = [list(group) for _, group in groupby(members, key=lambda row: _without_index(row["path"]))]
     rows = [
-        (
-            _without_index(of[0]["path"]), _values(of), _intervals(of), of[0]["source"],
-            of[0]["note"] or of[0]["meaning"],
-        )
-        for of in lists
-    ]  # fmt: skip
+        (one.path, _values(one), _intervals(scene, one), one.source or None, one.note or one.doc)
+        for one in members
+    ]
     columns = (name, "value", "95 % interval", "source", "why")
     if not any(row[2] for row in rows):
         columns, rows = columns[:2] + columns[3:], [row[:2] + row[3:] for row in rows]
@@ -83,36 +80,29 @@ def _row(scene: Scene, path: str, info: FloatInfo) -> dict[str, Any]:
     }
 
 
-def _without_index(path: str) -> str:
-    """The path of the list a value is in, or its own."""
-    parts = path.split(".")
-    while parts[-1].isdecimal():
-        parts.pop()
-    return ".".join(parts)
-
-
-def _values(group: list[dict[str, Any]]) -> str:
+def _values(row: ValueRow) -> str:
     """One value or a short list in full, as it can be given again; size and range of a long one."""
-    texts = [format_quantity(row["value"], row["unit"]) for row in group]
+    texts = [format_quantity(value, row.unit) for value in row.numbers]
     if len(texts) <= LONGEST_LIST:
         return ", ".join(texts)
-    ends = sorted(group, key=lambda row: row["value"])
-    low, high = (format_quantity(row["value"], row["unit"]) for row in (ends[0], ends[-1]))
+    low, high = (format_quantity(value, row.unit) for value in (min(row.numbers), max(row.numbers)))
     return f"{len(texts)} values, {low} to {high}"
 
 
-def _intervals(group: list[dict[str, Any]]) -> str:
+def _intervals(scene: Scene, row: ValueRow) -> str:
     """95 % intervals of one value or a short list: as wide on both sides where they are, else from where to where."""
-    if len(group) > LONGEST_LIST or not any(row["interval"] for row in group):
+    single = scene.interval(row.path)
+    found = [single] if single else [scene.interval(f"{row.path}.{i}") for i in range(len(row.numbers))]
+    if len(row.numbers) > LONGEST_LIST or not any(found):
         return ""
     texts = []
-    for row in group:
-        if row["interval"] is None:
+    for value, interval in zip(row.numbers, found, strict=True):
+        if interval is None:
             texts.append("-")
             continue
-        low, high = row["interval"]
-        below, above = row["value"] - low, high - row["value"]
-        ends = [format_quantity(float(f"{end:.3g}"), row["unit"]) for end in (low, high, (high - low) / 2.0)]
+        low, high = interval
+        below, above = value - low, high - value
+        ends = [format_quantity(float(f"{end:.3g}"), row.unit) for end in (low, high, (high - low) / 2.0)]
         even = min(below, above) > 0.0 and abs(above - below) < 0.1 * (above + below)
         texts.append(f"± {ends[2]}" if even else f"{ends[0]} to {ends[1]}")
     return ", ".join(texts)

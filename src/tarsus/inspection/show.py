@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING, Any
 from tarsus.base.errors import InputError
 from tarsus.base.plausible import remarks
 from tarsus.base.spec import float_paths
+from tarsus.files.installed import kind_of
 from tarsus.files.library import load_scene
 from tarsus.files.store import read_run
+from tarsus.files.tables import FileKind
 from tarsus.inspection import comparison, records, studies
-from tarsus.inspection.kinds import Holding, holding_of
+from tarsus.inspection.folders import result_view
 from tarsus.inspection.runs import run_data
 from tarsus.inspection.scenes import scene_view
 from tarsus.model.laws.userfile import laws_of
@@ -37,18 +39,25 @@ def show(
     drive: str | None = None,
     law: Sequence[Name] = (),
 ) -> View:
-    """Show what a name stands for, or how two runs or two scenes differ.
+    """Show what a device, study, file or folder holds; of two runs, devices or scene files, how they differ.
 
     Parameters
     ----------
     name
-        A device, a packaged study, a scene, study or campaign file, the folder of a run, sweep or campaign, or a record
-        of a vibrometer or recorder.
+        A device or packaged study, a file (TOML), a folder or file that a verb wrote, a campaign, or a record: UFF
+        55/58, MATLAB, HDF5, NetCDF, TDMS, LVM, CSV or ASCII.
     other
-        What it is compared with: two folders of runs, or two devices or scene files.
-    channel, axis, axis_unit, step, drive
-        What a record does not say itself: name=unit of channels, the series of times or frequencies and its unit, the
-        time between samples, the channel of the drive.
+        What it is compared with: runs with runs, devices or scene files with such.
+    channel
+        Of a record: name=unit of a channel whose unit the file does not say, or its name alone; may be repeated.
+    axis
+        Of a record: series of the times or frequencies, where the file does not say.
+    axis_unit
+        Its unit.
+    step
+        Of a record: time between samples, e.g. "50 us", where the file has no times.
+    drive
+        Of a record: channel that recorded the drive.
     law
         Python files with laws of your own.
 
@@ -65,50 +74,52 @@ def show(
     name, laws = os.fspath(name), laws_of(law)
     if other is not None:
         return _compared(name, os.fspath(other), laws)
-    match holding_of(name):
-        case Holding.RECORD:
+    match kind := kind_of(name):
+        case FileKind.DEVICE | FileKind.SCENE:
+            return scene_view(load_scene(name, laws=laws))
+        case FileKind.RECORD:
             return records.record_view(
                 Path(name), channel, axis=axis, axis_unit=axis_unit, step=step, drive=drive
             )
-        case Holding.RUN:
+        case FileKind.RUN:
             run = read_run(name, laws)
             return View(run_data(run), run.table())
-        case Holding.SWEEP:
-            return studies.sweep_view(Path(name))
-        case Holding.STUDY:
+        case FileKind.SWEEP:
             from tarsus.study.studyfile import load_sweep
 
             return studies.study_view(load_sweep(name, laws))
-        case Holding.CALIBRATION:
+        case FileKind.CALIBRATION:
             from tarsus.calibrate.studyfile import load_study
 
             return studies.calibration_view(load_study(name, laws))
-        case Holding.CAMPAIGN:
+        case FileKind.CAMPAIGN:
             from tarsus.identify.campaign import read_campaign
 
             return studies.campaign_view(read_campaign(name))
-    return scene_view(load_scene(name, laws=laws))
+    return result_view(kind, Path(name))
 
 
 def _compared(first: str, second: str, laws: dict[str, Any]) -> View:
-    folders = [Path(name).is_dir() for name in (first, second)]
-    if all(folders):
+    kinds = [kind_of(name) for name in (first, second)]
+    if all(kind is FileKind.RUN for kind in kinds):
         return comparison.of_runs((first, second), read_run(first, laws), read_run(second, laws))
-    if any(folders):
-        folder, other = (first, second) if folders[0] else (second, first)
-        raise InputError(
-            f"'{folder}' is a folder of a run and '{other}' is none: compare two runs or two descriptions"
-        )
+    problems = [
+        f"'{name}' is {kind.value[1]}: compare two runs, or two devices or scene files"
+        for name, kind in zip((first, second), kinds, strict=True)
+        if kind not in (FileKind.DEVICE, FileKind.SCENE)
+    ]
+    if problems:
+        raise InputError(problems)
     return comparison.of_scenes((first, second), load_scene(first, laws=laws), load_scene(second, laws=laws))
 
 
 def check(name: Name, *, law: Sequence[Name] = ()) -> View:
-    """Check that what a name stands for can be used, a campaign with all its records; name all errors at once.
+    """Check a device, a scene, a study, a calibration, or a campaign with all its records; name all errors at once.
 
     Parameters
     ----------
     name
-        As of `tarsus.show`.
+        A device or packaged study, a file (TOML), a folder or file that a verb wrote, a campaign, or a record.
     law
         Python files with laws of your own.
 
@@ -123,29 +134,31 @@ def check(name: Name, *, law: Sequence[Name] = ()) -> View:
         With every problem.
     """
     name, laws = os.fspath(name), laws_of(law)
-    kind = holding_of(name)
+    kind = kind_of(name)
     noted: Sequence[str] = ()
     match kind:
-        case Holding.CAMPAIGN:
+        case FileKind.DEVICE | FileKind.SCENE:
+            scene = load_scene(name, laws=laws)
+            contents, noted = _scene(scene), remarks(scene)
+        case FileKind.CAMPAIGN:
             contents, noted = _campaign(name)
-        case Holding.STUDY:
+        case FileKind.SWEEP:
             from tarsus.study.studyfile import load_sweep
 
             study = load_sweep(name, laws)
             noted = remarks(study.scene)
             contents = f"{study.name} ({_count(study.runs, 'run')} of {study.seconds:g} s)"
-        case Holding.CALIBRATION:
+        case FileKind.CALIBRATION:
             from tarsus.calibrate.studyfile import load_study
 
             contents = _count(len(load_study(name, laws).study.unknowns), "unknown")
-        case Holding.RUN | Holding.SWEEP | Holding.RECORD:
-            found = show(name, law=law)
-            contents, noted = found.shown.text().splitlines()[0], found.remarks
+        case FileKind.UNFINISHED:
+            raise InputError(f"'{name}' holds {kind.sentence}")
         case _:
-            scene = load_scene(name, laws=laws)
-            contents, noted = _scene(scene), remarks(scene)
-    data = {"name": name, "is": kind.value, "contents": contents, "remarks": list(noted)}
-    return View(data, Table(f"{name} is a good {kind.value}: {contents}.", (), ()), tuple(noted))
+            found = show(name, law=law)
+            contents, noted = found.shown.text().splitlines()[0].removeprefix(f"{name}: "), found.remarks
+    data = {"name": name, "is": kind.word, "contents": contents, "remarks": list(noted)}
+    return View(data, Table(f"{name} is a good {kind.word}: {contents}.", (), ()), tuple(noted))
 
 
 def _scene(scene: Scene) -> str:

@@ -1,13 +1,9 @@
-"""What a study, a calibration, a campaign or a sweep's folder holds."""
+"""What the file of a study, a calibration or a campaign describes."""
 
 from __future__ import annotations
 
-from dataclasses import asdict
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tarsus.base.errors import InputError
-from tarsus.cluster.status import status_lines, status_of
 from tarsus.tables.table import Column, Table
 from tarsus.tables.view import View
 
@@ -32,15 +28,6 @@ def study_view(study: Sweep) -> View:
     title = f"{study.name}: {study.runs} runs of {study.scene.name}, {study.seconds:g} s each"
     scored = f"scored by {', '.join(study.measures)}"
     return View(data, Table(title, ("varies", "values", "from", "to"), rows, [scored]))
-
-
-def sweep_view(folder: Path) -> View:
-    """How a sweep's folder goes."""
-    try:
-        status = status_of(folder)
-    except ValueError as error:
-        raise InputError(str(error)) from None
-    return View(asdict(status), Table("", (), (), status_lines(status)))
 
 
 def calibration_view(described: Described) -> View:

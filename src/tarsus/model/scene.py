@@ -244,6 +244,14 @@ class Scene(Description):
                 faults.append(("initial.displacement", f"foot '{name}' would start {depth} below the ground"))
         return faults
 
+    def __str__(self) -> str:
+        """The numbers with their sources, a line each, without the sentences about them."""
+        whole = self.table()
+        return Table(whole.title, whole.columns[:3], [row[:3] for row in whole.rows]).text()
+
+    def __repr__(self) -> str:
+        return f"<Scene '{self.name}': {self.robot.structure.kind} with {', '.join(self.robot.feet) or 'no foot'}>"
+
     def _repr_html_(self) -> str:
         return self.table().html()
 

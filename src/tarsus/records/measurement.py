@@ -25,6 +25,9 @@ class Quantity(Enum):
     ACCELERATION = "m/s^2"
     VOLTAGE = "V"
     FORCE = "N"
+    CURRENT = "A"
+    ANGLE = "rad"
+    ANGULAR_VELOCITY = "rad/s"
 
     @property
     def unit(self) -> str:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 from matplotlib.axes import Axes
 
 from tarsus.orbits.branching import Branch
-from tarsus.report.pages import Plate, page, rendered, write_page
-from tarsus.report.sheet import Sheet, few_ticks, plate
+from tarsus.report.pages import Plate, page, rendered
+from tarsus.report.sheet import Sheet, few_ticks, name_axes, plate
 from tarsus.report.style import (
     BLUE,
     GREEN,
@@ -21,7 +19,6 @@ from tarsus.report.style import (
     SKY,
     VERMILION,
     level_limits,
-    scale_of,
 )
 from tarsus.tables.numbers import spaced
 
@@ -37,13 +34,8 @@ MOST_LISTED = 60
 """Orbits in the page's table, four screens of it: every one is in `branch.json`."""
 
 
-def write_branch_report(branch: Branch, path: str | Path) -> Path:
-    """Write a branch as one self-contained HTML file; returns its path. Raises InputError if it cannot be written."""
-    return write_page(branch_html(branch), path)
-
-
 def branch_html(branch: Branch) -> str:
-    """The page as text; see `write_branch_report`."""
+    """The page of a result, as text."""
     whole = branch.table()
     (orbits,) = whole.parts
     body = rendered(
@@ -58,26 +50,24 @@ def draw_branch(axes: Axes, branch: Branch, name: str, unit: str) -> None:
     and a mark where something happens."""
     at = np.array([point.at for point in branch.points])
     values = np.array([getattr(point.orbit, name) for point in branch.points])
-    along, across = scale_of(branch.unit, at), scale_of(unit, values)
-    told: set[str] = set()
+    named: set[str] = set()
     for stable, places in _segments(branch):
         word = "stable" if stable else "unstable"
         axes.plot(
-            at[places] / along.step, values[places] / across.step, "-" if stable else "--",
-            color=BLUE if stable else VERMILION, lw=1.2, label=None if word in told else word,
+            at[places], values[places], "-" if stable else "--",
+            color=BLUE if stable else VERMILION, lw=1.2, label=None if word in named else word,
         )  # fmt: skip
-        told.add(word)
+        named.add(word)
     for i, point in enumerate(branch.points):
         if point.kind in _MARKS and np.isfinite(values[i]):
             marker, color = _MARKS[point.kind]
             axes.plot(
-                at[i] / along.step, values[i] / across.step, marker, color=color, ms=5.0, mew=0.0, zorder=5,
-                label=None if point.kind in told else point.kind,
+                at[i], values[i], marker, color=color, ms=5.0, mew=0.0, zorder=5,
+                label=None if point.kind in named else point.kind,
             )  # fmt: skip
-            told.add(point.kind)
-    axes.set_xlabel(along.axis(branch.path))
-    axes.set_ylabel(across.axis(spaced(name)))
-    if limits := level_limits(values / across.step):
+            named.add(point.kind)
+    name_axes(axes, (branch.path, branch.unit), (spaced(name), unit))
+    if limits := level_limits(values):
         axes.set_ylim(*limits)
 
 
@@ -124,7 +114,6 @@ def draw_multipliers(axes: Axes, multipliers: np.ndarray, size: float) -> None:
 def _multipliers(branch: Branch) -> Plate:
     """Magnitude of the largest multipliers along the branch, and all of them in the plane."""
     at = np.array([point.at for point in branch.points])
-    along = scale_of(branch.unit, at)
     most = min(2, max((len(point.orbit.multipliers) for point in branch.points), default=0))
     every = np.concatenate([point.orbit.multipliers for point in branch.points])
 
@@ -134,10 +123,10 @@ def _multipliers(branch: Branch) -> Plate:
             values = [
                 abs(p.orbit.multipliers[k]) if len(p.orbit.multipliers) > k else np.nan for p in branch.points
             ]
-            left.plot(at / along.step, np.maximum(values, 1e-4), ".", ms=2.5, color=(BLUE, ORANGE)[k])
+            left.plot(at, np.maximum(values, 1e-4), ".", ms=2.5, color=(BLUE, ORANGE)[k])
         left.axhline(1.0, color=RULE, lw=0.8, zorder=0)
         left.set_yscale("log")
-        left.set(xlabel=along.axis(branch.path), ylabel="|multiplier|")
+        name_axes(left, (branch.path, branch.unit), ("|multiplier|", ""))
         left.set_ylim(bottom=0.5e-4)
         few_ticks(left, x=5)
         draw_multipliers(right, every[np.abs(every) < 3.0], 2.5)

@@ -6,61 +6,47 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
-from matplotlib.axes import Axes
-
 from tarsus.report.pages import Plate
-from tarsus.report.sheet import Sheet, few_ticks, plate
-from tarsus.report.style import BLUE, CYCLE, INK, ORANGE, RULE
+from tarsus.report.rows_figure import MEASURED, MODEL, OTHER_MODEL, RowMarks, RowPanel, rows_figure
+from tarsus.report.sheet import Sheet, plate
+from tarsus.report.style import CYCLE
 
-_LOOKS = {
-    "training": (-0.16, ORANGE, "fitted"),
-    "left_out": (0.16, BLUE, "left out"),
-    "predicted": (0.0, BLUE, ""),
+_KINDS = {
+    "training": ("fitted", OTHER_MODEL, -0.16),
+    "left_out": ("excluded", MODEL, 0.16),
+    "predicted": ("predicted", MODEL, 0.0),
 }
+"""Kinds of predictions: their words, how they are drawn, and how far below the line."""
 
 
-def rows_figure(table: Mapping[str, Any], names: Sequence[str]) -> Plate:
+def predictions_figure(table: Mapping[str, Any], names: Sequence[str]) -> Plate:
     """Every row as one line, observed as circles, medians as dots with their 80 % intervals; one panel a measure."""
     rows = table["rows"]
-    words = [row_name(row) for row in rows]
-
-    def draw(sheet: Sheet) -> None:
-        panels = sheet.grid(len(names), 0.28 * len(rows))
-        for axes, name in zip(panels, names, strict=True):
-            _measure(axes, rows, name)
-            axes.set_yticks(range(len(rows)), words)
-            axes.set_ylim(len(rows) - 0.5, -0.5)
-        sheet.legend(panels[0])
-
-    return plate(
-        draw,
-        "Measured values, and median and 80 % interval of the mixture: fitted with all rows, and without the row.",
-    )
-
-
-def _measure(axes: Axes, rows: Sequence[Mapping[str, Any]], name: str) -> None:
-    """One measure of all rows."""
-    lines = np.arange(len(rows), dtype=float)
-    axes.hlines(lines, 0.0, 1.0, transform=axes.get_yaxis_transform(), color=RULE, lw=0.6, zorder=0)
-    for key, (shift, color, label) in _LOOKS.items():
-        entries = [(n, row[key][name]) for n, row in enumerate(rows) if row.get(key)]
-        y = [n + shift for n, _ in entries]
-        axes.hlines(y, [e["low"] for _, e in entries], [e["high"] for _, e in entries], color=color, lw=1.1)
-        axes.plot(
-            [e["median"] for _, e in entries], y, "D", ms=3.4, mew=0.0, color=color, label=label or None
+    panels = []
+    for name in names:
+        found = {key: [(n, row[key][name]) for n, row in enumerate(rows) if row.get(key)] for key in _KINDS}
+        known = [*found["training"], *found["predicted"]]
+        panels.append(
+            RowPanel(
+                name,
+                next((entry["unit"] for _, entry in known), "1"),
+                [
+                    *(
+                        RowMarks(
+                            words, look, [(n, e["median"], e["low"], e["high"]) for n, e in found[key]], shift
+                        )
+                        for key, (words, look, shift) in _KINDS.items()
+                    ),
+                    RowMarks("measured", MEASURED, [(n, e.get("observed"), None, None) for n, e in known]),
+                ],
+            )
         )
-    seen = [_observed(row, name) for row in rows]
-    axes.plot(seen, lines, "o", ms=6.0, mfc="white", mew=1.2, color=INK, label="measured")
-    unit = _unit(rows, name)
-    axes.set_xlabel(f"{name} ({unit})" if unit != "1" else name)
-    axes.spines["left"].set_visible(False)
-    axes.tick_params(axis="y", length=0)
-    few_ticks(axes, x=5)
+    caption = "Measured values, and median and 80 % interval of the ensemble: fitted with all rows, without the row."
+    return rows_figure([row_name(row) for row in rows], panels, caption)
 
 
 def ranges(branches: Sequence[Mapping[str, Any]]) -> Plate:
-    """90 % range of every unknown in parts of its bounds, one colour a branch; dots are the best members."""
+    """90 % range of every unknown in parts of its bounds, one colour a hypothesis; dots are the best members."""
     names = list(branches[0]["unknowns"])
 
     def draw(sheet: Sheet) -> None:
@@ -83,8 +69,8 @@ def ranges(branches: Sequence[Mapping[str, Any]]) -> Plate:
 
     return plate(
         draw,
-        "90 % range of each unknown between its bounds, on its own scale; one colour for each branch, its best set as "
-        "a dot.",
+        "90 % range of each unknown between its bounds, on its own scale; one colour for each hypothesis, its best set "
+        "as a dot.",
     )
 
 
@@ -98,14 +84,3 @@ def _place(unknown: Mapping[str, Any], value: float) -> float:
     if unknown["scale"] == "log":
         return math.log(value / low) / math.log(high / low)
     return (value - low) / (high - low)
-
-
-def _observed(row: Mapping[str, Any], name: str) -> float:
-    for key in ("training", "predicted"):
-        if row.get(key):
-            return row[key][name].get("observed", math.nan)
-    return math.nan
-
-
-def _unit(rows: Sequence[Mapping[str, Any]], name: str) -> str:
-    return next(row[key][name]["unit"] for row in rows for key in ("training", "predicted") if row.get(key))

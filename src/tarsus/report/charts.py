@@ -1,13 +1,13 @@
 """Panels over time below each other, which a page draws with uPlot: lines, bars, shading, and what they are called.
 
-Methods that matplotlib's axes have too are called and used as those are.
+All numbers are SI; each axis shows its own under a prefix. Methods that matplotlib's axes have too are called as those
+are.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -15,11 +15,23 @@ import numpy.typing as npt
 from markupsafe import Markup
 
 from tarsus.report.packing import packed, packed_times, script_text
-from tarsus.report.pages import rendered
-from tarsus.report.style import CONTACT, INK, level_limits, paint_of, thinned, upright
+from tarsus.report.pages import Plate, rendered
+from tarsus.report.style import (
+    INK,
+    AxisScale,
+    level_limits,
+    paint_of,
+    samples_inside,
+    scale_of,
+    thinned,
+    upright,
+)
 from tarsus.tables.numbers import number
 
 Floats = npt.NDArray[np.float64]
+Window = tuple[float, float]
+"""Start and end of a stretch of an axis, most often of time [s]."""
+
 Dash = str | tuple[int, tuple[float, ...]]
 """Solid as ``"-"``, else (0, (drawn, left out, ...)) in widths of the line."""
 
@@ -31,6 +43,9 @@ AXIS = 26
 
 POINTS = 5000
 """Samples of a line at most: a zoom of three still shows every pixel's."""
+
+SHORTEST = 1.0 / 1500.0
+"""Of the window: what is shaded shorter is drawn so long, about half a pixel."""
 
 NUMBERS = 36_000
 """Numbers of a panel at most, those of all its lines together."""
@@ -48,63 +63,57 @@ class _Line:
     order: float
     dots: bool = False
 
+    def inside(self, window: Window | None) -> _Line:
+        """What is seen of it within a window."""
+        if window is None:
+            return self
+        part = samples_inside(self.x, window)
+        return replace(self, x=self.x[part], y=self.y[part])
+
 
 @dataclass
 class ChartPanel:
-    """One panel of a height [pixels]; ``window`` is the stretch that panels of one stack share."""
+    """One panel of a height [pixels]."""
 
     height: float
-    window: dict[str, tuple[float, float]]
     _lines: list[_Line] = field(default_factory=list)
-    _shaded: list[tuple[float, float]] = field(default_factory=list)
-    _bars: list[dict[str, Any]] = field(default_factory=list)
-    _levels: list[dict[str, Any]] = field(default_factory=list)
+    _shaded: list[Window] = field(default_factory=list)
+    _bars: list[tuple[str, float, float, Sequence[Window]]] = field(default_factory=list)
+    _levels: list[tuple[float, str, float, list[float]]] = field(default_factory=list)
     _signs: list[dict[str, Any]] = field(default_factory=list)
     _limits: tuple[float | None, float | None] = (None, None)
     _names: list[tuple[float, str]] | None = None
-    _labels: dict[str, str] = field(default_factory=dict)
-    _log: bool = False
+    _label: tuple[str, str] = ("", "")
 
     def plot(
         self, x: npt.ArrayLike, y: npt.ArrayLike, *, color: str, lw: float = 1.1, ls: Dash = "-", label: str = "",
         alpha: float = 1.0, zorder: float = 2.0,
     ) -> None:  # fmt: skip
         """A line through points (n,), x rising; it is broken where y is NaN."""
-        dash = [] if isinstance(ls, str) else [round(part * lw * 1.5, 2) for part in ls[1]]
-        name = "" if label.startswith("_") else label
         x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
-        self._lines.append(_Line(x, y, paint_of(color), lw, dash, name, alpha, zorder))
+        self._lines.append(_Line(x, y, paint_of(color), lw, _dash(ls, lw), label, alpha, zorder))
 
     def dots(self, x: npt.ArrayLike, y: npt.ArrayLike, *, color: str, label: str = "") -> None:
         """A dot at each point (n,), x rising."""
         x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
         self._lines.append(_Line(x, y, paint_of(color), 1.0, [], label, 1.0, 3.0, dots=True))
 
-    def axhline(self, y: float, *, color: str, lw: float, ls: Dash = "-", zorder: float = 0.0) -> None:
+    def axhline(self, y: float, *, color: str, lw: float = 0.7, ls: Dash = "-") -> None:
         """A level line from end to end, below the others."""
-        dash = [] if isinstance(ls, str) else [part * lw * 1.5 for part in ls[1]]
-        self._levels.append({"at": float(y), "color": paint_of(color), "width": lw, "dash": dash})
+        self._levels.append((float(y), paint_of(color), lw, _dash(ls, lw)))
 
-    def axvspan(
-        self, start: float, end: float, *, color: str = CONTACT, lw: float = 0, zorder: float = 0
+    def shade(self, stretches: Iterable[Window]) -> None:
+        """Stretches shaded from bottom to top."""
+        self._shaded += stretches
+
+    def bars(
+        self, stretches: Sequence[Window], low: float, high: float, *, color: str, label: str = ""
     ) -> None:
-        """A stretch shaded from bottom to top."""
-        self._shaded.append((float(start), float(end)))
-
-    def broken_barh(
-        self, spans: Sequence[tuple[float, float]], place: tuple[float, float], *, color: str, lw: float = 0.0,
-        label: str = "",
-    ) -> None:  # fmt: skip
-        """Bars by (start, length), between ``place[0]`` and ``place[0] + place[1]``."""
+        """Bars over stretches, between two heights."""
         if label:
-            self._signs.append({"name": label, "area": True, "paint": f"var(--{paint_of(color)})"})
-        if spans:
-            ends = [(float(f"{a:.7g}"), float(f"{a + long:.7g}")) for a, long in spans]
-            low, high = place[0], place[0] + place[1]
-            self._bars.append({"color": paint_of(color), "low": low, "high": high, "spans": ends})
-
-    def set_xlim(self, low: float, high: float) -> None:
-        self.window["limits"] = (float(low), float(high))
+            self.sign(label, color, area=True)
+        if stretches:
+            self._bars.append((paint_of(color), low, high, stretches))
 
     def set_ylim(self, bottom: float | None = None, top: float | None = None) -> None:
         self._limits = (
@@ -112,131 +121,146 @@ class ChartPanel:
             self._limits[1] if top is None else float(top),
         )
 
-    def least(self) -> float:
-        """The least value of all lines; infinity without any."""
-        values = [line.y[np.isfinite(line.y)] for line in self._lines]
-        return min((float(one.min()) for one in values if len(one)), default=math.inf)
-
     def set_yticks(self, places: npt.ArrayLike, names: Sequence[str]) -> None:
         """Names in place of numbers."""
         self._names = list(zip(np.asarray(places, dtype=float).tolist(), names, strict=True))
 
-    def set_xlabel(self, words: str) -> None:
-        self._labels["x"] = words
-
-    def set_xscale(self, *, log: bool) -> None:
-        """Whether the horizontal axis is logarithmic."""
-        self._log = log
-
-    def set_ylabel(self, words: str) -> None:
-        self._labels["y"] = words
+    def set_ylabel(self, words: str, unit: str = "") -> None:
+        """What its numbers are, and the SI unit that they are in."""
+        self._label = (words, unit)
 
     def sign(self, name: str, color: str = INK, *, area: bool = False) -> None:
         """A name for what is no line: shading (``area``), or a dashed level."""
         self._signs.append({"name": name, "area": area, "paint": f"var(--{paint_of(color)})"})
 
-    def columns(self) -> tuple[Floats, Floats]:
-        """Its lines at common times: (n,) and (lines, n), thinned to what a page can hold."""
-        if not self._lines:
-            return np.array(self.window.get("limits", (0.0, 1.0))), np.zeros((0, 2))
-        x = self._lines[0].x
-        if any(line.dots for line in self._lines):
-            return self._beside()
-        if all(np.array_equal(line.x, x) for line in self._lines[1:]):
-            rows = np.stack([line.y for line in self._lines])
-        else:
-            x = np.unique(np.concatenate([line.x for line in self._lines]))
-            rows = np.stack([np.interp(x, line.x, line.y) for line in self._lines])
-        return thinned(*upright(x, rows), max(400, min(POINTS, NUMBERS // len(rows))))
+    def seen(self, window: Window | None) -> tuple[list[_Line], AxisScale]:
+        """Its lines within a window, those in front last, and the prefix of their numbers."""
+        lines = [line.inside(window) for line in sorted(self._lines, key=lambda line: line.order)]
+        return lines, scale_of(self._label[1], *(line.y for line in lines))
 
-    def _beside(self) -> tuple[Floats, Floats]:
-        """Dots and lines at the places of all, each with numbers at its own alone; lines go on over the others'."""
-        x = np.concatenate([line.x for line in self._lines])
-        rows = np.full((len(self._lines), len(x)), np.nan)
-        first = 0
-        for row, line in zip(rows, self._lines, strict=True):
-            row[first : first + len(line.x)] = line.y
-            first += len(line.x)
-        order = np.argsort(x, kind="stable")
-        return x[order], rows[:, order]
-
-    def spec(self, places: list[Floats]) -> dict[str, Any]:
-        """All that the script draws; the times are added to ``places`` unless they are there."""
-        self._lines.sort(key=lambda line: line.order)
-        x, rows = self.columns()
-        limits = self._limits
-        if limits == (None, None) and len(rows) == 1:
-            limits = level_limits(rows) or limits
+    def spec(self, window: Window, step: float, places: list[Floats]) -> dict[str, Any]:
+        """All that the script draws, x in parts of `step`; its times are added to `places` unless they are there."""
+        lines, scale = self.seen(window)
+        x, rows = _columns(lines, window)
+        x, rows = x / step, rows / scale.step
+        low, high = (None if one is None else one / scale.step for one in self._limits)
+        limits = (level_limits(rows) if len(rows) == 1 and low is None and high is None else None) or (
+            low,
+            high,
+        )
         where = next((i for i, one in enumerate(places) if np.array_equal(one, x)), len(places))
         if where == len(places):
             places.append(x)
-        lines = [
+        drawn = [
             {"color": line.color, "width": line.width, "dash": line.dash, "alpha": line.alpha,
              "dots": line.dots, "values": packed(row, 16, gaps=True)}
-            for line, row in zip(self._lines, rows, strict=True)
+            for line, row in zip(lines, rows, strict=True)
         ]  # fmt: skip
+        bars = [
+            {"color": color, "low": a, "high": b, "spans": _inside(spans, window, step)}
+            for color, a, b, spans in self._bars
+        ]
+        levels = [
+            {"at": at / scale.step, "color": color, "width": width, "dash": dash}
+            for at, color, width, dash in self._levels
+        ]
+        least = SHORTEST * (window[1] - window[0])
+        shaded = [(a, max(b, a + least)) for a, b in self._shaded]
         return {
-            "x": where, "height": round(self.height), "lines": lines, "shaded": self._shaded, "bars": self._bars,
-            "levels": self._levels, "limits": limits, "names": self._names,
+            "x": where, "height": round(self.height), "lines": drawn, "shaded": _inside(shaded, window, step),
+            "bars": bars, "levels": levels, "limits": limits, "names": self._names,
         }  # fmt: skip
 
-    def head(self) -> dict[str, Any]:
-        """What stands above the panel: what its numbers are, and the names of its lines, in the order of `spec`."""
-        lines = [
-            {
-                "name": line.name,
-                "paint": f"var(--{line.color})",
-                "width": line.width,
-                "dash": line.dash,
-                "dots": line.dots,
-            }
-            for line in self._lines
-        ]
-        height = round(self.height)
-        return {"label": self._labels.get("y", ""), "lines": lines, "signs": self._signs, "height": height}
+    def head(self, window: Window) -> dict[str, Any]:
+        """What stands above the panel: what its numbers are, the names of its lines in the order of `spec`, and for
+        those without a script name, least and largest value of each."""
+        lines, scale = self.seen(window)
+        known = [(line.name, line.y[np.isfinite(line.y)] / scale.step) for line in lines]
+        return {
+            "label": scale.axis(self._label[0]), "signs": self._signs, "height": round(self.height),
+            "lines": [
+                {
+                    "name": one.name, "paint": f"var(--{one.color})", "width": one.width, "dash": one.dash,
+                    "dots": one.dots,
+                }
+                for one in lines
+            ],
+            "ends": [(name, number(float(y.min())), number(float(y.max()))) for name, y in known if len(y)],
+        }  # fmt: skip
 
-    def ends(self) -> list[tuple[str, str, str]]:
-        """Name, least and largest value of each line, for those without a script."""
-        known = [(line.name, line.y[np.isfinite(line.y)]) for line in self._lines]
-        return [(name, number(float(y.min())), number(float(y.max()))) for name, y in known if len(y)]
 
-    @property
-    def log(self) -> bool:
-        return self._log
+def _dash(ls: Dash, width: float) -> list[float]:
+    return [] if isinstance(ls, str) else [round(part * width * 1.5, 2) for part in ls[1]]
 
-    @property
-    def across(self) -> str:
-        """What the axis below is."""
-        return self._labels.get("x", "")
+
+def _inside(stretches: Iterable[Window], window: Window, step: float) -> list[Window]:
+    """Those that reach into a window."""
+    seen = [(a, b) for a, b in stretches if b > window[0] and a < window[1]]
+    return [(float(f"{a / step:.7g}"), float(f"{b / step:.7g}")) for a, b in seen]
+
+
+def _columns(lines: Sequence[_Line], window: Window) -> tuple[Floats, Floats]:
+    """Lines at common times: (n,) and (lines, n), thinned to what a page can hold."""
+    if not lines:
+        return np.array(window), np.zeros((0, 2))
+    x = lines[0].x
+    if any(line.dots for line in lines):
+        return _beside(lines)
+    if all(np.array_equal(line.x, x) for line in lines[1:]):
+        rows = np.stack([line.y for line in lines])
+    else:
+        x = np.unique(np.concatenate([line.x for line in lines]))
+        rows = np.stack([np.interp(x, line.x, line.y) for line in lines])
+    return thinned(*upright(x, rows), max(400, min(POINTS, NUMBERS // len(rows))))
+
+
+def _beside(lines: Sequence[_Line]) -> tuple[Floats, Floats]:
+    """Dots and lines at the places of all, each with numbers at its own alone; lines go on over the others'."""
+    x = np.concatenate([line.x for line in lines])
+    rows = np.full((len(lines), len(x)), np.nan)
+    first = 0
+    for row, line in zip(rows, lines, strict=True):
+        row[first : first + len(line.x)] = line.y
+        first += len(line.x)
+    order = np.argsort(x, kind="stable")
+    return x[order], rows[:, order]
 
 
 class Charts:
-    """Panels below each other."""
+    """Panels below each other, of the given heights [inch of a page 7.4 inch wide], with one horizontal axis.
 
-    def __init__(self, heights_in: Sequence[float]) -> None:
-        window: dict[str, tuple[float, float]] = {}
-        self.panels = [ChartPanel(PIXELS * height, window) for height in heights_in]
+    across, unit: what that axis is, and the SI unit of its numbers; window: its stretch that is shown, all without;
+    log: whether it is logarithmic.
+    """
+
+    def __init__(
+        self, heights: Sequence[float], across: str = "time", unit: str = "s", window: Window | None = None,
+        *, log: bool = False,
+    ) -> None:  # fmt: skip
+        self.panels = [ChartPanel(PIXELS * height) for height in heights]
         self.panels[-1].height += AXIS
-        self._window = window
+        self._across, self._unit, self._window, self._log = across, unit, window, log
 
     def html(self, label: str) -> Markup:
         """The charts for a page; ``label`` tells those who do not see them what they show."""
+        window = self._window
+        if window is None:
+            every = [line.x for panel in self.panels for line in panel.seen(None)[0]]
+            window = (float(min(x[0] for x in every)), float(max(x[-1] for x in every)))
+        scale = scale_of(self._unit, window[1] - window[0])
         places: list[Floats] = []
-        panels = [panel.spec(places) for panel in self.panels]
-        window = self._window.get("limits") or (float(places[0][0]), float(places[0][-1]))
+        panels = [panel.spec(window, scale.step, places) for panel in self.panels]
         data = script_text(
             {
                 "x": [packed_times(one) for one in places],
-                "window": window,
-                "log": self.panels[-1].log,
+                "window": [end / scale.step for end in window],
+                "log": self._log,
                 "panels": panels,
             }
         )
-        heads = [{**panel.head(), "ends": panel.ends()} for panel in self.panels]
-        return rendered("charts.html", panels=heads, across=self.panels[-1].across, label=label, data=data)
+        heads = [panel.head(window) for panel in self.panels]
+        return rendered("charts.html", panels=heads, across=scale.axis(self._across), label=label, data=data)
 
-
-def stack(heights_in: Sequence[float]) -> tuple[Charts, list[ChartPanel]]:
-    """Panels below each other, with one horizontal axis, of the given heights [inch of a page 7.4 inch wide]."""
-    charts = Charts(heights_in)
-    return charts, charts.panels
+    def plate(self, caption: str) -> Plate:
+        """The charts as a figure."""
+        return Plate(self.html(caption), caption)

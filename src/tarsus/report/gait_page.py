@@ -16,8 +16,8 @@ from tarsus.design.judge import CLOSED
 from tarsus.design.results import values_in_words
 from tarsus.report.pages import Plate, page, rendered, write_page
 from tarsus.report.run_page import report_html
-from tarsus.report.sheet import Sheet, plate
-from tarsus.report.style import BLUE, GREEN, MUTED, RULE, VERMILION, scale_of
+from tarsus.report.sheet import Sheet, name_axes, plate
+from tarsus.report.style import BLUE, GREEN, MUTED, RULE, VERMILION
 from tarsus.solve.simulate import simulate
 from tarsus.tables.table import Column, Table
 
@@ -61,20 +61,13 @@ def _front_figure(design: GaitFront, linked: bool) -> Plate:
         ]
     pair = [min(j, len(design.objectives) - 1) for j in (1, 0)]
     shown = [design.objectives[j] for j in pair]
-    nominal = [point.nominal for point in (*design.members, *design.nominal)]
-    scales = [
-        scale_of(one.unit, np.array([row[j] for row in nominal])) for one, j in zip(shown, pair, strict=True)
-    ]
 
     def draw(sheet: Sheet) -> None:
         (axes,) = sheet.grid(1, 2.6)
         for label, points, kind, colour in sets:
-            x, y = (
-                np.array([getattr(point, kind)[j] for point in points]) / scale.step
-                for j, scale in zip(pair, scales, strict=True)
-            )
+            x, y = (np.array([getattr(point, kind)[j] for point in points]) for j in pair)
             _scatter(axes, x, y, label, colour, linked and points is design.members)
-        axes.set(xlabel=scales[0].axis(shown[0].name), ylabel=scales[1].axis(shown[1].name))
+        name_axes(axes, *((one.name, one.unit) for one in shown))
         axes.grid(color=RULE, linewidth=0.4)
         sheet.legend(axes)
 
@@ -121,11 +114,6 @@ def _grounds(design: GaitFront) -> Table:
     return Table("", ("ground", *columns), [(i, *row) for i, row in rows])
 
 
-def write_adapt_report(design: AdaptiveGait, path: Path) -> Path:
-    """Write the page of an adaptive gait and return its path. Raises InputError if it cannot be written."""
-    return write_page(adapt_html(design), path)
-
-
 def adapt_html(design: AdaptiveGait) -> str:
     """The page as text."""
     units = {path: info.unit for path, info in float_paths(design.request.scene).items()}
@@ -151,16 +139,13 @@ def _hidden_figure(design: AdaptiveGait) -> Plate:
     one = design.request.objectives[0]
     known = one.value(design.known)
     got = one.value(design.costs[np.arange(len(known)), design.chosen])
-    scale = scale_of(one.unit, known)
-    ends = [0.0, float(max(known.max(), got.max())) / scale.step]
+    ends = [0.0, float(max(known.max(), got.max()))]
 
     def draw(sheet: Sheet) -> None:
         (axes,) = sheet.grid(1, 2.5)
         axes.plot(ends, ends, color=GREEN, label="nothing lost")
-        axes.scatter(known / scale.step, got / scale.step, s=9, color=BLUE, label="hidden ground", zorder=3)
-        axes.set(
-            xlabel=scale.axis(f"{one.name} of the gait that knows the ground"), ylabel=scale.axis("reached")
-        )
+        axes.scatter(known, got, s=9, color=BLUE, label="hidden ground", zorder=3)
+        name_axes(axes, (f"{one.name} of the gait that knows the ground", one.unit), ("reached", one.unit))
         sheet.legend(axes)
 
     return plate(

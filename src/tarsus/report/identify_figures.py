@@ -14,8 +14,8 @@ from tarsus.identify.heldout import Comparison
 from tarsus.identify.step import Curve, Panel
 from tarsus.identify.verdict import Assessment
 from tarsus.report.pages import Plate
-from tarsus.report.sheet import QUARTER, Sheet, few_ticks, plate
-from tarsus.report.style import BLUE, MUTED, VERMILION, decimate, scale_of
+from tarsus.report.sheet import QUARTER, Sheet, few_ticks, name_axes, plate
+from tarsus.report.style import BLUE, MUTED, VERMILION, decimate
 from tarsus.tables.numbers import number, path_end
 from tarsus.tables.table import Column, Table
 
@@ -108,12 +108,10 @@ def _last_period(one: Comparison) -> Panel:
 
 def _draw(axes: Axes, panel: Panel, most: int) -> None:
     """A panel with at most so many points a curve."""
-    across = scale_of(panel.x_unit, *(curve.x for curve in panel.curves))
-    up = scale_of(panel.y_unit, *(curve.y for curve in panel.curves))
     for place, curve in enumerate(panel.curves):
         color = BLUE if place else MUTED
         if curve.joined:
-            x, y = curve.x / across.step, curve.y / up.step
+            x, y = curve.x, curve.y
             if len(x) > most and np.all(np.diff(x) > 0.0):
                 x, y = decimate(x, y, most // 2)
             elif len(x) > most:
@@ -121,12 +119,12 @@ def _draw(axes: Axes, panel: Panel, most: int) -> None:
             axes.plot(x, y, color=color if place else VERMILION, lw=0.8, zorder=3)
             continue
         every = max(1, len(curve.x) // most)
-        x, y = curve.x[::every] / across.step, curve.y[::every] / up.step
+        x, y = curve.x[::every], curve.y[::every]
         if curve.error is not None and len(curve.x) <= 300:
-            bars = 2.0 * curve.error[::every] / up.step
+            bars = 2.0 * curve.error[::every]
             axes.errorbar(x, y, yerr=bars, fmt=".", ms=4.0, color=color, elinewidth=0.6, zorder=2)
         else:
             axes.plot(x, y, ".", ms=2.6, mew=0.0, color=color, zorder=2)
     axes.set_title(fill(panel.title, TITLE_LETTERS))
-    axes.set(xlabel=across.axis(panel.x_label), ylabel=up.axis(panel.y_label))
+    name_axes(axes, (panel.x_label, panel.x_unit), (panel.y_label, panel.y_unit))
     few_ticks(axes, x=4, y=5)

@@ -6,7 +6,6 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,7 @@ from tarsus.identify.heldout import Comparison
 from tarsus.identify.step import StepResult
 from tarsus.records.excluded import Excluded
 from tarsus.report import identify_figures, modal_figures
-from tarsus.report.pages import page, rendered, write_page
+from tarsus.report.pages import page, rendered
 from tarsus.tables.numbers import interval
 from tarsus.tables.table import ROW, Column, Table
 
@@ -48,16 +47,8 @@ _WHAT = {
 }
 
 
-def write_identify_report(found: Identification, path: str | Path) -> Path:
-    """Write an identification as one self-contained HTML file and return its path.
-
-    Raises InputError if `path` cannot be written.
-    """
-    return write_page(identify_html(found), path)
-
-
 def identify_html(found: Identification) -> str:
-    """The page as text; see `write_identify_report`."""
+    """The page of a result, as text."""
     name = found.opened.campaign.name
     judged = assessed(found)
     left = found.all_left_out

@@ -10,10 +10,9 @@ from matplotlib.axes import Axes
 from tarsus.base.events import IMPACTS
 from tarsus.base.spec import float_paths, with_values
 from tarsus.design.energy import period_rises
-from tarsus.report.figures import shade
 from tarsus.report.series import RunSeries, last_turns
-from tarsus.report.sheet import Sheet, few_ticks, plate
-from tarsus.report.style import BLUE, GREEN, INK, MUTED, ORANGE, RULE, VERMILION, AxisScale, scale_of
+from tarsus.report.sheet import Sheet, few_ticks, name_axes, plate
+from tarsus.report.style import BLUE, CONTACT, GREEN, INK, MUTED, ORANGE, RULE, VERMILION
 from tarsus.solve import simulate
 from tarsus.tables.numbers import amount
 
@@ -65,16 +64,15 @@ class DesignPair:
 
 def picture(pair: DesignPair) -> Plate:
     """Fig. 5.1 before and after: heights above, volts below."""
-    clock = scale_of("s", pair.period)
-    high = scale_of("m", max(float(series["gap"][pair.foot].max()) for series in pair.series))
+    most = 1.06 * max(float(series["gap"][pair.foot].max()) for series in pair.series)
 
     def draw(sheet: Sheet) -> None:
-        most = 1.06 * max(series["gap"][pair.foot].max() for series in pair.series) / high.step
         for column, (top, bottom) in enumerate(sheet.stacks(2, [1.7, 0.75])):
-            _side(pair, column, (top, bottom), clock, high)
+            _side(pair, column, top, bottom)
+            top.update_datalim([(0.0, most)])  # one scale for both
             top.set_ylim(top=max(most, top.get_ylim()[1]))
-            top.set_ylabel(high.axis("height"))
-            bottom.set_ylabel("volts (V)")
+            name_axes(top, y=("height", "m"))
+            name_axes(bottom, ("time", "s"), ("volts", "V"))
             sheet.legend(top)
 
     return plate(
@@ -84,45 +82,35 @@ def picture(pair: DesignPair) -> Plate:
     )
 
 
-def _side(
-    pair: DesignPair, column: int, panels: tuple[Axes, Axes], clock: AxisScale, high: AxisScale
-) -> None:
+def _side(pair: DesignPair, column: int, top: Axes, bottom: Axes) -> None:
     """Heights and volts of the plain step, or of the design."""
-    top, bottom = panels
     series, color = pair.series[column], (BEFORE, AFTER)[column]
     begin = float(series.time[0])
-    time = (series.time - begin) / clock.step
-    window = (0.0, float(series.time[-1]) - begin)
-    contacts = [(a - begin, b - begin) for a, b in series.contacts[pair.foot]]
-    shade(top, contacts, window, clock)
-    shade(bottom, contacts, window, clock)
+    time = series.time - begin
+    for start, end in series.contacts[pair.foot]:
+        if end > begin:
+            for axes in (top, bottom):
+                axes.axvspan(max(start - begin, 0.0), end - begin, color=CONTACT, lw=0.0, zorder=0.0)
     point = series.foot_points[pair.foot]
     for name, row in zip(series.points, series["displacement"], strict=True):
         if name != point:
-            above = row - series.ground_levels[pair.foot]
-            top.plot(time, above / high.step, color=MUTED, lw=0.8, label=name)
-    top.plot(time, series["gap"][pair.foot] / high.step, color=color, label=series.feet[pair.foot])
+            top.plot(time, row - series.ground_levels[pair.foot], color=MUTED, lw=0.8, label=name)
+    top.plot(time, series["gap"][pair.foot], color=color, label=series.feet[pair.foot])
     top.axhline(0.0, color=INK, lw=0.6)
     bottom.plot(time, series["volts"][pair.drive], color=color, drawstyle="steps-post")
     hits = np.array([at for at, _ in pair.touchdowns(column)])
-    top.plot(hits / clock.step, np.zeros(len(hits)), "^", ms=3.5, mew=0.0, color=INK)
+    top.plot(hits, np.zeros(len(hits)), "^", ms=3.5, mew=0.0, color=INK)
     top.set_title(("before: plain step", "after: designed")[column])
-    bottom.set_xlabel(clock.axis("time"))
 
 
-def draw_gaps(axes: Axes, pair: DesignPair, span: float) -> AxisScale:
-    """Gaps of the foot before and after for a time [s] from the landing edge on, with the hardest touchdown of each;
-    the scale of time."""
-    clock = scale_of("s", span)
-    last = [pair.since_edge(which, span) for which in (0, 1)]
-    gaps = [series["gap"][pair.foot][kept] for series, (kept, _) in zip(pair.series, last, strict=True)]
-    high = scale_of("m", *gaps)
-    for which, (gap, (_, time)) in enumerate(zip(gaps, last, strict=True)):
+def draw_gaps(axes: Axes, pair: DesignPair, span: float) -> None:
+    """Gaps of the foot before and after for a time [s] from the landing edge on, with the hardest touchdown of each."""
+    for which, series in enumerate(pair.series):
+        kept, time = pair.since_edge(which, span)
         hardest = max((speed for _, speed in pair.touchdowns(which, span)), default=0.0)
         label = f"{('before', 'after')[which]}, hardest at {amount(hardest, 'm/s', 3)}"
-        axes.plot(time / clock.step, gap / high.step, color=(BEFORE, AFTER)[which], label=label)
-    axes.set(xlabel=clock.axis("time after the landing edge"), ylabel=high.axis("gap"))
-    return clock
+        axes.plot(time, series["gap"][pair.foot][kept], color=(BEFORE, AFTER)[which], label=label)
+    name_axes(axes, ("time after the landing edge", "s"), ("gap", "m"))
 
 
 def landing_zoom(pair: DesignPair) -> Plate:
@@ -130,18 +118,16 @@ def landing_zoom(pair: DesignPair) -> Plate:
     span = min(0.5 * pair.period, 3.0 * pair.design.request.step.longest)
 
     def draw(sheet: Sheet) -> None:
-        top, bottom = sheet.stack([1.6, 0.7])
-        clock = draw_gaps(top, pair, span)
+        ((top, bottom),) = sheet.stacks(1, [1.6, 0.7])
+        draw_gaps(top, pair, span)
         for which, series in enumerate(pair.series):
             color = (BEFORE, AFTER)[which]
             kept, time = pair.since_edge(which, span)
-            bottom.plot(
-                time / clock.step, series["volts"][pair.drive][kept], color=color, drawstyle="steps-post"
-            )
+            bottom.plot(time, series["volts"][pair.drive][kept], color=color, drawstyle="steps-post")
             hits = np.array([at for at, _ in pair.touchdowns(which, span)])
-            top.plot(hits / clock.step, np.zeros(len(hits)), "^", ms=4.5, mew=0.0, color=color)
+            top.plot(hits, np.zeros(len(hits)), "^", ms=4.5, mew=0.0, color=color)
         top.axhline(0.0, color=INK, lw=0.6)
-        bottom.set(xlabel=top.get_xlabel(), ylabel="volts (V)")
+        name_axes(bottom, ("time after the landing edge", "s"), ("volts", "V"))
         sheet.legend(top)
 
     return plate(draw, "The landing: gap and volts before and after, touchdowns as triangles.")
@@ -154,18 +140,16 @@ def on_grounds(design: LandingDesign) -> Plate:
     def draw(sheet: Sheet) -> None:
         panels = sheet.grid(len(paths), 1.8)
         for axes, path in zip(panels, paths, strict=True):
-            unit, values = units[path].unit, design.grounds.values[path]
-            scale = scale_of(unit, values)
+            values = design.grounds.values[path]
             for speed, color, label in (
                 (design.before_on_grounds.speed[0], BEFORE, "before"), (design.on_grounds.speed[0], AFTER, "after"),
             ):  # fmt: skip
-                axes.plot(values / scale.step, speed, "o", ms=3.0, mew=0.0, color=color, label=label)
-            axes.set_xlabel(scale.axis(path))
+                axes.plot(values, speed, "o", ms=3.0, mew=0.0, color=color, label=label)
+            name_axes(axes, (path, units[path].unit), ("hardest touchdown (m/s)", ""))
             few_ticks(axes, x=5)
             if np.isfinite(design.worst):
                 axes.axhline(design.worst, color=RULE, lw=0.8)
             axes.set_ylim(bottom=0.0)
-            axes.set_ylabel("hardest touchdown (m/s)")
         sheet.legend(panels[0])
 
     return plate(
@@ -182,20 +166,17 @@ def front(design: LandingDesign) -> Plate:
         [one.energy if known else period_rises(np.array([one.signal.levels]))[0] for one in design.front]
     )
     speeds = np.array([one.speed for one in design.front])
-    scale = scale_of("J" if known else "V^2", *plain)
+    across = ("energy a period", "J") if known else ("sum of squared rises", "V^2")
 
     def draw(sheet: Sheet) -> None:
         (axes,) = sheet.grid(1, 1.9)
-        axes.step(plain / scale.step, speeds, where="post", color=RULE, lw=0.8)
+        axes.step(plain, speeds, where="post", color=RULE, lw=0.8)
         for pairs in sorted({one.pairs for one in design.front}):
             own = np.array([one.pairs == pairs for one in design.front])
             color = (MUTED, GREEN, BLUE, VERMILION, ORANGE, INK, MUTED)[pairs]
-            axes.plot(
-                plain[own] / scale.step, speeds[own], "o", ms=4.0, mew=0.0, color=color, label=_pairs(pairs)
-            )
+            axes.plot(plain[own], speeds[own], "o", ms=4.0, mew=0.0, color=color, label=_pairs(pairs))
         axes.set_ylim(bottom=0.0)
-        axes.set_xlabel(scale.axis("energy a period" if known else "sum of squared rises"))
-        axes.set_ylabel("hardest touchdown (m/s)")
+        name_axes(axes, across, ("hardest touchdown (m/s)", ""))
         sheet.legend(axes)
 
     return plate(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tarsus.base.spec import float_paths
@@ -11,7 +10,7 @@ from tarsus.design.energy import energy_of
 from tarsus.design.headers import digest, header_text
 from tarsus.design.landing_request import Sensor
 from tarsus.report import landing_figures
-from tarsus.report.pages import page, rendered, write_page
+from tarsus.report.pages import page, rendered
 from tarsus.tables.numbers import number
 from tarsus.tables.table import ROW, Column, Table
 
@@ -19,13 +18,8 @@ if TYPE_CHECKING:
     from tarsus.design.landing_design import LandingDesign
 
 
-def write_landing_report(design: LandingDesign, path: str | Path) -> Path:
-    """Write a design as one self-contained HTML file; returns its path. Raises InputError if it cannot be written."""
-    return write_page(landing_html(design), path)
-
-
 def landing_html(design: LandingDesign) -> str:
-    """The page as text; see `write_landing_report`."""
+    """The page of a result, as text."""
     request, learning = design.request, design.learning
     pair = landing_figures.DesignPair(design)
     several = len(design.grounds) > 1

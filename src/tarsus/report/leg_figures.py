@@ -10,7 +10,7 @@ from tarsus.model.structure.base import Array
 from tarsus.model.structure.leg import Leg
 from tarsus.model.structure.leg_motion import LegMotion
 from tarsus.report.pages import Plate
-from tarsus.report.sheet import Sheet, few_ticks, plate
+from tarsus.report.sheet import Sheet, few_ticks, name_axes, plate
 from tarsus.report.style import BLUE, INK, MUTED, VERMILION, scale_of
 
 
@@ -26,19 +26,18 @@ def step_figure(motion: LegMotion, single: Array, volts: float) -> Plate:
     volts
         Height of the step [V].
     """
-    lift, clock = scale_of("m", motion.lift, single), scale_of("s", motion.time)
-    time = motion.time / clock.step
+    time = motion.time
     first = int(np.argmax(motion.lift))
 
     def draw(sheet: Sheet) -> None:
         (axes,) = sheet.grid(1, 2.2)
-        axes.plot(time, motion.lift / lift.step, color=BLUE, label="multi-body leg (Fig. 4.3)")
-        axes.plot(time, single / lift.step, color=VERMILION, ls=(0, (5, 2)), label="single mode (4.3)")
+        axes.plot(time, motion.lift, color=BLUE, label="multi-body leg (Fig. 4.3)")
+        axes.plot(time, single, color=VERMILION, ls=(0, (5, 2)), label="single mode (4.3)")
         if 0 < first < len(time) - 1:
-            axes.plot(time[first], motion.lift[first] / lift.step, "o", ms=3.5, color=BLUE)
+            axes.plot(time[first], motion.lift[first], "o", ms=3.5, color=BLUE)
         axes.set_xlim(time[0], time[-1])
-        axes.set_ylim(bottom=min(0.0, float(motion.lift.min()) / lift.step))
-        axes.set(xlabel=clock.axis("time"), ylabel=lift.axis("lift of the body"))
+        axes.set_ylim(bottom=min(0.0, float(motion.lift.min())))
+        name_axes(axes, ("time", "s"), ("lift of the body", "m"))
         few_ticks(axes, y=6)
         sheet.legend(axes)
 
@@ -60,9 +59,8 @@ def landscape_figure(land: Landscape, leg: Leg, load: float, design: LinkDesign 
         A design to mark.
     """
     infos = float_paths(leg)
-    wide, high = scale_of(infos[land.across].unit, land.x), scale_of(infos[land.up].unit, land.y)
     speed, weight = scale_of("m/s", land.speed), scale_of("N", load)
-    x, y = land.x / wide.step, land.y / high.step
+    x, y = land.x, land.y
     tight = land.capacity.min() < load < land.capacity.max()
     marks = (("as given", leg, "o", INK), ("design", design and design.leg, "*", VERMILION))
 
@@ -76,10 +74,10 @@ def landscape_figure(land: Landscape, leg: Leg, load: float, design: LinkDesign 
             axes.contourf(x, y, land.capacity / load, levels=[0.0, 1.0], colors=[MUTED], alpha=0.35)
         for name, one, mark, color in marks:
             if one is not None:
-                at = (get_value(one, land.across) / wide.step, get_value(one, land.up) / high.step)
+                at = (get_value(one, land.across), get_value(one, land.up))
                 size = 9 if mark == "*" else 5
                 axes.plot(*at, mark, ms=size, color=color, label=name, clip_on=False, zorder=3)
-        axes.set(xlabel=wide.axis(land.across), ylabel=high.axis(land.up))
+        name_axes(axes, *((path, infos[path].unit) for path in (land.across, land.up)))
         sheet.legend(axes)
 
     caption = "Mean speed of the body from the step to its first peak; none where the leg creeps without one."

@@ -7,8 +7,8 @@ import numpy as np
 from tarsus.modes.modal import IdentifiedMode, ModalFit, ModeVerdict
 from tarsus.records.measurement import Quantity
 from tarsus.report.pages import Plate
-from tarsus.report.sheet import QUARTER, Sheet, few_ticks, plate
-from tarsus.report.style import BLUE, INK, MUTED, RULE, VERMILION, decimate, scale_of
+from tarsus.report.sheet import QUARTER, Sheet, few_ticks, name_axes, plate
+from tarsus.report.style import BLUE, INK, MUTED, RULE, VERMILION, decimate
 
 MOST_CURVES = 9
 """Modes whose Nyquist curve is drawn; of more, the lowest ones."""
@@ -58,19 +58,11 @@ def nyquist(fit: ModalFit) -> Plate:
     def draw(sheet: Sheet) -> None:
         for axes, mode in zip(sheet.grid(len(modes), 1.6, width=QUARTER), modes, strict=True):
             measured, fitted = (one[:: max(1, len(one) // 250)] for one in _mobility(fit, mode))
-            scale = scale_of(Quantity.VELOCITY.unit, np.abs(measured))
-            axes.plot(
-                np.real(measured) / scale.step,
-                np.imag(measured) / scale.step,
-                ".",
-                ms=4.5,
-                mew=0.0,
-                color=MUTED,
-            )
-            axes.plot(np.real(fitted) / scale.step, np.imag(fitted) / scale.step, color=BLUE, lw=0.8)
+            axes.plot(np.real(measured), np.imag(measured), ".", ms=4.5, mew=0.0, color=MUTED)
+            axes.plot(np.real(fitted), np.imag(fitted), color=BLUE, lw=0.8)
             axes.set_title(f"{mode.frequency.value:.5g} Hz, {100.0 * mode.damping.value:.2g} %")
             axes.set_aspect("equal", adjustable="datalim")
-            axes.set(xlabel=scale.axis("real part"), ylabel=scale.axis("imaginary part"))
+            name_axes(axes, *((f"{part} part", Quantity.VELOCITY.unit) for part in ("real", "imaginary")))
             few_ticks(axes, x=4, y=4)
 
     return plate(

@@ -1,6 +1,7 @@
 """Figures for notebooks, ``tarsus.plot``: every function draws into matplotlib axes and returns them.
 
-``axes`` are those to draw into; without them a figure of its own is made. Nothing of matplotlib's settings is changed.
+``axes`` are those to draw into; without them a figure of its own is made. Numbers are drawn in SI, the words at ticks
+alone stand under a prefix, so that more can be drawn over them. Nothing of matplotlib's settings is changed.
 """
 
 from __future__ import annotations
@@ -15,7 +16,8 @@ from tarsus.base.errors import InputError
 from tarsus.base.events import IMPACTS
 from tarsus.base.messages import nearest
 from tarsus.base.verb import callable_package
-from tarsus.report.style import CONTACT, CYCLE, INK, MOST_LINES, scale_of
+from tarsus.report.sheet import name_axes
+from tarsus.report.style import CONTACT, CYCLE, INK, MOST_LINES
 from tarsus.tables.numbers import spaced
 
 if TYPE_CHECKING:
@@ -47,10 +49,9 @@ def motion(run: Run, points: Sequence[str] | None = None, *, axes: Axes | None =
     axes = _on(axes)
     draw_series(axes, data["displacement"], asked)
     if feet:
-        clock = scale_of("s", data["time"].values)
         touching = data["gap"].values[0] <= 0.0
         look = {"transform": axes.get_xaxis_transform(), "color": CONTACT, "lw": 0}
-        axes.fill_between(data["time"].values / clock.step, 0.0, 1.0, where=touching, **look)
+        axes.fill_between(data["time"].values, 0.0, 1.0, where=touching, **look)
     axes.set_title(run.scene.name)
     return axes
 
@@ -62,13 +63,13 @@ def impacts(run: Run, foot: str | None = None, *, axes: Axes | None = None) -> A
         raise InputError(f"foot: the robot has no foot '{foot}'{nearest(foot, names)}")
     axes = _on(axes)
     events = run.events[np.isin(run.events["kind"], IMPACTS)]
-    clock = scale_of("s", np.array([run.duration]))
     for color, name in zip(CYCLE * len(names), names, strict=False):
         own = events[events["foot"] == names.index(name)]
         if foot in (None, name) and len(own):
-            axes.plot(own["time"] / clock.step, own["speed_before"], ".", color=color, label=name)
-    axes.set(xlabel=f"time ({clock.label})", ylabel="approach speed (m/s)", title=run.scene.name)
-    axes.set_xlim(0.0, run.duration / clock.step)
+            axes.plot(own["time"], own["speed_before"], ".", color=color, label=name)
+    axes.set_title(run.scene.name)
+    name_axes(axes, ("time", "s"), ("approach speed", "m/s"))
+    axes.set_xlim(0.0, run.duration)
     axes.set_ylim(0.0, 1.1 * float(events["speed_before"].max(initial=1e-9)))
     return axes
 
@@ -83,12 +84,12 @@ def ledger(run: Run, *, axes: Axes | None = None) -> Axes:
     }  # fmt: skip
     shown = {name: value for name, value in entries.items() if value != 0.0}
     axes = _on(axes)
-    scale = scale_of("J", np.array(list(shown.values()) or [1.0]))
     colors = [CYCLE[0] if value > 0.0 else CYCLE[1] for value in shown.values()]
-    axes.barh(list(shown), [value / scale.step for value in shown.values()], color=colors)
+    axes.barh(list(shown), list(shown.values()), color=colors)
     axes.axvline(0.0, color=INK, lw=0.7)
     axes.invert_yaxis()
-    axes.set(xlabel=f"into the motion ({scale.label})", title=f"closed to {account.closure:.1e}")
+    axes.set_title(f"closed to {account.closure:.1e}")
+    name_axes(axes, ("into the motion", "J"))
     return axes
 
 
@@ -133,10 +134,9 @@ def front(design: GaitFront, *, axes: Axes | None = None) -> Axes:
     along, up = design.objectives[1], design.objectives[0]
     all_ = [up.value(design.costs[:, 0]), along.value(design.costs[:, 1])]
     best = np.array([point.risk[:2] for point in design.members]).T
-    scales = [scale_of(one.unit, values) for one, values in zip((up, along), best, strict=True)]
-    axes.plot(all_[1] / scales[1].step, all_[0] / scales[0].step, ".", ms=2, color="0.75", label="candidates")
-    axes.plot(best[1] / scales[1].step, best[0] / scales[0].step, "o", color=CYCLE[0], label="front")
-    axes.set(xlabel=scales[1].axis(along.name), ylabel=scales[0].axis(up.name))
+    axes.plot(all_[1], all_[0], ".", ms=2, color="0.75", label="candidates")
+    axes.plot(best[1], best[0], "o", color=CYCLE[0], label="front")
+    name_axes(axes, (along.name, along.unit), (up.name, up.unit))
     axes.legend(frameon=False)
     return axes
 

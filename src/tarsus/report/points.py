@@ -7,9 +7,10 @@ from markupsafe import Markup
 
 from tarsus.files.store import RunLike
 from tarsus.model.structure import Beam
+from tarsus.report.charts import Window
 from tarsus.report.packing import packed, packed_times, script_text
 from tarsus.report.pages import rendered
-from tarsus.report.series import RunSeries, Window
+from tarsus.report.series import RunSeries
 from tarsus.report.style import scale_of
 
 FRAMES = 1200

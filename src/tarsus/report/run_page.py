@@ -17,11 +17,12 @@ from tarsus.files.store import EVENTS_FILE, RunLike
 from tarsus.files.summary import about, account, deviation, measures_summary
 from tarsus.model.structure import Walker
 from tarsus.report import figures, walk_figures
+from tarsus.report.charts import Window
 from tarsus.report.motion import motion_of, whole_motion
 from tarsus.report.pages import Plate, page, rendered, write_page
 from tarsus.report.player import walk_section
 from tarsus.report.points import points_section
-from tarsus.report.series import RunSeries, Window, joined, series_of
+from tarsus.report.series import RunSeries, joined, series_of
 from tarsus.tables.numbers import MISSING, amount, spaced
 from tarsus.tables.table import Column, Table
 
@@ -88,16 +89,13 @@ def _walk(run: RunLike, detail: Window) -> tuple[list[Shown], list[Shown]]:
 
 def _motion(run: RunLike, series: RunSeries, detail: Window) -> tuple[list[Shown], list[Shown]]:
     """Figures of the motion of points, and those of the forces on the first feet."""
-    from tarsus.report.circular import circular  # it loads matplotlib
-
     motion: list[Shown] = [figures.motion(series, series.whole)]
     if detail != series.whole:
         plate = figures.motion(series, detail)
         motion.append(Plate(plate.picture, f"The last {CLOSE_UP} drive periods of the run. {plate.caption}"))
     motion.append(partial(points_section, run, series, detail))
-    turns = circular(series)
-    if turns is not None:
-        motion.append(turns)
+    turns = figures.turns(series)
+    motion += [turns] if turns is not None else []
     feet = range(min(len(series.feet), figures.MOST_FEET))
     return motion, [figures.forces(series, detail, foot) for foot in feet]
 

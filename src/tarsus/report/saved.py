@@ -13,8 +13,9 @@ from matplotlib.figure import Figure
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.files.whole import written_whole
-from tarsus.report.style import CYCLE, MOST_LINES, AxisScale, level_limits, scale_of
-from tarsus.tables.numbers import spaced
+from tarsus.report.sheet import name_axes
+from tarsus.report.style import CYCLE, MOST_LINES, level_limits, scale_of
+from tarsus.tables.numbers import amount, spaced
 
 FORMATS = (".png", ".svg", ".pdf")
 """Endings of files that a figure is written as."""
@@ -108,11 +109,10 @@ def draw_series(axes: Axes, one: xarray.DataArray, only: Sequence[str] | None) -
     """
     rest = [dim for dim in one.dims if dim != "time"]
     time = one["time"].values
-    clock, size = scale_of("s", time), _scale(one, one.values)
     if not rest:
         if only is not None:
             raise InputError(f"'{one.name}' is of the whole: it has no names to choose from")
-        axes.plot(time / clock.step, one.values / size.step, lw=1.1, color=CYCLE[0])
+        axes.plot(time, one.values, lw=1.1, color=CYCLE[0])
     else:
         names = [str(label) for label in one[rest[0]].values]
         if unknown := [label for label in only or () if label not in names]:
@@ -121,29 +121,19 @@ def draw_series(axes: Axes, one: xarray.DataArray, only: Sequence[str] | None) -
         rows = one.transpose(rest[0], "time").values
         for number, label in enumerate(shown):
             style = ("-", "--", ":", "-.")[number // len(CYCLE) % 4]
-            axes.plot(
-                time / clock.step, rows[names.index(label)] / size.step, lw=1.1, ls=style,
-                color=CYCLE[number % len(CYCLE)], label=label,
-            )  # fmt: skip
+            color = CYCLE[number % len(CYCLE)]
+            axes.plot(time, rows[names.index(label)], lw=1.1, ls=style, color=color, label=label)
         axes.legend(frameon=False)
-    axes.set(xlabel=clock.axis("time"), ylabel=size.axis(spaced(str(one.name))))
+    name_axes(axes, ("time", "s"), (spaced(str(one.name)), _unit(one)))
 
 
 def _lines(axes: Axes, one: xarray.DataArray, over: str) -> None:
     """Points over a number that varies; a line for each combination of the other numbers of a grid."""
-    size = _scale(one, one.values)
     along = one[over].values
-    step = _scale(one[over], along)
     order = np.argsort(along)
     if one.dims == one[over].dims and over not in one.dims:  # scattered: every run has a value of each
         alone = len([path for path in one.coords if one[path].dims]) == 1
-        axes.plot(
-            along[order] / step.step,
-            one.values[order] / size.step,
-            ".-" if alone else ".",
-            lw=0.9,
-            color=CYCLE[0],
-        )
+        axes.plot(along[order], one.values[order], ".-" if alone else ".", lw=0.9, color=CYCLE[0])
     else:
         others = [str(dim) for dim in one.dims if dim != over]
         stacked = one.transpose(*others, over).values.reshape(-1, len(along))
@@ -155,38 +145,28 @@ def _lines(axes: Axes, one: xarray.DataArray, over: str) -> None:
         values = np.meshgrid(*(one[other].values for other in others), indexing="ij") if others else []
         for number, row in enumerate(stacked):
             label = ", ".join(
-                f"{other.rsplit('.', 1)[-1]} {grid.ravel()[number] / (unit := _scale(one[other], grid)).step:.4g} "
-                f"{unit.label}"
+                f"{other.rsplit('.', 1)[-1]} {amount(grid.ravel()[number], _unit(one[other]))}"
                 for other, grid in zip(others, values, strict=True)
             )
-            axes.plot(
-                along[order] / step.step,
-                row[order] / size.step,
-                ".-",
-                lw=0.9,
-                color=CYCLE[number],
-                label=label or None,
-            )
+            axes.plot(along[order], row[order], ".-", lw=0.9, color=CYCLE[number], label=label or None)
         if others:
             axes.legend(frameon=False)
     axes.set_xscale(_spread(along))
-    axes.set(xlabel=step.axis(over), ylabel=size.axis(spaced(str(one.name))))
-    if limits := level_limits(one.values / size.step):
+    name_axes(axes, (over, _unit(one[over])), (spaced(str(one.name)), _unit(one)))
+    if limits := level_limits(one.values):
         axes.set_ylim(*limits)
 
 
 def _map(axes: Axes, one: xarray.DataArray) -> None:
     rows, columns = (str(dim) for dim in one.dims)
     ups, alongs = one[rows].values, one[columns].values
-    up, along, size = _scale(one[rows], ups), _scale(one[columns], alongs), _scale(one, one.values)
+    size = scale_of(_unit(one), one.values)
     order = np.ix_(np.argsort(ups), np.argsort(alongs))
-    shown = axes.pcolormesh(
-        _edges(alongs) / along.step, _edges(ups) / up.step, one.values[order] / size.step, shading="flat"
-    )
+    shown = axes.pcolormesh(_edges(alongs), _edges(ups), one.values[order] / size.step, shading="flat")
     axes.figure.colorbar(shown, ax=axes, label=size.axis(spaced(str(one.name))))
     axes.set_xscale(_spread(alongs))
     axes.set_yscale(_spread(ups))
-    axes.set(xlabel=along.axis(columns), ylabel=up.axis(rows))
+    name_axes(axes, (columns, _unit(one[columns])), (rows, _unit(one[rows])))
 
 
 def _edges(values: np.ndarray) -> np.ndarray:
@@ -207,6 +187,5 @@ def _spread(values: np.ndarray) -> str:
     return "log" if low > 0.0 and high >= DECADES * low else "linear"
 
 
-def _scale(one: xarray.DataArray, values: np.ndarray) -> AxisScale:
-    """A prefix for the unit of a series or measure that bears one."""
-    return scale_of(str(one.attrs.get("units", "1")), values)
+def _unit(one: xarray.DataArray) -> str:
+    return str(one.attrs.get("units", "1"))

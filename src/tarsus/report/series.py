@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import groupby
 from typing import Any, cast
 
 import numpy as np
@@ -13,12 +14,9 @@ from tarsus.base.events import CONTACT_BEGINS, EventKind
 from tarsus.files.series import Variables
 from tarsus.files.store import RunLike
 from tarsus.model.laws.base import Law
+from tarsus.report.charts import Window
+from tarsus.report.style import samples_inside
 from tarsus.solve.run import Run
-
-"""Kind numbers of the event table."""
-
-Window = tuple[float, float]
-"""Start and end [s] of the stretch of time a figure shows."""
 
 
 @dataclass(frozen=True)
@@ -61,13 +59,6 @@ class RunSeries:
         if complete <= number:
             return self.whole
         return ((complete - number) * self.period, complete * self.period)
-
-
-def samples_inside(time: np.ndarray, window: Window) -> slice:
-    """Samples within a window, with one more on either side so that lines reach the frame."""
-    first = max(int(np.searchsorted(time, window[0], side="right")) - 1, 0)
-    last = min(int(np.searchsorted(time, window[1], side="left")) + 1, len(time))
-    return slice(first, last)
 
 
 def series_of(run: RunLike) -> RunSeries:
@@ -142,6 +133,11 @@ def foot_traces(series: RunSeries) -> list[PlotTrace]:
         PlotTrace(name, series.time, series["gap"][foot], series["volts"][0], series.period, tuple(contacts))
         for foot, (name, contacts) in enumerate(zip(series.feet, series.contacts, strict=True))
     ]
+
+
+def by_drive(traces: Sequence[PlotTrace]) -> list[list[PlotTrace]]:
+    """Neighbours under one drive together."""
+    return [list(same) for _, same in groupby(traces, lambda one: (one.period, one.volts.tobytes()))]
 
 
 def point_trace(series: RunSeries, point: str, title: str) -> PlotTrace:

@@ -10,6 +10,7 @@ import io
 import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from typing import Any
 
 import matplotlib
@@ -20,8 +21,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatter, MaxNLocator, NullFormatter
 
 from tarsus.report.pages import Plate
-from tarsus.report.style import INK, MUTED, themed
-from tarsus.tables.numbers import set_power
+from tarsus.report.style import INK, MUTED, AxisScale, scale_of, themed
+from tarsus.tables.numbers import number, pretty_unit, set_power
 
 WIDTH = 3.7
 """Width of a panel [inch]: where it is 330 px wide, a third of a page or a phone, letters of 8 pt are 10 px high."""
@@ -55,6 +56,24 @@ def figure_style() -> Iterator[None]:
         yield
 
 
+def name_axes(axes: Axes, x: tuple[str, str] | None = None, y: tuple[str, str] | None = None) -> None:
+    """Names of axes in which numbers in SI units are drawn, each (words, unit): its ticks stand under one prefix, that
+    of what is drawn by now; on a logarithmic axis they are powers of ten."""
+    spans = (axes.dataLim.intervalx, axes.dataLim.intervaly)
+    for axis, named, span in zip((axes.xaxis, axes.yaxis), (x, y), spans, strict=True):
+        if named is None:
+            continue
+        powers = axis.get_scale() == "log"
+        scale = AxisScale(1.0, pretty_unit(named[1])) if powers else scale_of(named[1], *span)
+        axis.set_label_text(scale.axis(named[0]))
+        if scale.step != 1.0:
+            axis.set_major_formatter(partial(_tick, step=scale.step))
+
+
+def _tick(value: float, _: float, *, step: float) -> str:
+    return number(round(value / step, 9), 6)  # ticks are sums: none has more digits
+
+
 def few_ticks(axes: Axes, x: int | None = None, y: int | None = None) -> None:
     """At most so many tick intervals per axis."""
     if x is not None:
@@ -69,25 +88,16 @@ class Sheet:
     def __init__(self) -> None:
         self.figures: list[Figure] = []
 
-    def grid(self, count: int, height: float, *, width: float = WIDTH, polar: bool = False) -> list[Axes]:
-        """So many panels of a height [inch], each a picture of its own; `polar`: with angle and radius."""
-        return [panels[0] for panels in self.stacks(count, [height], width=width, polar=polar)]
+    def grid(self, count: int, height: float, *, width: float = WIDTH) -> list[Axes]:
+        """So many panels of a height [inch], each a picture of its own."""
+        return [panels[0] for panels in self.stacks(count, [height], width=width)]
 
-    def stack(self, heights: Sequence[float]) -> list[Axes]:
-        """Panels of the given heights [inch] below each other with one horizontal axis, in one picture."""
-        return self.stacks(1, heights)[0]
-
-    def stacks(
-        self, count: int, heights: Sequence[float], *, width: float = WIDTH, polar: bool = False
-    ) -> list[list[Axes]]:
+    def stacks(self, count: int, heights: Sequence[float], *, width: float = WIDTH) -> list[list[Axes]]:
         """So many stacks of panels of the given heights [inch], each a picture."""
         stacks: list[list[Axes]] = []
         for _ in range(count):
             figure = Figure(figsize=(width, sum(heights) + BELOW), layout="constrained")
-            kind = {"projection": "polar"} if polar else {}
-            made = figure.subplots(
-                len(heights), 1, sharex=True, squeeze=False, height_ratios=heights, subplot_kw=kind
-            )
+            made = figure.subplots(len(heights), 1, sharex=True, squeeze=False, height_ratios=heights)
             stacks.append(list(made[:, 0]))
             for axes in stacks[-1][:-1]:  # ticks without labels would be a tenth of all that a page draws
                 axes.xaxis.set_visible(False)

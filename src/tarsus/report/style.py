@@ -4,17 +4,11 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from markupsafe import Markup
 
 from tarsus.tables.numbers import prefixed, set_power
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from tarsus.report.charts import ChartPanel
 
 INK = "#1f2328"
 MUTED = "#6b7280"
@@ -67,12 +61,6 @@ class AxisScale:
 
 SMALLEST = 1e-15
 """Magnitude below which there is no prefix."""
-
-
-def time_axis(axes: Axes | ChartPanel, window: tuple[float, float], clock: AxisScale) -> None:
-    """Limits and label of a lowest axis that shows a window of time [s]."""
-    axes.set_xlim(window[0] / clock.step, window[1] / clock.step)
-    axes.set_xlabel(clock.axis("time"))
 
 
 def scale_of(unit: str, *values: np.ndarray | float) -> AxisScale:
@@ -130,6 +118,13 @@ def upright(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarra
     put = np.stack([before, after], axis=2).reshape(len(rows), -1)
     shown = np.insert(rows, place, put, axis=1)
     return np.insert(time, place, between), shown.reshape(*values.shape[:-1], -1)
+
+
+def samples_inside(time: np.ndarray, window: tuple[float, float]) -> slice:
+    """Samples within a window, with one more on either side so that lines reach the frame."""
+    first = max(int(np.searchsorted(time, window[0], side="right")) - 1, 0)
+    last = min(int(np.searchsorted(time, window[1], side="left")) + 1, len(time))
+    return slice(first, last)
 
 
 def decimate(x: np.ndarray, values: np.ndarray, bins: int = 700) -> tuple[np.ndarray, np.ndarray]:

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from tarsus.base.spec import float_paths
-from tarsus.report.charts import stack
-from tarsus.report.pages import Plate, page, rendered, write_page
-from tarsus.report.style import BLUE, MUTED, scale_of
+from tarsus.report.charts import Charts
+from tarsus.report.pages import Plate, page, rendered
+from tarsus.report.style import BLUE, MUTED
 from tarsus.solve.offered import offered
 from tarsus.study.axes import Logspace
 from tarsus.study.sweep import Sweep
@@ -46,16 +46,8 @@ class _Scored:
     every: int
 
 
-def write_sweep_report(sweep: Sweep, collected: str | Path, path: str | Path) -> Path:
-    """Write the page of a finished sweep, read from its collected file; returns its path.
-
-    Raises InputError if it cannot be written.
-    """
-    return write_page(sweep_html(sweep, collected), path)
-
-
 def sweep_html(sweep: Sweep, collected: str | Path) -> str:
-    """The page as text; see `write_sweep_report`."""
+    """The page of a result, as text."""
     found = _read(sweep, Path(collected))
     units = {name: float_paths(sweep.scene)[sweep.paths(name)[0]].unit for name in sweep.vary}
     measures = offered(sweep.scene, sweep.seconds)
@@ -134,38 +126,25 @@ def _figures(
 def _against(found: _Scored, axis: str, axis_unit: str, measure: str, unit: str, log: bool) -> Plate:
     x, y = found.points[axis], found.values[measure]
     known = np.isfinite(y)
-    charts, (panel,) = stack([1.9])
-    across, up = scale_of(axis_unit, x), scale_of(unit, y)
+    levels = np.unique(x)
+    charts = Charts([1.9], axis, axis_unit, _room(levels, log), log=log)
+    (panel,) = charts.panels
     chosen = np.flatnonzero(known)[:: max(1, -(-int(known.sum()) // MOST_DOTS))]
     chosen = chosen[np.argsort(x[chosen], kind="stable")]
-    levels = np.unique(x)
     few = 1 < len(levels) <= FEW
     alone = few and len(levels) == len(x)
-    panel.dots(
-        x[chosen] / across.step, y[chosen] / up.step, color=BLUE, label="" if alone or not few else "a run"
-    )
+    panel.dots(x[chosen], y[chosen], color=BLUE, label="" if alone or not few else "a run")
     caption = f"{spaced(measure).capitalize()} against {axis}."
     if few and known.any():
         middle = np.array([_median_run(y[known & (x == one)]) for one in levels])
-        name = "" if alone else "median run"
-        for part in _stretches(np.isfinite(middle)):
-            panel.plot(
-                levels[part] / across.step,
-                middle[part] / up.step,
-                color=MUTED,
-                lw=1.0,
-                label=name,
-                zorder=1.0,
-            )
-            name = "_"
+        for k, part in enumerate(_stretches(np.isfinite(middle))):
+            name = "" if alone or k else "median run"
+            panel.plot(levels[part], middle[part], color=MUTED, lw=1.0, label=name, zorder=1.0)
         caption += "" if alone else " The line joins the median run of each value."
         if not np.isfinite(middle).all():
             caption += " It is broken at values of which no run gave a number."
-    panel.set_ylabel(up.axis(spaced(measure)))
-    panel.set_xlabel(across.axis(axis))
-    panel.set_xlim(*_room(levels / across.step, log))
-    panel.set_xscale(log=log)
-    return Plate(charts.html(caption), caption)
+    panel.set_ylabel(spaced(measure), unit)
+    return charts.plate(caption)
 
 
 def _median_run(values: np.ndarray) -> float:

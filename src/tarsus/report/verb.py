@@ -58,7 +58,8 @@ def page_of(folder: Path, laws: Mapping[str, Any] | None = None) -> tuple[Path, 
 
 def _sweep_page(folder: Path) -> Path:
     """The page of a sweep whose array collected it without one; how to go on where it is not collected."""
-    from tarsus.report.sweep_page import write_sweep_report
+    from tarsus.report.pages import write_page
+    from tarsus.report.sweep_page import sweep_html
     from tarsus.study.studyfile import frozen_sweep
 
     file = folder / COLLECTED_FILE
@@ -71,4 +72,4 @@ def _sweep_page(folder: Path) -> Path:
             f"{folder}: holds a sweep with {found.units_done} of {found.units} units done and no page yet: "
             f"`tarsus sweep {folder}` makes what is missing, collects it and writes the page"
         )
-    return write_sweep_report(frozen_sweep(folder), file, folder / REPORT_FILE)
+    return write_page(sweep_html(frozen_sweep(folder), file), folder / REPORT_FILE)

@@ -2,28 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tarsus.report.charts import ChartPanel, stack
+from tarsus.report.charts import Charts, Window
 from tarsus.report.motion import AIR, SLIPPING, STUCK, Motion
 from tarsus.report.pages import Plate
-from tarsus.report.series import Window, samples_inside
 from tarsus.report.stage import WalkStage, drawn
-from tarsus.report.style import (
-    BLUE,
-    GREEN,
-    INK,
-    MUTED,
-    PURPLE,
-    RULE,
-    VERMILION,
-    AxisScale,
-    scale_of,
-    time_axis,
-)
+from tarsus.report.style import BLUE, GREEN, INK, MUTED, PURPLE, RULE, VERMILION, samples_inside, scale_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -40,52 +27,41 @@ _TURNS = (("roll", "about x"), ("pitch", "about y"))
 def travel(motion: Motion) -> Plate:
     """Travel and height of the body over the whole run, and its turns where it has them."""
     turns = [(name, axis) for name, axis in _TURNS if name in motion.body]
-    figure, panels = stack([1.05, 0.7, *(0.55 for _ in turns)])
-    clock = scale_of("s", float(motion.time[-1] - motion.time[0]))
-    for axes, name, label in zip(panels, ("surge", "heave"), ("surge", "heave"), strict=False):
-        values = motion.coordinate(name)
-        scale = scale_of("m", values)
-        _line(axes, motion, clock, values / scale.step, color=BLUE)
-        axes.set_ylabel(f"{label} ({scale.label})")
-    for axes, (name, _) in zip(panels[2:], turns, strict=True):
-        _line(axes, motion, clock, motion.coordinate(name) * 1e3, color=BLUE)
-        axes.set_ylabel(f"{name} (mrad)")
-    time_axis(panels[-1], (float(motion.time[0]), float(motion.time[-1])), clock)
+    charts = Charts([1.05, 0.7, *(0.55 for _ in turns)])
+    shown = [("surge", "m", 1.0), ("heave", "m", 1.0), *((name, "mrad", 1e3) for name, _ in turns)]
+    for axes, (name, unit, factor) in zip(charts.panels, shown, strict=True):
+        axes.plot(motion.time, factor * motion.coordinate(name), color=BLUE)
+        axes.set_ylabel(name, unit)
     more = "".join(f", its {name} {axis}" for name, axis in turns)
-    caption = f"Travel of the body's centre along the way, its height above that at rest{more}."
-    return Plate(figure.html(caption), caption)
+    return charts.plate(f"Travel of the body's centre along the way, its height above that at rest{more}.")
 
 
 def footfalls(motion: Motion, window: Window) -> Plate:
     """Gait diagram (Hildebrand's): bars where a foot is on the ground, narrow where it slips."""
     part = _part(motion, window)
     count = len(motion.legs)
-    figure, (axes,) = stack([max(_row(count) * count, 0.5)])
-    clock = scale_of("s", window[1] - window[0])
-    for row in range(count):
-        for state, color, height in ((STUCK, INK, 0.72), (SLIPPING, VERMILION, 0.36)):
-            spans = [(a / clock.step, (b - a) / clock.step) for a, b in _spans(part, row, state)]
-            axes.broken_barh(spans, (row - height / 2.0, height), color=color, lw=0)
-    for color, label in ((INK, "stuck"), (VERMILION, "slipping")):
-        axes.broken_barh([], (0.0, 0.0), color=color, label=label)
-    _name_rows(axes, range(count), motion.legs)
+    charts = Charts([max(_row(count) * count, 0.5)], window=window)
+    (axes,) = charts.panels
+    for state, color, height, label in ((STUCK, INK, 0.72, "stuck"), (SLIPPING, VERMILION, 0.36, "slipping")):
+        axes.sign(label, color, area=True)
+        for row in range(count):
+            axes.bars(_spans(part, row, state), row - height / 2.0, row + height / 2.0, color=color)
+    axes.set_yticks(range(count), motion.legs)
     axes.set_ylim(count - 0.4, -0.8)
-    time_axis(axes, window, clock)
-    caption = "Footfalls: bars where a foot is on the ground, narrow ones where it slips."
-    return Plate(figure.html(caption), caption)
+    return charts.plate("Footfalls: bars where a foot is on the ground, narrow ones where it slips.")
 
 
 USUAL, CUT = 0.95, 1.5
-"""Share of the samples in contact whose forces a row shows in full, and how far beyond them it reaches: the blow of one
-landing would press all others to the width of a line."""
+"""Share of the samples in contact whose forces a row shows in full, and how far beyond them it reaches: the impact of
+one landing would press all others to the width of a line."""
 
 
 def ground_forces(motion: Motion, window: Window) -> Plate:
     """Force of the ground on every foot, a row each, all on one scale."""
     part = _part(motion, window)
     count = len(motion.legs)
-    figure, (axes,) = stack([min(0.8 * count, 1.0 + 2.0 * _row(count) * count)])
-    clock = scale_of("s", window[1] - window[0])
+    charts = Charts([min(0.8 * count, 1.0 + 2.0 * _row(count) * count)], window=window)
+    (axes,) = charts.panels
     forces = np.where(part.state == AIR, np.nan, np.stack([part.normal, part.friction]))
     scale = scale_of("N", forces)
     low, high = float(np.nanmin(forces, initial=0.0)), float(np.nanmax(forces, initial=0.0))
@@ -95,35 +71,30 @@ def ground_forces(motion: Motion, window: Window) -> Plate:
         low, high, forces = max(low, -cut), min(high, cut), np.clip(forces, -cut, cut)
     step = float(f"{1.05 * (high - low):.2g}") or 1.0
     for row in range(count):
-        axes.axhline(-row, color=RULE, lw=0.6, zorder=0)
+        axes.axhline(-row, color=RULE, lw=0.6)
         for values, color, label in zip(
             forces, (GREEN, PURPLE), ("upward", "friction, forward"), strict=True
         ):
-            name = label if row == 0 else "_"
-            _line(axes, part, clock, values[row] / step - row, color=color, lw=0.9, label=name)
-    _name_rows(axes, -np.arange(count), motion.legs)
+            axes.plot(
+                part.time, values[row] / step - row, color=color, lw=0.9, label=label if row == 0 else ""
+            )
+    axes.set_yticks(-np.arange(count), motion.legs)
     axes.set_ylim(low / step - count + 0.95, high / step + 0.05)
-    time_axis(axes, window, clock)
-    apart = f"{step / scale.step:g} {scale.label}"
     caption = (
-        f"Force of the ground on every foot in contact; from one line to the next is {apart}. Upward, below "
-        "its line while adhesion holds the foot back, and friction, positive forward."
+        f"Force of the ground on every foot in contact; from one line to the next is {step / scale.step:g} "
+        f"{scale.label}. Upward, below its line while adhesion holds the foot back, and friction, positive forward."
     )
     if cut < most:
         caption += (
             f" Forces above {cut / scale.step:.2g} {scale.label}, short ones at landings, are cut there; the largest "
             f"is {most / scale.step:.3g} {scale.label}."
         )
-    return Plate(figure.html(caption), caption)
+    return charts.plate(caption)
 
 
 def _row(count: int) -> float:
     """Height of one of so many rows [inch]: of many as low as their names allow."""
     return 0.17 if count <= 12 else 0.1
-
-
-def _name_rows(axes: ChartPanel, places: Sequence[float] | np.ndarray, legs: Sequence[str]) -> None:
-    axes.set_yticks(places, legs)
 
 
 def still(motion: Motion, stage: WalkStage) -> Plate:
@@ -222,7 +193,3 @@ def _spans(motion: Motion, leg: int, state: int) -> list[Window]:
     edges = np.flatnonzero(np.diff(inside))
     time = np.append(motion.time, motion.time[-1])
     return [(float(time[a]), float(time[b])) for a, b in zip(edges[::2], edges[1::2], strict=True)]
-
-
-def _line(axes: ChartPanel, motion: Motion, clock: AxisScale, values: np.ndarray, **style: object) -> None:
-    axes.plot(motion.time / clock.step, values, **style)  # type: ignore[arg-type]

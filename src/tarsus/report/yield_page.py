@@ -4,15 +4,14 @@ matters."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
 
 from tarsus.base.spec import float_paths
-from tarsus.report.pages import Plate, page, rendered, write_page
-from tarsus.report.sheet import Sheet, few_ticks, plate
-from tarsus.report.style import BLUE, MUTED, ORANGE, scale_of
+from tarsus.report.pages import Plate, page, rendered
+from tarsus.report.sheet import Sheet, few_ticks, name_axes, plate
+from tarsus.report.style import BLUE, MUTED, ORANGE
 from tarsus.study.yields import Yield
 from tarsus.tables.numbers import path_end, spaced
 from tarsus.tables.table import ROW, Column, Table
@@ -21,13 +20,8 @@ BARS = 12
 """Groups drawn at most, those that matter most: as many bars as have their names beside them in two inches."""
 
 
-def write_yield_report(found: Yield, path: str | Path) -> Path:
-    """Write a yield as one self-contained HTML file; returns its path. Raises InputError if it cannot be written."""
-    return write_page(yield_html(found), path)
-
-
 def yield_html(found: Yield) -> str:
-    """The page as text; see `write_yield_report`."""
+    """The page of a result, as text."""
     scene, first = found.robots.scene, found.measures[0]
     values = found.values[first][np.isfinite(found.values[first])]
     low, middle, high = (float(one) for one in np.quantile(values, (0.05, 0.5, 0.95)))
@@ -63,10 +57,8 @@ def _panels(found: Yield, draw: Callable[[Axes, str], object], caption: str) -> 
 def _distributions(found: Yield) -> Plate:
     def draw(axes: Axes, name: str) -> None:
         values = found.values[name][np.isfinite(found.values[name])]
-        scale = scale_of(found.units[name], values)
-        axes.hist(values / scale.step, bins=40, color=BLUE)
-        axes.set_xlabel(scale.axis(spaced(name)))
-        axes.set_ylabel("robots")
+        axes.hist(values, bins=40, color=BLUE)
+        name_axes(axes, (spaced(name), found.units[name]), ("robots", ""))
         few_ticks(axes, x=5, y=5)
 
     return _panels(
@@ -77,12 +69,11 @@ def _distributions(found: Yield) -> Plate:
 def _curves(found: Yield) -> Plate:
     def draw(axes: Axes, name: str) -> None:
         curve = found.curves[name]
-        scale = scale_of(curve.unit, curve.requirement)
-        at = curve.requirement / scale.step
+        at = curve.requirement
         axes.fill_between(at, 100.0 * curve.low, 100.0 * curve.high, color=BLUE, alpha=0.25, lw=0.0)
         axes.plot(at, 100.0 * curve.share, color=BLUE, lw=1.2)
-        axes.set_xlabel(scale.axis(f"{spaced(name)} {'at most' if curve.less else 'at least'}"))
-        axes.set_ylabel("robots that meet it (%)")
+        words = f"{spaced(name)} {'at most' if curve.less else 'at least'}"
+        name_axes(axes, (words, curve.unit), ("robots that meet it (%)", ""))
         axes.set_ylim(0.0, 101.0)
         few_ticks(axes, x=5, y=5)
 
@@ -99,12 +90,9 @@ def _dead(found: Yield) -> Plate:
         if not groups:
             return
         at, rows = np.array([one for one, _ in groups]), np.array([row for _, row in groups])
-        scale = scale_of(found.units[name], rows)
-        rows = rows / scale.step
         axes.errorbar(at, rows[:, 1], yerr=[rows[:, 1] - rows[:, 0], rows[:, 2] - rows[:, 1]], fmt="o", ms=4.0,
                       color=BLUE, ecolor=MUTED, lw=1.0)  # fmt: skip
-        axes.set_xlabel("dead legs")
-        axes.set_ylabel(scale.axis(spaced(name)))
+        name_axes(axes, ("dead legs", ""), (spaced(name), found.units[name]))
         axes.set_xticks(at)
         axes.margins(x=0.2)
 

@@ -7,11 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 
-from tarsus.report.charts import stack
+from tarsus.report.charts import Charts
 from tarsus.report.pages import Plate
-from tarsus.report.sheet import Sheet, few_ticks, plate
-from tarsus.report.style import BLUE, CYCLE, GREEN, RULE, VERMILION, scale_of
-from tarsus.tables.numbers import pretty_unit
+from tarsus.report.sheet import Sheet, few_ticks, name_axes, plate
+from tarsus.report.style import BLUE, CYCLE, GREEN, RULE, VERMILION
 from tarsus_reproduce.interpretations import Interpretations
 from tarsus_reproduce.millipede import DeviceTrends, Example, Swept
 
@@ -39,62 +38,48 @@ def swept_figure(swept: Sequence[tuple[str, Swept]], title: str, symbol: str) ->
         What varies, as a symbol.
     """
     first = swept[0][1]
-    across, unit = _across(first)
 
     def draw(sheet: Sheet) -> None:
         panels = sheet.grid(len(PANELS), 0.7)
         for axes, (names, label) in zip(panels, PANELS, strict=True):
-            values = [one.values[name] for _, one in swept for name in names]
-            scale = scale_of(first.about[names[0]].unit, *values)
             for k, (variant, one) in enumerate(swept):
                 for name, style in zip(names, ("-", ":"), strict=False):
-                    _line(axes, one.x / across, one.values[name] / scale.step, CYCLE[k], style, variant)
-            axes.set_title(f"{label} ({scale.label})" if scale.label not in ("", "1") else label)
+                    _line(axes, one.x, one.values[name], CYCLE[k], style, variant)
             few_ticks(axes, y=4)
             if first.x[-1] > 100.0 * first.x[0]:
                 axes.set_xscale("log")
                 axes.minorticks_off()
-            axes.set_xlim(first.x[0] / across, first.x[-1] / across)
+            name_axes(axes, (symbol, first.unit), (label, first.about[names[0]].unit))
+            axes.set_title(axes.get_ylabel())
+            axes.set_ylabel("")
+            axes.set_xlim(first.x[0], first.x[-1])
         sheet.legend(panels[0])
 
     low, high = first.replicates[[0, -1]]
     return plate(
         draw,
-        f"{title}, over {symbol} ({unit}): means and ranges over restitutions of {low:g} to {high:g}.",
+        f"{title}: means and ranges over restitutions of {low:g} to {high:g}.",
     )
 
 
 def walks_figure(examples: Sequence[Example], title: str) -> Plate:
     """Walks in time (as Fig. 4.7): heights of body and feet on each ground, and the ways of the body on both."""
-    series = [one.run.variables() for one in examples]
-    ends = [float(one["time"].values[-1]) for one in series]
-    clock = scale_of("s", max(ends))
-    up = scale_of("m", *(one["body"].values[1] for one in series))
-    way = scale_of("m", *(one["body"].values[0] for one in series))
-    figure, (*heights, along) = stack([0.6] * (len(examples) + 1))
-    for panel, example, one, look in zip(heights, examples, series, ("-", (0, (4.0, 3.0))), strict=True):
-        time = one["time"].values / clock.step
+    charts = Charts([0.6] * (len(examples) + 1))
+    *heights, along = charts.panels
+    for panel, example, look in zip(heights, examples, ("-", (0, (4.0, 3.0))), strict=True):
+        one = example.run.variables()
+        time, (way, up) = one["time"].values, one["body"].values[:2]
         for name, values, color in zip(
             example.run.foot_names, one["gap"].values, (VERMILION, GREEN), strict=False
         ):
-            panel.plot(time, values / up.step, color=color, lw=0.9, label=f"foot {name}")
-        panel.plot(time, one["body"].values[1] / up.step, color=BLUE, lw=0.9, label="body")
-        panel.set_ylabel(f"({example.name}): height ({up.label})")
-        along.plot(
-            time, one["body"].values[0] / way.step, color=BLUE, lw=0.9, ls=look, label=f"({example.name})"
-        )
-    along.set_ylabel(f"way of the body ({way.label})")
-    along.set_xlim(0.0, max(ends) / clock.step)
-    along.set_xlabel(f"time ({clock.label})")
-    caption = f"{title}: body and feet up, and the body along the way, on the two grounds of Fig. 4.7, from the start."
-    return Plate(figure.html(caption), caption)
-
-
-def _across(swept: Swept) -> tuple[float, str]:
-    """Step and unit of the horizontal axis."""
-    if swept.unit == "kg":
-        return 1e-6, "mg"
-    return 1.0, pretty_unit(swept.unit)
+            panel.plot(time, values, color=color, lw=0.9, label=f"foot {name}")
+        panel.plot(time, up, color=BLUE, lw=0.9, label="body")
+        panel.set_ylabel(f"({example.name}): height", "m")
+        along.plot(time, way, color=BLUE, lw=0.9, ls=look, label=f"({example.name})")
+    along.set_ylabel("way of the body", "m")
+    return charts.plate(
+        f"{title}: body and feet up, and the body along the way, on the two grounds of Fig. 4.7, from the start."
+    )
 
 
 def _line(axes: Axes, x: np.ndarray, values: np.ndarray, color: str, style: str, label: str) -> None:

@@ -4,24 +4,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from itertools import cycle, groupby
+from itertools import cycle
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import NullLocator
 
-from tarsus.report.charts import ChartPanel, stack
-from tarsus.report.circular import TURNS, dials
+from tarsus.report.charts import ChartPanel, Charts
+from tarsus.report.figures import GROUND, TURNS, periods_over_each_other
 from tarsus.report.pages import Plate
-from tarsus.report.series import PlotTrace, last_turns, point_trace
-from tarsus.report.sheet import Sheet, plate
-from tarsus.report.style import BLUE, CYCLE, INK, MUTED, RULE, VERMILION, AxisScale, scale_of
+from tarsus.report.series import PlotTrace, by_drive, last_turns, point_trace
+from tarsus.report.sheet import Sheet, name_axes, plate
+from tarsus.report.style import BLUE, CYCLE, INK, MUTED, RULE, VERMILION
 from tarsus.tables import amount
 from tarsus_reproduce.impacts import ImpactEnergies, ModeRow
 from tarsus_reproduce.robot_runs import RobotRuns
 
 SAMPLES = 720
-"""Samples of a drive period in figures of motion: two for each of the 360 degrees of a circular plot."""
+"""Samples of a drive period in figures of motion: twice as many as a panel has pixels for it."""
 
 SHOWN_PERIODS = 4
 """Drive periods in a figure of motion."""
@@ -44,31 +44,28 @@ def _ground_traces(runs: RobotRuns) -> list[PlotTrace]:
     return traces
 
 
-def ground_circles(runs: RobotRuns) -> Plate:
-    """Motion over the ground with the drive period as angle (as Figs 3.20 and 3.22 of the source)."""
-    return dials(_ground_traces(runs))
+def ground_periods(runs: RobotRuns) -> Plate:
+    """Motion over the ground by drive period (Figs 3.20 and 3.22 of the source, where a period is a circle)."""
+    return periods_over_each_other(_ground_traces(runs))
 
 
 def ground_motion(runs: RobotRuns) -> Plate:
     """Motion over the ground of every run (as Figs 3.19 to 3.22 of the source): a panel for each, its drive above."""
     traces = _ground_traces(runs)
-    scale = scale_of("m", *(_shown(trace)[1] for trace in traces))
-    drives = [list(same) for _, same in groupby(traces, lambda one: (one.period, one.volts.tobytes()))]
-    figure, panels = stack([high for same in drives for high in (0.3, *(0.75 for _ in same))])
-    free = iter(panels)
+    drives = by_drive(traces)
+    charts = _periods(traces, [high for same in drives for high in (0.3, *(0.75 for _ in same))])
+    free = iter(charts.panels)
     for same in drives:
         _drive(next(free), same[:1])
         for trace in same:
             panel = next(free)
-            _motion(panel, trace, scale, BLUE)
-            panel.set_ylabel(f"height ({scale.label})")
-            panel.axhline(0.0, color=INK, lw=0.7, ls=(0, (5, 3)))
-            first, last = _span(trace)
-            for start, end in trace.contacts:
-                begin, until = (max(one / trace.period - first, 0.0) for one in (start, end))
-                if begin < last - first and until > begin:
-                    panel.axvspan(begin, min(until, float(last - first)))
-    _periods(panels[-1], traces)
+            _motion(panel, trace, BLUE)
+            panel.set_ylabel("height", "m")
+            panel.axhline(0.0, color=INK, ls=GROUND)
+            first = _span(trace)[0]
+            panel.shade(
+                (max(a / trace.period - first, 0.0), b / trace.period - first) for a, b in trace.contacts
+            )
     whole = [near for near in runs.near if near.run.ok]
     which = f" {whole[0].title}." if len(runs.near) == 1 else ""
     caption = (
@@ -81,7 +78,7 @@ def ground_motion(runs: RobotRuns) -> Plate:
             " Heights of points without a foot are their displacement on the bouncing foot's gap at rest; only the "
             "bouncing foot has ground below it."
         )
-    return Plate(figure.html(caption), caption)
+    return charts.plate(caption)
 
 
 def air_motion(runs: RobotRuns) -> Plate:
@@ -93,45 +90,41 @@ def air_motion(runs: RobotRuns) -> Plate:
         if not air.problem
         for point, shift in zip(air.points, air.displacement, strict=True)
     ]
-    scale = scale_of("m", *(_shown(trace)[1] for trace in traces))
-    figure, (top, low) = stack([0.45, 1.5])
+    charts = _periods(traces, [0.45, 1.5])
+    top, low = charts.panels
     _drive(top, traces if several else traces[:1])
     for trace, color in zip(traces, cycle(CYCLE)):
-        _motion(low, trace, scale, color)
-    low.set_ylabel(f"displacement ({scale.label})")
-    _periods(low, traces)
+        _motion(low, trace, color)
+    low.set_ylabel("displacement", "m")
     what = "the actuated foot" if several else "the points"
-    caption = f"Displacement of {what} in the air under a square wave of {runs.air[0].freq_hz:.4g} Hz, steady periods."
-    return Plate(figure.html(caption), caption)
+    return charts.plate(
+        f"Displacement of {what} in the air under a square wave of {runs.air[0].freq_hz:.4g} Hz, steady periods."
+    )
+
+
+def _periods(traces: Sequence[PlotTrace], heights: Sequence[float]) -> Charts:
+    """Panels over the last drive periods."""
+    most = max(1.0, *(float(last - first) for first, last in map(_span, traces)))
+    return Charts(heights, "time (drive periods)", "", (0.0, most))
 
 
 def _span(trace: PlotTrace) -> tuple[int, int]:
     return trace.last_periods(SHOWN_PERIODS)
 
 
-def _shown(trace: PlotTrace) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Time [drive periods], height [m] and volts [V] of the periods that are shown."""
-    first, last = _span(trace)
-    part = trace.inside((first * trace.period, last * trace.period))
-    return trace.time[part] / trace.period - first, trace.height[part], trace.volts[part]
+def _turns(trace: PlotTrace) -> np.ndarray:
+    """Times in drive periods from the first one that is shown."""
+    return trace.time / trace.period - _span(trace)[0]
 
 
 def _drive(panel: ChartPanel, traces: Sequence[PlotTrace]) -> None:
     for trace in traces:
-        time, _, volts = _shown(trace)
-        panel.plot(time, volts, color=MUTED, lw=0.9)
-    panel.set_ylabel("drive (V)")
+        panel.plot(_turns(trace), trace.volts, color=MUTED, lw=0.9)
+    panel.set_ylabel("drive", "V")
 
 
-def _motion(panel: ChartPanel, trace: PlotTrace, scale: AxisScale, color: str) -> None:
-    time, height, _ = _shown(trace)
-    panel.plot(time, height / scale.step, color=color, lw=0.9, label=trace.title)
-
-
-def _periods(panel: ChartPanel, traces: Sequence[PlotTrace]) -> None:
-    """The horizontal axis of all panels."""
-    panel.set_xlim(0.0, max(1.0, *(float(last - first) for first, last in map(_span, traces))))
-    panel.set_xlabel("time (drive periods)")
+def _motion(panel: ChartPanel, trace: PlotTrace, color: str) -> None:
+    panel.plot(_turns(trace), trace.height, color=color, lw=0.9, label=trace.title)
 
 
 def mode_shapes(modes: Sequence[ModeRow], column: np.ndarray, points: Sequence[str]) -> Plate:
@@ -167,8 +160,7 @@ def impact_histograms(energies: ImpactEnergies, run: str) -> Plate:
     rows: Mapping[str, np.ndarray] = {"as run": energies.actual} | {
         f"{name}, as it is": made for name, made in energies.by_map.items()
     }
-    scale = scale_of("J", *rows.values())
-    largest = max(float(np.abs(values).max()) for values in rows.values()) / scale.step
+    largest = max(float(np.abs(values).max()) for values in rows.values())
     top = math.ceil(math.log10(largest)) if largest > 0.0 else 0
     least = 10.0 ** (top - DECADES)
     decades = np.logspace(top - DECADES, top, 8 * DECADES + 1)
@@ -183,21 +175,21 @@ def impact_histograms(energies: ImpactEnergies, run: str) -> Plate:
             *marks[::-2][::-1],
         ]  # as many as stand beside each other
         for axes, (name, values) in zip(panels, rows.items(), strict=True):
-            _histogram(axes, values / scale.step, edges, least)
+            _histogram(axes, values, edges, least)
             total = float(values.sum())
             axes.set_title(f"{name}: sum {'+' * (total > 0.0)}{amount(total, 'J', 3)}", color=INK)
             axes.set_ylabel("impacts")
-            axes.set_xticks(ticks, [f"{tick:g}".replace("-", "−") for tick in ticks])
+            axes.set_xticks(ticks)
             axes.minorticks_off()
             axes.set_xlim(4.0 * edges[0], 4.0 * edges[-1])  # with room for the words of the last tick
-            axes.set_xlabel(f"energy made by an impact ({scale.label})")
+            name_axes(axes, ("energy made by an impact", "J"))
 
     return plate(
         draw,
         f"Kinetic energy of the {len(energies.time)} impacts of the run at {run}: what each took in the run, and what "
         "each map, acting as it is, would have done with the velocities just before that impact. Left of zero it is "
-        f"lost, right of zero (red) an impact creates energy. The scale is logarithmic beyond ±{least:g} "
-        f"{scale.label}, linear between (grey).",
+        f"lost, right of zero (red) an impact creates energy. The scale is logarithmic beyond "
+        f"±{amount(least, 'J')}, linear between (grey).",
     )
 
 

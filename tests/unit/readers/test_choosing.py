@@ -35,6 +35,12 @@ def table(tmp_path: Path, **columns: np.ndarray) -> Path:
         ("Volts", Quantity.VOLTAGE, 1.0),
         ("mN", Quantity.FORCE, 1e-3),
         ("nm", Quantity.DISPLACEMENT, 1e-9),
+        ("rad", Quantity.ANGLE, 1.0),
+        ("°", Quantity.ANGLE, np.pi / 180.0),
+        ("mrad/s", Quantity.ANGULAR_VELOCITY, 1e-3),
+        ("deg/s", Quantity.ANGULAR_VELOCITY, np.pi / 180.0),
+        ("mA", Quantity.CURRENT, 1e-3),
+        ("ampere", Quantity.CURRENT, 1.0),
     ],
 )
 def test_units_as_instruments_write_them(text, quantity, factor):

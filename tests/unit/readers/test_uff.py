@@ -95,6 +95,7 @@ def test_time_series_in_the_units_of_the_file(tmp_path, binary):
         function(velocity, TIMES, 1, 4, binary=binary),
         function(np.sin(1e3 * TIMES), TIMES, 1, 9, binary=binary, ordinate_spec_data_type=13),
         function(np.ones(40), LINES, 2, 4),
+        function(velocity, TIMES, 1, 7, binary=binary, rsp_dir=4),
         {
             "type": 15,
             "node_nums": [1.0],
@@ -107,7 +108,9 @@ def test_time_series_in_the_units_of_the_file(tmp_path, binary):
         },
     ]
     record = read_measurement(write(tmp_path / "time.unv", sets))
-    assert record.names == ("4+Z", "9+Z")
+    assert record.names == ("4+Z", "9+Z", "7+RX")
+    assert record.channel("7+RX").quantity is Quantity.ANGULAR_VELOCITY
+    assert record["7+RX"] == pytest.approx(velocity)
     assert record["4+Z"] == pytest.approx(1e-3 * velocity)
     assert record.channel("9+Z").quantity is Quantity.FORCE and record.drive == "9+Z"
     assert record.step == pytest.approx(1e-4)

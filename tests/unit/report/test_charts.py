@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from chromium import found_in
-from tarsus.report.charts import POINTS, Charts, stack
+from tarsus.report.charts import POINTS, Charts
 from tarsus.report.packing import unpacked
 from tarsus.report.pages import page
 from tarsus.report.style import BLUE, GREEN, INK, level_limits, thinned
@@ -35,7 +35,8 @@ def line(charts: dict[str, Any], panel: int = 0, row: int = 0) -> np.ndarray:
 
 
 def test_lines_come_as_they_are_with_their_gaps() -> None:
-    charts, (axes,) = stack([1.0])
+    charts = Charts([1.0], "", "")
+    (axes,) = charts.panels
     x = np.linspace(0.0, 2.0, 301)
     y = np.where(x < 1.0, np.sin(20.0 * x), np.nan)
     axes.plot(x, y, color=BLUE, label="a <b>")
@@ -47,7 +48,8 @@ def test_lines_come_as_they_are_with_their_gaps() -> None:
 
 
 def test_panels_share_times_and_lines_of_other_times_are_read_between() -> None:
-    charts, (upper, lower) = stack([1.0, 1.0])
+    charts = Charts([1.0, 1.0], "", "")
+    (upper, lower) = charts.panels
     x = np.linspace(0.0, 1.0, 11)
     upper.plot(x, x, color=BLUE)
     lower.plot(x, -x, color=GREEN)
@@ -59,7 +61,8 @@ def test_panels_share_times_and_lines_of_other_times_are_read_between() -> None:
 
 
 def test_steps_of_one_line_stay_upright_beside_another() -> None:
-    charts, (axes,) = stack([1.0])
+    charts = Charts([1.0], "", "")
+    (axes,) = charts.panels
     x = np.arange(8.0)
     axes.plot(x, np.where(x < 4, 1.0, -1.0), color=BLUE)
     axes.plot(x, 0.1 * x, color=INK)
@@ -79,21 +82,24 @@ def test_long_series_keep_their_peaks() -> None:
     assert np.isnan(thin[1]).any() and np.nanmax(thin[1]) == 1.0
     rising = thinned(x, x[None, :], 600)[1][0]
     assert np.all(np.diff(rising) >= 0.0), "extremes come in the order that the series goes"
-    charts, (axes,) = stack([1.0])
+    charts = Charts([1.0], "", "")
+    (axes,) = charts.panels
     axes.plot(x, x, color=BLUE)
     assert len(times(spec(charts))) == POINTS
 
 
 def test_rows_shading_and_levels_are_told() -> None:
-    charts, (axes,) = stack([1.0])
-    axes.broken_barh([(1.0, 2.0)], (-0.35, 0.7), color=INK, label="stuck")
-    axes.axvspan(0.5, 0.75)
+    charts = Charts([1.0], "", "", (0.0, 4.0))
+    (axes,) = charts.panels
+    axes.bars([(1.0, 3.0), (5.0, 6.0)], -0.35, 0.35, color=INK, label="stuck")
+    axes.shade([(0.5, 0.75), (4.5, 5.0)])
     axes.axhline(2.0, color=GREEN, lw=0.7, ls=(0, (5, 3)))
     axes.set_yticks([0.0, 1.0], ["L1", "R1"])
-    axes.set_xlim(0.0, 4.0)
     axes.set_ylim(1.5, -0.5)
     panel = spec(charts)["panels"][0]
-    assert panel["bars"] == [{"color": "ink", "low": -0.35, "high": 0.35, "spans": [[1.0, 3.0]]}]
+    assert panel["bars"] == [{"color": "ink", "low": -0.35, "high": 0.35, "spans": [[1.0, 3.0]]}], (
+        "what is seen"
+    )
     assert panel["shaded"] == [[0.5, 0.75]] and panel["names"] == [[0.0, "L1"], [1.0, "R1"]]
     assert panel["limits"] == [1.5, -0.5] and panel["levels"][0]["at"] == 2.0
     assert "stuck" in charts.html("what is seen")
@@ -133,12 +139,12 @@ addEventListener("load", look);
 
 @pytest.mark.browser
 def test_a_browser_draws_zooms_and_darkens(tmp_path: Path) -> None:
-    charts, panels = stack([1.0, 1.0])
+    charts = Charts([1.0, 1.0], "", "")
+    panels = charts.panels
     x = np.linspace(0.0, 8.0, 400)
     for axes in panels:
         axes.plot(x, np.sin(x), color=BLUE, lw=4.0, label="sine")
     panels[1].set_ylim(1.5, -1.5)  # counts downward, as rows do
-    panels[-1].set_xlabel("time (s)")
     text = page("charts", f"<h1>Charts</h1>{charts.html('a sine')}").replace(
         "</head>", f"<script>{PROBE}</script></head>"
     )
@@ -157,8 +163,24 @@ def test_what_is_one_to_rounding_is_a_level_line():
     low, high = level_limits(level) or (0.0, 0.0)
     assert low < 0.64 and high > 0.69
     assert level_limits(level, level + 1e-6) is None and level_limits(np.zeros(3)) is None
-    _, (panel,) = stack([1.0])
+    charts = Charts([1.0], "", "")
+    (panel,) = charts.panels
     panel.plot(np.arange(20.0), level, color=BLUE)
-    assert panel.spec([])["limits"] == pytest.approx((low, high))
+    assert spec(charts)["panels"][0]["limits"] == pytest.approx((low, high))
     panel.set_ylim(bottom=0.0)
-    assert panel.spec([])["limits"][0] == 0.0
+    assert spec(charts)["panels"][0]["limits"][0] == 0.0
+
+
+def test_axes_stand_under_a_prefix_of_what_is_seen():
+    charts = Charts([1.0], "time", "s", (2e-3, 4e-3))
+    (axes,) = charts.panels
+    x = np.linspace(0.0, 5e-3, 51)
+    axes.plot(x, np.where(x < 1e-3, 9.0, 3e-6 * x / x[-1]), color=BLUE)
+    axes.axhline(1e-6, color=INK)
+    axes.set_ylabel("height", "m")
+    found, text = spec(charts), charts.html("what is seen")
+    assert found["window"] == [2.0, 4.0] and found["panels"][0]["levels"][0]["at"] == pytest.approx(1.0)
+    assert "height (µm)" in text and "time (ms)" in text
+    assert times(found)[[0, -1]] == pytest.approx([2.0, 4.0]) and line(found).max() == pytest.approx(
+        2.4, abs=1e-3
+    )

@@ -31,8 +31,10 @@ def closed():
 def test_a_run_draws_its_motion_and_its_contact(run):
     axes = run.plot()
     (line,) = axes.get_lines()
-    assert line.get_label() == "beam" and line.get_ydata().min() == pytest.approx(-2.6, abs=1e-9)
+    assert line.get_label() == "beam" and line.get_ydata().min() == pytest.approx(-2.6e-6, abs=1e-15)
     assert axes.get_ylabel() == "displacement (µm)" and axes.get_xlabel() == "time (ms)"
+    axes.figure.draw_without_rendering()
+    assert {"0", "−1", "−2"} <= {word.get_text() for word in axes.get_yticklabels()}
     assert len(axes.collections[0].get_paths()) == 2  # closed twice
     _, own = pyplot.subplots()
     assert ts.plot.motion(run, ["beam"], axes=own) is own
@@ -46,7 +48,7 @@ def test_impacts_and_account_are_those_of_the_run(run):
     axes = ts.plot.ledger(run)
     words = [word.get_text() for word in axes.get_yticklabels()]
     bars = dict(zip(words, (bar.get_width() for bar in axes.patches), strict=True))
-    assert bars["electrostatic"] == pytest.approx(run.ledger.laws["electrostatic"] * 1e12)
+    assert bars["electrostatic"] == pytest.approx(run.ledger.laws["electrostatic"])
     assert sum(bars.values()) == pytest.approx(0.0, abs=1e-9 * bars["electrostatic"])  # what went in is told
     with pytest.raises(InputError, match="the robot has no foot 'tip'"):
         ts.plot.impacts(run, "tip")
@@ -59,9 +61,7 @@ def test_a_batch_draws_a_measure_over_one_number_or_a_grid_of_two():
     axes = batch.plot("hardest_impact")
     (line,) = axes.get_lines()
     assert line.get_xdata() == pytest.approx([85.0, 90.0, 100.0])
-    assert line.get_ydata() == pytest.approx(
-        1e3 * np.sort(batch.measure("hardest_impact"))
-    )  # mm/s, more with volts
+    assert line.get_ydata() == pytest.approx(np.sort(batch.measure("hardest_impact"))), "more with volts"
     over = {"signals.gate.level": levels, "robot.feet.beam.gap": [2.6e-6, 2.4e-6]}
     grid = ts.simulate_batch(held, over, 1e-4, grid=True)
     image = grid.plot("hardest_impact").collections[0].get_array()
@@ -88,7 +88,7 @@ def test_a_landing_is_drawn_beside_the_step():
     fast = dict(tick=10e-9, shortest=1e-6, effort=0.02)
     design = ts.design.landing(ts.load_scene("mems-switch"), "beam", pairs=1, levels="0 V, 90 V", **fast)
     step, softer = ts.plot.landing(design).get_lines()
-    assert step.get_ydata().min() == pytest.approx(0.0, abs=1e-9) and softer.get_ydata()[0] > 2.0  # um
+    assert step.get_ydata().min() == pytest.approx(0.0, abs=1e-15) and softer.get_ydata()[0] > 2e-6
     assert repr(design).startswith("<LandingDesign of 'mems-switch': ") and len(repr(design)) < 120
     page = design._repr_html_()
     assert page.count("<tr>") == 1 + len(design.signal.levels) and "instead of 233.3 mm/s" in page

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import re
 import subprocess
 import sys
@@ -20,8 +21,10 @@ from tarsus.measure import CautionKind
 from tarsus.model.scene import Provenance, Source
 from tarsus.model.values import ValueRow, grouped, value_rows
 from tarsus.report import write_report
+from tarsus.report.figures import periods_over_each_other
+from tarsus.report.packing import unpacked
 from tarsus.report.run_page import MOST_EVENTS, report_html
-from tarsus.report.series import contact_intervals, drive_period, series_of
+from tarsus.report.series import contact_intervals, drive_period, foot_traces, series_of
 from tarsus.report.sheet import Sheet, figure_style, to_svg
 from tarsus.report.style import decimate, scale_of, upright
 from tarsus.solve.codes import EVENT_TYPE
@@ -184,10 +187,19 @@ def test_run_without_feet_or_drives() -> None:
     assert "Kinetic energy" in Page(report_html(ts.simulate(bare))).text
 
 
-def test_run_shorter_than_a_period_has_no_circle(scene: ts.Scene) -> None:
+def test_drive_periods_lie_over_each_other_where_there_are_some(
+    scene: ts.Scene, run: ts.Run, page: Page
+) -> None:
     text = Page(report_html(ts.simulate(scene, 0.012))).text
-    assert "One turn clockwise" not in text
-    assert "last 2 drive periods" not in text
+    assert "over one drive period" not in text and "last 2 drive periods" not in text
+    assert "over one drive period (20 ms): the last 4 of them" in page.text
+    (trace,) = foot_traces(series_of(run))
+    charts = periods_over_each_other([trace]).picture
+    panel = json.loads(charts.partition('class="charts-data">')[2].partition("</script>")[0])["panels"][1]
+    newest = 1e-6 * unpacked(panel["lines"][-1]["values"], 1, gaps=True)[0]
+    assert len(panel["lines"]) == 4 and np.ptp(newest) > 100e-6
+    seen = trace.height[trace.inside((0.06, 0.08))]
+    assert (newest.min(), newest.max()) == pytest.approx((seen.min(), seen.max()), abs=0.01 * np.ptp(seen))
 
 
 def test_equal_runs_give_equal_pages(run: ts.Run, companion: ts.Run, page_text: str) -> None:
@@ -199,7 +211,7 @@ def test_settings_of_matplotlib_are_left_alone() -> None:
     with figure_style():
         inside = dict(matplotlib.rcParams)
         sheet = Sheet()
-        sheet.stack([1.0])
+        sheet.stacks(1, [1.0])
         to_svg(sheet.figures[0], "a panel")
     assert dict(matplotlib.rcParams) == before != inside
 
@@ -259,10 +271,12 @@ def test_scales_without_values() -> None:
 def test_matplotlib_is_loaded_only_for_pages_that_draw_with_it() -> None:
     check = (
         "import sys, tarsus.files.store as s; print({'matplotlib', 'xarray'} & {*sys.modules})\n"
-        "import tarsus.report; print('matplotlib' in sys.modules)"
+        "import tarsus.report; print('matplotlib' in sys.modules)\n"
+        "import tarsus as ts; tarsus.report.run_page.report_html(ts.simulate('cantilever', '50 ms'))\n"
+        "print('matplotlib' in sys.modules)"
     )
     done = subprocess.run([sys.executable, "-c", check], capture_output=True, text=True, check=True)
-    assert done.stdout.split() == ["set()", "False"]
+    assert done.stdout.split() == ["set()", "False", "False"]
 
 
 def test_a_sampled_square_wave_is_drawn_upright() -> None:

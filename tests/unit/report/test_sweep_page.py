@@ -9,7 +9,7 @@ import pytest
 
 import tarsus as ts
 from tarsus.report.style import scale_of
-from tarsus.report.sweep_page import _median_run, _stretches, sweep_html, write_sweep_report
+from tarsus.report.sweep_page import _median_run, _stretches, sweep_html
 from tarsus.study.axes import Grid, Linspace, Logspace
 from tarsus.study.collecting import collected_variables
 from tarsus.study.sweep import Sweep
@@ -41,7 +41,7 @@ def made(folder: Path, codes: list[str]) -> tuple[Sweep, Path]:
 
 def test_measures_come_with_their_range_and_where_it_ends(tmp_path: Path) -> None:
     sweep, file = made(tmp_path, ["DONE"] * 12)
-    page = Page(write_sweep_report(sweep, file, tmp_path / "report.html").read_text(encoding="utf-8"))
+    page = Page(sweep_html(sweep, file))
     assert "Sweep: a <sweep>" in page.text and "All runs reached their end." in page.text
     assert "bounces 12 5 6 7 tip.gap 50 µm" in page.text
     assert "contact duration 12 1 ms 2.5 ms 4 ms" in page.text

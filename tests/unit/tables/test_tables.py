@@ -10,6 +10,7 @@ import pytest
 from markupsafe import Markup
 
 from tarsus.tables import Column, Table, amount, interval, number, percent
+from tarsus.tables.data import data_tables
 
 
 @pytest.fixture(scope="module")
@@ -136,3 +137,19 @@ def test_the_package_is_imported_without_what_shows_tables():
         f"import sys, tarsus; from tarsus.tables import Table; Table('', ('a',), [(1,)]); assert not {heavy}"
     )
     subprocess.run([sys.executable, "-c", told], check=True)
+
+
+def test_plain_data_become_tables():
+    """Numbers by name, alike entries as rows, nested ones below their names; no long lists of numbers."""
+    fitted = {"a": {"value": 2e-6, "interval": [1e-6, 3e-6]}, "b": {"value": 5.0, "interval": [4.0, 6.0]}}
+    rows = [{"row": i, "wave": {"volts": i, "kinds": {"x": 1}}} for i in range(25)]
+    steps = {"film": {"used": ["2 of 2 files"], "parameters": fitted}}
+    data = {"name": "it", "lasts_s": 2e-3, "steps": steps, "rows": rows, "curve": list(range(50)), "none": {}}
+    head, used, parameters, listed = data_tables(data)
+    assert head.rows == (("name", "it"), ("lasts s", 2e-3)) and "2 ms" in head.text()
+    assert used.rows == (("film", "2 of 2 files"),)
+    assert [one.name for one in parameters.columns] == ["film parameters", "value", "interval"]
+    assert parameters.rows[0] == ("a", 2e-6, (1e-6, 3e-6))
+    assert [one.name for one in listed.columns] == ["rows", "row", "wave volts"]
+    assert len(listed.rows) == 20 and listed.notes == ("5 more rows",)
+    assert [table.rows for table in data_tables(data, ("lasts_s",))] == [(("lasts s", 2e-3),)]

@@ -103,16 +103,16 @@ def _content(path: Path) -> RawFile:
         (is_uff, read_uff),
     ):
         if is_it(head):
-            return read(path)
+            return read(path, content)
     suffix = path.suffix.lower()
     if suffix in _ELSEWHERE:
         raise InputError(f"{path.name} is {_ELSEWHERE[suffix]}")
     if suffix == ".mat":
-        return read_mat(path)  # version 4 has no signature
+        return read_mat(path, content)  # version 4 has no signature
     if suffix in (".uff", ".unv", ".ufb", ".lvm", ".tdms", ".h5", ".hdf5", ".nc"):
         raise InputError(
             f"{path.name} is not what its name says: its content is damaged or truncated at the start"
         )
     if b"\0" in head and not head.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise InputError(f"{path.name} is a binary file of no known format; export it as one of: {_KNOWN}")
-    return read_text(path)
+    return read_text(path, content)

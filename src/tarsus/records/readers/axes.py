@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.base.messages import nearest
 from tarsus.records.measurement import sampling_step
 from tarsus.records.readers.choices import Choices
 from tarsus.records.readers.raw import Axis, Declared, Domain, RawFile, RawSeries
@@ -67,12 +66,7 @@ def axis_series(raw: RawFile, choices: Choices, domain: Domain) -> RawSeries | N
         If the one chosen is not there, or several are possible.
     """
     if choices.axis is not None:
-        for one in raw.series:
-            if one.name == choices.axis:
-                return one
-        raise InputError(
-            f"{raw.source} has no series '{choices.axis}'{nearest(choices.axis, names_of(raw.series))}"
-        )
+        return raw.named(choices.axis)
     found = [one for one in raw.series if _is_axis(one, domain)]
     named = [one for one in found if _has_name(one, domain)]
     if len(found) > 1 and len(named) == 1:
@@ -85,11 +79,6 @@ def axis_series(raw: RawFile, choices: Choices, domain: Domain) -> RawSeries | N
         shown = " and ".join(f"'{one.name}'" for one in found)
         raise InputError(f"{raw.source}: {shown} may each be the axis; say which with axis")
     return found[0] if found else None
-
-
-def names_of(series: Iterable[RawSeries]) -> list[str]:
-    """Names, each once."""
-    return list(dict.fromkeys(one.name for one in series))
 
 
 def _is_axis(series: RawSeries, domain: Domain) -> bool:

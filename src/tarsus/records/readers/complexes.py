@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.base.messages import nearest
 from tarsus.records.readers.choices import Choices
 from tarsus.records.readers.raw import RawFile, RawSeries, Role
 
@@ -50,6 +49,15 @@ def phase_factor(unit: str, name: str = "") -> float | None:
     return 1.0 if plain in ("rad", "radian", "radians") else None
 
 
+def joined(first: RawSeries, second: RawSeries, factor: float | None) -> RawSeries:
+    """One response of two series: amplitude and phase, which ``factor`` brings to rad, or real and imaginary part."""
+    if factor is None:
+        return replace(first, values=first.values + 1.0j * second.values, role=Role.RESPONSE)
+    size = amplitude_of(first)
+    values = size.values * np.exp(1.0j * factor * second.values)
+    return replace(first, values=values, unit=size.unit, role=Role.RESPONSE)
+
+
 def with_chosen_parts(raw: RawFile, choices: Choices) -> RawFile:
     """The file with the responses whose two parts were named under ``channels``; their parts are series no more.
 
@@ -58,23 +66,24 @@ def with_chosen_parts(raw: RawFile, choices: Choices) -> RawFile:
     InputError
         For a part that is not there, is complex or of another length, and for a phase of unknown unit.
     """
-    series, problems = {one.name: one for one in raw.series}, []
-    used, made = set(), []
+    problems: list[str] = []
+    used: set[str] = set()
+    made: list[RawSeries] = []
     for name, choice in choices.channels.items():
         other = choice.imaginary or choice.phase
         if other is None:
             continue
-        absent = [one for one in (name, other) if one not in series]
-        if absent:
-            problems += [f"{raw.source} has no series '{one}'{nearest(one, series)}" for one in absent]
+        try:
+            first, second = raw.named(name), raw.named(other)
+        except InputError as error:
+            problems += error.problems
             continue
-        first, second = series[name], series[other]
         if np.iscomplexobj(first.values) or np.iscomplexobj(second.values):
             problems.append(f"{raw.source}: '{name}' or '{other}' is complex and no part of a response")
         elif len(first.values) != len(second.values):
             problems.append(f"{raw.source}: '{name}' and '{other}' differ in length")
         elif choice.imaginary is not None:
-            made.append(replace(first, values=first.values + 1.0j * second.values, role=Role.RESPONSE))
+            made.append(joined(first, second, None))
         else:
             factor = phase_factor(choice.phase_unit or second.unit, other)
             if factor is None:
@@ -82,9 +91,7 @@ def with_chosen_parts(raw: RawFile, choices: Choices) -> RawFile:
                     f"{raw.source}: nothing says whether the phase '{other}' is in deg or rad: give phase_unit"
                 )
                 continue
-            size = amplitude_of(first)
-            values = size.values * np.exp(1.0j * factor * second.values)
-            made.append(replace(first, values=values, unit=size.unit, role=Role.RESPONSE))
+            made.append(joined(first, second, factor))
         used |= {name, other}
     if problems:
         raise InputError(problems)

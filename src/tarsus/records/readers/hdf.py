@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from tarsus.base.errors import InputError
-from tarsus.records.readers.raw import RawFile, check_values
+from tarsus.records.readers.raw import RawFile, check_values, parsing
 from tarsus.records.readers.tables import Array, file_of
 
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
@@ -24,7 +23,7 @@ def is_netcdf_classic(head: bytes) -> bool:
     return head[:3] == b"CDF" and head[3:4] in (b"\x01", b"\x02")
 
 
-def read_hdf(path: Path) -> RawFile:
+def read_hdf(path: Path, _: bytes) -> RawFile:
     """Numeric data sets of an HDF5 file, NetCDF 4 included; names are paths without the first slash.
 
     Attributes ``units``, ``point``, ``noise`` and ``full_scale`` of a data set are those of the channel, the last two
@@ -48,16 +47,9 @@ def read_hdf(path: Path) -> RawFile:
             values, rows = _along_samples(np.asarray(values), _scales(item))
             arrays.append(Array(name, values, dict(item.attrs), rows))
 
-    try:
-        with h5py.File(path, "r") as file:
-            check_values(path.name, values_in(file))
-            file.visititems(visit)
-    except InputError:
-        raise
-    except (OSError, RuntimeError, ValueError, KeyError) as error:
-        raise InputError(
-            f"{path.name} is damaged or truncated: it cannot be read as HDF5 ({error})"
-        ) from None
+    with parsing(path.name, "HDF5"), h5py.File(path, "r") as file:
+        check_values(path.name, values_in(file))
+        file.visititems(visit)
     return file_of(path.name, arrays)
 
 
@@ -104,7 +96,7 @@ def _names(scale: Any) -> tuple[str, ...]:
     return ()
 
 
-def read_netcdf_classic(path: Path) -> RawFile:
+def read_netcdf_classic(path: Path, _: bytes) -> RawFile:
     """Numeric variables of a classic NetCDF file; as `read_hdf`.
 
     Raises
@@ -114,14 +106,9 @@ def read_netcdf_classic(path: Path) -> RawFile:
     """
     from scipy.io import netcdf_file
 
-    try:
-        with netcdf_file(str(path), "r", mmap=False) as file:
-            arrays = [
-                Array(name, np.array(variable.data), dict(variable._attributes))
-                for name, variable in file.variables.items()
-            ]
-    except Exception as error:  # scipy's parser raises whatever a cut file makes it run into
-        raise InputError(
-            f"{path.name} is damaged or truncated: it cannot be read as NetCDF ({error})"
-        ) from None
+    with parsing(path.name, "NetCDF"), netcdf_file(str(path), "r", mmap=False) as file:
+        arrays = [
+            Array(name, np.array(variable.data), dict(variable._attributes))
+            for name, variable in file.variables.items()
+        ]
     return file_of(path.name, arrays)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from tarsus.base.errors import InputError
 from tarsus.records.readers.numerals import check_ending, column_of, column_step, digit_step, number, text_of
-from tarsus.records.readers.raw import Axis, Declared, Domain, RawFile, RawSeries, read_bytes
+from tarsus.records.readers.raw import Axis, Declared, Domain, RawFile, RawSeries
 
 _START = b"LabVIEW Measurement"
 _END = "***End_of_Header***"
@@ -20,7 +20,7 @@ def is_lvm(head: bytes) -> bool:
     return head.removeprefix(b"\xef\xbb\xbf").startswith(_START)
 
 
-def read_lvm(path: Path) -> RawFile:
+def read_lvm(path: Path, content: bytes) -> RawFile:
     """Columns of a LabVIEW measurement file.
 
     Columns may differ in length. Unit labels, ``Delta_X`` and numbers of samples are those of the block's header.
@@ -30,7 +30,7 @@ def read_lvm(path: Path) -> RawFile:
     InputError
         If the file has several blocks, no samples, or a cell that is no number, with its line.
     """
-    text = text_of(read_bytes(path))
+    text = text_of(content)
     lines = text.splitlines()
     ends = [i for i, line in enumerate(lines) if line.startswith(_END)]
     if not ends:

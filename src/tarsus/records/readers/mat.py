@@ -12,7 +12,7 @@ import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.records.readers.hdf import is_hdf, values_in
-from tarsus.records.readers.raw import RawFile, check_values, read_bytes
+from tarsus.records.readers.raw import RawFile, check_values, parsing
 from tarsus.records.readers.tables import Array, file_of
 
 _HEADER = 128
@@ -28,7 +28,7 @@ def is_mat(head: bytes) -> bool:
     return head.startswith((b"MATLAB 5.0 MAT-file", b"MATLAB 7.3 MAT-file"))
 
 
-def read_mat(path: Path) -> RawFile:
+def read_mat(path: Path, data: bytes) -> RawFile:
     """Vectors and tables of a MATLAB file; fields of structures have their names behind a dot.
 
     Units are those in a structure ``units`` that has a field of the variable's name.
@@ -38,18 +38,11 @@ def read_mat(path: Path) -> RawFile:
     InputError
         If the file is damaged or truncated.
     """
-    data = read_bytes(path)
     head = data[:1024]
     if is_mat(head) and not is_hdf(head) and _is_cut(data):
         raise InputError(f"{path.name} is truncated: its last variable does not end")
-    try:
+    with parsing(path.name, "a MATLAB file"):
         content = _read_7_3(path) if is_hdf(head) else _read_5(path, data)
-    except InputError:
-        raise
-    except Exception as error:  # scipy and h5py raise whatever their parsers ran into
-        raise InputError(
-            f"{path.name} is damaged or truncated: it cannot be read as a MATLAB file ({error})"
-        ) from None
     if "yspec" in content and {"freq", "npts"} <= content.keys():
         content = _with_lines(content)
     units = content.pop("units", {})

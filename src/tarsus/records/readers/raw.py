@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import stat
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from enum import Enum, auto
 from pathlib import Path
@@ -13,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
+from tarsus.base.messages import nearest
 
 Floats = NDArray[np.float64]
 
@@ -97,6 +100,18 @@ class RawFile:
     notes: tuple[str, ...] = field(default=())
     ragged: bool = False
 
+    @property
+    def names(self) -> list[str]:
+        """Names of the series, each once."""
+        return list(dict.fromkeys(one.name for one in self.series))
+
+    def named(self, name: str) -> RawSeries:
+        """The first series of a name. Raises InputError where there is none, with the nearest name."""
+        for one in self.series:
+            if one.name == name:
+                return one
+        raise InputError(f"{self.source} has no series '{name}'{nearest(name, self.names)}")
+
 
 MOST_BYTES = 1 << 31
 """Largest file [B] that is read: its content and the numbers in it are in memory together."""
@@ -120,6 +135,24 @@ def read_bytes(path: Path) -> bytes:
         raise InputError(f"cannot read {path}: {(error.strerror or str(error)).lower()}") from None
     raise InputError(
         f"{path.name} is larger than the {MOST_BYTES >> 30} GiB that are read; cut it into several records"
+    )
+
+
+@contextlib.contextmanager
+def parsing(source: str, kind: str) -> Iterator[None]:
+    """Of a library's parser, which raises whatever a damaged file makes it run into: one sentence in place of it."""
+    try:
+        yield
+    except InputError:
+        raise
+    except Exception as error:
+        raise InputError(f"{source} is damaged or truncated: it cannot be read as {kind} ({error})") from None
+
+
+def truncated(source: str, channel: str, count: int, announced: int) -> str:
+    """What to say of a channel with fewer values than its file announces."""
+    return (
+        f"{source} is truncated: channel '{channel}' has {count} values where the file announces {announced}"
     )
 
 

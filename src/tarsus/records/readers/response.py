@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.records.measurement import Channel, FrequencyResponse
-from tarsus.records.readers.axes import axis_series, names_of, series_axis
+from tarsus.records.readers.axes import axis_series, series_axis
 from tarsus.records.readers.choices import ChannelChoice, Choices
 from tarsus.records.readers.complexes import with_chosen_parts
 from tarsus.records.readers.raw import Axis, Domain, RawFile, RawSeries, Reference, Role
@@ -221,27 +221,26 @@ def _length_fault(source: str, series: RawSeries, axis: Axis) -> list[str]:
 
 def _coherence(raw: RawFile, one: _Response, count: int) -> tuple[NDArray[np.float64], list[str]]:
     """Coherence of a response (nf,), nan where it is not known or not between 0 and 1, with a note."""
-    unknown = np.full(count, np.nan)
     named = one.output.choice.coherence
-    for series in raw.series:
-        if named is None:
-            same = series.role is Role.COHERENCE and series.name == one.output.series.name
-            if not (same and _reference(series).name == one.input):
-                continue
-        elif series.name != named:
-            continue
-        if len(series.values) != count or np.iscomplexobj(series.values):
-            raise InputError(
-                f"{raw.source}: the coherence '{series.name}' is not {count} real numbers, as its response has"
-            )
-        values = series.values.astype(float)
-        inside = (values >= 0.0) & (values <= 1.0)
-        values[~inside] = np.nan
-        bad = int(np.count_nonzero(~inside))
-        return values, [
-            f"{raw.source}: the coherence of '{one.output.name}' is not between 0 and 1 at {bad} lines; it counts as "
-            "unknown there"
-        ] if bad else []
-    if named is not None:
-        raise InputError(f"{raw.source} has no series '{named}'{nearest(named, names_of(raw.series))}")
-    return unknown, []
+    fitting = (
+        series
+        for series in raw.series
+        if series.role is Role.COHERENCE
+        and series.name == one.output.series.name
+        and _reference(series).name == one.input
+    )
+    series = next(fitting, None) if named is None else raw.named(named)
+    if series is None:
+        return np.full(count, np.nan), []
+    if len(series.values) != count or np.iscomplexobj(series.values):
+        raise InputError(
+            f"{raw.source}: the coherence '{series.name}' is not {count} real numbers, as its response has"
+        )
+    values = series.values.astype(float)
+    inside = (values >= 0.0) & (values <= 1.0)
+    values[~inside] = np.nan
+    bad = int(np.count_nonzero(~inside))
+    return values, [
+        f"{raw.source}: the coherence of '{one.output.name}' is not between 0 and 1 at {bad} lines; it counts as "
+        "unknown there"
+    ] if bad else []

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,9 +11,8 @@ from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.base.units import parse_quantity
 from tarsus.records.measurement import Channel
-from tarsus.records.readers.axes import names_of
 from tarsus.records.readers.choices import ChannelChoice, Choices
-from tarsus.records.readers.raw import RawFile, RawSeries
+from tarsus.records.readers.raw import RawFile, RawSeries, truncated
 from tarsus.records.readers.unit_names import Scaled, scaled
 
 
@@ -51,18 +50,17 @@ def chosen_series(
     """
     if not choices.channels:
         return [(one, ChannelChoice()) for one in candidates]
-    known = names_of(candidates)
+    known = replace(raw, series=tuple(candidates)).names
     chosen, missing = {}, []
     for name, choice in choices.channels.items():
         found = [name] if name in known else _columns(name, choice, known)
         chosen.update(dict.fromkeys(found, choice))
         missing += [] if found else [name]
     if missing:
-        elsewhere = set(names_of(raw.series))
         raise InputError(
             [
                 f"{raw.source}: '{name}' is not of the kind asked for"
-                if name in elsewhere
+                if name in raw.names
                 else f"{raw.source} has no channel '{name}'{nearest(name, known)}"
                 for name in missing
             ]
@@ -93,10 +91,7 @@ def check_count(source: str, series: RawSeries) -> list[str]:
     """A sentence if a series has fewer values than the file announces."""
     if series.count is None or len(series.values) >= series.count:
         return []
-    return [
-        f"{source} is truncated: channel '{series.name}' has {len(series.values)} values where the file announces "
-        f"{series.count}"
-    ]
+    return [truncated(source, series.name, len(series.values), series.count)]
 
 
 def not_finite(source: str, series: RawSeries, length: int, first: int = 0) -> list[str]:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from tarsus.base.errors import InputError
-from tarsus.records.readers.raw import Axis, Declared, Domain, RawFile, RawSeries, read_bytes
+from tarsus.records.readers.raw import Axis, Declared, Domain, RawFile, RawSeries, parsing
 
 _LEAD_IN = 28
 """Bytes before a segment, by the format."""
@@ -21,7 +21,7 @@ def is_tdms(head: bytes) -> bool:
     return head.startswith(b"TDSm")
 
 
-def read_tdms(path: Path) -> RawFile:
+def read_tdms(path: Path, content: bytes) -> RawFile:
     """Channels of a TDMS file, named ``group/channel``; scaled as the file says; times are those of its waveforms.
 
     Raises
@@ -36,15 +36,11 @@ def read_tdms(path: Path) -> RawFile:
             f"{path.name} is a TDMS file, which needs npTDMS: install it with pip install 'tarsus[tdms]', or export "
             "the file as LVM or CSV"
         ) from None
-    if _is_cut(read_bytes(path)):
+    if _is_cut(content):
         raise InputError(f"{path.name} is truncated: its last segment does not end")
-    try:
+    with parsing(path.name, "TDMS"):
         file = TdmsFile.read(path)
         series = [_channel(group.name, channel) for group in file.groups() for channel in group.channels()]
-    except Exception as error:  # npTDMS raises whatever its parser ran into
-        raise InputError(
-            f"{path.name} is damaged or truncated: it cannot be read as TDMS ({error})"
-        ) from None
     empty = [one.name for one in series if one.values.dtype.kind not in "fiuc" or len(one.values) < 2]
     notes = [f"{path.name}: not used, since they hold no series of numbers: {', '.join(map(repr, empty))}"]
     return RawFile(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.records.readers.complexes import amplitude_of, is_decibel, phase_factor
+from tarsus.records.readers.complexes import is_decibel, joined, phase_factor
 from tarsus.records.readers.numerals import (
     check_ending,
     column_of,
@@ -22,7 +22,7 @@ from tarsus.records.readers.numerals import (
     text_of,
     whole_table,
 )
-from tarsus.records.readers.raw import Declared, RawFile, RawSeries, Role, read_bytes
+from tarsus.records.readers.raw import Declared, RawFile, RawSeries, Role
 from tarsus.records.readers.unit_names import frequency_factor, ratio_of, scaled, time_factor
 
 _SEPARATORS = ("\t", ";", ",", None)
@@ -75,7 +75,7 @@ class _Table:
         return [_cells(line, self.separator) for line in (*self.body[:-3][:3], *self.body[-3:])]
 
 
-def read_text(path: Path) -> RawFile:
+def read_text(path: Path, content: bytes) -> RawFile:
     """Columns of a table in text.
 
     The separator (tab, semicolon, comma, blanks) and the decimal sign are told from the numbers. The names are those
@@ -88,7 +88,7 @@ def read_text(path: Path) -> RawFile:
     InputError
         If there are no numbers, the last line is cut, or a cell is no number, with its line.
     """
-    text = text_of(read_bytes(path))
+    text = text_of(content)
     table = _split(path.name, text.splitlines())
     width = len(table.names)
     numbers = whole_table(table.body, table.separator, table.comma)
@@ -298,9 +298,9 @@ def _pairs(series: Sequence[RawSeries]) -> list[RawSeries]:
     out: list[RawSeries] = []
     for one in series:
         before = out[-1] if out else None
-        joined = None if before is None else _joined(before, one)
-        if joined is not None and not any(_same(joined, other) for other in out):
-            out[-1] = joined
+        whole = None if before is None else _joined(before, one)
+        if whole is not None and not any(_same(whole, other) for other in out):
+            out[-1] = whole
         elif re.search("coheren|kohärenz", one.name, re.I):
             out.append(RawSeries(one.name, one.values, "", Role.COHERENCE))
         else:
@@ -325,14 +325,12 @@ def _joined(first: RawSeries, second: RawSeries) -> RawSeries | None:
     ):
         return None
     if _REAL.search(first.name) and _IMAGINARY.search(second.name):
-        values, unit, pattern = first.values + 1j * second.values, first.unit, _REAL
+        whole, pattern = joined(first, second, None), _REAL
     elif _MAGNITUDE.search(first.name) and _PHASE.search(second.name):
         factor = phase_factor(second.unit, second.name)
         if factor is None:
             return None
-        size, pattern = amplitude_of(first), _MAGNITUDE
-        values, unit = size.values * np.exp(1j * factor * second.values), size.unit
+        whole, pattern = joined(first, second, factor), _MAGNITUDE
     else:
         return None
-    name = pattern.sub("", first.name).strip(" -_,:()/") or first.name
-    return RawSeries(name, values, unit, Role.RESPONSE)
+    return replace(whole, name=pattern.sub("", first.name).strip(" -_,:()/") or first.name)

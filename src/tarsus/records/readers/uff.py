@@ -12,12 +12,14 @@ from typing import Any
 import numpy as np
 
 from tarsus.base.errors import InputError
-from tarsus.records.readers.raw import Axis, Domain, RawFile, RawSeries, Reference, Role, read_bytes
+from tarsus.records.readers.raw import Axis, Domain, RawFile, RawSeries, Reference, Role, truncated
 from tarsus.records.readers.unit_names import frequency_factor, scaled, time_factor
 
 _MARK = b"-1"
 _UNITS = {8: "m", 9: "N", 11: "m/s", 12: "m/s^2", 13: "N", 17: "s", 18: "Hz"}
 """SI unit of a specific data type."""
+_TURNING = {8: "rad", 9: "", 11: "rad/s", 12: "", 13: ""}
+"""The same of a rotational degree of freedom; moments and angular accelerations are no quantities that are read."""
 _EXCITATION = 13
 """Code of an excitation force, by the format (dataset 58), as the next ones."""
 _DIRECTIONS = {0: "", 1: "+X", 2: "+Y", 3: "+Z", 4: "+RX", 5: "+RY", 6: "+RZ"}
@@ -45,7 +47,7 @@ def is_uff(head: bytes) -> bool:
     return len(lines) > 1 and lines[0] == _MARK and lines[1][:1].isdigit()
 
 
-def read_uff(path: Path) -> RawFile:
+def read_uff(path: Path, content: bytes) -> RawFile:
     """Functions of a universal file.
 
     Time responses become signals, frequency response functions responses, coherences theirs. Names are those of the
@@ -57,7 +59,6 @@ def read_uff(path: Path) -> RawFile:
     InputError
         If the file is truncated, or a data set cannot be read.
     """
-    content = read_bytes(path)
     if not content.rstrip().endswith(b"    " + _MARK):  # no line break need come before it in 58b
         raise InputError(f"{path.name} is truncated: its last data set does not end")
     with TemporaryDirectory() as folder:
@@ -119,7 +120,7 @@ def _unit_notes(source: str, functions: Sequence[Mapping[str, Any]], system: _Sy
     for one in functions:
         for which in ("ordinate", "orddenom"):
             label = _label(one, which)
-            unit, factor = system.unit(int(one[f"{which}_spec_data_type"]))
+            unit, factor = _typed(one, which, system)
             if scaled(label) is not None and unit and not _unit(one, which, system)[0]:
                 name = _freedom(one["rsp_ent_name"], one["rsp_node"], one["rsp_dir"])
                 notes.append(
@@ -158,9 +159,7 @@ def _function(source: str, one: Mapping[str, Any], system: _System) -> RawSeries
     role = _ROLES[one["func_type"]]
     values, count = np.asarray(one["data"]), int(one["num_pts"])
     if len(values) < count:
-        raise InputError(
-            f"{source} is truncated: channel '{name}' has {len(values)} values where the file announces {count}"
-        )
+        raise InputError(truncated(source, name, len(values), count))
     domain = Domain.TIME if role is Role.SIGNAL else Domain.FREQUENCY
     reference = None
     if role is not Role.SIGNAL:
@@ -204,13 +203,19 @@ def _label(one: Mapping[str, Any], which: str) -> str:
     return "" if text.upper() == "NONE" else text
 
 
+def _typed(one: Mapping[str, Any], which: str, system: _System) -> tuple[str, float]:
+    """Unit and factor of an ordinate by its data type and its degree of freedom."""
+    direction = abs(int(one["rsp_dir" if which == "ordinate" else "ref_dir"]))
+    return system.unit(int(one[f"{which}_spec_data_type"]), _DIRECTIONS.get(direction, "").startswith("+R"))
+
+
 def _unit(one: Mapping[str, Any], which: str, system: _System) -> tuple[str, float]:
     """Unit of an ordinate and a factor: its label, or its data type in the file's system of units.
 
     Empty where the two say different things.
     """
     label = _label(one, which)
-    unit, factor = system.unit(int(one[f"{which}_spec_data_type"]))
+    unit, factor = _typed(one, which, system)
     labelled, typed = scaled(label), scaled(unit)
     if labelled is None:
         return (unit, factor) if unit else (label, 1.0)
@@ -242,8 +247,10 @@ class _System:
                 return cls(length, force, sound and not (is_si and (length, force) != (1.0, 1.0)))
         return cls()
 
-    def unit(self, kind: int) -> tuple[str, float]:
-        """SI unit of a data type and the factor to it; empty if neither is known."""
+    def unit(self, kind: int, turns: bool = False) -> tuple[str, float]:
+        """SI unit of a data type, of a rotation where it turns, and the factor to it; empty if neither is known."""
+        if turns and kind in _TURNING:
+            return _TURNING[kind], 1.0
         unit = _UNITS.get(kind, "")
         if not unit or (not self.trusted and unit[0] in "mN"):
             return "", 1.0

@@ -36,6 +36,12 @@ _WORDS = {
     "second": "s",
     "seconds": "s",
     "hertz": "Hz",
+    "ampere": "A",
+    "amperes": "A",
+    "degree": "deg",
+    "degrees": "deg",
+    "radian": "rad",
+    "radians": "rad",
 }
 _MOTIONS = (Quantity.DISPLACEMENT, Quantity.VELOCITY, Quantity.ACCELERATION)
 _POUND_FORCE = 4.4482216152605
@@ -101,7 +107,7 @@ def frequency_factor(text: str) -> float | None:
 
 def _plain(text: str) -> str:
     """A unit in the spelling of `tarsus.base.units`: no brackets, words as symbols, ``s2`` as ``s^2``."""
-    plain = re.sub(r"[\[\]()]", " ", text).strip()
+    plain = re.sub(r"[\[\]()]", " ", text).replace("\N{DEGREE SIGN}", "deg").strip()
     plain = re.sub(r"[A-Za-z]+", lambda m: _WORDS.get(m[0].lower(), m[0]), plain)
     return re.sub(r"(?<=[A-Za-z])([23])(?!\d)", r"^\1", plain)
 

@@ -1,0 +1,73 @@
+"""Numbers over a series of campaigns: what is steady raises no alarm, what moves does."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from identify.campaigns import KEPT, folder, truth
+
+import tarsus as ts
+from tarsus.base.errors import InputError
+from tarsus.base.spec import get_value, with_values
+from tarsus.identify.track import FALSE_ALARMS, drift_of, track
+from tarsus.model.scene import Scene
+from tarsus.synthesis.campaign_folder import write_campaign
+from tarsus.synthesis.plan import planned
+from tarsus.synthesis.recordings import Instrument
+
+
+def test_a_steady_device_raises_alarms_as_seldom_as_stated():
+    draw, numbers, n = np.random.default_rng(1), 5, 8
+    errors = draw.uniform(0.5, 2.0, (2000, numbers, n))
+    values = 3.0 + errors * draw.normal(size=errors.shape)
+    tests = 2 * numbers * (n - 1)
+    alarmed = [
+        any(drift_of(v, e, tests)[0] is not None for v, e in zip(*series, strict=True))
+        for series in zip(values, errors, strict=True)
+    ]
+    # the limit is Bonferroni's, whose tests overlap: fewer alarms than stated; 4 sd of 2,000 series above is 1.9 %
+    assert np.mean(alarmed) < FALSE_ALARMS + 4.0 * np.sqrt(FALSE_ALARMS / 2000)
+
+
+def test_a_jump_and_a_slow_drift_are_found():
+    errors = np.full(8, 0.1)
+    jump = np.where(np.arange(8) < 5, 1.0, 2.0)
+    since, (rate, error) = drift_of(jump, errors, 14)
+    assert since == 5 and rate > 3.0 * error
+    slow = 1.0 + 0.1 * np.arange(8)  # one standard error a campaign: no two neighbours differ
+    since, (rate, error) = drift_of(slow, errors, 14)
+    assert since is not None and 2 < since < 8
+    assert rate == pytest.approx(0.1, rel=1e-9) and error == pytest.approx(0.1 / np.sqrt(42.0), rel=1e-9)
+    assert drift_of([1.0, np.nan, 1.05], [0.1, np.nan, 0.1], 2)[0] is None
+
+
+def test_a_series_needs_two_campaigns():
+    with pytest.raises(InputError, match="at least two"):
+        track([folder()])
+
+
+def session(folder: Path, device: Scene, seed: int) -> Path:
+    """A short session on a device: everything but the bounces."""
+    wanted = (*KEPT[:6], "ramps-60hz-100")
+    write_campaign(
+        device,
+        folder,
+        Instrument(),
+        seed,
+        recordings=[r for r in planned(device, 20e3, "pzt") if r.name in wanted],
+    )
+    return folder
+
+
+@pytest.mark.slow
+def test_a_device_whose_adhesion_grew_is_found_and_nothing_else_moves(tmp_path):
+    device = truth()
+    grown = with_values(
+        device, {"ground.adhesion.initial": 1.5 * get_value(device, "ground.adhesion.initial")}
+    )
+    sessions = [session(tmp_path / str(seed), device, seed) for seed in (11, 12, 13)]
+    found = ts.identify(sessions[0], track=[*sessions[1:], session(tmp_path / "14", grown, 14)])
+    assert [one.path for one in found.drifts if one.since is not None] == ["ground.adhesion.initial"]
+    assert found.drifts[[one.path for one in found.drifts].index("ground.adhesion.initial")].since == 3
+    assert json.dumps(found.to_dict()) and "moved since 14" in str(found)
