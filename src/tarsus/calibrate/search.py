@@ -37,8 +37,8 @@ PATIENCE, SETTLED = 2, 0.1
 deviation of one unknown costs."""
 STARTS = 2
 """Starts of a hypothesis, each from sets spread evenly once the one before gains no more: of fifteen single starts on
-the cantilever, of 300 sets each, fourteen ended within 4 of the median cost, and one 15 above it. The second ends as soon as it
-could not come below the first any more."""
+the cantilever, of 300 sets each, fourteen ended within 4 of the median cost, and one 15 above it. The second ends as
+soon as it could not come below the first any more."""
 FADING = 2.0
 """Most that a hypothesis is believed to gain yet, in gains of its last bout: gains fall by a third or more from bout
 to bout."""

@@ -51,8 +51,8 @@ class IdentifiedMode:
     frequency [Hz], undamped, and damping [1], the damping ratio, with their 95 % intervals; basis: between what their
     scatter was taken; residues (no, ni) of the displacement per unit of drive, times rad/s, for the pole above 0 Hz;
     tilt [rad]: angle between the residues, less the common delay, and those of a real mode, -pi/2 to pi/2;
-    collinearity: 1 where all residues lie on one line through zero, 0 where they do not at all; orders: how many of the
-    tried model orders have its pole; verdict, and reason: a sentence, empty for a determined mode; shifts (nr,): how far
+    collinearity: 1 where all residues lie on one line through zero, 0 where they do not at all; orders: how many of
+    the tried model orders have its pole; verdict, and reason: a sentence, empty for a determined mode; shifts (nr,): how far
     [rad/s] single repeats have the pole from here, None without repeats.
     """
 
@@ -128,8 +128,8 @@ def _judge(mode: IdentifiedMode, frf: Frf) -> tuple[ModeVerdict, str]:
         )
     if mode.frequency.half_width(1.0) > 0.5 * band:
         return ModeVerdict.UNCERTAIN, (
-            f"has no certain frequency: its 95 % interval, {mode.frequency.low:.6g} to {mode.frequency.high:.6g} Hz, is "
-            "wider than its half-power band; average more"
+            f"has no certain frequency: its 95 % interval, {mode.frequency.low:.6g} to {mode.frequency.high:.6g} Hz, "
+            "is wider than its half-power band; average more"
         )
     return ModeVerdict.DETERMINED, ""
 

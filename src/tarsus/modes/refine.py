@@ -148,8 +148,8 @@ def refine_pole(
 
     The model is the pole and the three nearest others in the window, with their conjugates and free complex residues;
     those just beside the window that are not much sharper, with free residues, which stay where they are; and a
-    background in frequency, of the window's degree, in every channel for all that lies elsewhere. Noise is normal, independent
-    between channels and lines; its level in each channel is estimated with the poles.
+    background in frequency, of the window's degree, in every channel for all that lies elsewhere. Noise is normal,
+    independent between channels and lines; its level in each channel is estimated with the poles.
 
     Parameters
     ----------
