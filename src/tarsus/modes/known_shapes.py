@@ -29,8 +29,8 @@ _LINES = 3000
 _ROUNDS = 60
 """Evaluations of the fit at most, so that one that runs away ends."""
 _BLOCKS = 50
-"""Blocks of neighbouring lines between which the scatter is taken without repeats: Student's quantile is then the normal
-one to 3 %."""
+"""Blocks of neighbouring lines between which the scatter is taken without repeats: Student's quantile is then the
+normal one to 3 %."""
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
+from tarsus.measure.mac import mac
 from tarsus.model.structure.modal import Modal
 from tarsus.modes.frf import Frf
 from tarsus.modes.intervals import pole_ranges, scatter_of
@@ -66,7 +67,7 @@ class ModalFit:
         ]
         columns = [
             Column(name, unit, digits, over=over)
-            for over, unit, digits in (("frequency", "Hz", 6), ("damping ratio", "%", 3))
+            for over, unit, digits in (("frequency", "Hz", 6), ("damping ratio", "%", 4))
             for name in ("value", "95 % interval")
         ]
         return Table("", (*columns, "orders", "verdict"), rows, (*self.remarks, *self.refused))
@@ -101,7 +102,8 @@ class ModalFit:
             "the order or narrow the band"
         ] * (self.misfit > _UNEXPLAINED)
         late = [
-            f"all modes show a delay of {1e3 * self.delay:.3g} ms of the responses behind the drive: it is taken off"
+            f"the modes show that the responses come {abs(1e3 * self.delay):.3g} ms "
+            f"{'after' if self.delay > 0.0 else 'before'} the drive, as by a delay of an instrument: taken off"
         ] * (self.delay != 0.0)
         return (*left, *late, *self.passed)
 
@@ -115,6 +117,20 @@ class ModalFit:
         """The same with the modes nearest to given frequencies [Hz] only; the synthesis stays."""
         picked = sorted({int(np.argmin(np.abs(self.frequencies - f))) for f in near})
         return replace(self, modes=tuple(self.modes[k] for k in picked))
+
+    def complex_shapes(self) -> Complexes:
+        """Complex shapes (nm, no) of the modes at the outputs: their strongest residues, turned and scaled so that the
+        largest value is 1."""
+        out = []
+        for mode in self.modes:
+            left = np.linalg.svd(mode.residues, full_matrices=False)[0][:, 0]
+            out.append(left / left[np.argmax(np.abs(left))])
+        return np.array(out)
+
+    def mac(self) -> Floats:
+        """Modal assurance criterion (nm, nm) of the modes with each other: 1 on the diagonal."""
+        shapes = self.complex_shapes().T
+        return mac(shapes, shapes)
 
     def shapes(self) -> tuple[Floats, Floats]:
         """Real shapes (nm, no) of the modes at the outputs, and their participations (nm, ni) in the inputs.

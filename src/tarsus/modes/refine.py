@@ -28,7 +28,7 @@ _ALIKE = 0.25
 
 
 @dataclass(frozen=True)
-class Window:
+class FitWindow:
     """Lines that a local fit uses, and what of the far modes it takes up.
 
     bandwidths: half-power bands to either side; degree: of the background in frequency.
@@ -45,7 +45,7 @@ class Window:
         return slice(first, max(int(np.searchsorted(frequency, centre + half, side="right")), first + 1))
 
 
-USUAL = Window()
+USUAL = FitWindow()
 """Three half-power bands, where the response has fallen to a sixth, and a parabola for the far modes."""
 
 
@@ -142,14 +142,14 @@ def refine_pole(
     start: complex,
     others: Complexes,
     residues: Complexes | None = None,
-    window: Window = USUAL,
+    window: FitWindow = USUAL,
 ) -> LocalFit | None:
     """Maximum-likelihood fit of one pole in its own window.
 
     The model is the pole and the three nearest others in the window, with their conjugates and free complex residues;
     those just beside the window that are not much sharper, with free residues, which stay where they are; and a
-    background in frequency, of the window's degree, in every channel for all that lies elsewhere. Noise is normal, independent
-    between channels and lines; its level in each channel is estimated with the poles.
+    background in frequency, of the window's degree, in every channel for all that lies elsewhere. Noise is normal,
+    independent between channels and lines; its level in each channel is estimated with the poles.
 
     Parameters
     ----------
