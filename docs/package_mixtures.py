@@ -25,7 +25,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.spec import get_value, with_values
 from tarsus.calibrate.calibrating import calibrate
 from tarsus.calibrate.description import Study
-from tarsus.calibrate.mixture import Mixture, load_mixture
+from tarsus.calibrate.weighted_ensemble import WeightedEnsemble, load_ensemble
 from tarsus.calibrate.writing import CALIBRATION_FILE
 from tarsus.files.library import load_scene
 from tarsus.files.toml import scene_text
@@ -52,14 +52,14 @@ def mixture_file(folder: str | Path) -> dict[str, Any]:
     InputError
         If the folder holds no finished calibration.
     """
-    mixture = load_mixture(folder)
-    study = mixture.lowered.study
-    unknowns = mixture.lowered.problem.unknowns
+    whole = load_ensemble(folder)
+    study = whole.lowered.study
+    unknowns = whole.lowered.problem.unknowns
     branches = []
-    plain = [column_names(study, one.hypothesis.options) == {} for one in mixture.ensembles]
-    total = float(mixture.weights[plain].sum())
-    for weight, one in zip(mixture.weights[plain] / total, compress(mixture.ensembles, plain), strict=True):
-        run = mixture.lowered.forward.variants[one.hypothesis.run]
+    plain = [column_names(study, one.hypothesis.options) == {} for one in whole.ensembles]
+    total = float(whole.weights[plain].sum())
+    for weight, one in zip(whole.weights[plain] / total, compress(whole.ensembles, plain), strict=True):
+        run = whole.lowered.forward.variants[one.hypothesis.run]
         kept, share = thinned(one.weights, MOST)
         members = []
         for i, part in zip(kept, share, strict=True):
@@ -78,36 +78,36 @@ def mixture_file(folder: str | Path) -> dict[str, Any]:
         "seed": study.search.seed,
         "table_sha256": _digest(Path(folder) / "table.csv"),
         "study_sha256": _digest(Path(folder) / "study.toml"),
-        "discrepancy": _discrepancy(mixture),
+        "discrepancy": _discrepancy(whole),
         "errors": _rounded(
             json.loads((Path(folder) / CALIBRATION_FILE).read_text(encoding="utf-8"))["summary"]
         ),
-        "told": told_of(mixture, json.loads((Path(folder) / CALIBRATION_FILE).read_text(encoding="utf-8"))),
+        "told": told_of(whole, json.loads((Path(folder) / CALIBRATION_FILE).read_text(encoding="utf-8"))),
         "branches": branches,
     }
 
 
-def told_of(mixture: Mixture, calibration: Mapping[str, Any]) -> list[str]:
+def told_of(whole: WeightedEnsemble, calibration: Mapping[str, Any]) -> list[str]:
     """Sentences of what a calibration chose and was told, from its table of numbers."""
-    study, told = mixture.lowered.study, []
+    study, told = whole.lowered.study, []
     for name, one in calibration["choices"].items():
         weights = ", ".join(f"{option} {weight:.2f}" for option, weight in one["weights"].items())
         told.append(f"{name}, by weight: {weights}. {one['meaning']}".strip())
-    for weight, one in zip(mixture.weights, mixture.ensembles, strict=True):
+    for weight, one in zip(whole.weights, whole.ensembles, strict=True):
         other = column_names(study, one.hypothesis.options)
         if other:
             read = ", ".join(f"'{column}' as {measure}" for column, measure in other.items())
             told.append(
-                "Not in this mixture, which reads the table plainly: "
+                "Not in this ensemble, which reads the table plainly: "
                 f"{one.hypothesis.name}, weight {weight:.2f}, which reads {read}."
             )
     told += [f"Known besides the table: {one['name']}. {one['reason']}" for one in calibration["constraints"]]
     return told
 
 
-def _discrepancy(mixture: Mixture) -> dict[str, dict[str, float]]:
+def _discrepancy(whole: WeightedEnsemble) -> dict[str, dict[str, float]]:
     """Of every measure the fields of its `Miss`; the tolerance is that of the row where it is largest."""
-    cells, found = mixture.lowered.problem.objective.cells, mixture.discrepancy
+    cells, found = whole.lowered.problem.objective.cells, whole.discrepancy
     return {
         name: {
             "absolute": float(f"{cells.absolute[:, k].max():.6g}"),
@@ -159,11 +159,11 @@ def fitted_device(device: str, folder: str | Path) -> Scene:
     InputError
         If the folder holds no finished calibration.
     """
-    mixture, scene = load_mixture(folder), load_scene(device)
-    study, unknowns = mixture.lowered.study, mixture.lowered.problem.unknowns
-    plain = [n for n, one in enumerate(mixture.ensembles) if not column_names(study, one.hypothesis.options)]
-    best = mixture.ensembles[max(plain, key=lambda n: mixture.weights[n])]
-    run = mixture.lowered.forward.variants[best.hypothesis.run]
+    whole, scene = load_ensemble(folder), load_scene(device)
+    study, unknowns = whole.lowered.study, whole.lowered.problem.unknowns
+    plain = [n for n, one in enumerate(whole.ensembles) if not column_names(study, one.hypothesis.options)]
+    best = whole.ensembles[max(plain, key=lambda n: whole.weights[n])]
+    run = whole.lowered.forward.variants[best.hypothesis.run]
     sets = [unknowns.by_name(one) for one in best.points]
     members = [run.values(one, run.rows[0]) for one in sets]
     origins = dict(scene.provenance)
@@ -173,7 +173,7 @@ def fitted_device(device: str, folder: str | Path) -> Scene:
         each = [one for one in run.driven if one == path or one.rpartition(".")[0] == path]
         ends = tuple(_interval([member[one] for member in members], best.weights) for one in each)
         note = re.sub(
-            r"weight [0-9.]+", f"weight {_weight(mixture, best.hypothesis.options, path):.2f}", origin.note
+            r"weight [0-9.]+", f"weight {_weight(whole, best.hypothesis.options, path):.2f}", origin.note
         )
         told = origin.interval is not None and ends
         origins[path] = origin.model_copy(
@@ -209,14 +209,14 @@ def _interval(values: list[float], weights: NDArray[np.float64]) -> tuple[float,
     return float(f"{low:.6g}"), float(f"{high:.6g}")
 
 
-def _weight(mixture: Mixture, options: Mapping[str, str], path: str) -> float:
+def _weight(whole: WeightedEnsemble, options: Mapping[str, str], path: str) -> float:
     """Weight of the options that set a path, over all branches."""
-    study = mixture.lowered.study
+    study = whole.lowered.study
     own = {c: o for c, o in options.items() if path in study.choices[c].options[o].set}
     return float(
         sum(
             weight
-            for weight, one in zip(mixture.weights, mixture.ensembles, strict=True)
+            for weight, one in zip(whole.weights, whole.ensembles, strict=True)
             if all(one.hypothesis.options[c] == o for c, o in own.items())
         )
     )

@@ -38,7 +38,15 @@ from tarsus_reproduce.reproduction import (
     number_rows,
     numbers_table,
 )  # fmt: skip
-from tarsus_reproduce.rows import CANTILEVER, PrintedRow, packaged_rows, read_rows, relative_error
+from tarsus_reproduce.rows import (
+    CANTILEVER,
+    PrintedRow,
+    mean_percent,
+    packaged_rows,
+    read_rows,
+    relative_error,
+    relative_errors,
+)
 
 SETTLING_TIME, SETTLING_PERIODS = 0.1, 4
 """Transients that are dropped: this long [s] and at least so many drive periods. By then the first mode
@@ -113,23 +121,8 @@ def reproduce_cantilever(
     rows: str | Path | None = None,
     progress: Progress | None = None,
 ) -> Reproduction:
-    """Simulate every row of Table A.1, and of a rows file, with a device or an ensemble of devices.
-
-    Parameters
-    ----------
-    device
-        name or file of a device with one drive and one foot, or an ensemble of devices; the packaged one of the
-        cantilever's calibration when left out.
-    rows
-        a file of additional rows in the format of the packaged table (see `tarsus_reproduce.rows.read_rows`).
-    progress
-        called as `progress(done, total, what)`.
-
-    Raises
-    ------
-    InputError
-        for an unknown device or a bad rows file.
-    """
+    """Simulate every row of Table A.1, and of a rows file, with a device of one drive and one foot, or an ensemble of
+    such; arguments and errors as for `tarsus_reproduce.verb.reproduce`."""
     members = members_of(packaged_members("cantilever") if device is None else device)
     misses = packaged_misses("cantilever") if device is None else {}
     printed = packaged_rows(CANTILEVER) + (read_rows(rows, CANTILEVER) if rows is not None else [])
@@ -252,13 +245,12 @@ def _merits(pairs: Sequence[tuple[float, float]]) -> dict[str, Any]:
     `in_means` of the `cases` have a relative error. A case without one (something against a measured 0) is a miss: it
     counts among the cases and is not below 30 %.
     """
-    values = [value for value in (relative_error(ref, sim) for ref, sim in pairs) if value is not None]
-    signed, absolute = _mean(values), _mean([abs(value) for value in values])
+    values = relative_errors(pairs)
     return {
         "cases": len(pairs),
         "in_means": len(values),
-        "mean_signed_percent": None if signed is None else 100.0 * signed,
-        "mean_absolute_percent": None if absolute is None else 100.0 * absolute,
+        "mean_signed_percent": mean_percent(values),
+        "mean_absolute_percent": mean_percent([abs(value) for value in values]),
         "below_30_percent": sum(abs(value) < GOOD for value in values),
     }
 

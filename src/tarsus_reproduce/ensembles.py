@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import json
 from functools import lru_cache
-from importlib.resources import files
 from typing import Any
 
 from tarsus.base.spec import with_values
 from tarsus.calibrate.prediction import Miss
 from tarsus.files.library import load_scene
 from tarsus_reproduce.forecast import Member
+from tarsus_reproduce.packaged import data_text
 
 FILES = {"cantilever": "cantilever_mixture.json", "hexapod": "hexapod_mixture.json"}
 """Device -> the file of its ensemble."""
@@ -24,7 +24,7 @@ def _packaged(device: str) -> dict[str, Any]:
     """The file of a device; empty for one without an ensemble."""
     if device not in FILES:
         return {}
-    return json.loads(files("tarsus_reproduce").joinpath("data", FILES[device]).read_text(encoding="utf-8"))
+    return json.loads(data_text(FILES[device]))
 
 
 def packaged_members(device: str) -> tuple[Member, ...]:

@@ -42,10 +42,7 @@ class Member:
 def members_of(device: str | Sequence[Member]) -> tuple[Member, ...]:
     """A device by name or file as an ensemble of one, or the members of an ensemble with weights that sum to 1.
 
-    Raises
-    ------
-    InputError
-        For an unknown device, an empty ensemble and a weight that is not above 0.
+    Raises InputError for an unknown device, an empty ensemble and a weight that is not above 0.
     """
     members = [Member(load_scene(device))] if isinstance(device, str) else list(device)
     if not members:

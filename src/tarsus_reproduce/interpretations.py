@@ -14,10 +14,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +32,7 @@ from tarsus.model.laws.landing import AnyLanding, CaptureUnlessPulled, PullAsPri
 from tarsus.model.scene import Initial, Scene, Standing
 from tarsus_reproduce.claims import FilmUnit
 from tarsus_reproduce.millipede import Coarse, Score, judge_scene, walker_of
+from tarsus_reproduce.packaged import data_table, data_text
 
 COARSE = Coarse(9, (0.1, 0.5, 0.9))
 """Runs of an interpretation's studies: with nine values a direction takes a rank correlation of 0.80 (p < 0.01)."""
@@ -69,8 +68,7 @@ class UnprintedChoice:
 
 def _unprinted() -> tuple[tuple[Unknown, ...], tuple[UnprintedChoice, ...]]:
     """Numbers and choices of `data/unprinted.toml`."""
-    text = files("tarsus_reproduce").joinpath("data", "unprinted.toml").read_text(encoding="utf-8")
-    table = tomllib.loads(text)
+    table = data_table("unprinted.toml")
     choices = (UnprintedChoice(one["name"], tuple(one["options"]), one["why"]) for one in table["choice"])
     return tuple(Unknown(**one, scale="log") for one in table["number"]), tuple(choices)
 
@@ -123,7 +121,7 @@ class Interpretations:
 
 def packaged_interpretations() -> Interpretations:
     """The interpretations that come with the package."""
-    return parse_interpretations(files("tarsus_reproduce").joinpath("data", FILE).read_text(encoding="utf-8"))
+    return parse_interpretations(data_text(FILE))
 
 
 def parse_interpretations(text: str) -> Interpretations:
@@ -155,13 +153,7 @@ def interpretation_values(scene: Scene, point: NDArray[np.float64]) -> dict[str,
 
 def interpretation_scene(base: Scene, values: Mapping[str, Any]) -> Scene:
     """A three-mass millipede with the values of an interpretation; masses and stiffness fix what the damping ratios
-    mean.
-
-    Raises
-    ------
-    InputError
-        For a scene without walker or without a law that is drawn, and values that do not stand.
-    """
+    mean. Raises InputError for a scene without walker or without a law that is drawn, and values that do not stand."""
     walker = walker_of(base)
     share = 2.0 * values["body mass"] / len(walker.legs)
     changes: dict[str, Any] = {**PRINTED, "robot.structure.body.mass": values["body mass"]}
@@ -212,25 +204,11 @@ def judged_interpretations(
     threads: int | None = None,
     progress: Callable[[int, int, str], None] | None = None,
 ) -> Interpretations:
-    """Judge interpretations 0 to ``count`` - 1 of a seed.
+    """Judge interpretations 0 to ``count`` - 1 of a seed on a three-mass millipede, whose values they replace.
 
-    Parameters
-    ----------
-    base
-        A three-mass millipede; what an interpretation draws replaces its own values.
-    count, seed
-        How many, and the seed of their draws.
-    folder
-        Where finished ones are kept (`RunStore`); those that are there already are not run again.
-    threads
-        Interpretations that are judged at a time; by default one for each processor that this process may use.
-    progress
-        Called as ``progress(done, count, what)``.
-
-    Raises
-    ------
-    InputError
-        If the folder holds something else; for a base that is no millipede.
+    Those that `folder` holds already (`RunStore`) are not run again; other arguments as for
+    `tarsus_reproduce.verb.reproduce`. Raises InputError if the folder holds something else, and for a base that is no
+    millipede.
     """
     walker_of(base)
     texts = {**scene_texts(base), "judging.txt": f"{COARSE}, {PERIODS} periods, ranges {_digest()}\n"}

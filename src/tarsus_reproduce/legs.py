@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
-from importlib.resources import files
 from typing import Annotated
 
 from pydantic import AfterValidator
@@ -11,6 +9,7 @@ from pydantic import AfterValidator
 from tarsus.base.spec import Description, FrozenDict, validate
 from tarsus.model.scene import Provenance
 from tarsus.model.structure.leg import Leg
+from tarsus_reproduce.packaged import data_table
 
 
 class KnownLeg(Description):
@@ -22,5 +21,4 @@ class KnownLeg(Description):
 
 def millipede_leg() -> KnownLeg:
     """The leg of the millipede prototype (Table 4.1), with what the source does not print as assumptions."""
-    text = files("tarsus_reproduce").joinpath("data", "millipede_leg.toml").read_text(encoding="utf-8")
-    return validate(KnownLeg, tomllib.loads(text))
+    return validate(KnownLeg, data_table("millipede_leg.toml"))

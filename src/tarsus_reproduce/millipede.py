@@ -247,13 +247,7 @@ class DeviceTrends:
 
 
 def walker_of(scene: Scene) -> Walker:
-    """The walker of a scene.
-
-    Raises
-    ------
-    InputError
-        If it has none.
-    """
+    """The walker of a scene; InputError if it has none."""
     walker = scene.robot.structure
     if not isinstance(walker, Walker):
         raise InputError(f"{scene.name}: a millipede is a walker; this structure is of kind '{walker.kind}'")
@@ -282,22 +276,10 @@ def judge_devices(
 ) -> tuple[DeviceTrends, ...]:
     """Run every figure's study and the two grounds of Fig. 4.7 on devices, and judge them.
 
-    Parameters
-    ----------
-    devices
-        Names or files of walkers whose ground has film, electrostatics, adhesion and restitution; by default the
-        variants of `VARIANTS` that are installed.
-    duration
-        Model time of every run [s]; that of the studies when absent.
-    coarse
-        Fewer values than the studies have.
-    progress
-        Called as ``progress(done, total, what)``.
-
-    Raises
-    ------
-    InputError
-        For an unknown device, one that is no walker, and one without a law that varies.
+    devices: names or files of walkers whose ground has film, electrostatics, adhesion and restitution, by default the
+    variants of `VARIANTS` that are installed; duration: model time of every run [s], by default that of the studies;
+    coarse: fewer values than the studies have. Raises InputError for an unknown device, one that is no walker, and one
+    without a law that varies.
     """
     if devices is None:
         devices = [name for name in VARIANTS if name in device_names()]

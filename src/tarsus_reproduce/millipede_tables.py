@@ -43,30 +43,8 @@ def reproduce_millipede(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Reproduction:
-    """Every trend of section 4.4.1 on devices; with a distribution of the score over what is not printed.
-
-    Parameters
-    ----------
-    devices
-        As for `tarsus_reproduce.millipede.judge_devices`.
-    interpretations
-        Random interpretations that are judged; those that come with the package where it is 0.
-    scatter
-        Neighbours of every device whose unprinted numbers are off by up to 10 %.
-    seed
-        Of both.
-    folder
-        Where finished interpretations are kept.
-    threads
-        Interpretations that are judged at a time; by default one for each processor that this process may use.
-    progress
-        Called as ``progress(done, total, what)``.
-
-    Raises
-    ------
-    InputError
-        For an unknown device, one that is no walker, and one without a law that varies.
-    """
+    """Every trend of section 4.4.1 on devices, with a distribution of the score over what is not printed; arguments and
+    errors as for `tarsus_reproduce.verb.reproduce` (interpretations are its readings) and `judge_devices`."""
     found = judge_devices(devices, progress=progress)
     if interpretations:
         first = devices if isinstance(devices, str) else (devices or VARIANTS)[0]

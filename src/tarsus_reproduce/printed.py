@@ -7,11 +7,9 @@ common unit that is not printed.  Everything here is in that unit.
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from decimal import Decimal
-from importlib.resources import files
 
 import numpy as np
 
@@ -19,6 +17,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.model.structure.base import Array, Matrices
 from tarsus.model.structure.modal import Modal
+from tarsus_reproduce.packaged import data_table
 
 
 @dataclass(frozen=True)
@@ -39,15 +38,8 @@ class PrintedModel:
 
 
 def printed_model(name: str) -> PrintedModel:
-    """The printed matrices of ``"hexapod"`` or ``"quadruped"`` (appendix B, Table 3.3).
-
-    Raises
-    ------
-    InputError
-        For another name.
-    """
-    text = files("tarsus_reproduce").joinpath("data", "appendix_b.toml").read_text(encoding="utf-8")
-    tables = tomllib.loads(text, parse_float=Decimal)
+    """The printed matrices of ``"hexapod"`` or ``"quadruped"`` (appendix B, Table 3.3); InputError for another name."""
+    tables = data_table("appendix_b.toml", Decimal)
     if name not in tables:
         raise InputError(f"no printed model is called '{name}'{nearest(name, tables)}")
     table = tables[name]
@@ -95,10 +87,7 @@ class ModalForm:
 def modal_form(matrices: Matrices) -> ModalForm:
     """Modes of ``M x'' + C x' + K x = 0``: equation (3.3) taken back to (3.1).
 
-    Raises
-    ------
-    InputError
-        If mass or stiffness is not positive definite.
+    Raises InputError if mass or stiffness is not positive definite.
     """
     for what, matrix in (("mass", matrices.mass), ("stiffness", matrices.stiffness)):
         lowest = float(np.linalg.eigvalsh(matrix)[0])
@@ -137,19 +126,7 @@ class Rounding:
 def rounding(model: PrintedModel, draws: int = 10_000, seed: int = 0) -> Rounding:
     """Modes of models whose entries are uniform within the rounding of the printed ones (Monte Carlo).
 
-    Parameters
-    ----------
-    model
-        A printed model.
-    draws
-        Number of models drawn.
-    seed
-        Seed of the draws.
-
-    Raises
-    ------
-    InputError
-        If no draw has positive definite mass and stiffness.
+    Raises InputError if no draw has positive definite mass and stiffness.
     """
     rng = np.random.default_rng(seed)
     size = len(model.matrices.mass)
@@ -182,19 +159,8 @@ def interval(samples: Array, level: float = 0.95) -> tuple[Array, Array]:
 
 
 def modal_structure(form: ModalForm, points: Sequence[str], modal_mass: float, digits: int = 7) -> Modal:
-    """The description of a modal form: ``modal_mass`` [kg] is what one unit of printed mass weighs.
-
-    Parameters
-    ----------
-    form
-        Modes with mass-normalised shapes.
-    points
-        Names of the n points.
-    modal_mass
-        Mass of every mode [kg], common because the shapes are mass-normalised.
-    digits
-        Significant digits kept.
-    """
+    """The description of a modal form with so many significant digits: points are the names of its n points,
+    ``modal_mass`` [kg] is what one unit of printed mass weighs, the same for all mass-normalised modes."""
 
     def rounded(values: Array) -> tuple[float, ...]:
         return tuple(float(f"{value:.{digits}g}") for value in values)
@@ -210,10 +176,7 @@ def modal_structure(form: ModalForm, points: Sequence[str], modal_mass: float, d
 def point_matrices(structure: Modal) -> Matrices:
     """Mass, damping and stiffness (n, n) in the heights of the structure's n points: (3.3) from (3.1).
 
-    Raises
-    ------
-    InputError
-        If there are not as many points as modes, or their shapes do not tell the modes apart.
+    Raises InputError unless there are as many points as modes, with independent shapes.
     """
     shapes = np.array([structure.row(point) for point in structure.points])
     if shapes.shape[0] != shapes.shape[1] or np.linalg.matrix_rank(shapes) < len(shapes):

@@ -126,20 +126,7 @@ def robot_runs(robot: str, device: str | None = None, *, progress: Progress | No
 
     Over the ground: the packaged rows of Table 3.2 and the bouncing foot, or, for a robot without a table, the
     device's own gap and amplitude as a square wave and all points. In the air: the square waves of `AIR_DRIVES`.
-
-    Parameters
-    ----------
-    robot
-        ``"hexapod"`` or ``"quadruped"``.
-    device
-        Name or file of the device; the packaged one of that name by default.
-    progress
-        Called as `progress(done, total, what)`.
-
-    Raises
-    ------
-    InputError
-        For an unknown device, or one without drive or foot.
+    Arguments and errors as for `tarsus_reproduce.verb.reproduce`.
     """
     own = load_scene(device or robot)
     check_device(own, device or robot)
@@ -161,13 +148,7 @@ def robot_runs(robot: str, device: str | None = None, *, progress: Progress | No
 
 
 def check_device(scene: Scene, name: str) -> None:
-    """Refuse a device that cannot bounce under a wave.
-
-    Raises
-    ------
-    InputError
-        Where it has no foot, no drive signal, or one that does not repeat.
-    """
+    """Raise InputError for a device that cannot bounce: no foot, no drive signal, or one that does not repeat."""
     problems = []
     if not scene.robot.feet:
         problems.append(f"device '{name}' has no foot that could bounce")

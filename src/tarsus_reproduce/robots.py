@@ -29,7 +29,15 @@ from tarsus_reproduce.forecast import (
 )
 from tarsus_reproduce.impacts import MapRow, ModeRow, map_rows, mode_rows
 from tarsus_reproduce.reproduction import Progress
-from tarsus_reproduce.rows import HEIGHTS, PrintedRow, packaged_rows, read_rows, relative_error
+from tarsus_reproduce.rows import (
+    HEIGHTS,
+    PrintedRow,
+    mean_percent,
+    packaged_rows,
+    read_rows,
+    relative_error,
+    relative_errors,
+)
 
 SEEDS = 32
 """Initial states of every row, shared out over the members of an ensemble; the packaged one has more: one each."""
@@ -180,24 +188,9 @@ def robot_rows(
 ) -> RobotRows:
     """Simulate every row of Table 3.2, and of a rows file, over many seeds of initial state.
 
-    Parameters
-    ----------
-    robot
-        ``"hexapod"`` or ``"quadruped"``: whose table and printed matrices are compared.
-    device
-        Name or file of the device, or an ensemble of devices; by default the packaged ensemble of the robot, or its
-        device where there is none. Modes and impact maps are those of the first.
-    rows
-        A file of further rows (see `tarsus_reproduce.rows.read_rows`).
-    seeds
-        Initial states of every row, shared out over the members of an ensemble (one at least for each).
-    progress
-        Called as `progress(done, total, what)`.
-
-    Raises
-    ------
-    InputError
-        For an unknown device, a device without drive or foot, or a bad rows file.
+    robot: ``"hexapod"`` or ``"quadruped"``, whose table and printed matrices are compared; device: also an ensemble,
+    over whose members seeds are shared out, one at least for each; modes and impact maps are those of the first. Other
+    arguments and errors as for `tarsus_reproduce.verb.reproduce`.
     """
     members = members_of((packaged_members(robot) or robot) if device is None else device)
     misses = packaged_misses(robot) if device is None else {}
@@ -240,12 +233,8 @@ def drive_frequency(robot: str, scene: Scene, wave: str) -> float:
 def row_scene(scene: Scene, printed: PrintedRow, freq_hz: float) -> Scene:
     """The device over the row's gap with the row's drive; the first foot and every signal change.
 
-    A signal keeps its polarity: its amplitude and offset are scaled so that its highest voltage is the row's.
-
-    Raises
-    ------
-    InputError
-        Where the device has no foot or a signal without amplitude and offset.
+    A signal keeps its polarity: its amplitude and offset are scaled so that its highest voltage is the row's. Raises
+    InputError where the device has no foot or a signal without amplitude and offset.
     """
     if not scene.robot.feet:
         raise InputError(f"{scene.name}: a row of heights needs a robot with a foot")
@@ -301,6 +290,5 @@ def _joined(found: Sequence[tuple[float, Statistics]], name: str) -> WeightedVal
 
 
 def _mean_error(measured: Sequence[Mapping], simulated: Sequence[Mapping], key: str) -> float | None:
-    errors = [relative_error(m.get(key), s.get(key)) for m, s in zip(measured, simulated, strict=True)]
-    known = [abs(e) for e in errors if e is not None]
-    return 100.0 * math.fsum(known) / len(known) if known else None
+    pairs = [(one.get(key), other.get(key)) for one, other in zip(measured, simulated, strict=True)]
+    return mean_percent([abs(error) for error in relative_errors(pairs)])

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from tarsus.files.rows import Cell, read_text, typed_rows
+from tarsus.files.rows import Cell, typed_rows
+from tarsus.files.tables import read_text
+from tarsus_reproduce.packaged import data_text
 
 WAVE = Cell(required=True, words=("square", "sine"))
 DRIVE = Cell(required=True, positive=True)
@@ -96,8 +97,7 @@ class PrintedRow:
 
 def packaged_rows(table: PrintedTable) -> list[PrintedRow]:
     """The rows of a table that come with the package."""
-    text = files("tarsus_reproduce").joinpath("data", table.file).read_text(encoding="utf-8")
-    return parse_rows(text, table, where=table.file, origin="packaged")
+    return parse_rows(data_text(table.file), table, where=table.file, origin="packaged")
 
 
 def read_rows(path: str | Path, table: PrintedTable) -> list[PrintedRow]:
@@ -146,3 +146,13 @@ def relative_error(reference: float | None, simulated: float | None) -> float | 
     if reference == 0.0:
         return 0.0 if simulated == 0.0 else None
     return (reference - simulated) / reference
+
+
+def relative_errors(pairs: Iterable[tuple[float | None, float | None]]) -> list[float]:
+    """Of those (reference, simulated) that have one."""
+    return [error for one, other in pairs if (error := relative_error(one, other)) is not None]
+
+
+def mean_percent(errors: Sequence[float]) -> float | None:
+    """Their mean in percent; None without any."""
+    return 100.0 * math.fsum(errors) / len(errors) if errors else None

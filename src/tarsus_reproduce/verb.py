@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass
 from functools import lru_cache
-from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.files.library import load_scene
+from tarsus_reproduce.packaged import data_table
 
 if TYPE_CHECKING:
     from tarsus_reproduce.reproduction import Progress, Reproduction
@@ -40,10 +39,9 @@ class Experiment:
 @lru_cache
 def experiments() -> dict[str, Experiment]:
     """All experiments by name, in the order of the chapters (`data/experiments.toml`)."""
-    text = files("tarsus_reproduce").joinpath("data", "experiments.toml").read_text(encoding="utf-8")
     return {
         name: Experiment(name, **{**table, "unmatched": tuple(table["unmatched"])})
-        for name, table in tomllib.loads(text).items()
+        for name, table in data_table("experiments.toml").items()
     }
 
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
-from importlib.resources import files
 from typing import Any
 
 import numpy as np
@@ -19,6 +18,7 @@ from tarsus.files.toml import parse_scene
 from tarsus.model.drive.gait import Alternating, AnyGait, Tripod
 from tarsus.model.robot import Robot
 from tarsus.model.scene import Provenance, Scene, Source
+from tarsus_reproduce.packaged import data_text
 
 PITCH, WIDTH = 10e-3 / 15, 2e-3
 """Assumed: way from leg to leg along a side, so that 15 pairs make a body of 10 mm, and width of the body [m]."""
@@ -94,8 +94,7 @@ def hexapod_walker() -> Scene:
 @lru_cache
 def _pair() -> Scene:
     """Two legs and their share of the body, with the provenance of every number."""
-    text = files("tarsus_reproduce").joinpath("data", "millipede_pair.toml").read_text(encoding="utf-8")
-    return parse_scene(text)
+    return parse_scene(data_text("millipede_pair.toml"))
 
 
 def _robot(pair: Scene, pairs: int, scatter: float, seed: int) -> Robot:

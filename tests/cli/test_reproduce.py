@@ -108,7 +108,7 @@ def test_every_page_and_an_index(tarsus, tmp_path):
         (["--all", "-o", "x", "--device", "mine"], "--device belongs to one experiment"),
         (["hexapod", "--seeds", "few"], "--seeds"),
         (["hexapod", "--device", "hexapode"], "no device is called 'hexapode'"),
-        (["hexapod", "--rows", "nowhere.csv"], "cannot read the rows file"),
+        (["hexapod", "--rows", "nowhere.csv"], "nowhere.csv: no such file"),
         (["millipede", "--device", "cantilever"], "a millipede is a walker"),
         (["millipede", "-o", "x", "--resume", "--overwrite"], "give one of them"),
     ],

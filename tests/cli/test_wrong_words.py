@@ -93,7 +93,7 @@ WRONG = [
     (f"{ADAPT} --request sense=smell", "'nothing', 'charge' or 'slip'"),
     (f"{ADAPT} --noise 2%", "use `--request noise=VALUE`"),
     ("design nothing", "See `tarsus design --help`"),
-    ("reproduce cantilever --rows folder", "cannot read the rows file 'folder'"),
+    ("reproduce cantilever --rows folder", "folder: cannot be read: is a directory"),
     ("reproduce cantilever --rows rows.csv", "rows.csv, line 3: 'volt_v'"),
     ("reproduce cantilever --resume --overwrite", "give one of them"),
     ("reproduce --threads 0", "See `tarsus reproduce --help`"),

@@ -106,8 +106,8 @@ def test_reasons_for_no_derivative_are_numbered_as_in_the_engine():
         "NEAR_MISS": "just above",
     }
     assert set(found) == set(said)
-    assert set(found.values()) == set(gradients._REASONS)
+    assert set(found.values()) == set(lanes._REASONS)
     for name, number in found.items():
-        assert said[name] in gradients._REASONS[number]
+        assert said[name] in lanes._REASONS[number]
     assert {found["AT_THRESHOLD"], found["EDGE_AT_START"]} == gradients._ONE_SIDED
     assert {one.name: one.value for one in lanes.Doubt} == found

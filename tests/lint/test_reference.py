@@ -68,7 +68,7 @@ FIRST = (
     "load_scene", "files.library.device_names", "read_scene", "with_values", "get_value", "base.spec.float_paths",
     "quantity", "load_laws", "simulate", "simulate_batch", "gradient", "periodic", "branch", "sweep",
     "calibrate.calibrating.calibrate",
-    "load_mixture", "fit.least_squares", "fit.minimize", "design.gait", "design.landing", "design.standing",
+    "load_ensemble", "fit.least_squares", "fit.minimize", "design.gait", "design.landing", "design.standing",
     "read_measurement",
 )  # fmt: skip
 """Functions that a user meets first."""
@@ -117,6 +117,6 @@ def test_a_campaign_is_identified_by_the_name_of_its_package():
 
 
 def test_a_verb_that_is_a_package_too_can_be_called():
-    importlib.import_module("tarsus.calibrate.mixture")
+    importlib.import_module("tarsus.calibrate.weighted_ensemble")
     with pytest.raises(tarsus.InputError, match="no study is called 'nope'"):
         tarsus.calibrate("nope")

@@ -163,8 +163,8 @@ def test_the_best_set_of_a_calibration_becomes_its_device_and_keeps_what_was_kno
 ):
     """A short calibration of the packaged study, and the file that the package would get."""
     described = load_study("cantilever")
-    plan = {"screening": 5, "population": 5, "short": 0, "generations": 0, "polish": 0, "spread": 0, "members": 4,
-            "leave_out": False}  # fmt: skip
+    plan = {"prescreening": 5, "population": 5, "short": 0, "generations": 0, "local_search": 0, "spread": 0,
+            "members": 4, "leave_out": False}  # fmt: skip
     search = described.study.search.model_copy(update=plan)
     study = described.study.model_copy(update={"search": search, "train": (1, 2)})
     found = ts.calibrate(replace(described, study=study), tmp_path / "out", threads=1)

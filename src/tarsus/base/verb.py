@@ -14,16 +14,27 @@ class _Callable(ModuleType):
     _called = ""
 
     def __call__(self, *args: Any, **options: Any) -> Any:
+        return self._function(*args, **options)
+
+    @property
+    def _function(self) -> Any:
+        """The function, which is loaded when it is first asked for."""
         module, _, function = self._called.partition(":")
-        return getattr(import_module(module), function)(*args, **options)
+        return getattr(import_module(module), function)
 
     @property
     def __signature__(self) -> Any:
         """Arguments of the function, for `help` and editors."""
         from inspect import signature  # not loaded before somebody asks
 
-        module, _, function = self._called.partition(":")
-        return signature(getattr(import_module(module), function))
+        return signature(self._function)
+
+    @property
+    def whole_doc(self) -> str:
+        """What the package is, and below it what the function takes and returns."""
+        from inspect import getdoc
+
+        return f"{vars(self)['__doc__']}\n{getdoc(self._function)}"
 
 
 def callable_package(name: str, function: str) -> None:
@@ -33,4 +44,4 @@ def callable_package(name: str, function: str) -> None:
     first, both work. Python offers it through the class of a module, which may be replaced.
     """
     module = sys.modules[name]
-    module.__class__ = type(_Callable.__name__, (_Callable,), {"_called": function})
+    module.__class__ = type(_Callable.__name__, (_Callable,), {"_called": function, "__doc__": _Callable.whole_doc})

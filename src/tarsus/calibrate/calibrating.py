@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tarsus.base.errors import InputError
-from tarsus.calibrate.ensemble import WeightedEnsemble, weighted_ensemble
+from tarsus.calibrate.ensemble import SearchedEnsembles, searched_ensembles
 from tarsus.calibrate.excluding import ExcludedRow, exclude_each, missed_by
 from tarsus.calibrate.lowering import Lowered, lower_study
 from tarsus.calibrate.prediction import Discrepancy, Prediction, predict_row
@@ -37,7 +37,7 @@ class Solution:
     """
 
     problem: CalibrationProblem
-    fit: WeightedEnsemble
+    fit: SearchedEnsembles
     trained: tuple[tuple[Prediction, ...], ...]
     refits: tuple[ExcludedRow, ...] | None
     excluded: tuple[tuple[Prediction, ...], ...] | None
@@ -159,7 +159,7 @@ def solve(
     def archive(of: CalibrationProblem, number: int) -> Archive:
         return Archive(of, kept, number, tally.of(number))
 
-    fit = weighted_ensemble(archive(problem, 0), search)
+    fit = searched_ensembles(archive(problem, 0), search)
     trained = tuple(
         fit.predictions(problem, row, [one.readings[:, row] for one in fit.ensembles])
         for row in range(problem.trained)
@@ -210,7 +210,7 @@ def calibrate(
     -------
     Calibration
         Hypotheses that fit with their ensembles, choices, and predictions of fitted and of excluded rows;
-        `load_mixture` reads them again from the folder.
+        `load_ensemble` reads them again from the folder.
 
     Raises
     ------
@@ -224,7 +224,7 @@ def calibrate(
 
     >>> import tarsus as ts
     >>> found = ts.calibrate("cantilever", "fit")  # doctest: +SKIP
-    >>> mixture = ts.load_mixture("fit")  # doctest: +SKIP
+    >>> ensemble = ts.load_ensemble("fit")  # doctest: +SKIP
     """
     described = study if isinstance(study, Described) else load_study(study, laws)
     if seed is not None:

@@ -141,19 +141,19 @@ class TableSampling(Description):
 class Search(Description):
     """How long is searched, in sets of unknowns; never in seconds, so that a study has one result.
 
-    Every hypothesis, a combination of options, gets `screening` sets spread evenly and `short` generations; those that
-    are still `hopeless` times the best are rejected; the others get up to `generations` more, as long as they gain and
-    could still come near the best; the best set of those that may be kept goes down by `polish` steps of least squares
-    with exact derivatives; then `spread` generations follow the likelihood. The same search is made without each row
-    (`leave_out`), from nothing that knew it.
+    Every hypothesis, a combination of options, gets `prescreening` sets spread evenly and `short` generations; those
+    that are still `rejected` times the best are rejected; the others get up to `generations` more, as long as they gain
+    and could still come near the best; the best set of those that may be kept goes down by `local_search` steps of
+    least squares with exact derivatives; then `spread` generations follow the likelihood. The same search is made
+    without each row (`leave_out`), from nothing that knew it.
     """
 
     seed: int = Field(default=1, ge=0)
     population: int = Field(default=10, ge=5, description="sets a generation")
-    screening: int = Field(default=128, ge=5, description="sets a hypothesis at the start")
+    prescreening: int = Field(default=128, ge=5, description="sets a hypothesis at the start")
     short: int = Field(default=6, ge=0, description="generations before hypotheses are rejected")
     generations: int = Field(default=40, ge=0, description="generations of a hypothesis that is not, at most")
-    polish: int = Field(
+    local_search: int = Field(
         default=10, ge=0, description="most steps of the local search with exact derivatives; 0: none"
     )
     spread: int = Field(default=10, ge=0, description="generations of the ensemble")
@@ -164,7 +164,7 @@ class Search(Description):
     robust: float = Field(
         default=3.0, gt=0, description="residual, in tolerances, beyond which a cell loses influence"
     )
-    hopeless: float = Field(
+    rejected: float = Field(
         default=3.0,
         gt=1,
         description="a hypothesis is rejected when its cost after the short search is so many times the best and 10 "
@@ -178,6 +178,18 @@ class Search(Description):
     reason: str = Field(
         default="6 is a likelihood ratio of 20 to 1", description="why `within` is what it is"
     )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _new_names(cls, given: Any) -> Any:
+        old = [key for key in RENAMED if isinstance(given, dict) and key in given]
+        if old:
+            raise PathErrors([(key, f"is called '{RENAMED[key]}'") for key in old])
+        return given
+
+
+RENAMED = {"screening": "prescreening", "polish": "local_search", "hopeless": "rejected"}
+"""Former keys of a search, and what they are called."""
 
 
 class Study(Description):

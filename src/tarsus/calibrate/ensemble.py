@@ -74,7 +74,7 @@ def hypothesis_weights(ensembles: list[HypothesisEnsemble], scale: float) -> Flo
 
 
 @dataclass(frozen=True)
-class WeightedEnsemble:
+class SearchedEnsembles:
     """Ensembles of the hypotheses that are kept, with weights (nb,), their numbers, degrees of freedom and discrepancy
     of the best set; what was found of every hypothesis; and how many sets were visited."""
 
@@ -108,7 +108,7 @@ class WeightedEnsemble:
         )  # fmt: skip
 
 
-def weighted_ensemble(archive: Archive, search: Search) -> WeightedEnsemble:
+def searched_ensembles(archive: Archive, search: Search) -> SearchedEnsembles:
     """Search the problem of an empty archive, and make the ensembles of the hypotheses that are near the best."""
     problem = archive.problem
     found, freedom = search_hypotheses(archive, search)
@@ -121,6 +121,6 @@ def weighted_ensemble(archive: Archive, search: Search) -> WeightedEnsemble:
     own = fits[best].pieces(ensembles[best].readings[:1]).costs
     missed = discrepancy_of(problem.objective.cells, own.missed[0], own.wrong[0], freedom.unknowns)
     weights = hypothesis_weights(ensembles, freedom.scale)
-    return WeightedEnsemble(
+    return SearchedEnsembles(
         problem, tuple(ensembles), weights, tuple(kept), freedom, missed, found, archive.sets
     )

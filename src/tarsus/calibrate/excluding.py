@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.workers import Workers, is_executor, spread, workers
-from tarsus.calibrate.ensemble import WeightedEnsemble, weighted_ensemble
+from tarsus.calibrate.ensemble import SearchedEnsembles, searched_ensembles
 from tarsus.calibrate.prediction import Discrepancy, Prediction, discrepancy_of
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ class ExcludedRow:
     """
 
     row: int
-    fit: WeightedEnsemble
+    fit: SearchedEnsembles
     readings: tuple[NDArray[np.floating], ...]
     missed: Floats
     wrong: Floats
@@ -61,7 +61,7 @@ def exclude(
     archive: makes an empty one of a problem, for the search of this number (`row` + 1; 0 is that of the whole table).
     """
     own = archive(problem.without(row), row + 1)
-    fit = weighted_ensemble(own, search)
+    fit = searched_ensembles(own, search)
     alone = problem.objective.only(row)
     readings, missed, wrong = [], np.zeros(alone.cells.observed.shape[1]), 0.0
     for weight, one in zip(fit.weights, fit.ensembles, strict=True):

@@ -6,14 +6,19 @@ import ast
 import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, reduce
 from types import CodeType
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 
-FUNCTIONS = {"sqrt": math.sqrt, "exp": math.exp, "log": math.log, "log10": math.log10, "sin": math.sin, "cos": math.cos,
-             "abs": abs, "min": min, "max": max}  # fmt: skip
+FUNCTIONS = {
+    "sqrt": np.sqrt, "exp": np.exp, "log": np.log, "log10": np.log10, "sin": np.sin, "cos": np.cos, "abs": np.abs,
+    "min": lambda *values: reduce(np.minimum, values), "max": lambda *values: reduce(np.maximum, values),
+}  # fmt: skip
 CONSTANTS = {"pi": math.pi}
 
 _ALLOWED = (
@@ -44,14 +49,17 @@ class Expression:
             for name in sorted(names - set(known))
         ]
 
-    def value(self, names: Mapping[str, float]) -> float:
-        """Its value; NaN where the arithmetic has none (division by zero, a root of a negative number)."""
-        code = _compiled(self.text)[0]
+    def values(self, names: Mapping[str, ArrayLike]) -> NDArray[np.float64]:
+        """Its values for values of the names, numbers or arrays of one shape; NaN where the arithmetic has none
+        (division by zero, a root of a negative number)."""
+        code, needed = _compiled(self.text)
+        given = {name: np.asarray(names[name], dtype=float) for name in needed}
         try:
-            found = eval(code, {"__builtins__": {}, **FUNCTIONS, **CONSTANTS}, dict(names))
-        except (ArithmeticError, ValueError):
-            return math.nan
-        return float(found) if isinstance(found, (int, float)) else math.nan
+            with np.errstate(all="ignore"):
+                found = eval(code, {"__builtins__": {}, **FUNCTIONS, **CONSTANTS}, given)
+        except ArithmeticError:  # of numbers alone
+            found = math.nan
+        return np.where(np.isfinite(found), found, np.nan)
 
 
 @lru_cache(maxsize=1024)

@@ -4,7 +4,7 @@ nor neighbours change one."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
@@ -17,7 +17,7 @@ from tarsus.base.workers import Workers, is_executor, spread, workers
 from tarsus.calibrate.description import TableSampling
 from tarsus.calibrate.motion import motion_of
 from tarsus.calibrate.readings import MOTION, readings, table_readings
-from tarsus.calibrate.scenes import Row, Variant, finite
+from tarsus.calibrate.scenes import Row, Variant
 from tarsus.fit.case import Case
 from tarsus.measure.periods import scene_period
 from tarsus.model.scene import Scene
@@ -27,26 +27,53 @@ from tarsus.solve.seeds import random_velocities
 from tarsus.solve.simulate import Shared
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.intp]
 
 DIFFERENCE = 1e-3
 """Step of differences of readings, in parts of an unknown's bounds: what a search's accuracy leaves of 1e-5 is a
 hundredth of that."""
 
 
-TOGETHER = 16
-"""Sets that a thread simulates together, for what is done once for many runs costs little then; workers of an executor,
-which may be many, share them evenly."""
+TOGETHER = 64
+"""Most sets that a thread simulates together: what is done once for many runs costs little then, and their events fit
+into memory. Workers share the sets of a question evenly."""
 
 
 @dataclass(frozen=True)
-class _Run:
-    """A row of a set, ready to run: its place (set, row), scene, floats, transient and window [s]."""
+class _Runs:
+    """Rows of sets, ready to run: their places (k, 2) (set, row), template, floats (k,) by path, transient and window
+    [s]."""
 
-    place: tuple[int, int]
-    row: Row
-    values: Mapping[str, float]
+    places: Ints
+    template: Scene
+    values: Mapping[str, Floats]
     settle: float
     window: float
+
+    def __len__(self) -> int:
+        return len(self.places)
+
+    def at(self, chosen: Ints) -> _Runs:
+        """Some of them."""
+        return replace(
+            self, places=self.places[chosen], values={p: v[chosen] for p, v in self.values.items()}
+        )
+
+    def scene(self, k: int = 0) -> Scene:
+        """The scene of one. Raises InputError where it refuses a value."""
+        return with_values(self.template, {path: float(v[k]) for path, v in self.values.items()})
+
+    @classmethod
+    def joined(cls, parts: Sequence[_Runs]) -> _Runs:
+        """Runs of one template and times together; what some do not set is the template's."""
+        first = parts[0]
+        own = {path: None for one in parts for path in one.values}
+        own = {path: float(get_value(first.template, path)) for path in own}
+        values = {
+            path: np.concatenate([one.values.get(path, np.full(len(one), own[path])) for one in parts])
+            for path in own
+        }
+        return replace(first, places=np.concatenate([one.places for one in parts]), values=values)
 
 
 @dataclass(frozen=True)
@@ -71,7 +98,8 @@ class Forward:
         NaN where a window has no such reading, infinite where the run did not reach its end. Single precision: so are
         they kept, and a result must not depend on whether it was read back.
         """
-        size = -(-len(sets) // workers(self.threads)) if is_executor(self.threads) else TOGETHER
+        each = -(-len(sets) // workers(self.threads))
+        size = each if is_executor(self.threads) else min(each, TOGETHER)
         parts = [sets[i : i + size] for i in range(0, len(sets), size)]
         found = spread(partial(self._some, variant, tuple(rows)), parts, self.threads)
         return np.concatenate(list(found)).astype(np.float32)
@@ -83,19 +111,17 @@ class Forward:
     def _some(self, variant: int, rows: tuple[int, ...], sets: Floats) -> Floats:
         chosen = self.variants[variant]
         out = np.full((len(sets), len(rows), len(self.channels), self.samples), np.inf)
-        groups: dict[tuple[object, ...], list[_Run]] = {}
-        for n, one in enumerate(sets):
-            unknowns = dict(zip(self.unknowns, map(float, one), strict=True))
-            for m, number in enumerate(rows):
-                row = chosen.rows[number]
-                run = self._run((n, m), row, chosen.values(unknowns, row))
-                if run is not None and row.motion:
-                    self._motion(run, out)
-                elif run is not None:
-                    key = (id(row.template), run.settle, run.window)
-                    groups.setdefault(key, []).append(run)
-        for runs in groups.values():
-            self._group(runs, out)
+        unknowns = dict(zip(self.unknowns, np.asarray(sets, dtype=float).T, strict=True))
+        groups: dict[tuple[object, ...], list[_Runs]] = {}
+        for m, number in enumerate(rows):
+            row = chosen.rows[number]
+            for runs in self._runs(m, row, chosen.columns(unknowns, row)):
+                if row.motion:
+                    self._motion(runs, out)
+                else:
+                    groups.setdefault((id(row.template), runs.settle, runs.window), []).append(runs)
+        for parts in groups.values():
+            self._group(_Runs.joined(parts), out)
         return out
 
     def slopes(self, variant: int, one: Floats, rows: Sequence[int], span: Floats) -> Floats:
@@ -115,10 +141,11 @@ class Forward:
             def values(x: Floats) -> dict[str, float]:
                 return chosen.values(dict(zip(self.unknowns, x.tolist(), strict=True)), row)
 
-            run = self._run((0, 0), row, values(one))
-            if run is None or row.motion:
+            columns = {path: np.array([value]) for path, value in values(one).items()}
+            runs = self._runs(0, row, columns)
+            if not runs or row.motion:
                 return None
-            found = self._window_slopes(run, values, one, span, names)
+            found = self._window_slopes(runs[0], values, one, span, names)
             if found is None:
                 return None
             out = np.zeros((len(self.channels), self.samples, len(one)))
@@ -133,7 +160,7 @@ class Forward:
 
     def _window_slopes(
         self,
-        run: _Run,
+        runs: _Runs,
         values: Callable[[Floats], dict[str, float]],
         one: Floats,
         span: Floats,
@@ -141,10 +168,10 @@ class Forward:
     ) -> Floats | None:
         """Derivatives (names, samples, nu) of window readings of a row; None where the engine has none, or where the
         windows move."""
-        s, template = self.sampling, run.row.template
+        s, template = self.sampling, runs.template
         foot = s.foot or next(iter(template.robot.feet))
         index = list(template.robot.feet).index(foot)
-        edges = run.settle + run.window * np.arange(s.windows + 1, dtype=float)
+        edges = runs.settle + runs.window * np.arange(s.windows + 1, dtype=float)
         starts = _starts(template, foot, s) if s.draws > 1 else {}
         parts = []
         for draw in range(s.draws):
@@ -169,36 +196,37 @@ class Forward:
         changes = np.subtract(ahead, behind, out=np.zeros_like(ahead), where=both)
         return np.moveaxis(changes, 0, -1) / (2.0 * DIFFERENCE * span)
 
-    def _run(self, place: tuple[int, int], row: Row, values: Mapping[str, float]) -> _Run | None:
-        """None where the values are none that a scene takes."""
-        if not finite(values):
-            return None
-        s = self.sampling
+    def _runs(self, m: int, row: Row, values: Mapping[str, Floats]) -> list[_Runs]:
+        """Runs of row m with floats (ns,) by path, those of one transient and window together; none of sets that have
+        values which no scene takes."""
+        s, whole = self.sampling, np.isfinite(list(values.values())).all(axis=0)
+        sets = np.flatnonzero(whole) if values else np.arange(0)
+        runs = _Runs(np.stack([sets, np.full(len(sets), m)], axis=1), row.template, values, 0.0, 0.0)
+        runs = replace(runs, values={path: column[sets] for path, column in values.items()})
         if s.settle is not None and s.window is not None:
-            return _Run(place, row, values, s.settle, s.window)
-        try:
-            period = scene_period(with_values(row.template, values), np.inf)
-        except InputError:
-            return None
-        settle = s.settle if s.settle is not None else (s.settle_periods or 0.0) * period
-        window = s.window if s.window is not None else (s.window_periods or 0.0) * period
-        if not np.isfinite(settle + window):
-            return None
-        return _Run(place, row, values, settle, window)
+            return [replace(runs, settle=s.settle, window=s.window)] if len(sets) else []
+        found: dict[float, list[int]] = {}
+        for k in range(len(runs)):
+            try:
+                found.setdefault(scene_period(runs.scene(k), np.inf), []).append(k)
+            except InputError:
+                continue
+        out = []
+        for period, chosen in found.items():
+            settle = s.settle if s.settle is not None else (s.settle_periods or 0.0) * period
+            window = s.window if s.window is not None else (s.window_periods or 0.0) * period
+            if np.isfinite(settle + window):
+                out.append(replace(runs.at(np.array(chosen)), settle=settle, window=window))
+        return out
 
-    def _group(self, runs: list[_Run], out: Floats) -> None:
+    def _group(self, runs: _Runs, out: Floats) -> None:
         """Runs of one template and duration, all draws of all rows at once."""
-        s, first = self.sampling, runs[0]
-        template = first.row.template
+        s, template = self.sampling, runs.template
         foot = s.foot or next(iter(template.robot.feet))
         index = list(template.robot.feet).index(foot)
-        edges = first.settle + first.window * np.arange(s.windows + 1, dtype=float)
+        edges = runs.settle + runs.window * np.arange(s.windows + 1, dtype=float)
         accuracy = Accuracy(gap=s.accuracy)
-        own = {path: get_value(template, path) for run in runs for path in run.values}
-        vary = {
-            path: np.repeat([run.values.get(path, value) for run in runs], s.draws)
-            for path, value in own.items()
-        }
+        vary = {path: np.repeat(column, s.draws) for path, column in runs.values.items()}
         if s.draws > 1:
             vary |= {path: np.tile(v, len(runs)) for path, v in _starts(template, foot, s).items()}
         names = [name for name in self.channels if name not in MOTION]
@@ -208,26 +236,27 @@ class Forward:
                 template, vary, float(edges[-1]), threads=1, accuracy=accuracy, shared=self._shared
             )
         except InputError:
-            for run in runs if len(runs) > 1 else ():  # one that a scene refuses spoils no other
-                self._group([run], out)
+            for k in range(len(runs)) if len(runs) > 1 else ():  # one that a scene refuses spoils no other
+                self._group(runs.at(np.array([k])), out)
             return
         found = readings(batch, index, names, edges, s.resolution)
         found[~batch.done] = np.inf
-        for k, run in enumerate(runs):
+        for k, (n, m) in enumerate(runs.places.tolist()):
             draws = found[k * s.draws : (k + 1) * s.draws]
-            out[run.place][at] = draws.transpose(1, 0, 2).reshape(len(names), self.samples)
+            out[n, m, at] = draws.transpose(1, 0, 2).reshape(len(names), self.samples)
 
-    def _motion(self, run: _Run, out: Floats) -> None:
-        """A run whose motion is read, of which nothing else is."""
-        try:
-            scene = with_values(run.row.template, run.values)
-        except InputError:
-            return
-        foot = self.sampling.foot or next(iter(scene.robot.feet))
-        accuracy, period = Accuracy(gap=self.sampling.accuracy), scene_period(scene, np.inf)
-        moved = motion_of(scene, foot, run.settle, run.window, period, accuracy)
-        for i, name in enumerate(self.channels):
-            out[run.place][i] = moved.get(name, np.nan)
+    def _motion(self, runs: _Runs, out: Floats) -> None:
+        """Runs whose motion is read, of which nothing else is."""
+        for k, (n, m) in enumerate(runs.places.tolist()):
+            try:
+                scene = runs.scene(k)
+            except InputError:
+                continue
+            foot = self.sampling.foot or next(iter(scene.robot.feet))
+            accuracy, period = Accuracy(gap=self.sampling.accuracy), scene_period(scene, np.inf)
+            moved = motion_of(scene, foot, runs.settle, runs.window, period, accuracy)
+            for i, name in enumerate(self.channels):
+                out[n, m, i] = moved.get(name, np.nan)
 
 
 def _starts(template: Scene, foot: str, sampling: TableSampling) -> dict[str, Floats]:

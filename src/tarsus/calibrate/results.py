@@ -102,7 +102,7 @@ def _search(result: Calibration) -> dict[str, Any]:
     """How the published sets were found: what was asked for, and what it took."""
     search, solution = result.described.study.search, result.solution
     plan = search.model_dump(
-        include={"population", "screening", "short", "generations", "polish", "spread", "members"}
+        include={"population", "prescreening", "short", "generations", "local_search", "spread", "members"}
     )
     return {**plan, "sets": solution.fit.sets, "found": solution.fit.best.found[0]}
 

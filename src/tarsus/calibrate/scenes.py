@@ -8,9 +8,12 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from tarsus.calibrate.expressions import Expression
 from tarsus.model.scene import Scene
+
+Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -30,9 +33,9 @@ class Interpolated:
     target: str
     values: tuple[float, ...]
 
-    def value(self, x: float) -> float:
+    def of(self, x: Floats) -> Floats:
         """By linear interpolation, held at the ends."""
-        return float(np.interp(x, self.at, self.values))
+        return np.interp(x, self.at, self.values)
 
 
 @dataclass(frozen=True)
@@ -61,18 +64,25 @@ class Variant:
     along: tuple[Interpolated, ...]
     derived: tuple[tuple[str, Expression], ...]
 
-    def values(self, unknowns: Mapping[str, float], row: Row) -> dict[str, float]:
-        """Floats of a row's scene by path; NaN where an expression has no value."""
-        out = dict(row.fixed)
-        names = {**self.constants, **row.conditions, **unknowns}
+    def columns(self, unknowns: Mapping[str, Floats], row: Row) -> dict[str, Floats]:
+        """Floats (ns,) of a row's scene by path, of values (ns,) of the unknowns; NaN where an expression has no
+        value."""
+        out: dict[str, ArrayLike] = dict(row.fixed)
+        names: dict[str, ArrayLike] = {**self.constants, **row.conditions, **unknowns}
         for setting in self.settings:
             out.update(dict.fromkeys(setting.paths, unknowns[setting.name]))
         for one in self.along:
-            (out if "." in one.target else names)[one.target] = one.value(unknowns[one.unknown])
+            (out if "." in one.target else names)[one.target] = one.of(unknowns[one.unknown])
         for target, expression in self.derived:
-            (out if "." in target else names)[target] = expression.value(names)
+            (out if "." in target else names)[target] = expression.values(names)
         out.update(row.last)
-        return out
+        shape = next(iter(unknowns.values())).shape
+        return {path: np.broadcast_to(np.asarray(one, dtype=float), shape) for path, one in out.items()}
+
+    def values(self, unknowns: Mapping[str, float], row: Row) -> dict[str, float]:
+        """The same of one set."""
+        found = self.columns({name: np.array([one]) for name, one in unknowns.items()}, row)
+        return {path: float(one[0]) for path, one in found.items()}
 
     @cached_property
     def driven(self) -> tuple[str, ...]:

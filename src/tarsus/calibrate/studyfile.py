@@ -13,8 +13,8 @@ from tarsus.base.spec import validate
 from tarsus.calibrate.description import Study
 from tarsus.files.installed import study_path
 from tarsus.files.library import scene_of_study
-from tarsus.files.rows import TableRows, parse_rows, read_text
-from tarsus.files.tables import FileKind, expect, read_table
+from tarsus.files.rows import TableRows, parse_rows
+from tarsus.files.tables import FileKind, expect, read_table, read_text
 from tarsus.files.toml import SCENE_FILE, STUDY_FILE
 from tarsus.model.laws import Law
 

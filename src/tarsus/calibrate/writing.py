@@ -1,4 +1,4 @@
-"""The files of a finished calibration: all numbers, the mixture, and a device for every hypothesis."""
+"""The files of a finished calibration: all numbers, the weighted ensemble, and a device for every hypothesis."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import get_value, with_values
-from tarsus.calibrate.mixture import MIXTURE_FILE, Mixture, mixture_table
 from tarsus.calibrate.results import device_file
 from tarsus.calibrate.studyfile import TABLE_FILE
+from tarsus.calibrate.weighted_ensemble import ENSEMBLE_FILE, WeightedEnsemble, ensemble_table
 from tarsus.files.jsontext import json_text
 from tarsus.files.runstore import SWEEP_FILES
 from tarsus.files.store import REPORT_FILE
@@ -24,27 +24,29 @@ if TYPE_CHECKING:
     from tarsus.calibrate.calibrating import Calibration
 
 CALIBRATION_FILE = "calibration.json"
-CALIBRATION_FILES = (*SWEEP_FILES, TABLE_FILE, CALIBRATION_FILE, MIXTURE_FILE, "branch-*.toml", REPORT_FILE)
+CALIBRATION_FILES = (*SWEEP_FILES, TABLE_FILE, CALIBRATION_FILE, ENSEMBLE_FILE, "branch-*.toml", REPORT_FILE)
 """Everything that a calibration's folder may hold of it, as glob patterns."""
 
 
-def mixture_of(result: Calibration) -> Mixture:
-    """The mixture of a finished calibration."""
+def ensemble_of_result(result: Calibration) -> WeightedEnsemble:
+    """The weighted ensemble of a finished calibration."""
     solution = result.solution
-    return Mixture(result.lowered, solution.fit.ensembles, solution.fit.weights, solution.discrepancy)
+    return WeightedEnsemble(
+        result.lowered, solution.fit.ensembles, solution.fit.weights, solution.discrepancy
+    )
 
 
 def hypothesis_scene(result: Calibration, place: int) -> Scene:
     """The device of a kept hypothesis: its best member, every fitted value with its 95 % interval and its origin."""
-    mixture = mixture_of(result)
-    ensemble = mixture.ensembles[place]
+    whole = ensemble_of_result(result)
+    ensemble = whole.ensembles[place]
     lowered, study = result.lowered, result.described.study
     run = lowered.forward.variants[ensemble.hypothesis.run]
     unknowns = lowered.problem.unknowns
     members = [run.values(unknowns.by_name(one), run.rows[0]) for one in ensemble.points]
-    scene = mixture.scene(place)
+    scene = whole.scene(place)
     scene = with_values(
-        scene, {"name": f"{study.scene.name}-{place + 1}" if len(mixture.weights) > 1 else study.scene.name}
+        scene, {"name": f"{study.scene.name}-{place + 1}" if len(whole.weights) > 1 else study.scene.name}
     )
     count = len(lowered.trained)
     rows = f"{count} row{'s' if count > 1 else ''}"
@@ -83,7 +85,7 @@ def write_outputs(result: Calibration, folder: Path) -> list[Path]:
         write_text(target, scene_text(scene))
         written.append(target)
     for name, table in (
-        (MIXTURE_FILE, mixture_table(mixture_of(result))),
+        (ENSEMBLE_FILE, ensemble_table(ensemble_of_result(result))),
         (CALIBRATION_FILE, result.to_dict()),
     ):
         write_text(folder / name, json_text(table, indent=1) + "\n")

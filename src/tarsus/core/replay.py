@@ -38,6 +38,12 @@ class SampledStates:
     contact: Floats | None = None
     friction: Floats | None = None
 
+    def part(self, at: slice) -> SampledStates:
+        """At some of the times."""
+        along = (None if one is None else one[:, at] for one in (self.contact, self.friction))
+        feet = (one[:, at] for one in (self.gap, self.rate, self.resistive, self.smooth, self.pull))
+        return SampledStates(self.x[:, at], self.v[:, at], *feet, self.held[:, at], *along)
+
 
 @dataclass(frozen=True)
 class Integrals:
@@ -77,10 +83,14 @@ def sample(sources: Floats, book: ModeBook, trace: Floats, times: Floats) -> Sam
     """
     m = len(sources) - 1
     given = (np.ascontiguousarray(one, dtype=float) for one in (sources, trace, times))
-    rows = _native.sample_modal(book.native, NODES, nodes, *given).T
-    kinds = 7 if book.slides else 6
-    motion, feet = np.split(rows, [len(rows) - kinds * m])
+    return shown_states(_native.sample_modal(book.native, NODES, nodes, *given), m, book.slides)
+
+
+def shown_states(rows: Floats, m: int, slides: bool) -> SampledStates:
+    """Samples (nt, width) of the engine's of m feet, which know their way along the ground or not."""
+    kinds = 7 if slides else 6
+    motion, feet = np.split(rows.T, [rows.shape[1] - kinds * m])
     x, v = np.split(motion, 2)
-    gap, rate, resistive, smooth, pull, contact, *friction = feet.reshape(kinds, m, len(times))
+    gap, rate, resistive, smooth, pull, contact, *friction = feet.reshape(kinds, m, len(rows))
     along = (contact, friction[0]) if friction else ()
     return SampledStates(x, v, gap, rate, resistive, smooth, pull, contact > 0.0, *along)

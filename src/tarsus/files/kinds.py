@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
+from tarsus.base.errors import InputError
+from tarsus.files.jsontext import read_json
 from tarsus.files.series import is_ours
 from tarsus.files.tables import FileKind, kind_of_table, read_table
 
@@ -64,10 +65,9 @@ def _kind_of_folder(folder: Path) -> FileKind | None:
 def plan_of(folder: Path) -> dict[str, Any]:
     """The plan of a folder that keeps runs; nothing where it is damaged."""
     try:
-        read = json.loads((folder / PLAN_FILE).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        return read_json(folder / PLAN_FILE)
+    except InputError:
         return {}
-    return read if isinstance(read, dict) else {}
 
 
 def mark_of(folder: Path) -> str | None:

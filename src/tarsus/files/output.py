@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tarsus.base.errors import InputError
+from tarsus.files.jsontext import read_json
 from tarsus.files.whole import write_text
 
 MANIFEST = ".tarsus.json"
@@ -134,12 +135,12 @@ class OutputFolder:
     def _manifest(self) -> dict[str, list[str] | None]:
         """What each verb wrote; None for one that did not come to its end."""
         try:
-            read = json.loads((self.folder / MANIFEST).read_text(encoding="utf-8"))
-        except (OSError, ValueError):
+            read = read_json(self.folder / MANIFEST)
+        except InputError:
             return {}
         return {
-            str(verb): [str(name) for name in files] if isinstance(files, list) else None
-            for verb, files in (read.items() if isinstance(read, dict) else ())
+            verb: [str(name) for name in files] if isinstance(files, list) else None
+            for verb, files in read.items()
         }
 
     def _remember(self, files: list[str] | None) -> None:

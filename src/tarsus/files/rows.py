@@ -6,13 +6,11 @@ import csv
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.base.units import is_number
-from tarsus.files.tables import text_of
 
 
 @dataclass(frozen=True)
@@ -82,20 +80,6 @@ def number_of(cell: str) -> float | None:
     if len(parts) > 2 or not all(map(math.isfinite, parts)):
         raise ValueError(cell)
     return sum(parts) / len(parts)
-
-
-def read_text(path: str | Path) -> str:
-    """Text of a table's file. Raises InputError when it is missing or unreadable."""
-    try:
-        return text_of(Path(path))
-    except OSError as error:
-        raise InputError(
-            f"cannot read the rows file '{path}': {(error.strerror or str(error)).lower()}"
-        ) from error
-    except UnicodeDecodeError as error:
-        raise InputError(
-            f"the rows file '{path}' is not text (UTF-8): byte {error.start} cannot be read"
-        ) from error
 
 
 def parse_rows(text: str, where: str, cells: Mapping[str, Cell] | None = None) -> TableRows:

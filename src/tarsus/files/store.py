@@ -10,7 +10,6 @@ from __future__ import annotations
 import contextlib
 import csv
 import io
-import json
 import math
 import os
 import shutil
@@ -25,8 +24,8 @@ import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.base.events import EVENT_WORDS
-from tarsus.files.jsontext import json_text
-from tarsus.files.kinds import SUMMARY_FILE
+from tarsus.files.jsontext import json_text, read_json
+from tarsus.files.kinds import SUMMARY_FILE, folder_sentence
 from tarsus.files.ledger import Ledger, ledger_table, read_number, stored_ledger
 from tarsus.files.series import Variables, matlab_content, read_netcdf, variables_of, write_netcdf
 from tarsus.files.toml import SCENE_FILE, read_scene, write_scene
@@ -212,11 +211,14 @@ def read_run(directory: str | Path, laws: Mapping[str, Any] | None = None) -> St
         What `write_run` wrote, asked like a `Run`.
     """
     folder = Path(directory)
-    summary = _read_json(folder / SUMMARY_FILE)
+    missing = [name for name in (SUMMARY_FILE, MEASURES_FILE) if not (folder / name).is_file()]
+    if missing:
+        raise InputError(f"{folder} holds no whole run: it has no {missing[0]}{folder_sentence(folder)}")
+    summary = read_json(folder / SUMMARY_FILE)
     if summary.get("format") != FORMAT:
         found = summary.get("format")
         raise InputError([f"{folder} holds a run of format {found!r}; this version reads format {FORMAT}"])
-    table = _read_json(folder / MEASURES_FILE)
+    table = read_json(folder / MEASURES_FILE)
     try:
         return _stored_run(folder, summary, table, laws)
     except KeyError as error:
@@ -405,15 +407,6 @@ def _stored_measure(entry: Mapping[str, Any]) -> StoredMeasure:
 
 def _write_json(path: Path, content: Any) -> None:
     path.write_text(json_text(content) + "\n", encoding="utf-8")
-
-
-def _read_json(path: Path) -> dict[str, Any]:
-    with _readable(path):
-        text = path.read_text(encoding="utf-8")
-    try:
-        return json.loads(text)
-    except json.JSONDecodeError as error:
-        raise InputError([f"{path} is not a run's {path.name}: {error}"]) from error
 
 
 @contextlib.contextmanager

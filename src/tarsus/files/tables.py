@@ -66,28 +66,28 @@ class FileKind(Enum):
 
 def read_table(path: str | os.PathLike[str]) -> dict[str, Any]:
     """The raw table of a TOML file; `InputError` where it cannot be read."""
+    return table_of(read_text(path), str(path))
+
+
+def read_text(path: str | os.PathLike[str]) -> str:
+    """The text of a file that users write; `InputError` where it cannot be read, is too large or no text."""
     file = Path(path)
     try:
-        text = text_of(file)
+        with file.open("rb") as opened:  # no more than is allowed: a device such as /dev/zero has no end
+            content = opened.read(MOST_BYTES + 1)
     except FileNotFoundError:
         raise InputError(f"{file}: no such file") from None
     except OSError as error:
         raise InputError(f"{file}: cannot be read: {(error.strerror or str(error)).lower()}") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{file}: is no text file (UTF-8)") from None
-    return table_of(text, str(file))
-
-
-def text_of(file: Path) -> str:
-    """The text of a file; raises InputError where it is too large, and what `pathlib.Path.read_text` does."""
-    with file.open("rb") as opened:  # no more than is allowed: a device such as /dev/zero has no end
-        content = opened.read(MOST_BYTES + 1)
     if len(content) > MOST_BYTES:
         raise InputError(
             f"{file}: is larger than the {MOST_BYTES >> 20} MiB of text that are read; samples of a signal go into a "
             "file of their own"
         )
-    return content.decode("utf-8-sig")  # editors of Windows put a byte order mark first
+    try:
+        return content.decode("utf-8-sig")  # editors of Windows put a byte order mark first
+    except UnicodeDecodeError as error:
+        raise InputError(f"{file}: is no text file (UTF-8): byte {error.start} cannot be read") from None
 
 
 def table_of(text: str, label: str) -> dict[str, Any]:

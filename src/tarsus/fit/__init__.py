@@ -9,14 +9,14 @@ from tarsus.fit.by_pymoo import pymoo_problem
 from tarsus.fit.by_scipy import differential_evolution, minimize
 from tarsus.fit.chain import chain
 from tarsus.fit.ensemble import Ensemble
-from tarsus.fit.fitting import FitResult, RunResiduals, fit
+from tarsus.fit.fitting import FitResult, fit
 from tarsus.fit.least_squares import least_squares, least_squares_from
 from tarsus.fit.normal_equations import Descent, Minimum, NormalEquations, descend
 from tarsus.fit.problem import Problem
 from tarsus.fit.ranges import Range, range_of
 from tarsus.fit.regressions import by_regressions
 from tarsus.fit.residuals import Found, Residuals
-from tarsus.fit.terms import Goal, Limit, Reading, Samples
+from tarsus.fit.terms import Goal, Limit, OfRun, Reading, Samples
 from tarsus.fit.uncertainty import Uncertainty
 from tarsus.fit.unknowns import Prior, Scale, Unknown, Unknowns
 from tarsus.fit.verdict import Verdict
@@ -30,12 +30,12 @@ __all__ = [
     "Limit",
     "Minimum",
     "NormalEquations",
+    "OfRun",
     "Prior",
     "Problem",
     "Range",
     "Reading",
     "Residuals",
-    "RunResiduals",
     "Samples",
     "Scale",
     "Uncertainty",

@@ -9,20 +9,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.base.spec import with_values
-from tarsus.files.library import SceneLike, as_scene
+from tarsus.files.library import SceneLike
 from tarsus.fit.least_squares import least_squares_from
 from tarsus.fit.problem import Problem
 from tarsus.fit.ranges import Range
-from tarsus.fit.residuals import FAILED, Found, Residuals
-from tarsus.fit.terms import Term
-from tarsus.fit.unknowns import Unknown, Unknowns
+from tarsus.fit.residuals import FAILED, Found
+from tarsus.fit.terms import OfRun, Term
+from tarsus.fit.unknowns import Unknown
 from tarsus.fit.verdict import verdict_of
 from tarsus.model.scene import Scene
-from tarsus.solve.batch import simulate_batch
 from tarsus.solve.engine import Accuracy
 from tarsus.solve.run import Run
-from tarsus.solve.simulate import RECORDED, Shared, seconds_of
 from tarsus.tables import Column, Table
 from tarsus.tables.table import ROW
 
@@ -35,68 +32,6 @@ EVEN = 16
 range of each of two unknowns, 32 points miss it in one case of nine."""
 STARTS = 3
 """Starts of a descent: neighbouring valleys of runs whose events differ by one."""
-STEP = 1e-4
-"""Step of differences of runs in the cube: central ones err by the square of it, and by the runs' accuracy over it."""
-
-
-class RunResiduals(Residuals):
-    """Residuals that a function makes of a run, in units of their errors; their Jacobian by differences of runs.
-
-    Parameters
-    ----------
-    scene, unknowns, duration, accuracy
-        As `Problem` takes them.
-    function
-        Takes a `Run`, gives residuals (nr,): as many of every run.
-    """
-
-    def __init__(
-        self,
-        scene: SceneLike,
-        unknowns: Sequence[Unknown],
-        function: Callable[[Run], ArrayLike],
-        duration: float | str | None = None,
-        accuracy: Accuracy | None = None,
-    ) -> None:
-        self.scene, self.function = as_scene(scene), function
-        self.unknowns = Unknowns.of(self.scene, unknowns)
-        if any(not own for own in self.unknowns.targets):
-            raise InputError("unknowns: expected a path of the scene for each")
-        self.seconds, self.accuracy, self._shared = (
-            seconds_of(self.scene, duration),
-            accuracy or RECORDED,
-            Shared(),
-        )
-        self._priors = np.array([one is not None for one in self.unknowns.priors])
-
-    def scene_at(self, x: ArrayLike) -> Scene:
-        """The scene at a point (nu,) of the cube."""
-        return with_values(self.scene, self.unknowns.by_path(self.unknowns.values(self.point(x))))
-
-    def residuals_at(self, points: Floats) -> Floats:
-        if not len(points):
-            return np.zeros((0, 0))
-        values = self.unknowns.values(points)
-        vary = {path: values[:, i] for i, own in enumerate(self.unknowns.targets) for path in own}
-        batch = simulate_batch(self.scene, vary, self.seconds, accuracy=self.accuracy, shared=self._shared)
-        made = [
-            np.atleast_1d(np.asarray(self.function(batch.run(i)), dtype=float)) for i in range(len(points))
-        ]
-        if len({len(one) for one in made}) > 1:
-            raise InputError("residuals: expected as many numbers of every run")
-        rows = np.where(batch.done[:, None], np.array(made), np.nan)
-        priors = self.unknowns.prior_residuals(points)[:, self._priors]
-        return np.concatenate([np.where(np.isfinite(rows), rows, FAILED), priors], axis=1)
-
-    def jacobian(self, x: ArrayLike) -> Floats:
-        at = self.point(x)
-        ahead, behind = (
-            np.minimum(at + STEP * np.eye(len(at)), 1.0),
-            np.maximum(at - STEP * np.eye(len(at)), 0.0),
-        )
-        rows = self.residuals_at(np.concatenate([ahead, behind]))
-        width = (ahead - behind).sum(axis=1)
-        return ((rows[: len(at)] - rows[len(at) :]) / width[:, None]).T
 
 
 @dataclass(frozen=True)
@@ -104,7 +39,7 @@ class FitResult:
     """A fitted scene: what was found, and the problem it was found for."""
 
     found: Found
-    problem: Problem | RunResiduals
+    problem: Problem
 
     @property
     def values(self) -> dict[str, float]:
@@ -155,6 +90,10 @@ class FitResult:
             (one.name, one.value, one.text(), one.verdict.value if one.verdict else None) for one in ranges
         ]
         notes = (f"cost {self.cost:.4g}; {self.found.evaluations} runs; {self.found.message}",)
+        notes += tuple(
+            f"{name}: no number in the best run; a residual of {FAILED:g} stands for it"
+            for name in self.problem.absent(self.found.x[None])
+        )
         notes += () if self.found.uncertainty is None else self.found.uncertainty.notes
         return Table("fit", columns, rows, notes, units=[one.unit for one in ranges])
 
@@ -213,7 +152,7 @@ def fit(
     Raises
     ------
     InputError
-        With everything that does not fit.
+        With everything that does not fit, and with every residual that is no number in any run over the bounds.
 
     Examples
     --------
@@ -227,12 +166,14 @@ def fit(
     >>> print(f"{1e6 * found.values['robot.feet.tip.gap']:.3f} um, {found.ranges[0].verdict}")
     71.000 um, determined
     """
-    if callable(residuals):
-        problem: Problem | RunResiduals = RunResiduals(scene, unknowns, residuals, duration, accuracy)
-    else:
-        problem = Problem(scene, unknowns, residuals, duration, accuracy)
+    terms = [OfRun(residuals)] if callable(residuals) else residuals
+    problem = Problem(scene, unknowns, terms, duration, accuracy)
     points = problem.unknowns.draws(EVEN * len(problem.unknowns), seed)
     costs = problem.costs(points)
+    if absent := problem.absent(points):
+        raise InputError(
+            [f"{name}: no number in any of {len(points)} runs over the bounds" for name in absent]
+        )
     starts = points[np.argsort(costs, kind="stable")[:STARTS]]
     every = least_squares_from(problem, starts)
     best = min(every, key=lambda one: one.cost)

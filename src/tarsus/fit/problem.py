@@ -11,7 +11,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.spec import get_value, with_values
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.fit.case import Case
-from tarsus.fit.readers import OfMeasure
+from tarsus.fit.readers import OfFunction, OfMeasure
 from tarsus.fit.residuals import FAILED, Residuals
 from tarsus.fit.term_rows import TermRole, TermRows, term_rows_of
 from tarsus.fit.terms import Term
@@ -117,6 +117,17 @@ class Problem(Residuals):
         """The scene at a point (nu,) of the cube."""
         return with_values(self.scene, self._values({})(self.unknowns.values(self.point(x))))
 
+    def absent(self, points: ArrayLike) -> list[str]:
+        """Terms that have no number at any of the points (n, nu) of the cube, by name and place; there, a residual of
+        `FAILED` stands for one."""
+        names = [
+            one.name if len(one.level) == 1 else f"{one.name}, number {k}"
+            for one in self._terms
+            for k in range(1, len(one.level) + 1)
+        ]
+        nothing = np.isnan(self._kept_rows(np.asarray(points, dtype=float))).all(axis=0)
+        return [name for name, none in zip(names, nothing.tolist(), strict=True) if none]
+
     def residuals_at(self, points: Floats) -> Floats:
         rows = self._rows(points)
         rows[:, self._limits] = np.maximum(rows[:, self._limits], 0.0)
@@ -145,16 +156,20 @@ class Problem(Residuals):
         return self._slopes(self.point(x))[1]
 
     def _rows(self, points: Floats) -> Floats:
-        """Rows (n, nr) of all terms at points (n, nu), from one batch; the last ones are kept."""
+        """Rows (n, nr) of all terms at points (n, nu); `FAILED` where there is none."""
+        return np.nan_to_num(self._kept_rows(points), nan=FAILED)
+
+    def _kept_rows(self, points: Floats) -> Floats:
+        """The same, NaN where there is none, from one batch; the last ones are kept."""
         if not len(points):
             return np.zeros((0, len(self._goals)))
         key = np.ascontiguousarray(points, dtype=float).tobytes()
         if self._last[0] != key:
             self._last = key, self._simulated(self.unknowns.values(points))
-        return self._last[1].copy()
+        return self._last[1]
 
     def _simulated(self, at: Floats) -> Floats:
-        """Rows (n, nr) at SI values (n, nu)."""
+        """Rows (n, nr) at SI values (n, nu); NaN where there is none."""
         values = [self._values(under)(one) for under in self._unders for one in at]
         paths = list(dict.fromkeys(path for one in values for path in one))
         own = {path: float(get_value(self.scene, path)) for path in paths}
@@ -169,7 +184,7 @@ class Problem(Residuals):
             first = self._unders.index(one.under) * len(at)
             runs = np.arange(first, first + len(at))
             rows = one.rows(_numbers(one, batch, runs, measures))
-            parts.append(np.where(np.isfinite(rows), rows, FAILED))
+            parts.append(np.where(np.isfinite(rows), rows, np.nan))
         return np.concatenate(parts, axis=1)
 
     def _slopes(self, x: Floats) -> tuple[Floats, tuple[str, ...]]:
@@ -183,8 +198,12 @@ class Problem(Residuals):
         for under in self._unders:
             own = [n for n, one in enumerate(self._terms) if one.under == under]
             case = Case(self.scene, self._values(under), self.seconds, self.accuracy, self._shared)
-            read = case.slopes(at, span, [self._terms[n].reader for n in own])
-            if read is None:
+            readers = [self._terms[n].reader for n in own]
+            exact = not all(isinstance(one, OfFunction) for one in readers)
+            read = case.slopes(at, span, readers) if exact else None
+            if not exact:
+                flags.append("a function of runs has no exact derivatives")
+            elif read is None:
                 flags.append(f"the engine has no derivatives of these runs: {'; '.join(case.refused)}")
             for k, n in enumerate(own):
                 count = self._terms[n].reader.count
@@ -207,6 +226,7 @@ class Problem(Residuals):
         steps = STEP * np.eye(len(x))[columns]
         ahead, behind = np.minimum(x + steps, 1.0), np.maximum(x - steps, 0.0)
         rows = self._simulated(self.unknowns.values(np.concatenate([ahead, behind])))
+        rows = np.nan_to_num(rows, nan=FAILED)
         width = (ahead - behind).sum(axis=1)
         return ((rows[: len(columns)] - rows[len(columns) :]) / width[:, None]).T
 

@@ -6,8 +6,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from tarsus.base.errors import InputError
 from tarsus.solve.gradients import Gradient, GradientRun
 from tarsus.solve.run import Run
 
@@ -85,4 +86,28 @@ class OfStates:
         return ReadSlopes(np.array(rows).reshape(len(run.paths), self.count).T, run.flags)
 
 
-Reader = OfMeasure | OfEvents | OfStates
+@dataclass(frozen=True)
+class OfFunction:
+    """What a function makes of a run, which has no derivatives."""
+
+    function: Callable[[Run], ArrayLike]
+    count: int
+
+    def numbers(self, run: Run) -> Floats:
+        """Numbers (k,) of a run. Raises InputError where there are not as many."""
+        found = made(self.function, run)
+        if len(found) != self.count:
+            raise InputError("residuals: expected as many numbers of every run")
+        return found
+
+    def slopes(self, run: GradientRun) -> ReadSlopes:
+        """None."""
+        return ReadSlopes(np.full((self.count, len(run.paths)), np.nan), {})
+
+
+def made(function: Callable[[Run], ArrayLike], run: Run) -> Floats:
+    """Numbers (k,) that a function makes of a run."""
+    return np.atleast_1d(np.asarray(function(run), dtype=float))
+
+
+Reader = OfMeasure | OfEvents | OfStates | OfFunction

@@ -13,10 +13,11 @@ from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.base.spec import float_paths, with_values
 from tarsus.base.units import parse_quantity
-from tarsus.fit.readers import OfEvents, OfMeasure, OfStates, Reader
-from tarsus.fit.terms import Goal, Number, Reading, Samples, Term, Value
+from tarsus.fit.readers import OfEvents, OfFunction, OfMeasure, OfStates, Reader, made
+from tarsus.fit.terms import Goal, Number, OfRun, Reading, Samples, Term, Value
 from tarsus.measure.measure import no_measure
 from tarsus.model.scene import Scene
+from tarsus.solve import simulate
 from tarsus.solve.offered import offered
 
 Floats = NDArray[np.float64]
@@ -32,9 +33,10 @@ class TermRole(Enum):
 
 @dataclass(frozen=True)
 class TermRows:
-    """One term: how its k numbers are read, in the run under ``under`` [SI], and what is made of them: rows
-    ``sign * (number - level) / scale``, one for each of the levels (k,), or of a limit for each of its ends."""
+    """One term: what it is called, how its k numbers are read, in the run under ``under`` [SI], and what is made of
+    them: rows ``sign * (number - level) / scale``, one for each of the levels (k,), or for each end of a limit."""
 
+    name: str
     role: TermRole
     reader: Reader
     under: Mapping[str, float]
@@ -65,7 +67,7 @@ def term_rows_of(scene: Scene, terms: Sequence[Term], seconds: float) -> list[Te
     out = []
     for n, term in enumerate(terms, start=1):
         try:
-            out.append(_one(scene, term, units, seconds))
+            out.append(_one(f"term {n} ({type(term).__name__})", scene, term, units, seconds))
         except InputError as error:
             problems += [f"term {n} ({type(term).__name__}): {text}" for text in error.problems]
     if problems:
@@ -73,20 +75,25 @@ def term_rows_of(scene: Scene, terms: Sequence[Term], seconds: float) -> list[Te
     return out
 
 
-def _one(scene: Scene, term: Term, units: Mapping[str, str], seconds: float) -> TermRows:
+def _one(name: str, scene: Scene, term: Term, units: Mapping[str, str], seconds: float) -> TermRows:
     under = _under(scene, term.under)
     if isinstance(term, Samples):
-        return _samples(scene, term, under, seconds)
+        return _samples(name, scene, term, under, seconds)
+    if isinstance(term, OfRun):  # a run says how many numbers there are
+        count = len(made(term.function, simulate(with_values(scene, under), seconds)))
+        return TermRows(
+            name, TermRole.RESIDUAL, OfFunction(term.function, count), under, np.zeros(count), np.ones(count)
+        )
     reader, unit = _reader(term.of, units)
     if isinstance(term, Reading):
         level, scale = parse_quantity(term.value, unit), parse_quantity(term.error, unit)
         _positive("error", scale)
-        return TermRows(TermRole.RESIDUAL, reader, under, np.array([level]), np.array([scale]))
+        return TermRows(name, TermRole.RESIDUAL, reader, under, np.array([level]), np.array([scale]))
     if isinstance(term, Goal):
         scale = parse_quantity(term.scale, unit)
         if scale == 0.0 or not np.isfinite(scale):
             raise InputError("scale: expected a number that is not zero")
-        return TermRows(TermRole.GOAL, reader, under, np.zeros(1), np.array([scale]))
+        return TermRows(name, TermRole.GOAL, reader, under, np.zeros(1), np.array([scale]))
     softness = parse_quantity(term.softness, unit)
     _positive("softness", softness)
     ends = [
@@ -99,10 +106,10 @@ def _one(scene: Scene, term: Term, units: Mapping[str, str], seconds: float) -> 
     if len(ends) == 2 and not ends[0][1] < ends[1][1]:
         raise InputError(f"expected low below high, got {term.low} and {term.high}")
     signs, level = np.array(ends).T
-    return TermRows(TermRole.LIMIT, reader, under, level, signs * softness)
+    return TermRows(name, TermRole.LIMIT, reader, under, level, signs * softness)
 
 
-def _samples(scene: Scene, term: Samples, under: Mapping[str, float], seconds: float) -> TermRows:
+def _samples(name: str, scene: Scene, term: Samples, under: Mapping[str, float], seconds: float) -> TermRows:
     feet = list(scene.robot.feet)
     times, values = (np.asarray(one, dtype=float) for one in (term.times, term.values))
     problems = []
@@ -119,7 +126,7 @@ def _samples(scene: Scene, term: Samples, under: Mapping[str, float], seconds: f
     error = parse_quantity(term.error, "m/s" if term.rate else "m")
     _positive("error", error)
     reader = OfStates(feet.index(term.foot), times, term.rate)
-    return TermRows(TermRole.RESIDUAL, reader, under, values, np.full(len(values), error))
+    return TermRows(name, TermRole.RESIDUAL, reader, under, values, np.full(len(values), error))
 
 
 def _reader(of: Number, units: Mapping[str, str]) -> tuple[Reader, str]:

@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tarsus.solve.run import Run
+
 Number = str | Callable[[NDArray[np.void]], float]
 """A number of a run: a measure by name, or a function of its events with the period marks
 (`tarsus.solve.GradientRun.gradient_of`), smooth in their numbers."""
@@ -60,4 +62,13 @@ class Limit:
     under: Under = field(default_factory=dict)
 
 
-Term = Reading | Samples | Goal | Limit
+@dataclass(frozen=True)
+class OfRun:
+    """Residuals (k,) that a function makes of a `Run`, in units of their errors: as many of every run. They have no
+    exact derivatives."""
+
+    function: Callable[[Run], ArrayLike]
+    under: Under = field(default_factory=dict)
+
+
+Term = Reading | Samples | Goal | Limit | OfRun

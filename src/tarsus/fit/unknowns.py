@@ -171,10 +171,10 @@ class Unknowns:
         for one in unknowns:
             if not one.label:
                 problems.append("unknowns: one has neither a path nor a name")
-            for path in one.targets:
-                if path not in known:
-                    problems.append(f"{one.label}: the scene has no number '{path}'{nearest(path, known)}")
-            unit = next((known[path].unit for path in one.targets if path in known), one.unit or "1")
+            if strange := [path for path in one.targets if path not in known]:
+                problems += [f"the scene has no number '{path}'{nearest(path, known)}" for path in strange]
+                continue  # the path says the unit of the bounds
+            unit = next((known[path].unit for path in one.targets), one.unit or "1")
             try:
                 columns.append((one.label, unit, *_in_si(one, unit), one.circular, one.targets))
             except InputError as error:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +11,7 @@ from tarsus.base.errors import InputError
 from tarsus.calibrate.results import calibration_table
 from tarsus.cluster.status import status_lines, status_of
 from tarsus.files.draws import read_draws
+from tarsus.files.jsontext import read_json
 from tarsus.files.kinds import kind_of_path, mark_of, plan_of
 from tarsus.files.series import is_text, read_netcdf, variables_of
 from tarsus.files.tables import FileKind
@@ -45,7 +45,7 @@ def result_view(kind: FileKind, path: Path) -> View:
             return _folders_view(path)
         case FileKind.UNFINISHED | FileKind.SWEEP_RUNS:
             return _plan_view(kind, folder)
-    data = _read(path / mark if (mark := mark_of(path)) else path)
+    data = read_json(path / mark if (mark := mark_of(path)) else path)
     if kind is FileKind.FITTED:
         try:
             tables = [calibration_table(data)]
@@ -72,18 +72,6 @@ def _page(folder: Path) -> list[str]:
     said = [f"device files: {', '.join(scenes)}"] if scenes else []
     pages = [name for name in PAGES if (folder / name).is_file()]
     return [*said, *(f"its page, {name}: `tarsus report {folder}`" for name in pages[:1])]
-
-
-def _read(file: Path) -> dict[str, Any]:
-    try:
-        read = json.loads(file.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise InputError(f"{file} is damaged: {error}") from None
-    except RecursionError:
-        raise InputError(f"{file} is damaged: it is nested too deep") from None
-    if not isinstance(read, dict):
-        raise InputError(f"{file} is damaged: it holds no table")
-    return read
 
 
 def _plan_view(kind: FileKind, folder: Path) -> View:

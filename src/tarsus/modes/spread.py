@@ -16,7 +16,7 @@ from scipy.ndimage import uniform_filter1d
 from tarsus.modes.frf import Frf
 from tarsus.modes.intervals import numbers_of
 from tarsus.modes.lscf import fit_poles
-from tarsus.modes.refine import Surroundings, LocalFit, refine_pole
+from tarsus.modes.refine import LocalFit, Surroundings, refine_pole
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]

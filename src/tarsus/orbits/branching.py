@@ -193,12 +193,13 @@ def _along(
 ) -> Generator[BranchPoint, None, tuple[Point, str, float]]:  # fmt: skip
     """Points of a branch after a first one: from the last of them why it ends, and the sense of the parameter there."""
     low, high = bounds
-    step = FIRST
+    step, short = FIRST, 0
     for _ in range(MOST_POINTS):
         if follower.crowded(now):
             follower, now = follower.moved(now)
         ahead, step = _ahead(follower, now, step)
-        if ahead is None:
+        short = short + 1 if step <= SHARP else 0
+        if ahead is None or short > CREEPS:
             if (reason := why_lost(now)) is not None:
                 yield BranchPoint(now.at, reason[0], now.orbit, reason[1])
             return now, NOWHERE, heading
@@ -263,6 +264,8 @@ TURN = 0.9
 """Least cosine between the tangents of neighbouring points: a sharper turn is taken in shorter steps."""
 SHARP = 1e-6
 """Step below which a sharp turn is taken as it is: the branch has a corner, as where its events change."""
+CREEPS = 60
+"""Shorter steps in a row after which a branch ends: halved and half grown again, 40 lead from `SHARP` to `LEAST`."""
 
 
 def _first_point(follower: Follower, orbit: Orbit, at: float, sense: float) -> Point | None:

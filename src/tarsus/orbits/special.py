@@ -47,7 +47,7 @@ def specials(follower: Follower, now: Point, ahead: Point) -> list[Special]:
         return follower.solve(guess, now.tangent, level + part * step, now.tangent)
 
     if now.sequence != ahead.sequence:
-        return [_changed(at, now, ahead)]
+        return _changes(at, now, ahead)
     found: list[tuple[float, Special]] = []
     for kind, test, words in _TESTS:
         one, other = test(now), test(ahead)
@@ -83,20 +83,29 @@ class _Lost(Exception):
     """No orbit was found between two that were."""
 
 
-def _changed(at: Callable[[float], Point | None], now: Point, ahead: Point) -> Special:
-    """Where a sequence of events ends, by bisection, and what changes."""
-    low, high, here, there = 0.0, 1.0, now, ahead
-    while high - low > FINEST:
-        middle = 0.5 * (low + high)
-        if middle in (low, high):
+def _changes(at: Callable[[float], Point | None], now: Point, ahead: Point) -> list[Special]:
+    """Where sequences of events end, by bisection, each as far as the next one begins, and what changes; the last is a
+    grazing, beyond which a branch need not go on."""
+    found: list[Special] = []
+    first, begin = now, 0.0
+    while first.sequence != ahead.sequence:
+        low, high, here, there = begin, 1.0, first, ahead
+        while high - low > FINEST:
+            middle = 0.5 * (low + high)
+            if middle in (low, high):
+                break
+            point = at(middle)
+            if point is not None and point.sequence == first.sequence:
+                low, here = middle, point
+            else:
+                high, there = middle, point or there
+        beyond = there if there.sequence != first.sequence else ahead
+        kind, words = _difference(first, beyond)
+        found.append((kind, here, words))
+        if kind == "grazing" or beyond is ahead:
             break
-        point = at(middle)
-        if point is not None and point.sequence == now.sequence:
-            low, here = middle, point
-        else:
-            high, there = middle, point or there
-    kind, words = _difference(now, there if there.sequence != now.sequence else ahead)
-    return kind, here, words
+        first, begin = beyond, high
+    return found
 
 
 def _difference(before: Point, after: Point) -> tuple[str, str]:
@@ -147,14 +156,14 @@ def _slowest(point: Point) -> float:
 def _clearance(point: Point) -> float:
     """Least gap [m] of a foot between events, away from where it lands and departs."""
     orbit = point.orbit
-    times = orbit.start + orbit.period * np.linspace(0.0, 1.0, LOOKS)
+    times, least = orbit.start + orbit.period * np.linspace(0.0, 1.0, LOOKS), np.inf
     for _ in range(4):  # each look is a thousand times closer than the one before
         found = orbit.map.window(orbit.state, times).states
         inner = (found.gap[:, 1:-1] <= found.gap[:, :-2]) & (found.gap[:, 1:-1] <= found.gap[:, 2:])
         inner &= ~(found.held[:, 1:-1] | found.held[:, :-2] | found.held[:, 2:])
-        inner &= (found.rate[:, :-2] < 0.0) & (found.rate[:, 2:] > 0.0) & (found.gap[:, 1:-1] > 0.0)
-        if not inner.any():
-            return np.inf
+        inner &= (found.rate[:, :-2] < 0.0) & (found.rate[:, 2:] > 0.0)
+        if not inner.any():  # nothing comes down, or what is left of the gap is rounding
+            break
         gaps = np.where(inner, found.gap[:, 1:-1], np.inf)
         foot, where = np.unravel_index(int(np.argmin(gaps)), gaps.shape)
         least = float(gaps[foot, where])

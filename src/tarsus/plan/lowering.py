@@ -465,8 +465,8 @@ def scales(
 
 def distinct(rows: Floats) -> tuple[Floats, np.ndarray]:
     """The different rows (nr, k), and the number of that which each one is."""
-    if len(rows) == 1:
-        return rows, np.zeros(1, dtype=np.intp)
+    if (rows == rows[0]).all():  # as a rule: sorting them takes longer
+        return rows[:1], np.zeros(len(rows), dtype=np.intp)
     found, which = np.unique(rows, axis=0, return_inverse=True)
     return found, which.reshape(-1)
 

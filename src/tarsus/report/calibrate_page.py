@@ -1,4 +1,4 @@
-"""The report of a calibration: rows with fitted and left-out predictions, branches, choices, ranges of the unknowns."""
+"""The report of a calibration: rows with fitted and excluded predictions, hypotheses, choices, ranges of unknowns."""
 
 from __future__ import annotations
 

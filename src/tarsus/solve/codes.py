@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
@@ -136,6 +136,15 @@ def event_order(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         earliest = np.minimum.accumulate(time[own]) == time[own]
         given[own] = own[np.maximum.accumulate(np.where(earliest, np.arange(len(own)), 0))]
     return np.argsort(time[given], kind="stable"), given
+
+
+def event_places(rows: np.ndarray) -> Mapping[str, np.ndarray]:
+    """Of each event of a run, marks left aside, the row (ne,) in ``rows`` that has its numbers, by field."""
+    order, given = event_order(rows)
+    kept = order[rows[order, a.E_KIND] != EventKind.PERIOD_MARK]
+    seen = apex_rows(*(rows[:, column] for column in (a.E_FOOT, a.E_KIND, a.E_APEX)))[kept]
+    own = {"time": given[kept], "apex": seen, "apex_time": seen}
+    return {name: own.get(name, kept) for name in _FIELDS}
 
 
 def structured_events(rows: np.ndarray) -> np.ndarray:

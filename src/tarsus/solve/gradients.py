@@ -13,19 +13,18 @@ import numpy as np
 import numpy.typing as npt
 
 from tarsus.base.errors import InputError
-from tarsus.base.events import EventKind
-from tarsus.core.arrays import E_APEX, E_APEX_TIME, E_FOOT, E_KIND, E_TIME
+from tarsus.core.arrays import E_APEX, E_TIME
 from tarsus.core.replay import SampledStates
 from tarsus.measure.measure import no_measure
 from tarsus.measure.periods import PER_WINDOW
 from tarsus.measure.table import RunTable
 from tarsus.measure.whole import WHOLE_RUN
 from tarsus.solve.acting import Acting
-from tarsus.solve.codes import EVENT_TYPE, apex_rows, event_order, structured_events, structured_marks
+from tarsus.solve.codes import EVENT_TYPE, event_places, structured_events, structured_marks
 from tarsus.solve.contacts import Contacts
 from tarsus.solve.directional import EventDerivatives, Ways, directional_slopes, measure_slopes, table_of
 from tarsus.solve.engine import RECORDED, Accuracy, RawRuns, execute, settings_of
-from tarsus.solve.lanes import Doubt, Tangents, tangents, walk_tangents
+from tarsus.solve.lanes import Doubt, Tangents, doubted, tangents, walk_tangents
 from tarsus.solve.motion import Replayed
 from tarsus.solve.results import Batch
 from tarsus.solve.run import Run, increasing
@@ -37,15 +36,6 @@ if TYPE_CHECKING:
 
 Floats = npt.NDArray[np.float64]
 
-_REASONS: dict[int, str] = {
-    Doubt.GRAZING: "{foot} grazes the ground at {time}: whether it touches is within the error of a step",
-    Doubt.SIMULTANEOUS: "{foot} lands at {time} together with another foot, and which comes first decides what follows",
-    Doubt.AT_THRESHOLD: "whether {foot} is held or bounces at {time} is within rounding of its threshold",
-    Doubt.LOST: "the derivative could not be followed beyond {time}",
-    Doubt.EDGE_AT_START: "an edge of a drive lies at the very start, and acts only if it is later",
-    Doubt.APART: "events or edges of drives that meet at {time} move apart",
-    Doubt.NEAR_MISS: "a foot turns just above the ground before {time}: it may touch it within the error of a step",
-}
 _ONE_SIDED = {Doubt.AT_THRESHOLD, Doubt.EDGE_AT_START}
 """Where the derivative to the run's own side is the one reported."""
 _KINKED = (
@@ -126,9 +116,8 @@ class GradientRun(Run):
     def _sentence(self, event: int, reason: int) -> str:
         rows = self.log.events
         if event >= len(rows):
-            return _REASONS[reason].format(foot="a foot", time=f"{self.end_time:.6g} s")
-        foot = f"foot '{self.foot_names[int(rows[event, 1])]}'"
-        return _REASONS[reason].format(foot=foot, time=f"{rows[event, 0]:.6g} s")
+            return doubted(reason, "a foot", self.end_time)
+        return doubted(reason, f"foot '{self.foot_names[int(rows[event, 1])]}'", rows[event, 0])
 
     @property
     def flags(self) -> Mapping[str, tuple[str, ...]]:
@@ -143,22 +132,18 @@ class GradientRun(Run):
         """Derivatives of every number of the events by path, fields as those of `events`; NaN from an event on at which
         there is none. ``foot`` and ``kind`` are those of the events."""
         out = {}
-        order, given = event_order(self.log.events)
-        kept = order[self.log.events[order, E_KIND] != EventKind.PERIOD_MARK]
-        seen = apex_rows(*(self.log.events[:, column] for column in (E_FOOT, E_KIND, E_APEX)))[kept]
+        places = event_places(self.log.events)
         for p, path in enumerate(self.paths):
             rows = self._derived.events[..., p].copy()
-            whole = rows[seen][:, [E_APEX, E_APEX_TIME]]
             for event, _ in self._reasons(p):
                 rows[event:] = np.nan
-            rows[:, E_TIME] = rows[given, E_TIME]
-            whole[np.isnan(rows[kept, E_APEX])] = np.nan
-            rows[kept[:, None], [E_APEX, E_APEX_TIME]] = whole
-            fields = {name: rows[kept, column] for column, name in enumerate(EVENT_TYPE.names or ())}
-            fields |= {"foot": self.log.events[kept, E_FOOT], "kind": self.log.events[kept, E_KIND]}
-            found = np.zeros(len(kept), dtype=EVENT_TYPE)
-            for name, column in fields.items():
-                found[name] = column
+            found = np.zeros(len(places["kind"]), dtype=EVENT_TYPE)
+            for column, (name, place) in enumerate(places.items()):
+                found[name] = (
+                    self.log.events[place, column] if name in ("foot", "kind") else rows[place, column]
+                )
+            for name in ("apex", "apex_time"):  # seen before the event from which on there is none
+                found[name][np.isnan(rows[places["kind"], E_APEX])] = np.nan
             out[path] = found
         return MappingProxyType(out)
 

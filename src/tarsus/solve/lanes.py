@@ -35,6 +35,38 @@ class Doubt(IntEnum):
     NEAR_MISS = _native.DOUBTS["NEAR_MISS"]
 
 
+_REASONS: dict[int, str] = {
+    Doubt.GRAZING: "{foot} grazes the ground at {time}: whether it touches is within the error of a step",
+    Doubt.SIMULTANEOUS: "{foot} lands at {time} together with another foot, and which comes first decides what follows",
+    Doubt.AT_THRESHOLD: "whether {foot} is held or bounces at {time} is within rounding of its threshold",
+    Doubt.LOST: "the derivative could not be followed beyond {time}",
+    Doubt.EDGE_AT_START: "an edge of a drive lies at the very start, and acts only if it is later",
+    Doubt.APART: "events or edges of drives that meet at {time} move apart",
+    Doubt.NEAR_MISS: "a foot turns just above the ground before {time}: it may touch it within the error of a step",
+}
+
+
+def doubted(reason: int, foot: str, time: float) -> str:
+    """Why there is no derivative from a moment [s] on, of the event of a foot."""
+    return _REASONS[reason].format(foot=foot, time=f"{time:.6g} s")
+
+
+def copies_of(
+    given: Entering, number: int, tables: _native.LegTables
+) -> list[tuple[_native.LeggedBody, _native.LegTables, float]]:
+    """A walker's perturbed copies along a direction, by its number: body, step tables as the plan's, and weight."""
+    key = (number, id(tables))
+    if key not in given.made:
+        longest = float(np.asarray(tables.lengths)[0])
+        made = [
+            (one.legs.native, tables_of(one, longest), weight)
+            for one, weight in given.perturbed[number]
+            if one.legs is not None
+        ]
+        given.made.setdefault(key, (tables, made))  # the tables are kept: no others can have their id
+    return given.made[key][1]
+
+
 def _nothing() -> Floats:
     return np.zeros(0)
 
@@ -135,12 +167,7 @@ def walk_tangents(
     tables = tables if tables is not None else tables_of(plan, duration)
     settings = settings_of(plan, duration, accuracy)
     when = np.zeros(0) if times is None else np.array(times, dtype=float)
-    others = [
-        (one.legs.native, tables_of(one, duration), weight, p)
-        for p, plans in given.perturbed.items()
-        for one, weight in plans
-        if one.legs is not None
-    ]
+    others = [(*one, p) for p in given.perturbed for one in copies_of(given, p, tables)]
 
     def engine(first: int) -> Sequence[Any]:
         perturbed = [(*one, p - first) for *one, p in others if first <= p < first + LANES]

@@ -131,7 +131,8 @@ class DataTangents:
     """Derivatives of one row of data by P numbers, last axis: as `tarsus.plan.slots.Rows`, and of its signals' pieces.
 
     coef (pieces, 12 or fewer terms, P), begin, end (pieces, P) [s]: at fixed numbers in the pieces; loops (channels, P)
-    [s]; since (m, P) [s]: begin of the contacts at the start; period (1, P) [s] of the marks.
+    [s]; since (m, P) [s]: begin of the contacts at the start; period (1, P) [s] of the marks; start (1, P) [s]: of the
+    moment at which a window begins.
     """
 
     parameters: Floats
@@ -143,6 +144,7 @@ class DataTangents:
     end: Floats
     loops: Floats
     period: Floats
+    start: Floats
 
     @classmethod
     def none(cls, rows: Rows, count: int, terms: int = TERMS) -> DataTangents:
@@ -151,7 +153,7 @@ class DataTangents:
         pieces, m = len(np.asarray(signals.start)), rows.sources.shape[1] - 1
         shapes = (
             rows.parameters.shape[1:], rows.initial.shape[1:], rows.sources.shape[1:], (m,), (pieces, terms), (pieces,),
-            (pieces,), (len(np.asarray(signals.loop)),), (1,),
+            (pieces,), (len(np.asarray(signals.loop)),), (1,), (1,),
         )  # fmt: skip
         return cls(*(np.zeros((*shape, count)) for shape in shapes))
 
@@ -167,6 +169,20 @@ class DataTangents:
 
         return DataTangents(*(cut(getattr(self, name)) for name in self.__dataclass_fields__))
 
+    def with_start(self, states: int, moment: bool) -> DataTangents:
+        """The same of a window: by its numbers with its start as it is, then by so many numbers of its start state, all
+        or none, and by the moment of its start."""
+        more = states + moment
+        parts = {
+            name: np.concatenate([one, np.zeros((*one.shape[:-1], more))], axis=-1)
+            for name, one in ((name, getattr(self, name)) for name in self.__dataclass_fields__)
+        }
+        count = self.initial.shape[-1]
+        parts["initial"][:] = 0.0
+        parts["initial"][range(states), range(count, count + states)] = 1.0
+        parts["start"][:, count + states :] = 1.0
+        return DataTangents(**parts)
+
 
 @dataclass(frozen=True)
 class Entering:
@@ -181,7 +197,7 @@ class Entering:
     data: DataTangents
     structure: Mapping[int, LinearSystem] = field(default_factory=dict)
     perturbed: Mapping[int, tuple[tuple[Plan, float], ...]] = field(default_factory=dict)
-    made: dict[int, Any] = field(default_factory=dict, compare=False, repr=False)
+    made: dict[Any, Any] = field(default_factory=dict, compare=False, repr=False)
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "made": {}}

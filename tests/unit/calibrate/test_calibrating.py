@@ -1,4 +1,4 @@
-"""Studies of a bouncing ball, from file to folder: recovery, choice of a column, threads, mixture, device files."""
+"""Studies of a bouncing ball, from file to folder: recovery, choice of a column, threads, ensemble, device files."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ import tarsus as ts
 from tarsus.base.errors import InputError
 from tarsus.calibrate.calibrating import calibrate
 from tarsus.calibrate.lowering import lower_study
-from tarsus.calibrate.mixture import load_mixture
 from tarsus.calibrate.studyfile import STUDY_FILE, load_study
+from tarsus.calibrate.weighted_ensemble import load_ensemble
 from tarsus.fit import Verdict
 
 DOCS = Path(__file__).parents[3] / "docs"
@@ -85,16 +85,16 @@ def test_a_row_without_values_is_predicted(finished):
     )
 
 
-def test_the_folder_holds_a_mixture_that_predicts_the_same(finished):
+def test_the_folder_holds_an_ensemble_that_predicts_the_same(finished):
     result, folder, _ = finished
-    mixture = load_mixture(folder)
-    (found,) = mixture.predict([{"drop": "2 m"}])
+    whole = load_ensemble(folder)
+    (found,) = whole.predict([{"drop": "2 m"}])
     for one in result.others[0]:
         assert found[one.measure].median == pytest.approx(one.median, rel=1e-9)
         assert found[one.measure].low == pytest.approx(one.low, rel=1e-9)
     assert found["rate"].p_bounce is not None and found["rate"].p_bounce > 0.8
     with pytest.raises(InputError, match="no condition 'dorp'"):
-        mixture.predict([{"dorp": 3}])
+        whole.predict([{"dorp": 3}])
 
 
 def test_every_hypothesis_is_a_device_with_provenance_and_intervals(finished):

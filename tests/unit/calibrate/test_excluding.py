@@ -11,12 +11,12 @@ from calibrate.toys import bent_rows, search
 from scipy.optimize import differential_evolution
 
 from tarsus.calibrate.calibrating import solve
-from tarsus.calibrate.ensemble import weighted_ensemble
+from tarsus.calibrate.ensemble import searched_ensembles
 from tarsus.calibrate.excluding import exclude, exclude_each, missed_by
 from tarsus.calibrate.objective import SoftLimit
 from tarsus.calibrate.problem import Archive
 
-PLAN = search(population=10, screening=48, short=8, generations=24, spread=5, members=24, polish=0)
+PLAN = search(population=10, prescreening=48, short=8, generations=24, spread=5, members=24, local_search=0)
 """As the packaged study of the cantilever searches."""
 
 
@@ -49,7 +49,7 @@ class Watched:
 def watched(share=False, rows=3, plan=PLAN):
     """The whole table's search, and those without each of a few rows."""
     problem, seen = bent_rows(1, rows=rows)[0], Watched(share)
-    weighted_ensemble(seen.archive(problem, 0), plan)
+    searched_ensembles(seen.archive(problem, 0), plan)
     found = exclude_each(problem, plan, seen.archive, threading.Event())
     return problem, seen, found
 
@@ -135,7 +135,7 @@ def test_published_errors_of_rows_left_out_are_those_of_refits_and_less_where_th
 
     def sharing(problem, plan):
         whole = Archive(problem)
-        weighted_ensemble(whole, plan)
+        searched_ensembles(whole, plan)
 
         def make(of, number):
             made = Archive(of, part=number)
@@ -177,7 +177,7 @@ def test_the_interval_of_a_row_left_out_is_made_without_its_own_miss():
 def test_the_sets_to_come_are_told_as_many_as_they_are():
     """Once the whole table has been searched the rows left out are as much work each; before that, at most 2 times."""
     told = []
-    plan = search(leave_out=True, generations=8, spread=3, polish=0)
+    plan = search(leave_out=True, generations=8, spread=3, local_search=0)
     solve(bent_rows(4, rows=6)[0], plan, progress=lambda *now: told.append(now))
     done, total, stages = zip(*told, strict=True)
     assert list(done) == sorted(done) and done[-1] == total[-1]

@@ -2,25 +2,25 @@
 
 from __future__ import annotations
 
-import math
-
+import numpy as np
 import pytest
 
 from tarsus.calibrate.expressions import Expression
 
 
 def test_an_expression_has_the_value_of_its_arithmetic():
-    names = {"static": 2.0, "ratio": -0.25}
-    assert Expression("static / (1 + ratio) ** 2 - sqrt(4)").value(names) == pytest.approx(2.0 / 0.5625 - 2.0)
-    assert Expression("max(static, 10) * sin(pi / 2)").value(names) == 10.0
+    names = {"static": np.array([2.0, 12.0]), "ratio": -0.25}
+    found = Expression("static / (1 + ratio) ** 2 - sqrt(4)").values(names)
+    assert found == pytest.approx(np.array([2.0, 12.0]) / 0.5625 - 2.0)
+    assert Expression("max(static, 10) * sin(pi / 2)").values(names).tolist() == [10.0, 12.0]
     assert Expression("static / (1 + ratio)").names == {"static", "ratio"}
 
 
 @pytest.mark.parametrize(
-    "text", ["static / (ratio - ratio)", "sqrt(-static)", "exp(1e4)", "(-static) ** 0.5"]
+    "text", ["static / (ratio - ratio)", "sqrt(-static)", "exp(1e4)", "(-static) ** 0.5", "1 / 0"]
 )
 def test_arithmetic_without_a_value_is_not_a_number(text):
-    assert math.isnan(Expression(text).value({"static": 1.0, "ratio": 1.0}))
+    assert np.isnan(Expression(text).values({"static": 1.0, "ratio": 1.0}))
 
 
 @pytest.mark.parametrize(

@@ -94,7 +94,7 @@ def test_the_polish_reaches_the_truth_in_few_sets_and_is_read_back(tmp_path):
 def test_a_search_ends_lower_with_the_polish_and_resumes_to_the_same_bytes(tmp_path):
     folder = tmp_path / "study"
     folder.mkdir()
-    plain, polished = (search(short=0, generations=0, spread=0, polish=steps) for steps in (0, 10))
+    plain, polished = (search(short=0, generations=0, spread=0, local_search=steps) for steps in (0, 10))
     one = lowered(folder).problem
     costs = [
         min(f.cost for f in search_hypotheses(Archive(one), how)[0].values()) for how in (plain, polished)

@@ -75,7 +75,7 @@ def test_a_choice_of_a_columns_meaning_needs_no_runs_of_its_own():
     two = (Hypothesis({"column": "itself"}, 0, (0,)), Hypothesis({"column": "squared"}, 0, (1,)))
     first = search(short=0, generations=0, spread=0)
     solve(problem(table, both, unknowns("ab"), two), first)
-    assert len(asked) == first.screening and set(asked) == {0}
+    assert len(asked) == first.prescreening and set(asked) == {0}
     found = solve(problem(table, both, unknowns("ab"), two), search())
     assert found.fit.best.hypothesis.options == {"column": "itself"}
 
@@ -118,8 +118,8 @@ def test_a_hypothesis_far_behind_after_the_short_search_gets_no_more_sets():
     table = cells(straight(0, np.array(TRUTH))[:, :, 0])
     plan = search()
     found = solve(problem(table, counted, unknowns("ab"), TWO), plan)
-    assert "hopeless" in found.fit.found[1].rejected
-    assert asked[1] <= plan.screening + plan.population * (plan.short + 1) < asked[0]
+    assert "after the short search" in found.fit.found[1].rejected
+    assert asked[1] <= plan.prescreening + plan.population * (plan.short + 1) < asked[0]
 
 
 class Killed(Exception):

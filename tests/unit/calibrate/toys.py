@@ -17,7 +17,7 @@ SCENES = Path(__file__).parents[2] / "scenes"
 
 def search(**values: Any) -> Search:
     """A short search."""
-    short = {"population": 12, "screening": 32, "short": 4, "generations": 12, "spread": 12, "leave_out": False,
+    short = {"population": 12, "prescreening": 32, "short": 4, "generations": 12, "spread": 12, "leave_out": False,
              "members": 16, "robust": 3.0}  # fmt: skip
     return Search(**{**short, **values})
 
@@ -122,7 +122,7 @@ windows = 1
 
 [search]
 population = 6
-screening = 12
+prescreening = 12
 short = 2
 generations = {generations}
 spread = 3

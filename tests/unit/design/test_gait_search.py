@@ -153,7 +153,7 @@ def test_a_robust_front_is_judged_on_the_same_grounds_and_says_its_gap(scene, ro
     assert len(table.rows) == 2 + len(found.members) and table.columns[-2].name == "gait.duty"
     assert "gait.duty" in found._repr_html_() and len(repr(found)) < 120
     axes = ts.plot.front(found)
-    assert axes.get_lines()[1].get_ydata()[0] == pytest.approx(found.members[0].risk[0] * 1e3)  # mm/s
+    assert axes.get_lines()[1].get_ydata()[0] == pytest.approx(found.members[0].risk[0])
     table = found.to_dict()
     found.write(tmp_path)
     again = ts.read_scene(tmp_path / "gaits" / "robust.toml")

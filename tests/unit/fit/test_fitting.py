@@ -43,3 +43,28 @@ def test_a_function_of_runs_finds_the_same_and_what_it_does_not_see_is_not_deter
     assert e.verdict == "not determined" and not e.closed
     with pytest.raises(InputError, match="as many numbers"):
         ts.fit(BALL, UNKNOWNS, lambda run: run.events["time"], 1.0)
+
+
+def test_residuals_that_are_no_number_are_reported_by_their_term(record):
+    with pytest.raises(InputError) as error:
+        ts.fit(BALL, UNKNOWNS[:1], lambda run: [0.0, np.nan], 1.0)
+    assert error.value.problems == ["term 1 (OfRun), number 2: no number in any of 16 runs over the bounds"]
+
+    def of_high(run):
+        e = ts.get_value(run.scene, E)
+        return [e - 0.9, np.nan if e > 0.85 else 0.0]
+
+    found = ts.fit(BALL, UNKNOWNS[:1], [ts.fit.OfRun(lambda run: [1.0])], 1.0)
+    assert found.cost == 0.5 and not found.problem.absent(found.found.x[None])
+    problem = ts.fit.Problem(BALL, UNKNOWNS[:1], [ts.fit.OfRun(of_high)], 1.0)
+    assert problem.absent([[0.1], [0.99]]) == [] and problem.absent([[0.99]]) == ["term 1 (OfRun), number 2"]
+    assert problem.residuals([0.99])[1] == ts.fit.residuals.FAILED
+
+
+def test_a_wrong_path_has_one_sentence_with_the_nearest():
+    with pytest.raises(InputError) as error:
+        ts.fit(
+            BALL, [ts.Unknown("ground.gravity.aceleration", "5 m/s^2", "20 m/s^2")], lambda run: [0.0], 1.0
+        )
+    (said,) = error.value.problems
+    assert "no number 'ground.gravity.aceleration'" in said and G in said

@@ -100,10 +100,20 @@ def test_the_branch_of_the_table_is_born_in_a_fold_and_doubles_in_a_flip():
 
 
 def test_the_oscillator_grazes_at_its_published_amplitude():
-    found = ts.branch(scene("impact_oscillator"), {"signals.shaker.amplitude": (0.099, 0.105)})
+    found = ts.branch(scene("impact_oscillator"), {"signals.shaker.amplitude": (0.099, 0.102)})
     (grazing,) = [point for point in found.special if point.kind == "grazing"]
     assert grazing.at == pytest.approx(0.1, abs=1e-8)
     assert found.points[0].orbit.impacts == 0 and found.points[-1].orbit.impacts == 1
+
+
+def test_of_several_changes_within_a_step_each_is_found():
+    """A step from 60.4 um on, in which a bounce is captured, a contact begins to be held and another bounce comes."""
+    found = ts.branch("cantilever", {"robot.feet.tip.gap": ("62 um", "60 um")})
+    within = [(point.kind, 1e6 * point.at) for point in found.special if 60.3e-6 < point.at < 60.5e-6]
+    assert within == [
+        ("capture", pytest.approx(60.41163, abs=1e-5)),
+        ("sticking", pytest.approx(60.35818, abs=1e-5)),
+    ]
 
 
 @pytest.mark.parametrize("seed", [90, 131, 158, 167])

@@ -62,6 +62,7 @@ inline DataTangents data_tangents(nb::handle from, size_t coordinates, const Law
   out.end = lanes(from, "end", pieces);
   out.loops = lanes(from, "loops", size_t(signals.channels()));
   out.period = lanes(from, "period", 1)[0];
+  out.start = lanes(from, "start", 1)[0];
   return out;
 }
 

@@ -52,6 +52,7 @@ class LeggedTangent : public LeggedMarch {
       lanes_.push_back(*this);
       begin_lane(lanes_.back(), lane, window);
     }
+    if (window && any_less(Row(0.0), magnitude(data_.start))) begin_later();
   }
 
   // At the end of the run.
@@ -287,8 +288,10 @@ class LeggedTangent : public LeggedMarch {
       t.body.legs[i].gap = f < 0 ? 0.0 : data_.sources[f][lane];
       t.body.legs[i].weight = gravity[lane] * unit_body.legs[i].weight;
       foot.slipped = 0.0;
-      foot.since = f < 0 ? 0.0 : data_.since[f][lane];
-      foot.aged = foot.parted = 0.0;
+      const bool begins = window && feet[i].since == clock.time;
+      foot.since = f < 0 ? 0.0 : data_.since[f][lane] + (begins ? data_.start[lane] : 0.0);
+      foot.aged = 0.0;
+      foot.parted = window ? data_.start[lane] : 0.0;
       for (int d = 0; d < DIRECTIONS; d++) {
         foot.u[d] = data_.initial[nb + 2 * i + 1 - d][lane];
         foot.w[d] = data_.initial[n + nb + 2 * i + 1 - d][lane];
@@ -354,6 +357,18 @@ class LeggedTangent : public LeggedMarch {
     const Rates after = still_.on(place_).rates();
     add_jump(before_, after, reported.shared);
     shift(place_, after, -reported.shared);
+    take_lanes();
+  }
+
+  // The state is that of the start, whose moment moves: back to the fixed one.
+  void begin_later() {
+    place_ = place();
+    shift(place_, still_.on(place_).rates(), -data_.start);
+    take_lanes();
+  }
+
+  // The derivatives of the place, as those of the lanes.
+  void take_lanes() {
     for (int lane = 0; lane < count_; lane++) {
       Legged& t = lanes_[lane];
       for (int b = 0; b < coordinates(); b++) {

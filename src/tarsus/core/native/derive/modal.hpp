@@ -29,7 +29,8 @@ class ModalTangent {
   ModalTangent(Book& book, const Nodes& nodes, const Halves& halves, const Signals& signals, const Laws& laws,
                const Settings& settings, const RunData& run, const Beginning& start, const DataTangents& data, size_t channels,
                const std::vector<Structural>& structural)
-      : book_(book), sizes_(book.sizes), nodes_(nodes), halves_(halves), settings_(settings.of(run, book.sizes.feet)), run_(run), data_(data),
+      : book_(book), sizes_(book.sizes), nodes_(nodes), halves_(halves), settings_(start.ended(settings).of(run, book.sizes.feet)),
+        run_(run), data_(data),
         laws_(laws, run.parameters, data.parameters),
         fixed_laws_(laws, run.parameters, std::vector<Row>(data.parameters.size(), Row(0.0))), drives_(signals, nodes, data, run, channels),
         structural_(structural), now_(book, laws_, settings_, sources_of(run, data, book.sizes), structural_),
@@ -41,15 +42,15 @@ class ModalTangent {
     FootSet on(sizes_.constraints());
     for (int r = 0; r < 2 * sizes_.coordinates; r++) now_.physical[r] = jet(run.initial[r], data.initial[r]);
     for (int i = 0; i < sizes_.feet; i++) {
-      if (start.held[i]) on.toggle(i);
-      now_.since[i] = jet(start.since[i], data.since[i]);
-      now_.parted[i] = Jet(start.time);
-    }
-    for (int i = 0; i < sizes_.feet; i++) {
+      now_.since[i] = jet(start.since[i], data.since[i] + (start.since[i] == start.time ? data.start : Row(0.0)));
+      now_.parted[i] = jet(start.time, data.start);
       now_.frictional[i] = book.has_way(i) && has_friction(laws_.plain(), i);
+      if (!start.held[i]) continue;
+      on.toggle(i);
+      if (now_.frictional[i]) begin_along(i, on);
     }
     for (size_t c = 0; c < channels; c++) drives_.player.seek(int(c), start.time);
-    now_.time = Jet(start.time);
+    now_.time = jet(start.time, data.start);
     note_drives();
     now_.enter(book.require(on));
     moving_ = true;
@@ -160,6 +161,12 @@ class ModalTangent {
   }
   int channel_of(int foot) const { return int(laws_.laws.volts[foot]); }
   Jet drive_at(int c, const Jet& time) const { return c < 0 ? Jet(0.0) : drives_.value(c, drives_.player.cursor[c], time); }
+  // A held foot of a window slides as it is moving along the ground, or sticks: as the run has it.
+  void begin_along(int i, FootSet& on) {
+    const double rate = book_.place_along(i, std::vector<double>(run_.initial + sizes_.coordinates, run_.initial + 2 * sizes_.coordinates));
+    now_.senses[i] = std::fabs(rate) <= settings_.speed_zero ? 0.0 : rate > 0.0 ? 1.0 : -1.0;
+    if (now_.senses[i] == 0.0) on.toggle(sizes_.feet + i);
+  }
   void note_drives() {
     now_.drives.clear();
     for (size_t c = 0; c < channels_; c++) now_.drives.push_back(drive_at(int(c), now_.time));

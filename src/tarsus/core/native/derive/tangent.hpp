@@ -32,10 +32,11 @@ struct TangentFlag {
 };
 
 // Derivatives of the data of one run. coef (pieces, 12), begin and end (pieces) [s]: of the pieces of all channels, at fixed
-// numbers in them; loops (channels) [s]: of their periods; period [s]: of the marks.
+// numbers in them; loops (channels) [s]: of their periods; period [s]: of the marks; start [s]: of the moment at which a window
+// begins, and contacts and flights that begin with it.
 struct DataTangents {
   std::vector<Row> parameters, initial, sources, since, coef, begin, end, loops;
-  Row period;
+  Row period, start = Row(0.0);
 
   // Of the same data, by numbers that nothing depends on.
   DataTangents nothing() const {
@@ -43,7 +44,7 @@ struct DataTangents {
     for (auto* part : {&out.parameters, &out.initial, &out.sources, &out.since, &out.coef, &out.begin, &out.end, &out.loops}) {
       std::fill(part->begin(), part->end(), Row(0.0));
     }
-    out.period = Row(0.0);
+    out.period = out.start = Row(0.0);
     return out;
   }
 
@@ -52,7 +53,7 @@ struct DataTangents {
     const size_t feet = laws.feet, pieces = signals.start.size();
     const auto rows = [](size_t count) { return std::vector<Row>(count, Row(0.0)); };
     return {rows(feet * laws.columns), rows(2 * coordinates), rows(feet + 1), rows(feet), rows(pieces * DEGREE), rows(pieces),
-            rows(pieces), rows(signals.loop.size()), Row(0.0)};
+            rows(pieces), rows(signals.loop.size()), Row(0.0), Row(0.0)};
   }
 };
 
@@ -118,13 +119,13 @@ struct DriveTangents {
     }
   }
 
-  // Drives whose edge lies at the very start and moves: on one side they have an effect there.
+  // Drives whose edge lies at the very start and moves against it: on one side they have an effect there.
   template <class Flag>
   void edges_at(double time, Flag&& flag) const {
     jumps_at(time, [&](int c, const Cursor& at) {
       const Jet edge = beginning(c, at);
       for (int lane = 0; lane < LANES; lane++) {
-        if (edge.slope[lane] != 0.0) flag(lane);
+        if (edge.slope[lane] != data.start[lane]) flag(lane);
       }
     });
   }

@@ -213,7 +213,8 @@ void bind_legged(nb::module_& m) {
               const Doubles& damping, const Doubles& lengths) {
              new (out) LegTables(nodes, copied(mass), copied(stiffness), copied(damping), copied(lengths));
            })
-      .def("step", &step_of);
+      .def("step", &step_of)
+      .def_prop_ro("lengths", [](const LegTables& t) { return returned(std::vector<double>(t.lengths)); });
   m.def("run_legged", &run_legged, nb::arg("body"), nb::arg("tables"), nb::arg("nodes"), nb::arg("signals"), nb::arg("laws"),
         nb::arg("rows"), nb::arg("settings"), nb::arg("times"), nb::arg("account"), nb::arg("start") = nb::none());
   m.def("tangents_legged", &tangents_legged, nb::arg("body"), nb::arg("tables"), nb::arg("nodes"), nb::arg("signals"),

@@ -2,6 +2,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 #include "drives/signals.hpp"
 
@@ -24,6 +25,11 @@ struct Batch {
   RunData of(size_t run) const {
     return {first.parameters + run * parameters, first.initial + run * initial,   first.sources + run * sources,
             first.scales + run * 3,              first.channels + run * channels};
+  }
+  std::vector<RunData> all() const {
+    std::vector<RunData> out;
+    for (size_t run = 0; run < runs; run++) out.push_back(of(run));
+    return out;
   }
 };
 

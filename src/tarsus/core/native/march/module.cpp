@@ -9,6 +9,7 @@ void bind_program(nanobind::module_&);
 void bind_modal(nanobind::module_&);
 void bind_legged(nanobind::module_&);
 void bind_window(nanobind::module_&);
+void bind_windows(nanobind::module_&);
 void bind_record(nanobind::module_&);
 void bind_adjoint(nanobind::module_&);
 void bind_flights(nanobind::module_&);
@@ -30,6 +31,7 @@ NB_MODULE(_native, m) {
   tarsus::bind_modal(m);
   tarsus::bind_legged(m);
   tarsus::bind_window(m);
+  tarsus::bind_windows(m);
   tarsus::bind_record(m);
   tarsus::bind_adjoint(m);
   tarsus::bind_flights(m);

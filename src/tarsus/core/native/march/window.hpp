@@ -10,11 +10,19 @@
 namespace tarsus {
 
 // Where a run starts, foot by foot. held: on the ground; since [s]: begin of that contact; leaving: a free foot at the
-// ground has just been released, even where its contact would hold it.
+// ground has just been released, even where its contact would hold it; end [s]: of the window, where that is before the settings'.
 struct Beginning {
   double time;
   const uint8_t *held, *leaving;
   const double* since;
+  double end = INF;
+
+  // The settings of a window.
+  Settings ended(const Settings& settings) const {
+    Settings out = settings;
+    out.end = std::min(out.end, end);
+    return out;
+  }
 };
 
 // Origin of an event: located inside a step, which ends there; a consequence, at the same time, of an event before; or a mark.

@@ -16,6 +16,7 @@ struct Begun : ModalSystem<S> {
   void begin_at(const RunData& run, const Beginning& start) {
     this->begin(run);
     this->count_from_zero(run);
+    this->settings = start.ended(this->settings);
     start_clock(this->clock, this->settings, start.time);
     FootSet on(this->sizes.constraints());
     for (int i = 0; i < this->sizes.feet; i++) {
@@ -67,18 +68,19 @@ void note_end(Modal& m, ModalResult& out) {
 
 template <class S>
 ModalResult run_all(Book& book, const Nodes& nodes, const Signals& signals, const Laws& laws, const Settings& settings,
-                    const Batch& batch, const std::vector<Beginning>& starts) {
-  Begun<S> system(book, nodes, signals, laws, settings, batch.channels);
+                    const std::vector<RunData>& runs, size_t channels, const std::vector<Beginning>& starts) {
+  Begun<S> system(book, nodes, signals, laws, settings, channels);
   ModalResult out;
   Watched<Begun<S>> watched(system, out.notes);
-  for (size_t run = 0; run < batch.runs; run++) {
+  for (size_t run = 0; run < runs.size(); run++) {
     if (starts.empty()) {
-      system.begin(batch.of(run));
+      system.begin(runs[run]);
     } else {
-      system.begin_at(batch.of(run), starts[run]);
+      system.begin_at(runs[run], starts[run]);
     }
     out.codes.push_back(march(watched));
     out.event_end.push_back(int64_t(system.log.events.size()));
+    out.trace_end.push_back(int64_t(system.recorded()));
     const Clock& clock = system.clock;
     out.finish.insert(out.finish.end(), {clock.time, double(clock.steps), double(clock.rejected)});
   }
@@ -97,9 +99,9 @@ int modal_stride(int modes) {
 }
 
 ModalResult run_modal(Book& book, const Nodes& nodes, const Signals& signals, const Laws& laws, const Settings& settings,
-                      const Batch& batch, const std::vector<Beginning>& starts) {
+                      const std::vector<RunData>& runs, size_t channels, const std::vector<Beginning>& starts) {
   return by_shape(book.sizes.stride, [&](auto shape) {
-    return run_all<decltype(shape)>(book, nodes, signals, laws, settings, batch, starts);
+    return run_all<decltype(shape)>(book, nodes, signals, laws, settings, runs, channels, starts);
   });
 }
 

@@ -1,15 +1,16 @@
 // Runs of a modal robot, one after the other: the compiled entry.
 #pragma once
+#include "march/batch.hpp"
 #include "march/window.hpp"
 #include "modal/contact.hpp"
 
 namespace tarsus::modal {
 
-// How they ended. event_end: events of run i are those from event_end[i - 1] on; finish (runs, 3): end
-// time [s], steps, rejected steps; notes: of recorded runs, on their events. Of the last run: the contact mode it is in, the one it
+// How they ended. event_end: events of run i are those from event_end[i - 1] on, likewise recorded rows by trace_end; finish (runs,
+// 3): end time [s], steps, rejected steps; notes: of recorded runs, on their events, by the rows of all runs. Of the last run: the contact mode it is in, the one it
 // goes on in (pending), which may be another, and the physical state.
 struct ModalResult {
-  std::vector<int64_t> codes, event_end;
+  std::vector<int64_t> codes, event_end, trace_end;
   std::vector<double> finish, trace, physical;
   std::vector<Event> events;
   std::vector<Note> notes;
@@ -19,8 +20,9 @@ struct ModalResult {
 // How many blocks a state of that many modes has room for.
 int modal_stride(int modes);
 
-// ``starts``: where each run begins; none: all from t = 0 in the air, and film momenta of strong films count from where steps begin.
+// ``runs``: their data, each of as many channels; ``starts``: where each begins; none: all from t = 0 in the air, and film momenta of
+// strong films count from where steps begin.
 ModalResult run_modal(Book& book, const Nodes& nodes, const Signals& signals, const Laws& laws, const Settings& settings,
-                      const Batch& batch, const std::vector<Beginning>& starts);
+                      const std::vector<RunData>& runs, size_t channels, const std::vector<Beginning>& starts);
 
 }  // namespace tarsus::modal

@@ -24,13 +24,13 @@ from tarsus.measure.periods import scene_period
 from tarsus.model.laws import Law
 from tarsus.model.scene import Scene
 
-MIXTURE_FILE = "mixture.json"
+ENSEMBLE_FILE = "mixture.json"
 FORMAT = 2
 """Of `mixture.json`; in format 1 members did not say how they were found."""
 
 
 @dataclass(frozen=True)
-class Mixture:
+class WeightedEnsemble:
     """Members of every hypothesis with their weights, and the study they belong to."""
 
     lowered: Lowered
@@ -108,12 +108,12 @@ class Mixture:
         return with_values(run.rows[0].template, run.values(values, run.rows[0]))
 
 
-def mixture_table(mixture: Mixture) -> dict[str, Any]:
-    """A mixture as plain data, which `load_mixture` reads back."""
-    unknowns = mixture.lowered.problem.unknowns
+def ensemble_table(whole: WeightedEnsemble) -> dict[str, Any]:
+    """A weighted ensemble as plain data, which `load_ensemble` reads back."""
+    unknowns = whole.lowered.problem.unknowns
     branches = []
-    for weight, one in zip(mixture.weights, mixture.ensembles, strict=True):
-        run = mixture.lowered.forward.variants[one.hypothesis.run]
+    for weight, one in zip(whole.weights, whole.ensembles, strict=True):
+        run = whole.lowered.forward.variants[one.hypothesis.run]
         members = []
         for point, share, found in zip(one.points, one.weights, one.found, strict=True):
             values = unknowns.by_name(point)
@@ -127,10 +127,10 @@ def mixture_table(mixture: Mixture) -> dict[str, Any]:
                 }
             )
         branches.append({"options": one.hypothesis.options, "weight": float(weight), "members": members})
-    d = mixture.discrepancy
+    d = whole.discrepancy
     return {
         "format": FORMAT,
-        "study": mixture.lowered.study.name,
+        "study": whole.lowered.study.name,
         "units": dict(zip(unknowns.names, unknowns.units, strict=True)),
         "sigma": d.sigma.tolist(),
         "existence_wrong": d.wrong.tolist(),
@@ -138,10 +138,10 @@ def mixture_table(mixture: Mixture) -> dict[str, Any]:
     }
 
 
-def load_mixture(
+def load_ensemble(
     folder: str | os.PathLike[str], laws: Mapping[str, type[Law]] | None = None, threads: int | None = None
-) -> Mixture:
-    """Read the mixture of a calibration's folder.
+) -> WeightedEnsemble:
+    """Read the weighted ensemble of a calibration's folder.
 
     Parameters
     ----------
@@ -154,7 +154,7 @@ def load_mixture(
 
     Returns
     -------
-    Mixture
+    WeightedEnsemble
         Devices with weights, which predicts any measure with an interval.
 
     Raises
@@ -164,12 +164,12 @@ def load_mixture(
     """
     place = Path(folder)
     try:
-        table = json.loads((place / MIXTURE_FILE).read_text(encoding="utf-8"))
+        table = json.loads((place / ENSEMBLE_FILE).read_text(encoding="utf-8"))
         same = table["format"] == FORMAT
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise InputError(f"'{place}' holds no finished calibration: {error}") from None
     if not same:
-        raise InputError(f"'{place}' holds a mixture of another format; calibrate again")
+        raise InputError(f"'{place}' holds an ensemble of another format; calibrate again")
     described = load_study(place / STUDY_FILE, laws)
     lowered = lower_study(described.study, described.table, threads)
     ensembles = []
@@ -183,4 +183,4 @@ def load_mixture(
         )
     weights = np.array([one["weight"] for one in table["branches"]])
     discrepancy = Discrepancy(np.array(table["sigma"]), np.array(table["existence_wrong"]))
-    return Mixture(lowered, tuple(ensembles), weights, discrepancy)
+    return WeightedEnsemble(lowered, tuple(ensembles), weights, discrepancy)

@@ -1,0 +1,196 @@
+// Many windows of one plan in one call, with derivatives, in Python.
+#include <nanobind/stl/tuple.h>
+
+#include "derive/legged_tangent.hpp"
+#include "derive/modal.hpp"
+#include "derive/windows.hpp"
+#include "modal/run.hpp"
+#include "record/samples.hpp"
+
+namespace tarsus {
+
+namespace {
+
+constexpr size_t TOGETHER = 64;  // windows whose recorded steps are kept at a time
+
+// Everything that windows of a modal robot share.
+struct ModalWindows {
+  modal::Book& book;
+  const Nodes& nodes;
+  const modal::Halves& halves;
+  const Laws &laws, &programs;
+  const Settings& settings;
+
+  // Windows from one up to another, on the same data; structural: of every block.
+  void run(const WindowStarts& starts, size_t from, size_t to, const WindowData& on,
+           const std::vector<std::vector<modal::Structural>>& structural, WindowsFound& out) const {
+    std::vector<RunData> runs;
+    std::vector<Beginning> begun;
+    for (size_t w = from; w < to; w++) {
+      runs.push_back(starts.run(w, on));
+      begun.push_back(starts.begun(w));
+    }
+    modal::ModalResult made = modal::run_modal(book, nodes, on.signals, laws, settings, runs, on.rows.batch.channels, begun);
+    size_t step = 0, event = 0;
+    for (size_t k = 0; k < runs.size(); k++) {
+      const size_t w = from + k, steps = size_t(made.trace_end[k]) - step, events = size_t(made.event_end[k]) - event;
+      const double* trace = made.trace.data() + step * modal::recorded_width(book.sizes);
+      for (size_t e = event; e < event + events; e++) made.notes[e].steps -= double(step);
+      out.note(Code(made.codes[k]), made.events.data() + event, events);
+      const auto seen = modal::sample_steps(book, nodes, halves, runs[k].sources, trace, steps, starts.asked(w), starts.samples(w));
+      out.samples.insert(out.samples.end(), seen.begin(), seen.end());
+      const modal::RunRecord record{trace, steps, made.events.data() + event, made.notes.data() + event, events};
+      for (size_t b = 0; b < on.blocks.size(); b++) {
+        modal::ModalTangent march(book, nodes, halves, on.signals, programs, settings, runs[k], begun[k], on.blocks[b],
+                                  on.rows.batch.channels, structural[b]);
+        modal::TangentResult found = march.run(record, starts.asked(w), starts.samples(w), nullptr);
+        out.note(w, b, events, std::move(found.events), found.samples, found.flags);
+      }
+      step += steps;
+      event += events;
+    }
+  }
+};
+
+// laws, programs: with twins and by programs alone; on: a list of (signals, rows, blocks of derivatives, of each block what is of
+// the structure: its book and lane).
+nb::tuple windows_modal(modal::Book& book, const Nodes& nodes, nb::handle module, const Laws& laws, const Laws& programs,
+                        const Settings& settings, nb::list on, nb::list structural, nb::handle given) {
+  const modal::Sizes& sizes = book.sizes;
+  const std::vector<WindowData> data = window_data(on, size_t(sizes.coordinates), laws, sizes.drives);
+  const WindowStarts starts(given, 2 * size_t(sizes.coordinates), size_t(sizes.feet));
+  starts.check(data);
+  const size_t blocks = data.empty() ? 0 : data[0].blocks.size();
+  std::vector<std::vector<std::vector<modal::Structural>>> numbers(data.size(), std::vector<std::vector<modal::Structural>>(blocks));
+  for (nb::handle item : structural) {
+    const auto [source, block, by, lane] = nb::cast<std::tuple<size_t, size_t, modal::DerivedBook*, int>>(item);
+    if (source >= data.size() || block >= blocks || &by->book != &book || lane < 0 || lane >= LANES) {
+      throw std::invalid_argument("derivatives of the structure are those of its book");
+    }
+    numbers[source][block].push_back({by, lane});
+  }
+  const modal::Halves halves = halves_of(module);
+  WindowsFound out(blocks);
+  {
+    nb::gil_scoped_release released;
+    const ModalWindows windows{book, nodes, halves, laws, programs, settings};
+    for (size_t w = 0; w < starts.count;) {
+      const size_t last = starts.alike(w, TOGETHER), source = size_t(starts.source(w));
+      windows.run(starts, w, last, data[source], numbers[source], out);
+      w = last;
+    }
+  }
+  return out.returned_as(modal::sample_width(sizes));
+}
+
+// Perturbed copies of a walker in a block of the data with a number.
+struct Copies {
+  size_t source, block;
+  legged::PerturbedBody one;
+};
+
+// Everything that windows of a walker share.
+struct LeggedWindows {
+  const legged::Body& body;
+  const legged::LegTables& tables;
+  const Nodes& nodes;
+  const legged::Between& between;
+  const Laws &laws, &programs;
+  const Settings& settings;
+  const std::vector<Copies>& copies;
+  int lanes;  // numbers in all blocks
+
+  void run(const WindowStarts& starts, size_t from, size_t to, const WindowData& on, WindowsFound& out) const {
+    Settings units = settings;
+    Log log;
+    legged::Notes notes;
+    legged::LeggedMarch system(body, tables, nodes, between, on.signals, laws, units, log, notes, false, on.rows.batch.channels);
+    for (size_t w = from; w < to; w++) {
+      const RunData run = starts.run(w, on);
+      const Beginning begun = starts.begun(w);
+      units = begun.ended(settings);
+      log.events.clear();
+      ask(starts, w, system.sample_width(), notes);
+      system.begin(run);
+      begin_at(system, begun);
+      const Code code = march(system);
+      out.note(code, log.events.data(), log.events.size());
+      out.samples.insert(out.samples.end(), notes.samples.begin(), notes.samples.end());
+      for (size_t b = 0; b < on.blocks.size(); b++) derive(starts, w, b, on, run, log.events.size(), out);
+    }
+  }
+
+ private:
+  static void ask(const WindowStarts& starts, size_t w, size_t width, legged::Notes& notes) {
+    notes.times.assign(starts.asked(w), starts.asked(w) + starts.samples(w));
+    notes.samples.assign(notes.times.size() * width, NOT_A_NUMBER);
+    notes.marks.clear();
+  }
+
+  void derive(const WindowStarts& starts, size_t w, size_t block, const WindowData& on, const RunData& run, size_t events,
+              WindowsFound& out) const {
+    const Beginning begun = starts.begun(w);
+    const Settings units = begun.ended(settings);
+    const int count = std::min(LANES, lanes - int(block) * LANES);
+    std::vector<legged::PerturbedBody> others;
+    for (const Copies& one : copies) {
+      if (one.source == size_t(starts.source(w)) && one.block == block) others.push_back(one.one);
+    }
+    Log log;
+    legged::Notes notes;
+    legged::LeggedTangent system(body, tables, nodes, between, on.signals, laws, programs, units, log, notes, false,
+                                 on.rows.batch.channels, run, on.blocks[block], count, others);
+    ask(starts, w, system.sample_width(), notes);
+    system.begin(run);
+    begin_at(system, begun);
+    system.begin_lanes(true);
+    march(system);
+    system.finish();
+    std::vector<TangentFlag> flags = system.reported.flags;
+    if (log.events.size() != events) flags.push_back({0.0, double(LOST), -1.0});  // in chaos its steps may come to others
+    system.slopes.samples.resize(starts.samples(w) * (2 * size_t(body.coordinates() + 2 * body.legs.size()) + 5 * size_t(body.feet())),
+                                 Row(NOT_A_NUMBER));
+    out.note(w, block, events, std::move(system.reported.events), system.slopes.samples, flags);
+  }
+};
+
+// copies: a list of (data, block, body, tables, weight, lane); lanes: numbers in all blocks. Others as for windows_modal.
+nb::tuple windows_legged(const legged::Body& body, const legged::LegTables& tables, const Nodes& nodes, const Laws& laws,
+                         const Laws& programs, const Settings& settings, nb::list on, nb::list given_copies, int lanes, nb::handle given) {
+  const size_t coordinates = body.coordinates() + 2 * body.legs.size();
+  const std::vector<WindowData> data = window_data(on, coordinates, laws, body.drives);
+  const WindowStarts starts(given, 2 * coordinates, size_t(body.feet()));
+  starts.check(data);
+  std::vector<Copies> copies;
+  for (nb::handle item : given_copies) {
+    const auto [source, block, other, legs, weight, lane] =
+        nb::cast<std::tuple<size_t, size_t, legged::Body*, legged::LegTables*, double, int>>(item);
+    if (other->legs.size() != body.legs.size() || legs->lengths != tables.lengths || lane < 0 || lane >= LANES) {
+      throw std::invalid_argument("perturbed copies of a walker have its legs and steps");
+    }
+    copies.push_back({source, block, {other, legs, weight, lane}});
+  }
+  WindowsFound out(data.empty() ? 0 : data[0].blocks.size());
+  size_t width = 0;
+  {
+    nb::gil_scoped_release released;
+    const legged::Between between(nodes);
+    const LeggedWindows windows{body, tables, nodes, between, laws, programs, settings, copies, lanes};
+    for (size_t w = 0; w < starts.count;) {
+      const size_t last = starts.alike(w, starts.count);
+      windows.run(starts, w, last, data[size_t(starts.source(w))], out);
+      w = last;
+    }
+    width = starts.times.size() ? out.samples.size() / starts.times.size() : 0;
+  }
+  return out.returned_as(width);
+}
+
+}  // namespace
+
+void bind_windows(nb::module_& m) {
+  m.def("windows_modal", &windows_modal);
+  m.def("windows_legged", &windows_legged);
+}
+
+}  // namespace tarsus

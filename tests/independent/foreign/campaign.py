@@ -1,0 +1,245 @@
+"""A campaign of the foreign laboratory: MATLAB files as an instrument leaves them, campaign.toml and device.toml."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+from scipy.io import savemat
+from scipy.signal import butter, sosfilt
+
+from independent.foreign.drive import Wave
+from independent.foreign.motion import Motion, Moved
+from independent.foreign.world import Device, World
+
+Floats = NDArray[np.float64]
+FAR = 0.03
+"""Gap [m] of records in the air."""
+WANDER = 1e-6
+"""Standard deviation [m] of the displacements' zero from record to record."""
+RAMPS = (
+    (5.0, 0.25, 3),
+    (5.0, 0.5, 3),
+    (5.0, 1.0, 3),
+    (20.0, 0.5, 4),
+    (20.0, 1.0, 4),
+    (60.0, 1.0, 8),
+    (100.0, 1.0, 10),
+)
+"""Ramped squares: frequency [Hz], share of ramps, periods."""
+BOUNCES = ((1.25, 300.0), (2.25, 300.0))
+"""Square waves that make the foot bounce: volts, hertz."""
+
+
+@dataclass(frozen=True)
+class Record:
+    """One experiment: duration and rest before it [s]; gap [m], None for the device's own; share of the rate."""
+
+    name: str
+    purpose: str
+    wave: Wave
+    duration: float
+    repeats: int
+    rest: float = 0.01
+    gap: float | None = None
+    share: int = 1
+    air: str | None = None
+
+
+def planned(rate: float) -> list[Record]:
+    """46 files: sweeps, static loops, ramped squares, bounces and the same in the air, signals kept for validation."""
+    out = []
+    for number in range(6):
+        seconds = 1.0 + 0.1 * number
+        low, high = 200.0, 0.45 * rate
+        high = (
+            2.0 * float(np.floor(0.5 * (low + high) * seconds)) / seconds - low
+        )  # ends where the sine is zero
+        ends = (low, high) if number % 2 == 0 else (high, low)
+        keys = dict(amplitude=0.2, start_frequency=ends[0], stop_frequency=ends[1], duration=seconds)
+        out.append(Record(f"sweep-{number + 1}", "modal", Wave("swept_sine", keys), 1.8, 1, 0.0, FAR))
+    levels = np.array([0.0, -8.0, 8.0, -6.0, 6.0, -4.0, 4.0, 0.0])
+    times = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(levels)) / 28.0)])
+    stairs = Wave("sampled", dict(times=times.tolist(), levels=levels.tolist()))
+    out.append(Record("loops", "loops", stairs, 3.0, 3, 0.1, None, 20))
+    for hz, duty, periods in RAMPS:
+        wave = Wave("ramped_square", dict(amplitude=8.0, frequency=hz, duty=duty))
+        out.append(Record(f"ramps-{hz:g}hz-{100 * duty:g}", "ramps", wave, periods / hz, 3))
+    for volts, hz in BOUNCES:
+        wave, level = Wave("square", dict(amplitude=volts, frequency=hz)), f"{1000 * volts:g}mv-{hz:g}hz"
+        out.append(Record(f"bounces-{level}", "bounces", wave, 0.2, 3, air=f"air-{level}"))
+        out.append(Record(f"air-{level}", "air", wave, 0.2, 3, gap=FAR))
+    for kind, volts, hz in (
+        ("square", 6.0, 15.0),
+        ("square", 8.0, 50.0),
+        ("sine", 8.0, 15.0),
+        ("sine", 6.0, 100.0),
+    ):
+        wave = Wave(kind, dict(amplitude=volts, frequency=hz))
+        out.append(Record(f"held-out-{kind}-{volts:g}v-{hz:g}hz", "validation", wave, 6.0 / hz, 1))
+    return out
+
+
+def write_campaign(
+    folder: Path,
+    device: Device,
+    world: World,
+    seed: int = 1,
+    rate: float = 20e3,
+    decibels: float = 40.0,
+    name: str = "foreign",
+) -> Path:
+    """Simulate and record a campaign; its file is returned.
+
+    Parameters
+    ----------
+    folder
+        Gets campaign.toml, device.toml (which holds nothing that is to be found) and one .mat a record.
+    device, world
+        What it truly is.
+    seed
+        Of the instruments' noise.
+    rate
+        Samples per second [Hz].
+    decibels
+        Noise of each channel below its own motion.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    motion = Motion(device, world)
+    random = np.random.default_rng([seed, 41])
+    head = [
+        f'name = "{name}"', 'device = "device.toml"', 'foot = "tip"', 'drive = "pzt"', "", "[defaults]",
+        'rest = "10 ms"', 'drive = "volts"', "", "[defaults.channels]", 'volts = "V"',
+    ]  # fmt: skip
+    for point in ("tip", "center"):
+        head += [f'{point}_x = {{ unit = "um", point = "{point}" }}']
+        head += [f'{point}_v = {{ unit = "mm/s", point = "{point}" }}']
+    head.append("")
+    number = 0
+    for record in planned(rate):
+        files = []
+        moved: Moved | None = None
+        for repeat in range(record.repeats):
+            if moved is None or (world.drift and record.gap is None):
+                moved = _moved(motion, record, rate / record.share, device.gap + world.drift * number)
+            number += 1
+            file = f"{record.name}-{repeat + 1}.mat" if record.repeats > 1 else f"{record.name}.mat"
+            savemat(folder / file, _recorded(record, moved, world, rate / record.share, decibels, random))
+            files.append(file)
+        head += list(_set(record, files))
+    (folder / "campaign.toml").write_text("\n".join(head) + "\n")
+    (folder / "device.toml").write_text(_known(device))
+    return folder / "campaign.toml"
+
+
+def _moved(motion: Motion, record: Record, rate: float, gap: float) -> Moved:
+    """The motion, a little longer than the record where a clock runs fast."""
+    longer = record.duration * (1.0 + 2.0 * abs(motion.world.pace)) + (
+        8.0 / rate if motion.world.pace else 0.0
+    )
+    if record.purpose == "modal":
+        return motion.swept(record.wave, rate, longer)
+    finer = Motion(motion.device, motion.world, motion.steps * record.share) if record.share > 1 else motion
+    return finer.driven(record.wave, rate, longer, gap if record.gap is None else record.gap)
+
+
+def _recorded(
+    record: Record, moved: Moved, world: World, rate: float, decibels: float, random: np.random.Generator
+) -> dict[str, object]:
+    """Channels of a file: um, mm/s and V."""
+    count = int(np.floor(record.duration * rate * (1.0 + 1e-12)))
+    rest = round(record.rest * rate)
+    time = np.arange(-rest, count) / rate
+    driving = np.maximum(time, 0.0)
+    volts = np.where(time >= 0.0, record.wave.volts(driving), 0.0)
+    out: dict[str, object] = {"fs": rate, "volts": np.round(volts / (20.0 / 2**16)) * (20.0 / 2**16)}
+    own = np.arange(moved.x.shape[1]) / rate
+    for k, point in enumerate(("tip", "center")):
+        for quantity, motion, speed, factor in (
+            ("x", moved.x[k], moved.v[k], 1e6),
+            ("v", moved.v[k], None, 1e3),
+        ):
+            if record.purpose == "modal" and quantity == "v":
+                continue
+            late = world.late if quantity == "x" else 0.0
+            at = time * (1.0 + world.pace) - late
+            if late or world.pace:
+                seen = np.interp(at, own, motion)
+                inside = at > 0.0
+                seen[inside] = _between(own, motion, speed, at[inside])
+                seen[~inside] = motion[0]
+            else:
+                seen = np.concatenate([np.full(rest, motion[0]), motion[:count]])
+            if np.isfinite(world.filtered):
+                seen = _passed(seen, world.filtered, rate)
+            noise = float(np.sqrt(np.mean(seen[rest:] ** 2))) * 10.0 ** (-decibels / 20.0)
+            if quantity == "x":
+                seen = seen + world.hum * noise * np.sin(2.0 * np.pi * 50.0 * time + 6.0 * random.random())
+                seen = seen + (WANDER * random.standard_normal() if record.purpose != "modal" else 0.0)
+                seen = seen * (world.gain if point == "tip" else 1.0)
+            out[f"{point}_{quantity}"] = factor * (seen + noise * random.standard_normal(len(seen)))
+    return out
+
+
+def _between(time: Floats, motion: Floats, speed: Floats | None, at: Floats) -> Floats:
+    """Motion between samples: by its speed as well where that is known, which bends at impacts."""
+    from scipy.interpolate import CubicHermiteSpline
+
+    inside = np.minimum(at, time[-1])
+    spline = CubicSpline(time, motion) if speed is None else CubicHermiteSpline(time, motion, speed)
+    return np.asarray(spline(inside))
+
+
+def _passed(motion: Floats, hertz: float, rate: float) -> Floats:
+    """Behind a fourth-order low-pass, run on eight times as many samples so that it is the analogue one."""
+    fine = 8
+    time = np.arange(len(motion))
+    dense = CubicSpline(time, motion)(np.arange(len(motion) * fine) / fine)
+    sections = butter(4, min(hertz, 3.0 * rate), fs=rate * fine, output="sos")
+    return np.asarray(sosfilt(sections, dense - motion[0])[::fine]) + motion[0]
+
+
+def _set(record: Record, files: list[str]) -> Iterator[str]:
+    yield f"[records.{record.name}]"
+    yield f'purpose = "{record.purpose}"'
+    yield f"files = {files!r}".replace("'", '"')
+    if record.rest != 0.01:
+        yield f'rest = "{1000 * record.rest:g} ms"'
+    if record.gap is not None:
+        yield f'gap = "{1000 * record.gap:g} mm"'
+    if record.air is not None:
+        yield f'air = "{record.air}"'
+    signal = ", ".join(f"{key} = {value!r}" for key, value in record.wave.parameters.items())
+    yield f'signal = {{ kind = "{record.wave.kind}", {signal} }}'
+    yield ""
+
+
+def _known(device: Device) -> str:
+    """What is known beforehand, as a scene file: geometry, gap, thresholds, history; the rest says nothing."""
+    long, wide, thick = device.tip
+    blank = '{ source = "assumed", note = "Placeholder, to be identified." }'
+    unknown = (
+        "robot.structure.frequencies", "robot.structure.damping_ratios", "robot.drives.pzt.load.participation",
+        *(f"robot.drives.pzt.law.{key}" for key in ("constant", "linear", "quadratic", "cubic", "weights")),
+        "ground.restitution.coefficient", "ground.adhesion.initial", "ground.adhesion.rate",
+        "ground.film.coefficient", "ground.film.thickness",
+    )  # fmt: skip
+    lines = [
+        'name = "foreign"', "duration = 0.2", "", "[robot.structure]", 'kind = "beam"', "frequencies = [600.0, 6000.0]",
+        "damping_ratios = [0.02, 0.02]", f"length = {device.length}", f"tip_length = {long}", f"tip_width = {wide}",
+        f"tip_thickness = {thick}", f"tip_density = {device.density}", "", "[robot.drives.pzt]",
+        f"history = {list(device.history)}", "", "[robot.drives.pzt.load]", 'kind = "modal"',
+        f"participation = [{device.participation[0]}, 1.0]", "", "[robot.drives.pzt.law]",
+        'kind = "prandtl_ishlinskii"', "constant = 0.0", "linear = 1e-6", "quadratic = 0.0", "cubic = 0.0",
+        f"thresholds = {list(device.thresholds)}", f"weights = {[0.0] * len(device.weights)}", "", "[robot.feet.tip]",
+        'point = "tip"', f"gap = {device.gap}", "normal = 1", "", "[ground]", "near_field_forces = true", "",
+        "[ground.restitution]", "coefficient = 0.5", "", "[ground.landing]", 'kind = "capture_unless_pulled"', "",
+        "[ground.adhesion]", "initial = 0.0", "rate = 0.0", "", "[ground.film]", "coefficient = 1e-20",
+        "thickness = 1e-5", "", "[signals.pzt]", 'kind = "square"', "amplitude = 8.0", "frequency = 50.0", "",
+        "[provenance]", *(f'"{path}" = {blank}' for path in unknown),
+    ]  # fmt: skip
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,154 @@
+"""Voltages, and the force of a drive with plays, at given times."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from independent.foreign.world import Device, World
+
+Floats = NDArray[np.float64]
+CREEP_S = 0.3
+"""Time after which the late share of a creeping drive has followed."""
+
+
+@dataclass(frozen=True)
+class Wave:
+    """A voltage: turns [s]: where it may turn, jump or bend; jumps: whether it jumps at the turns; monotone between
+    them; amplitude [V], hz, duty and the like in ``parameters``, as the campaign file has them."""
+
+    kind: str
+    parameters: dict[str, float | list[float]]
+
+    def volts(self, time: Floats, before: bool = False) -> Floats:
+        """Voltages [V] at times [s]; ``before``: the limit from the left at a jump."""
+        p = self.parameters
+        t = np.asarray(time, dtype=float)
+        if self.kind == "sampled":
+            return np.interp(t, p["times"], p["levels"])
+        if self.kind == "swept_sine":
+            t = np.minimum(t, p["duration"])
+            rate = (p["stop_frequency"] - p["start_frequency"]) / p["duration"]
+            return p["amplitude"] * np.sin(2.0 * np.pi * ((p["start_frequency"] + 0.5 * rate * t) * t))
+        turns = t * p["frequency"]
+        if self.kind == "sine":
+            return p["amplitude"] * np.sin(2.0 * np.pi * turns)
+        near = (
+            -1e-9 if before else 1e-9
+        )  # of a cycle: which side of a jump a time that rounds to it belongs to
+        place = np.remainder(turns + near, 1.0)
+        if self.kind == "square":
+            return p["amplitude"] * np.where(place < 0.5, 1.0, -1.0)
+        half = 0.25 * p["duty"]
+        return p["amplitude"] * np.interp(
+            place, [0.0, half, 0.5 - half, 0.5 + half, 1.0 - half, 1.0], [0.0, 1.0, 1.0, -1.0, -1.0, 0.0]
+        )
+
+    def turns(self, end: float) -> Floats:
+        """Times [s] from 0 to the end between which the voltage is smooth and monotone."""
+        p = self.parameters
+        if self.kind == "sampled":
+            inside = np.asarray(p["times"])
+        elif self.kind == "swept_sine":
+            rate = (p["stop_frequency"] - p["start_frequency"]) / p["duration"]
+            last = 0.5 * (p["start_frequency"] + p["stop_frequency"]) * p["duration"]
+            quarter = 0.25 + 0.5 * np.arange(int(2.0 * last) + 1)
+            first = p["start_frequency"]
+            inside = (np.sqrt(first**2 + 2.0 * rate * quarter) - first) / rate
+            inside = np.append(inside[np.isfinite(inside)], p["duration"])
+        else:
+            half = 0.25 * p.get("duty", 1.0)
+            places = {"sine": (0.25, 0.75), "square": (0.0, 0.5)}.get(
+                self.kind, (half, 0.5 - half, 0.5 + half, 1.0 - half)
+            )
+            whole = np.arange(int(end * p["frequency"]) + 1)
+            inside = (whole[:, None] + np.array(places)).ravel() / p["frequency"]
+        inside = np.unique(inside[(inside > 1e-12) & (inside < end - 1e-12)])
+        return np.concatenate([[0.0], inside, [end]])
+
+
+class Drive:
+    """The force of a device's drive under a voltage."""
+
+    def __init__(self, device: Device, world: World, wave: Wave, end: float) -> None:
+        self.device, self.wave = device, wave
+        self.r = np.array(world.thresholds or device.thresholds)
+        self.w = np.array(device.weights)
+        self.creep = world.creep
+        state = np.zeros(len(self.r))
+        for level in device.history:
+            state = _played(state, level, self.r)
+        self.turns = wave.turns(end)
+        self.states = [state]  # at rest, then at the start and the end of every stretch
+        for first, last in zip(self.turns[:-1], self.turns[1:], strict=True):
+            start = _played(self.states[-1], float(wave.volts(first)), self.r)
+            self.states += [start, _played(start, float(wave.volts(last, before=True)), self.r)]
+
+    @property
+    def at_rest(self) -> float:
+        """Force [N] before the voltage begins."""
+        return float(self._whole(np.zeros(1), self.states[0][None])[0]) * (1.0 + self.creep)
+
+    def _whole(self, volts: Floats, state: Floats) -> Floats:
+        a, b, c, d = self.device.law
+        return ((d * volts + c) * volts + b) * volts + a + state @ self.w
+
+    def force(self, time: Floats, stretch: NDArray[np.intp], before: bool = False) -> Floats:
+        """Force [N] without creep at times [s], each of a stretch between turns."""
+        volts = self.wave.volts(time, before)
+        start = np.array(self.states[1::2])[stretch]
+        return self._whole(volts, _played(start, volts[:, None], self.r))
+
+    def kinks(self) -> Floats:
+        """Times [s] at which plays engage between turns."""
+        out = []
+        for k, (first, last) in enumerate(zip(self.turns[:-1], self.turns[1:], strict=True)):
+            state = self.states[2 * k + 1]
+            a, b = (float(self.wave.volts(t, side)) for t, side in ((first, False), (last, True)))
+            if a == b:
+                continue
+            levels = state + np.sign(b - a) * self.r
+            inside = (levels - a) * (levels - b) < 0.0
+            for level in levels[inside & (self.w != 0.0)]:
+                out.append(self._when(k, level))
+        return np.array(out)
+
+    def _when(self, stretch: int, level: float) -> float:
+        from scipy.optimize import brentq
+
+        ends = self.turns[stretch], self.turns[stretch + 1]
+        inner = 1e-12 * (ends[1] - ends[0])
+        return float(
+            brentq(
+                lambda t: float(self.wave.volts(t)) - level,
+                ends[0] + inner,
+                ends[1] - inner,
+                xtol=1e-16,
+                rtol=1e-14,
+            )
+        )
+
+    def along(self, marks: Floats) -> tuple[Floats, Floats, Floats]:
+        """Forces [N] at the beginning, middle and end of steps between marks [s], no step across a turn."""
+        first, last = marks[:-1], marks[1:]
+        middle = 0.5 * (first + last)
+        stretch = np.clip(np.searchsorted(self.turns, middle) - 1, 0, len(self.turns) - 2)
+        fa, fm, fb = self.force(first, stretch), self.force(middle, stretch), self.force(last, stretch, True)
+        if self.creep == 0.0:
+            return fa, fm, fb
+        late = np.empty(len(marks))
+        late[0] = self.at_rest / (1.0 + self.creep)
+        step = last - first
+        share, half = -np.expm1(-step / CREEP_S), -np.expm1(-0.5 * step / CREEP_S)
+        mean = (fa + 4.0 * fm + fb) / 6.0
+        for k in range(len(step)):
+            late[k + 1] = late[k] + share[k] * (mean[k] - late[k])
+        between = late[:-1] + half * (0.5 * (fa + fm) - late[:-1])
+        return fa + self.creep * late[:-1], fm + self.creep * between, fb + self.creep * late[1:]
+
+
+def _played(state: Floats, volts: Floats | float, r: Floats) -> Floats:
+    """Plays after a monotone move to a voltage."""
+    return np.minimum(np.maximum(state, volts - r), volts + r)

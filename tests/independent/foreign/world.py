@@ -1,0 +1,101 @@
+"""The device of the foreign laboratory, and how its world may differ from what an identification assumes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Device:
+    """Numbers of a cantilever with a rigid tip above a ground, SI.
+
+    participation: of both modes in the drive's force; law: constant, linear, quadratic and cubic gain; weights of the
+    plays; gap: of the foot at the neutral position; film: coefficient [N m^2 s] and thickness [m]; adhesion: at touch
+    [N] and its growth [N/s].
+    """
+
+    frequencies: tuple[float, ...] = (623.0, 6424.0)
+    damping: tuple[float, ...] = (0.0108677, 0.0720721)
+    participation: tuple[float, ...] = (0.117303, 5.81282)
+    law: tuple[float, ...] = (-1.27075e-6, -7.36612e-7, -8.95e-9, 2.94905e-9)
+    thresholds: tuple[float, ...] = (1.143, 2.286, 3.429, 4.571, 5.714, 6.857)
+    weights: tuple[float, ...] = (0.0, 0.0, 0.0, -1.0835e-7, 0.0, -4.42899e-7)
+    history: tuple[float, ...] = (10.0, 0.0)
+    gap: float = 70e-6
+    restitution: float = 0.401712
+    adhesion: tuple[float, float] = (2.5e-7, 1.7e-6)
+    film: tuple[float, float] = (1.747e-21, 58e-6)
+    length: float = 750e-6
+    tip: tuple[float, float, float] = (150e-6, 100e-6, 10e-6)
+    density: float = 2330.0
+
+    def drawn(self, spread: float, seed: int) -> Device:
+        """Another device, its unknown numbers within a share of these."""
+        random = np.random.default_rng([seed, 77])
+        changed: dict[str, object] = {}
+        for name in ("frequencies", "damping", "law", "weights", "adhesion", "film", "restitution"):
+            value = np.asarray(getattr(self, name), dtype=float)
+            new = value * (1.0 + spread * random.uniform(-1.0, 1.0, value.shape))
+            changed[name] = float(new) if value.ndim == 0 else tuple(new.tolist())
+        second = self.participation[1] * (1.0 + spread * float(random.uniform(-1.0, 1.0)))
+        return replace(self, participation=(self.participation[0], second), **changed)  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True)
+class World:
+    """What differs from the model; every default is no difference.
+
+    late [s]: of the displacements behind the volts; filtered [Hz]: fourth-order low-pass of all motion; exponent: of
+    the film in the gap; stiffening: share by which the first mode's spring is stiffer at its largest use; creep: share
+    of the drive's force that follows late, after 0.3 s; third: share of the extra mode in the static motion of the
+    foot; thresholds [V]: of the true plays; slow [m/s]: speed below which a rebounding foot is captured, 0 where it is
+    captured unless pulled; fading: exponent by which restitution falls with speed. Own: gain: factor on the foot's
+    displacement; drift [m]: by which the ground sinks from record to record; ground [N/m]: its stiffness, infinite
+    where rigid; hum: amplitude at 50 Hz on the displacements, in deviations of their noise; pace: share by which the
+    clock of the vibrometer runs fast; ageing [s]: time after which adhesion grows no more.
+    """
+
+    late: float = 0.0
+    filtered: float = np.inf
+    exponent: int = 3
+    stiffening: float = 0.0
+    creep: float = 0.0
+    third: float = 0.0
+    thresholds: tuple[float, ...] = ()
+    slow: float = 0.0
+    fading: float = 0.0
+    gain: float = 1.0
+    drift: float = 0.0
+    ground: float = np.inf
+    hum: float = 0.0
+    pace: float = 0.0
+    ageing: float = np.inf
+
+    @property
+    def differs(self) -> tuple[str, ...]:
+        """Names of what differs."""
+        return tuple(f.name for f in fields(self) if getattr(self, f.name) != f.default)
+
+
+WORLDS = {
+    "sound": World(),
+    "displacement 6 us late": World(late=6e-6),
+    "displacement 20 us late": World(late=20e-6),
+    "anti-alias filter": World(filtered=8e3),
+    "film exponent 2": World(exponent=2),
+    "cubic stiffness": World(stiffening=0.02),
+    "creep of the drive": World(creep=0.08),
+    "third mode": World(third=0.02),
+    "other thresholds": World(thresholds=(0.9, 1.8, 2.9, 4.1, 5.2, 6.3)),
+    "rebounds until slow": World(slow=0.01),
+    "restitution falls with speed": World(fading=0.15),
+    "gain of a channel": World(gain=1.03),
+    "ground drifts": World(drift=6e-8),
+    "compliant ground": World(ground=5.0),
+    "mains hum": World(hum=1.5),
+    "clock 100 ppm off": World(pace=1e-4),
+    "adhesion that ages": World(ageing=0.03),
+}
+"""Kinds of world: one as the model has it, ten differences that are known to mislead, and six more."""
