@@ -179,7 +179,12 @@ class ModalFit:
 
 
 def identify_modes(
-    frf: Frf | FrequencyResponse, band: tuple[float, float], order: int = 40, smallest: float = 0.5
+    frf: Frf | FrequencyResponse,
+    band: tuple[float, float],
+    order: int = 40,
+    smallest: float = 0.5,
+    *,
+    between_fits: bool = True,
 ) -> ModalFit:
     """Modes in a band of frequency responses.
 
@@ -198,6 +203,9 @@ def identify_modes(
         Largest order of the models: two or three times the number of modes expected, and more where noise is high.
     smallest
         Share of the response that a mode must make up near its own frequency, in at least one channel.
+    between_fits
+        Whether intervals hold the spread between orders, windows and methods. Not where the structure is known to have
+        just these modes: models of other orders are no other descriptions of it then.
 
     Returns
     -------
@@ -235,7 +243,7 @@ def identify_modes(
     refined = np.array([fit.pole for fit in kept.values()])
     residues, background = residues_of(part.frequency, channels, refined)
     synthesis = (synthesise(part.frequency, refined, residues) + background).reshape(part.values.shape)
-    between = spreads(part, poles, synthesis, tuple(kept.values()))
+    between = spreads(part, poles, synthesis, tuple(kept.values())) if between_fits else [None] * len(kept)
     modes = [
         mode_of(part, fit, seen[pole], one) for (pole, fit), one in zip(kept.items(), between, strict=True)
     ]
