@@ -132,7 +132,8 @@ def identify_resonances(
 def _fitted(model: FootModel, agreed: Agreed, inside: tuple[float, float], count: int) -> ModalFit:
     first = agreed.records[0]
     frf = estimate_frf(agreed.records, [agreed.drive], agreed.channels, inside)
-    fit = identify_modes(frf, inside, order=max(_FEWEST_ORDERS, _ORDERS_PER_MODE * count))
+    orders = max(_FEWEST_ORDERS, _ORDERS_PER_MODE * count)
+    fit = identify_modes(frf, inside, orders, between_fits=False)
     for parts in _PARTS:
         if len(fit.modes) >= count:
             break
@@ -194,7 +195,7 @@ def _in_parts(frf: Frf, band: tuple[float, float], parts: int, order: int) -> Mo
     for low, high in pairwise(edges):
         part = max(low / _OVERLAP, band[0]), min(high * _OVERLAP, band[1])
         try:
-            fit = identify_modes(frf, part, order)
+            fit = identify_modes(frf, part, order, between_fits=False)
         except InputError as error:
             passed += [f"a part of the band shows no mode: {said}" for said in error.problems]
             continue

@@ -1,5 +1,9 @@
-"""Modes from records: frequency responses, poles and shapes with intervals."""
+"""Modes from measurements: frequency responses, poles and shapes with intervals.
 
+The package is also the verb of its name, ``tarsus.modes("plate.uff")``.
+"""
+
+from tarsus.base.verb import callable_package
 from tarsus.modes.circle import CircleFit, fit_mode_circle
 from tarsus.modes.frf import Estimator, Frf, estimate_frf
 from tarsus.modes.modal import ModalFit, identify_modes
@@ -16,3 +20,5 @@ __all__ = [
     "fit_mode_circle",
     "identify_modes",
 ]
+
+callable_package(__name__, "tarsus.modes.verb:modes")

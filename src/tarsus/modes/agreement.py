@@ -179,6 +179,11 @@ def _agree(seen: Complexes, common: Complexes) -> bool:
     return all(_fits(*_factor(one, other)) for one, other in zip(seen, common, strict=True))
 
 
+def alike(seen: Complexes, common: Complexes) -> bool:
+    """Whether two responses (nf,) are the same, up to what repeats of one measurement differ in."""
+    return _fits(*_factor(seen, common))
+
+
 def _fits(factor: complex, left: float) -> bool:
     return left < _SHAPE and abs(factor - 1.0) < _GAIN
 

@@ -19,9 +19,10 @@ Complexes = NDArray[np.complex128]
 _UNEXCITED = 1e-8
 """Part of the largest power below which a line holds no drive: a ten-thousandth of the amplitude, the digit of a
 recorder of 13 bits."""
-_HANN = 4.0
+HANN = 4.0
 """Lines below which a half-power band looks wider by more than 11 % through a Hann window."""
-_MOTIONS = {Quantity.DISPLACEMENT: 0, Quantity.VELOCITY: 1, Quantity.ACCELERATION: 2}
+MOTIONS = {Quantity.DISPLACEMENT: 0, Quantity.VELOCITY: 1, Quantity.ACCELERATION: 2}
+"""Motions, by how often the displacement is differentiated to give them."""
 
 
 class Estimator(Enum):
@@ -40,7 +41,8 @@ class Frf:
     points; inputs: names of the drives (that of a point where the drive is a force at it, along the response); repeats
     (nr, no, ni, nf): the same of single repeats, or None; coherence (no, nf): multiple coherence, or None; resolving:
     lines that a half-power band must have for its damping to be known, 1 unless a window smears the lines; files: where
-    each point was measured, empty where all were together.
+    each point was measured, empty where all were together; forced: whether a known drive excites the motion, False of
+    free decays, whose residues are turned as they began.
 
     Raises
     ------
@@ -57,6 +59,7 @@ class Frf:
     coherence: Floats | None = None
     resolving: float = 1.0
     files: tuple[str, ...] = ()
+    forced: bool = True
 
     def __post_init__(self) -> None:
         problems = []
@@ -82,7 +85,7 @@ class Frf:
                     "the lines are not evenly spaced: steps from "
                     f"{steps.min():g} Hz to {steps.max():g} Hz; interpolate or export them evenly"
                 )
-        if self.quantity not in _MOTIONS:
+        if self.quantity not in MOTIONS:
             problems.append(
                 f"the response is no motion: expected m, m/s or m/s^2, got {self.quantity.unit}: are drive and "
                 "response channels swapped?"
@@ -124,7 +127,7 @@ class Frf:
     @property
     def derivatives(self) -> int:
         """How often the displacement is differentiated to give the responses: 0, 1 or 2."""
-        return _MOTIONS[self.quantity]
+        return MOTIONS[self.quantity]
 
     def between(self, low: float, high: float) -> Frf:
         """The lines from ``low`` to ``high`` [Hz], both included, without one at 0 Hz.
@@ -239,7 +242,7 @@ def estimate_frf(
         first.channel(responses[0]).quantity,
         np.array([_response(one, count, estimator) for one in spectra]) if single else None,
         _coherence(mean, count) if total > count else None,
-        1.0 if segment is None else _HANN,
+        1.0 if segment is None else HANN,
     )
 
 

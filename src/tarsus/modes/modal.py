@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
+from tarsus.measure.mac import mac
 from tarsus.model.structure.modal import Modal
 from tarsus.modes.frf import Frf
 from tarsus.modes.intervals import pole_ranges, scatter_of
@@ -66,7 +67,7 @@ class ModalFit:
         ]
         columns = [
             Column(name, unit, digits, over=over)
-            for over, unit, digits in (("frequency", "Hz", 6), ("damping ratio", "%", 3))
+            for over, unit, digits in (("frequency", "Hz", 6), ("damping ratio", "%", 4))
             for name in ("value", "95 % interval")
         ]
         return Table("", (*columns, "orders", "verdict"), rows, (*self.remarks, *self.refused))
@@ -101,7 +102,8 @@ class ModalFit:
             "the order or narrow the band"
         ] * (self.misfit > _UNEXPLAINED)
         late = [
-            f"all modes show a delay of {1e3 * self.delay:.3g} ms of the responses behind the drive: it is taken off"
+            f"the modes show that the responses come {abs(1e3 * self.delay):.3g} ms "
+            f"{'after' if self.delay > 0.0 else 'before'} the drive, as by a delay of an instrument: taken off"
         ] * (self.delay != 0.0)
         return (*left, *late, *self.passed)
 
@@ -115,6 +117,20 @@ class ModalFit:
         """The same with the modes nearest to given frequencies [Hz] only; the synthesis stays."""
         picked = sorted({int(np.argmin(np.abs(self.frequencies - f))) for f in near})
         return replace(self, modes=tuple(self.modes[k] for k in picked))
+
+    def complex_shapes(self) -> Complexes:
+        """Complex shapes (nm, no) of the modes at the outputs: their strongest residues, turned and scaled so that the
+        largest value is 1."""
+        out = []
+        for mode in self.modes:
+            left = np.linalg.svd(mode.residues, full_matrices=False)[0][:, 0]
+            out.append(left / left[np.argmax(np.abs(left))])
+        return np.array(out)
+
+    def mac(self) -> Floats:
+        """Modal assurance criterion (nm, nm) of the modes with each other: 1 on the diagonal."""
+        shapes = self.complex_shapes().T
+        return mac(shapes, shapes)
 
     def shapes(self) -> tuple[Floats, Floats]:
         """Real shapes (nm, no) of the modes at the outputs, and their participations (nm, ni) in the inputs.
@@ -163,7 +179,12 @@ class ModalFit:
 
 
 def identify_modes(
-    frf: Frf | FrequencyResponse, band: tuple[float, float], order: int = 40, smallest: float = 0.5
+    frf: Frf | FrequencyResponse,
+    band: tuple[float, float],
+    order: int = 40,
+    smallest: float = 0.5,
+    *,
+    between_fits: bool = True,
 ) -> ModalFit:
     """Modes in a band of frequency responses.
 
@@ -182,6 +203,9 @@ def identify_modes(
         Largest order of the models: two or three times the number of modes expected, and more where noise is high.
     smallest
         Share of the response that a mode must make up near its own frequency, in at least one channel.
+    between_fits
+        Whether intervals hold the spread between orders, windows and methods. Not where the structure is known to have
+        just these modes: models of other orders are no other descriptions of it then.
 
     Returns
     -------
@@ -219,7 +243,7 @@ def identify_modes(
     refined = np.array([fit.pole for fit in kept.values()])
     residues, background = residues_of(part.frequency, channels, refined)
     synthesis = (synthesise(part.frequency, refined, residues) + background).reshape(part.values.shape)
-    between = spreads(part, poles, synthesis, tuple(kept.values()))
+    between = spreads(part, poles, synthesis, tuple(kept.values())) if between_fits else [None] * len(kept)
     modes = [
         mode_of(part, fit, seen[pole], one) for (pole, fit), one in zip(kept.items(), between, strict=True)
     ]

@@ -52,8 +52,8 @@ class IdentifiedMode:
     scatter was taken; residues (no, ni) of the displacement per unit of drive, times rad/s, for the pole above 0 Hz;
     tilt [rad]: angle between the residues, less the common delay, and those of a real mode, -pi/2 to pi/2;
     collinearity: 1 where all residues lie on one line through zero, 0 where they do not at all; orders: how many of
-    the tried model orders have its pole; verdict, and reason: a sentence, empty for a determined mode; shifts (nr,): how far
-    [rad/s] single repeats have the pole from here, None without repeats.
+    the tried model orders have its pole; verdict, and reason: a sentence, empty for a determined mode; shifts (nr,):
+    how far [rad/s] single repeats have the pole from here, None without repeats.
     """
 
     frequency: Range
@@ -134,22 +134,20 @@ def _judge(mode: IdentifiedMode, frf: Frf) -> tuple[ModeVerdict, str]:
     return ModeVerdict.DETERMINED, ""
 
 
-def judged_together(
-    modes: Sequence[IdentifiedMode], frf: Frf, *, forced: bool = True
-) -> tuple[tuple[IdentifiedMode, ...], float]:
+def judged_together(modes: Sequence[IdentifiedMode], frf: Frf) -> tuple[tuple[IdentifiedMode, ...], float]:
     """Modes as the others make them look, and the delay [s] of the responses that all of them show.
 
     Residues that are tilted by more than 45 degrees, the delay taken off, are of no real mode; of two poles whose
     half-power bands overlap and whose shapes are alike, and of two within three bands that are seen in the points of
-    one file each, the weaker is no mode of its own. ``forced``: whether a known drive excites the modes; residues of
+    one file each, the weaker is no mode of its own. Residues of
     free decays are turned as these began.
     """
-    delay = delay_of(modes, frf) if forced else 0.0
+    delay = delay_of(modes, frf) if frf.forced else 0.0
     out = []
     for mode in modes:
         tilt = mode.tilt + 2.0 * np.pi * mode.frequency.value * delay
         mode = replace(mode, tilt=float(np.angle(np.exp(2.0j * tilt))) / 2.0)
-        if forced and mode.verdict is ModeVerdict.DETERMINED and abs(mode.tilt) > TILTED:
+        if frf.forced and mode.verdict is ModeVerdict.DETERMINED and abs(mode.tilt) > TILTED:
             mode = replace(mode, verdict=ModeVerdict.TURNED, reason=(
                 f"the residues of the mode at {mode.frequency.value:.6g} Hz are turned by {np.degrees(mode.tilt):.0f} "
                 f"degrees from a real mode's: is the response a {frf.quantity.name.lower()}, is its delay taken out?"
@@ -181,7 +179,7 @@ def delay_of(modes: Sequence[IdentifiedMode], frf: Frf) -> float:
     tried = np.linspace(-_LATEST, _LATEST, 401) / frequency.max()
     left = np.array([mode.tilt for mode in known]) + 2.0 * np.pi * frequency * tried[:, None]
     squares = (np.angle(np.exp(2.0j * left)) / TILTED) ** 2
-    cost = squares @ (size / size.max())
+    cost = squares @ (size / size.mean())
     best = int(np.argmin(cost))
     if cost[len(tried) // 2] - cost[best] < 6.63:
         return 0.0

@@ -28,7 +28,7 @@ _ALIKE = 0.25
 
 
 @dataclass(frozen=True)
-class Window:
+class Surroundings:
     """Lines that a local fit uses, and what of the far modes it takes up.
 
     bandwidths: half-power bands to either side; degree: of the background in frequency.
@@ -45,7 +45,7 @@ class Window:
         return slice(first, max(int(np.searchsorted(frequency, centre + half, side="right")), first + 1))
 
 
-USUAL = Window()
+USUAL = Surroundings()
 """Three half-power bands, where the response has fallen to a sixth, and a parabola for the far modes."""
 
 
@@ -142,7 +142,7 @@ def refine_pole(
     start: complex,
     others: Complexes,
     residues: Complexes | None = None,
-    window: Window = USUAL,
+    window: Surroundings = USUAL,
 ) -> LocalFit | None:
     """Maximum-likelihood fit of one pole in its own window.
 

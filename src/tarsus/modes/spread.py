@@ -16,12 +16,12 @@ from scipy.ndimage import uniform_filter1d
 from tarsus.modes.frf import Frf
 from tarsus.modes.intervals import numbers_of
 from tarsus.modes.lscf import fit_poles
-from tarsus.modes.refine import LocalFit, Window, refine_pole
+from tarsus.modes.refine import LocalFit, Surroundings, refine_pole
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
-_WINDOWS = (Window(1.5, 1), Window(6.0, 3))
+_WINDOWS = (Surroundings(1.5, 1), Surroundings(6.0, 3))
 """Half of the usual window with a simpler background, and twice the usual one with a richer one."""
 _ORDERS = 8
 """Orders of the upper half, in which weak modes have appeared, that are compared: neighbours are nearly alike."""

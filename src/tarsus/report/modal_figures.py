@@ -1,4 +1,4 @@
-"""Figures of a modal identification: stabilisation diagram, Nyquist curves of the modes, synthesis."""
+"""Figures of a modal identification: stabilisation, Nyquist curves of the modes, synthesis, shapes and their MAC."""
 
 from __future__ import annotations
 
@@ -98,6 +98,41 @@ def synthesis(fit: ModalFit) -> Plate:
         draw,
         f"All responses together: measured, synthesised from {len(fit.modes)} modes and a smooth background, and their "
         f"difference, {100.0 * fit.misfit:.2g} % of the measured ones in root mean square.",
+    )
+
+
+def likeness(fit: ModalFit) -> Plate:
+    """MAC of the modes with each other, as a picture."""
+    names = [f"{mode.frequency.value:.4g}" for mode in fit.modes]
+
+    def draw(sheet: Sheet) -> None:
+        (axes,) = sheet.grid(1, 2.6)
+        axes.imshow(fit.mac(), cmap="Blues", vmin=0.0, vmax=1.0)
+        axes.set_xticks(range(len(names)), names, rotation=90)
+        axes.set_yticks(range(len(names)), names)
+        axes.set_xlabel("mode (Hz)")
+
+    return plate(draw, "Modal assurance criterion of the modes' shapes with each other: white 0, dark 1.")
+
+
+def shapes(fit: ModalFit) -> Plate:
+    """Shapes of the modes in the complex plane: an arrow for every point."""
+    modes = fit.modes[:MOST_CURVES]
+    values = fit.complex_shapes()[:MOST_CURVES]
+
+    def draw(sheet: Sheet) -> None:
+        for axes, mode, shape in zip(sheet.grid(len(modes), 1.6, width=QUARTER), modes, values, strict=True):
+            for value in shape:
+                axes.plot([0.0, value.real], [0.0, value.imag], color=BLUE, lw=1.0)
+            axes.plot(shape.real, shape.imag, ".", ms=4.0, color=INK)
+            axes.set_title(f"{mode.frequency.value:.5g} Hz")
+            axes.set(xlim=(-1.1, 1.1), ylim=(-1.1, 1.1), xlabel="real part", ylabel="imaginary part")
+            few_ticks(axes, x=3, y=3)
+
+    return plate(
+        draw,
+        "Shapes of the modes: the value of each point over that of the largest, in the complex plane. Points of a real "
+        "mode lie on one line.",
     )
 
 

@@ -1,0 +1,116 @@
+"""The verb `tarsus.modes`: from files of responses, records or free decays to modes with intervals."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from tarsus.base.errors import InputError
+from tarsus.modes.frf import HANN, Frf
+from tarsus.modes.gather import decays, is_windowed, merged, responses_of
+from tarsus.modes.modal import ModalFit, identify_modes
+from tarsus.records.measurement import FrequencyResponse, Measurement
+from tarsus.records.readers import read_measurement, read_response
+
+Source = str | os.PathLike[str] | Measurement | FrequencyResponse
+
+
+def modes(
+    *sources: Source,
+    band: tuple[float, float] | None = None,
+    order: int = 40,
+    drive: str | None = None,
+    segment: float | None = None,
+    decay: bool = False,
+    read: Mapping[str, Any] | None = None,
+) -> ModalFit:
+    """Modes of a structure from one or several files: frequency responses, records with a drive, or free decays.
+
+    Files of other points, of other drives and of repeats are merged (`tarsus.modes.gather`); their sampling may differ.
+
+    Parameters
+    ----------
+    sources
+        Files, or what was read from them; all frequency responses, or all time records.
+    band
+        Lowest and highest frequency [Hz]; by default all lines of responses, or what the drive excites within 40 dB.
+    order
+        Largest order of the models: two or three times the number of modes expected.
+    drive
+        Channel that recorded the drive, where the files do not say it.
+    segment
+        Of records with a random drive: length of a segment [s]; by default a record makes sixteen averages.
+    decay
+        Whether the records are free decays, without a drive.
+    read
+        What the files do not say, as the choices of `tarsus.read_measurement`: ``channels``, ``axis``, ``step``,
+        ``frequency_step``, ``input_unit`` and so on.
+
+    Returns
+    -------
+    ModalFit
+        With intervals and a verdict on every mode.
+
+    Raises
+    ------
+    InputError
+        For files that cannot be read or merged, and where no mode is found.
+    """
+    if not sources:
+        raise InputError(
+            "name at least one file of frequency responses, of records with a drive, or of free decays"
+        )
+    found = [_read(one, dict(read or {}), drive, decay) for one in sources]
+    records = [one for one in found if isinstance(one, Measurement)]
+    responses = [one for one in found if isinstance(one, FrequencyResponse)]
+    if records and responses:
+        raise InputError(
+            f"{records[0].source} holds time series and {responses[0].source} frequency responses: give one kind"
+        )
+    if decay and responses:
+        raise InputError(f"{responses[0].source} holds frequency responses: a free decay is a time series")
+    frf = _frf(records, responses, band, drive, segment, decay)
+    low, high = float(frf.frequency[0]), float(frf.frequency[-1])
+    return identify_modes(frf, band or (low, high), order)
+
+
+def _frf(
+    records: list[Measurement],
+    responses: list[FrequencyResponse],
+    band: tuple[float, float] | None,
+    drive: str | None,
+    segment: float | None,
+    decay: bool,
+) -> Frf:
+    if decay:
+        return decays(records, drive)
+    if not records:
+        return merged(responses)
+    found = merged(responses_of(records, drive, band, segment))
+    return replace(found, resolving=HANN) if is_windowed(records, drive, segment) else found
+
+
+def _read(
+    source: Source, reading: dict[str, Any], drive: str | None, decay: bool
+) -> Measurement | FrequencyResponse:
+    """A file as what it holds: responses where there are any, else time series."""
+    if isinstance(source, Measurement | FrequencyResponse):
+        return source
+    if not decay:
+        try:
+            return read_response(source, **{k: v for k, v in reading.items() if k not in ("step", "drive")})
+        except InputError as error:
+            no_response = error
+        try:
+            return read_measurement(source, **_of_record(reading))
+        except InputError as error:
+            # what it holds is said by the reading that got farther
+            holds_none = any("holds no time series" in said for said in error.problems)
+            raise (no_response if holds_none else error) from None
+    return read_measurement(source, **_of_record(reading))
+
+
+def _of_record(reading: Mapping[str, Any]) -> dict[str, Any]:
+    return {k: v for k, v in reading.items() if k not in ("frequency_step", "inputs", "input_unit")}

@@ -1,0 +1,178 @@
+"""The verb: free decays, sweeps and random records of several files, what it writes, and what it refuses."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import pyuff
+from modes.test_modal import POLES, SHAPES, responses
+from scipy.signal import butter, chirp, resample, sosfilt
+
+import tarsus as ts
+from tarsus.base.errors import InputError
+from tarsus.cli.app import run
+from tarsus.modes import Frf, ModeVerdict, identify_modes
+from tarsus.records.measurement import Channel, FrequencyResponse, Measurement, Quantity
+
+BAND = (100.0, 1000.0)
+NAMES = ("a", "b", "c")
+
+
+def decay(rate: float, length: float, seed: int) -> Measurement:
+    """Three modes released together, with noise of a thousandth."""
+    random, time = np.random.default_rng(seed), np.arange(int(length * rate)) / rate
+    rows = 1e-3 * random.standard_normal((3, len(time)))
+    for shape, (f, ratio) in zip(SHAPES, POLES, strict=True):
+        w = 2.0 * np.pi * f
+        free = np.exp(-ratio * w * time) * np.cos(
+            w * np.sqrt(1.0 - ratio**2) * time + random.uniform(0.0, 6.0)
+        )
+        rows += shape[:, None] * random.normal(1.0, 0.3) * free
+    channels = tuple(Channel(name, Quantity.VELOCITY) for name in NAMES)
+    return Measurement(channels, rows, 1.0 / rate, source=f"decay{seed}.csv")
+
+
+def driven(rate: float, length: float, seed: int, kind: str = "sweep", points: str = "abc") -> Measurement:
+    """Velocities under a sweep or noise that ends with the record, four times as finely computed as sampled."""
+    random, fine = np.random.default_rng(seed), 4.0 * rate
+    time = np.arange(int(length * fine)) / fine
+    if kind == "sweep":
+        force = chirp(time, 50.0, 0.85 * length, 1200.0) * (time < 0.85 * length)
+    else:
+        force = sosfilt(butter(8, 0.225, output="sos"), random.standard_normal(len(time)))
+    spectrum, s = np.fft.rfft(force, 2 * len(time)), 2.0j * np.pi * np.fft.rfftfreq(2 * len(time), 1.0 / fine)
+    rows = np.zeros((3, len(time)))
+    for shape, (f, ratio) in zip(SHAPES, POLES, strict=True):
+        w = 2.0 * np.pi * f
+        one = np.fft.irfft(spectrum * s / (s * s + 2.0 * ratio * w * s + w * w), 2 * len(time))
+        rows += shape[:, None] * shape[0] * one[: len(time)]
+    rows = rows[:, ::4] + 1e-3 * rows.std() * random.standard_normal(rows[:, ::4].shape)
+    channels = (Channel("force", Quantity.FORCE), *(Channel(name, Quantity.VELOCITY) for name in NAMES))
+    whole = Measurement(channels, np.concatenate([force[None, ::4], rows]), 1.0 / rate, drive="force")
+    return replace(whole.select(["force", *points]), source=f"{kind}{seed}.csv")
+
+
+def check(fit, frequency: float, damping: float) -> None:
+    """All three modes determined, and as near as said."""
+    assert [mode.verdict for mode in fit.modes] == [ModeVerdict.DETERMINED] * 3
+    assert fit.frequencies == pytest.approx([f for f, _ in POLES], rel=frequency)
+    assert fit.damping_ratios == pytest.approx([ratio for _, ratio in POLES], rel=damping)
+
+
+@pytest.mark.parametrize("length", [0.2, 0.1])
+def test_a_free_decay_however_soon_it_is_cut_off(length):
+    check(ts.modes(decay(5000.0, length, 1), decay=True, band=BAND), 1e-4, 5e-3)
+
+
+def test_decays_of_different_rates():
+    check(ts.modes(decay(5000.0, 0.2, 1), decay(8000.0, 0.15, 2), decay=True, band=BAND), 2e-4, 0.01)
+
+
+def test_roving_points_of_sweeps_of_different_rates_and_lengths():
+    files = (
+        driven(4000.0, 3.0, 1, points="a"),
+        driven(5000.0, 3.3, 2, points="b"),
+        driven(4000.0, 2.5, 3, points="c"),
+    )
+    fit = ts.modes(*files)
+    check(fit, 1e-3, 0.02)
+    assert fit.frf.outputs == NAMES and len(set(fit.frf.files)) == 3
+    assert np.abs(fit.shapes()[0]) == pytest.approx(np.abs(SHAPES), abs=0.02)
+
+
+def test_records_of_one_experiment_at_two_rates():
+    slow = driven(4000.0, 3.0, 1)
+    others = slow.select(["b", "c"])
+    fast = replace(
+        others, values=resample(others.values, 15000, axis=1), step=1.0 / 5000.0, source="fast.csv"
+    )
+    fit = ts.modes(slow.select(["force", "a"]), fast)
+    check(fit, 1e-3, 0.02)
+    assert fit.frf.outputs == NAMES
+
+
+def test_a_random_drive_is_cut_into_segments():
+    check(ts.modes(driven(4000.0, 60.0, 1, "noise"), band=BAND), 1e-3, 0.06)
+
+
+def test_a_delay_is_found_and_taken_off():
+    lines = np.arange(100.0, 2000.0, 1.0)
+    s = 2.0j * np.pi * lines
+    own = 2.0 * np.pi * np.array([300.0, 700.0, 1100.0, 1500.0, 1800.0])[:, None]
+    values = np.sum(s / (s * s + 0.02 * own * s + own * own), axis=0) * np.exp(-s * 0.12e-3)
+    noise = np.random.default_rng(1).standard_normal((2, len(lines))) * 1e-3 * np.abs(values).max()
+    frf = Frf(lines, (values + noise[0] + 1.0j * noise[1])[None, None], ("p",), ("f",), Quantity.VELOCITY)
+    fit = identify_modes(frf, (110.0, 1990.0), 24)
+    assert fit.delay == pytest.approx(0.12e-3, abs=0.02e-3) and "after the drive" in fit.remarks[0]
+    assert [mode.verdict for mode in fit.modes] == [ModeVerdict.DETERMINED] * 5
+
+
+def test_a_mode_that_moves_between_files_is_one():
+    shifted = [responses(Quantity.VELOCITY, 0.003), responses(Quantity.VELOCITY, 0.003)]
+    files = [
+        FrequencyResponse(
+            (Channel(name, Quantity.VELOCITY, point=name),), (Channel("f", Quantity.FORCE),),
+            one.frequency * factor, one.values[k : k + 1, :1], None, f"{name}.uff",
+        )
+        for k, (name, one, factor) in enumerate(zip("ab", shifted, (1.0, 1.0), strict=True))
+    ]  # fmt: skip
+    moved = replace(files[1], values=np.roll(files[1].values, 5, axis=-1))
+    fit = ts.modes(files[0], moved, band=(110.0, 990.0))
+    determined = [m.frequency.value for m in fit.modes if m.verdict is ModeVerdict.DETERMINED]
+    assert sum(680.0 < f < 725.0 for f in determined) <= 1
+    assert sum(290.0 < f < 320.0 for f in determined) <= 1
+
+
+def test_what_it_writes_and_compares(tmp_path, capsys):
+    frf = responses(Quantity.VELOCITY, 0.001)
+    for k in range(3):
+        rows = np.column_stack([frf.frequency, frf.values[k, 0].real, frf.values[k, 0].imag])
+        head = "Frequency (Hz),v real (m/s/N),v imag (m/s/N)"
+        np.savetxt(tmp_path / f"p{k + 1}.csv", rows, delimiter=",", header=head, comments="", fmt="%.12g")
+    files = [str(tmp_path / f"p{k}.csv") for k in (1, 2, 3)]
+    out = tmp_path / "found"
+    assert run(["modes", *files, "--band", "110Hz:990Hz", "-o", str(out)]) == 0
+    assert "determined" in capsys.readouterr().out
+    found = json.loads((out / "modes.json").read_text())
+    assert [m["frequency_hz"] for m in found["modes"]] == pytest.approx([f for f, _ in POLES], rel=1e-3)
+    assert np.array(found["auto_mac"]).shape == (3, 3) and len(found["points"]) == 3
+    page = (out / "report.html").read_text()
+    assert "3 of 3 modes determined" in page and page.count("<figure") >= 5
+    shapes = pyuff.UFF(str(out / "shapes.unv")).read_sets()
+    assert [int(one["mode_n"]) for one in shapes] == [1, 2, 3]
+    size = 2.0 * np.pi * POLES[0][0]
+    assert abs(shapes[0]["eig"]) == pytest.approx(size, rel=1e-3) and max(
+        abs(shapes[0]["r1"])
+    ) == pytest.approx(1.0)
+    assert "frequency" in (out / "modes.csv").read_text().splitlines()[0]
+    assert (
+        run(["modes", *files, "--band", "110Hz:990Hz", "--against", str(out / "modes.json"), "--json"]) == 0
+    )
+    compared = json.loads(capsys.readouterr().out)["compared"]
+    assert "MAC" in json.dumps(compared)
+
+
+def test_what_it_refuses(tmp_path):
+    with pytest.raises(InputError, match="name at least one file"):
+        ts.modes()
+    record = decay(5000.0, 0.2, 1)
+    with pytest.raises(InputError, match="no channel is known to be the drive"):
+        ts.modes(record)
+    with pytest.raises(InputError, match="other channels"):
+        ts.modes(record, record.select(["a"]), decay=True)
+    one = FrequencyResponse(
+        (Channel("v", Quantity.VELOCITY),),
+        (Channel("f", Quantity.FORCE),),
+        np.arange(1.0, 99.0),
+        np.ones((1, 1, 98)),
+    )
+    with pytest.raises(InputError, match="give one kind"):
+        ts.modes(record, one)
+    with pytest.raises(InputError, match="lines of the files are not the same"):
+        ts.modes(one, replace(one, frequency=one.frequency * 1.5))
+    other = replace(one, outputs=(Channel("w", Quantity.VELOCITY),), inputs=(Channel("g", Quantity.FORCE),))
+    with pytest.raises(InputError, match="is in no file"):
+        ts.modes(one, other)
