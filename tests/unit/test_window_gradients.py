@@ -101,7 +101,10 @@ def test_windows_move_as_their_derivatives_say(
                 got = getattr(found.slopes.states, field)[..., p]
                 error = np.abs(value_ - got) * scale / size[field] if size[field] else np.abs(value_ - got)
                 most = np.array(
-                    [error[:, a:b].max(initial=0.0) for a, b in zip(found.first, found.first[1:])]
+                    [
+                        error[:, a:b].max(initial=0.0)
+                        for a, b in zip(found.first, found.first[1:], strict=False)
+                    ]
                 )
                 off[field] = np.minimum(off.get(field, np.inf), most)
         for field, most in off.items():
