@@ -28,3 +28,5 @@ Body = namedtuple(
 # Work done by drives and weight, and by dampers, films, smooth forces and friction, in samples and at the end of a run.
 WORK, DAMPING, FILM, SMOOTH, FRICTION = range(5)
 ENERGIES = 5  # as many as those above
+
+LANES = 8  # derivatives that the engine carries at once

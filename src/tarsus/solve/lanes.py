@@ -12,13 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.core import _native, nodes
+from tarsus.core.arrays import LANES
 from tarsus.core.modes import NODES, ModeBook
 from tarsus.solve.contacts import Contacts
 from tarsus.solve.engine import Accuracy, RawRuns, settings_of, tables_of
-from tarsus.solve.tangents import LANES, Entering
 
 if TYPE_CHECKING:
     from tarsus.plan.lowering import Plan
+    from tarsus.solve.tangents import Entering
 
 Floats = NDArray[np.float64]
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from tarsus.base.errors import InputError
 from tarsus.base.spec import get_value, with_values
 from tarsus.core import _native
+from tarsus.core.arrays import LANES
 from tarsus.core.modes import LinearSystem, ModeBook, derived_mode
 from tarsus.model.drive.pieces import TERMS
 from tarsus.model.standing import equilibrium
@@ -28,8 +29,6 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-LANES = 8
-"""Derivatives that the engine carries at once."""
 STEP = 1e-4
 """Step of a difference of data, of the number itself (where it is zero of one unit, of a length that moves a foot by
 the plan's length). What is lowered is smooth in it, a polynomial as a rule: with the fourth-order stencil 1e-16 of it

@@ -24,7 +24,7 @@ from tarsus.solve.contacts import Contacts
 from tarsus.solve.engine import RECORDED, Accuracy, book_of, settings_of, tables_of
 from tarsus.solve.lanes import Doubt, copies_of, doubted
 from tarsus.solve.motion import unpacked
-from tarsus.solve.tangents import LANES, DataTangents, Direction, Entering, entering
+from tarsus.solve.tangents import DataTangents, Direction, Entering, entering
 
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
@@ -372,7 +372,7 @@ class _Batch:
     @property
     def blocks(self) -> range:
         """First numbers of every eight."""
-        return range(0, len(self.names), LANES)
+        return range(0, len(self.names), a.LANES)
 
     @cached_property
     def sources(self) -> npt.NDArray[np.int64]:
@@ -396,7 +396,7 @@ class _Batch:
     def modal(self, book: ModeBook) -> Sequence[Any]:
         laws = self.plan.laws
         structural = [
-            (k, p // LANES, one.derived(p, book), p % LANES)
+            (k, p // a.LANES, one.derived(p, book), p % a.LANES)
             for k, one in enumerate(self.by.entered)
             for p in one.structure
         ]
@@ -409,7 +409,7 @@ class _Batch:
         laws, legs = self.plan.laws, self.plan.legs
         assert legs is not None
         copies = [
-            (k, p // LANES, body, copied, weight, p % LANES)
+            (k, p // a.LANES, body, copied, weight, p % a.LANES)
             for k, one in enumerate(self.by.entered)
             for p in one.perturbed
             for body, copied, weight in copies_of(one, p, tables)
@@ -453,9 +453,9 @@ def _slopes(
     """Derivatives of all windows from what the engine has in blocks of eight."""
     by_events, by_samples, flags = found
     n, m, count = len(plan.system.mass), plan.feet, len(names)
-    rows = np.concatenate([one.reshape(-1, a.EVENT_WIDTH, LANES) for one in by_events], axis=2)[..., :count]
+    rows = np.concatenate([one.reshape(-1, a.EVENT_WIDTH, a.LANES) for one in by_events], axis=2)[..., :count]
     width = 2 * n + 5 * m
-    samples = np.concatenate([one.reshape(-1, width, LANES).swapaxes(0, 1) for one in by_samples], axis=2)[
+    samples = np.concatenate([one.reshape(-1, width, a.LANES).swapaxes(0, 1) for one in by_samples], axis=2)[
         ..., :count
     ]
     kept = []

@@ -1,0 +1,142 @@
+"""Derivatives of windows, by numbers of the scene, the start state and the moment of the start."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import tarsus as ts
+from scene_files import scene as scene_of
+from tarsus.base.spec import get_value, with_values
+from tarsus.model.scene import Scene
+from tarsus.plan.lowering import lower_scene
+from tarsus.solve.contacts import Contacts
+from tarsus.solve.engine import Accuracy
+from tarsus.solve.window import WindowBatch, WindowGradients, WindowStart, simulate_window, simulate_windows
+from walking_scenes import sticky, trotter
+
+FINE = Accuracy(gap=1e-13, drive=1e-13)
+FIELDS = ("x", "v", "gap", "rate", "resistive", "smooth", "pull")
+
+
+def starts_in(run: ts.Run, count: int, span: float, seed: int) -> list[WindowStart]:
+    """Windows of so long that begin at random times of a run, as the run has it there."""
+    random, out = np.random.default_rng(seed), []
+    for t0 in random.uniform(0.02 * run.duration, run.duration - span, count).tolist():
+        at = run.states(np.array([t0]))
+        begun = run.events[np.isin(run.events["kind"], (2, 4, 5)) & (run.events["time"] <= t0)]
+        held = [int(i) for i in np.flatnonzero(at.held[:, 0])]
+        contacts = Contacts(held, [float(begun["time"][begun["foot"] == i][-1]) for i in held])
+        times = t0 + span * np.sort(random.uniform(0.05, 1.0, 6))
+        out.append(WindowStart(np.concatenate([at.x[:, 0], at.v[:, 0]]), t0, times, contacts))
+    return out
+
+
+def difference(of: Callable[[float], WindowBatch], step: float) -> dict[str, np.ndarray]:
+    """Fourth-order difference of the states of windows."""
+    there = {k: of(k * step).states for k in (-2, -1, 1, 2)}
+    near, far = (
+        {name: getattr(there[k], name) - getattr(there[-k], name) for name in FIELDS} for k in (1, 2)
+    )
+    return {name: (8.0 * near[name] - far[name]) / (12.0 * step) for name in FIELDS}
+
+
+def moved(starts: list[WindowStart], name: str, by: float) -> list[WindowStart]:
+    """The same windows with a number of their start otherwise."""
+    if name == "t0":
+        return [replace(one, t0=one.t0 + by) for one in starts]
+    unit = np.eye(len(np.asarray(starts[0].state)))[int(name.removeprefix("state."))]
+    return [replace(one, state=np.asarray(one.state) + by * unit) for one in starts]
+
+
+CASES = [
+    (lambda: scene_of("p1_n2"), ("ground.film.coefficient", "signals.pull.amplitude"), 0.1, 0.008, 16),
+    (
+        lambda: trotter(5, ground=sticky()),
+        ("ground.adhesion.initial", "ground.restitution.coefficient"),
+        None,
+        0.002,
+        12,
+    ),
+]
+
+
+@pytest.mark.parametrize(("make", "paths", "duration", "span", "count"), CASES)
+def test_windows_move_as_their_derivatives_say(
+    make: Callable[[], Scene], paths: tuple[str, ...], duration: float | None, span: float, count: int
+) -> None:
+    scene = make()
+    run, plan = ts.simulate(scene, duration), lower_scene(scene)
+    starts = starts_in(run, count, span, 1)
+    by = WindowGradients.of(scene, plan, paths, run.duration)
+    found = simulate_windows(plan, starts, gradients=by, accuracy=FINE)
+    assert found.slopes is not None and sum(len(one.events) for one in found) >= count // 4
+    size = {name: np.abs(getattr(found.states, name)).max() for name in FIELDS}
+    speeds = np.abs(np.array([one.state for one in starts])).max(axis=0)
+    for p, name in enumerate(found.slopes.names):
+        if name in paths:
+            value = float(get_value(scene, name))
+
+            def of(step: float, name: str = name, value: float = value) -> WindowBatch:
+                other = replace(
+                    lower_scene(with_values(scene, {name: value + step})),
+                    length=plan.length,
+                    force=plan.force,
+                )
+                return simulate_windows(other, starts, accuracy=FINE)
+
+            scale = value
+        else:
+
+            def of(step: float, name: str = name) -> WindowBatch:
+                return simulate_windows(plan, moved(starts, name, step), accuracy=FINE)
+
+            scale = span if name == "t0" else speeds[int(name.removeprefix("state."))]
+        off = {}
+        for part in (1e-4, 1e-5, 1e-6):  # the best of several steps: far ones cross events, near ones round
+            for field, value_ in difference(of, part * scale).items():
+                got = getattr(found.slopes.states, field)[..., p]
+                error = np.abs(value_ - got) * scale / size[field] if size[field] else np.abs(value_ - got)
+                most = np.array(
+                    [
+                        error[:, a:b].max(initial=0.0)
+                        for a, b in zip(found.first, found.first[1:], strict=False)
+                    ]
+                )
+                off[field] = np.minimum(off.get(field, np.inf), most)
+        for field, most in off.items():
+            assert np.nanmedian(most) < 1e-7, (name, field, most)
+            assert np.mean(most > 1e-5) <= 0.1, (name, field, most)
+
+
+def test_one_window_is_that_of_many() -> None:
+    scene = scene_of("p1_n2")
+    plan, run = lower_scene(scene), ts.simulate(scene, 0.05)
+    starts = starts_in(run, 5, 0.004, 3)
+    by = WindowGradients.of(scene, plan, ["ground.film.coefficient"], 0.05)
+    many = simulate_windows(plan, starts, gradients=by)
+    for one, start in zip(many, starts, strict=True):
+        alone = simulate_window(plan, start.state, start.t0, start.times, start.contacts, gradients=by)
+        assert one.slopes is not None and alone.slopes is not None
+        np.testing.assert_allclose(one.states.x, alone.states.x, rtol=0, atol=1e-9 * plan.length)
+        np.testing.assert_allclose(one.slopes.states.x, alone.slopes.states.x, rtol=1e-5, atol=1e-9)
+        assert len(one.events) == len(alone.events)
+
+
+def test_a_ball_lands_later_by_its_start_as_in_closed_form() -> None:
+    """t = t0 + (v + sqrt(v^2 + 2 a h)) / a: by v (1 + v / s) / a, by h 1 / s, by the start 1."""
+    scene = scene_of("ball")
+    plan = lower_scene(scene)
+    assert plan.initial.size == 2
+    start = simulate_window(plan, plan.initial, 0.25, [3.0], gradients=WindowGradients())
+    assert start.slopes is not None and start.slopes.names == ("state.0", "state.1", "t0")
+    event, slopes = start.events[0], start.event_slopes("time")[0]
+    fall = float(event["time"]) - 0.25
+    speed = float(event["speed_before"])
+    acceleration = (speed + float(plan.initial[1])) / fall
+    assert slopes == pytest.approx(
+        [1.0 / speed, (1.0 + plan.initial[1] / speed) / acceleration, 1.0], rel=1e-9
+    )
