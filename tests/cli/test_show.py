@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import tarsus as ts
@@ -157,3 +158,11 @@ def test_a_folder_where_another_verb_keeps_its_runs_is_no_sweep(tarsus, tmp_path
     for verb in ("check", "report"):
         said = tarsus(verb, tmp_path / "fit")
         assert said.code == 2 and "--resume" in said.sentences[0]
+
+
+def test_draws_that_are_none_are_refused(tarsus, tmp_path):
+    (tmp_path / "empty.npz").touch()
+    np.savez(tmp_path / "none.npz", paths=np.array(["a"]), values=np.zeros(1), samples=np.zeros((0, 1)))
+    for name in ("empty.npz", "none.npz"):
+        found = tarsus("show", tmp_path / name)
+        assert found.code == 2 and "holds no draws" in found.sentences[0]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,9 +33,9 @@ def read_draws(file: Path) -> dict[str, Floats]:
                 [str(path) for path in stored["paths"]],
                 np.asarray(stored["samples"], dtype=float),
             )
-    except (OSError, KeyError, ValueError) as error:
+    except (OSError, EOFError, KeyError, ValueError, BadZipFile) as error:  # an empty or cut file among them
         raise InputError(f"{file} holds no draws of an identification: {error}") from error
-    if samples.ndim != 2 or samples.shape[1] != len(paths):
+    if samples.ndim != 2 or samples.shape[1] != len(paths) or not samples.size:
         raise InputError(
             f"{file} holds no draws of an identification: {len(paths)} paths, draws {samples.shape}"
         )

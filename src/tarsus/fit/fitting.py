@@ -85,6 +85,10 @@ class RunResiduals(Residuals):
         if len({len(one) for one in made}) > 1:
             raise InputError("residuals: expected as many numbers of every run")
         rows = np.where(batch.done[:, None], np.array(made), np.nan)
+        absent = np.flatnonzero(np.isnan(rows[batch.done]).all(axis=0)) if batch.done.any() else ()
+        if len(absent):
+            numbers = ", ".join(str(k + 1) for k in absent)
+            raise InputError(f"residuals: number {numbers} is NaN in all of {int(batch.done.sum())} runs")
         priors = self.unknowns.prior_residuals(points)[:, self._priors]
         return np.concatenate([np.where(np.isfinite(rows), rows, FAILED), priors], axis=1)
 

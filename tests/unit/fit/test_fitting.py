@@ -43,3 +43,8 @@ def test_a_function_of_runs_finds_the_same_and_what_it_does_not_see_is_not_deter
     assert e.verdict == "not determined" and not e.closed
     with pytest.raises(InputError, match="as many numbers"):
         ts.fit(BALL, UNKNOWNS, lambda run: run.events["time"], 1.0)
+
+
+def test_residuals_that_are_no_number_are_reported():
+    with pytest.raises(InputError, match="number 2 is NaN in all of 16 runs"):
+        ts.fit(BALL, UNKNOWNS[:1], lambda run: [0.0, np.nan], 1.0)
