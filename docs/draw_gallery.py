@@ -102,7 +102,7 @@ def switch(axes: Axes) -> None:
         effort=0.4,
     )
     ts.plot.landing(design, axes=axes)
-    axes.set(title="", xlim=(0.0, 0.06))
+    axes.set(title="", xlim=(0.0, 60e-6))
 
 
 def cantilever(axes: Axes) -> None:
