@@ -28,6 +28,7 @@ from tarsus.identify.landing import LandingVerdict, judge_landing
 from tarsus.identify.pairs import InAir, Pair, compare_in_air, from_pairs, map_from_pairs
 from tarsus.identify.resonance import Resonances, identify_resonances, static_response
 from tarsus.identify.restitution import BounceStudy, identify_restitution
+from tarsus.identify.straightened import straightened
 from tarsus.identify.step import NotDone, Residual, Shift, StepResult, Trouble, Used
 from tarsus.identify.traces import Trace
 from tarsus.model.drive.waveforms import SweptSine
@@ -163,8 +164,10 @@ class StepRunner:
 
     def planned(self) -> tuple[tuple[str, Purpose, Callable[[], StepResult]], ...]:
         """Steps in order, with the records that each is for; one without such records in the campaign is not
-        tried."""
+        tried. Once the law of the drive is known, the sweeps tell the structure better, and that the law."""
         return (
+            ("resonances", Purpose.MODAL, self._resonances),
+            ("hysteresis", Purpose.LOOPS, self._hysteresis),
             ("resonances", Purpose.MODAL, self._resonances),
             ("hysteresis", Purpose.LOOPS, self._hysteresis),
             ("film", Purpose.RAMPS, self._film),
@@ -194,10 +197,15 @@ class StepRunner:
             reasons = error.problems
         except np.linalg.LinAlgError as error:
             reasons = [f"its equations have no solution with these data ({error})"]
+        if reasons and name in self.steps:
+            self.evidence.remarks += [f"{name}, with the law of the drive: {said}" for said in reasons]
+            return
         if reasons:
             self._forget(name)
             self.not_done.append(NotDone(name, (*reasons, *trouble.sentences())))
             return
+        if name in self.steps:
+            self.known = self.known.without(self.steps.pop(name))
         purpose = next(purpose for other, purpose, _ in self.planned() if other == name)
         count = Used("files", len(found.files), sum(len(one.files) for _, one in self.opened.sets(purpose)))
         self.steps[name] = replace(found, used=(*found.used, count))
@@ -222,6 +230,8 @@ class StepRunner:
             raise InputError(self._nothing_for(Purpose.MODAL, "sweeps in the air"))
         signals = [one.signal for one in sets if isinstance(one.signal, SweptSine)]
         ends = [sorted((one.start_frequency, one.stop_frequency)) for one in signals]
+        if "hysteresis" in self.steps:
+            records = [straightened(record, self.known.model()) for record in records]
         if not ends:
             raise InputError(
                 "the sets of sweeps state no swept sine as their signal, which tells the band to identify"
@@ -408,7 +418,7 @@ class StepRunner:
             steps={"resonances": self.steps["resonances"]}, not_done=[], bounces=None,
         )  # fmt: skip
         for name, _, step in other.planned():
-            if name not in self.steps or name in ("resonances", "impact map"):
+            if name not in self.steps or name in other.steps or name in ("resonances", "impact map"):
                 continue
             other.attempt(name, step)
             if name == "hysteresis" and path is not None:
