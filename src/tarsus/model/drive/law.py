@@ -34,6 +34,14 @@ class VoltageLaw(Description, ABC):
         cuts stay where they are, for a force that is continuous is the same on either side to first order.
         """
 
+    @abstractmethod
+    def reversible(self) -> Floats:
+        """Ascending powers (4,) of the voltage in the part of the force that has no memory.
+
+        It follows the voltage while all that the law remembers stays as it is. Its derivative is the gain of small
+        signals, and by reciprocity that from motion to charge.
+        """
+
     @property
     def has_memory(self) -> bool:
         """True if the force depends on the voltages before."""
