@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numpy.polynomial.polynomial import polyder, polyval
 from numpy.typing import ArrayLike, NDArray
 
 from tarsus.base.errors import InputError
@@ -119,7 +120,7 @@ def output_rows(scene: Scene, outputs: Sequence[Output], times: ArrayLike) -> Ou
 
     Charge and current flow into the actuator's terminal: q = C V + G w.x and dq/dt, with the volts behind the
     amplifier, C the drive's capacitance (0 unless given), w its load and G the gain of small signals at these volts
-    (`VoltageLaw.reversible`). A current is without the impulses of volts that jump.
+    (`VoltageLaw.small_signal_gain`). A current is without the impulses of volts that jump.
 
     Raises
     ------
@@ -225,8 +226,8 @@ class _Drives:
         drive = self.drives[one.at]
         load = system.loads[:, list(self.drives).index(one.at)]
         capacitance = 0.0 if one.motional else drive.capacitance or 0.0
-        _, linear, quadratic, cubic = drive.law.reversible()
-        gain = linear + (2.0 * quadratic + 3.0 * cubic * level) * level
+        gains = drive.law.small_signal_gain()
+        gain = polyval(level, gains)
         rows.x[k] = load
         if one.quantity is Quantity.CHARGE:
             rows.x_gain[k] = gain
@@ -234,7 +235,7 @@ class _Drives:
             return
         rate = evaluate(self.lowered(one.at)[1].rate(), self.times)
         rows.v[k], rows.v_gain[k] = load, gain
-        rows.x_gain[k] = (2.0 * quadratic + 6.0 * cubic * level) * rate
+        rows.x_gain[k] = polyval(level, polyder(gains)) * rate
         rows.known[k] = capacitance * rate
 
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from tarsus.base.dual import columns
 from tarsus.base.spec import Amount, Description, quantity
 from tarsus.model.drive.parts import Parts
-from tarsus.model.drive.track import Track
+from tarsus.model.drive.track import Track, linear_track
 
 Floats = NDArray[np.float64]
 
@@ -34,13 +34,14 @@ class VoltageLaw(Description, ABC):
         cuts stay where they are, for a force that is continuous is the same on either side to first order.
         """
 
-    @abstractmethod
-    def reversible(self) -> Floats:
-        """Ascending powers (4,) of the voltage in the part of the force that has no memory.
+    def small_signal_gain(self) -> Floats:
+        """Ascending powers (3,) of the voltage in the gain [N/V] of a small signal about it.
 
-        It follows the voltage while all that the law remembers stays as it is. Its derivative is the gain of small
-        signals, and by reciprocity that from motion to charge.
+        The slope of the force just after the voltage turned, while what the law remembers stays as it is; by
+        reciprocity also the gain [C/m] from motion to charge.
         """
+        cubic = self.parts(linear_track([0.0, 1.0], [1.0], [0.0], periodic=False), (1.0,)).law[0]
+        return cubic[1:] * np.arange(1.0, 4.0)
 
     @property
     def has_memory(self) -> bool:

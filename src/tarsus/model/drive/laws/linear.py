@@ -33,10 +33,6 @@ class LinearForce(VoltageLaw):
         """Force [N] at `volts` [V], any shape."""
         return self.offset + self.gain * np.asarray(volts, dtype=np.float64)
 
-    def reversible(self) -> Floats:
-        """All of it."""
-        return np.array([self.offset, self.gain, 0.0, 0.0])
-
     def parts(self, track: Track, history: Sequence[float]) -> Parts:
         """One part for each stretch."""
         return whole_parts(track, track.of_run(columns((self.offset, self.gain, 0.0, 0.0))))

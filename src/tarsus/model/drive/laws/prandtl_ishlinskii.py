@@ -80,11 +80,6 @@ class PrandtlIshlinskii(VoltageLaw):
         free = ((self.cubic * v + self.quadratic) * v + self.linear) * v + self.constant
         return free + product(self.states(v, history), self.plays()[1])
 
-    def reversible(self) -> Floats:
-        """The polynomial, with plays without a threshold, which follow the voltage; others rest in small signals."""
-        r, w = self.plays()
-        return self.coefficients() + np.array([0.0, w[r == 0.0].sum(), 0.0, 0.0])
-
     def parts(self, track: Track, history: Sequence[float]) -> Parts:
         """The track cut where plays engage: on each part the engaged follow the voltage, the others rest."""
         r, w, total = self._felt()
