@@ -12,7 +12,7 @@ import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import kind_of
-from tarsus.base.spec import float_paths, with_values
+from tarsus.base.spec import FrozenDict, float_paths, with_values
 from tarsus.files.toml import description_text, write_scene
 from tarsus.files.whole import write_text
 from tarsus.identify.campaign import Campaign, RecordSet
@@ -240,7 +240,7 @@ def _described(
         gap=recording.gap,
         signal=recording.signal,
         gait=recording.gait,
-        signals=recording.signals,
+        signals=FrozenDict(recording.signals),
         bridge=recording.purpose is Purpose.WALKING,
         air=recording.air,
         channels=said,

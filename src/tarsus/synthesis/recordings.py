@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
-from tarsus.model.drive.gait import Gait
+from tarsus.model.drive.gait import AnyGait
 from tarsus.model.drive.waveforms import Waveform
 from tarsus.model.scene import Scene
 from tarsus.model.standing import rest_state
@@ -57,7 +57,7 @@ class Recording:
     share: int = 1
     air: str | None = None
     before: tuple[float, ...] = ()
-    gait: Gait | None = None
+    gait: AnyGait | None = None
     signals: Mapping[str, Waveform] = field(default_factory=dict)
 
 
