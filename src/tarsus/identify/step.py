@@ -102,6 +102,47 @@ def over_noise(label: str, left: Floats) -> Residual:
 
 
 @dataclass(frozen=True)
+class Alternative:
+    """One answer to a question that the records were asked: another law, another number of modes, another landing rule.
+
+    question: what it is an answer to, such as "film exponent", or a path; name: the answer in words; weight: its share
+    of all answers to the question, 0 to 1, NaN where answers are not weighed; figure: the figure it was judged by, in
+    words, such as "contradicted by 6 of 9 sets"; used: whether the numbers rest on it; word: what the records say of
+    it; changes: by path, what the number would be with it [SI].
+    """
+
+    question: str
+    name: str
+    weight: float = np.nan
+    figure: str = ""
+    used: bool = False
+    word: str = ""
+    changes: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Check:
+    """Whether what was found predicts what it was not fitted to.
+
+    name: what is compared; value and limit [unit]; least: whether the value must reach the limit rather than stay
+    below it; paths: the numbers that a check which fails takes the word "determined" from; cause: what a failure means.
+    """
+
+    name: str
+    value: float
+    limit: float
+    unit: str = "1"
+    least: bool = False
+    paths: tuple[str, ...] = ()
+    cause: str = ""
+
+    @property
+    def passed(self) -> bool:
+        """Whether the value keeps to the limit; a value that is no number does not."""
+        return self.value >= self.limit if self.least else self.value <= self.limit
+
+
+@dataclass(frozen=True)
 class StepResult:
     """What one step found.
 
@@ -111,7 +152,8 @@ class StepResult:
     determine better than each alone, as (value, draws (ns,), unit); residuals; used and left_out: the account of
     the data; panels: for figures; notes: sentences; taken: paths among them that these data do not
     tell, whose values only go with the others; files: of which something was used; bounds: by path, ends [SI] that
-    physics sets a parameter and these data do not exclude, infinite where the data set the end.
+    physics sets a parameter and these data do not exclude, infinite where the data set the end; alternatives that were
+    tried; checks of what was found. Tables and pages show all of it as it stands here.
 
     Raises
     ------
@@ -132,6 +174,8 @@ class StepResult:
     taken: tuple[str, ...] = ()
     files: frozenset[str] = frozenset()
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    alternatives: tuple[Alternative, ...] = ()
+    checks: tuple[Check, ...] = ()
 
     def __post_init__(self) -> None:
         count = len(self.paths)
