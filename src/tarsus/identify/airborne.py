@@ -152,9 +152,7 @@ def moving(known: Estimates) -> list[int]:
     return [int(k) for k in np.flatnonzero(np.array(own, dtype=bool) & (np.std(known.samples, axis=0) > 0.0))]
 
 
-def _record(
-    known: Estimates, repeats: Sequence[Trace], signal: Waveform, level: float
-) -> AirRecord | None:
+def _record(known: Estimates, repeats: Sequence[Trace], signal: Waveform, level: float) -> AirRecord | None:
     model, first = known.model(), repeats[0]
     k, step = first.point(model.foot_point), first.step
     gaps = {} if first.gap is None else {f"robot.feet.{model.foot}.gap": first.gap}
@@ -178,8 +176,14 @@ def _record(
         for path, one in directions.items()
     ]
     halves = [half for half in (repeats[::2], repeats[1::2]) if half]
-    seen = [np.mean([np.concatenate([t.x, t.v])[:, begin : begin + count] for t in half], axis=0) for half in halves]
-    white = [np.sqrt(np.mean([np.concatenate([t.noise_x, t.noise_v]) ** 2 for t in half], axis=0) / len(half)) for half in halves]
+    seen = [
+        np.mean([np.concatenate([t.x, t.v])[:, begin : begin + count] for t in half], axis=0)
+        for half in halves
+    ]
+    white = [
+        np.sqrt(np.mean([np.concatenate([t.noise_x, t.noise_v]) ** 2 for t in half], axis=0) / len(half))
+        for half in halves
+    ]
     fine = step / FINE * np.arange(FINE * (count - 1) + 1)
     places = step / FINE / _WITHIN * np.arange(_WITHIN * (len(fine) - 1) + 1)
     volts = scene.signals[model.drive].volts(places)

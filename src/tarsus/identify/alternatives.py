@@ -1,6 +1,6 @@
 """Differences from the model as hypotheses, each scored on records that it was not fitted to.
 
-An `Alternative` is one more unknown, or a few, of the motion in the air (`tarsus.identify.airborne`), linear in it. With
+A `Difference` is one more unknown, or a few, of the motion in the air (`tarsus.identify.airborne`), linear in it. With
 the identified numbers and the records' zeros free beside it, it is fitted to every second repeat of each set and judged
 by what it leaves of the others, both ways round. Half of what it gains there in chi-squared is the logarithm of its
 likelihood ratio, by which the alternatives, and the model as it is, are weighed. One that has nearly all of the weight
@@ -46,7 +46,7 @@ _RATIOS = (0.01, 0.1)
 
 
 @dataclass(frozen=True)
-class Alternative:
+class Difference:
     """A difference from the model that the air shows.
 
     name; cause: in words, ``{:.3g}`` for what is estimated; columns: the traces it leaves in a record, each for as much
@@ -141,16 +141,16 @@ def _gains_off(air: AirRecord) -> list[Floats]:
     return out
 
 
-ALTERNATIVES = (
-    Alternative("displacements late", "the displacements are {:.3g} us late behind the voltage: a delay of their channels", _displacements_late, 20.0, (LOAD, LAW, GROUND)),
-    Alternative("velocities late", "the velocities are {:.3g} us late behind the voltage: a delay of their channels", _velocities_late, 20.0, (STRUCTURE, LOAD, LAW, GROUND)),
-    Alternative("all late", "all motion is {:.3g} us late behind the voltage: a delay, or a low-pass filter, between the two", _all_late, 20.0, (STRUCTURE, LOAD, LAW, GROUND)),
-    Alternative("clock", "the clock of the motion is {:.3g} ppm slower than that of the voltage", _clock_off, 1e3, (STRUCTURE, LOAD, LAW, GROUND)),
-    Alternative("spring", "the structure stiffens as it bends: its first mode is {:.3g} % stiffer (cubic spring) where it moves the foot by a gap", _spring_stiffens, 10.0, (STRUCTURE, LOAD, LAW, GROUND)),
-    Alternative("creep", "creep of the drive: {:.3g} % of its force follows late", _drive_creeps, 10.0, (LOAD, LAW, GROUND), 3),
-    Alternative("thresholds", "other thresholds of the plays than those of the device file", _other_thresholds, 1.0, (LOAD, LAW, GROUND), 0),
-    Alternative("mode", "a further mode that the structure has not", _further_mode, 1.0, (STRUCTURE, LOAD, LAW, GROUND), 0),
-    Alternative("gains", "a gain of a channel that is off", _gains_off, 1.0, (LOAD, LAW, GROUND), 0),
+DIFFERENCES = (
+    Difference("displacements late", "the displacements are {:.3g} us late behind the voltage: a delay of their channels", _displacements_late, 20.0, (LOAD, LAW, GROUND)),
+    Difference("velocities late", "the velocities are {:.3g} us late behind the voltage: a delay of their channels", _velocities_late, 20.0, (STRUCTURE, LOAD, LAW, GROUND)),
+    Difference("all late", "all motion is {:.3g} us late behind the voltage: a delay, or a low-pass filter, between the two", _all_late, 20.0, (STRUCTURE, LOAD, LAW, GROUND)),
+    Difference("clock", "the clock of the motion is {:.3g} ppm slower than that of the voltage", _clock_off, 1e3, (STRUCTURE, LOAD, LAW, GROUND)),
+    Difference("spring", "the structure stiffens as it bends: its first mode is {:.3g} % stiffer (cubic spring) where it moves the foot by a gap", _spring_stiffens, 10.0, (STRUCTURE, LOAD, LAW, GROUND)),
+    Difference("creep", "creep of the drive: {:.3g} % of its force follows late", _drive_creeps, 10.0, (LOAD, LAW, GROUND), 3),
+    Difference("thresholds", "other thresholds of the plays than those of the device file", _other_thresholds, 1.0, (LOAD, LAW, GROUND), 0),
+    Difference("mode", "a further mode that the structure has not", _further_mode, 1.0, (STRUCTURE, LOAD, LAW, GROUND), 0),
+    Difference("gains", "a gain of a channel that is off", _gains_off, 1.0, (LOAD, LAW, GROUND), 0),
 )  # fmt: skip
 
 
@@ -159,7 +159,7 @@ class Weighed:
     """An alternative as the records see it: estimate and standard error in the unit of its cause (NaN where it has
     none); gain: in chi-squared, over what is left, of the halves it was not fitted to; weight among its rivals."""
 
-    alternative: Alternative
+    difference: Difference
     estimate: float
     error: float
     gain: float
@@ -167,7 +167,7 @@ class Weighed:
 
     def sentence(self) -> str:
         """The cause, with what it gains."""
-        return self.alternative.cause.format(self.estimate)
+        return self.difference.cause.format(self.estimate)
 
 
 @dataclass(frozen=True)
@@ -209,8 +209,8 @@ class _Sums:
         off = (known.samples - known.samples.mean(axis=0))[:, moving(known)]
         _, size, ways = np.linalg.svd(off / np.sqrt(len(off)), full_matrices=False)
         believed = size[:, None] * ways
-        made = [[one.columns(air) for one in ALTERNATIVES] for air in records]
-        widest = (max(len(own[k]) for own in made) for k in range(len(ALTERNATIVES)))
+        made = [[one.columns(air) for one in DIFFERENCES] for air in records]
+        widest = (max(len(own[k]) for own in made) for k in range(len(DIFFERENCES)))
         ends = np.cumsum([0, len(believed), sum(air.points for air in records), *widest])
         square, cross, whole = np.zeros((2, ends[-1], ends[-1])), np.zeros((2, ends[-1])), np.zeros(2)
         count, zero = 0, int(ends[1])
@@ -287,7 +287,7 @@ def fit_air(records_of: Callable[[Estimates], Sequence[AirRecord]], known: Estim
     predicted = np.sqrt(sums.left(base, values) / count)
     pull = np.sqrt(np.mean(values[: len(sums.believed)] ** 2))
     plain = sums.unseen(base)
-    tried = [k for k in range(len(ALTERNATIVES)) if len(sums.places[2 + k])]
+    tried = [k for k in range(len(DIFFERENCES)) if len(sums.places[2 + k])]
     about = dict.fromkeys(tried, sums)
     rest = {k: sums.unseen(sums.with_alternative(k)) for k in tried}
     likely = [k for k in sorted(tried, key=rest.__getitem__) if plain - rest[k] > SURE][:_REFINED]
@@ -308,18 +308,22 @@ def fit_air(records_of: Callable[[Estimates], Sequence[AirRecord]], known: Estim
     return AirFit(len(records), count, float(predicted), float(np.sqrt(left / count)), float(pull), shared)
 
 
-def _weighed(about: Mapping[int, _Sums], rest: Mapping[int, float], plain: float, scale: float) -> list[Weighed]:
+def _weighed(
+    about: Mapping[int, _Sums], rest: Mapping[int, float], plain: float, scale: float
+) -> list[Weighed]:
     """Alternatives with what they leave unseen, the likeliest first, beside the model as it is."""
     gains = {k: (plain - one) / scale for k, one in rest.items()}
     top = max(0.0, *gains.values())
     total = np.exp(-0.5 * top) + sum(np.exp(0.5 * (gain - top)) for gain in gains.values())
     out = []
     for k, gain in gains.items():
-        one, sums = ALTERNATIVES[k], about[k]
+        one, sums = DIFFERENCES[k], about[k]
         columns = sums.with_alternative(k)
         values, covariance = sums.fitted(columns, _WIDE)
         own = np.isin(columns, sums.places[2 + k][: one.together])
         estimate = one.size * float(values[own].sum()) if one.together else np.nan
-        error = one.size * float(np.sqrt(covariance[np.ix_(own, own)].sum() * scale)) if one.together else np.nan
+        error = (
+            one.size * float(np.sqrt(covariance[np.ix_(own, own)].sum() * scale)) if one.together else np.nan
+        )
         out.append(Weighed(one, estimate, error, float(gain), float(np.exp(0.5 * (gain - top)) / total)))
     return sorted(out, key=lambda one: -one.gain)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tarsus.identify.checks import said_of
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.verdict import Assessment, judge_samples
 
@@ -37,7 +38,14 @@ def assessed(found: Identification) -> Assessment | None:
         )
         for path, (low, high) in bounds.items()
     }
-    return judge_samples(names, known.values[moving], known.samples[:, moving], sizes=sizes, limits=limits)
+    doubts: dict[str, list[str]] = {}
+    for step in found.steps.values():
+        for check in step.checks:
+            for path in () if check.passed else check.paths:
+                doubts.setdefault(path, []).append(said_of(check))
+    return judge_samples(
+        names, known.values[moving], known.samples[:, moving], sizes=sizes, limits=limits, doubts=doubts
+    )
 
 
 def law_slopes(known: Estimates) -> dict[str, float]:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tarsus.base.spec import float_paths
+from tarsus.fit.verdict import Verdict
 from tarsus.identify.assessment import assessed, law_slopes
 from tarsus.tables.numbers import percent
 from tarsus.tables.table import ROW, Column, Table
@@ -14,8 +15,8 @@ from tarsus.tables.table import ROW, Column, Table
 if TYPE_CHECKING:
     from tarsus.identify.chain import Identification
 
-TAKEN = "not told, taken"
-"""The word for a number that its data do not determine, whose value goes with the others."""
+TAKEN = Verdict.ASSUMED.value
+"""The word for a number that no record determines, whose value goes with the others."""
 
 
 def identification_table(found: Identification) -> Table:
