@@ -1,8 +1,8 @@
-"""What the motion in the air leaves unexplained by the identified device, as a problem that is linear in what may differ.
+"""What the motion in the air leaves unexplained by the identified device, linear in what may differ.
 
-From the rest up to the first contact a record is motion in the air from a known state. The device as identified *predicts* it. What that leaves, over the noise, is set beside the traces that changes
-of the identified numbers would leave (exact derivatives of the engine) and those of differences from the model
-(`tarsus.identify.alternatives`), each in units of what is believed of it beforehand.
+From the rest up to the first contact a record is motion in the air from a known state. The device as identified
+*predicts* it. What that leaves, over the noise, is set beside the traces that changes of the identified numbers would
+leave (exact derivatives of the engine) and those of differences from the model (`tarsus.identify.alternatives`).
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ _WITHIN = 8
 _SHORTEST = 20
 """Samples of a record in the air that are looked at: fewer tell less than they cost."""
 _CLOSE = 0.5
-"""Part of the height at rest below which a foot is taken to be near the ground: a device that is a little wrong does not
-land before."""
+"""Part of the height at rest below which a foot is taken to be near the ground: a device that is a little wrong lands
+no earlier."""
 _NUDGE = 1e-6
 """Part of a number by which the state at rest, linear in nearly all of them, is differenced."""
 
@@ -47,10 +47,10 @@ class AirRecord:
     """One set of records in the air, its repeats averaged, beside the identified device.
 
     set: its name; model: the device there; time (nt,) [s]; fine (nf,) [s]: ends of `FINE` steps a sample; volts,
-    force (nf,) [V], [N]: the drive's there; jumped (nf - 1,) [N]: mean of its force in each step, less that of both ends; states (2n, nt): of the device, about the
-    rest; rest (n,): the state there; left (h, 2 np, nt): measured less predicted, displacements before velocities, mean
-    of every second repeat, or of the only one; white (h, 2 np): its noise; slopes (p, 2 np, nt): of the prediction by
-    the identified numbers.
+    force (nf,) [V], [N]: the drive's there; jumped (nf - 1,) [N]: mean of its force in each step, less that of both
+    ends; states (2n, nt): of the device, about the rest; rest (n,): the state there; left (h, 2 np, nt): measured less
+    predicted, displacements before velocities, mean of every second repeat, or of the only one; white (h, 2 np): its
+    noise; slopes (p, 2 np, nt): of the prediction by the identified numbers.
     """
 
     set: str
@@ -88,10 +88,8 @@ class AirRecord:
         n = len(self.model.mass)
         push = np.linalg.solve(self.model.mass, force)
         extra = np.linalg.solve(self.model.mass, np.broadcast_to(more, force[:, 1:].shape))
-        still = np.zeros_like
-        state = response(
-            self.model.flow, np.concatenate([still(push), push]), float(self.fine[1]), np.concatenate([still(extra), extra])
-        )[:, ::FINE]  # fmt: skip
+        push, extra = (np.concatenate([np.zeros_like(one), one]) for one in (push, extra))
+        state = response(self.model.flow, push, float(self.fine[1]), extra)[:, ::FINE]
         return self.seen(self.model.rows @ state[:n], self.model.rows @ state[n:])
 
 
@@ -164,7 +162,7 @@ def _record(known: Estimates, repeats: Sequence[Trace], signal: Waveform, level:
     count = min(count, int(landings.min(initial=np.inf) / step)) if len(landings) else count
     if count < _SHORTEST:
         return None
-    time = step * np.arange(count)
+    time = step * np.arange(count, dtype=np.float64)
     run = simulate(scene, count * step, gradients=directions)
     if run.ended is not ResultCode.DONE:
         raise InputError(f"the identified device cannot be simulated with this drive: {run.ended}")
@@ -184,7 +182,7 @@ def _record(known: Estimates, repeats: Sequence[Trace], signal: Waveform, level:
         np.sqrt(np.mean([np.concatenate([t.noise_x, t.noise_v]) ** 2 for t in half], axis=0) / len(half))
         for half in halves
     ]
-    fine = step / FINE * np.arange(FINE * (count - 1) + 1)
+    fine = step / FINE * np.arange(FINE * (count - 1) + 1, dtype=np.float64)
     places = step / FINE / _WITHIN * np.arange(_WITHIN * (len(fine) - 1) + 1)
     volts = scene.signals[model.drive].volts(places)
     force = np.asarray(model.law.force(volts, model.history))

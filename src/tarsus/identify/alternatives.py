@@ -20,20 +20,17 @@ from scipy.signal import lfilter
 
 from tarsus.fit.verdict import LEVEL
 from tarsus.identify.airborne import FINE, AirRecord, moving, response
+from tarsus.identify.checks import GROUND, LAW, LOAD, STRUCTURE, SURE
 from tarsus.identify.estimates import Estimates
 from tarsus.model.drive.laws import PrandtlIshlinskii
 
 Floats = NDArray[np.float64]
 Columns = Callable[[AirRecord], list[Floats]]
 
-STRUCTURE, LOAD, LAW, GROUND = "robot.structure.", ".load.", ".law.", "ground."
-"""Parts of paths: what an alternative touches."""
 _WIDE = 30.0
 """Standard deviations by which identified numbers may move beside an alternative: what they are off because of it."""
 _ZERO = 10.0
 """Deviations of its noise by which the zero of a displacement may be off."""
-SURE = 25.0
-"""Gain in chi-squared over what is left that an alternative must have: five standard deviations of one unknown."""
 _REFINED = 3
 """Alternatives, the likeliest ones, that are formed again about the numbers that go with them: those of the model alone
 are off by what the difference has done to them, and traces are products of both."""
@@ -83,11 +80,12 @@ def _spring_stiffens(air: AirRecord) -> list[Floats]:
     """A tenth more stiffness of the first mode where it moves the foot by a gap, with the square and with the size of
     its deflection from the neutral position."""
     model, n = air.model, len(air.model.mass)
-    square, shape = eigh(model.stiffness, model.mass, subset_by_index=[0, 0])
-    back = shape[:, 0] @ model.mass
+    square, shapes = eigh(model.stiffness, model.mass, subset_by_index=[0, 0])
+    shape = np.asarray(shapes[:, 0], dtype=np.float64)
+    back = model.mass @ shape
     whole = np.interp(air.fine, air.time, back @ (air.states[:n] + air.rest[:, None]))
-    still, gap = float(back @ air.rest), model.gap / abs(float(model.row @ shape[:, 0]))
-    force = -0.1 * square[0] * np.array([(whole**3 - still**3) / gap**2, (whole**2 - still**2) / gap])
+    still, gap = float(back @ air.rest), model.gap / abs(float(model.row @ shape))
+    force = -0.1 * float(square[0]) * np.array([(whole**3 - still**3) / gap**2, (whole**2 - still**2) / gap])
     return [air.pushed(np.outer(back, one)) for one in force]
 
 
@@ -141,16 +139,40 @@ def _gains_off(air: AirRecord) -> list[Floats]:
     return out
 
 
+_ALL = (STRUCTURE, LOAD, LAW, GROUND)
+_DRIVEN = (LOAD, LAW, GROUND)
+
 DIFFERENCES = (
-    Difference("displacements late", "the displacements are {:.3g} us late behind the voltage: a delay of their channels", _displacements_late, 20.0, (LOAD, LAW, GROUND)),
-    Difference("velocities late", "the velocities are {:.3g} us late behind the voltage: a delay of their channels", _velocities_late, 20.0, (STRUCTURE, LOAD, LAW, GROUND)),
-    Difference("all late", "all motion is {:.3g} us late behind the voltage: a delay, or a low-pass filter, between the two", _all_late, 20.0, (STRUCTURE, LOAD, LAW, GROUND)),
-    Difference("clock", "the clock of the motion is {:.3g} ppm slower than that of the voltage", _clock_off, 1e3, (STRUCTURE, LOAD, LAW, GROUND)),
-    Difference("spring", "the structure stiffens as it bends: its first mode is {:.3g} % stiffer (cubic spring) where it moves the foot by a gap", _spring_stiffens, 10.0, (STRUCTURE, LOAD, LAW, GROUND)),
-    Difference("creep", "creep of the drive: {:.3g} % of its force follows late", _drive_creeps, 10.0, (LOAD, LAW, GROUND), 3),
-    Difference("thresholds", "other thresholds of the plays than those of the device file", _other_thresholds, 1.0, (LOAD, LAW, GROUND), 0),
-    Difference("mode", "a further mode that the structure has not", _further_mode, 1.0, (STRUCTURE, LOAD, LAW, GROUND), 0),
-    Difference("gains", "a gain of a channel that is off", _gains_off, 1.0, (LOAD, LAW, GROUND), 0),
+    Difference(
+        "displacements late",
+        "the displacements are {:.3g} us late behind the voltage: a delay of their channels",
+        _displacements_late, 20.0, _DRIVEN,
+    ),
+    Difference(
+        "velocities late",
+        "the velocities are {:.3g} us late behind the voltage: a delay of their channels",
+        _velocities_late, 20.0, _ALL,
+    ),
+    Difference(
+        "all late",
+        "all motion is {:.3g} us late behind the voltage: a delay, or a low-pass filter, between the two",
+        _all_late, 20.0, _ALL,
+    ),
+    Difference(
+        "clock", "the clock of the motion is {:.3g} ppm slower than that of the voltage", _clock_off, 1e3, _ALL
+    ),
+    Difference(
+        "spring",
+        "the structure stiffens as it bends: its first mode is {:.3g} % stiffer (cubic spring) where it moves the foot "
+        "by a gap",
+        _spring_stiffens, 10.0, _ALL,
+    ),
+    Difference("creep", "creep of the drive: {:.3g} % of its force follows late", _drive_creeps, 10.0, _DRIVEN, 3),
+    Difference(
+        "thresholds", "other thresholds of the plays than those of the device file", _other_thresholds, 1.0, _DRIVEN, 0
+    ),
+    Difference("mode", "a further mode that the structure has not", _further_mode, 1.0, _ALL, 0),
+    Difference("gains", "a gain of a channel that is off", _gains_off, 1.0, _DRIVEN, 0),
 )  # fmt: skip
 
 

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tarsus.identify.checks import said_of
 from tarsus.identify.estimates import Estimates
+from tarsus.identify.step import failures
 from tarsus.identify.verdict import Assessment, judge_samples
 
 if TYPE_CHECKING:
@@ -38,11 +38,8 @@ def assessed(found: Identification) -> Assessment | None:
         )
         for path, (low, high) in bounds.items()
     }
-    doubts: dict[str, list[str]] = {}
-    for step in found.steps.values():
-        for check in step.checks:
-            for path in () if check.passed else check.paths:
-                doubts.setdefault(path, []).append(said_of(check))
+    checks = [check for step in found.steps.values() for check in step.checks]
+    doubts = {path: failures(one for one in checks if path in one.paths) for path in names}
     return judge_samples(
         names, known.values[moving], known.samples[:, moving], sizes=sizes, limits=limits, doubts=doubts
     )

@@ -14,12 +14,12 @@ from tarsus.base.errors import InputError
 from tarsus.base.threads import single_threaded
 from tarsus.identify.adhesion import identify_adhesion
 from tarsus.identify.airborne import AirRecord, air_records
+from tarsus.identify.alternatives import fit_air
 from tarsus.identify.campaign import Opened, RecordFile, read_campaign
 from tarsus.identify.checks import (
     air_checks,
     held_out_check,
     line_check,
-    said_of,
     speed_check,
     step_checks,
     with_checks,
@@ -38,7 +38,7 @@ from tarsus.identify.landing import LandingVerdict, judge_landing
 from tarsus.identify.pairs import InAir, Pair, compare_in_air, from_pairs, map_from_pairs
 from tarsus.identify.resonance import Resonances, identify_resonances, static_response
 from tarsus.identify.restitution import BounceStudy, identify_restitution
-from tarsus.identify.step import NotDone, Residual, Shift, StepResult, Trouble, Used
+from tarsus.identify.step import NotDone, Shift, StepResult, Trouble, Used, failures
 from tarsus.identify.traces import Trace
 from tarsus.model.drive.waveforms import SweptSine
 from tarsus.records.excluded import Excluded
@@ -334,7 +334,9 @@ class StepRunner:
         for name, step in steps.items():
             steps[name] = with_checks(step, step_checks(step, known))
         if "hysteresis" in steps:
-            steps["hysteresis"] = with_checks(steps["hysteresis"], *air_checks(self._air_records, known))
+            steps["hysteresis"] = with_checks(
+                steps["hysteresis"], *air_checks(fit_air(self._air_records, known), known)
+            )
         if self.bounces is not None and "restitution" in steps:
             steps["restitution"] = with_checks(steps["restitution"], speed_check(self.bounces, known))
         if "adhesion" in steps:
@@ -348,8 +350,7 @@ class StepRunner:
                 for k in (t.point(foot),)
             }
             steps[last] = with_checks(steps[last], held_out_check(comparisons, noise, known))
-        failed = [one for step in steps.values() for one in step.checks if not one.passed]
-        self.evidence.remarks += list(dict.fromkeys(said_of(one) for one in failed))
+        self.evidence.remarks += failures(one for step in steps.values() for one in step.checks)
 
     def _air_records(self, known: Estimates) -> list[AirRecord]:
         """Records in the air, and loops up to the ground, beside the device with some values."""

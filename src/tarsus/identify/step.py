@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
@@ -140,6 +140,18 @@ class Check:
     def passed(self) -> bool:
         """Whether the value keeps to the limit; a value that is no number does not."""
         return self.value >= self.limit if self.least else self.value <= self.limit
+
+
+def failures(checks: Iterable[Check]) -> list[str]:
+    """Checks that have failed, in words: a sentence for every cause, with the figures by which it shows."""
+    figures: dict[str, list[str]] = {}
+    for one in checks:
+        if not one.passed:
+            bound = "least" if one.least else "most"
+            figures.setdefault(one.cause, []).append(
+                f"{one.name} {one.value:.3g}, {one.limit:.3g} at {bound}"
+            )
+    return [f"{cause} ({'; '.join(said)})" for cause, said in figures.items()]
 
 
 @dataclass(frozen=True)
