@@ -86,10 +86,14 @@ class AirRecord:
     def pushed(self, force: Floats, more: Floats | float = 0.0) -> Floats:
         """What generalised forces (n, nf) [N] beside the drive's leave, as `seen`; more: as for `response`."""
         n = len(self.model.mass)
-        push = np.linalg.solve(self.model.mass, force)
-        extra = np.linalg.solve(self.model.mass, np.broadcast_to(more, force[:, 1:].shape))
-        push, extra = (np.concatenate([np.zeros_like(one), one]) for one in (push, extra))
-        state = response(self.model.flow, push, float(self.fine[1]), extra)[:, ::FINE]
+        mobility = np.concatenate([np.zeros((n, n)), np.linalg.inv(self.model.mass)])
+        state = response(
+            self.model.flow,
+            mobility @ force,
+            float(self.fine[1]),
+            mobility @ np.broadcast_to(more, force[:, 1:].shape),
+        )
+        state = state[:, ::FINE]
         return self.seen(self.model.rows @ state[:n], self.model.rows @ state[n:])
 
 
@@ -105,7 +109,7 @@ def response(flow: Floats, push: Floats, step: float, more: Floats | float = 0.0
         first, second = np.expm1(turn) / turn, (np.expm1(turn) - turn) / turn**2
         added = step * ((first - second) * one[:-1] + second * one[1:] + first * extra)
         out.append(lfilter([1.0], [1.0, -np.exp(turn)], np.concatenate([[0.0], added])))
-    return (right @ np.array(out)).real
+    return np.asarray(np.real(right @ np.array(out)), dtype=np.float64)
 
 
 def air_records(
@@ -183,7 +187,7 @@ def _record(known: Estimates, repeats: Sequence[Trace], signal: Waveform, level:
         for half in halves
     ]
     fine = step / FINE * np.arange(FINE * (count - 1) + 1, dtype=np.float64)
-    places = step / FINE / _WITHIN * np.arange(_WITHIN * (len(fine) - 1) + 1)
+    places = step / FINE / _WITHIN * np.arange(_WITHIN * (len(fine) - 1) + 1, dtype=np.float64)
     volts = scene.signals[model.drive].volts(places)
     force = np.asarray(model.law.force(volts, model.history))
     mean = force[:-1].reshape(-1, _WITHIN).mean(axis=1)

@@ -86,7 +86,7 @@ def _spring_stiffens(air: AirRecord) -> list[Floats]:
     whole = np.interp(air.fine, air.time, back @ (air.states[:n] + air.rest[:, None]))
     still, gap = float(back @ air.rest), model.gap / abs(float(model.row @ shape))
     force = -0.1 * float(square[0]) * np.array([(whole**3 - still**3) / gap**2, (whole**2 - still**2) / gap])
-    return [air.pushed(np.outer(back, one)) for one in force]
+    return [air.pushed(np.outer(back, one).astype(np.float64)) for one in force]
 
 
 def _drive_creeps(air: AirRecord) -> list[Floats]:
@@ -95,7 +95,7 @@ def _drive_creeps(air: AirRecord) -> list[Floats]:
     mean = 0.5 * (force[1:] + force[:-1]) + air.jumped
     for time in _CREEPS:
         share = -np.expm1(-float(air.fine[1]) / time)
-        late = np.concatenate([[0.0], lfilter([share], [1.0, share - 1.0], mean)])
+        late = np.concatenate([[0.0], np.real(lfilter([share], [1.0, share - 1.0], mean))])
         out.append(air.pushed(0.1 * np.outer(air.model.load, late)))
     return out
 
