@@ -86,7 +86,7 @@ class AirRecord:
     def pushed(self, force: Floats, more: Floats | float = 0.0) -> Floats:
         """What generalised forces (n, nf) [N] beside the drive's leave, as `seen`; more: as for `response`."""
         n = len(self.model.mass)
-        mobility = np.concatenate([np.zeros((n, n)), np.linalg.inv(self.model.mass)])
+        mobility = np.concatenate([np.zeros((n, n)), np.linalg.inv(self.model.mass)]).astype(np.float64)
         state = response(
             self.model.flow,
             mobility @ force,

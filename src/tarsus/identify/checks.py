@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.fit.verdict import LEVEL
 from tarsus.identify.estimates import Estimates
-from tarsus.identify.step import Alternative, Check, StepResult
+from tarsus.identify.step import PREFERRED, UNDECIDED, Alternative, Check, StepResult
 
 if TYPE_CHECKING:
     from tarsus.identify.alternatives import AirFit, Weighed
@@ -93,12 +94,9 @@ def _cause(fit: AirFit) -> str:
 
 
 def _answer(one: Weighed) -> Alternative:
-    return Alternative(
-        "motion in the air",
-        one.sentence(),
-        one.weight,
-        f"chi-squared of records left out lower by {one.gain:.4g}",
-    )
+    word = PREFERRED if one.weight >= LEVEL else UNDECIDED
+    figure = f"chi-squared of records left out lower by {one.gain:.4g}"
+    return Alternative("motion in the air", one.sentence(), one.weight, figure, word=word)
 
 
 def step_checks(step: StepResult, known: Estimates) -> tuple[Check, ...]:

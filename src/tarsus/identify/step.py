@@ -11,10 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.fit.verdict import LEVEL
+from tarsus.fit.verdict import LEVEL, Verdict
 from tarsus.records.excluded import Excluded
 
 Floats = NDArray[np.float64]
+
+ASSUMED, PREFERRED, UNDECIDED = Verdict.ASSUMED.value, Verdict.PREFERRED.value, Verdict.UNDECIDED.value
+"""What records say of a number or a law that they do not determine: nothing, so that it is taken as known beforehand;
+that one of several answers is the more likely; that several remain."""
 
 
 @dataclass(frozen=True)
@@ -108,7 +112,7 @@ class Alternative:
     question: what it is an answer to, such as "film exponent", or a path; name: the answer in words; weight: its share
     of all answers to the question, 0 to 1, NaN where answers are not weighed; figure: the figure it was judged by, in
     words, such as "contradicted by 6 of 9 sets"; used: whether the numbers rest on it; word: what the records say of
-    it; changes: by path, what the number would be with it [SI].
+    it; changes: by path, what the number would be with it [SI]; record: what to record to decide the question.
     """
 
     question: str
@@ -118,6 +122,7 @@ class Alternative:
     used: bool = False
     word: str = ""
     changes: Mapping[str, float] = field(default_factory=dict)
+    record: str = ""
 
 
 @dataclass(frozen=True)
@@ -154,6 +159,24 @@ def failures(checks: Iterable[Check]) -> list[str]:
     return [f"{cause} ({'; '.join(said)})" for cause, said in figures.items()]
 
 
+ABOUT = {
+    "resonances": "Sweeps in the air: natural frequencies and damping ratios, by poly-reference least squares and a "
+    "local maximum-likelihood finish.",
+    "hysteresis": "Static loops: K x = load F(V), equation (2.8), with a Prandtl-Ishlinskii operator F; on the ground "
+    "the combination of points that its force does not move.",
+    "film": "Ring-down after detachment: F = −C g′ / (g + g₀)³, equation (2.10) with the sign of E2, fitted to all "
+    "flights at once; the moment of each release, the state at it and a drift of the drive are free.",
+    "adhesion": "Pull-off force (2.13) at the moment of release over contact time: f_a = C_a0 + C_a (t − t_c), "
+    "equation (2.14).",
+    "restitution": "Velocities before and after impacts (2.12), from the flights on both sides; a ratio with errors in "
+    "both.",
+    "electrostatics": "Records close to the ground, (3.25) and (3.26).",
+    "impact map": "Changes of the points' velocities at impacts per change of the foot's: a column of the map (3.22), "
+    "with the velocities of all coordinates free to jump.",
+}
+"""What the steps of a foot are fitted to, by name; a step that says so itself needs no line here."""
+
+
 @dataclass(frozen=True)
 class StepResult:
     """What one step found.
@@ -165,7 +188,8 @@ class StepResult:
     the data; panels: for figures; notes: sentences; taken: paths among them that these data do not
     tell, whose values only go with the others; files: of which something was used; bounds: by path, ends [SI] that
     physics sets a parameter and these data do not exclude, infinite where the data set the end; alternatives that were
-    tried; checks of what was found. Tables and pages show all of it as it stands here.
+    tried; checks of what was found; purpose: a sentence on what is fitted to which data. Tables and pages show all of
+    it as it stands here.
 
     Raises
     ------
@@ -188,6 +212,7 @@ class StepResult:
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     alternatives: tuple[Alternative, ...] = ()
     checks: tuple[Check, ...] = ()
+    purpose: str = ""
 
     def __post_init__(self) -> None:
         count = len(self.paths)
@@ -239,6 +264,11 @@ class StepResult:
                     "not settle the fit"
                 )
         return problems
+
+    @property
+    def about(self) -> str:
+        """What is fitted to which data, a sentence."""
+        return self.purpose or ABOUT.get(self.name, "")
 
     @property
     def unused(self) -> int:
