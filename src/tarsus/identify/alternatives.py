@@ -86,7 +86,7 @@ def _spring_stiffens(air: AirRecord) -> list[Floats]:
     whole = np.interp(air.fine, air.time, back @ (air.states[:n] + air.rest[:, None]))
     still, gap = float(back @ air.rest), model.gap / abs(float(model.row @ shape))
     force = -0.1 * float(square[0]) * np.array([(whole**3 - still**3) / gap**2, (whole**2 - still**2) / gap])
-    return [air.pushed(np.outer(back, one)) for one in force]
+    return [air.pushed(back[:, None] * one) for one in force]
 
 
 def _drive_creeps(air: AirRecord) -> list[Floats]:
@@ -112,7 +112,7 @@ def _other_thresholds(air: AirRecord) -> list[Floats]:
     states = plays.states(air.volts, air.model.history)
     at_rest = plays.states(np.zeros(1), air.model.history)[0]
     return [
-        air.pushed(np.outer(air.model.load, steep * one))
+        air.pushed(air.model.load[:, None] * (steep * one))
         for one in np.asarray(states - at_rest, dtype=np.float64).T
     ]
 
