@@ -75,6 +75,5 @@ def _track(opened: list[Opened], output: Path | None, seed: int, pages: Pages) -
             from tarsus.report.track_page import track_html
 
             written.append(write_page(track_html(found), folder / "report.html"))
-    console.complain(found.alarms)
     console.show(found, pages.json, written)
     return 1 if found.alarms else 0
