@@ -75,8 +75,8 @@ class Tracking:
         ]
 
     def table(self) -> Table:
-        """Every number in every campaign, with what it changed by and whether that is more than its intervals allow; those
-        that moved first."""
+        """Every number in every campaign, what it changed by and whether its intervals allow that; those that moved
+        first."""
         columns = ["parameter", *(Column(name, ROW, 5) for name in self.names)]
         rows, drifts = [], sorted(self.drifts, key=lambda one: one.since is None)
         for one in drifts:
