@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.fit.verdict import LEVEL
+from tarsus.fit.verdict import LEVEL, Verdict
 from tarsus.records.excluded import Excluded
 
 Floats = NDArray[np.float64]
 
-ASSUMED, PREFERRED, UNDECIDED = "assumed", "preferred", "undecided"
+ASSUMED, PREFERRED, UNDECIDED = Verdict.ASSUMED.value, Verdict.PREFERRED.value, Verdict.UNDECIDED.value
 """What records say of a number or a law that they do not determine: nothing, so that it is taken as known beforehand;
 that one of several answers is the more likely; that several remain."""
 
@@ -145,6 +145,18 @@ class Check:
     def passed(self) -> bool:
         """Whether the value keeps to the limit; a value that is no number does not."""
         return self.value >= self.limit if self.least else self.value <= self.limit
+
+
+def failures(checks: Iterable[Check]) -> list[str]:
+    """Checks that have failed, in words: a sentence for every cause, with the figures by which it shows."""
+    figures: dict[str, list[str]] = {}
+    for one in checks:
+        if not one.passed:
+            bound = "least" if one.least else "most"
+            figures.setdefault(one.cause, []).append(
+                f"{one.name} {one.value:.3g}, {one.limit:.3g} at {bound}"
+            )
+    return [f"{cause} ({'; '.join(said)})" for cause, said in figures.items()]
 
 
 ABOUT = {

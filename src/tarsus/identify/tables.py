@@ -101,8 +101,7 @@ def words_of(found: Identification) -> dict[str, str]:
             if judged is None or path in step.taken or path not in known:
                 words[path] = ASSUMED
             else:
-                said = judged[path].word
-                words[path] = said if said in ("determined", PREFERRED) else UNDECIDED
+                words[path] = judged[path].word
     return words
 
 
