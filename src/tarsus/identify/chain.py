@@ -6,6 +6,7 @@ import os
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,6 +86,12 @@ class Identification:
         from tarsus.identify.tables import identification_table
 
         return identification_table(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything found as plain data."""
+        from tarsus.identify.result import summary_of
+
+        return summary_of(self)
 
     def __repr__(self) -> str:
         numbers = sum(len(step.paths) for step in self.steps.values())

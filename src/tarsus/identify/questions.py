@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from tarsus.fit.verdict import WIDTH
 from tarsus.identify.assessment import law_slopes
 from tarsus.identify.readiness import TOLD_BY
-from tarsus.identify.step import ASSUMED, UNDECIDED, Alternative, Check, StepResult
+from tarsus.identify.step import ASSUMED, PREFERRED, UNDECIDED, Alternative, Check, StepResult, failures
 from tarsus.identify.verdict import Assessment, NumberVerdict
 from tarsus.records.purpose import Purpose
 from tarsus.tables.numbers import number, path_end, percent
@@ -31,36 +31,26 @@ def open_questions(
     alternatives: Sequence[Alternative],
     checks: Sequence[Check],
 ) -> list[Question]:
-    """One row for each step that was not done, number that is not determined, alternative that is undecided, check that
-    fails, and purpose without records; words: verdicts by path."""
+    """One row for each step that was not done, cause by which checks fail, number that is undecided or assumed,
+    question with several answers, and purpose without records; words: verdicts by path."""
     rows: list[Question] = [(one.name, f"not done: {'; '.join(one.reasons)}", None) for one in found.not_done]
-    failed, slopes = [one for one in checks if not one.passed], law_slopes(found.known)
+    rows += _doubts(words, [one for one in checks if not one.passed])
+    slopes = law_slopes(found.known)
     for step in found.steps.values():
         for path in step.paths:
             if words[path] == ASSUMED:
-                rows.append(
-                    (path, "no record shows it; its value goes with the others", _others(found, step))
-                )
-            elif words[path] != "determined" and judged is not None:
-                doubts = [one.name for one in failed if path in one.paths]
-                rows.append(
-                    (
-                        path,
-                        _why(judged[path], doubts),
-                        _more(found, step, judged[path].range.half_width(slopes.get(path))),
-                    )
-                )
+                why = "no record shows it; its value goes with the others"
+                rows.append((path, why, f"{_purposes(found, step)} that show it"))
+            elif words[path] == UNDECIDED and judged is not None:
+                half = judged[path].range.half_width(slopes.get(path))
+                rows.append((path, _why(judged[path]), _more(found, step, half)))
     for question in dict.fromkeys(one.question for one in alternatives):
         left = [one for one in alternatives if one.question == question and one.word in (ASSUMED, UNDECIDED)]
         names = ", ".join(f"{one.name}{' (used)' if one.used and len(left) > 1 else ''}" for one in left)
         if left:
-            said = (
-                f"undecided between {names}"
-                if len(left) > 1
-                else f"{names} is {left[0].word}: {left[0].figure}"
-            )
+            several = len(left) > 1
+            said = f"undecided between {names}" if several else f"{names} is {left[0].word}: {left[0].figure}"
             rows.append((question, said, next((one.record for one in left if one.record), None)))
-    rows += [(one.name, f"check failed{': ' if one.cause else ''}{one.cause}", None) for one in failed]
     used = {one.purpose for one in found.opened.campaign.records.values()}
     attracted = found.model.scene.ground.acting.electrostatic is not None
     rows += [
@@ -71,26 +61,30 @@ def open_questions(
     return rows
 
 
-def _why(one: NumberVerdict, doubts: Sequence[str]) -> str:
-    """Why a number is not determined."""
-    said = [f"{name} fails" for name in doubts]
-    tie = one.combination
-    if tie is not None:
+def _doubts(words: Mapping[str, str], failed: Sequence[Check]) -> list[Question]:
+    """Checks that fail, those of one cause together, with the numbers that are preferred only because of them."""
+    rows: list[Question] = []
+    for cause in dict.fromkeys(one.cause for one in failed):
+        those = [one for one in failed if one.cause == cause]
+        paths = dict.fromkeys(path for one in those for path in one.paths if words.get(path) == PREFERRED)
+        rests = f"; preferred only: {', '.join(map(path_end, paths))}" if paths else ""
+        rows.append((those[0].name, f"{failures(those)[0]}{rests}", None))
+    return rows
+
+
+def _why(one: NumberVerdict) -> str:
+    """Why a number is undecided."""
+    if (tie := one.combination) is not None:
         words = str(tie)
         for name in tie.names:
             words = words.replace(name, path_end(name))
         half = tie.interval.half_width(None if tie.product else abs(tie.interval.value))
-        said.append(f"the data fix {words} within {percent(half, 2)}, not each alone")
-    elif one.related:
-        said.append(
-            f"correlated with {', '.join(f'{path_end(name)} ({value:+.2f})' for name, value in one.related)}"
-        )
-    if not said:
-        half = one.range.half_width()
-        said.append(
-            f"half-width {percent(half, 2)}, {percent(WIDTH)} at most" if isfinite(half) else "an end is open"
-        )
-    return "; ".join(said)
+        return f"the data fix {words} within {percent(half, 2)}, not each alone"
+    if one.related:
+        related = ", ".join(f"{path_end(name)} ({value:+.2f})" for name, value in one.related)
+        return f"correlated with {related}"
+    half = one.range.half_width()
+    return f"half-width {percent(half, 2)}, {percent(WIDTH)} at most" if isfinite(half) else "an end is open"
 
 
 def _more(found: Identification, step: StepResult, half: float) -> str | None:
@@ -102,10 +96,6 @@ def _more(found: Identification, step: StepResult, half: float) -> str | None:
     if times > MOST_REPEATS:
         return f"others than these of {_purposes(found, step)}"
     return f"{number(times)} times as many of {_purposes(found, step)}"
-
-
-def _others(found: Identification, step: StepResult) -> str:
-    return f"{_purposes(found, step)} that show it"
 
 
 def _purposes(found: Identification, step: StepResult) -> str:

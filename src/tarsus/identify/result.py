@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,7 +14,6 @@ from tarsus.files.jsontext import json_text
 from tarsus.files.toml import scene_text
 from tarsus.files.whole import write_text
 from tarsus.identify.assessment import assessed
-from tarsus.identify.chain import Identification
 from tarsus.identify.heldout import Comparison
 from tarsus.identify.landing import LandingVerdict
 from tarsus.identify.step import StepResult
@@ -22,6 +21,9 @@ from tarsus.identify.tables import alternatives_table, checks_table, open_table,
 from tarsus.identify.verdict import Assessment
 from tarsus.model.scene import Provenance, Scene, Source
 from tarsus.tables.table import Table
+
+if TYPE_CHECKING:
+    from tarsus.identify.chain import Identification
 
 RESULT_FILES = ("identified.toml", "identification.json", "draws.npz", "report.html")
 """Everything that an identification leaves in its folder, with its report."""

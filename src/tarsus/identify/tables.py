@@ -95,11 +95,14 @@ def words_of(found: Identification) -> dict[str, str]:
     """What the data say of every number, in a word; one without an interval goes with the others: it is assumed."""
     judged = assessed(found)
     known = () if judged is None else judged.names
-    paths = [(path, step) for step in found.steps.values() for path in step.paths]
-    return {
-        path: ASSUMED if path in step.taken or judged is None or path not in known else judged[path].word
-        for path, step in paths
-    }
+    words: dict[str, str] = {}
+    for step in found.steps.values():
+        for path in step.paths:
+            if judged is None or path in step.taken or path not in known:
+                words[path] = ASSUMED
+            else:
+                words[path] = judged[path].word
+    return words
 
 
 def _half(size: float | None, low: float, high: float) -> float | None:
