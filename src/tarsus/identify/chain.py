@@ -371,7 +371,8 @@ class StepRunner:
         signals = {name: one.signal for name, one in sets if one.signal is not None}
         traces = [trace for purpose in purposes for trace in self.evidence.traces.get(purpose, [])]
         found, said = air_records(known, traces, signals, self._ground())
-        self.evidence.remarks += [one for one in said if one not in self.evidence.remarks]
+        if known is self.known:  # of the device as identified, not of those about alternatives
+            self.evidence.remarks += said
         return found
 
     def judge_landing(self) -> LandingVerdict | None:
