@@ -10,9 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.events import CONTACT_BEGINS, EventKind, FootState
+from tarsus.base.quantities import Quantity
 from tarsus.files.ledger import Ledger
 from tarsus.model.laws.base import AdhesionLaw, Law
 from tarsus.solve import acting
+from tarsus.solve.outputs import Output, output_rows
 
 if TYPE_CHECKING:
     from tarsus.core.replay import SampledStates
@@ -40,9 +42,9 @@ VALUES = 4_000_000
 class Series:
     """A run at nt times [s]: state of the structure and, per foot, its forces [N].
 
-    force (nd, nt): drive forces; laws: force (m, nt) of every smooth law on the foot by name, positive along the
-    normal; contact (m, nt): the ground's reaction on a held foot, positive pushing; strength (m, nt): f_a of a held
-    foot.
+    force, volts, charge, current (nd, nt): of the drives [N, V, C, A]; laws: force (m, nt) of every smooth law on the
+    foot by name, positive along the normal; contact (m, nt): the ground's reaction on a held foot, positive pushing;
+    strength (m, nt): f_a of a held foot.
     cumulative, works: energies of the ledger and works of the laws by name, from the start (nt,) [J].
     Of walkers also the body's coordinates (nb, nt) [m, rad]; where friction acts the feet's places along the way foot_x
     (m, nt) [m], where they slide (m, nt), and friction on them (m, nt) [N], positive forward.
@@ -52,6 +54,8 @@ class Series:
     state: SampledStates
     force: Floats
     volts: Floats
+    charge: Floats
+    current: Floats
     laws: Mapping[str, Floats]
     contact: Floats
     strength: Floats
@@ -84,8 +88,15 @@ def sample(run: Run, time: Floats) -> Series:
     strength = strength_of(run, time, state.held)
     along = {} if way is None else along_the_way(run, way, strength, strength - state.pull - smooth)
     system = laws_of.plan.system
+    names = list(run.scene.robot.drives)
+    kinds = (Quantity.VOLTAGE, Quantity.CHARGE, Quantity.CURRENT)
+    outputs = [Output(kind, name) for kind in kinds for name in names]
+    volts, charge, current = (
+        output_rows(run.scene, outputs, time).values(state).reshape(3, len(names), len(time))
+    )
     return Series(
-        time=time, state=state, force=laws_of.drives(time), volts=drive_volts(run, time), laws=laws,
+        time=time, state=state, force=laws_of.drives(time), volts=volts, charge=charge, current=current,
+        laws=laws,
         contact=np.where(state.held, -(state.pull + smooth), 0.0), strength=strength,
         kinetic=quadratic(system.mass, state.v), elastic=quadratic(system.stiffness, state.x),
         cumulative=terms | event_losses(run, time), works=works, ledger=run.ledger, **along,
@@ -108,12 +119,6 @@ def along_the_way(run: Run, way: Way, strength: Floats, margin: Floats) -> dict[
 def quadratic(matrix: Floats, z: Floats) -> Floats:
     """Energy (nt,) of states z (n, nt): z M z / 2."""
     return 0.5 * np.einsum("it,ij,jt->t", z, matrix, z)
-
-
-def drive_volts(run: Run, time: Floats) -> Floats:
-    """Volts (nd, nt) at every drive's actuator."""
-    signals = run.scene.actuator_volts.values()
-    return np.array([signal.volts(time) for signal in signals]).reshape(len(signals), len(time))
 
 
 def command_volts(scene: Scene, time: Floats) -> Floats | None:

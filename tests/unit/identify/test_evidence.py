@@ -92,7 +92,7 @@ def test_loops_in_the_air_show_no_ground(tmp_path):
     assert found.level is None and found.steps["hysteresis"].taken == (path,)
     assert np.isnan(found.steps["hysteresis"].interval(path)).all()
     told = summary_of(found)["steps"]["hysteresis"]["parameters"][path]
-    assert told["verdict"] == "not told, taken"
+    assert told["verdict"] == "assumed"
     assert identified_device(found).origin(path).source is Source.ASSUMED
     linear = "robot.drives.pzt.law.linear"
     assert dict(zip(found.known.paths, found.known.values, strict=True))[linear] == pytest.approx(
