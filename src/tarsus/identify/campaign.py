@@ -163,6 +163,10 @@ def read_campaign(path: str | os.PathLike[str]) -> Opened:
     file = Path(path)
     if file.is_dir():
         file = file / "campaign.toml"
+        if not file.exists():
+            raise InputError(f"{file}: no such file; `tarsus new campaign {path}` writes one for its records")
+    elif file.is_file() and file.suffix != ".toml":
+        raise InputError(f"{file}: is no campaign file (campaign.toml, or the folder that it is in)")
     table = read_table(file)
     expect(FileKind.CAMPAIGN, table, str(file))
     try:
@@ -197,6 +201,10 @@ def _device(campaign: Campaign, folder: Path) -> Scene:
     try:
         return load_scene(file)
     except InputError as error:
+        if not file.exists():
+            raise InputError(
+                f"{folder / 'campaign.toml'}: its device '{campaign.device}' is not there: name a scene or a device"
+            ) from None
         problems = [said if str(file) in said else f"{campaign.device}: {said}" for said in error.problems]
         raise InputError(problems) from None
 
