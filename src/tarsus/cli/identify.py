@@ -34,6 +34,7 @@ def identify(
         folder for identified.toml, identification.json, draws.npz and report.html, of a series for track.json,
         track.csv and report.html; by default "identified", of a series "tracked", beside the (first) campaign file.
     """
+    from tarsus.base.messages import together
     from tarsus.cli import console
     from tarsus.identify.campaign import read_campaign
     from tarsus.identify.chain import identify as run
@@ -53,7 +54,7 @@ def identify(
             from tarsus.report.pages import write_page
 
             written.append(write_page(identify_html(found), folder / "report.html"))
-    console.note(f"excluded: {one}" for one in found.left_out)
+    console.note(f"excluded: {one}" for one in together([str(one) for one in found.left_out]))
     console.complain([f"{one.name} was not done: {said}" for one in found.not_done for said in one.reasons])
     console.show(found, pages.json, written)
     return 1 if found.not_done else 0

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
+from tarsus.base.messages import together
 from tarsus.base.threads import single_threaded
 from tarsus.identify.adhesion import identify_adhesion
 from tarsus.identify.airborne import AirRecord, air_records
@@ -487,7 +488,7 @@ class StepRunner:
         return [f"none of the {len(files)} records of {what} can be used", *self._said(files)]
 
     def _said(self, files: Sequence[str]) -> list[str]:
-        return [str(one) for one in self.evidence.left_out if one.file in files]
+        return together([str(one) for one in self.evidence.left_out if one.file in files])
 
     def _need(self, *names: str) -> None:
         missing = [name for name in names if name not in self.steps]

@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 MOST_REPEATS = 50
 """Times as many records of the same kind that are worth asking for; beyond, only other records help."""
 
+MOST_NAMED = 4
+"""Numbers that a failed check leaves preferred and that are named; of more, how many."""
+
 Question = tuple[str, str, str | None]
 """What is open, why, and what to record for it, where that can be said."""
 
@@ -67,7 +70,8 @@ def _doubts(words: Mapping[str, str], failed: Sequence[Check]) -> list[Question]
     for cause in dict.fromkeys(one.cause for one in failed):
         those = [one for one in failed if one.cause == cause]
         paths = dict.fromkeys(path for one in those for path in one.paths if words.get(path) == PREFERRED)
-        rests = f"; preferred only: {', '.join(map(path_end, paths))}" if paths else ""
+        names = f"{len(paths)} numbers" if len(paths) > MOST_NAMED else ", ".join(map(path_end, paths))
+        rests = f"; preferred only: {names}" if paths else ""
         rows.append((those[0].name, f"{failures(those)[0]}{rests}", None))
     return rows
 

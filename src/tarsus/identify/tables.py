@@ -46,29 +46,32 @@ def numbers_table(found: Identification) -> Table:
     """Numbers and their combinations, those of the last step first: what a campaign is made for.
 
     Half an interval is a part of the number or, of a play's weight, which may be of either sign, of the slope of the
-    drive's law; the weights that are determined stand in one row.
+    drive's law; weights with one verdict stand in one row, but those that are undecided.
     """
     units, words, slopes = float_paths(found.model.scene), words_of(found), law_slopes(found.known)
     rows: list[tuple[Any, ...]] = []
     of: list[str] = []
     for step in reversed(found.steps.values()):
-        small: dict[str, list[float]] = {}
+        alike: dict[tuple[str, str], list[float]] = {}
         for path, value in zip(step.paths, step.values.tolist(), strict=True):
             ends = step.interval(path)
             half = _half(slopes.get(path, value), *ends)
-            if path in slopes and words[path] == "determined" and half is not None:
-                small.setdefault(path.rpartition(".")[0], []).append(half)
+            if path in slopes and words[path] in ("determined", PREFERRED) and half is not None:
+                alike.setdefault((path.rpartition(".")[0], words[path]), []).append(half)
                 continue
             shown = f"{percent(half, 2)} of slope" if path in slopes else half
             rows.append((path, value, ends, shown, words[path]))
             of.append(units[path].unit)
-        for law, halves in small.items():
+        for (law, word), halves in alike.items():
             slope = f"{percent(max(halves), 2)} of slope"
-            rows.append((f"{law} ({len(halves)})", None, None, slope, "determined"))
+            rows.append((f"{law} ({len(halves)})", None, None, slope, word))
             of.append("1")
+        doubted = any(words[path] == PREFERRED for path in step.paths)
         for name, (value, draws, unit) in step.combinations.items():
             ends = tuple(np.quantile(draws, [0.025, 0.975]).tolist())
-            rows.append((name, float(value), ends, _half(float(value), *ends), str(verdict_of(ends))))
+            rows.append(
+                (name, float(value), ends, _half(float(value), *ends), str(verdict_of(ends, doubted=doubted)))
+            )
             of.append(unit)
     columns = (
         "number",

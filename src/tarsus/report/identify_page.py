@@ -13,7 +13,7 @@ from tarsus.identify import tables
 from tarsus.identify.assessment import assessed
 from tarsus.identify.chain import Identification
 from tarsus.identify.heldout import Comparison
-from tarsus.identify.step import StepResult
+from tarsus.identify.step import StepResult, failures
 from tarsus.report import identify_figures, modal_figures
 from tarsus.report.pages import page, rendered
 from tarsus.tables.numbers import interval
@@ -33,11 +33,12 @@ def identify_html(found: Identification) -> str:
     """The page of a result, as text."""
     name = found.opened.campaign.name
     judged = assessed(found)
-    left = found.all_left_out
+    left, failed = found.all_left_out, failures(tables.checks_of(found))
     listed = [(one.file, one.channel or None, one.count, one.reason) for one in left[:MOST_LISTED]]
     notes = sorted({note for one in found.readings if one.record is not None for note in one.record.notes})
     body = rendered(
-        "identify.html", found=found, name=name, summary=tables.summary_line(found).removeprefix(f"{name}: "),
+        "identify.html", found=found, name=name, remarks=[one for one in found.remarks if one not in failed],
+        summary=tables.summary_line(found).removeprefix(f"{name}: "),
         values=tables.numbers_table(found).bare(), open=tables.open_table(found),
         alternatives=tables.alternatives_table(found).bare(), checks=tables.checks_table(found).bare(),
         correlations=identify_figures.correlations(judged) if judged and len(judged.names) > 1 else None,

@@ -19,7 +19,15 @@ from tarsus.identify.campaign import read_campaign
 from tarsus.identify.chain import Identification
 from tarsus.identify.result import identified_device, summary_of, write_identification
 from tarsus.identify.step import Alternative, Check
-from tarsus.identify.tables import account_table, alternatives_table, by_reason, checks_table, open_table
+from tarsus.identify.tables import (
+    account_table,
+    alternatives_table,
+    by_reason,
+    checks_table,
+    numbers_table,
+    open_table,
+    summary_line,
+)
 from tarsus.model.scene import Source
 from tarsus.records.excluded import Excluded
 
@@ -262,4 +270,7 @@ def test_alternatives_and_checks_of_any_step_are_shown_from_data():
     own = [row[0] for row in shown.rows].index("left in the air")
     assert [row[-1] for row in shown.rows[own : own + 2]] == [False, True] and shown.flagged == {(own, 3)}
     assert {"exponent", "left in the air"} <= {row[0] for row in open_table(doubted).rows}
+    words = {row[0]: row[-1] for row in numbers_table(doubted).rows}
+    assert words[path] == "preferred" and words["ground.adhesion.initial"] == "determined"
+    assert "1 preferred" in summary_line(doubted)
     assert summary_of(doubted)["checks"][own]["passed"] is False
