@@ -318,7 +318,10 @@ def fit_air(records_of: Callable[[Estimates], Sequence[AirRecord]], known: Estim
     likely = [k for k in sorted(tried, key=rest.__getitem__) if plain - rest[k] > SURE][:_REFINED]
     for k in likely:
         moved = sums.moved(known, k)
-        again = _Sums.of(records_of(moved), moved)
+        others = records_of(moved)
+        if [len(one.time) for one in others] != [len(one.time) for one in records]:
+            continue  # with these numbers the device lands where the record does not, or is none
+        again = _Sums.of(others, moved)
         if (unseen := again.unseen(again.with_alternative(k))) < rest[k]:
             about[k], rest[k] = again, unseen
     best = min(tried, key=rest.__getitem__)

@@ -32,6 +32,7 @@ from tarsus.identify.electrostatics import identify_close
 from tarsus.identify.estimates import PLACEHOLDER, Estimates
 from tarsus.identify.evidence import Evidence
 from tarsus.identify.film import FilmFit, identify_film
+from tarsus.identify.film_exponent import film_exponent, with_exponent
 from tarsus.identify.foot import FootModel
 from tarsus.identify.heldout import Comparison, compare
 from tarsus.identify.hysteresis import identify_hysteresis
@@ -271,7 +272,9 @@ class StepRunner:
         if self.evidence.level is None:
             raise InputError("no record of ramped squares shows a foot standing on the ground")
         model = self.known.model()
-        self.film = identify_film(model, self.known, traces, self.evidence.level[0], self.seed + 2, self.film)
+        film = identify_film(model, self.known, traces, self.evidence.level[0], self.seed + 2, self.film)
+        exponent = film_exponent(model, film, self.seed + 2)
+        self.film = film if exponent is None else with_exponent(film, exponent, self.seed + 2)
         return self.film.step
 
     def _adhesion(self) -> StepResult:
@@ -362,12 +365,15 @@ class StepRunner:
 
     def _air_records(self, known: Estimates) -> list[AirRecord]:
         """Records in the air, and loops up to the ground, beside the device with some values."""
-        purposes = Purpose.LOOPS, Purpose.AIR
+        film = self.opened.model.scene.ground.acting.film
+        # near the ground a film that no step has found would be taken for something else
+        purposes = (Purpose.LOOPS, Purpose.AIR) if film is None or _FILM in known.paths else (Purpose.AIR,)
         sets = [(name, one) for purpose in purposes for name, one in self.opened.sets(purpose)]
         signals = {name: one.signal for name, one in sets if one.signal is not None}
         traces = [trace for purpose in purposes for trace in self.evidence.traces.get(purpose, [])]
         found, said = air_records(known, traces, signals, self._ground())
-        self.evidence.remarks += [one for one in said if one not in self.evidence.remarks]
+        if known is self.known:  # of the device as identified, not of those about alternatives
+            self.evidence.remarks += said
         return found
 
     def judge_landing(self) -> LandingVerdict | None:

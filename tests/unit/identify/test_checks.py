@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from identify.campaigns import identified
 
 import tarsus as ts
 from laboratory import LABORATORY
@@ -16,6 +17,7 @@ from tarsus.identify.alternatives import AirFit, fit_air
 from tarsus.identify.checks import TREND, _term, air_checks, step_checks
 from tarsus.identify.draws import DRAWS
 from tarsus.identify.estimates import Estimates
+from tarsus.identify.film_exponent import film_exponent, with_exponent
 from tarsus.identify.foot import FootModel
 from tarsus.identify.step import Check, Residual, StepResult, Used, failures
 from tarsus.identify.traces import Trace
@@ -129,3 +131,21 @@ def test_a_failed_check_takes_the_word_determined_and_names_its_cause():
     assert found["a"].word == "preferred" and found["b"].word == "determined"
     assert "but the drive creeps" in found["a"].sentence()
     assert verdict_of((1.0, 9.0), doubted=True) is Verdict.UNDECIDED, "a wide number stays what it is"
+
+
+def test_the_exponent_of_the_film_is_found_and_an_undecided_one_widens_its_draws():
+    chain = identified()
+    assert chain.film is not None
+    found = film_exponent(chain.model, chain.film, 3)
+    assert found is not None and abs(found.value - 3.0) < 3.0 * found.error
+    own = chain.film.step.samples[:, 1]
+    even = with_exponent(chain.film, replace(found, gain=0.0), 3).step
+    other = own * np.exp(found.moves[1])
+    assert (
+        set(even.samples[:, 1]) <= set(own) | set(other) and 0.4 < np.mean(even.samples[:, 1] == other) < 0.6
+    )
+    assert even.checks[-1].passed and "undecided between 3 and 2" in even.notes[-1]
+    assert even.unsound() == []
+    sure = with_exponent(chain.film, replace(found, gain=60.0), 3).step
+    assert not sure.checks[-1].passed and np.array_equal(sure.samples[:, 1], own)
+    assert sure.alternatives[-1].word == "preferred" and sure.alternatives[-1].weight > 0.99

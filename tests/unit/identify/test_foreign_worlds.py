@@ -42,6 +42,7 @@ TRUTH = {
         ("cubic stiffness", "stiffens as it bends"),
         ("other thresholds", "other thresholds of the plays"),
         ("third mode", "a further mode"),
+        ("film exponent 2", "the exponent of the film is 2 rather than 3"),
         ("restitution falls with speed", "restitution falls with speed"),
     ],
 )
