@@ -31,6 +31,7 @@ SMALLER = {
     "-o /shared/out --on array:tasks=100": "-o another --on array:tasks=3",
     "/shared/out/array": "another/array",
     "seq 0 99": "seq 0 2",
+    "identify june --track july august": "identify lab --track lab",
     "/shared/out": "shared",
     "identified/identified.toml": "cantilever",
     "# what is left to say: exit code 2 until it is said": "&& exit 1 || [ $? -eq 2 ]",
@@ -77,6 +78,10 @@ HERE: dict[str, tuple[Callable[[Path], None], tuple[str, ...]]] = {
 """What a page's lines need, and files that must be there afterwards."""
 
 
+PRINTED = re.compile(r"^([a-z]+(?:\.\w+)+) +(\S+) .* [\d.]+ % +(\w+)(?: !)?$", re.MULTILINE)
+"""Rows of an identification as its page prints them: path, value, verdict."""
+
+
 def lines(page: str) -> list[str]:
     """Command lines of a page that are run, in small."""
     found = []
@@ -90,6 +95,7 @@ def lines(page: str) -> list[str]:
 
 
 def test_every_page_with_command_lines_is_run():
+    assert len(PRINTED.findall(PAGES["identify.md"])) == 5
     assert {page for page in PAGES if lines(page)} == set(HERE)
     printed = "\n".join(re.sub(r"\\\n\s*", "", text) for text in PAGES.values())
     assert [whole for whole in SMALLER if whole not in printed] == []
@@ -118,3 +124,7 @@ def test_the_command_lines_of_a_page_run(page, tmp_path):
     )
     assert done.returncode == 0, f"{script}\n{done.stdout[-2000:]}\n{done.stderr[-2000:]}"
     assert [name for name in written if not (tmp_path / name).is_file()] == []
+    for path, value, verdict in PRINTED.findall(PAGES[page]):
+        row = next(row for row in PRINTED.findall(done.stdout) if row[0] == path)  # a series follows
+        assert float(row[1].split("·")[0]) == pytest.approx(float(value.split("·")[0]), rel=0.02), path
+        assert row[2] == verdict, path

@@ -115,7 +115,8 @@ def test_dataset_has_dimensions_units_and_names(run):
     assert dict(data.sizes) == {"time": 11, "foot": 2, "drive": 1, "point": 2}
     assert data["foot"].values.tolist() == ["left", "right"] and data["drive"].values.tolist() == ["pzt"]
     units = {
-        "time": "s", "volts": "V", "drive_force": "N", "displacement": "m", "velocity": "m/s", "gap": "m",
+        "time": "s", "volts": "V", "charge": "C", "current": "A",
+        "drive_force": "N", "displacement": "m", "velocity": "m/s", "gap": "m",
         "gap_rate": "m/s", "contact": "1", "pull": "N", "adhesion_strength": "N", "film_force": "N",
         "electrostatic_force": "N", "drag_force": "N", "contact_force": "N", "kinetic_energy": "J",
         "elastic_energy": "J", "work_in": "J", "damping_loss": "J", "film_work": "J",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import types
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
@@ -218,3 +218,14 @@ def sentences(cls: Any, error: ValidationError, prefix: str = "") -> list[str]:
         whole = ".".join(filter(None, (prefix, path)))
         lines.append(f"{whole}: {text}" if whole else text)
     return lines
+
+
+def together(sentences: Sequence[str]) -> list[str]:
+    """Sentences `file: what`, with one for all files of which the same is said."""
+    files: dict[str, list[str]] = {}
+    for sentence in sentences:
+        file, _, said = sentence.partition(": ")
+        files.setdefault(said, []).append(file)
+    return [
+        f"{of[0]}{f' and {len(of) - 1} more' if len(of) > 1 else ''}: {said}" for said, of in files.items()
+    ]

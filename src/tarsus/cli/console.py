@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import shutil
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -114,10 +115,15 @@ def show(found: Any, json: bool = False, written: Iterable[Path] = ()) -> int:
     if json:
         print_json(found.to_dict())
     else:
-        print(found.table().text())
+        print(found.table().text(_width()))
         wrote(written)
     note(getattr(found, "remarks", ()))
     return 0
+
+
+def _width() -> int | None:
+    """Letters of a line of the terminal that results go to; None where they go to a file or another program."""
+    return shutil.get_terminal_size().columns if sys.stdout.isatty() else None
 
 
 def files(written: Sequence[Path], data: dict[str, Any] | None) -> int:

@@ -34,10 +34,11 @@ def identify(
         folder for identified.toml, identification.json, draws.npz and report.html, of a series for track.json,
         track.csv and report.html; by default "identified", of a series "tracked", beside the (first) campaign file.
     """
+    from tarsus.base.messages import together
     from tarsus.cli import console
     from tarsus.identify.campaign import read_campaign
     from tarsus.identify.chain import identify as run
-    from tarsus.identify.result import RESULT_FILES, summary_of, write_identification
+    from tarsus.identify.result import RESULT_FILES, write_identification
 
     opened = read_campaign(campaign)
     if track:
@@ -53,14 +54,9 @@ def identify(
             from tarsus.report.pages import write_page
 
             written.append(write_page(identify_html(found), folder / "report.html"))
-    console.note(found.remarks)
-    console.note(f"excluded: {one}" for one in found.left_out)
+    console.note(f"excluded: {one}" for one in together([str(one) for one in found.left_out]))
     console.complain([f"{one.name} was not done: {said}" for one in found.not_done for said in one.reasons])
-    if pages.json:
-        console.print_json(summary_of(found))
-    else:
-        print(f"{found.table().text()}\n\n{found.seconds:.0f} s")
-        console.wrote(written)
+    console.show(found, pages.json, written)
     return 1 if found.not_done else 0
 
 
@@ -80,10 +76,5 @@ def _track(opened: list[Opened], output: Path | None, seed: int, pages: Pages) -
             from tarsus.report.track_page import track_html
 
             written.append(write_page(track_html(found), folder / "report.html"))
-    console.complain(found.alarms)
-    if pages.json:
-        console.print_json(found.to_dict())
-    else:
-        print(found.table().text())
-        console.wrote(written)
+    console.show(found, pages.json, written)
     return 1 if found.alarms else 0

@@ -1,7 +1,9 @@
-"""Whether data determine a number: one meaning of the word for every verb that uses it.
+"""Whether data determine a number: one meaning of the words for every verb that uses them.
 
-A number is *determined* when its 95 % interval reaches no farther than a quarter to either side, and when the data, not
-a bound of the search, set both of its ends. How wide the bounds were drawn does not enter.
+A number is *determined* when its 95 % interval reaches no farther than a quarter to either side, when the data, not a
+bound of the search, set both of its ends, and when no check of what it predicts has failed. Where one has, it is
+*preferred*: the best that the model can say, with the figure by which the model fails. Else it is *undecided*, or
+*assumed* where the data say nothing of it. How wide the bounds were drawn does not enter.
 """
 
 from __future__ import annotations
@@ -14,11 +16,12 @@ class Verdict(StrEnum):
     """What data say of a number."""
 
     DETERMINED = "determined"
-    NOT_DETERMINED = "not determined"
-    AT_BOUND = "at bound"
-    """A bound of the search set one end of its interval."""
-    PRIOR_ONLY = "prior only"
-    """Its spread is that of what was known beforehand."""
+    PREFERRED = "preferred"
+    """Its interval is narrow, but a check of the model that it rests on has failed."""
+    UNDECIDED = "undecided"
+    """Its interval is wide, or a bound of the search set an end of it."""
+    ASSUMED = "assumed"
+    """The data say nothing of it: its spread is that of what was known beforehand, or it goes with other numbers."""
 
 
 LEVEL = 0.95
@@ -81,6 +84,7 @@ def verdict_of(
     *,
     size: float | None = None,
     of_prior: float = 0.0,
+    doubted: bool = False,
 ) -> Verdict:
     """What data say of a number.
 
@@ -94,9 +98,11 @@ def verdict_of(
         See `determined`.
     of_prior
         Its spread in parts of that of its prior; 0 without a prior.
+    doubted
+        Whether a check of the model that it rests on has failed.
     """
     if of_prior > PRIOR_KEPT:
-        return Verdict.PRIOR_ONLY
-    if any(cut):
-        return Verdict.NOT_DETERMINED if all(cut) else Verdict.AT_BOUND
-    return Verdict.DETERMINED if determined(*interval, size) else Verdict.NOT_DETERMINED
+        return Verdict.ASSUMED
+    if any(cut) or not determined(*interval, size):
+        return Verdict.UNDECIDED
+    return Verdict.PREFERRED if doubted else Verdict.DETERMINED

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tarsus.identify.estimates import Estimates
+from tarsus.identify.step import failures
 from tarsus.identify.verdict import Assessment, judge_samples
 
 if TYPE_CHECKING:
@@ -37,7 +38,11 @@ def assessed(found: Identification) -> Assessment | None:
         )
         for path, (low, high) in bounds.items()
     }
-    return judge_samples(names, known.values[moving], known.samples[:, moving], sizes=sizes, limits=limits)
+    checks = [check for step in found.steps.values() for check in step.checks]
+    doubts = {path: failures(one for one in checks if path in one.paths) for path in names}
+    return judge_samples(
+        names, known.values[moving], known.samples[:, moving], sizes=sizes, limits=limits, doubts=doubts
+    )
 
 
 def law_slopes(known: Estimates) -> dict[str, float]:

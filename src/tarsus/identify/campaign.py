@@ -21,6 +21,7 @@ from tarsus.files.tables import FileKind, expect, read_table
 from tarsus.identify.campaign_file import is_pattern, matching, spread
 from tarsus.identify.drive_check import cut_short, drive_faults, fit_drive
 from tarsus.identify.foot import FootModel
+from tarsus.model.drive.gait import AnyGait
 from tarsus.model.drive.waveforms import Waveform
 from tarsus.model.scene import Scene
 from tarsus.records.measurement import Measurement
@@ -36,6 +37,7 @@ _WORDS = {
     Purpose.LOOPS: ("loop", "static", "hyst", "stair"),
     Purpose.RAMPS: ("ramp", "pull", "adhesion"),
     Purpose.BOUNCES: ("bounc", "impact", "hop"),
+    Purpose.WALKING: ("walk", "gait", "exercise", "trot"),
 }
 """How words in the names of files begin that say what records are for; the first purpose that has one holds."""
 
@@ -69,6 +71,15 @@ class RecordSet(Defaults):
     )
     signal: Waveform | None = Field(default=None, description="the drive as it was meant, from its beginning")
     air: str | None = Field(default=None, description="set of records with the same drive in the air")
+    gait: AnyGait | None = Field(default=None, description="of a walk: the pattern of the legs")
+    signals: Named[Waveform] = Field(
+        default=FrozenDict(),
+        description="of a walk: volts of single drives; without a gait those of the others are 0 V",
+    )
+    bridge: bool = Field(
+        default=False,
+        description="whether a bridge took the current of the capacitance off the recorded currents",
+    )
 
     @field_validator("files", mode="before")
     @classmethod
@@ -152,6 +163,10 @@ def read_campaign(path: str | os.PathLike[str]) -> Opened:
     file = Path(path)
     if file.is_dir():
         file = file / "campaign.toml"
+        if not file.exists():
+            raise InputError(f"{file}: no such file; `tarsus new campaign {path}` writes one for its records")
+    elif file.is_file() and file.suffix != ".toml":
+        raise InputError(f"{file}: is no campaign file (campaign.toml, or the folder that it is in)")
     table = read_table(file)
     expect(FileKind.CAMPAIGN, table, str(file))
     try:
@@ -186,6 +201,10 @@ def _device(campaign: Campaign, folder: Path) -> Scene:
     try:
         return load_scene(file)
     except InputError as error:
+        if not file.exists():
+            raise InputError(
+                f"{folder / 'campaign.toml'}: its device '{campaign.device}' is not there: name a scene or a device"
+            ) from None
         problems = [said if str(file) in said else f"{campaign.device}: {said}" for said in error.problems]
         raise InputError(problems) from None
 
@@ -202,21 +221,23 @@ def _missing(campaign: Campaign, folder: Path) -> list[str]:
 
 def _unknown(campaign: Campaign, scene: Scene) -> list[str]:
     said: list[str] = []
+    walks = all(one.purpose is Purpose.WALKING for one in campaign.records.values())
     for word, given, known in (
         ("foot", campaign.foot, tuple(scene.robot.feet)),
         ("drive", campaign.drive, tuple(scene.robot.drives)),
     ):
-        if given is None and len(known) != 1:
+        if given is None and len(known) != 1 and not walks:
             said.append(f"{word}: the device has {', '.join(known) or 'none'}; name one")
         elif given is not None and given not in known:
             said.append(f"{word}: the device has no {word} '{given}'{nearest(given, known)}")
     points = scene.robot.structure.points
+    looked_at = (*points, *scene.robot.structure.body_coordinates, *scene.robot.drives)
     said += [
         f"records.{name}.channels.{key}.point: the structure has no point '{choice.point}'"
-        f"{nearest(choice.point, points)}"
+        f"{nearest(choice.point, looked_at)}"
         for name, one in campaign.records.items()
         for key, choice in one.channels.items()
-        if choice.point is not None and choice.point not in points
+        if choice.point is not None and choice.point not in looked_at
     ]
     said += [
         f"points: the structure has no point '{p}'{nearest(p, points)}"

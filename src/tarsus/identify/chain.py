@@ -6,20 +6,33 @@ import os
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
+from tarsus.base.messages import together
 from tarsus.base.threads import single_threaded
 from tarsus.identify.adhesion import identify_adhesion
+from tarsus.identify.airborne import AirRecord, air_records
+from tarsus.identify.alternatives import fit_air
 from tarsus.identify.campaign import Opened, RecordFile, read_campaign
+from tarsus.identify.checks import (
+    air_checks,
+    held_out_check,
+    line_check,
+    speed_check,
+    step_checks,
+    with_checks,
+)
 from tarsus.identify.contact_film import film_by_impacts
 from tarsus.identify.draws import DRAWS
 from tarsus.identify.electrostatics import identify_close
 from tarsus.identify.estimates import PLACEHOLDER, Estimates
 from tarsus.identify.evidence import Evidence
 from tarsus.identify.film import FilmFit, identify_film
+from tarsus.identify.film_exponent import film_exponent, with_exponent
 from tarsus.identify.foot import FootModel
 from tarsus.identify.heldout import Comparison, compare
 from tarsus.identify.hysteresis import identify_hysteresis
@@ -28,7 +41,8 @@ from tarsus.identify.landing import LandingVerdict, judge_landing
 from tarsus.identify.pairs import InAir, Pair, compare_in_air, from_pairs, map_from_pairs
 from tarsus.identify.resonance import Resonances, identify_resonances, shape_mismatch, static_response
 from tarsus.identify.restitution import BounceStudy, identify_restitution
-from tarsus.identify.step import NotDone, Residual, Shift, StepResult, Trouble, Used
+from tarsus.identify.step import NotDone, Shift, StepResult, Trouble, Used, failures
+from tarsus.identify.straightened import straightened
 from tarsus.identify.traces import Trace
 from tarsus.model.drive.waveforms import SweptSine
 from tarsus.records.excluded import Excluded
@@ -38,13 +52,9 @@ from tarsus.tables.table import Table
 Floats = NDArray[np.float64]
 Progress = Callable[[int, int, str], None]
 
-_STEPS = 8
-"""Messages of progress beside those of the files: seven steps and the landing rule."""
+_STEPS = 9
+"""Messages of progress beside those of the files: seven steps, the landing rule and the checks."""
 _FILM = "ground.film.coefficient"
-_BY_NOISE = ("hysteresis", "film", "electrostatics")
-"""Steps whose intervals hold the noise of records, not a scatter from event to event."""
-_ROUGH = 4.0
-"""What a fit may leave over the noise before it is remarked."""
 _STRUCTURE = "robot.structure.frequencies"
 
 
@@ -78,6 +88,12 @@ class Identification:
         from tarsus.identify.tables import identification_table
 
         return identification_table(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything found as plain data."""
+        from tarsus.identify.result import summary_of
+
+        return summary_of(self)
 
     def __repr__(self) -> str:
         numbers = sum(len(step.paths) for step in self.steps.values())
@@ -139,12 +155,20 @@ class StepRunner:
         begun = time.perf_counter()
         self.read()
         for name, purpose, step in self.planned():
-            if any(self.opened.sets(purpose)):
+            again = (
+                name in self.steps and "hysteresis" not in self.steps
+            )  # without a law there is nothing new
+            if (
+                any(self.opened.sets(purpose))
+                and not again
+                and name not in [one.name for one in self.not_done]
+            ):
                 self.attempt(name, step)
             if name == "resonances":  # which tell how late the records of the ground are
                 self.find_ground()
         landing = self.judge_landing()
         comparisons, in_air = self.validate(), self.look_in_the_air()
+        self.check(comparisons)
         shifts = self.shifted()
         used = {file for step in self.steps.values() for file in step.files}
         used |= {one.file for step in self.steps.values() for one in step.left_out}
@@ -164,8 +188,10 @@ class StepRunner:
 
     def planned(self) -> tuple[tuple[str, Purpose, Callable[[], StepResult]], ...]:
         """Steps in order, with the records that each is for; one without such records in the campaign is not
-        tried."""
+        tried. Once the law of the drive is known, the sweeps tell the structure better, and that the law."""
         return (
+            ("resonances", Purpose.MODAL, self._resonances),
+            ("hysteresis", Purpose.LOOPS, self._hysteresis),
             ("resonances", Purpose.MODAL, self._resonances),
             ("hysteresis", Purpose.LOOPS, self._hysteresis),
             ("film", Purpose.RAMPS, self._film),
@@ -186,7 +212,8 @@ class StepRunner:
         self.evidence.find_ground()
 
     def attempt(self, name: str, step: Callable[[], StepResult]) -> None:
-        """Run a step; what stops it is kept as its reasons."""
+        """Run a step; what stops it is kept as its reasons, or remarked of one that was done already."""
+        before = self.resonances
         self._report(name)
         trouble = Trouble()
         try:
@@ -197,21 +224,21 @@ class StepRunner:
             reasons = error.problems
         except np.linalg.LinAlgError as error:
             reasons = [f"its equations have no solution with these data ({error})"]
+        if reasons and name in self.steps:
+            self.resonances = before
+            self.evidence.remarks += [f"{name}, with the law of the drive: {said}" for said in reasons]
+            return
         if reasons:
             self._forget(name)
             self.not_done.append(NotDone(name, (*reasons, *trouble.sentences())))
             return
+        if name in self.steps:
+            self.known = self.known.without(self.steps.pop(name))
         purpose = next(purpose for other, purpose, _ in self.planned() if other == name)
         count = Used("files", len(found.files), sum(len(one.files) for _, one in self.opened.sets(purpose)))
         self.steps[name] = replace(found, used=(*found.used, count))
         self.evidence.remarks += [f"{name}: {said}" for said in trouble.sentences()]
         self.known = self.known.after(found)
-        rough = max(found.residuals if name in _BY_NOISE else (), key=_over_noise, default=None)
-        if rough is not None and _over_noise(rough) > _ROUGH:
-            self.evidence.remarks.append(
-                f"{name}: what the fit leaves of {rough.label} is {_over_noise(rough):.3g} times what noise alone "
-                "would leave; no interval knows of that"
-            )
 
     def _forget(self, name: str) -> None:
         """Drop what a step that was not done has left for later ones."""
@@ -224,6 +251,8 @@ class StepRunner:
             raise InputError(self._nothing_for(Purpose.MODAL, "sweeps in the air"))
         signals = [one.signal for one in sets if isinstance(one.signal, SweptSine)]
         ends = [sorted((one.start_frequency, one.stop_frequency)) for one in signals]
+        if "hysteresis" in self.steps:
+            records = [straightened(record, self.known.model()) for record in records]
         if not ends:
             raise InputError(
                 "the sets of sweeps state no swept sine as their signal, which tells the band to identify"
@@ -271,7 +300,7 @@ class StepRunner:
 
     def _compare_signs(self, traces: Sequence[Trace]) -> None:
         """Remark where the sweeps move the foot the other way than the loops do: participations, ratios, stay."""
-        if self.resonances is None:
+        if self.resonances is None or "hysteresis" in self.steps:  # said already
             return
         foot = self.opened.model.foot_point
         slow = sum(float(np.cov(t.volts, t.x[t.point(foot)])[0, 1]) for t in traces)
@@ -289,7 +318,9 @@ class StepRunner:
         if self.evidence.level is None:
             raise InputError("no record of ramped squares shows a foot standing on the ground")
         model = self.known.model()
-        self.film = identify_film(model, self.known, traces, self.evidence.level[0], self.seed + 2, self.film)
+        film = identify_film(model, self.known, traces, self.evidence.level[0], self.seed + 2, self.film)
+        exponent = film_exponent(model, film, self.seed + 2)
+        self.film = film if exponent is None else with_exponent(film, exponent, self.seed + 2)
         return self.film.step
 
     def _adhesion(self) -> StepResult:
@@ -354,6 +385,44 @@ class StepRunner:
             if one.air is not None and near and far:
                 out.append(Pair(name, one.air, near, far))
         return out
+
+    def check(self, comparisons: Sequence[Comparison]) -> None:
+        """Compare what was found with what it predicts; what fails is remarked, and verdicts know of it."""
+        self._report("checks")
+        known, steps = self.known, self.steps
+        for name, step in steps.items():
+            steps[name] = with_checks(step, step_checks(step, known))
+        if "hysteresis" in steps:
+            steps["hysteresis"] = with_checks(
+                steps["hysteresis"], *air_checks(fit_air(self._air_records, known), known)
+            )
+        if self.bounces is not None and "restitution" in steps:
+            steps["restitution"] = with_checks(steps["restitution"], speed_check(self.bounces, known))
+        if "adhesion" in steps:
+            steps["adhesion"] = with_checks(steps["adhesion"], line_check(steps["adhesion"], known))
+        last = next(reversed(steps), None)
+        if last is not None:
+            foot = self.opened.model.foot_point
+            noise = {
+                t.file: float(t.noise_x[k] / t.x[k].std())
+                for t in self.evidence.traces.get(Purpose.VALIDATION, [])
+                for k in (t.point(foot),)
+            }
+            steps[last] = with_checks(steps[last], held_out_check(comparisons, noise, known))
+        self.evidence.remarks += failures(one for step in steps.values() for one in step.checks)
+
+    def _air_records(self, known: Estimates) -> list[AirRecord]:
+        """Records in the air, and loops up to the ground, beside the device with some values."""
+        film = self.opened.model.scene.ground.acting.film
+        # near the ground a film that no step has found would be taken for something else
+        purposes = (Purpose.LOOPS, Purpose.AIR) if film is None or _FILM in known.paths else (Purpose.AIR,)
+        sets = [(name, one) for purpose in purposes for name, one in self.opened.sets(purpose)]
+        signals = {name: one.signal for name, one in sets if one.signal is not None}
+        traces = [trace for purpose in purposes for trace in self.evidence.traces.get(purpose, [])]
+        found, said = air_records(known, traces, signals, self._ground())
+        if known is self.known:  # of the device as identified, not of those about alternatives
+            self.evidence.remarks += said
+        return found
 
     def judge_landing(self) -> LandingVerdict | None:
         """Try the landing rules on the records of ramps and bounces; another than the device file's is taken, and
@@ -437,7 +506,7 @@ class StepRunner:
             steps={"resonances": self.steps["resonances"]}, not_done=[], bounces=None,
         )  # fmt: skip
         for name, _, step in other.planned():
-            if name not in self.steps or name in ("resonances", "impact map"):
+            if name not in self.steps or name in other.steps or name in ("resonances", "impact map"):
                 continue
             other.attempt(name, step)
             if name == "hysteresis" and path is not None:
@@ -467,7 +536,7 @@ class StepRunner:
         return [f"none of the {len(files)} records of {what} can be used", *self._said(files)]
 
     def _said(self, files: Sequence[str]) -> list[str]:
-        return [str(one) for one in self.evidence.left_out if one.file in files]
+        return together([str(one) for one in self.evidence.left_out if one.file in files])
 
     def _need(self, *names: str) -> None:
         missing = [name for name in names if name not in self.steps]
@@ -497,10 +566,6 @@ class StepRunner:
         if self.progress is not None:
             self.progress(min(self._reported, total), total, what)
         self._reported += 1
-
-
-def _over_noise(one: Residual) -> float:
-    return one.rms / one.noise if np.isfinite(one.noise) and one.noise > 0.0 else 0.0
 
 
 @single_threaded

@@ -11,7 +11,7 @@ from tarsus.model.drive.waveforms import SweptSine
 from tarsus.modes.agreement import channels_of, needed_of
 from tarsus.records.purpose import Purpose
 
-_STEPS = {
+TOLD_BY = {
     Purpose.MODAL: "the resonances",
     Purpose.LOOPS: "the drive's hysteresis",
     Purpose.RAMPS: "film and adhesion",
@@ -55,15 +55,15 @@ def readiness_of(opened: Opened) -> Readiness:
         ):
             problems.append(f"{reading.file}: {needed_of(points)}")
     used = Counter(one.purpose for one in opened.campaign.records.values())
-    if not any(purpose in used for purpose in _STEPS):
+    if not any(purpose in used for purpose in TOLD_BY):
         problems.append(
             f"no set of records tells a number: all are for {', '.join(p.value for p in used)}; purposes that do are "
-            f"{', '.join(p.value for p in _STEPS)}"
+            f"{', '.join(p.value for p in TOLD_BY)}"
         )
     else:
         remarks += [
             f"no records are for '{purpose.value}': {what} will not be identified"
-            for purpose, what in _STEPS.items()
+            for purpose, what in TOLD_BY.items()
             if purpose not in used and purpose is not Purpose.CLOSE
         ]
     return Readiness(tuple(evidence.readings), tuple(problems), tuple(remarks))

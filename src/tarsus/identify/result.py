@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,13 +14,16 @@ from tarsus.files.jsontext import json_text
 from tarsus.files.toml import scene_text
 from tarsus.files.whole import write_text
 from tarsus.identify.assessment import assessed
-from tarsus.identify.chain import Identification
 from tarsus.identify.heldout import Comparison
 from tarsus.identify.landing import LandingVerdict
 from tarsus.identify.step import StepResult
-from tarsus.identify.tables import TAKEN
+from tarsus.identify.tables import alternatives_table, checks_table, open_table, words_of
 from tarsus.identify.verdict import Assessment
 from tarsus.model.scene import Provenance, Scene, Source
+from tarsus.tables.table import Table
+
+if TYPE_CHECKING:
+    from tarsus.identify.chain import Identification
 
 RESULT_FILES = ("identified.toml", "identification.json", "draws.npz", "report.html")
 """Everything that an identification leaves in its folder, with its report."""
@@ -77,17 +81,20 @@ def _note(step: StepResult, found: Identification) -> str:
 
 def summary_of(found: Identification) -> dict[str, Any]:
     """Everything found as plain tables, for JSON and for tests."""
-    judged = assessed(found)
+    judged, words = assessed(found), words_of(found)
     return {
         "campaign": found.opened.campaign.name,
         "seconds": found.seconds,
-        "steps": {name: _step(step, judged) for name, step in found.steps.items()},
+        "steps": {name: _step(step, judged, words) for name, step in found.steps.items()},
         "correlation": None
         if judged is None
         else {"paths": list(judged.names), "matrix": judged.correlation.tolist()},
         "not_done": {one.name: list(one.reasons) for one in found.not_done},
         "files": {"read": len(found.readings), "used": found.files_used},
         "remarks": list(found.remarks),
+        "open": _rows(open_table(found)),
+        "alternatives": _rows(alternatives_table(found)),
+        "checks": _rows(checks_table(found)),
         "landing": None if found.landing is None else _landing(found.landing),
         "left_out": [str(one) for one in found.left_out],
         "validation": [_compared(one) for one in found.comparisons],
@@ -96,13 +103,21 @@ def summary_of(found: Identification) -> dict[str, Any]:
     }
 
 
-def _step(step: StepResult, judged: Assessment | None) -> dict[str, Any]:
+def _rows(table: Table) -> list[dict[str, Any]]:
+    """The rows of a table by the names of its columns."""
+    names = [one.name for one in table.columns]
+    return [dict(zip(names, row, strict=True)) for row in table.rows]
+
+
+def _step(step: StepResult, judged: Assessment | None, words: Mapping[str, str]) -> dict[str, Any]:
+    sentences = {} if judged is None else dict(zip(judged.names, judged.sentences(), strict=True))
     return {
         "parameters": {
             path: {
                 "value": float(value),
                 "interval": list(step.interval(path)),
-                **_verdict(judged, step, path),
+                "verdict": words[path],
+                **({"sentence": sentences[path]} if path in sentences else {}),
             }
             for path, value in zip(step.paths, step.values, strict=True)
         },
@@ -114,14 +129,6 @@ def _step(step: StepResult, judged: Assessment | None) -> dict[str, Any]:
         "left_out": step.unused,
         "notes": list(step.notes),
     }
-
-
-def _verdict(judged: Assessment | None, step: StepResult, path: str) -> dict[str, str]:
-    if path in step.taken:
-        return {"verdict": TAKEN}
-    if judged is None or path not in judged.names:
-        return {}
-    return {"verdict": judged[path].word, "sentence": judged[path].sentence()}
 
 
 def _landing(found: LandingVerdict) -> dict[str, Any]:

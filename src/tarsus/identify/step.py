@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
@@ -11,10 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.fit.verdict import LEVEL
+from tarsus.fit.verdict import LEVEL, Verdict
 from tarsus.records.excluded import Excluded
 
 Floats = NDArray[np.float64]
+
+ASSUMED, PREFERRED, UNDECIDED = Verdict.ASSUMED.value, Verdict.PREFERRED.value, Verdict.UNDECIDED.value
+"""What records say of a number or a law that they do not determine: nothing, so that it is taken as known beforehand;
+that one of several answers is the more likely; that several remain."""
 
 
 @dataclass(frozen=True)
@@ -102,6 +106,78 @@ def over_noise(label: str, left: Floats) -> Residual:
 
 
 @dataclass(frozen=True)
+class Alternative:
+    """One answer to a question that the records were asked: another law, another number of modes, another landing rule.
+
+    question: what it is an answer to, such as "film exponent", or a path; name: the answer in words; weight: its share
+    of all answers to the question, 0 to 1, NaN where answers are not weighed; figure: the figure it was judged by, in
+    words, such as "contradicted by 6 of 9 sets"; used: whether the numbers rest on it; word: what the records say of
+    it; changes: by path, what the number would be with it [SI]; record: what to record to decide the question.
+    """
+
+    question: str
+    name: str
+    weight: float = np.nan
+    figure: str = ""
+    used: bool = False
+    word: str = ""
+    changes: Mapping[str, float] = field(default_factory=dict)
+    record: str = ""
+
+
+@dataclass(frozen=True)
+class Check:
+    """Whether what was found predicts what it was not fitted to.
+
+    name: what is compared; value and limit [unit]; least: whether the value must reach the limit rather than stay
+    below it; paths: the numbers that a check which fails takes the word "determined" from; cause: what a failure means.
+    """
+
+    name: str
+    value: float
+    limit: float
+    unit: str = "1"
+    least: bool = False
+    paths: tuple[str, ...] = ()
+    cause: str = ""
+
+    @property
+    def passed(self) -> bool:
+        """Whether the value keeps to the limit; a value that is no number does not."""
+        return self.value >= self.limit if self.least else self.value <= self.limit
+
+
+def failures(checks: Iterable[Check]) -> list[str]:
+    """Checks that have failed, in words: a sentence for every cause, with the figures by which it shows."""
+    figures: dict[str, list[str]] = {}
+    for one in checks:
+        if not one.passed:
+            bound = "least" if one.least else "most"
+            figures.setdefault(one.cause, []).append(
+                f"{one.name} {one.value:.3g}, {one.limit:.3g} at {bound}"
+            )
+    return [f"{cause} ({'; '.join(said)})" for cause, said in figures.items()]
+
+
+ABOUT = {
+    "resonances": "Sweeps in the air: natural frequencies and damping ratios, by poly-reference least squares and a "
+    "local maximum-likelihood finish.",
+    "hysteresis": "Static loops: K x = load F(V), equation (2.8), with a Prandtl-Ishlinskii operator F; on the ground "
+    "the combination of points that its force does not move.",
+    "film": "Ring-down after detachment: F = −C g′ / (g + g₀)³, equation (2.10) with the sign of E2, fitted to all "
+    "flights at once; the moment of each release, the state at it and a drift of the drive are free.",
+    "adhesion": "Pull-off force (2.13) at the moment of release over contact time: f_a = C_a0 + C_a (t − t_c), "
+    "equation (2.14).",
+    "restitution": "Velocities before and after impacts (2.12), from the flights on both sides; a ratio with errors in "
+    "both.",
+    "electrostatics": "Records close to the ground, (3.25) and (3.26).",
+    "impact map": "Changes of the points' velocities at impacts per change of the foot's: a column of the map (3.22), "
+    "with the velocities of all coordinates free to jump.",
+}
+"""What the steps of a foot are fitted to, by name; a step that says so itself needs no line here."""
+
+
+@dataclass(frozen=True)
 class StepResult:
     """What one step found.
 
@@ -111,7 +187,9 @@ class StepResult:
     determine better than each alone, as (value, draws (ns,), unit); residuals; used and left_out: the account of
     the data; panels: for figures; notes: sentences; taken: paths among them that these data do not
     tell, whose values only go with the others; files: of which something was used; bounds: by path, ends [SI] that
-    physics sets a parameter and these data do not exclude, infinite where the data set the end.
+    physics sets a parameter and these data do not exclude, infinite where the data set the end; alternatives that were
+    tried; checks of what was found; purpose: a sentence on what is fitted to which data. Tables and pages show all of
+    it as it stands here.
 
     Raises
     ------
@@ -132,6 +210,9 @@ class StepResult:
     taken: tuple[str, ...] = ()
     files: frozenset[str] = frozenset()
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    alternatives: tuple[Alternative, ...] = ()
+    checks: tuple[Check, ...] = ()
+    purpose: str = ""
 
     def __post_init__(self) -> None:
         count = len(self.paths)
@@ -183,6 +264,11 @@ class StepResult:
                     "not settle the fit"
                 )
         return problems
+
+    @property
+    def about(self) -> str:
+        """What is fitted to which data, a sentence."""
+        return self.purpose or ABOUT.get(self.name, "")
 
     @property
     def unused(self) -> int:

@@ -1,60 +1,111 @@
-"""An identification as a table: every number with its interval and verdict, and what the data were used for."""
+"""An identification as tables: every number with its interval and verdict, what is open and what to record for it,
+alternatives and checks, and the account of the data. Console, notebook and page show these and no others."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import re
+from collections import Counter
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tarsus.base.spec import float_paths
+from tarsus.fit.verdict import verdict_of
 from tarsus.identify.assessment import assessed, law_slopes
-from tarsus.tables.numbers import percent
+from tarsus.identify.landing import LandingFit
+from tarsus.identify.questions import open_questions
+from tarsus.identify.step import ASSUMED, PREFERRED, UNDECIDED, Alternative, Check, StepResult
+from tarsus.model.laws.landing import RestituteFirst
+from tarsus.records.excluded import Excluded
+from tarsus.tables.numbers import amount, interval, percent
 from tarsus.tables.table import ROW, Column, Table
 
 if TYPE_CHECKING:
     from tarsus.identify.chain import Identification
 
-TAKEN = "not told, taken"
-"""The word for a number that its data do not determine, whose value goes with the others."""
+MOST_CHANGES = 3
+"""Numbers that an alternative is said to change, the most changed first."""
 
 
 def identification_table(found: Identification) -> Table:
-    """Parameters and their combinations, half an interval as a part of the number or, of a play's weight, of the slope
-    of the drive's law; below them what is not determined, the landing rule, the files, the errors of held-out records.
-    """
-    units = float_paths(found.model.scene)
-    judged, slopes = assessed(found), law_slopes(found.known)
-    rows, of = [], []
-    for step in found.steps.values():
-        for path, value in zip(step.paths, step.values.tolist(), strict=True):
-            word = "" if judged is None or path not in judged.names else judged[path].word
-            half = _half(slopes.get(path, value), *step.interval(path))
-            shown = f"{percent(half, 2)} of slope" if path in slopes else half
-            rows.append(
-                (path, value, tuple(step.interval(path)), shown, TAKEN if path in step.taken else word)
-            )
-            of.append(units[path].unit)
-        for name, (value, draws, unit) in step.combinations.items():
-            ends = np.quantile(draws, [0.025, 0.975]).tolist()
-            rows.append((name, float(value), tuple(ends), _half(float(value), *ends), "combination"))
-            of.append(unit)
-    verdicts = () if judged is None else judged.verdicts
-    open_ones = [one.sentence(units[one.name].unit) for one in verdicts if not one.determined]
-    left = f"; not done: {', '.join(one.name for one in found.not_done)}" if found.not_done else ""
+    """Every number, and below it what is open, the alternatives, the checks, and what the data were used for."""
+    numbers, parts = numbers_table(found), (open_table(found), alternatives_table(found), checks_table(found))
     return Table(
-        f"Identified from '{found.opened.campaign.name}', {found.files_used} files{left}",
-        (
-            "parameter",
-            Column("value", ROW, 5),
-            Column("95 % interval", ROW, 5),
-            Column("half-width", "%", 2),
-            "verdict",
-        ),
-        rows,
-        [*open_ones, "; ".join(_landing(found))],
-        [_data(found)],
-        units=of,
+        numbers.title,
+        numbers.columns,
+        numbers.rows,
+        numbers.notes,
+        [*(one for one in parts if one.rows), account_table(found)],
+        units=numbers.units,
+        flagged=numbers.flagged,
     )
+
+
+def numbers_table(found: Identification) -> Table:
+    """Numbers and their combinations, those of the last step first: what a campaign is made for.
+
+    Half an interval is a part of the number or, of a play's weight, which may be of either sign, of the slope of the
+    drive's law; weights with one verdict stand in one row, but those that are undecided.
+    """
+    units, words, slopes = float_paths(found.model.scene), words_of(found), law_slopes(found.known)
+    rows: list[tuple[Any, ...]] = []
+    of: list[str] = []
+    for step in reversed(found.steps.values()):
+        alike: dict[tuple[str, str], list[float]] = {}
+        for path, value in zip(step.paths, step.values.tolist(), strict=True):
+            ends = step.interval(path)
+            half = _half(slopes.get(path, value), *ends)
+            if path in slopes and words[path] in ("determined", PREFERRED) and half is not None:
+                alike.setdefault((path.rpartition(".")[0], words[path]), []).append(half)
+                continue
+            shown = f"{percent(half, 2)} of slope" if path in slopes else half
+            rows.append((path, value, ends, shown, words[path]))
+            of.append(units[path].unit)
+        for (law, word), halves in alike.items():
+            slope = f"{percent(max(halves), 2)} of slope"
+            rows.append((f"{law} ({len(halves)})", None, None, slope, word))
+            of.append("1")
+        doubted = any(words[path] == PREFERRED for path in step.paths)
+        for name, (value, draws, unit) in step.combinations.items():
+            ends = tuple(np.quantile(draws, [0.025, 0.975]).tolist())
+            rows.append(
+                (name, float(value), ends, _half(float(value), *ends), str(verdict_of(ends, doubted=doubted)))
+            )
+            of.append(unit)
+    columns = (
+        "number",
+        Column("value", ROW, 5),
+        Column("95 % interval", ROW, 5),
+        Column("half-width", "%", 2),
+    )
+    flagged = [(i, 4) for i, row in enumerate(rows) if row[4] != "determined"]
+    return Table(summary_line(found), (*columns, "verdict"), rows, units=of, flagged=flagged)
+
+
+def summary_line(found: Identification) -> str:
+    """How many numbers have which verdict, and how many files were used."""
+    words = Counter(words_of(found).values())
+    total = sum(words.values())
+    said = [f"{words.pop('determined', 0)} of {total} numbers determined"]
+    said += [f"{count} {word}" for word, count in words.most_common()]
+    left = f"; not done: {', '.join(one.name for one in found.not_done)}" if found.not_done else ""
+    files = f"{found.files_used} of {len(found.readings)} files used"
+    return f"{found.opened.campaign.name}: {', '.join(said)}; {files}{left}"
+
+
+def words_of(found: Identification) -> dict[str, str]:
+    """What the data say of every number, in a word; one without an interval goes with the others: it is assumed."""
+    judged = assessed(found)
+    known = () if judged is None else judged.names
+    words: dict[str, str] = {}
+    for step in found.steps.values():
+        for path in step.paths:
+            if judged is None or path in step.taken or path not in known:
+                words[path] = ASSUMED
+            else:
+                words[path] = judged[path].word
+    return words
 
 
 def _half(size: float | None, low: float, high: float) -> float | None:
@@ -62,26 +113,126 @@ def _half(size: float | None, low: float, high: float) -> float | None:
     return 0.5 * (high - low) / abs(size) if size and np.isfinite(high - low) else None
 
 
-def _landing(found: Identification) -> list[str]:
-    """What is known of the landing rule."""
-    if found.landing is not None:
-        return found.landing.sentences()
-    return [f"landing rule: {found.model.scene.ground.landing_rule.kind} is assumed, no records decide it"]
+def open_table(found: Identification) -> Table:
+    """What is not determined, why, and what to record for it."""
+    rows = open_questions(found, assessed(found), words_of(found), alternatives_of(found), checks_of(found))
+    open_ones = (path for path, word in words_of(found).items() if word != "determined")
+    path = next((path for path in open_ones if path.startswith("ground.")), None)
+    known = (
+        f"tarsus recommend identified.toml --parameter {path} --budget '2 s' ranks drive signals by what a record of "
+        "each would say of it."
+    )
+    return Table("Open, and what to record for it", ("open", "why", "record"), rows, [known] if path else [])
 
 
-def _data(found: Identification) -> Table:
-    """What each step used, and how well held-out records are predicted."""
+def alternatives_of(found: Identification) -> list[Alternative]:
+    """What else was tried than what the numbers rest on, with that itself: of all steps, and the landing rules."""
+    return [*_landing(found), *(one for step in found.steps.values() for one in step.alternatives)]
+
+
+def _landing(found: Identification) -> list[Alternative]:
+    """The landing rules, or the one that is assumed where no records were compared with any."""
+    question, verdict = "landing rule", found.landing
+    if verdict is None:
+        rule = found.model.scene.ground.landing_rule
+        return [Alternative(question, rule.kind, figure="no records decide it", used=True, word=ASSUMED)]
+    kinds: dict[str, list[tuple[LandingFit, int]]] = {}
+    for one, count in zip(verdict.fits, verdict.contradicted, strict=True):
+        kinds.setdefault(one.rule.kind, []).append((one, count))
+    out = []
+    for kind, tried in kinds.items():
+        used, left = kind == verdict.chosen.kind, [one for one, _ in tried if one.rule in verdict.possible]
+        best, count = min(tried, key=lambda one: (one[0].rule != verdict.chosen, one[1]))
+        speeds = [one.rule.speed for one in left or [best] if isinstance(one.rule, RestituteFirst)]
+        name = f"{kind} at {interval(min(speeds), max(speeds), 'm/s', 3)}" if speeds else kind
+        off = percent(float(np.median(best.off)), 3)
+        figure = f"contradicted by {count} of {len(verdict.sets)} sets, off by {off}"
+        word = "contradicted" if not left else PREFERRED if verdict.decided else UNDECIDED
+        out.append(Alternative(question, name, figure=figure, used=used, word=word))
+    return out
+
+
+def alternatives_table(found: Identification) -> Table:
+    """What was tried, the weight of each among the answers to its question, and what it would change."""
+    values = dict(zip(found.known.paths, found.known.values.tolist(), strict=True))
+    columns = ["question", "answer", Column("weight", "%", 3), "judged by", "verdict", "would change"]
     rows = [
-        (step.name, "; ".join(str(one) for one in step.used), step.unused if step.left_out else None)
-        for step in found.steps.values()
+        (
+            one.question, one.name, one.weight, one.figure or None,
+            f"{one.word}{', used' if one.used else ''}", _changes(one, values) or None,
+        )
+        for one in alternatives_of(found)
+    ]  # fmt: skip
+    used = [
+        j for j in range(len(columns)) if any(row[j] not in (None, "") and row[j] == row[j] for row in rows)
     ]
+    return Table("Alternatives", [columns[j] for j in used], [[row[j] for j in used] for row in rows])
+
+
+def _changes(one: Alternative, values: dict[str, float]) -> str:
+    """What an alternative changes most, as parts of the numbers."""
+    parts = {path: other / values[path] - 1.0 for path, other in one.changes.items() if values.get(path)}
+    most = sorted(parts, key=lambda path: -abs(parts[path]))[:MOST_CHANGES]
+    return ", ".join(f"{path} {'+' * (parts[path] > 0.0)}{percent(parts[path], 2)}" for path in most)
+
+
+def checks_of(found: Identification) -> list[Check]:
+    """Whether what was found predicts what it was not fitted to, of all steps."""
+    return [one for step in found.steps.values() for one in step.checks]
+
+
+def checks_table(found: Identification) -> Table:
+    """Every check, those that fail flagged."""
+    checks = checks_of(found)
+    rows = [
+        (
+            one.name,
+            one.value,
+            f"at {'least' if one.least else 'most'} {amount(one.limit, one.unit, 3)}",
+            one.passed,
+        )
+        for one in checks
+    ]
+    failed = [(i, 3) for i, one in enumerate(checks) if not one.passed]
+    columns = ("check", Column("value", ROW, 3), "limit", "passed")
+    return Table("Checks", columns, rows, units=[one.unit for one in checks], flagged=failed)
+
+
+def account_table(found: Identification, reasons: bool = False) -> Table:
+    """What each step found, used and excluded, with reasons where asked, and how held-out records are predicted."""
+    rows = []
+    for step in found.steps.values():
+        used = "; ".join(str(one) for one in step.used)
+        left = (
+            "; ".join(f"{count}: {why}" for count, why in by_reason(step.left_out))
+            if reasons
+            else step.unused
+        )
+        rows.append((step.name, used, left if step.left_out else None))
     notes = []
     if found.comparisons:
         peak, contact = (_errors(found, which) for which in ("peak", "contact"))
         errors = f"absolute error of peaks {peak}, of contact durations {contact}"
         notes = [f"held-out signals: {len(found.comparisons)}; {errors}"]
-    title = f"{found.files_used} of {len(found.readings)} files used"
-    return Table(title, ("step", "used", "excluded"), rows, notes)
+    return Table("Data", ("step", "used", "excluded"), rows, notes)
+
+
+_NUMBER = re.compile(r"(?<![\w'-])-?\d[\d.]*(e[+-]?\d+)?\b")
+
+
+def by_reason(left: Sequence[Excluded]) -> list[tuple[int, str]]:
+    """How much was excluded for each reason, the most frequent first; reasons that differ in a number are one."""
+    counts: Counter[str] = Counter()
+    for one in left:
+        counts[_NUMBER.sub("…", one.reason) if one.count == 1 else one.reason] += one.count
+    return [(count, reason) for reason, count in counts.most_common()]
+
+
+def residuals_table(step: StepResult) -> Table:
+    """What a step leaves unexplained, beside what noise alone would leave."""
+    rows = [(one.label, one.rms, one.noise, one.count) for one in step.residuals]
+    columns = ("residual", Column("rms", ROW, 3), Column("of noise alone", ROW, 3), "values")
+    return Table("", columns, rows, units=[one.unit for one in step.residuals])
 
 
 def _errors(found: Identification, which: str) -> str:

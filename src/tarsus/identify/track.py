@@ -17,7 +17,7 @@ from tarsus.files.jsontext import json_text
 from tarsus.files.whole import write_text
 from tarsus.identify.campaign import Opened, read_campaign
 from tarsus.identify.chain import Identification, identify
-from tarsus.tables.numbers import amount, percent
+from tarsus.tables.numbers import amount
 from tarsus.tables.table import ROW, Column, Table
 
 Floats = NDArray[np.float64]
@@ -75,24 +75,26 @@ class Tracking:
         ]
 
     def table(self) -> Table:
-        """Every number in every campaign, with what it changed by and whether that is more than its intervals allow."""
+        """Every number in every campaign, what it changed by and whether its intervals allow that; those that moved
+        first."""
         columns = ["parameter", *(Column(name, ROW, 5) for name in self.names)]
-        rows = []
-        for one in self.drifts:
+        rows, drifts = [], sorted(self.drifts, key=lambda one: one.since is None)
+        for one in drifts:
             ends = [
                 (v - _WIDE * e, v + _WIDE * e) if np.isfinite(e) else None
                 for v, e in zip(one.values.tolist(), one.errors.tolist(), strict=True)
             ]
             first = one.values[first_of(one)]
             moved = "steady" if one.since is None else f"moved since {self.names[one.since]}"
-            rows.append((one.path, *ends, percent(one.change / first, 2) if first else None, moved))
-        columns += [Column("change", note="last estimate less the first"), "alarm"]
+            rows.append((one.path, *ends, one.change / first if first else None, moved))
+        columns += [Column("change", "%", 2, note="last estimate less the first"), "verdict"]
         return Table(
-            f"{len(self.names)} campaigns on one device",
+            f"{len(self.names)} campaigns on one device: {len(self.alarms)} of {len(drifts)} numbers moved",
             columns,
             rows,
             self.alarms,
-            units=[d.unit for d in self.drifts],
+            units=[one.unit for one in drifts],
+            flagged=[(i, len(columns) - 1) for i, one in enumerate(drifts) if one.since is not None],
         )
 
     def to_dict(self) -> dict[str, object]:

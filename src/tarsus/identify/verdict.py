@@ -34,13 +34,14 @@ class NumberVerdict:
 
     range: where it lies, with the verdict; combination: a product of powers, or a sum, with it that the data determine
     where they do not determine the number; related: where they determine neither, the other numbers it is most
-    correlated with, and how much.
+    correlated with, and how much; doubts: checks of the model that have failed and that it depends on, in words.
     """
 
     name: str
     range: Range
     combination: Combination | None = None
     related: tuple[tuple[str, float], ...] = ()
+    doubts: tuple[str, ...] = ()
 
     @property
     def determined(self) -> bool:
@@ -50,14 +51,15 @@ class NumberVerdict:
     @property
     def word(self) -> str:
         """In a word, for tables."""
-        if self.determined:
-            return "determined"
-        return "not from these data" if self.combination is None else "only with others"
+        assert self.range.verdict is not None
+        return self.range.verdict.value
 
     def sentence(self, unit: str = "1") -> str:
         """In words, with the range in ``unit``; a combination is in SI."""
         if self.determined:
             return f"{self.name} is determined: {self.range.text(unit)} ({100 * self.range.level:g} %)."
+        if self.range.verdict is Verdict.PREFERRED:
+            return f"{self.name} is preferred: {self.range.text(unit)}; but {'; and '.join(self.doubts)}."
         if self.combination is None:
             tied = ", ".join(f"{name} ({value:+.2f})" for name, value in self.related)
             more = f"; it is correlated with {tied}" if tied else ""
@@ -111,6 +113,7 @@ def judge_samples(
     ties: ParameterCombinations | None = None,
     sizes: Mapping[str, float] | None = None,
     limits: Mapping[str, tuple[float, float]] | None = None,
+    doubts: Mapping[str, Sequence[str]] | None = None,
 ) -> Assessment:
     """Judge numbers by draws of them: fits to resampled repeats, or a chain.
 
@@ -131,6 +134,8 @@ def judge_samples(
         By name, for numbers that may be of either sign: what a change is compared with instead of the number itself.
     limits
         By name, where the search for a number ended: an end of a range that lies there is open.
+    doubts
+        By name, what speaks against the model that a number rests on, in words: such a number is not determined.
 
     Raises
     ------
@@ -148,16 +153,17 @@ def judge_samples(
             drawn.rows[:, j], value=drawn.values[j], limits=ends.get(name, (-np.inf, np.inf)), name=name
         )
         cut = not np.isfinite(one.low), not np.isfinite(one.high)
-        one = replace(one, verdict=verdict_of((one.low, one.high), cut, size=size))
+        against = tuple((doubts or {}).get(name, ()))
+        one = replace(one, verdict=verdict_of((one.low, one.high), cut, size=size, doubted=bool(against)))
         tie = None
-        if one.verdict is not Verdict.DETERMINED and drawn.usable[j]:
+        if one.verdict is Verdict.UNDECIDED and drawn.usable[j]:
             tie = _known(verdicts, one, wanted) or _found(drawn, j, wanted)
         strongest: tuple[tuple[str, float], ...] = ()
-        if one.verdict is not Verdict.DETERMINED and tie is None:
+        if one.verdict is Verdict.UNDECIDED and tie is None:
             order = np.argsort(-np.abs(np.nan_to_num(related[j])))
             close = [k for k in order if k != j and abs(related[j, k]) >= _RELATED]
             strongest = tuple((drawn.names[k], float(related[j, k])) for k in close[:3])
-        verdicts.append(NumberVerdict(name, one, tie, strongest))
+        verdicts.append(NumberVerdict(name, one, tie, strongest, against))
     return Assessment(drawn.names, related, tuple(verdicts), f"{len(drawn.rows)} draws")
 
 

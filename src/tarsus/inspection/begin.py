@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Literal, get_args
 
 from tarsus.base.errors import InputError
+from tarsus.base.messages import together
 from tarsus.files.library import load_scene
 from tarsus.files.toml import scene_text
 from tarsus.files.whole import write_text
 from tarsus.identify.campaign import guessed_purpose
 from tarsus.identify.campaign_file import pattern_of
-from tarsus.inspection.show import together
 from tarsus.records.readers import read_measurement
 from tarsus.tables.table import Table
 from tarsus.tables.view import View

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tarsus.base.errors import InputError
+from tarsus.base.messages import together
 from tarsus.base.plausible import remarks
 from tarsus.base.spec import float_paths
 from tarsus.files.installed import kind_of
@@ -182,17 +183,6 @@ def _campaign(name: str) -> tuple[str, list[str]]:
     notes = [note for one in found.readings if one.record is not None for note in one.record.notes]
     sets, files = _count(len(opened.campaign.records), "set"), _count(len(found.readings), "file")
     return f"{opened.campaign.name} ({sets} of records, {files})", together([*notes, *found.remarks])
-
-
-def together(sentences: Sequence[str]) -> list[str]:
-    """Sentences `file: what`, with one for all files of which the same is said."""
-    files: dict[str, list[str]] = {}
-    for sentence in sentences:
-        file, _, said = sentence.partition(": ")
-        files.setdefault(said, []).append(file)
-    return [
-        f"{of[0]}{f' and {len(of) - 1} more' if len(of) > 1 else ''}: {said}" for said, of in files.items()
-    ]
 
 
 def _count(number: int, one: str, many: str = "") -> str:

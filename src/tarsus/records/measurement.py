@@ -4,35 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from enum import Enum
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
+from tarsus.base.quantities import Quantity
 from tarsus.records.clipping import heaped_samples
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
-
-
-class Quantity(Enum):
-    """What a channel measures; the value is its SI unit."""
-
-    DISPLACEMENT = "m"
-    VELOCITY = "m/s"
-    ACCELERATION = "m/s^2"
-    VOLTAGE = "V"
-    FORCE = "N"
-    CURRENT = "A"
-    ANGLE = "rad"
-    ANGULAR_VELOCITY = "rad/s"
-
-    @property
-    def unit(self) -> str:
-        """SI unit."""
-        return self.value
 
 
 @dataclass(frozen=True)

@@ -18,3 +18,4 @@ class Purpose(Enum):
     AIR = "air"
     CLOSE = "close"
     VALIDATION = "validation"
+    WALKING = "walking"

@@ -15,17 +15,22 @@ from tarsus.identify.step import Curve, Panel
 from tarsus.identify.verdict import Assessment
 from tarsus.report.pages import Plate
 from tarsus.report.sheet import QUARTER, Sheet, few_ticks, name_axes, plate
-from tarsus.report.style import BLUE, MUTED, VERMILION, decimate
+from tarsus.report.style import BLUE, INK, VERMILION, decimate
 from tarsus.tables.numbers import number, path_end
 from tarsus.tables.table import Column, Table
 
 MOST_PANELS = 6
 """Panels of one figure; of more, the first ones."""
 
+MOST_HELD_OUT = 4
+"""Held-out records that are drawn: a row."""
+
 PERIODS = 1.0
 """Drive periods of a held-out record that are drawn, after transients."""
 
-_POINTS = 300
+_POINTS, _ON_A_LINE = 300, 60
+"""Points of a curve that are drawn: of a cloud, and of a record beside a fitted line, which more of them would hide."""
+
 _TOLD = 0.3
 
 TITLE_LETTERS = 34
@@ -48,18 +53,18 @@ def panels(shown: Sequence[Panel], caption: str) -> Plate:
 
     def draw(sheet: Sheet) -> None:
         for axes, panel in zip(sheet.grid(len(kept), 1.15, width=QUARTER), kept, strict=True):
-            _draw(axes, panel, _POINTS)
+            _draw(axes, panel)
 
     return plate(draw, caption)
 
 
 def held_out(comparisons: Sequence[Comparison]) -> Plate:
     """The last period of held-out records over the simulations of the identified device."""
-    shown = [_last_period(one) for one in comparisons]
+    at = np.linspace(0, len(comparisons) - 1, min(len(comparisons), MOST_HELD_OUT)).round().astype(int)
     return panels(
-        shown,
-        "The last drive period of held-out records: the gap of the foot as measured (points) and as simulated with the "
-        "identified device (line).",
+        [_last_period(comparisons[i]) for i in at],
+        "The last drive period of held-out records, evenly from all: the gap of the foot as measured (points) and as "
+        "simulated with the identified device (line).",
     )
 
 
@@ -106,25 +111,25 @@ def _last_period(one: Comparison) -> Panel:
     )
 
 
-def _draw(axes: Axes, panel: Panel, most: int) -> None:
-    """A panel with at most so many points a curve."""
-    for place, curve in enumerate(panel.curves):
-        color = BLUE if place else MUTED
-        if curve.joined:
-            x, y = curve.x, curve.y
-            if len(x) > most and np.all(np.diff(x) > 0.0):
-                x, y = decimate(x, y, most // 2)
-            elif len(x) > most:
-                x, y = x[:: len(x) // most], y[:: len(y) // most]
-            axes.plot(x, y, color=color if place else VERMILION, lw=0.8, zorder=3)
+def _draw(axes: Axes, panel: Panel) -> None:
+    """A panel: lines below, points above them, few enough of a record that both are seen."""
+    long = any(one.joined and len(one.x) > 2 and np.ptp(one.y) > 0.0 for one in panel.curves)
+    for one in panel.curves:
+        if one.joined:
+            x, y = one.x, one.y
+            if len(x) > _POINTS and np.all(np.diff(x) > 0.0):
+                x, y = decimate(x, y, _POINTS // 2)
+            elif len(x) > _POINTS:
+                x, y = (values[:: len(x) // _POINTS] for values in (x, y))
+            axes.plot(x, y, color=BLUE, lw=0.9, zorder=2)
             continue
-        every = max(1, len(curve.x) // most)
-        x, y = curve.x[::every], curve.y[::every]
-        if curve.error is not None and len(curve.x) <= 300:
-            bars = 2.0 * curve.error[::every]
-            axes.errorbar(x, y, yerr=bars, fmt=".", ms=4.0, color=color, elinewidth=0.6, zorder=2)
+        every = -(-len(one.x) // (_ON_A_LINE if long else _POINTS))
+        x, y = one.x[::every], one.y[::every]
+        if one.error is not None and len(one.x) <= _POINTS:
+            bars = 2.0 * one.error[::every]
+            axes.errorbar(x, y, yerr=bars, fmt=".", ms=3.0, color=INK, elinewidth=0.5, zorder=3)
         else:
-            axes.plot(x, y, ".", ms=2.6, mew=0.0, color=color, zorder=2)
+            axes.plot(x, y, ".", ms=2.8, mew=0.0, color=INK, zorder=3)
     axes.set_title(fill(panel.title, TITLE_LETTERS))
     name_axes(axes, (panel.x_label, panel.x_unit), (panel.y_label, panel.y_unit))
     few_ticks(axes, x=4, y=5)

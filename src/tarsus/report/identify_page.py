@@ -1,21 +1,19 @@
-"""The report of an identification: every number with its interval and verdict, every fit with its residuals, the
-account of the data, held-out signals and the shifted zero."""
+"""The report of an identification: what was found, what is open and what to record; then every step as its data say:
+numbers, figures, residuals, alternatives, checks; held-out signals, the shifted zero and the account of the data."""
 
 from __future__ import annotations
 
-import re
-from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from tarsus.base.spec import float_paths
-from tarsus.identify.assessment import assessed, law_slopes
+from tarsus.identify import tables
+from tarsus.identify.assessment import assessed
 from tarsus.identify.chain import Identification
 from tarsus.identify.heldout import Comparison
-from tarsus.identify.step import StepResult
-from tarsus.records.excluded import Excluded
+from tarsus.identify.step import StepResult, failures
 from tarsus.report import identify_figures, modal_figures
 from tarsus.report.pages import page, rendered
 from tarsus.tables.numbers import interval
@@ -28,73 +26,41 @@ NO_ERROR, NO_CHANGE = 1e-6, 1e-5
 """Relative error, and change by another zero position, below which there is none: fits stop at some 1e-7."""
 
 MOST_LISTED = 60
-"""Left-out data listed one by one; of more, the first ones and how many there are."""
-
-_WHAT = {
-    "resonances": "Sweeps in the air: natural frequencies and damping ratios, by poly-reference least squares and a "
-    "local maximum-likelihood finish.",
-    "hysteresis": "Static loops: K x = load F(V), equation (2.8), with a Prandtl-Ishlinskii operator F; on the ground "
-    "the combination of points that its force does not move.",
-    "film": "Ring-down after detachment: F = −C g′ / (g + g₀)³, equation (2.10) with the sign of E2, fitted to all "
-    "flights at once; the moment of each release, the state at it and a drift of the drive are free.",
-    "adhesion": "Pull-off force (2.13) at the moment of release over contact time: f_a = C_a0 + C_a (t − t_c), "
-    "equation (2.14).",
-    "restitution": "Velocities before and after impacts (2.12), from the flights on both sides; a ratio with errors in "
-    "both.",
-    "electrostatics": "Records close to the ground, (3.25) and (3.26).",
-    "impact map": "Changes of the points' velocities at impacts per change of the foot's: a column of the map (3.22), "
-    "with the velocities of all coordinates free to jump.",
-}
+"""Excluded data listed one by one; of more, the first ones and how many there are."""
 
 
 def identify_html(found: Identification) -> str:
     """The page of a result, as text."""
     name = found.opened.campaign.name
     judged = assessed(found)
-    left = found.all_left_out
+    left, failed = found.all_left_out, failures(tables.checks_of(found))
+    listed = [(one.file, one.channel or None, one.count, one.reason) for one in left[:MOST_LISTED]]
+    notes = sorted({note for one in found.readings if one.record is not None for note in one.record.notes})
     body = rendered(
-        "identify.html", found=found, name=name, parameters=found.table(), of_slope=bool(law_slopes(found.known)),
+        "identify.html", found=found, name=name, remarks=[one for one in found.remarks if one not in failed],
+        summary=tables.summary_line(found).removeprefix(f"{name}: "),
+        values=tables.numbers_table(found).bare(), open=tables.open_table(found),
+        alternatives=tables.alternatives_table(found).bare(), checks=tables.checks_table(found).bare(),
         correlations=identify_figures.correlations(judged) if judged and len(judged.names) > 1 else None,
         steps=[_step(found, step) for step in found.steps.values()], held_out=_held_out(found.comparisons),
-        landing=_landing(found), in_air=_in_air(found), zero=_zero(found), sets=_sets(found),
-        left_out=_left_out(left), unlisted=max(0, len(left) - MOST_LISTED), notes=_notes(found),
+        in_air=_in_air(found), zero=_zero(found), account=tables.account_table(found, reasons=True).bare(),
+        sets=_sets(found), left_out=Table("", ("file", "channel", "how many", "reason"), listed),
+        left=len(left), unlisted=max(0, len(left) - MOST_LISTED), notes=notes,
     )  # fmt: skip
     return page(f"{name} – identification", body)
 
 
 def _step(found: Identification, step: StepResult) -> dict[str, Any]:
     """What the page shows of a step."""
-    plates = []
+    modal = []
     if step.name == "resonances" and found.resonances is not None:
         fit = found.resonances.fit
-        plates = [
-            [modal_figures.stabilisation(fit), modal_figures.synthesis(fit)],
-            [modal_figures.nyquist(fit)],
-        ]
-    if step.panels:
-        caption = f"{step.name.capitalize()}: measured (points) and fitted (lines)."
-        plates.append([identify_figures.panels(step.panels, caption)])
+        modal = [modal_figures.stabilisation(fit), modal_figures.synthesis(fit), modal_figures.nyquist(fit)]
     return {
-        "name": step.name, "what": _WHAT.get(step.name, ""), "used": step.used, "left_out": _by_reason(step.left_out),
-        "notes": step.notes, "plates": plates, "residuals": _residuals(step), "count": len(step.residuals),
+        "step": step, "modal": modal, "beside": bool(modal) or len(step.panels) in (1, 2),
+        "residuals": tables.residuals_table(step),
+        "plate": identify_figures.panels(step.panels, "Measured (points) and fitted (lines).") if step.panels else None,
     }  # fmt: skip
-
-
-_NUMBER = re.compile(r"(?<![\w'-])-?\d[\d.]*(e[+-]?\d+)?\b")
-
-
-def _by_reason(left: Sequence[Excluded]) -> list[tuple[int, str]]:
-    """How much was left out for each reason, the most frequent first; reasons that differ in a number are one."""
-    counts: Counter[str] = Counter()
-    for one in left:
-        counts[_NUMBER.sub("…", one.reason) if one.count == 1 else one.reason] += one.count
-    return [(count, reason) for reason, count in counts.most_common()]
-
-
-def _residuals(step: StepResult) -> Table | None:
-    rows = [(one.label, one.rms, one.noise, one.count) for one in step.residuals]
-    columns = ("residual", Column("rms", ROW, 3), Column("of noise alone", ROW, 3), "values")
-    return Table("", columns, rows, units=[one.unit for one in step.residuals]) if rows else None
 
 
 def _held_out(comparisons: Sequence[Comparison]) -> dict[str, Any]:
@@ -150,30 +116,14 @@ def _summary(comparisons: Sequence[Comparison]) -> Table:
     return Table("", columns, rows)
 
 
-def _in_air(found: Identification) -> Table | None:
-    if not found.in_air:
-        return None
-    points = list(found.in_air[0].off)
+def _in_air(found: Identification) -> Table:
+    points = list(found.in_air[0].off) if found.in_air else []
     rows = [(one.file, *(one.off[point] for point in points)) for one in found.in_air]
     return Table("", ("record", *(Column(point, "%", 2) for point in points)), rows)
 
 
-def _landing(found: Identification) -> Table | None:
-    """Every landing rule that was tried, against one record of each set."""
-    verdict = found.landing
-    if verdict is None:
-        return None
-    rows = [
-        (one.rule.kind, getattr(one.rule, "speed", None), wrong, float(np.median(one.off)))
-        for one, wrong in zip(verdict.fits, verdict.contradicted, strict=True)
-    ]
-    return Table("", ("rule", Column("speed", "m/s", 3), "contradicted by", Column("off", "%", 3)), rows)
-
-
-def _zero(found: Identification) -> Table | None:
+def _zero(found: Identification) -> Table:
     """The ground's numbers again, with the zero position elsewhere."""
-    if not found.shifts:
-        return None
     known = float_paths(found.model.scene)
     rows: list[list[Any]] = []
     for path, value in zip(found.known.paths, found.known.values.tolist(), strict=True):
@@ -197,13 +147,3 @@ def _sets(found: Identification) -> Table:
         good = [reading.record for reading in mine if reading.record is not None]
         rows.append((name, one.purpose.value, f"{len(good)} of {len(mine)}", sum(one.count for one in good)))
     return Table("", ("set", "serves", "files read", "samples"), rows)
-
-
-def _notes(found: Identification) -> Table | None:
-    notes = sorted({note for r in found.readings if r.record is not None for note in r.record.notes})
-    return Table("", ("note",), [(note,) for note in notes]) if notes else None
-
-
-def _left_out(left: Sequence[Excluded]) -> Table | None:
-    rows = [(one.file, one.channel or None, one.count, one.reason) for one in left[:MOST_LISTED]]
-    return Table("", ("file", "channel", "how many", "reason"), rows) if rows else None

@@ -21,7 +21,7 @@ NINETY_FIVE = 1.96
 
 def track_html(series: Tracking) -> str:
     """The page of a series, as text."""
-    body = rendered("track.html", series=series, estimates=_numbers(series), table=series.table().bare())
+    body = rendered("track.html", series=series, estimates=_numbers(series), table=series.table())
     return page(f"{series.names[0]} – series", body)
 
 

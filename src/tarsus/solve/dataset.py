@@ -31,6 +31,8 @@ def to_variables(scene: Scene, series: Series) -> dict[str, Variable]:
     if command is not None:
         add("command", ("drive", "time"), command, "V", "voltage that the amplifier is commanded to give")
     add("drive_force", ("drive", "time"), series.force, "N", "drive force")
+    add("charge", ("drive", "time"), series.charge, "C", "electric charge on a drive's actuator")
+    add("current", ("drive", "time"), series.current, "A", "current into a drive's actuator")
     add("displacement", ("point", "time"), rows @ state.x, "m", "displacement of a point along +z")
     add("velocity", ("point", "time"), rows @ state.v, "m/s", "velocity of a point along +z")
     foot = ("foot", "time")

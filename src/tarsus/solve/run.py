@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from tarsus.plan.lowering import Plan
     from tarsus.solve.engine import Accuracy, Log
     from tarsus.solve.motion import Motion
+    from tarsus.solve.outputs import Output
     from tarsus.solve.series import Series
     from tarsus.tables.table import Table
 
@@ -219,6 +220,14 @@ class Run:
 
         return ledger(self)
 
+    @cached_property
+    def electrical_energy(self) -> float:
+        """Energy [J] that the electrodes of all drives take in the run, the integral of V dq with the charge by motion;
+        NaN where a drive's law has a memory, whose own charge no description says."""
+        from tarsus.solve.series import electrical_energy
+
+        return electrical_energy(self)
+
     def at(self, times: npt.ArrayLike) -> Series:
         """Series at the given times (nt,) [s] or ``["1 ms", "2 ms"]``, increasing: the engine's own solution, not an
         interpolation.
@@ -233,6 +242,23 @@ class Run:
         """States and contact forces alone at the given times [s], increasing: by contact modes a fraction of the cost
         of `at`."""
         return self.motion.states(increasing(times))
+
+    def outputs(self, outputs: Sequence[Output], times: npt.ArrayLike) -> np.ndarray:
+        """What instruments see (nc, nt) at times (nt,) [s], increasing, in SI units.
+
+        Displacement, velocity and acceleration of points, the body's places and angles, charges and currents of drives;
+        see `tarsus.solve.outputs`.
+
+        Raises InputError for outputs that the robot does not have, and where the times are not in order.
+        """
+        from tarsus.solve.outputs import output_rows
+
+        when = increasing(times)
+        rows = output_rows(self.scene, outputs, when)
+        if self.scene.slides and rows.tangent.any():
+            found = self.at(when)
+            return rows.values(found.state, found.friction)
+        return rows.values(self.states(when), np.zeros((len(self.foot_names), len(when))))
 
     def variables(self, times: npt.ArrayLike | None = None) -> dict[str, Variable]:
         """The series as plain arrays by name; on an even grid unless ``times`` [s] are given."""

@@ -7,12 +7,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.polynomial.polynomial import polyval
 from numpy.typing import NDArray
 
 from tarsus.base.events import CONTACT_BEGINS, EventKind, FootState
+from tarsus.base.quantities import Quantity
 from tarsus.files.ledger import Ledger
 from tarsus.model.laws.base import AdhesionLaw, Law
 from tarsus.solve import acting
+from tarsus.solve.outputs import Output, output_rows
 
 if TYPE_CHECKING:
     from tarsus.core.replay import SampledStates
@@ -40,9 +43,9 @@ VALUES = 4_000_000
 class Series:
     """A run at nt times [s]: state of the structure and, per foot, its forces [N].
 
-    force (nd, nt): drive forces; laws: force (m, nt) of every smooth law on the foot by name, positive along the
-    normal; contact (m, nt): the ground's reaction on a held foot, positive pushing; strength (m, nt): f_a of a held
-    foot.
+    force, volts, charge, current (nd, nt): of the drives [N, V, C, A]; laws: force (m, nt) of every smooth law on the
+    foot by name, positive along the normal; contact (m, nt): the ground's reaction on a held foot, positive pushing;
+    strength (m, nt): f_a of a held foot.
     cumulative, works: energies of the ledger and works of the laws by name, from the start (nt,) [J].
     Of walkers also the body's coordinates (nb, nt) [m, rad]; where friction acts the feet's places along the way foot_x
     (m, nt) [m], where they slide (m, nt), and friction on them (m, nt) [N], positive forward.
@@ -52,6 +55,8 @@ class Series:
     state: SampledStates
     force: Floats
     volts: Floats
+    charge: Floats
+    current: Floats
     laws: Mapping[str, Floats]
     contact: Floats
     strength: Floats
@@ -84,8 +89,15 @@ def sample(run: Run, time: Floats) -> Series:
     strength = strength_of(run, time, state.held)
     along = {} if way is None else along_the_way(run, way, strength, strength - state.pull - smooth)
     system = laws_of.plan.system
+    names = list(run.scene.robot.drives)
+    kinds = (Quantity.VOLTAGE, Quantity.CHARGE, Quantity.CURRENT)
+    outputs = [Output(kind, name) for kind in kinds for name in names]
+    volts, charge, current = (
+        output_rows(run.scene, outputs, time).values(state).reshape(3, len(names), len(time))
+    )
     return Series(
-        time=time, state=state, force=laws_of.drives(time), volts=drive_volts(run, time), laws=laws,
+        time=time, state=state, force=laws_of.drives(time), volts=volts, charge=charge, current=current,
+        laws=laws,
         contact=np.where(state.held, -(state.pull + smooth), 0.0), strength=strength,
         kinetic=quadratic(system.mass, state.v), elastic=quadratic(system.stiffness, state.x),
         cumulative=terms | event_losses(run, time), works=works, ledger=run.ledger, **along,
@@ -108,12 +120,6 @@ def along_the_way(run: Run, way: Way, strength: Floats, margin: Floats) -> dict[
 def quadratic(matrix: Floats, z: Floats) -> Floats:
     """Energy (nt,) of states z (n, nt): z M z / 2."""
     return 0.5 * np.einsum("it,ij,jt->t", z, matrix, z)
-
-
-def drive_volts(run: Run, time: Floats) -> Floats:
-    """Volts (nd, nt) at every drive's actuator."""
-    signals = run.scene.actuator_volts.values()
-    return np.array([signal.volts(time) for signal in signals]).reshape(len(signals), len(time))
 
 
 def command_volts(scene: Scene, time: Floats) -> Floats | None:
@@ -185,6 +191,33 @@ def ledger(run: Run) -> Ledger:
         **terms, kinetic=change_k, elastic=change_e, impacts=impacts, adhesion=adhesion, laws=works, residual=residual,
         closure=abs(residual) / (_unresolved(run, first, last) * largest) if moved else 0.0,
     )  # fmt: skip
+
+
+def electrical_energy(run: Run) -> float:
+    """Energy [J] that the electrodes of all drives take in a run, the integral of V dq from just after its start; NaN
+    where a law has a memory.
+
+    What capacitances store and gains that go with the volts hold of the motion, and the work of the drives, which is
+    all of the ledger's but that of the weight (docs/conventions.md, Charge and current).
+    """
+    drives = run.scene.robot.drives
+    if any(drive.law.has_memory for drive in drives.values()):
+        return np.nan
+    row, system = run.motion.acting.rows, run.plan.system
+    n = len(system.mass)
+    ends = np.array([row.initial[0], run.motion.last])[:, :n]
+    weight = float(row.sources[0, -1] * (system.weight @ (ends[1] - ends[0])))
+    taken, times = run.ledger.work_in - weight, np.array([0.0, run.end_time])
+    for drive, signal, load in zip(
+        drives.values(), run.scene.actuator_volts.values(), system.loads.T, strict=True
+    ):
+        volts = signal.volts(times)
+        gain = polyval(volts, drive.law.small_signal_gain())
+        held = 0.5 * (drive.capacitance or 0.0) * volts**2 + (volts * gain - drive.law.force(volts)) * (
+            ends @ load
+        )
+        taken += float(held[1] - held[0])
+    return taken
 
 
 def _unresolved(run: Run, first: Floats, last: Floats) -> float:

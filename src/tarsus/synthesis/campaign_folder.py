@@ -5,11 +5,14 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Callable, Sequence
+from math import log10
 from pathlib import Path
+
+import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import kind_of
-from tarsus.base.spec import with_values
+from tarsus.base.spec import FrozenDict, float_paths, with_values
 from tarsus.files.toml import description_text, write_scene
 from tarsus.files.whole import write_text
 from tarsus.identify.campaign import Campaign, RecordSet
@@ -18,14 +21,14 @@ from tarsus.identify.estimates import PLACEHOLDER
 from tarsus.model.drive.laws import LinearForce
 from tarsus.model.drive.laws.prandtl_ishlinskii import PrandtlIshlinskii
 from tarsus.model.scene import ModalLoad, Provenance, Scene, Source
-from tarsus.model.structure import Beam, Modal
+from tarsus.model.structure import Beam, Modal, Walker
 from tarsus.records.measurement import Measurement
 from tarsus.records.purpose import Purpose
 from tarsus.records.readers.choices import ChannelChoice
 from tarsus.synthesis.devices import identified_paths
 from tarsus.synthesis.plan import planned
 from tarsus.synthesis.record_files import write_csv, write_hdf, write_mat, write_polytec, write_uff
-from tarsus.synthesis.recordings import Instrument, Recording, recorded, rest_of
+from tarsus.synthesis.recordings import Instrument, Recording, driven_by, placed, recorded, rest_of
 
 Writer = Callable[[Measurement, Path], dict[str, ChannelChoice]]
 Progress = Callable[[int, int, str], None]
@@ -38,10 +41,11 @@ _FORMATS: dict[Purpose, tuple[str, Writer]] = {
     Purpose.AIR: (".h5", write_hdf),
     Purpose.CLOSE: (".mat", write_mat),
     Purpose.VALIDATION: (".csv", write_csv),
+    Purpose.WALKING: (".h5", write_hdf),
 }
 CAMPAIGN_FILES = (
     "campaign.toml", "device.toml", "truth/device.toml", "sweep-*.uff", "loops*.txt", "ramps-*.mat", "close-*.mat",
-    "bounces-*.h5", "air-*.h5", "held-out-*.csv",
+    "bounces-*.h5", "air-*.h5", "held-out-*.csv", "walk-*.h5", "exercise-*.h5",
 )  # fmt: skip
 """Everything that a campaign of all planned recordings writes, as glob patterns."""
 
@@ -64,17 +68,17 @@ _PLACEHOLDERS = {
 
 
 def unknown_device(scene: Scene) -> Scene:
-    """A device with everything that a campaign identifies replaced by placeholders, which say nothing of it."""
-    values: dict[str, float] = {}
-    frequencies = [path for path in identified_paths(scene) if ".frequencies." in path]
-    for path in identified_paths(scene):
-        parts = path.split(".")
-        key = next((k for k in (path, *reversed(parts)) if k in _PLACEHOLDERS), "")
-        given = _PLACEHOLDERS.get(key, 0.0)
-        if isinstance(given, tuple):
-            place = frequencies.index(path)
-            given = given[place] if len(frequencies) == len(given) else 100.0 * (place + 1.0)
-        values[path] = given
+    """A device with everything that a campaign identifies replaced by placeholders, which say nothing of it.
+
+    Of a walker the ground's numbers alone, by powers of ten near them: its legs are designed, and known about.
+    """
+    paths = identified_paths(scene)
+    if isinstance(scene.robot.structure, Walker):
+        known = float_paths(scene)
+        paths = [path for path in paths if path.startswith("ground.")]
+        values = {path: _GROUND.get(path) or _power_of_ten(known[path].value) for path in paths}
+    else:
+        values = _blank_values(paths)
     blank = with_values(scene, values)
     origin = Provenance(source=Source.ASSUMED, note=PLACEHOLDER)
     listed = {path.rpartition(".")[0] if path.rpartition(".")[2].isdecimal() else path for path in values}
@@ -86,6 +90,29 @@ def unknown_device(scene: Scene) -> Scene:
     return with_values(blank, {"provenance": kept | dict.fromkeys(listed, origin) | units})
 
 
+_GROUND = {"ground.restitution.coefficient": 0.5, "ground.friction.coefficient": 0.3}
+"""Placeholders of the ground of a walker that are no powers of ten."""
+
+
+def _power_of_ten(value: float) -> float:
+    return float(f"1e{round(log10(value))}") if value > 0.0 else 0.0
+
+
+def _blank_values(paths: Sequence[str]) -> dict[str, float]:
+    """A placeholder for every path of a foot's device."""
+    values: dict[str, float] = {}
+    frequencies = [path for path in paths if ".frequencies." in path]
+    for path in paths:
+        parts = path.split(".")
+        key = next((k for k in (path, *reversed(parts)) if k in _PLACEHOLDERS), "")
+        given = _PLACEHOLDERS.get(key, 0.0)
+        if isinstance(given, tuple):
+            place = frequencies.index(path)
+            given = given[place] if len(frequencies) == len(given) else 100.0 * (place + 1.0)
+        values[path] = given
+    return values
+
+
 def write_campaign(
     scene: Scene,
     folder: Path,
@@ -93,6 +120,8 @@ def write_campaign(
     seed: int,
     progress: Progress | None = None,
     recordings: Sequence[Recording] | None = None,
+    *,
+    nominal: Scene | None = None,
 ) -> list[Path]:
     """Simulate a campaign on a device and write its folder.
 
@@ -110,6 +139,8 @@ def write_campaign(
         Called as ``progress(done, total, what)``.
     recordings
         What is recorded; by default all of `planned`.
+    nominal
+        The device as designed, of which device.toml is made; the true one unless given.
 
     Returns
     -------
@@ -122,6 +153,7 @@ def write_campaign(
         For a device that identification cannot tell from a campaign, or one whose records cannot be simulated.
     """
     _check_identifiable(scene)
+    walks = isinstance(scene.robot.structure, Walker)
     drive, foot = next(iter(scene.robot.drives)), next(iter(scene.robot.feet))
     if recordings is None:
         recordings = planned(scene, instrument.rate, drive)
@@ -136,7 +168,8 @@ def write_campaign(
         if progress is not None:
             progress(len(written), total, recording.name)
         seeds = range(1000 * seed + 31 * number, 1000 * seed + 31 * number + recording.repeats)
-        for repeat, record in enumerate(recorded(scene, recording, instrument, drive, seeds)):
+        recorder = _first_moving(scene, recording) if walks else drive
+        for repeat, record in enumerate(recorded(scene, recording, instrument, recorder, seeds)):
             name = (
                 f"{recording.name}-{repeat + 1}{suffix}"
                 if recording.repeats > 1
@@ -145,15 +178,15 @@ def write_campaign(
             said = write(record, folder / name)
             names.append(name)
             written.append(folder / name)
-        sets[recording.name] = _described(recording, tuple(names), said, f"{drive} volts")
-    blank = unknown_device(scene)
+        sets[recording.name] = _described(recording, tuple(names), said, driven_by(recording, drive))
+    blank = unknown_device(nominal or scene)
     write_scene(blank, folder / "device.toml")
     campaign = Campaign(
         name=f"{scene.name}, synthetic campaign of seed {seed}",
         device="device.toml",
-        foot=foot,
-        drive=drive,
-        other_gap=float(f"{_ALTERED * scene.robot.feet[foot].gap:.9g}"),
+        foot=None if walks else foot,
+        drive=None if walks else drive,
+        other_gap=None if walks else float(f"{_ALTERED * scene.robot.feet[foot].gap:.9g}"),
         records=sets,
     )
     write_text(folder / "campaign.toml", short_text(tomllib.loads(description_text(campaign))))
@@ -165,8 +198,12 @@ def write_campaign(
 def _check_identifiable(scene: Scene) -> None:
     """Raise InputError, in one sentence, for a device of a kind that `identify` does not know."""
     robot, amiss = scene.robot, []
+    if isinstance(robot.structure, Walker):
+        return
     if not isinstance(robot.structure, Beam | Modal):
-        amiss.append(f"its structure is of the kind '{robot.structure.kind}', not 'beam' or 'modal'")
+        amiss.append(
+            f"its structure is of the kind '{robot.structure.kind}', not 'beam', 'modal' or 'walker'"
+        )
     if len(robot.drives) != 1:
         amiss.append(f"it has {len(robot.drives)} drives, not one")
     amiss += [
@@ -180,6 +217,19 @@ def _check_identifiable(scene: Scene) -> None:
         raise InputError(f"'{scene.name}' cannot be identified from a campaign: {'; '.join(amiss)}")
 
 
+def _first_moving(scene: Scene, recording: Recording) -> str:
+    """Name of the first drive whose volts a walk changes: they are recorded, for its beginning."""
+    waveforms = placed(scene, recording, "").waveforms
+    moving = (
+        name for name, wave in waveforms.items() if np.ptp(wave.volts(recording.duration * _TRIED)) > 0.0
+    )
+    return next(moving, next(iter(scene.robot.drives)))
+
+
+_TRIED = np.linspace(0.0, 1.0, 1001)
+"""Parts of a walk at which its volts are looked at."""
+
+
 def _described(
     recording: Recording, files: tuple[str, ...], said: dict[str, ChannelChoice], drive: str
 ) -> RecordSet:
@@ -189,6 +239,9 @@ def _described(
         rest=rest_of(recording),
         gap=recording.gap,
         signal=recording.signal,
+        gait=recording.gait,
+        signals=FrozenDict(recording.signals),
+        bridge=recording.purpose is Purpose.WALKING,
         air=recording.air,
         channels=said,
         drive=drive,

@@ -9,6 +9,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.spec import float_paths, with_values
 from tarsus.model.scene import Scene
 from tarsus.model.standing import rest_state
+from tarsus.model.structure import Walker
 
 Floats = NDArray[np.float64]
 
@@ -50,6 +51,8 @@ def perturbed(scene: Scene, spread: float, seed: int, fixed: tuple[str, ...] = (
             values[e] = min(values[e], 0.95)
         try:
             drawn = with_values(scene, values)
+            if isinstance(scene.robot.structure, Walker):
+                return drawn
             with_values(drawn, {"initial.displacement": rest_state(drawn)})
             if _rests_clear(drawn):
                 return drawn
@@ -64,15 +67,21 @@ def perturbed(scene: Scene, spread: float, seed: int, fixed: tuple[str, ...] = (
 def identified_paths(scene: Scene) -> list[str]:
     """Paths of the numbers that a campaign identifies.
 
-    The participation of the first coordinate stays: it is the unit of the drive's force.
+    The participation of the first coordinate stays: it is the unit of the drive's force. Of a walker the ground's
+    numbers, and the springs and dampers of its legs.
     """
     kept: list[str] = []
-    laws = ("restitution", "film", "adhesion", "electrostatic")
-    wanted = (
-        "robot.structure.frequencies.",
-        "robot.structure.damping_ratios.",
-        *(f"ground.{n}." for n in laws),
-    )
+    wanted = tuple(f"ground.{n}." for n in ("restitution", "film", "adhesion", "electrostatic"))
+    if isinstance(scene.robot.structure, Walker):
+        springs = ("stiffness_v", "damping_v", "stiffness_l", "damping_l")
+        ground = (*wanted, "ground.friction.")
+        return [
+            path
+            for path in float_paths(scene)
+            if path.startswith(ground)
+            or (path.startswith("robot.structure.legs.") and path.endswith(springs))
+        ]
+    wanted += ("robot.structure.frequencies.", "robot.structure.damping_ratios.")
     for path in float_paths(scene):
         parts = path.split(".")
         drive = parts[:2] == ["robot", "drives"] and len(parts) > 4

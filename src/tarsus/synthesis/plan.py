@@ -14,10 +14,12 @@ from tarsus.base.errors import InputError
 from tarsus.base.events import EventKind
 from tarsus.model.drive.waveforms import RampedSquare, Sampled, Sine, Square, SweptSine, Waveform
 from tarsus.model.scene import Scene
+from tarsus.model.structure import Walker
 from tarsus.records.purpose import IN_AIR, Purpose
 from tarsus.solve import simulate
 from tarsus.synthesis.recordings import Recording, placed
 from tarsus.synthesis.sweep_level import sweep_level
+from tarsus.synthesis.walks import planned_walks
 
 Floats = NDArray[np.float64]
 
@@ -68,6 +70,8 @@ def planned(scene: Scene, rate: float, drive: str) -> list[Recording]:
     drive
         Name of the drive.
     """
+    if isinstance(scene.robot.structure, Walker):
+        return planned_walks(scene)
     if any(foot.electrode is not None for foot in scene.robot.feet.values()):
         return _robot_plan(scene, rate, drive)
     recordings = _sweeps(scene, rate, drive)

@@ -21,6 +21,10 @@ _UNITS = {
     Quantity.ACCELERATION: ("m/s^2", 1.0),
     Quantity.VOLTAGE: ("V", 1.0),
     Quantity.FORCE: ("N", 1.0),
+    Quantity.CHARGE: ("pC", 1e12),
+    Quantity.CURRENT: ("nA", 1e9),
+    Quantity.ANGLE: ("mrad", 1e3),
+    Quantity.ANGULAR_VELOCITY: ("rad/s", 1.0),
 }
 """Units that the files are written in, with their factors, as instruments of the field have them."""
 _UFF_TYPES = {Quantity.DISPLACEMENT: 8, Quantity.VELOCITY: 11, Quantity.ACCELERATION: 12, Quantity.FORCE: 13}

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
+from tarsus.model.drive.gait import AnyGait
 from tarsus.model.drive.waveforms import Waveform
 from tarsus.model.scene import Scene
 from tarsus.model.standing import rest_state
@@ -17,6 +18,7 @@ from tarsus.records.measurement import Channel, Measurement, Quantity
 from tarsus.records.purpose import Purpose
 from tarsus.solve import simulate
 from tarsus.solve.codes import ResultCode
+from tarsus.solve.outputs import Output
 
 Floats = NDArray[np.float64]
 
@@ -44,22 +46,29 @@ class Instrument:
 class Recording:
     """One experiment: what is driven, how far the ground is at the neutral position [m] (None as in the device), for
     how long [s], at what share of the rate it is recorded, and how often it is repeated; air: name of the recording
-    with the same drive in the air."""
+    with the same drive in the air; gait, signals: of a walk what all drives do, in place of a signal of one."""
 
     name: str
     purpose: Purpose
-    signal: Waveform
+    signal: Waveform | None
     duration: float
     gap: float | None = None
     repeats: int = REPEATS
     share: int = 1
     air: str | None = None
     before: tuple[float, ...] = ()
+    gait: AnyGait | None = None
+    signals: Mapping[str, Waveform] = field(default_factory=dict, hash=False)
 
 
 def rest_of(recording: Recording) -> float:
-    """Time [s] that a record lasts before the drive begins: none for sweeps, more for slow records."""
-    return {Purpose.MODAL: 0.0, Purpose.LOOPS: 10.0 * REST}.get(recording.purpose, REST)
+    """Time [s] that a record lasts before the drive begins: none for sweeps and walks, more for slow records."""
+    return {Purpose.MODAL: 0.0, Purpose.WALKING: 0.0, Purpose.LOOPS: 10.0 * REST}.get(recording.purpose, REST)
+
+
+def driven_by(recording: Recording, drive: str) -> str:
+    """Name of the channel with the volts of a drive; of a walk it shows when that began, whichever drive it is."""
+    return "trigger volts" if recording.purpose is Purpose.WALKING else f"{drive} volts"
 
 
 def recorded(
@@ -77,64 +86,47 @@ def recorded(
     """
     rate = instrument.rate / recording.share
     times = np.arange(int(np.floor(recording.duration * rate * (1.0 + 1e-12)))) / rate
-    motion = _motion(placed(scene, recording, drive), recording, times)
-    volts = np.concatenate([np.zeros(round(rest_of(recording) * rate)), recording.signal.volts(times)])
-    for seed in seeds:
-        yield _record(motion, volts, recording, instrument, f"{drive} volts", seed)
-
-
-@dataclass(frozen=True)
-class _Motion:
-    """How points move (np, nt): from the rest before the drive [m], and their velocity [m/s]."""
-
-    points: tuple[str, ...]
-    moved: Floats
-    speed: Floats
-
-
-def _motion(placed: Scene, recording: Recording, times: Floats) -> _Motion:
-    run = simulate(placed, recording.duration)
+    there = placed(scene, recording, drive)
+    outputs = _outputs(there, recording, instrument)
+    run = simulate(there, recording.duration)
     if run.ended is not ResultCode.DONE:
         raise InputError(f"'{recording.name}' cannot be recorded: {run.ended}")
-    structure = placed.robot.structure
-    feet = (foot.point for foot in placed.robot.feet.values())
-    points = tuple(dict.fromkeys((*feet, *structure.points)))
-    rows = np.array([structure.row(name) for name in points])
-    states = run.states(times)
-    return _Motion(
-        points, rows @ (states.x - np.array(placed.initial.displacement)[:, None]), rows @ states.v
-    )
-
-
-def _record(
-    motion: _Motion, volts: Floats, recording: Recording, instrument: Instrument, driven: str, seed: int
-) -> Measurement:
-    random = np.random.default_rng([seed, 17])
-    rate = instrument.rate / recording.share
-    rest = len(volts) - motion.moved.shape[1]
-    channels, signals = list[Channel](), list[Floats]()
-    for name, speed in zip(motion.points, motion.speed, strict=True):
-        channels.append(Channel(f"{name} velocity", Quantity.VELOCITY, point=name))
-        signals.append(_noisy(speed, rest, instrument.snr_db, 0.0, random))
-    if instrument.displacement and recording.purpose is not Purpose.MODAL:
-        for name, moved in zip(motion.points, motion.moved, strict=True):
-            channels.append(Channel(f"{name} displacement", Quantity.DISPLACEMENT, point=name))
-            zero = instrument.wander * float(random.standard_normal())
-            signals.append(_noisy(moved, rest, instrument.snr_db, zero, random))
+    values = run.outputs(outputs, times)
+    for one, row in zip(outputs, values, strict=True):
+        if one.quantity in (Quantity.DISPLACEMENT, Quantity.ANGLE):
+            row -= row[0]
+    volts = _rounded(there.waveforms[drive].volts(times), 20.0 / 2**16)
+    rest = round(rest_of(recording) * rate)
+    channels = [Channel(one.name, one.quantity, point=one.at) for one in outputs]
+    driven = driven_by(recording, drive)
     channels.append(Channel(driven, Quantity.VOLTAGE))
-    signals.append(_rounded(volts, 20.0 / 2**16))
-    return Measurement(
-        tuple(channels),
-        np.array(signals),
-        1.0 / rate,
-        start=-rest / rate,
-        source=recording.name,
-        drive=driven,
-    )
+    for seed in seeds:
+        noisy = _noisy(outputs, values, rest, instrument, np.random.default_rng([seed, 17]))
+        signals = np.vstack([noisy, np.concatenate([np.zeros(rest), volts])])
+        yield Measurement(
+            tuple(channels), signals, 1.0 / rate, start=-rest / rate, source=recording.name, drive=driven
+        )  # fmt: skip
+
+
+def _outputs(scene: Scene, recording: Recording, instrument: Instrument) -> list[Output]:
+    """What is recorded: the motion of the feet and of all points; of a walk that of the body, and the motional currents
+    of all drives behind a bridge."""
+    robot, shown = scene.robot, instrument.displacement and recording.purpose is not Purpose.MODAL
+    points = tuple(dict.fromkeys((*(foot.point for foot in robot.feet.values()), *robot.structure.points)))
+    kinds = [Quantity.VELOCITY, Quantity.DISPLACEMENT][: 1 + shown]
+    if recording.purpose is not Purpose.WALKING:
+        return [Output(kind, point) for kind in kinds for point in points]
+    turns = [name for name in robot.structure.body_coordinates if name in ("roll", "pitch")]
+    angles = [Quantity.ANGULAR_VELOCITY, Quantity.ANGLE][: 1 + shown]
+    out = [Output(kind, point) for kind in kinds for point in ("body_x", "body")]
+    out += [Output(kind, name) for kind in angles for name in turns]
+    return out + [Output(Quantity.CURRENT, name, motional=True) for name in robot.drives]
 
 
 def placed(scene: Scene, recording: Recording, drive: str) -> Scene:
-    """The scene of a recording: its drive, its distance, begun at rest."""
+    """The scene of a recording: its drive, its distance, begun at rest, as the scene says of a walker."""
+    if recording.signal is None:
+        return with_values(scene, {"gait": recording.gait, "signals": dict(recording.signals)})
     changes: dict[str, object] = {
         "signals": {drive: recording.signal},
         "initial.displacement": rest_state(scene),
@@ -151,10 +143,18 @@ def placed(scene: Scene, recording: Recording, drive: str) -> Scene:
     return with_values(scene, changes)
 
 
-def _noisy(values: Floats, rest: int, decibels: float, zero: float, random: np.random.Generator) -> Floats:
-    level = float(np.sqrt(np.mean(values**2))) * 10.0 ** (-decibels / 20.0)
-    whole = np.concatenate([np.zeros(rest), values])
-    return whole + zero + level * random.standard_normal(len(whole))
+def _noisy(
+    outputs: Sequence[Output], values: Floats, rest: int, instrument: Instrument, random: np.random.Generator
+) -> Floats:
+    """The outputs behind a rest of so many samples, with noise and the zeros of displacements."""
+    out = []
+    for one, row in zip(outputs, values, strict=True):
+        shifted = one.quantity is Quantity.DISPLACEMENT
+        zero = instrument.wander * float(random.standard_normal()) if shifted else 0.0
+        level = float(np.sqrt(np.mean(row**2))) * 10.0 ** (-instrument.snr_db / 20.0)
+        whole = np.concatenate([np.zeros(rest), row])
+        out.append(whole + zero + level * random.standard_normal(len(whole)))
+    return np.array(out)
 
 
 def _rounded(values: Floats, step: float) -> Floats:

@@ -61,9 +61,8 @@ def synthesize(
     """
     instrument = checked_instrument(rate, snr_db)
     scene = as_scene(device)
-    written = write_campaign(
-        perturbed(scene, perturb, seed) if perturb else scene, Path(output), instrument, seed, progress
-    )
+    device_made = perturbed(scene, perturb, seed) if perturb else scene
+    written = write_campaign(device_made, Path(output), instrument, seed, progress, nominal=scene)
     size = sum(path.stat().st_size for path in written)
     files = [str(path) for path in written]
     data = {"campaign": files[0], "truth": files[-1], "files": files, "bytes": size}

@@ -267,8 +267,7 @@ class _Run:
         """Net force on the adhesion of a foot in contact."""
         if np.isinf(self.world.ground):
             return self.tied.pull(z, drive)
-        damper = 1.4 * np.sqrt(self.world.ground / self.mobility)
-        return self.world.ground * self.tied.gap(z) + damper * self.tied.rate(z)
+        return self.world.ground * self.tied.gap(z)  # a damper that held the foot would let go of it below ground
 
     def strength(self, age: float) -> float:
         first, rate = self.device.adhesion

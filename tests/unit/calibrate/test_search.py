@@ -83,11 +83,11 @@ def test_a_choice_of_a_columns_meaning_needs_no_runs_of_its_own():
 def test_what_the_data_do_not_touch_is_not_determined_and_a_prior_is_told_apart():
     table = cells(straight(0, np.array(TRUTH))[:, :, 0])
     found = solve(problem(table, straight, unknowns("abc")), search(spread=40, members=40))
-    assert [one.verdict for one in ranges(found)] == [Verdict.DETERMINED] * 2 + [Verdict.NOT_DETERMINED]
+    assert [one.verdict for one in ranges(found)] == [Verdict.DETERMINED] * 2 + [Verdict.UNDECIDED]
     numbers = unknowns("abc", priors=(None, None, Prior(0.5, 0.05)))
     found = solve(problem(table, straight, numbers), search(spread=40, members=32))
     third = ranges(found)[2]
-    assert third.verdict is Verdict.PRIOR_ONLY and third.high - third.low == pytest.approx(
+    assert third.verdict is Verdict.ASSUMED and third.high - third.low == pytest.approx(
         3.92 * 0.05, rel=0.5
     )
 

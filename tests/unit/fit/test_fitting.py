@@ -40,7 +40,7 @@ def test_a_function_of_runs_finds_the_same_and_what_it_does_not_see_is_not_deter
     found = ts.fit(BALL, UNKNOWNS, early, 1.0)
     assert found.values[G] == pytest.approx(9.5, rel=1e-5)
     e = found.ranges[0]
-    assert e.verdict == "not determined" and not e.closed
+    assert e.verdict == "undecided" and not e.closed
     with pytest.raises(InputError, match="as many numbers"):
         ts.fit(BALL, UNKNOWNS, lambda run: run.events["time"], 1.0)
 

@@ -13,11 +13,23 @@ from identify.campaigns import folder, identified, truth
 import tarsus as ts
 from tarsus.base.spec import float_paths
 from tarsus.files.toml import read_scene
+from tarsus.fit.verdict import WIDTH
 from tarsus.identify.assessment import assessed
 from tarsus.identify.campaign import read_campaign
+from tarsus.identify.chain import Identification
 from tarsus.identify.result import identified_device, summary_of, write_identification
+from tarsus.identify.step import Alternative, Check
+from tarsus.identify.tables import (
+    account_table,
+    alternatives_table,
+    by_reason,
+    checks_table,
+    numbers_table,
+    open_table,
+    summary_line,
+)
 from tarsus.model.scene import Source
-from unit.html_page import Page
+from tarsus.records.excluded import Excluded
 
 GOALS = {
     "robot.structure.frequencies.0": 5e-4,
@@ -43,8 +55,6 @@ def test_every_step_is_done():
     assert list(found.steps) == ["resonances", "hysteresis", "film", "restitution", "impact map", "adhesion"]
     assert found.files_used == len(found.readings)
     page = found._repr_html_()
-    steps = found.steps.values()
-    assert len(found.table().rows) == sum(len(step.paths) + len(step.combinations) for step in steps)
     assert next(iter(GOALS)) in page.replace("<wbr>", "")
 
 
@@ -149,6 +159,7 @@ def test_every_number_has_a_verdict_and_correlations():
     told = summary_of(identified())
     numbers = {path: one for step in told["steps"].values() for path, one in step["parameters"].items()}
     assert {one["verdict"] for one in numbers.values()} == {"determined"}
+    assert len(told["checks"]) == 10 and all(one["passed"] for one in told["checks"])
     assert numbers["ground.adhesion.rate"]["sentence"].startswith("ground.adhesion.rate is determined: ")
     paths, matrix = told["correlation"]["paths"], np.array(told["correlation"]["matrix"])
     assert paths == list(identified().known.paths) and np.diag(matrix) == pytest.approx(1.0)
@@ -164,7 +175,7 @@ def test_what_the_records_leave_open_is_said():
     loose.samples[:, column] *= np.linspace(0.1, 3.0, len(loose.samples))
     weights = [path for path in loose.paths if ".weights." in path]
     judged = assessed(replace(found, known=loose))
-    assert judged["ground.adhesion.initial"].word == "not from these data"
+    assert judged["ground.adhesion.initial"].word == "undecided"
     assert {judged[path].word for path in weights} == {"determined"}
     small = loose.paths.index(weights[0])
     loose.samples[:, small] *= 1e4
@@ -180,46 +191,86 @@ def report() -> str:
 
 def test_the_report_shows_every_step():
     page = report()
-    for word in ("Parameters", "Resonances", "Hysteresis", "Film", "Adhesion", "Restitution", "Held-out"):
+    for word in ("Alternatives", "Account", "Held-out", *(name.capitalize() for name in identified().steps)):
         assert re.search(f"<h2[^>]*>{word}", page)
-    assert re.search("<h2[^>]*>Zero position", page) and page.count("<svg") >= 8
+    assert page.count("<svg") >= 8
     assert "http" not in page.split("</style>")[1].replace("http://www.w3.org", "")
+    assert "real part (" in page and "imaginary part (" in page
 
 
-def test_what_a_step_left_out_is_all_that_it_did_not_use():
-    """Of what a step counts first, used and left out are what it found: nothing is unaccounted for."""
-    counted = {name: identified().steps[name] for name in ("hysteresis", "film", "restitution")}
-    for name, step in counted.items():
-        assert step.used[0].found - step.used[0].used == step.unused, name
-    assert sum(step.unused for step in counted.values()) > 0
-    told = Page(report()).text
-    assert "real part (" in report() and "imaginary part (" in report()
-    assert "Left out: " in told and "(samples just after contacts were made or broken" in told
+def test_what_a_step_excluded_is_all_that_it_did_not_use():
+    """Of what a step counts beside files, used and excluded are what it found: nothing is unaccounted for."""
+    steps = identified().steps
+    for name, step in steps.items():
+        assert sum(one.found - one.used for one in step.used if one.what != "files") == step.unused, name
+        assert sum(count for count, _ in by_reason(step.left_out)) == step.unused
+    assert sum(step.unused for step in steps.values()) > 0
+    account = {row[0]: row[2] for row in account_table(identified(), reasons=True).rows}
+    assert str(steps["hysteresis"].unused) in account["hysteresis"]
 
 
-def test_reasons_that_differ_in_a_number_are_told_once_with_how_many_they_are():
-    from tarsus.identify.step import Excluded
-    from tarsus.report.identify_page import _by_reason
-
+def test_reasons_that_differ_in_a_number_are_one_with_their_sum():
     left = [
         Excluded("a", "tip", f"the impact at {at} s has only {n} samples") for at, n in ((0.1, 2), (1e-5, 3))
     ]
     left.append(Excluded("all", "tip", "178 of 378 bounces, evenly from all: 200 are enough", 178))
-    assert _by_reason(left) == [
-        (178, "178 of 378 bounces, evenly from all: 200 are enough"),
-        (2, "the impact at … s has only … samples"),
-    ]
+    assert [count for count, _ in by_reason(left)] == [178, 2]
 
 
-def test_what_the_report_calls_determined_is_narrow():
-    """The weight of a play may be next to nothing: its interval is a part of the slope of the drive's law."""
+def test_the_table_has_every_number_once():
+    """The weights of plays that are determined stand in one row, with the widest of them, as a part of the slope."""
     found = identified()
-    rows = found.table().rows
-    weights = [half for name, _, _, half, _ in rows if "weights" in name]
-    assert weights and all(half.endswith(" of slope") for half in weights)
-    wide = [
-        name
-        for name, _, _, half, word in rows
-        if word == "determined" and isinstance(half, float) and half > 0.5
-    ]
-    assert len(rows) > 10 and not wide
+    rows = {row[0]: row[1:] for row in found.table().rows}
+    weights = [path for path in found.known.paths if ".weights." in path]
+    law = weights[0].rpartition(".")[0]
+    assert rows.pop(f"{law} ({len(weights)})")[3] == "determined"
+    combined = {name for step in found.steps.values() for name in step.combinations}
+    assert set(rows) == {*combined, *found.known.paths} - set(weights)
+    for path in set(rows) - combined:
+        value, (low, high), half, _ = rows[path]
+        assert low <= value <= high and half == pytest.approx(0.5 * (high - low) / abs(value))
+
+
+def loosened(path: str, factor: float) -> Identification:
+    """The identification with draws of a number that are as many times as far from it."""
+    found = identified()
+    samples = found.known.samples.copy()
+    column = found.known.paths.index(path)
+    value = found.known.values[column]
+    samples[:, column] = value * np.exp(factor * (np.log(samples[:, column]) - np.log(value)))
+    return replace(found, known=replace(found.known, samples=samples))
+
+
+def test_what_is_open_says_why_and_what_to_record():
+    """Twice as far off as a determined number takes four times as many records."""
+    path = "ground.adhesion.rate"
+    assert path not in {row[0] for row in open_table(identified()).rows}
+    half = assessed(identified())[path].range.half_width()
+    found = loosened(path, 2.0 * WIDTH / half)
+    open_ones = {row[0]: row[1:] for row in open_table(found).rows}
+    assert open_ones[path][1].startswith("4 times as many of 'ramps'") or open_ones[path][1].startswith("5 ")
+    assert open_ones["landing rule"][0].startswith("undecided between")
+    assert path in open_table(found).notes[0]
+
+
+def test_alternatives_and_checks_of_any_step_are_shown_from_data():
+    found = identified()
+    path = "ground.adhesion.rate"
+    value = found.steps["adhesion"].value(path)
+    other = Alternative("exponent", "2", weight=0.3, changes={path: 1.27 * value}, word="undecided")
+    checks = (
+        Check("left in the air", 1.9, 1.3, paths=(path,), cause="a delay"),
+        Check("events used", 0.9, 0.5, least=True),
+    )
+    step = replace(found.steps["adhesion"], alternatives=(other,), checks=checks)
+    doubted = replace(found, steps={**found.steps, "adhesion": step})
+    assert alternatives_table(doubted).rows[-1][:3] == ("exponent", "2", 0.3)
+    assert alternatives_table(doubted).rows[-1][-1] == f"{path} +27 %"
+    shown = checks_table(doubted)
+    own = [row[0] for row in shown.rows].index("left in the air")
+    assert [row[-1] for row in shown.rows[own : own + 2]] == [False, True] and shown.flagged == {(own, 3)}
+    assert {"exponent", "left in the air"} <= {row[0] for row in open_table(doubted).rows}
+    words = {row[0]: row[-1] for row in numbers_table(doubted).rows}
+    assert words[path] == "preferred" and words["ground.adhesion.initial"] == "determined"
+    assert "1 preferred" in summary_line(doubted)
+    assert summary_of(doubted)["checks"][own]["passed"] is False

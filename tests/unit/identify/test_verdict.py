@@ -45,7 +45,7 @@ def test_only_the_product_is_known(exponents, said):
     found = judge_samples(("a", "b", "c"), values, values * np.exp(np.column_stack([logs, c])))
     for name in ("a", "b"):
         verdict = found[name]
-        assert verdict.word == "only with others"
+        assert verdict.word == "undecided" and verdict.combination is not None
         assert str(verdict.combination) == said and verdict.combination.whole
         scale = verdict.combination.terms[0][1] / exponents[0]
         assert verdict.combination.interval.half_width() == pytest.approx(REACH * 0.02 * abs(scale), rel=0.05)
@@ -60,7 +60,7 @@ def test_a_product_of_three():
     draws = [2.0, 3.0, 5.0] * np.exp(np.column_stack([a, b, rest - a - b]))
     found = judge_samples(("a", "b", "c"), (2.0, 3.0, 5.0), draws)
     assert [str(one) for one in found.combinations] == ["a * b * c"]
-    assert all(one.word == "only with others" for one in found.verdicts)
+    assert all(one.word == "undecided" and one.combination is not None for one in found.verdicts)
 
 
 def test_an_end_at_a_limit_is_open_and_two_heaps_are_two_pieces():
@@ -71,9 +71,9 @@ def test_an_end_at_a_limit_is_open_and_two_heaps_are_two_pieces():
     ])  # fmt: skip
     limits = {"k": (0.0, 100.0)}
     found = judge_samples(("k", "two"), (70.0, 2.0), draws, limits=limits)
-    assert found["k"].word == "not from these data" and found["k"].related == ()
+    assert found["k"].word == "undecided" and found["k"].combination is None and found["k"].related == ()
     assert found.range("k").high == np.inf and "anything above 41" in found["k"].sentence()
-    assert found["two"].word == "not from these data"
+    assert found["two"].word == "undecided" and found["two"].combination is None
     (low, high), (again, top) = found.range("two").pieces
     assert (low, top) == pytest.approx((2.0 * np.exp(-0.08), 20.0 * np.exp(0.08)), rel=0.02)
     assert 2.0 < high < 2.5 and 16.0 < again < 20.0 and " or " in found["two"].sentence()
@@ -87,7 +87,7 @@ def test_only_a_sum_is_known():
     start = np.abs(random.normal(250e-9, 5e-9, 600) - age * rate)
     found = judge_samples(names, (150e-9, 100e-9 / age), np.column_stack([start, rate]))
     drawn = found["start"]
-    assert drawn.word == "only with others" and not drawn.combination.product
+    assert drawn.word == "undecided" and drawn.combination is not None and not drawn.combination.product
     assert dict(drawn.combination.terms) == {"start": 1.0, "rate": pytest.approx(age, rel=0.03)}
     assert drawn.combination.interval.half_width() == pytest.approx(REACH * 0.02, rel=0.1)
     assert "start + 0.0" in drawn.sentence("N") and len(found.combinations) == 1
@@ -96,7 +96,7 @@ def test_only_a_sum_is_known():
 def test_a_ridge_that_is_neither_product_nor_sum_is_no_combination():
     turn = np.random.default_rng(5).uniform(0.0, 2.0 * np.pi, 2000)
     found = judge_samples(("a", "b"), (np.e, 1.0), np.exp(np.column_stack([np.cos(turn), np.sin(turn)])))
-    assert all(one.word == "not from these data" for one in found.verdicts)
+    assert all(one.word == "undecided" and one.combination is None for one in found.verdicts)
 
 
 def test_a_number_known_to_a_thousandth_ties_none_known_to_a_factor():
@@ -106,7 +106,7 @@ def test_a_number_known_to_a_thousandth_ties_none_known_to_a_factor():
     narrow = 0.008 * (wide / 8.0 + 0.01 * random.standard_normal(400))
     draws = np.exp(np.column_stack([wide, narrow]))
     judged = judge_samples(("C", "zeta"), (1.0, 1.0), draws)
-    assert judged["C"].word == "not from these data"
+    assert judged["C"].word == "undecided" and judged["C"].combination is None
     assert judged["zeta"].word == "determined"
 
 
@@ -115,7 +115,7 @@ def test_exponents_that_are_not_whole_are_those_fitted():
     g = random.normal(0.0, 1.0, 2000)
     samples = np.exp(np.column_stack([2.7183 * g + random.normal(0.0, 0.02, 2000), g]))
     found = judge_samples(("c", "g"), (1.0, 1.0), samples)["c"]
-    assert found.word == "only with others" and not found.combination.whole
+    assert found.word == "undecided" and found.combination is not None and not found.combination.whole
     assert dict(found.combination.terms) == {"c": 1.0, "g": pytest.approx(-2.7183, rel=5e-3)}
 
 
@@ -126,7 +126,7 @@ def test_a_film_seen_at_one_gap_is_known_by_its_product():
     names = ("ground.film.coefficient", "ground.film.thickness")
     found = judge_samples(names, (2.2e-8 * 50e-6**3, 50e-6), np.column_stack([coefficient, thickness]))
     for verdict in found.verdicts:
-        assert verdict.word == "only with others"
+        assert verdict.word == "undecided" and verdict.combination is not None
         assert str(verdict.combination) == "ground.film.coefficient * ground.film.thickness^-3"
         assert verdict.combination.interval.half_width() == pytest.approx(REACH * 0.05, rel=0.1)
     sentence = found["ground.film.thickness"].sentence("m")
@@ -137,10 +137,10 @@ def test_a_number_with_a_size_may_be_of_either_sign():
     random = np.random.default_rng(6)
     samples = random.normal([0.02, 1.0], [0.1, 0.05], (500, 2))
     names, values = ("offset", "gain"), (0.02, 1.0)
-    assert judge_samples(names, values, samples)["offset"].word == "not from these data"
+    assert judge_samples(names, values, samples)["offset"].word == "undecided"
     assert judge_samples(names, values, samples, sizes={"offset": 1.0})["offset"].word == "determined"
     zero = judge_samples(names, (0.0, 1.0), samples)
-    assert zero["offset"].word == "not from these data" and zero["gain"].word == "determined"
+    assert zero["offset"].word == "undecided" and zero["gain"].word == "determined"
     assert zero.correlation.shape == (2, 2) and zero.basis == "500 draws"
 
 

@@ -10,8 +10,11 @@ import pytest
 import tarsus as ts
 from laboratory import LABORATORY
 from tarsus.base.errors import InputError
+from tarsus.base.quantities import Quantity
+from tarsus.identify.campaign import read_campaign, read_records
 from tarsus.model.drive.waveforms import SweptSine
 from tarsus.records.purpose import Purpose
+from tarsus.solve.outputs import Output
 from tarsus.synthesis import devices
 from tarsus.synthesis import recordings as synthesis
 from tarsus.synthesis.campaign_folder import write_campaign
@@ -60,20 +63,69 @@ def test_an_experiment_that_is_repeated_is_one_motion_with_the_noise_of_each(mon
     assert 0.0 < noise.std() < 0.03 * first.values[0].std()
 
 
-@pytest.mark.parametrize(
-    ("name", "said"),
-    [
-        (
-            "millipede",
-            r"kind 'walker', not 'beam' or 'modal'; it has 2 drives, not one; it has 2 feet, not one$",
-        ),
-        ("millipede-30", "it has 30 drives, not one; it has 30 feet, not one$"),
-    ],
-)
-def test_devices_that_identification_does_not_know(name: str, said: str, tmp_path: Path) -> None:
+def test_devices_that_identification_does_not_know(tmp_path: Path) -> None:
+    said = r"kind 'lumped', not 'beam', 'modal' or 'walker'; it has 0 feet, not one$"
     with pytest.raises(InputError, match=said):
-        write_campaign(ts.load_scene(name), tmp_path, Instrument(), 1)
+        write_campaign(SCENE_OF_NO_FOOT, tmp_path, Instrument(), 1)
     assert not list(tmp_path.iterdir())
+
+
+SCENE_OF_NO_FOOT = ts.Scene(
+    name="spring",
+    robot=ts.Robot(
+        structure=ts.Lumped(coordinates=("tip",), mass=((1e-6,),), damping=((1e-6,),), stiffness=((1.0,),)),
+        drives={"pzt": ts.Drive(load=ts.PointLoad(weights={"tip": 1.0}), law=ts.LinearForce(gain=1e-6))},
+    ),
+    ground=ts.Ground(),
+    duration=0.01,
+)
+
+
+@pytest.fixture(scope="module")
+def walking(tmp_path_factory) -> Path:
+    """A campaign on a walker whose legs and ground are nobody's, 40 dB, 20 kHz."""
+    folder = tmp_path_factory.mktemp("walking")
+    ts.synthesize("millipede", folder, seed=3, perturb=0.1)
+    return folder
+
+
+def test_a_walking_campaign_reads_back_as_the_walks_that_were_made(walking: Path) -> None:
+    opened, truth = read_campaign(walking), ts.read_scene(walking / "truth" / "device.toml")
+    sets = opened.campaign.records
+    assert set(sets) == {"walk-1", "walk-2", "exercise-L1", "exercise-R1"}
+    assert all(one.purpose is Purpose.WALKING and one.bridge for one in sets.values())
+    assert [len(sets[name].files) for name in ("walk-1", "walk-2", "exercise-L1")] == [3, 3, 1]
+    for name in ("walk-2", "exercise-L1"):
+        one = sets[name]
+        scene = ts.with_values(truth, {"gait": one.gait, "signals": dict(one.signals)})
+        record = read_records(opened, name)[0].record
+        assert record is not None and record.rate == pytest.approx(20e3)
+        channels = [channel for channel in record.channels if channel.quantity is not Quantity.VOLTAGE]
+        outputs = [
+            Output(one.quantity, one.at, motional=one.quantity is Quantity.CURRENT) for one in channels
+        ]
+        run = ts.simulate(scene, record.count * record.step)
+        true = run.outputs(outputs, record.time)
+        for channel, row in zip(channels, true, strict=True):
+            off = record[channel.name] - row
+            level = 0.01 * np.sqrt(np.mean((row - row[0] * (channel.quantity is Quantity.DISPLACEMENT)) ** 2))
+            assert np.std(off) == pytest.approx(level, rel=0.1), channel.name
+            assert abs(np.mean(off)) < 0.2 * level or channel.quantity is Quantity.DISPLACEMENT
+
+
+def test_a_walking_campaign_keeps_its_ground_and_legs_to_itself(walking: Path) -> None:
+    design, truth, known = (
+        ts.load_scene("millipede"),
+        ts.read_scene(walking / "truth" / "device.toml"),
+        read_campaign(walking).model.scene,
+    )
+    leg = "robot.structure.legs.L1.stiffness_v"
+    assert ts.get_value(known, leg) == ts.get_value(design, leg) != ts.get_value(truth, leg)
+    assert abs(ts.get_value(truth, leg) / ts.get_value(design, leg) - 1.0) < 0.1
+    for path in devices.identified_paths(design):
+        if path.startswith("ground."):
+            assert ts.get_value(known, path) != ts.get_value(truth, path), path
+    assert ts.get_value(truth, "robot.drives.L1.law.gain") == ts.get_value(design, "robot.drives.L1.law.gain")
 
 
 def test_a_device_of_which_no_draw_can_be_used_says_how_many_and_why():

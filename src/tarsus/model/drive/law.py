@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from tarsus.base.dual import columns
 from tarsus.base.spec import Amount, Description, quantity
 from tarsus.model.drive.parts import Parts
-from tarsus.model.drive.track import Track
+from tarsus.model.drive.track import Track, linear_track
 
 Floats = NDArray[np.float64]
 
@@ -33,6 +33,15 @@ class VoltageLaw(Description, ABC):
         Numbers of the law and of the history, like those of the track, may be one a run (nr,), and carry derivatives;
         cuts stay where they are, for a force that is continuous is the same on either side to first order.
         """
+
+    def small_signal_gain(self) -> Floats:
+        """Ascending powers (3,) of the voltage in the gain [N/V] of a small signal about it.
+
+        The slope of the force just after the voltage turned, while what the law remembers stays as it is; by
+        reciprocity also the gain [C/m] from motion to charge.
+        """
+        cubic = self.parts(linear_track([0.0, 1.0], [1.0], [0.0], periodic=False), (1.0,)).law[0]
+        return cubic[1:] * np.arange(1.0, 4.0)
 
     @property
     def has_memory(self) -> bool:

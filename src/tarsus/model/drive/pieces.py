@@ -40,6 +40,17 @@ class Pieces:
         """P, the number of pieces."""
         return len(self.kink)
 
+    def rate(self) -> Pieces:
+        """Their derivative by time [1/s], piece by piece: a jump has none; what is held to the end has none either."""
+        width = np.diff(self.start)[:, None]
+        coef = np.zeros_like(self.coef)
+        coef[:, :-1] = self.coef[:, 1:] * np.arange(1.0, TERMS) * (2.0 / width)
+        start, kink = self.start, self.kink
+        if self.loop < 0:  # a piece of rest, whose last value is held
+            start, kink = np.append(start, start[-1] + width[-1]), np.append(kink, True)
+            coef = np.concatenate([coef, np.zeros((1, TERMS))])
+        return Pieces(start, coef, kink, self.loop)
+
     @property
     def span(self) -> float:
         """Range of the values: that of bounds of the pieces, each the sum of its coefficients' sizes."""

@@ -40,6 +40,11 @@ class TwoBranch(VoltageLaw):
         branch = last_directions(steps, -np.ones(len(steps)), ends, since)[len(past) - 1 :]
         return np.where(branch > 0.0, self.rising(v), self.falling(v))
 
+    def small_signal_gain(self) -> Floats:
+        """The mean slope of the branches: half their difference is what the direction of the last change has left."""
+        mean = 0.5 * (self.rising.coefficients() + self.falling.coefficients())
+        return mean[1:] * np.arange(1.0, 4.0)
+
     def parts(self, track: Track, history: Sequence[float]) -> Parts:
         """One part for each stretch, on the branch of its direction."""
         rising = self._rises(track.plain, history)

@@ -1,0 +1,227 @@
+"""What the motion in the air leaves unexplained by the identified device, linear in what may differ.
+
+From the rest up to the first contact a record is motion in the air from a known state. The device as identified
+*predicts* it. What that leaves, over the noise, is set beside the traces that changes of the identified numbers would
+leave (exact derivatives of the engine) and those of differences from the model (`tarsus.identify.alternatives`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+from tarsus.base.errors import InputError
+from tarsus.base.events import IMPACTS
+from tarsus.base.spec import with_values
+from tarsus.identify.estimates import Estimates
+from tarsus.identify.foot import FootModel
+from tarsus.identify.traces import Trace
+from tarsus.impacts.detection import STILL
+from tarsus.model.drive.waveforms import Waveform
+from tarsus.model.standing import rest_state
+from tarsus.records.purpose import IN_AIR
+from tarsus.solve import ResultCode, simulate
+
+Floats = NDArray[np.float64]
+
+FINE = 4
+"""Steps a sample on which forces beside the drive's are held: of what a difference leaves, a percent is enough."""
+_WITHIN = 8
+"""Places in a step at which a force is taken for its mean: a jump of the voltage counts by the moment it has."""
+_SHORTEST = 20
+"""Samples of a record in the air that are looked at: fewer tell less than they cost."""
+_CLOSE = 0.5
+"""Part of the height at rest below which a foot is taken to be near the ground: a device that is a little wrong lands
+no earlier."""
+_NUDGE = 1e-6
+"""Part of a number by which the state at rest, linear in nearly all of them, is differenced."""
+
+
+@dataclass(frozen=True)
+class AirRecord:
+    """One set of records in the air, its repeats averaged, beside the identified device.
+
+    set: its name; model: the device there; time (nt,) [s]; fine (nf,) [s]: ends of `FINE` steps a sample; volts,
+    force (nf,) [V], [N]: the drive's there; jumped (nf - 1,) [N]: mean of its force in each step, less that of both
+    ends; states (2n, nt): of the device, about the rest; rest (n,): the state there; left (h, 2 np, nt): measured less
+    predicted, displacements before velocities, mean of every second repeat, or of the only one; white (h, 2 np): its
+    noise; slopes (p, 2 np, nt): of the prediction by the identified numbers.
+    """
+
+    set: str
+    model: FootModel
+    time: Floats
+    fine: Floats
+    volts: Floats
+    force: Floats
+    jumped: Floats
+    states: Floats
+    rest: Floats
+    left: Floats
+    white: Floats
+    slopes: Floats
+
+    @property
+    def points(self) -> int:
+        """Number of points."""
+        return len(self.model.points)
+
+    @cached_property
+    def moved(self) -> tuple[Floats, Floats, Floats]:
+        """Displacements, velocities and accelerations (np, nt) of the points."""
+        n = len(self.model.mass)
+        v = self.model.rows @ self.states[n:]
+        return self.model.rows @ self.states[:n], v, np.gradient(v, self.time, axis=1)
+
+    def seen(self, x: Floats | float, v: Floats | float) -> Floats:
+        """Displacements and velocities (np, nt), one before the other (2 np, nt)."""
+        shape = (self.points, len(self.time))
+        return np.concatenate([np.broadcast_to(x, shape), np.broadcast_to(v, shape)])
+
+    def pushed(self, force: Floats, more: Floats | float = 0.0) -> Floats:
+        """What generalised forces (n, nf) [N] beside the drive's leave, as `seen`; more: as for `response`."""
+        n = len(self.model.mass)
+        mobility = np.concatenate([np.zeros((n, n)), np.linalg.inv(self.model.mass)]).astype(np.float64)
+        state = response(
+            self.model.flow,
+            mobility @ force,
+            float(self.fine[1]),
+            mobility @ np.broadcast_to(more, force[:, 1:].shape),
+        )
+        state = state[:, ::FINE]
+        return self.seen(self.model.rows @ state[:n], self.model.rows @ state[n:])
+
+
+def response(flow: Floats, push: Floats, step: float, more: Floats | float = 0.0) -> Floats:
+    """States (m, nf) from rest of ``z' = flow z + push``, with a push (m, nf) that runs straight between the ends of
+    steps [s], and, on top, one that is held over each of them (m, nf - 1): the mean of a push that jumps in a step."""
+    poles, right = np.linalg.eig(flow)
+    back = np.linalg.inv(right)
+    own, held = back @ push, back @ np.broadcast_to(more, push[:, 1:].shape)
+    out = []
+    for pole, one, extra in zip(poles, own, held, strict=True):
+        turn = pole * step
+        first, second = np.expm1(turn) / turn, (np.expm1(turn) - turn) / turn**2
+        added = step * ((first - second) * one[:-1] + second * one[1:] + first * extra)
+        out.append(lfilter([1.0], [1.0, -np.exp(turn)], np.concatenate([[0.0], added])))
+    return np.asarray(np.real(right @ np.array(out)), dtype=np.float64)
+
+
+def air_records(
+    known: Estimates, traces: Sequence[Trace], signals: Mapping[str, Waveform], level: float
+) -> tuple[list[AirRecord], list[str]]:
+    """Every set that shows motion in the air, and sentences on those that cannot be simulated.
+
+    Parameters
+    ----------
+    known
+        What was identified.
+    traces
+        Records, repeats of a set having its name.
+    signals
+        Drive of each set; others are passed over.
+    level
+        Contact level from the rest [m].
+    """
+    out: list[AirRecord] = []
+    said: list[str] = []
+    for name in dict.fromkeys(one.set for one in traces if one.set in signals):
+        repeats = [one for one in traces if one.set == name]
+        if len({round(one.step, 12) for one in repeats}) > 1:
+            said.append(f"{name}: its repeats are sampled at different rates")
+            continue
+        try:
+            found = _record(known, repeats, signals[name], level)
+        except InputError as error:
+            said += [f"{name}: {one}" for one in error.problems]
+            continue
+        if found is not None:
+            out.append(found)
+    return out, said
+
+
+def moving(known: Estimates) -> list[int]:
+    """Numbers of the identified parameters that motion in the air from the rest depends on, with draws that differ.
+
+    The constant of the drive's law only moves the rest, from which displacements count.
+    """
+    own = [path.startswith("robot.") and not path.endswith((".constant", ".offset")) for path in known.paths]
+    return [int(k) for k in np.flatnonzero(np.array(own, dtype=bool) & (np.std(known.samples, axis=0) > 0.0))]
+
+
+def _record(known: Estimates, repeats: Sequence[Trace], signal: Waveform, level: float) -> AirRecord | None:
+    model, first = known.model(), repeats[0]
+    k, step = first.point(model.foot_point), first.step
+    gaps = {} if first.gap is None else {f"robot.feet.{model.foot}.gap": first.gap}
+    scene, directions = with_values(model.driven(signal), gaps), _directions(known)
+    begin = int(np.searchsorted(first.time, -0.5 * step))
+    count = min(_touches(one, k, level) for one in repeats) - begin
+    events = simulate(scene, max(count, 1) * step).events
+    landings = events["time"][np.isin(events["kind"], IMPACTS)]
+    count = min(count, int(landings.min(initial=np.inf) / step)) if len(landings) else count
+    if count < _SHORTEST:
+        return None
+    time = step * np.arange(count, dtype=np.float64)
+    run = simulate(scene, count * step, gradients=directions)
+    if run.ended is not ResultCode.DONE:
+        raise InputError(f"the identified device cannot be simulated with this drive: {run.ended}")
+    rest, output = np.array(rest_state(scene)), np.kron(np.eye(2), model.rows)
+    states, slopes = run.states(time), run.state_gradients(time)
+    about = np.concatenate([states.x - rest[:, None], states.v])
+    by_number = [
+        output @ np.concatenate([slopes[path].x - _rest(one)[:, None], slopes[path].v])
+        for path, one in directions.items()
+    ]
+    halves = [half for half in (repeats[::2], repeats[1::2]) if half]
+    seen = [
+        np.mean([np.concatenate([t.x, t.v])[:, begin : begin + count] for t in half], axis=0)
+        for half in halves
+    ]
+    white = [
+        np.sqrt(np.mean([np.concatenate([t.noise_x, t.noise_v]) ** 2 for t in half], axis=0) / len(half))
+        for half in halves
+    ]
+    fine = step / FINE * np.arange(FINE * (count - 1) + 1, dtype=np.float64)
+    places = step / FINE / _WITHIN * np.arange(_WITHIN * (len(fine) - 1) + 1, dtype=np.float64)
+    volts = scene.signals[model.drive].volts(places)
+    force = np.asarray(model.law.force(volts, model.history))
+    mean = force[:-1].reshape(-1, _WITHIN).mean(axis=1)
+    jumped = mean - 0.5 * (force[:-1:_WITHIN] + force[_WITHIN::_WITHIN])
+    return AirRecord(
+        first.set, model, time, fine, volts[::_WITHIN], force[::_WITHIN], jumped, about, rest,
+        np.array(seen) - output @ about, np.array(white), np.array(by_number),
+    )  # fmt: skip
+
+
+def _directions(known: Estimates) -> dict[str, dict[str, float]]:
+    """By the path of every number that moves: itself, and the state at rest, which a run starts from, along with it."""
+    out: dict[str, dict[str, float]] = {}
+    for k in moving(known):
+        size = _NUDGE * max(abs(known.values[k]), float(np.std(known.samples[:, k])))
+        ends = []
+        for way in (size, -size):
+            values = known.values.copy()
+            values[k] += way
+            ends.append(np.array(rest_state(known.model(values).scene)))
+        moved = (ends[0] - ends[1]) / (2.0 * size)
+        rest = {f"initial.displacement.{i}": float(one) for i, one in enumerate(moved)}
+        out[known.paths[k]] = {known.paths[k]: 1.0, **rest}
+    return out
+
+
+def _rest(direction: Mapping[str, float]) -> Floats:
+    """How the state at rest moves along a direction."""
+    return np.array([one for path, one in direction.items() if path.startswith("initial.")])
+
+
+def _touches(trace: Trace, k: int, level: float) -> int:
+    """Number of the first sample at which the foot may be on the ground; that of samples where it never is."""
+    if trace.gap is not None and trace.gap >= 0.5 * IN_AIR:
+        return len(trace.time)
+    near = np.flatnonzero(trace.x[k] < level + max(2.0 * STILL * trace.noise_x[k], _CLOSE * abs(level)))
+    return int(near[0]) if len(near) else len(trace.time)

@@ -1,0 +1,211 @@
+"""Checks of an identification by what it predicts: each has a figure, a limit, and the numbers that it speaks of.
+
+A check that fails takes the word "determined" from the numbers that depend on it: what a wrong model does to a number
+is not in its draws, which come from residuals under that model. Only what is a scatter widens intervals: the draws of
+every step are over groups of its data, and a landing rule that is undecided is drawn along.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.fit.verdict import LEVEL
+from tarsus.identify.estimates import Estimates
+from tarsus.identify.step import PREFERRED, UNDECIDED, Alternative, Check, StepResult
+
+if TYPE_CHECKING:
+    from tarsus.identify.alternatives import AirFit, Weighed
+    from tarsus.identify.heldout import Comparison
+    from tarsus.identify.restitution import BounceStudy
+
+Floats = NDArray[np.float64]
+
+STRUCTURE, LOAD, LAW, GROUND = "robot.structure.", ".load.", ".law.", "ground."
+"""Parts of paths: what a check or a difference from the model touches."""
+SURE = 25.0
+"""Gain in chi-squared over what is left that a difference from the model must have: five standard deviations of one
+unknown."""
+OVER_NOISE = 1.15
+"""What a fit or a prediction may leave over the noise: that is known to 7 % from a hundred samples at rest, to 3 or
+4 % over the channels of a record; sound campaigns leave 0.98 to 1.06."""
+PULLED = 3.0
+"""Standard deviations, root mean square over the identified numbers, by which records that were not fitted may pull
+them."""
+MISFITS = 0.1
+"""Share of what was fitted that need not be as the model has it: a foot that is caught and let go within a sample."""
+TREND = 16.0
+"""F of one more parameter in restitution: four standard deviations. Sound campaigns have 11 at most."""
+AGEING = 36.0
+"""The same in adhesion: six, for all repeats of a release share what the moment of their touchdown is off."""
+HELD_OUT = 2.0
+"""Held-out motion over what noise alone would leave of it, median over records: landings at the edge of being held
+leave sound ones with 1.2."""
+_NOT_SO = {"film": "no free motion", "restitution": "far off the others"}
+"""What is said of a flight, or of an impact, that is not as the model has it. Impacts that are no single ones are not
+counted: most are two within a few samples."""
+_ALL = (STRUCTURE, LOAD, LAW, GROUND)
+
+
+def touched(known: Estimates, parts: Sequence[str]) -> tuple[str, ...]:
+    """Paths of the identified numbers that hold one of some parts."""
+    return tuple(path for path in known.paths if any(part in path for part in parts))
+
+
+def air_checks(fit: AirFit | None, known: Estimates) -> tuple[tuple[Check, ...], tuple[Alternative, ...]]:
+    """Whether the identified structure and drive predict the motion in the air, and what would explain what is left."""
+    if fit is None:
+        return (), ()
+    parts = {part for one in fit.found for part in one.difference.touches} or set(_ALL)
+    cause = _cause(fit)
+    own = touched(known, tuple(parts))
+    checks = [
+        Check("motion in the air over its noise", fit.predicted, OVER_NOISE, paths=own, cause=cause),
+        Check("their pull on the numbers, in standard deviations", fit.pull, PULLED, paths=own, cause=cause),
+    ]  # fmt: skip
+    if fit.found:
+        checks.append(
+            Check("gain of the likeliest difference", fit.found[0].gain, SURE, paths=own, cause=cause)
+        )
+        if fit.left > OVER_NOISE:
+            said = "no difference that was tried explains all of the motion in the air"
+            every = touched(known, _ALL)
+            checks.append(
+                Check(
+                    "motion in the air over its noise, explained",
+                    fit.left,
+                    OVER_NOISE,
+                    paths=every,
+                    cause=said,
+                )
+            )
+    return tuple(checks), tuple(_answer(one) for one in fit.found)
+
+
+def _cause(fit: AirFit) -> str:
+    if not fit.found:
+        return "the identified structure and drive do not predict the motion in the air"
+    rivals = " or ".join(one.sentence() for one in fit.found)
+    return f"the motion in the air shows a difference from the model: {rivals}"
+
+
+def _answer(one: Weighed) -> Alternative:
+    word = PREFERRED if one.weight >= LEVEL else UNDECIDED
+    figure = f"chi-squared of records left out lower by {one.gain:.4g}"
+    return Alternative("motion in the air", one.sentence(), one.weight, figure, word=word)
+
+
+def step_checks(step: StepResult, known: Estimates) -> tuple[Check, ...]:
+    """Of one step: what it leaves over the noise, and the share of what it tried that is motion of the device."""
+    checks = []
+    later = {
+        "hysteresis": (LAW, LOAD, GROUND), "film": (GROUND,), "electrostatics": (GROUND,),
+        "restitution": ("ground.restitution", "ground.adhesion"),
+    }  # fmt: skip
+    paths = touched(known, later.get(step.name, ()))
+    noisy = [one for one in step.residuals if np.isfinite(one.noise) and one.noise > 0.0]
+    if step.name in ("hysteresis", "film", "electrostatics") and noisy:
+        count = np.array([one.count for one in noisy], dtype=float)
+        ratio = np.array([one.rms / one.noise for one in noisy])
+        left = float(np.sqrt(np.sum(count * ratio**2) / count.sum()))
+        cause = f"the fit of the step {step.name} leaves more than noise"
+        checks.append(Check(f"{step.name}: residual over noise", left, OVER_NOISE, paths=paths, cause=cause))
+    if step.name in _NOT_SO and step.used:
+        wrong = sum(one.count for one in step.left_out if _NOT_SO[step.name] in one.reason)
+        total = max(wrong + step.used[0].used, 1)
+        cause = (
+            f"{wrong} of {total} {step.used[0].what} of the step {step.name} are not as the model has them"
+        )
+        name = f"{step.name}: share not as the model has it"
+        checks.append(Check(name, wrong / total, MISFITS, paths=paths, cause=cause))
+    return tuple(checks)
+
+
+def speed_check(study: BounceStudy, known: Estimates) -> tuple[Check, ...]:
+    """Whether restitution depends on the speed of the impact: F of a term in its logarithm."""
+    departure, approach = study.fitted.speeds[:, 0], -study.fitted.speeds[:, 1]
+    turn = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    middle = float(np.sum(departure * approach) / np.sum(approach**2))
+    row = np.array([1.0, -middle])
+    error = np.sqrt(np.einsum("a,nab,b->n", row, study.fitted.covariance * turn, row)) / approach
+    found = _term(np.log(approach / np.exp(np.mean(np.log(approach)))), departure / approach, error)
+    if found is None:
+        return ()
+    trend, ends = found
+    low, high = 1e3 * approach.min(), 1e3 * approach.max()
+    cause = (
+        f"restitution {'falls' if ends[1] < ends[0] else 'rises'} with speed: {ends[0]:.3g} at {low:.3g} mm/s and "
+        f"{ends[1]:.3g} at {high:.3g} mm/s"
+    )
+    paths = touched(known, ("ground.restitution",))
+    return (Check("restitution against the logarithm of speed: F", trend, TREND, paths=paths, cause=cause),)
+
+
+def line_check(step: StepResult, known: Estimates) -> tuple[Check, ...]:
+    """Whether adhesion grows along a line: F of a term in the square of the contact time."""
+    points = step.panels[0].curves[0] if step.panels else None
+    if points is None or points.error is None or len(points.x) < 5:
+        return ()
+    time, pull, error = points.x, points.y, points.error
+    scale = float(time.max())
+    design = np.column_stack([np.ones_like(time), time / scale])
+    found = _term((time / scale) ** 2, pull, error, design)
+    if found is None:
+        return ()
+    trend, ends = found
+    way = "levels off" if ends[1] < ends[0] else "grows faster"
+    cause = f"adhesion over contact time is not linear: it {way} with age"
+    paths = touched(known, ("ground.adhesion",))
+    return (Check("adhesion against the square of contact time: F", trend, AGEING, paths=paths, cause=cause),)
+
+
+def _term(
+    x: Floats, y: Floats, error: Floats, before: Floats | None = None
+) -> tuple[float, tuple[float, float]] | None:
+    """F of one more term x (n,) beside others (n, p), by default a constant, for y (n,) with standard errors, and where
+    the fit with it begins and ends less what the others alone have (plus that where they are a constant)."""
+    base = np.ones((len(x), 1)) if before is None else before
+    if len(x) < base.shape[1] + 3 or np.ptp(x) == 0.0:
+        return None
+    whole = np.column_stack([base, x]) / error[:, None]
+    values, _, rank, _ = np.linalg.lstsq(whole, y / error, rcond=None)
+    if rank < whole.shape[1]:
+        return None
+    rest = y / error - whole @ values
+    scale = max(float(rest @ rest) / (len(x) - whole.shape[1]), 1.0)
+    variance = np.linalg.inv(whole.T @ whole)[-1, -1] * scale
+    at = float(x.min()), float(x.max())
+    first = float(values[0]) if before is None else 0.0
+    return float(values[-1] ** 2 / variance), (
+        first + float(values[-1]) * at[0],
+        first + float(values[-1]) * at[1],
+    )
+
+
+def held_out_check(
+    comparisons: Sequence[Comparison], noise: Mapping[str, float], known: Estimates
+) -> tuple[Check, ...]:
+    """Whether signals that no step has seen are predicted; noise: that of each file's foot over its motion."""
+    ratios = [one.off / noise[one.file] for one in comparisons if noise.get(one.file, 0.0) > 0.0]
+    if not ratios:
+        return ()
+    cause = "held-out signals move otherwise than the identified device"
+    paths = touched(known, (GROUND,))
+    return (
+        Check(
+            "held-out motion over its noise, median",
+            float(np.median(ratios)),
+            HELD_OUT,
+            paths=paths,
+            cause=cause,
+        ),
+    )
+
+
+def with_checks(step: StepResult, checks: Sequence[Check], answers: Sequence[Alternative] = ()) -> StepResult:
+    """A step with further checks and alternatives."""
+    return replace(step, checks=(*step.checks, *checks), alternatives=(*step.alternatives, *answers))

@@ -1,0 +1,151 @@
+"""What an identification predicts is checked, and what differs from its model is named."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from identify.campaigns import identified
+
+import tarsus as ts
+from laboratory import LABORATORY
+from tarsus.base.spec import with_values
+from tarsus.fit.verdict import Verdict, verdict_of
+from tarsus.identify.airborne import air_records
+from tarsus.identify.alternatives import AirFit, fit_air
+from tarsus.identify.checks import TREND, _term, air_checks, step_checks
+from tarsus.identify.draws import DRAWS
+from tarsus.identify.estimates import Estimates
+from tarsus.identify.film_exponent import film_exponent, with_exponent
+from tarsus.identify.foot import FootModel
+from tarsus.identify.step import Check, Residual, StepResult, Used, failures
+from tarsus.identify.traces import Trace
+from tarsus.identify.verdict import judge_samples
+from tarsus.model.drive.waveforms import Square
+from tarsus.model.standing import rest_state
+from tarsus.records.excluded import Excluded
+
+PATHS = (
+    "robot.structure.frequencies.0",
+    "robot.structure.damping_ratios.0",
+    "robot.drives.pzt.law.linear",
+    "ground.film.coefficient",
+)
+SIGNAL = Square(amplitude=2.0, frequency=300.0)
+RATE, FAR = 20e3, 0.03
+
+
+def known() -> Estimates:
+    """The laboratory's device, a few of its numbers known to a thousandth."""
+    base = FootModel(ts.load_scene(LABORATORY), "tip", "pzt", ("tip", "center"))
+    values = np.array([float(ts.get_value(base.scene, path)) for path in PATHS])
+    draws = 1.0 + 1e-3 * np.random.default_rng(5).standard_normal((DRAWS, len(PATHS)))
+    return Estimates(base, PATHS, values, values * draws)
+
+
+def recorded(model: FootModel, late: float = 0.0) -> list[Trace]:
+    """Two records of 50 ms in the air, 40 dB, their displacements late [s]."""
+    scene = with_values(model.driven(SIGNAL), {"robot.feet.tip.gap": FAR})
+    run = ts.simulate(scene, 0.06)
+    time, rest = np.arange(1000) / RATE, np.array(rest_state(scene))
+    x = model.rows @ (run.states(np.maximum(time - late, 0.0)).x - rest[:, None])
+    v = model.rows @ run.states(time).v
+    noise_x, noise_v = (0.01 * np.sqrt(np.mean(one**2, axis=1)) for one in (x, v))
+    random = np.random.default_rng(6)
+    return [
+        Trace(
+            f"air-{k}", "air", model.points, time, x + noise_x[:, None] * random.standard_normal(x.shape),
+            v + noise_v[:, None] * random.standard_normal(v.shape), 0.0 * time, noise_x, noise_v, 0.0 * noise_x, FAR,
+        )
+        for k in (1, 2)
+    ]  # fmt: skip
+
+
+def looked_at(model: FootModel, late: float = 0.0) -> AirFit:
+    """The air fit of the device as known to records of another one."""
+    traces = recorded(model, late)
+    found = fit_air(lambda one: air_records(one, traces, {"air": SIGNAL}, -1e-5)[0], known())
+    assert found is not None and found.values == 2 * 1000 * 4
+    return found
+
+
+def test_a_device_that_is_right_predicts_the_air_to_its_noise():
+    found = looked_at(known().model())
+    assert found.found == () and found.predicted == pytest.approx(1.0, abs=0.04)
+    checks, answers = air_checks(found, known())
+    assert all(one.passed for one in checks) and not answers
+
+
+def test_a_delay_of_the_displacements_is_named_and_measured():
+    found = looked_at(known().model(), 3e-6)
+    (cause,) = found.found
+    assert cause.difference.name == "displacements late" and cause.weight > 0.95
+    assert cause.estimate == pytest.approx(3.0, abs=0.2)
+    checks, answers = air_checks(found, known())
+    failed = [one for one in checks if not one.passed]
+    assert failed and answers[0].weight == cause.weight
+    assert all("late behind the voltage" in one.cause for one in failed[:1])
+    assert set(failed[0].paths) == set(PATHS[2:]), "frequency and damping of the sweeps do not hang on it"
+
+
+def test_a_number_that_is_off_is_pulled_by_the_records_and_no_difference_is_invented():
+    other = known()
+    model = other.model(other.values * np.array([1.0, 1.0, 1.02, 1.0]))
+    found = looked_at(model)
+    assert found.found == () and found.pull > 5.0
+    checks, _ = air_checks(found, other)
+    assert PATHS[2] in next(one for one in checks if not one.passed).paths
+
+
+def test_a_trend_has_a_large_f_and_none_a_small_one():
+    random = np.random.default_rng(7)
+    x, error = np.linspace(-1.0, 1.0, 60), np.full(60, 0.02)
+    flat = 0.4 + error * random.standard_normal(60)
+    assert _term(x, flat, error)[0] < TREND
+    trend, ends = _term(x, flat - 0.05 * x, error)
+    assert trend > 4.0 * TREND and ends == pytest.approx((0.45, 0.35), abs=0.02)
+    assert _term(x[:3], flat[:3], error[:3]) is None, "too few to see a scatter"
+
+
+def test_what_a_step_leaves_and_leaves_out_is_checked():
+    step = StepResult(
+        "film", PATHS[3:], np.ones(1), np.ones((DRAWS, 1)),
+        residuals=(Residual("a", "1", 1.02, 1.0, 100), Residual("b", "1", 1.5, 1.0, 100)),
+        used=(Used("detachments", 60, 100),),
+        left_out=tuple(Excluded("f", "", "it is no free motion of this structure") for _ in range(20)),
+    )  # fmt: skip
+    left, share = step_checks(step, known())
+    assert left.value == pytest.approx(np.sqrt((1.02**2 + 1.5**2) / 2.0)) and not left.passed
+    assert share.value == 0.25 and not share.passed and share.paths == PATHS[3:]
+    good = replace(step, residuals=step.residuals[:1], left_out=())
+    assert all(one.passed for one in step_checks(good, known()))
+
+
+def test_a_failed_check_takes_the_word_determined_and_names_its_cause():
+    draws = np.random.default_rng(8).normal([2.0, 3.0], [0.1, 0.1], (400, 2))
+    failed = Check("residual", 3.0, 1.15, paths=("a",), cause="the drive creeps")
+    (said,) = failures([failed, replace(failed, name="pull"), replace(failed, value=1.0)])
+    assert said == "the drive creeps (residual 3, 1.15 at most; pull 3, 1.15 at most)"
+    found = judge_samples(("a", "b"), (2.0, 3.0), draws, doubts={"a": [said]})
+    assert found["a"].word == "preferred" and found["b"].word == "determined"
+    assert "but the drive creeps" in found["a"].sentence()
+    assert verdict_of((1.0, 9.0), doubted=True) is Verdict.UNDECIDED, "a wide number stays what it is"
+
+
+def test_the_exponent_of_the_film_is_found_and_an_undecided_one_widens_its_draws():
+    chain = identified()
+    assert chain.film is not None
+    found = film_exponent(chain.model, chain.film, 3)
+    assert found is not None and abs(found.value - 3.0) < 3.0 * found.error
+    own = chain.film.step.samples[:, 1]
+    even = with_exponent(chain.film, replace(found, gain=0.0), 3).step
+    other = own * np.exp(found.moves[1])
+    assert (
+        set(even.samples[:, 1]) <= set(own) | set(other) and 0.4 < np.mean(even.samples[:, 1] == other) < 0.6
+    )
+    assert even.checks[-1].passed and "undecided between 3 and 2" in even.notes[-1]
+    assert even.unsound() == []
+    sure = with_exponent(chain.film, replace(found, gain=60.0), 3).step
+    assert not sure.checks[-1].passed and np.array_equal(sure.samples[:, 1], own)
+    assert sure.alternatives[-1].word == "preferred" and sure.alternatives[-1].weight > 0.99

@@ -1,0 +1,65 @@
+"""Campaigns of a laboratory whose world differs from the model: nothing is determined and wrong, the cause is named."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from independent.foreign.campaign import write_campaign
+from independent.foreign.world import WORLDS, Device
+from tarsus.identify.assessment import assessed
+from tarsus.identify.chain import identify
+
+DEVICE = Device()
+DRIVE = "robot.drives.pzt"
+TRUTH = {
+    **{f"robot.structure.frequencies.{k}": one for k, one in enumerate(DEVICE.frequencies)},
+    **{f"robot.structure.damping_ratios.{k}": one for k, one in enumerate(DEVICE.damping)},
+    f"{DRIVE}.load.participation.1": DEVICE.participation[1],
+    **dict(
+        zip(
+            (f"{DRIVE}.law.{key}" for key in ("constant", "linear", "quadratic", "cubic")),
+            DEVICE.law,
+            strict=True,
+        )
+    ),
+    "ground.restitution.coefficient": DEVICE.restitution,
+    "ground.film.thickness": DEVICE.film[1],
+    "ground.adhesion.initial": DEVICE.adhesion[0],
+    "ground.adhesion.rate": DEVICE.adhesion[1],
+}
+"""What is true of the device, but for the weights of its plays, which mean nothing with other thresholds."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("world", "cause"),
+    [
+        ("sound", ""),
+        ("creep of the drive", "creep of the drive"),
+        ("cubic stiffness", "stiffens as it bends"),
+        ("other thresholds", "other thresholds of the plays"),
+        ("third mode", "a further mode"),
+        ("film exponent 2", "the exponent of the film is undecided between 3 and 2"),
+        ("restitution falls with speed", "restitution falls with speed"),
+    ],
+)
+def test_nothing_is_determined_and_wrong(world: str, cause: str, tmp_path: Path) -> None:
+    found = identify(write_campaign(tmp_path, DEVICE, WORLDS[world]))
+    judged = assessed(found)
+    assert judged is not None
+    words = []
+    for step in found.steps.values():
+        for path, value, std in zip(step.paths, step.values, step.std, strict=True):
+            if path in TRUTH and path in judged.names:
+                words.append(judged[path].word)
+                off = abs(value - TRUTH[path]) / std
+                assert words[-1] != "determined" or off < 3.0, f"{path} is {off:.1f} sd off"
+    failed = [one for step in found.steps.values() for one in step.checks if not one.passed]
+    said = [*found.remarks, *(note for step in found.steps.values() for note in step.notes)]
+    if world == "sound":
+        assert not failed and np.count_nonzero([word == "determined" for word in words]) >= len(words) - 1
+    else:
+        assert any(cause.lower() in one.lower() for one in said), said
