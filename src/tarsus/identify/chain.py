@@ -37,6 +37,7 @@ from tarsus.identify.foot import FootModel
 from tarsus.identify.heldout import Comparison, compare
 from tarsus.identify.hysteresis import identify_hysteresis
 from tarsus.identify.impact_column import identify_impact_column
+from tarsus.identify.instruments import Instruments
 from tarsus.identify.landing import LandingVerdict, judge_landing
 from tarsus.identify.pairs import InAir, Pair, compare_in_air, from_pairs, map_from_pairs
 from tarsus.identify.resonance import Resonances, identify_resonances, shape_mismatch, static_response
@@ -154,7 +155,7 @@ class StepRunner:
         """All steps, the validation and the shifted zero."""
         begun = time.perf_counter()
         self.read()
-        for name, purpose, step in self.planned():
+        for number, (name, purpose, step) in enumerate(self.planned()):
             again = (
                 name in self.steps and "hysteresis" not in self.steps
             )  # without a law there is nothing new
@@ -164,7 +165,7 @@ class StepRunner:
                 and name not in [one.name for one in self.not_done]
             ):
                 self.attempt(name, step)
-            if name == "resonances":  # which tell how late the records of the ground are
+            if number == 0:  # the sweeps, which tell how late the records of the ground are
                 self.find_ground()
         landing = self.judge_landing()
         comparisons, in_air = self.validate(), self.look_in_the_air()
@@ -251,18 +252,19 @@ class StepRunner:
             raise InputError(self._nothing_for(Purpose.MODAL, "sweeps in the air"))
         signals = [one.signal for one in sets if isinstance(one.signal, SweptSine)]
         ends = [sorted((one.start_frequency, one.stop_frequency)) for one in signals]
-        if "hysteresis" in self.steps:
-            records = [straightened(record, self.known.model()) for record in records]
         if not ends:
             raise InputError(
                 "the sets of sweeps state no swept sine as their signal, which tells the band to identify"
             )
         band = max(low for low, _ in ends), min(high for _, high in ends)
-        self.resonances = self._structure(band)
         assert self.evidence.instruments is not None  # there are records
-        if (late := self.evidence.instruments.behind(self.resonances.fit)) is not None:
-            self.evidence.take_off(late)
+        if "hysteresis" in self.steps:
+            self.resonances = self._with(self.evidence.instruments, band)
+        else:
             self.resonances = self._structure(band)
+            if (late := self.evidence.instruments.behind(self.resonances.fit)) is not None:
+                self.evidence.take_off(late)
+                self.resonances = self._with(late, band)
         out = {one.file for one in self.resonances.step.left_out}
         files = frozenset(r.file for r in self._of(Purpose.MODAL) if r.record is not None) - out
         return replace(self.resonances.step, files=files)
@@ -273,10 +275,8 @@ class StepRunner:
         evidence, best, problems = self.evidence, None, []
         assert evidence.instruments is not None  # there are records
         for instruments in evidence.instruments.hypotheses():
-            taken = replace(evidence, instruments=instruments)
-            records = [one for r in self._of(Purpose.MODAL) if (one := taken.record(r)) is not None]
             try:
-                found = identify_resonances(self.opened.model, records, band, self.seed)
+                found = self._with(instruments, band)
             except InputError as error:
                 problems += error.problems
                 continue
@@ -287,6 +287,15 @@ class StepRunner:
         if best[1] is not evidence.instruments:
             evidence.take_off(best[1])
         return best[0]
+
+    def _with(self, instruments: Instruments, band: tuple[float, float]) -> Resonances:
+        """Resonances of the sweeps without what is these instruments', and without the drive's harmonics once its law
+        is known."""
+        taken = replace(self.evidence, instruments=instruments)
+        records = [one for r in self._of(Purpose.MODAL) if (one := taken.record(r)) is not None]
+        if "hysteresis" in self.steps:
+            records = [straightened(record, self.known.model()) for record in records]
+        return identify_resonances(self.opened.model, records, band, self.seed)
 
     def _hysteresis(self) -> StepResult:
         traces = self.evidence.traces.get(Purpose.LOOPS, [])

@@ -8,13 +8,12 @@ which no difference is found leave their records as they are.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import next_fast_len
-from scipy.interpolate import CubicSpline
 from scipy.ndimage import binary_dilation, convolve1d
 
 from tarsus.identify.lateness import SAMPLES, Lateness, LowPass, lateness_of
@@ -258,21 +257,33 @@ def _compared(record: Measurement, point: str) -> tuple[float, float, float, flo
 
 def _moved(velocity: Floats, step: float, lag: float) -> Floats:
     """What a displacement that lags behind (ns,) is to be moved by: the integral of its velocity over the lag."""
-    time = step * np.arange(len(velocity), dtype=np.float64)
-    whole = CubicSpline(time, velocity).antiderivative()
-    return np.asarray(whole(time) - whole(np.clip(time - lag, time[0], time[-1])))
+
+    def integral(s: NDArray[np.complex128]) -> NDArray[np.complex128]:
+        return np.append(lag, -np.expm1(-s[1:] * lag) / s[1:])
+
+    return _passed(velocity, step, integral)
 
 
 def _divided(values: Floats, step: float, late: float, low: LowPass | None) -> Floats:
     """Values (ns,) brought forward by ``late`` [s] and out from behind a low-pass, but for the delay of what is slow,
     which ``late`` holds."""
+
+    def factor(s: NDArray[np.complex128]) -> NDArray[np.complex128]:
+        if low is None:
+            return np.exp(s * late)
+        response = low.response(s) * np.exp(s * low.delay)
+        return np.exp(s * late) / (response * np.maximum(1.0, 1.0 / (_STRONGEST * np.abs(response))))
+
+    return _passed(values, step, factor)
+
+
+def _passed(
+    values: Floats, step: float, factor: Callable[[NDArray[np.complex128]], NDArray[np.complex128]]
+) -> Floats:
+    """Values (ns,) with their transform multiplied by a factor of s [rad/s]; the end is led back to the beginning."""
     count = len(values)
     whole = next_fast_len(count + _BLEND, real=True)
     ends = np.linspace(0.0, np.pi, whole - count + 2)[1:-1]
     led = values[0] + (values[-1] - values[0]) * 0.5 * (1.0 + np.cos(ends))
     s = 2.0j * np.pi * np.fft.rfftfreq(whole, step)
-    factor = np.exp(s * late)
-    if low is not None:
-        response = low.response(s) * np.exp(s * low.delay)
-        factor = factor / (response * np.maximum(1.0, 1.0 / (_STRONGEST * np.abs(response))))
-    return np.fft.irfft(np.fft.rfft(np.concatenate([values, led])) * factor, whole)[:count]
+    return np.fft.irfft(np.fft.rfft(np.concatenate([values, led])) * factor(s), whole)[:count]

@@ -93,12 +93,12 @@ def lateness_of(fit: ModalFit) -> Lateness | None:
 def _low_passes(corner: float) -> Iterator[LowPass]:
     for family, orders in _ORDERS:
         for order in orders:
-            _, poles, _ = family(order, 1.0, analog=True, output="zpk")
-            yield LowPass(f"{family.__name__} low-pass of order {order}", np.asarray(poles), corner)
+            poles = np.asarray(family(order, 1.0, analog=True, output="zpk")[1], dtype=np.complex128)
+            yield LowPass(f"{family.__name__} low-pass of order {order}", poles, corner)
 
 
 @dataclass(frozen=True)
-class _Found:
+class _BestFit:
     """Unknowns x of a fit, the low-pass at them, the squares that are left."""
 
     x: Floats
@@ -117,7 +117,7 @@ class _Lines:
     def __init__(self, fit: ModalFit) -> None:
         frf = fit.frf
         stride = -(-len(frf.frequency) // _LINES)
-        self.s = 2.0j * np.pi * frf.frequency[::stride]
+        self.s = np.asarray(2.0j * np.pi * frf.frequency[::stride], dtype=np.complex128)
         self.highest = float(frf.frequency[-1])
         values = frf.values[:, 0, ::stride]
         self.size = np.sqrt(np.sum(np.abs(values) ** 2, axis=1))[:, None]
@@ -165,14 +165,14 @@ class _Lines:
             tried.append((float(np.sum(self.left(x, low)[0] ** 2)), x))
         return min(tried, key=lambda one: one[0])[1]
 
-    def fitted(self, low: LowPass | None, start: Floats) -> _Found:
+    def fitted(self, low: LowPass | None, start: Floats) -> _BestFit:
         """The best fit behind a low-pass, or a pure delay, from a start."""
         found = least_squares(lambda x: self.left(x, low)[0].ravel(), start, method="lm", x_scale=_SCALE)
         if low is not None:
             low = replace(low, corner=float(np.exp(found.x[-1])))
-        return _Found(found.x, low, 2.0 * float(found.cost))
+        return _BestFit(found.x, low, 2.0 * float(found.cost))
 
-    def judged(self, found: _Found) -> Lateness:
+    def judged(self, found: _BestFit) -> Lateness:
         """Delay and angle with their errors: what single repeats differ by, or else what the fit leaves."""
         x, low = found.x, found.low
         left, amplitudes, design = self.left(x, low)

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.identify.volts import delayed
 from tarsus.impacts.detection import STILL, runs_of
 from tarsus.records.measurement import Measurement, Quantity
 
@@ -84,7 +83,7 @@ def trace_of(
     gap
         Of the foot at the neutral position [m].
     late
-        Time [s] by which the motion was recorded behind the drive: times and volts are those of the motion.
+        Time [s] by which the motion was recorded behind the drive: times are those of the motion.
 
     Raises
     ------
@@ -122,7 +121,7 @@ def trace_of(
         record.step * np.arange(record.count, dtype=np.float64) - count * record.step - late,
         x - quiet_x.mean(axis=1, keepdims=True),
         v - quiet_v.mean(axis=1, keepdims=True),
-        delayed(record[drive], late / record.step),
+        record[drive],
         noise_x,
         noise_v,
         noise_x / np.sqrt(still),
