@@ -43,7 +43,7 @@ def test_events_and_samples_agree(kind: str, rule: str) -> None:
     assert len(expected) > 5
     off = np.array([a[0] - b[0] for a, b in zip(moved.events, expected, strict=True)])
     assert np.abs(off).max() < 1e-6 / device.frequencies[0]
-    states = run.states(np.arange(moved.x.shape[1]) / RATE)
+    states = run.states(np.arange(moved.x.shape[1]) / (RATE * moved.fine))
     for k, point in enumerate(("tip", "center")):
         row = np.array(scene.robot.structure.row(point))
         assert np.abs(moved.x[k] - row @ (states.x - rest[:, None])).max() < 1e-6 * np.ptp(moved.x[k])

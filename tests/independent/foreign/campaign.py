@@ -109,7 +109,7 @@ def write_campaign(
         Noise of each channel below its own motion.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    motion = Motion(device, world)
+    motion = Motion(device, world, 8 if np.isfinite(world.filtered) else 2)
     random = np.random.default_rng([seed, 41])
     head = [
         f'name = "{name}"', 'device = "device.toml"', 'foot = "tip"', 'drive = "pzt"', "", "[defaults]",
@@ -157,7 +157,8 @@ def _recorded(
     driving = np.maximum(time, 0.0)
     volts = np.where(time >= 0.0, record.wave.volts(driving), 0.0)
     out: dict[str, object] = {"fs": rate, "volts": np.round(volts / (20.0 / 2**16)) * (20.0 / 2**16)}
-    own = np.arange(moved.x.shape[1]) / rate
+    fine = rate * moved.fine
+    own = np.arange(moved.x.shape[1]) / fine
     for k, point in enumerate(("tip", "center")):
         for quantity, motion, speed, factor in (
             ("x", moved.x[k], moved.v[k], 1e6),
@@ -167,15 +168,15 @@ def _recorded(
                 continue
             late = world.late if quantity == "x" else 0.0
             at = time * (1.0 + world.pace) - late
+            if np.isfinite(world.filtered):
+                motion, speed = _passed(motion, world.filtered, fine), None
             if late or world.pace:
                 seen = np.interp(at, own, motion)
                 inside = at > 0.0
                 seen[inside] = _between(own, motion, speed, at[inside])
                 seen[~inside] = motion[0]
             else:
-                seen = np.concatenate([np.full(rest, motion[0]), motion[:count]])
-            if np.isfinite(world.filtered):
-                seen = _passed(seen, world.filtered, rate)
+                seen = np.concatenate([np.full(rest, motion[0]), motion[:: moved.fine][:count]])
             noise = float(np.sqrt(np.mean(seen[rest:] ** 2))) * 10.0 ** (-decibels / 20.0)
             if quantity == "x":
                 seen = seen + world.hum * noise * np.sin(2.0 * np.pi * 50.0 * time + 6.0 * random.random())
@@ -194,13 +195,9 @@ def _between(time: Floats, motion: Floats, speed: Floats | None, at: Floats) -> 
     return np.asarray(spline(inside))
 
 
-def _passed(motion: Floats, hertz: float, rate: float) -> Floats:
-    """Behind a fourth-order low-pass, run on eight times as many samples so that it is the analogue one."""
-    fine = 8
-    time = np.arange(len(motion))
-    dense = CubicSpline(time, motion)(np.arange(len(motion) * fine) / fine)
-    sections = butter(4, min(hertz, 3.0 * rate), fs=rate * fine, output="sos")
-    return np.asarray(sosfilt(sections, dense - motion[0])[::fine]) + motion[0]
+def _passed(motion: Floats, hertz: float, fine: float) -> Floats:
+    """Behind a fourth-order low-pass, which is the analogue one for motion that is sampled far above it [Hz]."""
+    return np.asarray(sosfilt(butter(4, hertz, fs=fine, output="sos"), motion - motion[0])) + motion[0]
 
 
 def _set(record: Record, files: list[str]) -> Iterator[str]:

@@ -25,12 +25,13 @@ REFERENCE_GAP = 20e-6
 
 @dataclass(frozen=True)
 class Moved:
-    """x, v (2, nt): displacements from the rest [m] and velocities [m/s] of tip and centre; events: time [s] and kind
-    ("bounce", "capture", "release")."""
+    """x, v (2, nt): displacements from the rest [m] and velocities [m/s] of tip and centre, so many times as often as
+    sampled (``fine``); events: time [s] and kind ("bounce", "capture", "release")."""
 
     x: Floats
     v: Floats
     events: list[tuple[float, str]]
+    fine: int = 1
 
 
 class _Stepper:
@@ -174,7 +175,7 @@ class Motion:
         return q
 
     def swept(self, wave: Wave, rate: float, duration: float) -> Moved:
-        """Motion in the air, far from any ground, sampled [Hz]: all at once, for there are no events."""
+        """Motion in the air, far from any ground, sampled [Hz] and between: all at once, for there are no events."""
         fine = 8
         count = int(np.floor(duration * rate * (1.0 + 1e-12)))
         marks = np.arange(count * fine + 1) / (rate * fine)
@@ -196,24 +197,24 @@ class Motion:
             state = phase.state(
                 np.array([_filtered(*one, fine, rate) for one in zip(phase.poles, push, start, strict=True)])
             )
-        state = state[:, : count * fine : fine]
-        return Moved(self.modes.points @ (state[:n] - rest[:, None]), self.modes.points @ state[n:], [])
+        state = state[:, : count * fine]
+        return Moved(self.modes.points @ (state[:n] - rest[:, None]), self.modes.points @ state[n:], [], fine)
 
     def driven(self, wave: Wave, rate: float, duration: float, gap: float) -> Moved:
-        """Motion above a ground at a gap [m] from the neutral position, sampled [Hz]."""
+        """Motion above a ground at a gap [m] from the neutral position, sampled [Hz], and its steps between."""
         count = int(np.floor(duration * rate * (1.0 + 1e-12)))
         drive = Drive(self.device, self.world, wave, duration)
         samples = np.arange(count * self.steps + 1) / (rate * self.steps)
         extra = np.concatenate([drive.turns, drive.kinks()])
         far = np.abs(extra - np.round(extra * rate * self.steps) / (rate * self.steps)) > 1e-11
         marks = np.unique(np.concatenate([samples, extra[far & (extra < samples[-1])]]))
-        sampled = np.searchsorted(marks, samples[: -1 : self.steps] - 1e-12)
+        sampled = np.searchsorted(marks, samples[:-1] - 1e-12)
         run = _Run(self, drive, marks, gap)
         states = run.whole()[:, sampled]
         n = len(self.modes.omega)
         rest = run.rest
         return Moved(
-            self.modes.points @ (states[:n] - rest[:, None]), self.modes.points @ states[n:], run.events
+            self.modes.points @ (states[:n] - rest[:, None]), self.modes.points @ states[n:], run.events, self.steps
         )
 
 
