@@ -39,7 +39,7 @@ from tarsus.identify.hysteresis import identify_hysteresis
 from tarsus.identify.impact_column import identify_impact_column
 from tarsus.identify.landing import LandingVerdict, judge_landing
 from tarsus.identify.pairs import InAir, Pair, compare_in_air, from_pairs, map_from_pairs
-from tarsus.identify.resonance import Resonances, identify_resonances, static_response
+from tarsus.identify.resonance import Resonances, identify_resonances, shape_mismatch, static_response
 from tarsus.identify.restitution import BounceStudy, identify_restitution
 from tarsus.identify.step import NotDone, Shift, StepResult, Trouble, Used, failures
 from tarsus.identify.traces import Trace
@@ -153,10 +153,11 @@ class StepRunner:
         """All steps, the validation and the shifted zero."""
         begun = time.perf_counter()
         self.read()
-        self.find_ground()
         for name, purpose, step in self.planned():
             if any(self.opened.sets(purpose)):
                 self.attempt(name, step)
+            if name == "resonances":  # which tell how late the records of the ground are
+                self.find_ground()
         landing = self.judge_landing()
         comparisons, in_air = self.validate(), self.look_in_the_air()
         self.check(comparisons)
@@ -195,7 +196,9 @@ class StepRunner:
         self.evidence.read(self._report)
 
     def find_ground(self) -> None:
-        """Find the ground that the records show."""
+        """Find the ground that the records show, and report what was taken off them."""
+        if self.evidence.instruments is not None:
+            self.evidence.remarks += self.evidence.instruments.sentences()
         self.evidence.find_ground()
 
     def attempt(self, name: str, step: Callable[[], StepResult]) -> None:
@@ -226,9 +229,8 @@ class StepRunner:
             setattr(self, held[name], None)
 
     def _resonances(self) -> StepResult:
-        records = [r.record for r in self._of(Purpose.MODAL) if r.record is not None]
         sets = [one for _, one in self.opened.sets(Purpose.MODAL)]
-        if not records:
+        if not any(r.record is not None for r in self._of(Purpose.MODAL)):
             raise InputError(self._nothing_for(Purpose.MODAL, "sweeps in the air"))
         signals = [one.signal for one in sets if isinstance(one.signal, SweptSine)]
         ends = [sorted((one.start_frequency, one.stop_frequency)) for one in signals]
@@ -237,10 +239,35 @@ class StepRunner:
                 "the sets of sweeps state no swept sine as their signal, which tells the band to identify"
             )
         band = max(low for low, _ in ends), min(high for _, high in ends)
-        self.resonances = identify_resonances(self.opened.model, records, band, self.seed)
+        self.resonances = self._structure(band)
+        assert self.evidence.instruments is not None  # there are records
+        if (late := self.evidence.instruments.behind(self.resonances.fit)) is not None:
+            self.evidence.take_off(late)
+            self.resonances = self._structure(band)
         out = {one.file for one in self.resonances.step.left_out}
         files = frozenset(r.file for r in self._of(Purpose.MODAL) if r.record is not None) - out
         return replace(self.resonances.step, files=files)
+
+    def _structure(self, band: tuple[float, float]) -> Resonances:
+        """Resonances of the sweeps without what is their instruments'; of gains the channels are at fault without which
+        the modes have the shapes of the structure."""
+        evidence, best, problems = self.evidence, None, []
+        assert evidence.instruments is not None  # there are records
+        for instruments in evidence.instruments.hypotheses():
+            taken = replace(evidence, instruments=instruments)
+            records = [one for r in self._of(Purpose.MODAL) if (one := taken.record(r)) is not None]
+            try:
+                found = identify_resonances(self.opened.model, records, band, self.seed)
+            except InputError as error:
+                problems += error.problems
+                continue
+            if best is None or shape_mismatch(found) < shape_mismatch(best[0]):
+                best = found, instruments
+        if best is None:
+            raise InputError(list(dict.fromkeys(problems)))
+        if best[1] is not evidence.instruments:
+            evidence.take_off(best[1])
+        return best[0]
 
     def _hysteresis(self) -> StepResult:
         traces = self.evidence.traces.get(Purpose.LOOPS, [])
@@ -328,9 +355,11 @@ class StepRunner:
         for name, one in self.opened.sets(Purpose.BOUNCES):
             near, far = (
                 tuple(
-                    r.record
+                    record
                     for r in self.evidence.readings
-                    if r.set == which and r.record and r.file not in whole
+                    if r.set == which
+                    and r.file not in whole
+                    and (record := self.evidence.record(r)) is not None
                 )
                 for which in (name, one.air)
             )

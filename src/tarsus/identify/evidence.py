@@ -10,8 +10,10 @@ import numpy as np
 from tarsus.base.errors import InputError
 from tarsus.identify.campaign import Opened, RecordFile, read_records
 from tarsus.identify.consistency import not_together, odd_ones
+from tarsus.identify.instruments import Instruments, relations_of
 from tarsus.identify.traces import Trace, contact_level, misplaced, trace_of
 from tarsus.records.excluded import Excluded, excluded_of
+from tarsus.records.measurement import Measurement
 from tarsus.records.purpose import Purpose
 
 _REPEATED = (Purpose.LOOPS, Purpose.RAMPS, Purpose.CLOSE, Purpose.AIR)
@@ -32,7 +34,8 @@ class Evidence:
     """Records read so far.
 
     opened: the campaign; readings: every file; left_out: data not used, with reasons; traces by purpose; level: of the
-    contact from the rest, with its standard error [m]; remarks: what does not fit together, though it is used."""
+    contact from the rest, with its standard error [m]; remarks: what does not fit together, though it is used;
+    instruments: what of the records is theirs, and was taken off."""
 
     opened: Opened
     readings: list[RecordFile] = field(default_factory=list)
@@ -40,29 +43,48 @@ class Evidence:
     traces: dict[Purpose, list[Trace]] = field(default_factory=dict)
     level: tuple[float, float] | None = None
     remarks: list[str] = field(default_factory=list)
+    instruments: Instruments | None = None
 
     def read(self, tell: Callable[[str], None]) -> None:
         """Read every file; faults are kept beside it."""
-        for name, one in self.opened.campaign.records.items():
+        for name in self.opened.campaign.records:
             tell(f"reading {name}")
             found = read_records(self.opened, name)
             self.readings += found
             for reading in found:
                 self.left_out += [excluded_of(reading.file, said) for said in reading.problems]
+        records = [r.record for r in self.readings if r.record is not None]
+        if records:
+            step = min(record.step for record in records)
+            self.take_off(Instruments(relations_of(records, self.opened.model.points), step))
+
+    def take_off(self, instruments: Instruments) -> None:
+        """Trace all records without what is their instruments'; what was formed of the records before is dropped."""
+        self.instruments, self.traces = instruments, {}
+        self.left_out = [excluded_of(r.file, said) for r in self.readings for said in r.problems]
+        for name, one in self.opened.campaign.records.items():
             if one.purpose is Purpose.MODAL:
                 continue
-            traces = [trace for reading in found for trace in self._trace(name, reading)]
+            traces = [trace for r in self.readings if r.set == name for trace in self._trace(name, r)]
             if one.purpose in _REPEATED:
                 traces = self._without(traces, odd_ones(traces))
             self.traces.setdefault(one.purpose, []).extend(traces)
 
+    def record(self, reading: RecordFile) -> Measurement | None:
+        """The record of a file without what is its instruments'; a sweep also without its delay behind the drive."""
+        if reading.record is None or self.instruments is None:
+            return reading.record
+        swept = self.opened.campaign.records[reading.set].purpose is Purpose.MODAL
+        return self.instruments.taken_off(reading.record, swept)
+
     def _trace(self, name: str, reading: RecordFile) -> list[Trace]:
         """The record of a file, if it has one whose channels belong together."""
-        one, record = self.opened.campaign.records[name], reading.record
+        one, record = self.opened.campaign.records[name], self.record(reading)
         if record is None or record.drive is None:
             return []
+        late = 0.0 if self.instruments is None else self.instruments.late
         try:
-            trace = trace_of(record, self.opened.model.points, name, record.drive, one.rest, one.gap)
+            trace = trace_of(record, self.opened.model.points, name, record.drive, one.rest, one.gap, late)
         except InputError as error:
             self.left_out += [excluded_of(reading.file, said) for said in error.problems]
             return []

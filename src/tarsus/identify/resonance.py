@@ -274,6 +274,11 @@ def _check_shapes(model: FootModel, fit: ModalFit, records: Sequence[Measurement
         )
 
 
+def shape_mismatch(found: Resonances) -> float:
+    """Largest part of a mode's shape that is not along that of the structure."""
+    return _mismatch(_parts(found.model, found.fit), _shapes(found.model))
+
+
 def _mismatch(seen: Floats, known: Floats) -> float:
     """Largest part of a mode's shape (nm, np) that is not along the known one."""
     along = np.sum(seen * known, axis=1) ** 2 / (np.sum(seen**2, axis=1) * np.sum(known**2, axis=1))

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
+from tarsus.identify.volts import delayed
 from tarsus.impacts.detection import STILL, runs_of
 from tarsus.records.measurement import Measurement, Quantity
 
@@ -18,6 +19,8 @@ _FEWEST_AT_REST = 8
 """Samples at rest from which noise is estimated: to a quarter of itself then."""
 _JUMP = 0.1
 """Part of the span of volts that a jump moves by in a sample."""
+_STEEP = 10.0
+"""And times by which it moves more than before and after."""
 _SAME = 8.0
 """Deviations within which two places are the same ground, the means of many samples being compared."""
 _FOLLOWS = 0.15
@@ -61,8 +64,9 @@ class Trace:
 
 
 def trace_of(
-    record: Measurement, points: Sequence[str], name: str, drive: str, rest: float, gap: float | None = None
-) -> Trace:
+    record: Measurement, points: Sequence[str], name: str, drive: str, rest: float, gap: float | None = None,
+    late: float = 0.0,
+) -> Trace:  # fmt: skip
     """A record with its zeros and its noise taken from the rest before the drive.
 
     Parameters
@@ -79,6 +83,8 @@ def trace_of(
         Time [s] the record lasts before the drive begins.
     gap
         Of the foot at the neutral position [m].
+    late
+        Time [s] by which the motion was recorded behind the drive: times and volts are those of the motion.
 
     Raises
     ------
@@ -96,9 +102,10 @@ def trace_of(
     if drive not in record.names:
         problems.append(f"{record.source}: the drive is missing: there is no channel '{drive}'")
     count = int(np.floor(rest / record.step * (1.0 + 1e-9)))
-    if count < _FEWEST_AT_REST:
+    still = count + min(int(np.floor(late / record.step)), 0)
+    if still < _FEWEST_AT_REST:
         problems.append(
-            f"{record.source}: {count} samples at rest before the drive begins, {_FEWEST_AT_REST} or more "
+            f"{record.source}: {still} samples at rest before the drive begins, {_FEWEST_AT_REST} or more "
             "are needed to "
             "know the zero and the noise"
         )
@@ -106,28 +113,36 @@ def trace_of(
         raise InputError(problems)
     x = record.values[[found[point, Quantity.DISPLACEMENT] for point in points]]
     v = record.values[[found[point, Quantity.VELOCITY] for point in points]]
-    quiet_x, quiet_v = x[:, :count], v[:, :count]
+    quiet_x, quiet_v = x[:, :still], v[:, :still]
     noise_x, noise_v = quiet_x.std(axis=1, ddof=1), quiet_v.std(axis=1, ddof=1)
     return Trace(
         record.source,
         name,
         tuple(points),
-        record.step * np.arange(record.count, dtype=np.float64) - count * record.step,
+        record.step * np.arange(record.count, dtype=np.float64) - count * record.step - late,
         x - quiet_x.mean(axis=1, keepdims=True),
         v - quiet_v.mean(axis=1, keepdims=True),
-        record[drive],
+        delayed(record[drive], late / record.step),
         noise_x,
         noise_v,
-        noise_x / np.sqrt(count),
+        noise_x / np.sqrt(still),
         gap,
     )
 
 
 def jumps_of(volts: Floats) -> NDArray[np.intp]:
-    """Last samples before the voltage (ns,) jumps, by a tenth of its span or more and far more than around it."""
+    """Last samples before the voltage (ns,) jumps, by a tenth of its span or more and far more than around it; of a
+    jump that a sample lies within, both."""
     move = np.abs(np.diff(volts))
     around = np.maximum(np.roll(move, 1), np.roll(move, -1))
-    return np.flatnonzero((move > _JUMP * np.ptp(volts)) & (move > 10.0 * around))
+    single = (move > _JUMP * np.ptp(volts)) & (move > _STEEP * around)
+    both = np.abs(volts[2:] - volts[:-2])
+    outer = np.maximum(np.roll(move, 1)[:-1], np.roll(move, -2)[:-1])
+    double = (both > _JUMP * np.ptp(volts)) & (both > _STEEP * outer)
+    double &= np.minimum(move[1:], move[:-1]) > both / _STEEP
+    single[:-1] |= double
+    single[1:] |= double
+    return np.flatnonzero(single)
 
 
 @dataclass(frozen=True)

@@ -49,14 +49,7 @@ class Volts:
         of most of their rounding. A corner that lies between two samples is where the lines through its neighbours
         meet. Volts that jump are joined by lines."""
         place = np.arange(substeps * (len(volts) - 1) + 1) / substeps
-        if np.max(np.abs(np.diff(volts)), initial=0.0) > _EDGE * float(np.ptp(volts)):
-            levels, corners, heights = (
-                np.interp(place, np.arange(len(volts)), volts),
-                np.zeros(0),
-                np.zeros(0),
-            )
-        else:
-            levels, corners, heights = _joined(volts, place)
+        levels, corners, heights = _between(volts, place)
         where = np.concatenate([place, corners])
         order = np.argsort(where, kind="stable")
         merged = np.concatenate([levels, heights])[order]
@@ -88,8 +81,24 @@ class Volts:
         return np.concatenate([force, np.full(self.substeps * (count - 1) + 1 - len(force), force[-1])])
 
 
+def delayed(volts: Floats, samples: float) -> Floats:
+    """Volts (ns,) so many samples later."""
+    if not samples:
+        return volts
+    return _between(volts, np.clip(np.arange(len(volts)) - samples, 0.0, len(volts) - 1.0))[0]
+
+
+def _between(volts: Floats, place: Floats) -> tuple[Floats, Floats, Floats]:
+    """Volts at places [samples], and the places and heights of corners between samples; of a drive that jumps by
+    lines."""
+    if np.max(np.abs(np.diff(volts)), initial=0.0) > _EDGE * float(np.ptp(volts)):
+        return np.interp(place, np.arange(len(volts)), volts), np.zeros(0), np.zeros(0)
+    return _joined(volts, place)
+
+
 def _joined(volts: Floats, place: Floats) -> tuple[Floats, Floats, Floats]:
-    """Volts at places [samples], and the places and heights of corners between samples."""
+    """Volts at places [samples] of a drive that does not jump, and the places and heights of corners between
+    samples."""
     from scipy.interpolate import CubicSpline
 
     edges = _corners(volts)

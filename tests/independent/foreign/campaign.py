@@ -166,7 +166,7 @@ def _recorded(
         ):
             if record.purpose == "modal" and quantity == "v":
                 continue
-            late = world.late if quantity == "x" else 0.0
+            late = world.behind + (world.late if quantity == "x" else 0.0)
             at = time * (1.0 + world.pace) - late
             if np.isfinite(world.filtered):
                 motion, speed = _passed(motion, world.filtered, fine), None

@@ -47,7 +47,7 @@ class Device:
 class World:
     """What differs from the model; every default is no difference.
 
-    late [s]: of the displacements behind the volts; filtered [Hz]: fourth-order low-pass of all motion; exponent: of
+    late [s]: of the displacements behind the velocities; behind [s]: of all motion behind the volts; filtered [Hz]: fourth-order low-pass of all motion; exponent: of
     the film in the gap; stiffening: share by which the first mode's spring is stiffer at its largest use; creep: share
     of the drive's force that follows late, after 0.3 s; third: share of the extra mode in the static motion of the
     foot; thresholds [V]: of the true plays; slow [m/s]: speed below which a rebounding foot is captured, 0 where it is
@@ -58,6 +58,7 @@ class World:
     """
 
     late: float = 0.0
+    behind: float = 0.0
     filtered: float = np.inf
     exponent: int = 3
     stiffening: float = 0.0

@@ -1,0 +1,278 @@
+"""What instruments add to the motion of a device: gains, signs and delays of channels, and a low-pass before them.
+
+A displacement is the integral of the velocity of the same point in every record, whatever the structure: that gives
+their ratio and the delay of the one behind the other. How late both are behind the drive the sweeps in the air show
+(`tarsus.identify.lateness`). Records are brought back to what happened before any step sees them; instruments between
+which no difference is found leave their records as they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import next_fast_len
+from scipy.interpolate import CubicSpline
+from scipy.ndimage import binary_dilation, convolve1d
+
+from tarsus.identify.drive_check import WithError
+from tarsus.identify.lateness import SAMPLES, Lateness, LowPass, lateness_of
+from tarsus.identify.traces import jumps_of
+from tarsus.modes.modal import ModalFit
+from tarsus.records.measurement import Measurement, Quantity
+
+Floats = NDArray[np.float64]
+
+GAIN = 0.005
+"""Part of a gain that is corrected at least: what vibrometers are calibrated to."""
+_MOST = 1.5
+"""Factor of a gain beyond which it is no instrument's: a unit, a scale or another point's channel."""
+_WIDTH = 3.0
+"""Samples (standard deviation) of the Gaussian through which both are compared: wide enough for velocities that jump at
+impacts, and narrow enough for a delay to turn what is left."""
+_REACH = 15
+"""Samples to either side that the Gaussian reaches, and around jumps of the drive that are not compared: the
+acceleration jumps with it, and a difference of samples is off."""
+_FEWEST = 200
+"""Samples that make a comparison."""
+_ALIKE = 0.9
+"""Least correlation of channels that are compared: others are not of one point."""
+_MIDDLE = 1.2533
+"""Standard error of a median over that of a mean, of normal numbers."""
+_STRONGEST = 4.0
+"""Factor at most by which what a low-pass has weakened is brought back: noise is, too."""
+_BLEND = 256
+"""Samples over which the end of a record is led back to its beginning for a transform."""
+
+
+@dataclass(frozen=True)
+class Relation:
+    """Of displacement and velocity of a point: gain of the one over the integral of the other, and lag [s] of the one
+    behind the other."""
+
+    gain: WithError
+    lag: WithError
+
+
+@dataclass(frozen=True)
+class Instruments:
+    """What is taken off records.
+
+    relations: by point, of those that can be compared; velocities: points of which the velocity, not the displacement,
+    has the gain; lateness: of the sweeps' channels behind the drive, None where it is not known; of: the quantity of
+    these channels; step [s]: between samples of the sweeps, or the finest of the other records.
+    """
+
+    relations: dict[str, Relation]
+    step: float
+    velocities: frozenset[str] = frozenset()
+    lateness: Lateness | None = None
+    of: Quantity = Quantity.DISPLACEMENT
+
+    def gain(self, point: str, quantity: Quantity) -> float:
+        """Factor that a channel of a point has too much."""
+        found = self.relations.get(point)
+        of = Quantity.VELOCITY if point in self.velocities else Quantity.DISPLACEMENT
+        if found is None or quantity is not of or not found.gain.off(1.0, GAIN):
+            return 1.0
+        return found.gain.value if of is Quantity.DISPLACEMENT else 1.0 / found.gain.value
+
+    def lag(self, point: str) -> float:
+        """Time [s] by which the displacement of a point comes behind its velocity."""
+        found = self.relations.get(point)
+        return found.lag.value if found is not None and found.lag.off(0.0, SAMPLES * self.step) else 0.0
+
+    @property
+    def late(self) -> float:
+        """Time [s] by which velocities, and displacements that were brought to them, come behind the drive."""
+        return self.lateness.late.value if self.lateness is not None and self.lateness.off(self.step) else 0.0
+
+    def low(self, quantity: Quantity) -> LowPass | None:
+        """Low-pass before the channels of a quantity: that of the sweeps, and the other one unless it is not delayed by
+        it."""
+        if self.lateness is None or self.lateness.low is None:
+            return None
+        apart = any(self.lag(point) for point in self.relations)
+        return None if apart and quantity is not self.of else self.lateness.low
+
+    def hypotheses(self) -> tuple[Instruments, ...]:
+        """These, and where a gain was found the same with the other channel of its point at fault."""
+        turned = frozenset(p for p, one in self.relations.items() if one.gain.off(1.0, GAIN))
+        return (self, replace(self, velocities=turned)) if turned else (self,)
+
+    def behind(self, fit: ModalFit) -> Instruments | None:
+        """The same with the lateness that modes show, None where they show none."""
+        found = lateness_of(fit)
+        if found is None or fit.frf.quantity not in (Quantity.DISPLACEMENT, Quantity.VELOCITY):
+            return None
+        late = replace(self, lateness=found, of=fit.frf.quantity)
+        return late if found.off(late.step) else None
+
+    @property
+    def differ(self) -> bool:
+        """Whether there is anything to take off."""
+        quantities = Quantity.DISPLACEMENT, Quantity.VELOCITY
+        return bool(
+            self.late
+            or any(self.low(one) for one in quantities)
+            or any(self.lag(p) or any(self.gain(p, one) != 1.0 for one in quantities) for p in self.relations)
+        )
+
+    def taken_off(self, record: Measurement, swept: bool) -> Measurement:
+        """A record as if its instruments had neither gains nor lags nor a low-pass; ``swept``: nor a delay behind the
+        drive, which other records keep."""
+        if not self.differ:
+            return record
+        values = record.values.copy()
+        rows = {(one.at, one.quantity): k for k, one in enumerate(record.channels)}
+        moving = {key: k for key, k in rows.items() if key[1] in (Quantity.DISPLACEMENT, Quantity.VELOCITY)}
+        for (point, quantity), k in moving.items():
+            values[k] /= self.gain(point, quantity)
+        for (point, quantity), k in moving.items():
+            if quantity is Quantity.DISPLACEMENT and (lag := self.lag(point)):
+                velocity = moving.get((point, Quantity.VELOCITY))
+                if velocity is None:
+                    values[k] = _divided(values[k], record.step, lag, None)
+                else:
+                    values[k] += _moved(values[velocity], record.step, lag)
+        for (_, quantity), k in moving.items():
+            low, late = self.low(quantity), self.late if swept else 0.0
+            if low is not None or late:
+                values[k] = _divided(values[k], record.step, late, low)
+        return replace(record, values=values)
+
+    def sentences(self) -> list[str]:
+        """What was found and taken off."""
+        out = []
+        for point, one in self.relations.items():
+            for quantity, other in ((Quantity.DISPLACEMENT, "velocity"), (Quantity.VELOCITY, "displacement")):
+                if (gain := self.gain(point, quantity)) != 1.0:
+                    out.append(
+                        f"the {quantity.name.lower()} of point '{point}' is {gain:.4g} +- {2.0 * one.gain.error:.1g} "
+                        f"times what its {other} makes it: taken for the gain of its channel, and divided out"
+                    )
+        lags = {one.lag for point, one in self.relations.items() if self.lag(point)}
+        for lag in sorted(lags, key=lambda one: one.value):
+            named = ", ".join(f"'{point}'" for point, one in self.relations.items() if one.lag == lag)
+            word = "after" if lag.value > 0.0 else "before"
+            out.append(
+                f"displacements of {named} come {1e6 * abs(lag.value):.4g} +- {2e6 * lag.error:.1g} us {word} their "
+                "velocities: taken for the delay of their channels, and taken off"
+            )
+        if self.late or self.low(self.of) is not None:
+            assert self.lateness is not None
+            late, low = self.lateness.late, self.lateness.low
+            word = "after" if late.value > 0.0 else "before"
+            by = "" if low is None else f", as behind a {low.name} at {low.corner:.4g} Hz"
+            out.append(
+                f"the sweeps show the motion {1e6 * abs(late.value):.4g} +- {2e6 * late.error:.1g} us {word} the "
+                f"drive{by}: taken for the instruments', and taken off"
+            )
+        return out
+
+
+def relations_of(records: Sequence[Measurement], points: Sequence[str]) -> dict[str, Relation]:
+    """Relations of displacements and velocities, by point: medians over records, weighted by what each tells. Lags that
+    agree are one."""
+    first = _relations(records, points)
+    if not first:
+        return first
+    step = min(record.step for record in records)
+    rough = Instruments(first, step)
+    if not rough.differ:
+        return first
+    # gains and lags are told apart once most of both is gone
+    second = _relations([rough.taken_off(record, False) for record in records], points)
+    out = {}
+    for point, one in first.items():
+        if (again := second.get(point)) is not None:
+            gain = one.gain.value if rough.gain(point, Quantity.DISPLACEMENT) != 1.0 else 1.0
+            one = Relation(
+                WithError(gain * again.gain.value, again.gain.error),
+                WithError(rough.lag(point) + again.lag.value, again.lag.error),
+            )
+        out[point] = one
+    return out
+
+
+def _relations(records: Sequence[Measurement], points: Sequence[str]) -> dict[str, Relation]:
+    found = {point: [one for r in records if (one := _compared(r, point)) is not None] for point in points}
+    tables = {point: np.array(one) for point, one in found.items() if one}
+    gains = {point: _median(one[:, 0], one[:, 1]) for point, one in tables.items()}
+    lags = {point: _median(one[:, 2], one[:, 3]) for point, one in tables.items()}
+    weight = np.array([one.error**-2.0 for one in lags.values()])
+    if len(lags):
+        mean = float(weight @ [one.value for one in lags.values()] / weight.sum())
+        if not any(one.off(mean, 0.0) for one in lags.values()):
+            lags = dict.fromkeys(lags, WithError(mean, float(weight.sum() ** -0.5)))
+    return {point: Relation(gains[point], lags[point]) for point in tables}
+
+
+def _median(values: Floats, errors: Floats) -> WithError:
+    """Weighted median: a record with another fault counts as one of many."""
+    order, weight = np.argsort(values), errors**-2.0
+    share = np.cumsum(weight[order]) / weight.sum()
+    middle = float(values[order][np.searchsorted(share, 0.5)])
+    scatter = 1.4826 * np.median(np.abs(values - middle) / errors) if len(values) > 2 else 1.0
+    return WithError(middle, float(_MIDDLE * max(scatter, 1.0) * weight.sum() ** -0.5))
+
+
+def _compared(record: Measurement, point: str) -> tuple[float, float, float, float] | None:
+    """Gain and its error, lag and its error [s], of a point in a record."""
+    rows = {one.quantity: k for k, one in enumerate(record.channels) if one.at == point}
+    if not {Quantity.DISPLACEMENT, Quantity.VELOCITY} <= set(rows) or record.count < _FEWEST:
+        return None
+    x, v = record.values[rows[Quantity.DISPLACEMENT]], record.values[rows[Quantity.VELOCITY]]
+    place = np.arange(-_REACH, _REACH + 1)
+    smooth = np.exp(-0.5 * (place / _WIDTH) ** 2)
+    smooth /= smooth.sum()
+    slope = -place / _WIDTH**2 * smooth
+    used = np.ones(record.count, dtype=bool)
+    if record.drive is not None:
+        jumped = np.zeros(record.count, dtype=bool)
+        jumped[jumps_of(record[record.drive])] = True
+        used &= ~binary_dilation(jumped, iterations=2 * _REACH)
+    used[:_REACH] = used[-_REACH:] = False
+    if np.count_nonzero(used) < _FEWEST:
+        return None
+    speed = (convolve1d(x, slope) / record.step)[used]
+    known, rising = convolve1d(v, smooth)[used], (convolve1d(v, slope) / record.step)[used]
+    design = np.column_stack([known, -rising, np.ones(len(known))])
+    size = np.linalg.norm(design, axis=0)
+    if not size.all() or abs(np.corrcoef(speed, known)[0, 1]) < _ALIKE:
+        return None
+    gram = (design / size).T @ (design / size)
+    inverse = np.linalg.pinv(gram)
+    solved = inverse @ ((design / size).T @ speed)
+    left = speed - design / size @ solved
+    # samples through a Gaussian are as many as lie its effective width apart
+    variance = float(np.mean(left**2)) * 2.0 * np.sqrt(np.pi) * _WIDTH
+    error = np.sqrt(variance * np.diag(inverse)) / size
+    gain, lag = (solved / size)[:2]
+    if not 1.0 / _MOST < abs(gain) < _MOST:
+        return None
+    return float(gain), float(error[0]), float(lag / gain), float(error[1] / abs(gain))
+
+
+def _moved(velocity: Floats, step: float, lag: float) -> Floats:
+    """What a displacement that lags behind (ns,) is to be moved by: the integral of its velocity over the lag."""
+    time = step * np.arange(len(velocity), dtype=np.float64)
+    whole = CubicSpline(time, velocity).antiderivative()
+    return np.asarray(whole(time) - whole(np.clip(time - lag, time[0], time[-1])))
+
+
+def _divided(values: Floats, step: float, late: float, low: LowPass | None) -> Floats:
+    """Values (ns,) brought forward by ``late`` [s] and out from behind a low-pass, but for the delay of what is slow,
+    which ``late`` holds."""
+    count = len(values)
+    whole = next_fast_len(count + _BLEND, real=True)
+    ends = np.linspace(0.0, np.pi, whole - count + 2)[1:-1]
+    led = values[0] + (values[-1] - values[0]) * 0.5 * (1.0 + np.cos(ends))
+    s = 2.0j * np.pi * np.fft.rfftfreq(whole, step)
+    factor = np.exp(s * late)
+    if low is not None:
+        response = low.response(s) * np.exp(s * low.delay)
+        factor = factor / (response * np.maximum(1.0, 1.0 / (_STRONGEST * np.abs(response))))
+    return np.fft.irfft(np.fft.rfft(np.concatenate([values, led])) * factor, whole)[:count]
