@@ -59,6 +59,52 @@ def test_motional_current_at_resonance_is_g_squared_v_over_c() -> None:
     np.testing.assert_allclose(whole - motional, F * 0.5 * rate * np.cos(rate * times), atol=1e-9 * F * rate)
 
 
+def supplied(run: ts.Run, panels: int) -> float:
+    """The integral of V dq over a run by Gauss's rule on volts and currents, all drives together [J]."""
+    x, w = np.polynomial.legendre.leggauss(10)
+    edges = np.linspace(0.0, run.end_time, panels + 1)
+    half = 0.5 * np.diff(edges)
+    times = (edges[:-1] + half)[:, None] + half[:, None] * x
+    kinds = (Q.VOLTAGE, Q.CURRENT)
+    outputs = [Output(kind, drive) for kind in kinds for drive in run.scene.robot.drives]
+    volts, current = run.outputs(outputs, times.ravel()).reshape(2, -1, *times.shape)
+    return float(np.sum(half[:, None] * w * volts * current))
+
+
+def test_the_energy_that_electrodes_take_is_that_of_capacitance_springs_and_dampers() -> None:
+    run = ts.simulate(oscillator(ts.Sine(amplitude=0.5, frequency=900.0)), 0.0207)
+    volts, ledger = run.series.volts[0, [0, -1]], run.ledger
+    stored = 0.5 * F * (volts[1] ** 2 - volts[0] ** 2)
+    balance = stored + ledger.kinetic + ledger.elastic + ledger.damping
+    assert abs(stored) > 0.01 * abs(balance)
+    assert run.electrical_energy == pytest.approx(balance, rel=1e-8)
+    assert supplied(run, 400) == pytest.approx(balance, rel=1e-8)
+
+
+def test_a_voltage_that_jumps_leaves_half_c_v_squared_and_the_work_of_the_drive() -> None:
+    wave = ts.Square(amplitude=4.0, offset=4.0, frequency=500.0)  # from 8 V to 0 at 1 ms
+    run = ts.simulate(oscillator(wave, **{"robot.drives.pzt.law.offset": 1e-6}), 0.0017)
+    pushed = 1e-6 * run.states(np.array([0.0, run.end_time])).x[0]
+    work = run.ledger.work_in - (pushed[1] - pushed[0])  # but that of the force without volts
+    assert run.electrical_energy == pytest.approx(work - 0.5 * F * 64.0, rel=1e-8)
+
+
+def test_drives_of_a_walker_take_what_volts_and_currents_say() -> None:
+    scene = trotter()
+    run = ts.simulate(with_values(scene, {"robot.drives.leg0.capacitance": 1e-9}), 0.0063)
+    assert len(run.events) > 4
+    assert run.electrical_energy == pytest.approx(supplied(run, 1500), rel=1e-6)
+
+
+def test_energy_of_a_gain_that_goes_with_the_volts() -> None:
+    law = PrandtlIshlinskii(constant=1e-5, linear=2e-5, quadratic=3e-6, cubic=-1e-7)
+    run = ts.simulate(with_values(scene_of("p1_n2"), {"robot.drives.pull.law": law}), 0.02)
+    swept = with_values(run.scene, {"signals.pull": ts.Sine(amplitude=6.0, frequency=130.0)})
+    run = ts.simulate(swept, 0.0123)
+    assert run.electrical_energy == pytest.approx(supplied(run, 1500), rel=1e-6)
+    assert np.isnan(ts.simulate(cubic_with_plays(scene_of("p1_n2")), 0.001).electrical_energy)
+
+
 def cubic_with_plays(scene: ts.Scene) -> ts.Scene:
     law = PrandtlIshlinskii(
         constant=1e-5, linear=2e-5, quadratic=3e-6, cubic=-1e-7, thresholds=(0.0, 1.0), weights=(4e-6, 8e-6)

@@ -82,9 +82,13 @@ def account(run: RunLike) -> Table:
     largest = max(abs(value) for _, value in lines) or 1.0
     rows = [(label, value if abs(value) > LEAST * largest else 0.0) for label, value in lines]
     rows.append(("residual (closes the ledger)", float(f"{float(run.ledger.residual):.2g}")))
+    notes = [f"Work in, changes and losses agree to {number(run.ledger.closure, 2)} of the largest term."]
+    taken = getattr(run, "electrical_energy", math.nan)  # of a run that was read it is not kept
+    if taken and math.isfinite(taken):
+        notes.append(f"The electrodes of the drives took {amount(taken, 'J')}.")
     return Table(
         "Energy",
         ("term", Column("energy", "J"), Column("share of the largest", "%")),
         [(label, value, value / largest) for label, value in rows],
-        [f"Work in, changes and losses agree to {number(run.ledger.closure, 2)} of the largest term."],
+        notes,
     )

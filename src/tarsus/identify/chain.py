@@ -42,6 +42,7 @@ from tarsus.identify.pairs import InAir, Pair, compare_in_air, from_pairs, map_f
 from tarsus.identify.resonance import Resonances, identify_resonances, shape_mismatch, static_response
 from tarsus.identify.restitution import BounceStudy, identify_restitution
 from tarsus.identify.step import NotDone, Shift, StepResult, Trouble, Used, failures
+from tarsus.identify.straightened import straightened
 from tarsus.identify.traces import Trace
 from tarsus.model.drive.waveforms import SweptSine
 from tarsus.records.excluded import Excluded
@@ -154,7 +155,14 @@ class StepRunner:
         begun = time.perf_counter()
         self.read()
         for name, purpose, step in self.planned():
-            if any(self.opened.sets(purpose)):
+            again = (
+                name in self.steps and "hysteresis" not in self.steps
+            )  # without a law there is nothing new
+            if (
+                any(self.opened.sets(purpose))
+                and not again
+                and name not in [one.name for one in self.not_done]
+            ):
                 self.attempt(name, step)
             if name == "resonances":  # which tell how late the records of the ground are
                 self.find_ground()
@@ -180,8 +188,10 @@ class StepRunner:
 
     def planned(self) -> tuple[tuple[str, Purpose, Callable[[], StepResult]], ...]:
         """Steps in order, with the records that each is for; one without such records in the campaign is not
-        tried."""
+        tried. Once the law of the drive is known, the sweeps tell the structure better, and that the law."""
         return (
+            ("resonances", Purpose.MODAL, self._resonances),
+            ("hysteresis", Purpose.LOOPS, self._hysteresis),
             ("resonances", Purpose.MODAL, self._resonances),
             ("hysteresis", Purpose.LOOPS, self._hysteresis),
             ("film", Purpose.RAMPS, self._film),
@@ -202,7 +212,8 @@ class StepRunner:
         self.evidence.find_ground()
 
     def attempt(self, name: str, step: Callable[[], StepResult]) -> None:
-        """Run a step; what stops it is kept as its reasons."""
+        """Run a step; what stops it is kept as its reasons, or remarked of one that was done already."""
+        before = self.resonances
         self._report(name)
         trouble = Trouble()
         try:
@@ -213,10 +224,16 @@ class StepRunner:
             reasons = error.problems
         except np.linalg.LinAlgError as error:
             reasons = [f"its equations have no solution with these data ({error})"]
+        if reasons and name in self.steps:
+            self.resonances = before
+            self.evidence.remarks += [f"{name}, with the law of the drive: {said}" for said in reasons]
+            return
         if reasons:
             self._forget(name)
             self.not_done.append(NotDone(name, (*reasons, *trouble.sentences())))
             return
+        if name in self.steps:
+            self.known = self.known.without(self.steps.pop(name))
         purpose = next(purpose for other, purpose, _ in self.planned() if other == name)
         count = Used("files", len(found.files), sum(len(one.files) for _, one in self.opened.sets(purpose)))
         self.steps[name] = replace(found, used=(*found.used, count))
@@ -234,6 +251,8 @@ class StepRunner:
             raise InputError(self._nothing_for(Purpose.MODAL, "sweeps in the air"))
         signals = [one.signal for one in sets if isinstance(one.signal, SweptSine)]
         ends = [sorted((one.start_frequency, one.stop_frequency)) for one in signals]
+        if "hysteresis" in self.steps:
+            records = [straightened(record, self.known.model()) for record in records]
         if not ends:
             raise InputError(
                 "the sets of sweeps state no swept sine as their signal, which tells the band to identify"
@@ -281,7 +300,7 @@ class StepRunner:
 
     def _compare_signs(self, traces: Sequence[Trace]) -> None:
         """Remark where the sweeps move the foot the other way than the loops do: participations, ratios, stay."""
-        if self.resonances is None:
+        if self.resonances is None or "hysteresis" in self.steps:  # said already
             return
         foot = self.opened.model.foot_point
         slow = sum(float(np.cov(t.volts, t.x[t.point(foot)])[0, 1]) for t in traces)
@@ -487,7 +506,7 @@ class StepRunner:
             steps={"resonances": self.steps["resonances"]}, not_done=[], bounces=None,
         )  # fmt: skip
         for name, _, step in other.planned():
-            if name not in self.steps or name in ("resonances", "impact map"):
+            if name not in self.steps or name in other.steps or name in ("resonances", "impact map"):
                 continue
             other.attempt(name, step)
             if name == "hysteresis" and path is not None:

@@ -120,7 +120,8 @@ def film_exponent(model: FootModel, film: FilmFit, seed: int) -> Exponent | None
             gain += sign * float(
                 2.0 * own @ score[unseen].sum(axis=0) - own @ information[unseen].sum(axis=0) @ own
             )
-    scale = max(float(system.cost.sum() / system.count.sum()), 1.0)
+    # records whose residuals hang together count for less, as the scatter of their scores says
+    scale = max(error**2 / float(np.linalg.inv(total)[2, 2]), 1.0)
     return Exponent(_ASSUMED + float(step[2]), error, gain / scale, moves)
 
 

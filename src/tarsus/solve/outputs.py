@@ -7,7 +7,7 @@ given, and that of a walker's body without them.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -133,12 +133,13 @@ def output_rows(scene: Scene, outputs: Sequence[Output], times: ArrayLike) -> Ou
     when = np.asarray(times, dtype=float)
     system = lower_system(scene)
     n, m = system.normals.shape
-    count = len(outputs)
+    charged = {one.at for one in outputs if one.quantity in (Quantity.CHARGE, Quantity.CURRENT)}
+    count, drives = len(outputs), _Drives(scene, when, charged)
+    width = len(when) if drives.vary else 1  # of gains that go with the volts
     rows = OutputRows(
-        tuple(outputs), np.zeros((count, n)), np.zeros((count, n)), np.ones((count, len(when))),
-        np.ones((count, len(when))), np.zeros((count, m)), np.zeros((count, m)), np.zeros((count, len(when))),
+        tuple(outputs), np.zeros((count, n)), np.zeros((count, n)), np.ones((count, width)),
+        np.ones((count, width)), np.zeros((count, m)), np.zeros((count, m)), np.zeros((count, len(when))),
     )  # fmt: skip
-    drives = _Drives(scene, when)
     accelerated = [k for k, one in enumerate(outputs) if one.quantity is Quantity.ACCELERATION]
     for k, one in enumerate(outputs):
         if one.quantity not in _MOTION:
@@ -198,12 +199,15 @@ def output_slopes(
 
 
 class _Drives:
-    """Volts, forces and charges of a scene's drives at times (nt,) [s], each lowered once."""
+    """Volts, forces and charges of a scene's drives at times (nt,) [s], each lowered once; charged: those of which
+    charge or current is asked, and ``vary`` whether the gain of one of them goes with its volts."""
 
-    def __init__(self, scene: Scene, times: Floats) -> None:
+    def __init__(self, scene: Scene, times: Floats, charged: Set[str]) -> None:
         self.drives = scene.robot.drives
         self.signals = scene.actuator_volts
         self.times = times
+        self.gains = {name: self.drives[name].law.small_signal_gain() for name in charged}
+        self.vary = any(gain[1:].any() for gain in self.gains.values())
         self._lowered: dict[str, tuple[Pieces, Pieces]] = {}
 
     def lowered(self, name: str) -> tuple[Pieces, Pieces]:
@@ -226,8 +230,8 @@ class _Drives:
         drive = self.drives[one.at]
         load = system.loads[:, list(self.drives).index(one.at)]
         capacitance = 0.0 if one.motional else drive.capacitance or 0.0
-        gains = drive.law.small_signal_gain()
-        gain = polyval(level, gains)
+        gains = self.gains[one.at]
+        gain = polyval(level, gains) if self.vary else gains[0]
         rows.x[k] = load
         if one.quantity is Quantity.CHARGE:
             rows.x_gain[k] = gain
@@ -235,7 +239,7 @@ class _Drives:
             return
         rate = evaluate(self.lowered(one.at)[1].rate(), self.times)
         rows.v[k], rows.v_gain[k] = load, gain
-        rows.x_gain[k] = polyval(level, polyder(gains)) * rate
+        rows.x_gain[k] = polyval(level, polyder(gains)) * rate if self.vary else 0.0
         rows.known[k] = capacitance * rate
 
 

@@ -220,6 +220,14 @@ class Run:
 
         return ledger(self)
 
+    @cached_property
+    def electrical_energy(self) -> float:
+        """Energy [J] that the electrodes of all drives take in the run, the integral of V dq with the charge by motion;
+        NaN where a drive's law has a memory, whose own charge no description says."""
+        from tarsus.solve.series import electrical_energy
+
+        return electrical_energy(self)
+
     def at(self, times: npt.ArrayLike) -> Series:
         """Series at the given times (nt,) [s] or ``["1 ms", "2 ms"]``, increasing: the engine's own solution, not an
         interpolation.

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.polynomial.polynomial import polyval
 from numpy.typing import NDArray
 
 from tarsus.base.events import CONTACT_BEGINS, EventKind, FootState
@@ -190,6 +191,33 @@ def ledger(run: Run) -> Ledger:
         **terms, kinetic=change_k, elastic=change_e, impacts=impacts, adhesion=adhesion, laws=works, residual=residual,
         closure=abs(residual) / (_unresolved(run, first, last) * largest) if moved else 0.0,
     )  # fmt: skip
+
+
+def electrical_energy(run: Run) -> float:
+    """Energy [J] that the electrodes of all drives take in a run, the integral of V dq from just after its start; NaN
+    where a law has a memory.
+
+    What capacitances store and gains that go with the volts hold of the motion, and the work of the drives, which is
+    all of the ledger's but that of the weight (docs/conventions.md, Charge and current).
+    """
+    drives = run.scene.robot.drives
+    if any(drive.law.has_memory for drive in drives.values()):
+        return np.nan
+    row, system = run.motion.acting.rows, run.plan.system
+    n = len(system.mass)
+    ends = np.array([row.initial[0], run.motion.last])[:, :n]
+    weight = float(row.sources[0, -1] * (system.weight @ (ends[1] - ends[0])))
+    taken, times = run.ledger.work_in - weight, np.array([0.0, run.end_time])
+    for drive, signal, load in zip(
+        drives.values(), run.scene.actuator_volts.values(), system.loads.T, strict=True
+    ):
+        volts = signal.volts(times)
+        gain = polyval(volts, drive.law.small_signal_gain())
+        held = 0.5 * (drive.capacitance or 0.0) * volts**2 + (volts * gain - drive.law.force(volts)) * (
+            ends @ load
+        )
+        taken += float(held[1] - held[0])
+    return taken
 
 
 def _unresolved(run: Run, first: Floats, last: Floats) -> float:

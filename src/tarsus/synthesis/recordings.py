@@ -58,7 +58,7 @@ class Recording:
     air: str | None = None
     before: tuple[float, ...] = ()
     gait: AnyGait | None = None
-    signals: Mapping[str, Waveform] = field(default_factory=dict)
+    signals: Mapping[str, Waveform] = field(default_factory=dict, hash=False)
 
 
 def rest_of(recording: Recording) -> float:

@@ -16,7 +16,7 @@ from tarsus.base.spec import FrozenDict
 from tarsus.files.library import load_scene
 from tarsus.files.toml import description_text
 from tarsus.identify.campaign import read_campaign
-from tarsus.identify.chain import Identification, identify
+from tarsus.identify.chain import Identification, StepRunner, identify
 from tarsus.model.scene import Scene
 from tarsus.records.purpose import Purpose
 from tarsus.synthesis.campaign_folder import write_campaign
@@ -81,6 +81,14 @@ def copied(target: Path, *purposes: str) -> Path:
     if purposes:
         only(target, *purposes)
     return target
+
+
+def said(folder: Path) -> list[str]:
+    """What is excluded before any step, a sentence each."""
+    chain = StepRunner.of(read_campaign(folder))
+    chain.read()
+    chain.find_ground()
+    return [str(one) for one in chain.evidence.left_out]
 
 
 def only(folder: Path, *purposes: str) -> None:

@@ -11,7 +11,7 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from identify.campaigns import copied, identified, truth
+from identify.campaigns import copied, identified, said, truth
 from identify.campaigns import folder as folder_of_all
 from scipy.io import loadmat, savemat
 
@@ -33,13 +33,6 @@ def changed(folder: Path, change: Callable[[dict[str, Any]], object], file: str 
     content = {k: v for k, v in loadmat(folder / file, simplify_cells=True).items() if not k.startswith("__")}
     change(content)
     savemat(folder / file, content)
-
-
-def said(folder: Path) -> list[str]:
-    chain = StepRunner.of(read_campaign(folder))
-    chain.read()
-    chain.find_ground()
-    return [str(one) for one in chain.evidence.left_out]
 
 
 def swap(content: dict[str, Any]) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from identify.campaigns import copied, folder, modes_as_found, only, truth
+from identify.campaigns import copied, folder, modes_as_found, only, said, truth
 from scipy.io import loadmat, savemat
 
 from laboratory import LABORATORY
@@ -46,13 +46,6 @@ def loops_changed(folder: Path, files, column: int, change) -> None:
                 parts[column] = f"{change(float(parts[column])):.7E}"
                 lines[i] = "\t".join(parts)
         (folder / file).write_text("\n".join(lines), encoding="latin-1")
-
-
-def said(folder: Path) -> list[str]:
-    chain = StepRunner.of(read_campaign(folder))
-    chain.read()
-    chain.find_ground()
-    return [str(one) for one in chain.evidence.left_out]
 
 
 @pytest.mark.parametrize(

@@ -42,7 +42,7 @@ TRUTH = {
         ("cubic stiffness", "stiffens as it bends"),
         ("other thresholds", "other thresholds of the plays"),
         ("third mode", "a further mode"),
-        ("film exponent 2", "the exponent of the film is 2 rather than 3"),
+        ("film exponent 2", "the exponent of the film is undecided between 3 and 2"),
         ("restitution falls with speed", "restitution falls with speed"),
     ],
 )
@@ -58,7 +58,8 @@ def test_nothing_is_determined_and_wrong(world: str, cause: str, tmp_path: Path)
                 off = abs(value - TRUTH[path]) / std
                 assert words[-1] != "determined" or off < 3.0, f"{path} is {off:.1f} sd off"
     failed = [one for step in found.steps.values() for one in step.checks if not one.passed]
+    said = [*found.remarks, *(note for step in found.steps.values() for note in step.notes)]
     if world == "sound":
         assert not failed and np.count_nonzero([word == "determined" for word in words]) >= len(words) - 1
     else:
-        assert any(cause in said for said in found.remarks), found.remarks
+        assert any(cause.lower() in one.lower() for one in said), said
