@@ -251,8 +251,6 @@ class StepRunner:
             raise InputError(self._nothing_for(Purpose.MODAL, "sweeps in the air"))
         signals = [one.signal for one in sets if isinstance(one.signal, SweptSine)]
         ends = [sorted((one.start_frequency, one.stop_frequency)) for one in signals]
-        if "hysteresis" in self.steps:
-            records = [straightened(record, self.known.model()) for record in records]
         if not ends:
             raise InputError(
                 "the sets of sweeps state no swept sine as their signal, which tells the band to identify"
@@ -275,6 +273,8 @@ class StepRunner:
         for instruments in evidence.instruments.hypotheses():
             taken = replace(evidence, instruments=instruments)
             records = [one for r in self._of(Purpose.MODAL) if (one := taken.record(r)) is not None]
+            if "hysteresis" in self.steps:
+                records = [straightened(record, self.known.model()) for record in records]
             try:
                 found = identify_resonances(self.opened.model, records, band, self.seed)
             except InputError as error:
