@@ -208,7 +208,8 @@ class StepRunner:
     def find_ground(self) -> None:
         """Find the ground that the records show, and report what was taken off them."""
         if self.evidence.instruments is not None:
-            self.evidence.remarks += self.evidence.instruments.sentences()
+            said = self.evidence.instruments.sentences()
+            self.evidence.remarks += [one for one in said if one not in self.evidence.remarks]
         self.evidence.find_ground()
 
     def attempt(self, name: str, step: Callable[[], StepResult]) -> None:

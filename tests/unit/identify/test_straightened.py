@@ -22,10 +22,11 @@ def sweep(device: Device) -> Measurement:
     """One upward sweep of 3 V in the air, without noise: wide enough for the law's curvature to show."""
     wave = Wave("swept_sine", dict(amplitude=3.0, start_frequency=200.0, stop_frequency=8800.0, duration=1.0))
     moved = Motion(device, World()).swept(wave, RATE, 1.5)
-    volts = wave.volts(np.arange(moved.x.shape[1]) / RATE)
+    x = moved.x[:, :: moved.fine]
+    volts = wave.volts(np.arange(x.shape[1]) / RATE)
     points = [Channel(f"{name}_x", Quantity.DISPLACEMENT, name) for name in ("tip", "center")]
     channels = Channel("volts", Quantity.VOLTAGE), *points
-    return Measurement(channels, np.vstack([volts, moved.x]), 1.0 / RATE, drive="volts")
+    return Measurement(channels, np.vstack([volts, x]), 1.0 / RATE, drive="volts")
 
 
 def of_device(model: FootModel, device: Device) -> FootModel:
