@@ -182,8 +182,8 @@ DIFFERENCES = (
 @dataclass(frozen=True)
 class Weighed:
     """An alternative as the records see it: estimate and standard error in the unit of its cause (NaN where it has
-    none); gain: in chi-squared, over what is left, of the halves it was not fitted to; weight among its rivals; shift: by
-    how many of its standard deviations it moves an identified number at most, with what identified the number."""
+    none); gain: in chi-squared, over what is left, of the halves it was not fitted to; weight among its rivals; shift:
+    by how many of its standard deviations it moves an identified number at most, with what identified the number."""
 
     difference: Difference
     estimate: float

@@ -74,7 +74,13 @@ def air_checks(fit: AirFit | None, known: Estimates) -> tuple[tuple[Check, ...],
     if fit.found:
         shift = max(one.shift for one in fit.found)
         checks.append(
-            Check("shift by the likeliest difference, in standard deviations", shift, SHIFTED, paths=own, cause=cause)
+            Check(
+                "shift by the likeliest difference, in standard deviations",
+                shift,
+                SHIFTED,
+                paths=own,
+                cause=cause,
+            )
         )
         if fit.left > OVER_NOISE:
             said = "no difference that was tried explains all of the motion in the air"

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.identify.traces import jumps_of
+from tarsus.identify.volts import jumps_of
+from tarsus.identify.with_error import WithError
 from tarsus.model.drive.waveforms import Waveform
 
 Floats = NDArray[np.float64]
@@ -35,8 +36,6 @@ _SHAPE_OF_SWEEPS = 0.7
 """The same for a sweep, whose responses are divided by what was recorded: an amplifier may be slow."""
 _NOTED = 0.5
 """Samples from which on a delay is noted, as half of one is what rounding explains."""
-_SURE = 4.0
-"""Standard errors that a difference must have."""
 _CUT = 0.005
 """Part of its length by which a record may end early: the last half percent of a period holds no event."""
 _WELL = 0.12
@@ -70,18 +69,6 @@ _UPSAMPLED = 8
 """Points per sample at which swings are looked for, so that their moments are good to a part of a sample."""
 _SINGULAR = 1e-6
 """Share of the largest eigenvalue below which columns do not determine a direction: a thousandth of its size."""
-
-
-@dataclass(frozen=True)
-class WithError:
-    """A number and its standard error (infinite where the record does not tell it)."""
-
-    value: float
-    error: float
-
-    def off(self, stated: float, limit: float) -> bool:
-        """Whether it differs from what was stated by more than a limit, and for sure."""
-        return abs(self.value - stated) > max(limit, _SURE * self.error)
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from scipy.optimize import least_squares
 from scipy.signal import bessel, butter
 
 from tarsus.identify.draws import student
-from tarsus.identify.drive_check import WithError
+from tarsus.identify.with_error import WithError
 from tarsus.modes.modal import ModalFit
 
 Floats = NDArray[np.float64]
@@ -98,7 +98,7 @@ def _low_passes(corner: float) -> Iterator[LowPass]:
 
 
 @dataclass(frozen=True)
-class _Found:
+class _Explained:
     """Unknowns x of a fit, the low-pass at them, the squares that are left."""
 
     x: Floats
@@ -165,14 +165,14 @@ class _Lines:
             tried.append((float(np.sum(self.left(x, low)[0] ** 2)), x))
         return min(tried, key=lambda one: one[0])[1]
 
-    def fitted(self, low: LowPass | None, start: Floats) -> _Found:
+    def fitted(self, low: LowPass | None, start: Floats) -> _Explained:
         """The best fit behind a low-pass, or a pure delay, from a start."""
         found = least_squares(lambda x: self.left(x, low)[0].ravel(), start, method="lm", x_scale=_SCALE)
         if low is not None:
             low = replace(low, corner=float(np.exp(found.x[-1])))
-        return _Found(found.x, low, 2.0 * float(found.cost))
+        return _Explained(found.x, low, 2.0 * float(found.cost))
 
-    def judged(self, found: _Found) -> Lateness:
+    def judged(self, found: _Explained) -> Lateness:
         """Delay and angle with their errors: what single repeats differ by, or else what the fit leaves."""
         x, low = found.x, found.low
         left, amplitudes, design = self.left(x, low)

@@ -17,10 +17,6 @@ Floats = NDArray[np.float64]
 
 _FEWEST_AT_REST = 8
 """Samples at rest from which noise is estimated: to a quarter of itself then."""
-_JUMP = 0.1
-"""Part of the span of volts that a jump moves by in a sample."""
-_STEEP = 10.0
-"""And times by which it moves more than before and after."""
 _SAME = 8.0
 """Deviations within which two places are the same ground, the means of many samples being compared."""
 _FOLLOWS = 0.15
@@ -128,21 +124,6 @@ def trace_of(
         noise_x / np.sqrt(still),
         gap,
     )
-
-
-def jumps_of(volts: Floats) -> NDArray[np.intp]:
-    """Last samples before the voltage (ns,) jumps, by a tenth of its span or more and far more than around it; of a
-    jump that a sample lies within, both."""
-    move = np.abs(np.diff(volts))
-    around = np.maximum(np.roll(move, 1), np.roll(move, -1))
-    single = (move > _JUMP * np.ptp(volts)) & (move > _STEEP * around)
-    both = np.abs(volts[2:] - volts[:-2])
-    outer = np.maximum(np.roll(move, 1)[:-1], np.roll(move, -2)[:-1])
-    double = (both > _JUMP * np.ptp(volts)) & (both > _STEEP * outer)
-    double &= np.minimum(move[1:], move[:-1]) > both / _STEEP
-    single[:-1] |= double
-    single[1:] |= double
-    return np.flatnonzero(single)
 
 
 @dataclass(frozen=True)

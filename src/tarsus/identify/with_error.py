@@ -1,0 +1,20 @@
+"""A number of an instrument with its standard error, and whether it is off what was stated."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+_SURE = 4.0
+"""Standard errors that a difference must have."""
+
+
+@dataclass(frozen=True)
+class WithError:
+    """A number and its standard error (infinite where the record does not tell it)."""
+
+    value: float
+    error: float
+
+    def off(self, stated: float, limit: float) -> bool:
+        """Whether it differs from what was stated by more than a limit, and for sure."""
+        return abs(self.value - stated) > max(limit, _SURE * self.error)

@@ -1,0 +1,62 @@
+"""Gains and delays of channels, found from records alone and taken off."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tarsus.identify.instruments import Instruments, relations_of
+from tarsus.records.measurement import Channel, Measurement, Quantity
+
+STEP = 5e-5
+POINTS = ("tip", "center")
+
+
+def record(seed: int, lag: float = 0.0, gain: float = 1.0, noise: float = 1e-2) -> Measurement:
+    """Two points in two decaying modes, the displacements so late [s], that of the tip times a gain."""
+    random = np.random.default_rng(seed)
+    time = STEP * np.arange(4000.0)
+    channels, values = [], []
+    for k, point in enumerate(POINTS):
+        x, v = np.zeros(len(time)), np.zeros(len(time))
+        for hertz, size in ((623.0, 1e-5), (6424.0, 1e-6 * (1.0 - 2.0 * k))):
+            pole = 2.0 * np.pi * hertz * (-0.01 + 1.0j)
+            phase = np.exp(2.0j * np.pi * random.random())
+            x += (size * phase * np.exp(pole * (time - lag))).imag
+            v += (size * phase * pole * np.exp(pole * time)).imag
+        factor = gain if point == "tip" else 1.0
+        for quantity, one in ((Quantity.DISPLACEMENT, factor * x), (Quantity.VELOCITY, v)):
+            channels.append(Channel(f"{point} {quantity.name}", quantity, point))
+            values.append(one + noise * one.std() * random.standard_normal(len(one)))
+    return Measurement(tuple(channels), np.array(values), STEP)
+
+
+@pytest.mark.parametrize("lag", [6e-6, 20e-6, -9e-6])
+def test_a_delay_is_found_to_a_fifth_of_a_microsecond_and_taken_off(lag):
+    records = [record(seed, lag) for seed in range(6)]
+    found = Instruments(relations_of(records, POINTS), STEP)
+    for point in POINTS:
+        assert found.lag(point) == pytest.approx(lag, abs=2e-7)
+        assert abs(found.relations[point].lag.value - lag) < 3.0 * found.relations[point].lag.error
+        assert found.gain(point, Quantity.DISPLACEMENT) == 1.0
+    late, sound = record(7, lag, noise=0.0), record(7, 0.0, noise=0.0)
+    off = found.taken_off(late, False).values - sound.values
+    scale = np.abs(late.values - sound.values).max(axis=1)
+    assert np.all(np.abs(off[[0, 2], 20:-20]).max(axis=1) < 0.06 * scale[[0, 2]])
+    assert "us after" in found.sentences()[0] if lag > 0.0 else "us before" in found.sentences()[0]
+
+
+def test_a_gain_is_found_and_divided_out():
+    records = [record(seed, gain=1.03) for seed in range(6)]
+    found = Instruments(relations_of(records, POINTS), STEP)
+    assert found.gain("tip", Quantity.DISPLACEMENT) == pytest.approx(1.03, rel=1e-3)
+    assert found.gain("center", Quantity.DISPLACEMENT) == 1.0
+    late, sound = record(7, gain=1.03, noise=0.0), record(7, noise=0.0)
+    assert np.allclose(found.taken_off(late, False).values[0], sound.values[0], rtol=1e-3)
+
+
+def test_sound_records_stay_as_they_are():
+    records = [record(seed) for seed in range(6)]
+    found = Instruments(relations_of(records, POINTS), STEP)
+    assert not found.differ and not found.sentences()
+    assert found.taken_off(records[0], False) is records[0]
