@@ -242,7 +242,7 @@ def _compared(record: Measurement, point: str) -> tuple[float, float, float, flo
     if record.drive is not None:
         jumped = np.zeros(record.count, dtype=bool)
         jumped[jumps_of(record[record.drive])] = True
-        used &= ~binary_dilation(jumped, iterations=2 * _REACH)
+        used &= np.logical_not(binary_dilation(jumped, iterations=2 * _REACH))
     used[:_REACH] = used[-_REACH:] = False
     if np.count_nonzero(used) < _FEWEST:
         return None
@@ -301,7 +301,7 @@ def _divided(values: Floats, step: float, late: float, low: LowPass | None) -> F
     """Values (ns,) brought forward by ``late`` [s] and out from behind a low-pass, but for the delay of what is slow,
     which ``late`` holds."""
     count = len(values)
-    whole = next_fast_len(count + _BLEND, real=True)
+    whole = int(next_fast_len(count + _BLEND, real=True) or count + _BLEND)
     ends = np.linspace(0.0, np.pi, whole - count + 2)[1:-1]
     led = values[0] + (values[-1] - values[0]) * 0.5 * (1.0 + np.cos(ends))
     s = 2.0j * np.pi * np.fft.rfftfreq(whole, step)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,7 +55,7 @@ class LowPass:
         """Delay [s] of what is slow."""
         return float(-np.sum(1.0 / self.poles).real / (2.0 * np.pi * self.corner))
 
-    def response(self, s: Complexes) -> Complexes:
+    def response(self, s: NDArray[np.complexfloating[Any, Any]]) -> Complexes:
         """At s (nf,) [rad/s]."""
         scaled = s / (2.0 * np.pi * self.corner)
         return np.prod(1.0 / (1.0 - scaled[:, None] / self.poles), axis=1)
@@ -93,8 +94,8 @@ def lateness_of(fit: ModalFit) -> Lateness | None:
 def _low_passes(corner: float) -> Iterator[LowPass]:
     for family, orders in _ORDERS:
         for order in orders:
-            _, poles, _ = family(order, 1.0, analog=True, output="zpk")
-            yield LowPass(f"{family.__name__} low-pass of order {order}", np.asarray(poles), corner)
+            poles = np.asarray(family(order, 1.0, analog=True, output="zpk")[1])  # pyright: ignore[reportOptionalSubscript]
+            yield LowPass(f"{family.__name__} low-pass of order {order}", poles, corner)
 
 
 @dataclass(frozen=True)
@@ -140,7 +141,7 @@ class _Lines:
         late, turned = x[2 * m] / (2.0 * np.pi * self.highest), x[2 * m + 1]
         modes = 1.0 / (s[:, None] ** 2 + 2.0 * zeta * omega * s[:, None] + omega**2)
         beyond = np.column_stack([np.ones_like(s), s**2])
-        through = s**self.derivatives * np.exp(-1.0j * turned)
+        through: Complexes = s**self.derivatives * np.exp(-1.0j * turned)
         if low is not None:
             low = replace(low, corner=float(np.exp(x[-1])))
             late -= low.delay

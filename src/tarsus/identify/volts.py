@@ -104,7 +104,8 @@ def delayed(volts: Floats, samples: float) -> Floats:
     """Volts (ns,) so many samples later."""
     if not samples:
         return volts
-    return _between(volts, np.clip(np.arange(len(volts)) - samples, 0.0, len(volts) - 1.0))[0]
+    place = np.arange(len(volts), dtype=np.float64) - samples
+    return _between(volts, np.clip(place, 0.0, len(volts) - 1.0))[0]
 
 
 def _between(volts: Floats, place: Floats) -> tuple[Floats, Floats, Floats]:
