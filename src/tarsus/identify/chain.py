@@ -176,7 +176,7 @@ class StepRunner:
         if not self.steps:
             raise InputError(
                 [f"{one.name} was not done: {said}" for one in self.not_done for said in one.reasons]
-                or ["no step could be done"]
+                or [self._no_step()]
             )
         return Identification(
             opened=self.opened, readings=tuple(self.evidence.readings), left_out=tuple(self.evidence.left_out),
@@ -185,6 +185,15 @@ class StepRunner:
             in_air=tuple(in_air), shifts=shifts, remarks=tuple(self.evidence.remarks),
             seconds=time.perf_counter() - begun,
         )  # fmt: skip
+
+    def _no_step(self) -> str:
+        """Why not one step was tried."""
+        if any(self.opened.sets(Purpose.WALKING)):
+            return (
+                "no step of this chain reads records of walks: `tarsus.identify.walking.identify_walk` in Python "
+                "finds the ground from one of them"
+            )
+        return "no step could be done"
 
     def planned(self) -> tuple[tuple[str, Purpose, Callable[[], StepResult]], ...]:
         """Steps in order, with the records that each is for; one without such records in the campaign is not
