@@ -182,13 +182,15 @@ DIFFERENCES = (
 @dataclass(frozen=True)
 class Weighed:
     """An alternative as the records see it: estimate and standard error in the unit of its cause (NaN where it has
-    none); gain: in chi-squared, over what is left, of the halves it was not fitted to; weight among its rivals."""
+    none); gain: in chi-squared, over what is left, of the halves it was not fitted to; weight among its rivals; shift:
+    by how many of its standard deviations it moves an identified number at most, with what identified the number."""
 
     difference: Difference
     estimate: float
     error: float
     gain: float
     weight: float
+    shift: float
 
     def sentence(self) -> str:
         """The cause, with what it gains."""
@@ -292,6 +294,13 @@ class _Sums:
         values[moving(known)] += step @ self.believed
         return replace(known, values=values)
 
+    def shift(self, number: int) -> float:
+        """By how many of its standard deviations an alternative moves an identified number at most."""
+        held = (self.fitted(columns, 1.0)[0] for columns in (self.with_alternative(number), self.base))
+        beside, plain = (values[: len(self.believed)] @ self.believed for values in held)
+        size = np.linalg.norm(self.believed, axis=0)
+        return float(np.max(np.abs(beside - plain)[size > 0.0] / size[size > 0.0], initial=0.0))
+
 
 def fit_air(records_of: Callable[[Estimates], Sequence[AirRecord]], known: Estimates) -> AirFit | None:
     """Weigh all alternatives on records in the air; None without such records, or identified numbers that move.
@@ -353,5 +362,6 @@ def _weighed(
         error = (
             one.size * float(np.sqrt(covariance[np.ix_(own, own)].sum() * scale)) if one.together else np.nan
         )
-        out.append(Weighed(one, estimate, error, float(gain), float(np.exp(0.5 * (gain - top)) / total)))
+        weight = float(np.exp(0.5 * (gain - top)) / total)
+        out.append(Weighed(one, estimate, error, float(gain), weight, sums.shift(k)))
     return sorted(out, key=lambda one: -one.gain)

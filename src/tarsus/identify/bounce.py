@@ -17,8 +17,8 @@ from tarsus.base.errors import InputError
 from tarsus.fit.normal_equations import Descent, NormalEquations, descend
 from tarsus.identify.flight import SUBSTEPS, FilmConstants, Flow, Launches, Varied, observed, of_model
 from tarsus.identify.foot import FootModel
-from tarsus.identify.traces import Trace, jumps_of
-from tarsus.identify.volts import Volts
+from tarsus.identify.traces import Trace
+from tarsus.identify.volts import Volts, jumps_of
 from tarsus.impacts.detection import impacts_at_ground
 from tarsus.records.excluded import Excluded
 

@@ -37,7 +37,6 @@ from tarsus.identify.foot import FootModel
 from tarsus.identify.heldout import Comparison, compare
 from tarsus.identify.hysteresis import identify_hysteresis
 from tarsus.identify.impact_column import identify_impact_column
-from tarsus.identify.instruments import Instruments
 from tarsus.identify.landing import LandingVerdict, judge_landing
 from tarsus.identify.pairs import InAir, Pair, compare_in_air, from_pairs, map_from_pairs
 from tarsus.identify.resonance import Resonances, identify_resonances, shape_mismatch, static_response
@@ -155,7 +154,7 @@ class StepRunner:
         """All steps, the validation and the shifted zero."""
         begun = time.perf_counter()
         self.read()
-        for number, (name, purpose, step) in enumerate(self.planned()):
+        for name, purpose, step in self.planned():
             again = (
                 name in self.steps and "hysteresis" not in self.steps
             )  # without a law there is nothing new
@@ -165,7 +164,7 @@ class StepRunner:
                 and name not in [one.name for one in self.not_done]
             ):
                 self.attempt(name, step)
-            if number == 0:  # the sweeps, which tell how late the records of the ground are
+            if name == "resonances":  # which tell how late the records of the ground are
                 self.find_ground()
         landing = self.judge_landing()
         comparisons, in_air = self.validate(), self.look_in_the_air()
@@ -177,7 +176,7 @@ class StepRunner:
         if not self.steps:
             raise InputError(
                 [f"{one.name} was not done: {said}" for one in self.not_done for said in one.reasons]
-                or ["no step could be done"]
+                or [self._no_step()]
             )
         return Identification(
             opened=self.opened, readings=tuple(self.evidence.readings), left_out=tuple(self.evidence.left_out),
@@ -186,6 +185,15 @@ class StepRunner:
             in_air=tuple(in_air), shifts=shifts, remarks=tuple(self.evidence.remarks),
             seconds=time.perf_counter() - begun,
         )  # fmt: skip
+
+    def _no_step(self) -> str:
+        """Why not one step was tried."""
+        if any(self.opened.sets(Purpose.WALKING)):
+            return (
+                "no step of this chain reads records of walks: `tarsus.identify.walking.identify_walk` in Python "
+                "finds the ground from one of them"
+            )
+        return "no step could be done"
 
     def planned(self) -> tuple[tuple[str, Purpose, Callable[[], StepResult]], ...]:
         """Steps in order, with the records that each is for; one without such records in the campaign is not
@@ -209,7 +217,8 @@ class StepRunner:
     def find_ground(self) -> None:
         """Find the ground that the records show, and report what was taken off them."""
         if self.evidence.instruments is not None:
-            self.evidence.remarks += self.evidence.instruments.sentences()
+            said = self.evidence.instruments.sentences()
+            self.evidence.remarks += [one for one in said if one not in self.evidence.remarks]
         self.evidence.find_ground()
 
     def attempt(self, name: str, step: Callable[[], StepResult]) -> None:
@@ -257,14 +266,11 @@ class StepRunner:
                 "the sets of sweeps state no swept sine as their signal, which tells the band to identify"
             )
         band = max(low for low, _ in ends), min(high for _, high in ends)
+        self.resonances = self._structure(band)
         assert self.evidence.instruments is not None  # there are records
-        if "hysteresis" in self.steps:
-            self.resonances = self._with(self.evidence.instruments, band)
-        else:
+        if (late := self.evidence.instruments.behind(self.resonances.fit)) is not None:
+            self.evidence.take_off(late)
             self.resonances = self._structure(band)
-            if (late := self.evidence.instruments.behind(self.resonances.fit)) is not None:
-                self.evidence.take_off(late)
-                self.resonances = self._with(late, band)
         out = {one.file for one in self.resonances.step.left_out}
         files = frozenset(r.file for r in self._of(Purpose.MODAL) if r.record is not None) - out
         return replace(self.resonances.step, files=files)
@@ -275,8 +281,12 @@ class StepRunner:
         evidence, best, problems = self.evidence, None, []
         assert evidence.instruments is not None  # there are records
         for instruments in evidence.instruments.hypotheses():
+            taken = replace(evidence, instruments=instruments)
+            records = [one for r in self._of(Purpose.MODAL) if (one := taken.record(r)) is not None]
+            if "hysteresis" in self.steps:
+                records = [straightened(record, self.known.model()) for record in records]
             try:
-                found = self._with(instruments, band)
+                found = identify_resonances(self.opened.model, records, band, self.seed)
             except InputError as error:
                 problems += error.problems
                 continue
@@ -287,15 +297,6 @@ class StepRunner:
         if best[1] is not evidence.instruments:
             evidence.take_off(best[1])
         return best[0]
-
-    def _with(self, instruments: Instruments, band: tuple[float, float]) -> Resonances:
-        """Resonances of the sweeps without what is these instruments', and without the drive's harmonics once its law
-        is known."""
-        taken = replace(self.evidence, instruments=instruments)
-        records = [one for r in self._of(Purpose.MODAL) if (one := taken.record(r)) is not None]
-        if "hysteresis" in self.steps:
-            records = [straightened(record, self.known.model()) for record in records]
-        return identify_resonances(self.opened.model, records, band, self.seed)
 
     def _hysteresis(self) -> StepResult:
         traces = self.evidence.traces.get(Purpose.LOOPS, [])

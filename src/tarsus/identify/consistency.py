@@ -15,7 +15,8 @@ from scipy.interpolate import CubicSpline
 from scipy.ndimage import convolve1d
 from scipy.signal import firwin
 
-from tarsus.identify.traces import Trace, jumps_of
+from tarsus.identify.traces import Trace
+from tarsus.identify.volts import jumps_of
 from tarsus.records.excluded import Excluded
 
 Floats = NDArray[np.float64]

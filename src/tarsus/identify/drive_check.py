@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.identify.traces import jumps_of
+from tarsus.identify.volts import jumps_of
 from tarsus.identify.with_error import WithError
 from tarsus.model.drive.waveforms import Waveform
 

@@ -12,7 +12,6 @@ from tarsus.identify.campaign import Opened, RecordFile, read_records
 from tarsus.identify.consistency import not_together, odd_ones
 from tarsus.identify.instruments import Instruments, relations_of
 from tarsus.identify.traces import Trace, contact_level, misplaced, trace_of
-from tarsus.identify.volts import delayed
 from tarsus.records.excluded import Excluded, excluded_of
 from tarsus.records.measurement import Measurement
 from tarsus.records.purpose import Purpose
@@ -89,7 +88,7 @@ class Evidence:
         except InputError as error:
             self.left_out += [excluded_of(reading.file, said) for said in error.problems]
             return []
-        trace = replace(trace, file=reading.file, volts=delayed(trace.volts, late / trace.step))
+        trace = replace(trace, file=reading.file)
         return self._without([trace], not_together(trace))
 
     def _without(self, traces: Sequence[Trace], wrong: Sequence[Excluded]) -> list[Trace]:

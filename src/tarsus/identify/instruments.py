@@ -8,16 +8,16 @@ which no difference is found leave their records as they are.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import next_fast_len
-from scipy.ndimage import binary_dilation, convolve1d
+from scipy.ndimage import binary_dilation, convolve1d, correlate1d
 
 from tarsus.identify.lateness import SAMPLES, Lateness, LowPass, lateness_of
-from tarsus.identify.traces import jumps_of
+from tarsus.identify.volts import jumps_of
 from tarsus.identify.with_error import WithError
 from tarsus.modes.modal import ModalFit
 from tarsus.records.measurement import Measurement, Quantity
@@ -42,6 +42,16 @@ _MIDDLE = 1.2533
 """Standard error of a median over that of a mean, of normal numbers."""
 _STRONGEST = 4.0
 """Factor at most by which what a low-pass has weakened is brought back: noise is, too."""
+_BENT = (
+    np.array([7.0, 128.0, -270.0, 128.0, 7.0]) / 54.0,
+    np.array([1.0, 32.0, 0.0, -32.0, -1.0]) / 36.0,
+)
+"""Factors by which displacements and velocities at five samples give the acceleration at the middle one, all in units
+of the step: exact for polynomials of the ninth degree, 0.2 % off at three samples a period."""
+_TURNS = 10
+"""Rounds in which displacements at the samples are found from late ones: up to 0.4 samples beside a whole number of
+them they settle to 0.1 us at three samples a period; nearer to half a sample what is that fast stays off, and the
+checks of the motion in the air find it."""
 _BLEND = 256
 """Samples over which the end of a record is led back to its beginning for a transform."""
 
@@ -135,7 +145,7 @@ class Instruments:
                 if velocity is None:
                     values[k] = _divided(values[k], record.step, lag, None)
                 else:
-                    values[k] += _moved(values[velocity], record.step, lag)
+                    values[k] = _moved(values[k], values[velocity], record.step, lag)
         for (_, quantity), k in moving.items():
             low, late = self.low(quantity), self.late if swept else 0.0
             if low is not None or late:
@@ -232,7 +242,7 @@ def _compared(record: Measurement, point: str) -> tuple[float, float, float, flo
     if record.drive is not None:
         jumped = np.zeros(record.count, dtype=bool)
         jumped[jumps_of(record[record.drive])] = True
-        used &= ~binary_dilation(jumped, iterations=2 * _REACH)
+        used &= np.logical_not(binary_dilation(jumped, iterations=2 * _REACH))
     used[:_REACH] = used[-_REACH:] = False
     if np.count_nonzero(used) < _FEWEST:
         return None
@@ -255,35 +265,48 @@ def _compared(record: Measurement, point: str) -> tuple[float, float, float, flo
     return float(gain), float(error[0]), float(lag / gain), float(error[1] / abs(gain))
 
 
-def _moved(velocity: Floats, step: float, lag: float) -> Floats:
-    """What a displacement that lags behind (ns,) is to be moved by: the integral of its velocity over the lag."""
+def _moved(late: Floats, velocity: Floats, step: float, lag: float) -> Floats:
+    """A displacement that lags behind its velocity (ns,), as it was at the moments of the samples.
 
-    def integral(s: NDArray[np.complex128]) -> NDArray[np.complex128]:
-        return np.append(lag, -np.expm1(-s[1:] * lag) / s[1:])
+    Between two samples the motion is the polynomial of fifth degree through displacement, velocity and acceleration at
+    both, the latter from five samples of the former two (`_BENT`). The displacements at the samples are those of which
+    it gives the late ones; a velocity alone misses the second mode of a structure by a sixth at three samples a period.
+    """
+    samples = round(lag / step)
+    late, part = _shifted(late, -samples), lag / step - samples  # within half a sample
+    before = int(part > 0.0)
+    u = before - part
+    rising = u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
+    speeds = u * (1.0 - u) ** 3 * (1.0 + 3.0 * u), -(u**3) * (1.0 - u) * (4.0 - 3.0 * u)
+    bends = 0.5 * u**2 * (1.0 - u) ** 3, 0.5 * u**3 * (1.0 - u) ** 2
+    v = step * velocity
+    bent_by_speed = correlate1d(v, _BENT[1], mode="nearest")
+    out = late
+    for _ in range(_TURNS):
+        bent = correlate1d(out, _BENT[0], mode="nearest") + bent_by_speed
+        seen = sum(
+            r * _shifted(out, n) + c * _shifted(v, n) + b * _shifted(bent, n)
+            for r, c, b, n in zip((1.0 - rising, rising), speeds, bends, (before, before - 1), strict=True)
+        )
+        out = out + late - seen
+    return out
 
-    return _passed(velocity, step, integral)
+
+def _shifted(values: Floats, samples: int) -> Floats:
+    """Values (ns,) so many samples later, the first or the last one held."""
+    return values[np.clip(np.arange(len(values)) - samples, 0, len(values) - 1)]
 
 
 def _divided(values: Floats, step: float, late: float, low: LowPass | None) -> Floats:
     """Values (ns,) brought forward by ``late`` [s] and out from behind a low-pass, but for the delay of what is slow,
     which ``late`` holds."""
-
-    def factor(s: NDArray[np.complex128]) -> NDArray[np.complex128]:
-        if low is None:
-            return np.exp(s * late)
-        response = low.response(s) * np.exp(s * low.delay)
-        return np.exp(s * late) / (response * np.maximum(1.0, 1.0 / (_STRONGEST * np.abs(response))))
-
-    return _passed(values, step, factor)
-
-
-def _passed(
-    values: Floats, step: float, factor: Callable[[NDArray[np.complex128]], NDArray[np.complex128]]
-) -> Floats:
-    """Values (ns,) with their transform multiplied by a factor of s [rad/s]; the end is led back to the beginning."""
     count = len(values)
-    whole = next_fast_len(count + _BLEND, real=True)
+    whole = int(next_fast_len(count + _BLEND, real=True) or count + _BLEND)
     ends = np.linspace(0.0, np.pi, whole - count + 2)[1:-1]
     led = values[0] + (values[-1] - values[0]) * 0.5 * (1.0 + np.cos(ends))
     s = 2.0j * np.pi * np.fft.rfftfreq(whole, step)
-    return np.fft.irfft(np.fft.rfft(np.concatenate([values, led])) * factor(s), whole)[:count]
+    factor = np.exp(s * late)
+    if low is not None:
+        response = low.response(s) * np.exp(s * low.delay)
+        factor = factor / (response * np.maximum(1.0, 1.0 / (_STRONGEST * np.abs(response))))
+    return np.fft.irfft(np.fft.rfft(np.concatenate([values, led])) * factor, whole)[:count]

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,7 +55,7 @@ class LowPass:
         """Delay [s] of what is slow."""
         return float(-np.sum(1.0 / self.poles).real / (2.0 * np.pi * self.corner))
 
-    def response(self, s: Complexes) -> Complexes:
+    def response(self, s: NDArray[np.complexfloating[Any, Any]]) -> Complexes:
         """At s (nf,) [rad/s]."""
         scaled = s / (2.0 * np.pi * self.corner)
         return np.prod(1.0 / (1.0 - scaled[:, None] / self.poles), axis=1)
@@ -93,12 +94,12 @@ def lateness_of(fit: ModalFit) -> Lateness | None:
 def _low_passes(corner: float) -> Iterator[LowPass]:
     for family, orders in _ORDERS:
         for order in orders:
-            poles = np.asarray(family(order, 1.0, analog=True, output="zpk")[1], dtype=np.complex128)
+            poles = np.asarray(family(order, 1.0, analog=True, output="zpk")[1])  # pyright: ignore[reportOptionalSubscript]
             yield LowPass(f"{family.__name__} low-pass of order {order}", poles, corner)
 
 
 @dataclass(frozen=True)
-class _BestFit:
+class _Explained:
     """Unknowns x of a fit, the low-pass at them, the squares that are left."""
 
     x: Floats
@@ -117,7 +118,7 @@ class _Lines:
     def __init__(self, fit: ModalFit) -> None:
         frf = fit.frf
         stride = -(-len(frf.frequency) // _LINES)
-        self.s = np.asarray(2.0j * np.pi * frf.frequency[::stride], dtype=np.complex128)
+        self.s = 2.0j * np.pi * frf.frequency[::stride]
         self.highest = float(frf.frequency[-1])
         values = frf.values[:, 0, ::stride]
         self.size = np.sqrt(np.sum(np.abs(values) ** 2, axis=1))[:, None]
@@ -140,7 +141,7 @@ class _Lines:
         late, turned = x[2 * m] / (2.0 * np.pi * self.highest), x[2 * m + 1]
         modes = 1.0 / (s[:, None] ** 2 + 2.0 * zeta * omega * s[:, None] + omega**2)
         beyond = np.column_stack([np.ones_like(s), s**2])
-        through = s**self.derivatives * np.exp(-1.0j * turned)
+        through: Complexes = s**self.derivatives * np.exp(-1.0j * turned)
         if low is not None:
             low = replace(low, corner=float(np.exp(x[-1])))
             late -= low.delay
@@ -165,14 +166,14 @@ class _Lines:
             tried.append((float(np.sum(self.left(x, low)[0] ** 2)), x))
         return min(tried, key=lambda one: one[0])[1]
 
-    def fitted(self, low: LowPass | None, start: Floats) -> _BestFit:
+    def fitted(self, low: LowPass | None, start: Floats) -> _Explained:
         """The best fit behind a low-pass, or a pure delay, from a start."""
         found = least_squares(lambda x: self.left(x, low)[0].ravel(), start, method="lm", x_scale=_SCALE)
         if low is not None:
             low = replace(low, corner=float(np.exp(found.x[-1])))
-        return _BestFit(found.x, low, 2.0 * float(found.cost))
+        return _Explained(found.x, low, 2.0 * float(found.cost))
 
-    def judged(self, found: _BestFit) -> Lateness:
+    def judged(self, found: _Explained) -> Lateness:
         """Delay and angle with their errors: what single repeats differ by, or else what the fit leaves."""
         x, low = found.x, found.low
         left, amplitudes, design = self.left(x, low)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
+from tarsus.identify.volts import delayed
 from tarsus.impacts.detection import STILL, runs_of
 from tarsus.records.measurement import Measurement, Quantity
 
@@ -16,10 +17,6 @@ Floats = NDArray[np.float64]
 
 _FEWEST_AT_REST = 8
 """Samples at rest from which noise is estimated: to a quarter of itself then."""
-_JUMP = 0.1
-"""Part of the span of volts that a jump moves by in a sample."""
-_STEEP = 10.0
-"""And times by which it moves more than before and after."""
 _SAME = 8.0
 """Deviations within which two places are the same ground, the means of many samples being compared."""
 _FOLLOWS = 0.15
@@ -83,7 +80,7 @@ def trace_of(
     gap
         Of the foot at the neutral position [m].
     late
-        Time [s] by which the motion was recorded behind the drive: times are those of the motion.
+        Time [s] by which the motion was recorded behind the drive: times and volts are those of the motion.
 
     Raises
     ------
@@ -121,27 +118,12 @@ def trace_of(
         record.step * np.arange(record.count, dtype=np.float64) - count * record.step - late,
         x - quiet_x.mean(axis=1, keepdims=True),
         v - quiet_v.mean(axis=1, keepdims=True),
-        record[drive],
+        delayed(record[drive], late / record.step),
         noise_x,
         noise_v,
         noise_x / np.sqrt(still),
         gap,
     )
-
-
-def jumps_of(volts: Floats) -> NDArray[np.intp]:
-    """Last samples before the voltage (ns,) jumps, by a tenth of its span or more and far more than around it; of a
-    jump that a sample lies within, both."""
-    move = np.abs(np.diff(volts))
-    around = np.maximum(np.roll(move, 1), np.roll(move, -1))
-    single = (move > _JUMP * np.ptp(volts)) & (move > _STEEP * around)
-    both = np.abs(volts[2:] - volts[:-2])
-    outer = np.maximum(np.roll(move, 1)[:-1], np.roll(move, -2)[:-1])
-    double = (both > _JUMP * np.ptp(volts)) & (both > _STEEP * outer)
-    double &= np.minimum(move[1:], move[:-1]) > both / _STEEP
-    single[:-1] |= double
-    single[1:] |= double
-    return np.flatnonzero(single)
 
 
 @dataclass(frozen=True)

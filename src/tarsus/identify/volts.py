@@ -9,8 +9,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.identify.flight import SUBSTEPS
 from tarsus.model.drive.laws import VoltageLaw
+from tarsus.solve.flights import SUBSTEPS
 
 Floats = NDArray[np.float64]
 
@@ -26,6 +26,10 @@ _CORNER = 6.0
 """Times the usual bend around that a corner has."""
 _LEAST_BEND = 2e-4
 """Part of the span that a corner bends by at least: about the digit of a recorder of 12 bits."""
+_JUMP = 0.1
+"""Part of the span of volts that a jump moves by in a sample."""
+_STEEP = 10.0
+"""And times by which it moves more than before and after."""
 
 
 @dataclass(frozen=True)
@@ -81,11 +85,27 @@ class Volts:
         return np.concatenate([force, np.full(self.substeps * (count - 1) + 1 - len(force), force[-1])])
 
 
+def jumps_of(volts: Floats) -> NDArray[np.intp]:
+    """Last samples before the voltage (ns,) jumps, by a tenth of its span or more and far more than around it; of a
+    jump that a sample lies within, both."""
+    move = np.abs(np.diff(volts))
+    around = np.maximum(np.roll(move, 1), np.roll(move, -1))
+    single = (move > _JUMP * np.ptp(volts)) & (move > _STEEP * around)
+    both = np.abs(volts[2:] - volts[:-2])
+    outer = np.maximum(np.roll(move, 1)[:-1], np.roll(move, -2)[:-1])
+    double = (both > _JUMP * np.ptp(volts)) & (both > _STEEP * outer)
+    double &= np.minimum(move[1:], move[:-1]) > both / _STEEP
+    single[:-1] |= double
+    single[1:] |= double
+    return np.flatnonzero(single)
+
+
 def delayed(volts: Floats, samples: float) -> Floats:
     """Volts (ns,) so many samples later."""
     if not samples:
         return volts
-    return _between(volts, np.clip(np.arange(len(volts)) - samples, 0.0, len(volts) - 1.0))[0]
+    place = np.arange(len(volts), dtype=np.float64) - samples
+    return _between(volts, np.clip(place, 0.0, len(volts) - 1.0))[0]
 
 
 def _between(volts: Floats, place: Floats) -> tuple[Floats, Floats, Floats]:

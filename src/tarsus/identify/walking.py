@@ -262,4 +262,5 @@ def identify_walk(
     for _ in range(passes):
         moved, information = walk.together(moved, left, 8)
         left = walk.follow(moved)
-    return WalkFit(walk.paths, np.exp(walk.first + moved), np.linalg.inv(information), walk.spread, left)
+    covariance = np.asarray(np.linalg.inv(information), dtype=np.float64)
+    return WalkFit(walk.paths, np.exp(walk.first + moved), covariance, walk.spread, left)

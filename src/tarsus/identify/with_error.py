@@ -1,4 +1,4 @@
-"""A number with its standard error, and whether it differs from what it should be."""
+"""A number of an instrument with its standard error, and whether it is off what was stated."""
 
 from __future__ import annotations
 

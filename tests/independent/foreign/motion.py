@@ -214,10 +214,7 @@ class Motion:
         n = len(self.modes.omega)
         rest = run.rest
         return Moved(
-            self.modes.points @ (states[:n] - rest[:, None]),
-            self.modes.points @ states[n:],
-            run.events,
-            self.steps,
+            self.modes.points @ (states[:n] - rest[:, None]), self.modes.points @ states[n:], run.events, self.steps
         )
 
 

@@ -48,14 +48,14 @@ class World:
     """What differs from the model; every default is no difference.
 
     late [s]: of the displacements behind the velocities; behind [s]: of all motion behind the volts; filtered [Hz]:
-    fourth-order low-pass of all motion; exponent: of the film in the gap; stiffening: share by which the first mode's
-    spring is stiffer at its largest use; creep: share
-    of the drive's force that follows late, after 0.3 s; third: share of the extra mode in the static motion of the
-    foot; thresholds [V]: of the true plays; slow [m/s]: speed below which a rebounding foot is captured, 0 where it is
-    captured unless pulled; fading: exponent by which restitution falls with speed. Own: gain: factor on the foot's
-    displacement; drift [m]: by which the ground sinks from record to record; ground [N/m]: its stiffness, infinite
-    where rigid; hum: amplitude at 50 Hz on the displacements, in deviations of their noise; pace: share by which the
-    clock of the vibrometer runs fast; ageing [s]: time after which adhesion grows no more.
+    fourth-order low-pass of all motion; exponent: of the film in the gap; stiffening: share by which the first
+    mode's spring is stiffer at its largest use; creep: share of the drive's force that follows late, after 0.3 s;
+    third: share of the extra mode in the static motion of the foot; thresholds [V]: of the true plays; slow [m/s]:
+    speed below which a rebounding foot is captured, 0 where it is captured unless pulled; fading: exponent by which
+    restitution falls with speed. Own: gain: factor on the foot's displacement; drift [m]: by which the ground sinks
+    from record to record; ground [N/m]: its stiffness, infinite where rigid; hum: amplitude at 50 Hz on the
+    displacements, in deviations of their noise; pace: share by which the clock of the vibrometer runs fast; ageing
+    [s]: time after which adhesion grows no more.
     """
 
     late: float = 0.0
