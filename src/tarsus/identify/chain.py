@@ -154,7 +154,7 @@ class StepRunner:
         """All steps, the validation and the shifted zero."""
         begun = time.perf_counter()
         self.read()
-        for name, purpose, step in self.planned():
+        for number, (name, purpose, step) in enumerate(self.planned()):
             again = (
                 name in self.steps and "hysteresis" not in self.steps
             )  # without a law there is nothing new
@@ -164,7 +164,7 @@ class StepRunner:
                 and name not in [one.name for one in self.not_done]
             ):
                 self.attempt(name, step)
-            if name == "resonances":  # which tell how late the records of the ground are
+            if number == 0:  # the sweeps, which tell how late the records of the ground are
                 self.find_ground()
         landing = self.judge_landing()
         comparisons, in_air = self.validate(), self.look_in_the_air()
@@ -268,7 +268,10 @@ class StepRunner:
         band = max(low for low, _ in ends), min(high for _, high in ends)
         self.resonances = self._structure(band)
         assert self.evidence.instruments is not None  # there are records
-        if (late := self.evidence.instruments.behind(self.resonances.fit)) is not None:
+        late = None
+        if "hysteresis" not in self.steps:  # the second time it is taken off
+            late = self.evidence.instruments.behind(self.resonances.fit)
+        if late is not None:
             self.evidence.take_off(late)
             self.resonances = self._structure(band)
         out = {one.file for one in self.resonances.step.left_out}

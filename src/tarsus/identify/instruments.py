@@ -8,7 +8,7 @@ which no difference is found leave their records as they are.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,6 +23,7 @@ from tarsus.modes.modal import ModalFit
 from tarsus.records.measurement import Measurement, Quantity
 
 Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
 
 GAIN = 0.005
 """Part of a gain that is corrected at least: what vibrometers are calibrated to."""
@@ -49,9 +50,11 @@ _BENT = (
 """Factors by which displacements and velocities at five samples give the acceleration at the middle one, all in units
 of the step: exact for polynomials of the ninth degree, 0.2 % off at three samples a period."""
 _TURNS = 10
-"""Rounds in which displacements at the samples are found from late ones: up to 0.4 samples beside a whole number of
-them they settle to 0.1 us at three samples a period; nearer to half a sample what is that fast stays off, and the
-checks of the motion in the air find it."""
+"""Rounds in which displacements at the samples are found from late ones: within `_NEAR` of a whole number of samples
+they settle to 0.1 us at three samples a period."""
+_NEAR = 0.25
+"""Samples beside a whole number of them up to which late displacements are brought back so; farther, the rounds add as
+much noise as there is."""
 _BLEND = 256
 """Samples over which the end of a record is led back to its beginning for a transform."""
 
@@ -270,9 +273,12 @@ def _moved(late: Floats, velocity: Floats, step: float, lag: float) -> Floats:
 
     Between two samples the motion is the polynomial of fifth degree through displacement, velocity and acceleration at
     both, the latter from five samples of the former two (`_BENT`). The displacements at the samples are those of which
-    it gives the late ones; a velocity alone misses the second mode of a structure by a sixth at three samples a period.
+    it gives the late ones; a velocity alone misses the second mode of a structure by a sixth at three samples a period
+    after a jump of the drive, and adds no noise: it is taken between the samples (`_NEAR`).
     """
     samples = round(lag / step)
+    if abs(lag / step - samples) > _NEAR:
+        return late + _integrated(velocity, step, lag)
     late, part = _shifted(late, -samples), lag / step - samples  # within half a sample
     before = int(part > 0.0)
     u = before - part
@@ -297,16 +303,33 @@ def _shifted(values: Floats, samples: int) -> Floats:
     return values[np.clip(np.arange(len(values)) - samples, 0, len(values) - 1)]
 
 
+def _integrated(velocity: Floats, step: float, lag: float) -> Floats:
+    """Integral of a velocity (ns,) over the last ``lag`` [s]."""
+
+    def integral(s: Complexes) -> Complexes:
+        return np.append(lag, -np.expm1(-s[1:] * lag) / s[1:])
+
+    return _passed(velocity, step, integral)
+
+
 def _divided(values: Floats, step: float, late: float, low: LowPass | None) -> Floats:
     """Values (ns,) brought forward by ``late`` [s] and out from behind a low-pass, but for the delay of what is slow,
     which ``late`` holds."""
+
+    def factor(s: Complexes) -> Complexes:
+        if low is None:
+            return np.exp(s * late)
+        response = low.response(s) * np.exp(s * low.delay)
+        return np.exp(s * late) / (response * np.maximum(1.0, 1.0 / (_STRONGEST * np.abs(response))))
+
+    return _passed(values, step, factor)
+
+
+def _passed(values: Floats, step: float, factor: Callable[[Complexes], Complexes]) -> Floats:
+    """Values (ns,) with their transform multiplied by a factor of s [rad/s]; the end is led back to the beginning."""
     count = len(values)
     whole = int(next_fast_len(count + _BLEND, real=True) or count + _BLEND)
     ends = np.linspace(0.0, np.pi, whole - count + 2)[1:-1]
     led = values[0] + (values[-1] - values[0]) * 0.5 * (1.0 + np.cos(ends))
-    s = 2.0j * np.pi * np.fft.rfftfreq(whole, step)
-    factor = np.exp(s * late)
-    if low is not None:
-        response = low.response(s) * np.exp(s * low.delay)
-        factor = factor / (response * np.maximum(1.0, 1.0 / (_STRONGEST * np.abs(response))))
-    return np.fft.irfft(np.fft.rfft(np.concatenate([values, led])) * factor, whole)[:count]
+    s = np.asarray(2.0j * np.pi * np.fft.rfftfreq(whole, step), dtype=np.complex128)
+    return np.fft.irfft(np.fft.rfft(np.concatenate([values, led])) * factor(s), whole)[:count]

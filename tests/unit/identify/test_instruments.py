@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tarsus.identify.instruments import Instruments, relations_of
+from tarsus.identify.instruments import Instruments, Relation, relations_of
+from tarsus.identify.with_error import WithError
 from tarsus.records.measurement import Channel, Measurement, Quantity
 
 STEP = 5e-5
@@ -44,6 +45,28 @@ def test_a_delay_is_found_to_a_fifth_of_a_microsecond_and_taken_off(lag):
     scale = np.abs(late.values - sound.values).max(axis=1)
     assert np.all(np.abs(off[[0, 2], 20:-20]).max(axis=1) < 0.06 * scale[[0, 2]])
     assert "us after" in found.sentences()[0] if lag > 0.0 else "us before" in found.sentences()[0]
+
+
+@pytest.mark.parametrize("lag", [6e-6, 20e-6])
+def test_taking_off_adds_little_noise(lag):
+    """A slow motion is brought back with the noise it had, also between two samples."""
+    time, random = STEP * np.arange(4000.0), np.random.default_rng(1)
+    omega, size, noise = 2.0 * np.pi * 40.0, 1e-5, 1e-7
+    own = noise * random.standard_normal(len(time))
+    channels = (Channel("x", Quantity.DISPLACEMENT, "tip"), Channel("v", Quantity.VELOCITY, "tip"))
+    speed = size * omega * np.cos(omega * time)
+    late = Measurement(channels, np.array([size * np.sin(omega * (time - lag)) + own, speed]), STEP)
+    found = Instruments({"tip": Relation(WithError(1.0, 1e-4), WithError(lag, 5e-8))}, STEP)
+    left = found.taken_off(late, False)["x"] - size * np.sin(omega * time) - own
+    assert left[20:-20].std() < 0.3 * noise
+
+
+def test_the_other_channel_may_have_the_gain():
+    found = Instruments(relations_of([record(seed, gain=-1.0) for seed in range(6)], POINTS), STEP)
+    own, other = found.hypotheses()
+    assert own.gain("tip", Quantity.DISPLACEMENT) == pytest.approx(-1.0, rel=1e-3)
+    assert own.gain("tip", Quantity.VELOCITY) == other.gain("tip", Quantity.DISPLACEMENT) == 1.0
+    assert other.gain("tip", Quantity.VELOCITY) == pytest.approx(-1.0, rel=1e-3)
 
 
 def test_a_gain_is_found_and_divided_out():
