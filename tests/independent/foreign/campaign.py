@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 from scipy.io import savemat
 from scipy.signal import butter, sosfilt
 
@@ -109,7 +109,7 @@ def write_campaign(
         Noise of each channel below its own motion.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    motion = Motion(device, world, 8 if np.isfinite(world.filtered) else 2)
+    motion = Motion(device, world, 8 if np.isfinite(world.filtered) or world.behind else 2)
     random = np.random.default_rng([seed, 41])
     head = [
         f'name = "{name}"', 'device = "device.toml"', 'foot = "tip"', 'drive = "pzt"', "", "[defaults]",
@@ -187,11 +187,10 @@ def _recorded(
 
 
 def _between(time: Floats, motion: Floats, speed: Floats | None, at: Floats) -> Floats:
-    """Motion between samples: by its speed as well where that is known, which bends at impacts."""
-    from scipy.interpolate import CubicHermiteSpline
-
+    """Motion between samples: by its speed as well where that is known, which bends at impacts; a speed, which jumps
+    there, without overshoot."""
     inside = np.minimum(at, time[-1])
-    spline = CubicSpline(time, motion) if speed is None else CubicHermiteSpline(time, motion, speed)
+    spline = PchipInterpolator(time, motion) if speed is None else CubicHermiteSpline(time, motion, speed)
     return np.asarray(spline(inside))
 
 
