@@ -33,6 +33,8 @@ FINE = 4
 """Steps a sample on which forces beside the drive's are held: of what a difference leaves, a percent is enough."""
 _WITHIN = 8
 """Places in a step at which a force is taken for its mean: a jump of the voltage counts by the moment it has."""
+_ROUNDED = 1e-6
+"""Part of a sample by which the one at the beginning of the drive may be before it: rounding of its time."""
 _SHORTEST = 20
 """Samples of a record in the air that are looked at: fewer tell less than they cost."""
 _CLOSE = 0.5
@@ -90,7 +92,7 @@ class AirRecord:
         state = response(
             self.model.flow,
             mobility @ force,
-            float(self.fine[1]),
+            float(self.fine[1] - self.fine[0]),
             mobility @ np.broadcast_to(more, force[:, 1:].shape),
         )
         state = state[:, ::FINE]
@@ -159,14 +161,15 @@ def _record(known: Estimates, repeats: Sequence[Trace], signal: Waveform, level:
     k, step = first.point(model.foot_point), first.step
     gaps = {} if first.gap is None else {f"robot.feet.{model.foot}.gap": first.gap}
     scene, directions = with_values(model.driven(signal), gaps), _directions(known)
-    begin = int(np.searchsorted(first.time, -0.5 * step))
+    begin = int(np.searchsorted(first.time, -_ROUNDED * step))
+    late = max(float(first.time[begin]), 0.0)
     count = min(_touches(one, k, level) for one in repeats) - begin
     events = simulate(scene, max(count, 1) * step).events
     landings = events["time"][np.isin(events["kind"], IMPACTS)]
     count = min(count, int(landings.min(initial=np.inf) / step)) if len(landings) else count
     if count < _SHORTEST:
         return None
-    time = step * np.arange(count, dtype=np.float64)
+    time = late + step * np.arange(count, dtype=np.float64)
     run = simulate(scene, count * step, gradients=directions)
     if run.ended is not ResultCode.DONE:
         raise InputError(f"the identified device cannot be simulated with this drive: {run.ended}")
@@ -186,8 +189,8 @@ def _record(known: Estimates, repeats: Sequence[Trace], signal: Waveform, level:
         np.sqrt(np.mean([np.concatenate([t.noise_x, t.noise_v]) ** 2 for t in half], axis=0) / len(half))
         for half in halves
     ]
-    fine = step / FINE * np.arange(FINE * (count - 1) + 1, dtype=np.float64)
-    places = step / FINE / _WITHIN * np.arange(_WITHIN * (len(fine) - 1) + 1, dtype=np.float64)
+    fine = late + step / FINE * np.arange(FINE * (count - 1) + 1, dtype=np.float64)
+    places = late + step / FINE / _WITHIN * np.arange(_WITHIN * (len(fine) - 1) + 1, dtype=np.float64)
     volts = scene.signals[model.drive].volts(places)
     force = np.asarray(model.law.force(volts, model.history))
     mean = force[:-1].reshape(-1, _WITHIN).mean(axis=1)
