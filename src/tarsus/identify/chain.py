@@ -39,7 +39,13 @@ from tarsus.identify.hysteresis import identify_hysteresis
 from tarsus.identify.impact_column import identify_impact_column
 from tarsus.identify.landing import LandingVerdict, judge_landing
 from tarsus.identify.pairs import InAir, Pair, compare_in_air, from_pairs, map_from_pairs
-from tarsus.identify.resonance import Resonances, identify_resonances, shape_mismatch, static_response
+from tarsus.identify.resonance import (
+    Resonances,
+    identify_resonances,
+    rounding_of,
+    shape_mismatch,
+    static_response,
+)
 from tarsus.identify.restitution import BounceStudy, identify_restitution
 from tarsus.identify.step import NotDone, Shift, StepResult, Trouble, Used, failures
 from tarsus.identify.straightened import straightened
@@ -286,10 +292,11 @@ class StepRunner:
         for instruments in evidence.instruments.hypotheses():
             taken = replace(evidence, instruments=instruments)
             records = [one for r in self._of(Purpose.MODAL) if (one := taken.record(r)) is not None]
+            rounded = rounding_of(records)
             if "hysteresis" in self.steps:
                 records = [straightened(record, self.known.model()) for record in records]
             try:
-                found = identify_resonances(self.opened.model, records, band, self.seed)
+                found = identify_resonances(self.opened.model, records, band, self.seed, rounded)
             except InputError as error:
                 problems += error.problems
                 continue

@@ -27,6 +27,9 @@ Floats = NDArray[np.float64]
 
 _ASSUMED, _OTHER = 3.0, 2.0
 PATHS = ("ground.film.coefficient", "ground.film.thickness")
+_PULLS = ("ground.adhesion.initial", "ground.adhesion.rate")
+"""What comes of the pulls at which the same flights begin: flights under another force than the film's tell them wrong
+as well, as on a ground that gives way."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +74,9 @@ def with_exponent(film: FilmFit, found: Exponent, seed: int) -> FilmFit:
             Alternative("exponent of the film", f"{value:g}", weight, said, value == _ASSUMED, word, change)
         )
     cause = f"the exponent of the film is {_OTHER:g} rather than {_ASSUMED:g} (as one more unknown {said})"
-    check = Check("weight of the other exponent of the film", share, LEVEL, paths=PATHS, cause=cause)
+    check = Check(
+        "weight of the other exponent of the film", share, LEVEL, paths=(*PATHS, *_PULLS), cause=cause
+    )
     step = replace(
         step, combinations={**step.combinations, "C / g0^3": (ratio, drawn, unit)}, notes=notes,
         alternatives=(*step.alternatives, *answers), checks=(*step.checks, check),

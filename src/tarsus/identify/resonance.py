@@ -70,7 +70,11 @@ class Resonances:
 
 
 def identify_resonances(
-    model: FootModel, records: Sequence[Measurement], band: tuple[float, float], seed: int
+    model: FootModel,
+    records: Sequence[Measurement],
+    band: tuple[float, float],
+    seed: int,
+    rounded: float = 0.0,
 ) -> Resonances:
     """Frequencies and damping ratios of a beam or a modal structure, from sweeps in the air.
 
@@ -84,6 +88,9 @@ def identify_resonances(
         Lowest and highest frequency swept in all of them [Hz].
     seed
         Of the draws.
+    rounded
+        Part of the drive by which its record is off through rounding (`rounding_of`): the same in all repeats, it turns
+        residues and is no scatter, so that damping ratios are not known better.
 
     Raises
     ------
@@ -112,6 +119,8 @@ def identify_resonances(
     random = np.random.default_rng([seed, 3])
     numbers = [mode.frequency for mode in fit.modes][:known] + [mode.damping for mode in fit.modes]
     samples = np.column_stack([_drawn(number, random) for number in numbers])
+    dampings = slice(len(numbers) - len(fit.modes), None)
+    samples[:, dampings] *= 1.0 + rounded * random.standard_normal((DRAWS, len(fit.modes)))
     shares, share_draws = _shares(model, fit, seed)
     step = StepResult(
         "resonances",
@@ -219,6 +228,18 @@ def static_response(found: Resonances, foot: str) -> float:
     """Displacement of a foot's point per volt [m/V] that the modes add up to at rest."""
     omega = np.abs([mode.pole for mode in found.fit.modes])
     return float(_parts(found.model, found.fit)[:, found.model.points.index(foot)] @ omega**-2.0)
+
+
+def rounding_of(records: Sequence[Measurement]) -> float:
+    """Standard deviation of what rounding to a digit leaves of the drive in quadrature to it, which is half of its
+    power, over the drive's own; of several records the largest."""
+    found = [0.0]
+    for record in records:
+        volts = record.values[record.index(record.drive)] if record.drive is not None else np.zeros(1)
+        digits = np.diff(np.unique(volts))
+        if len(digits) and np.std(volts) > 0.0:
+            found.append(float(digits.min() / np.sqrt(24.0) / np.std(volts)))
+    return max(found)
 
 
 def _drawn(number: Range, random: np.random.Generator) -> Floats:
