@@ -38,7 +38,7 @@ class SampledStates:
     contact: Floats | None = None
     friction: Floats | None = None
 
-    def part(self, at: slice) -> SampledStates:
+    def part(self, at: slice | NDArray[np.intp]) -> SampledStates:
         """At some of the times."""
         along = (None if one is None else one[:, at] for one in (self.contact, self.friction))
         feet = (one[:, at] for one in (self.gap, self.rate, self.resistive, self.smooth, self.pull))

@@ -155,14 +155,14 @@ class Descent:
 
     rounds: steps tried at most; settled: it ends when the next Gauss-Newton step is less than so many standard errors
     long (in all directions together, by the scatter of the residuals where that is larger than their noise), or gained
-    as little: a hundredth moves no interval that anybody reads; damping: of the first step; far: longest step of a
+    as little: a hundredth moves no interval that anybody reads; damping: of the first step; far (p,): longest step of a
     shared unknown; low, high (q,): bounds of the own unknowns.
     """
 
     rounds: int = 50
     settled: float = 0.01
     damping: float = 1e-3
-    far: float = np.inf
+    far: Floats | float = np.inf
     low: Floats | float = -np.inf
     high: Floats | float = np.inf
 

@@ -65,6 +65,12 @@ class Prior(Description):
             return np.log(values / float(self.median)) / np.log(self.factor)
         return (values - float(self.median)) / float(self.sd or 1.0)
 
+    def placed(self, offset: float) -> float:
+        """Value in SI so many standard deviations from the median."""
+        if self.factor is not None:
+            return float(self.median) * float(self.factor**offset)
+        return float(self.median) + offset * float(self.sd or 1.0)
+
     def rates(self, values: Floats) -> Floats:
         """Derivatives of the `offsets` by the values."""
         if self.factor is not None:

@@ -7,10 +7,13 @@ import pytest
 
 import tarsus as ts
 from tarsus.base.errors import InputError
+from tarsus.base.quantities import Quantity
 from tarsus.base.spec import get_value, with_values
+from tarsus.fit.record_problem import Seen, SeenRecord
 from tarsus.fit.verdict import Verdict
-from tarsus.identify.walking import WalkRecord, identify_walk
+from tarsus.identify.walking import identify_walk
 from tarsus.model.scene import Scene
+from tarsus.solve.outputs import Output
 
 GROUND = {
     "ground.restitution.coefficient": 0.5,
@@ -23,16 +26,20 @@ LEGS = [
     for leg in ("L1", "R1")
     for name in ("stiffness_v", "damping_v", "stiffness_l", "damping_l")
 ]
+BODY = tuple(
+    Seen(Output(quantity, at), noise)
+    for quantity, noise in ((Quantity.DISPLACEMENT, 1e-7), (Quantity.VELOCITY, 5e-5))
+    for at in ("surge", "heave")
+)
 
 
-def body_record(scene: Scene, seconds: float, rng: np.random.Generator) -> WalkRecord:
+def body_record(scene: Scene, seconds: float, rng: np.random.Generator) -> SeenRecord:
     """Surge and heave of the body at 20 kHz: displacements to 100 nm, velocities to 50 um/s."""
     times = np.arange(1, round(20e3 * seconds) + 1) / 20e3
     at = ts.simulate(scene, seconds).states(times)
-    rows = np.eye(12)[[0, 1, 6, 7]]
-    noise = np.array([1e-7, 1e-7, 5e-5, 5e-5])
-    values = rows @ np.concatenate([at.x, at.v])
-    return WalkRecord(times, rows, values + noise[:, None] * rng.standard_normal(values.shape), noise)
+    values = np.concatenate([at.x[:2], at.v[:2]])
+    noise = np.array([one.noise for one in BODY])
+    return SeenRecord(BODY, times, values + noise[:, None] * rng.standard_normal(values.shape))
 
 
 @pytest.mark.slow
@@ -56,6 +63,6 @@ def test_the_ground_is_found_while_the_robot_walks() -> None:
 
 def test_a_record_without_a_window_is_refused() -> None:
     scene = ts.load_scene("millipede", hz=50, volts=14)
-    record = WalkRecord(np.array([1e-3]), np.eye(12)[:1], np.zeros((1, 1)), np.ones(1))
+    record = SeenRecord(BODY[:1], np.array([1e-3]), np.zeros((1, 1)))
     with pytest.raises(InputError, match="less than a window"):
         identify_walk(scene, record, {"ground.restitution.coefficient": 1.0}, begin=0.0, window=5e-3)

@@ -1,0 +1,373 @@
+"""Least squares of records by windows of the engine: numbers of the scene and of the instruments, many records at once.
+
+A record is cut into segments. Each is a window of the engine with a start of its own, which has nothing to do with
+where the one before ended: what a motion forgets, and what no model says of it, ends there. Starts are eliminated
+(`tarsus.fit.normal_equations`); what is left are the numbers that segments share. A channel shows
+
+    y(t) = gain * output(t - delay) + zero,
+
+with white noise, and a discrepancy beside it: what the model is known to miss. Slopes are exact: by numbers of the
+scene, by states and moments of starts through the engine, by a delay through the output's own rate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag
+
+from tarsus.base.errors import InputError
+from tarsus.base.quantities import Quantity
+from tarsus.base.spec import with_values
+from tarsus.fit.normal_equations import Descent, NormalEquations, descend
+from tarsus.fit.unknowns import Prior
+from tarsus.model.scene import Scene
+from tarsus.plan.lowering import Plan, lower_scene
+from tarsus.solve.contacts import Contacts
+from tarsus.solve.outputs import Output, output_rows, output_slopes
+from tarsus.solve.tangents import entering
+from tarsus.solve.window import WindowBatch, WindowGradients, WindowSlopes, WindowStart, simulate_windows
+
+Floats = NDArray[np.float64]
+
+RATES = {
+    Quantity.DISPLACEMENT: Quantity.VELOCITY, Quantity.VELOCITY: Quantity.ACCELERATION,
+    Quantity.ANGLE: Quantity.ANGULAR_VELOCITY, Quantity.CHARGE: Quantity.CURRENT,
+}  # fmt: skip
+"""What a quantity's derivative by time is: what may be late by an unknown time."""
+FAR = 0.5
+"""Longest step of the logarithm of a number: beyond, windows between impacts are not linear in any."""
+
+
+@dataclass(frozen=True)
+class Seen:
+    """A channel: what it shows, and what is known of its instrument.
+
+    noise, discrepancy: standard deviations of a sample, in the output's unit; gain, zero, delay [s]: values, or names
+    of unknown numbers, which channels and records may share.
+    """
+
+    output: Output
+    noise: float
+    discrepancy: float = 0.0
+    gain: float | str = 1.0
+    zero: float | str = 0.0
+    delay: float | str = 0.0
+
+    @property
+    def sigma(self) -> float:
+        """Standard deviation of what a right model leaves."""
+        return float(np.hypot(self.noise, self.discrepancy))
+
+
+@dataclass(frozen=True)
+class SeenRecord:
+    """A record: channels (nc), times (nt,) [s] in order, after the start of the drives, and values (nc, nt) in SI.
+
+    Raises
+    ------
+    InputError
+        If shapes do not fit each other, a noise is not positive, or a delay is asked of what has no known rate.
+    """
+
+    channels: tuple[Seen, ...]
+    times: Floats
+    values: Floats
+
+    def __post_init__(self) -> None:
+        shape = len(self.channels), len(self.times)
+        problems = []
+        if self.values.shape != shape:
+            problems.append(f"expected values of shape {shape}, got {self.values.shape}")
+        for one in self.channels:
+            if not one.noise > 0.0:
+                problems.append(f"{one.output.name}: expected a noise above 0")
+            if isinstance(one.delay, str) and one.output.quantity not in RATES:
+                problems.append(
+                    f"{one.output.name}: its delay cannot be an unknown, for its rate is no output"
+                )
+        if problems:
+            raise InputError(problems)
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A window on a record.
+
+    record: number; begin [s]: when it starts, earlier than what its samples show; span [s]: samples after the first and
+    up to the second time are its own; state, spread (2n,): what is known of the start; contacts: what the feet do
+    there. moment [s]: standard deviation of the begin, where that is not known. Feet that are held or just let go stay
+    on the ground at the start, which takes their displacement and velocity from what may move.
+    """
+
+    record: int
+    begin: float
+    span: tuple[float, float]
+    state: Floats
+    spread: Floats
+    contacts: Contacts = field(default_factory=Contacts)
+    moment: float = 0.0
+
+
+@dataclass(frozen=True)
+class RecordFit:
+    """Where a fit ended.
+
+    values: of the numbers, by name; moved (np,): the same in standard deviations of what was known beforehand;
+    covariance (np, np): in these, what was known included; segments: with their starts as found; windows: there; left
+    (nw, nc): mean squares over the noise by channel, NaN where there is none; settled: whether it would go no further.
+    """
+
+    values: Mapping[str, float]
+    moved: Floats
+    covariance: Floats
+    segments: tuple[Segment, ...]
+    windows: WindowBatch
+    left: Floats
+    settled: bool
+
+
+@dataclass(frozen=True)
+class _Flown:
+    """Windows as simulated, at values of the numbers: where among the times of all each segment's channels are (nc
+    arrays), outputs and their rates (nc, times); scenes and plans of the records."""
+
+    batch: WindowBatch
+    places: list[list[NDArray[np.intp]]]
+    outputs: Floats
+    rates: Floats
+    values: dict[str, float]
+    scenes: list[Scene]
+    plans: list[Plan]
+
+
+@dataclass(frozen=True)
+class RecordProblem:
+    """Records of one robot, each with its scene, and the numbers (np) that are sought, by path of the scene or by the
+    name that channels call them, with what is known of each; of one with a factor the logarithm is sought. Scenes
+    differ in what enters a run (signals, numbers of laws), not in the structure."""
+
+    scenes: tuple[Scene, ...]
+    records: tuple[SeenRecord, ...]
+    priors: Mapping[str, Prior]
+
+    @cached_property
+    def paths(self) -> tuple[str, ...]:
+        """Numbers of the scene."""
+        every = [one for record in self.records for one in record.channels]
+        named = {name for one in every for name in (one.gain, one.zero, one.delay)}
+        return tuple(name for name in self.priors if name not in named)
+
+    def values(self, moved: Floats) -> dict[str, float]:
+        """Numbers by name at (np,), standard deviations from what is known."""
+        pairs = zip(self.priors.items(), moved.tolist(), strict=True)
+        return {name: prior.placed(by) for (name, prior), by in pairs}
+
+    def solve(
+        self,
+        segments: Sequence[Segment],
+        moved: Floats | None = None,
+        *,
+        weights: Floats | None = None,
+        known: bool = False,
+        rounds: int = 30,
+    ) -> RecordFit:
+        """Fit segments, from numbers (np,) standard deviations off what is known of them.
+
+        weights (nw,): of the residuals of the segments, one unless given; known: numbers stay where they are, and every
+        segment goes down by itself.
+        """
+        place = np.zeros(len(self.priors)) if moved is None else moved
+        weight = np.ones(len(segments)) if weights is None else weights
+        far = np.array([np.inf if p.factor is None else FAR / np.log(p.factor) for p in self.priors.values()])
+
+        def equations(own: Floats, shared: Floats, part: NDArray[np.intp]) -> NormalEquations:
+            chosen, there = [segments[int(w)] for w in part], place if known else shared
+            return self.equations(chosen, own, there, weight[part], known=known)
+
+        def costs(own: Floats, shared: Floats, part: NDArray[np.intp]) -> Floats:
+            return self.costs([segments[int(w)] for w in part], own, place if known else shared, weight[part])
+
+        found = descend(
+            equations, np.zeros((len(segments), _unknowns(segments))), None if known else place,
+            prior=None if known else (np.zeros(len(place)), np.eye(len(place))), costs=costs,
+            how=Descent(rounds=rounds, far=np.inf if known else far),
+        )  # fmt: skip
+        place = place if known else found.shared
+        flown = self._flown(segments, found.own, place)
+        left = [
+            [float(r @ r) / r.size if r.size else np.nan for r in one]
+            for one in self._residuals(segments, flown)
+        ]
+        width = max(len(one) for one in left)
+        pairs = zip(segments, flown.batch.starts, strict=True)
+        information = found.equations.reduced()[0].sum(axis=0)
+        return RecordFit(
+            flown.values, place, np.asarray(np.linalg.inv(information + np.eye(len(information)))),
+            tuple(replace(one, state=np.asarray(at.state, dtype=float), begin=at.t0) for one, at in pairs),
+            flown.batch, np.array([[*one, *[np.nan] * (width - len(one))] for one in left]), bool(found.settled.all()),
+        )  # fmt: skip
+
+    def residuals(self, segments: Sequence[Segment], own: Floats, moved: Floats) -> list[list[Floats]]:
+        """What segments leave over the noise at starts (nw, q) and numbers (np,), by channel: model less measured."""
+        return self._residuals(segments, self._flown(segments, own, moved))
+
+    def costs(self, segments: Sequence[Segment], own: Floats, moved: Floats, weights: Floats) -> Floats:
+        """Sums of squares (nw,) at starts (nw, q) and numbers (np,); infinite where a scene does not take the numbers,
+        or a start is later than its samples."""
+        try:
+            residuals = self.residuals(segments, own, moved)
+        except InputError:
+            return np.full(len(segments), np.inf)
+        squares = np.array([sum(float(one @ one) for one in each) for each in residuals])
+        return squares * weights**2 + (own**2).sum(axis=1)
+
+    def equations(
+        self, segments: Sequence[Segment], own: Floats, moved: Floats, weights: Floats, *, known: bool = False
+    ) -> NormalEquations:  # fmt: skip
+        """Normal equations at starts (nw, q), with what is known of these, and numbers (np,), or at known numbers."""
+        q, names = own.shape[1], () if known else tuple(self.priors)
+        flown = self._flown(segments, own, moved, names)
+        about = np.eye(q, q + len(names))
+        residuals, rows = [], []
+        pairs = zip(self._residuals(segments, flown), self._slopes(segments, flown, names), strict=True)
+        for k, (parts, by) in enumerate(pairs):
+            residuals.append(np.concatenate([*(weights[k] * one for one in parts), own[k]]))
+            rows.append(np.vstack([weights[k] * by, about]))
+        return NormalEquations.of(residuals, rows, q)
+
+    def _scenes(self, values: Mapping[str, float]) -> tuple[list[Scene], list[int]]:
+        """Scenes of the records at these values, each once, and which of them each record has."""
+        each = list({id(one): one for one in self.scenes}.values())
+        changes = {path: values[path] for path in self.paths}
+        number = [next(k for k, one in enumerate(each) if one is scene) for scene in self.scenes]
+        return [with_values(one, changes) for one in each], number
+
+    def _flown(
+        self, segments: Sequence[Segment], own: Floats, moved: Floats, names: Sequence[str] | None = None
+    ) -> _Flown:  # fmt: skip
+        """Windows with derivatives by starts and by numbers of these names; without any unless given."""
+        values = self.values(moved)
+        scenes, number = self._scenes(values)
+        plans = [lower_scene(one) for one in scenes]
+        starts, places, first = list[WindowStart](), list[list[NDArray[np.intp]]](), 0
+        for segment, at in zip(segments, own, strict=True):
+            record, data, size = self.records[segment.record], number[segment.record], len(segment.state)
+            shown = [
+                record.times[_inside(record, segment)] - _value(one.delay, values) for one in record.channels
+            ]
+            when = np.unique(np.concatenate([*shown, [segment.span[1]]]))
+            begin = segment.begin + segment.moment * float(at[size:].sum())
+            state = segment.state + _free(plans[data], segment) @ at[:size]
+            starts.append(WindowStart(state, begin, when, segment.contacts, data))
+            places.append([first + np.searchsorted(when, one) for one in shown])
+            first += len(when)
+        end = max(float(np.max(one.times)) for one in starts)
+        paths = tuple(path for path in self.paths if path in (names or ()))
+        pairs = zip(scenes, plans, strict=True)
+        by = WindowGradients(
+            tuple(entering(one, plan, paths, end) for one, plan in pairs), names is not None,
+            names is not None and own.shape[1] > len(segments[0].state),
+        )  # fmt: skip
+        batch = simulate_windows(plans[0], starts, gradients=by)
+        width = max(len(one.channels) for one in self.records)
+        outputs, rates = np.zeros((2, width, first))
+        for r, at in _parts(segments, batch):
+            scene, channels = scenes[number[r]], self.records[r].channels
+            states, when = batch.states.part(at), batch.times[at]
+            outputs[: len(channels), at] = output_rows(scene, [one.output for one in channels], when).values(
+                states
+            )
+            late = [c for c, one in enumerate(channels) if isinstance(one.delay, str)]
+            wanted = [channels[c].output._replace(quantity=RATES[channels[c].output.quantity]) for c in late]
+            if late:
+                rates[np.array(late)[:, None], at] = output_rows(scene, wanted, when).values(states)
+        of = [number[one.record] for one in segments]
+        return _Flown(batch, places, outputs, rates, values, [scenes[k] for k in of], [plans[k] for k in of])
+
+    def _residuals(self, segments: Sequence[Segment], flown: _Flown) -> list[list[Floats]]:
+        out = []
+        for segment, places in zip(segments, flown.places, strict=True):
+            record, values = self.records[segment.record], flown.values
+            measured = record.values[:, _inside(record, segment)]
+            out.append([
+                (_value(one.gain, values) * flown.outputs[c, at] + _value(one.zero, values) - measured[c]) / one.sigma
+                for c, (one, at) in enumerate(zip(record.channels, places, strict=True))
+            ])  # fmt: skip
+        return out
+
+    def _slopes(self, segments: Sequence[Segment], flown: _Flown, names: Sequence[str]) -> list[Floats]:
+        """Slopes (residuals, q + np) of what segments leave over the noise by their starts and by the numbers of these
+        names, in standard deviations; zero where the motion has none, as behind a foot that only just touches."""
+        batch = flown.batch
+        assert batch.slopes is not None
+        paths = tuple(path for path in self.paths if path in names)
+        by_output = np.zeros((*flown.outputs.shape, len(batch.slopes.names)))
+        for r, at in _parts(segments, batch):
+            k = next(k for k, one in enumerate(segments) if one.record == r)
+            own = WindowSlopes(batch.slopes.names, batch.slopes.states.part(at), batch.slopes.rows, ())
+            channels = [one.output for one in self.records[r].channels]
+            by_output[: len(channels), at] = output_slopes(
+                flown.scenes[k], channels, batch.times[at], batch.states.part(at), own, paths, flown.plans[k]
+            )
+        by_output[~np.isfinite(by_output).all(axis=2)] = 0.0
+        column = {name: k for k, name in enumerate(names)}
+        unit = [1.0 / float(self.priors[name].rates(np.array(flown.values[name]))) for name in names]
+        out = []
+        for k, (segment, places) in enumerate(zip(segments, flown.places, strict=True)):
+            state, moments = (
+                _free(flown.plans[k], segment),
+                len(batch.slopes.names) - len(paths) - len(segment.state),
+            )
+            start = block_diag(state, segment.moment * np.eye(moments))
+            blocks = []
+            for c, (one, at) in enumerate(zip(self.records[segment.record].channels, places, strict=True)):
+                gain, there = _value(one.gain, flown.values), by_output[c, at]
+                shared = np.zeros((len(at), len(names)))
+                shared[:, [column[path] for path in paths]] = gain * there[:, : len(paths)]
+                rates = (
+                    (one.gain, flown.outputs[c, at]),
+                    (one.zero, 1.0),
+                    (one.delay, -gain * flown.rates[c, at]),
+                )
+                for name, by in rates:
+                    if name in column:
+                        shared[:, column[name]] += by
+                blocks.append(np.hstack([gain * there[:, len(paths) :] @ start, shared * unit]) / one.sigma)
+            out.append(np.vstack(blocks))
+        return out
+
+
+def _unknowns(segments: Sequence[Segment]) -> int:
+    """Unknowns of a start: its state, and its moment where one is sought."""
+    return len(segments[0].state) + any(one.moment > 0.0 for one in segments)
+
+
+def _parts(segments: Sequence[Segment], batch: WindowBatch) -> list[tuple[int, NDArray[np.intp]]]:
+    """Records with segments, and which of a batch's times are on them."""
+    of = np.repeat([one.record for one in segments], np.diff(batch.first))
+    return [(int(r), np.flatnonzero(of == r)) for r in np.unique(of)]
+
+
+def _inside(record: SeenRecord, segment: Segment) -> NDArray[np.bool_]:
+    return (record.times > segment.span[0]) & (record.times <= segment.span[1])
+
+
+def _value(one: float | str, values: Mapping[str, float]) -> float:
+    return values[one] if isinstance(one, str) else one
+
+
+def _free(plan: Plan, segment: Segment) -> Floats:
+    """Changes (2n, 2n) of a start by its standard deviations, without what feet on the ground leave no choice."""
+    feet, n = [*segment.contacts.held, *segment.contacts.leaving], len(plan.system.mass)
+    out = np.diag(segment.spread)
+    if not feet:
+        return out
+    for part in (slice(0, n), slice(n, 2 * n)):
+        onto = plan.system.normals[:, feet].T * segment.spread[part]
+        out[part, part] -= (segment.spread[part, None] * np.linalg.pinv(onto)) @ onto
+    return out

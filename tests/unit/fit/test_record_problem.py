@@ -1,0 +1,167 @@
+"""Records fitted by windows: slopes against differences, eliminated starts against dense least squares."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import least_squares
+
+import tarsus as ts
+from scene_files import scene as scene_of
+from tarsus.base.errors import InputError
+from tarsus.base.events import EventKind
+from tarsus.base.quantities import Quantity
+from tarsus.base.spec import get_value, with_values
+from tarsus.fit.record_problem import RecordProblem, Seen, SeenRecord, Segment
+from tarsus.fit.unknowns import Prior
+from tarsus.model.scene import Scene
+from tarsus.plan.lowering import lower_scene
+from tarsus.solve.contacts import Contacts
+from tarsus.solve.outputs import Output, output_rows
+
+FILM, BOUNCE = "ground.film.coefficient", "ground.restitution.coefficient"
+TIP = Seen(Output(Quantity.DISPLACEMENT, "x0"), 2e-8, zero="zero", delay="late")
+SPEED = Seen(Output(Quantity.VELOCITY, "x0"), 1e-4, gain="gain", delay="late")
+OTHER = Seen(Output(Quantity.DISPLACEMENT, "x1"), 2e-8, discrepancy=1e-8)
+PRIORS = {
+    FILM: Prior(2.5e-19, factor=1.5), BOUNCE: Prior(0.4, factor=1.2), "gain": Prior(1.0, sd=0.05),
+    "zero": Prior(0.0, sd=1e-7), "late": Prior(0.0, sd=1e-5),
+}  # fmt: skip
+TRUE = {"gain": 1.02, "zero": 5e-8, "late": 4e-6}
+
+
+def shown(scene: Scene, run: ts.Run, channels: tuple[Seen, ...], times: np.ndarray, seed: int) -> SeenRecord:
+    """What instruments whose numbers are `TRUE` record of a run."""
+    rng, rows = np.random.default_rng(seed), []
+    for one in channels:
+        gain, zero, late = (TRUE[v] if isinstance(v, str) else v for v in (one.gain, one.zero, one.delay))
+        clean = output_rows(scene, [one.output], times - late).values(run.states(times - late))[0]
+        rows.append(gain * clean + zero + one.noise * rng.standard_normal(len(times)))
+    return SeenRecord(channels, times, np.array(rows))
+
+
+def at(run: ts.Run, when: float) -> np.ndarray:
+    """State of a run."""
+    there = run.states(np.array([when]))
+    return np.concatenate([there.x[:, 0], there.v[:, 0]])
+
+
+def chain() -> tuple[RecordProblem, list[Segment]]:
+    """Two records of a chain of masses that bounces: flights, an impact, and a detachment whose moment is unknown."""
+    spread, scenes, records, segments = np.array([2e-7, 2e-7, 1e-3, 1e-3]), [], [], []
+    for r, volts in enumerate((8.0, 6.0)):
+        scene = scene_of("p1_n2", {"signals.pull.amplitude": volts})
+        run = ts.simulate(scene, 0.018)
+        channels = (TIP, SPEED, OTHER) if r else (TIP, SPEED)
+        scenes.append(scene)
+        records.append(shown(scene, run, channels, np.arange(10, 1400) / 100e3, r))
+        kinds, times = run.events["kind"], run.events["time"]
+        hit, let_go = float(times[kinds == EventKind.BOUNCE][0]), float(times[kinds == EventKind.RELEASE][-1])
+        for begin in (hit - 2.5e-4, hit - 2e-4):
+            span = begin + 3e-5, hit + 2e-4
+            segments.append(Segment(r, begin, span, at(run, begin) + 0.3 * spread, spread))
+        begin = let_go + 2e-6
+        on_ground = at(run, let_go)
+        segments.append(
+            Segment(
+                r, begin, (begin + 3e-5, begin + 3e-3), on_ground, spread, Contacts(leaving=[0]), moment=5e-6
+            )
+        )
+    return RecordProblem(tuple(scenes), tuple(records), PRIORS), segments
+
+
+def gradient_off(problem: RecordProblem, segments: list[Segment], seed: int) -> float:
+    """Largest difference between slopes of the costs and their central differences, of the largest of its kind."""
+    rng, count = np.random.default_rng(seed), len(segments)
+    q = len(segments[0].state) + any(one.moment for one in segments)
+    own, moved = 0.2 * rng.standard_normal((count, q)), 0.2 * rng.standard_normal(len(problem.priors))
+    weights = rng.uniform(0.5, 1.0, count)
+    system, step = problem.equations(segments, own, moved, weights), 1e-4
+    worst = 0.0
+    for k in range(q + len(moved)):
+        by_own, by_moved = np.eye(q + len(moved))[k][:q] * step, np.eye(q + len(moved))[k][q:] * step
+        up, down = (
+            problem.costs(segments, own + s * by_own, moved + s * by_moved, weights) for s in (1.0, -1.0)
+        )
+        right = system.right_own[:, k] if k < q else system.right_shared[:, k - q]
+        off = np.max(np.abs((down - up) / (4.0 * step) - right))
+        assert np.isfinite(off)
+        worst = max(worst, float(off / max(np.max(np.abs(right)), 1e-3)))  # a number may bear on nothing
+    return worst
+
+
+def test_slopes_by_every_number_are_those_of_the_costs() -> None:
+    assert gradient_off(*chain(), seed=0) < 2e-5
+
+
+def test_eliminating_the_starts_is_dense_least_squares() -> None:
+    problem, segments = chain()
+    found = problem.solve(segments)
+    assert found.settled
+    q, count, names = 5, len(segments), list(PRIORS)
+
+    def every(unknowns: np.ndarray) -> np.ndarray:
+        own, moved = unknowns[: q * count].reshape(count, q), unknowns[q * count :]
+        parts = [part for each in problem.residuals(segments, own, moved) for part in each]
+        return np.concatenate([*parts, unknowns])
+
+    dense = least_squares(every, np.zeros(q * count + len(names)), x_scale="jac")
+    sd = np.sqrt(np.diag(found.covariance))
+    assert np.abs(dense.x[q * count :] - found.moved).max() / sd.max() < 0.02
+    covariance = np.linalg.inv(dense.jac.T @ dense.jac)[q * count :, q * count :]
+    assert np.sqrt(np.diag(covariance)) == pytest.approx(sd, rel=1e-3)
+    true = np.array([p.offsets(np.array(v)) for p, v in zip(PRIORS.values(), [
+        *(float(get_value(problem.scenes[0], path)) for path in (FILM, BOUNCE)), *TRUE.values()
+    ], strict=True)])  # fmt: skip
+    assert np.abs((found.moved - true) / sd).max() < 3.0
+    assert sd[-1] * 1e-5 < 1e-7  # the delay is known to a hundredth of a sample
+    assert np.nanmean(found.left) == pytest.approx(1.0, abs=0.15)
+
+
+def test_what_a_held_foot_leaves_no_choice_stays() -> None:
+    problem, segments = chain()
+    own = np.random.default_rng(1).standard_normal((len(segments), 5))
+    moved = problem.solve(segments[2:3], known=True, rounds=2).segments[0]
+    row = lower_scene(problem.scenes[0]).system.normals[:, 0]
+    off = moved.state - segments[2].state
+    assert np.abs(off).max() > 0.0
+    assert abs(row @ off[:2]) < 1e-18 and abs(row @ off[2:]) < 1e-15
+    assert np.isfinite(problem.costs(segments, own, np.zeros(5), np.ones(len(segments)))).all()
+
+
+def test_slopes_of_a_walker_are_those_of_the_costs() -> None:
+    scene = with_values(ts.load_scene("millipede", hz=50, volts=14), {FILM: 8e-24})
+    run = ts.simulate(scene, 0.03)
+    drive = next(iter(scene.robot.drives))
+    channels = (
+        Seen(Output(Quantity.DISPLACEMENT, "heave"), 1e-7, zero="zero"),
+        Seen(Output(Quantity.VELOCITY, "surge"), 5e-5, gain="gain", delay="late"),
+        Seen(Output(Quantity.CURRENT, drive, motional=True), 1e-9),
+    )
+    record = shown(scene, run, channels, np.arange(1, 500) / 20e3, 2)
+    leg = "robot.structure.legs.L1.stiffness_v"
+    priors = PRIORS | {leg: Prior(float(get_value(scene, leg)), factor=1.1), FILM: Prior(8e-24, factor=1.5)}
+    spread = np.repeat([1e-7, 1e-4], 6)
+    segments = []
+    for begin in (5e-3, 12.1e-3, 23.2e-3):
+        held = [int(i) for i in np.flatnonzero(run.states(np.array([begin])).held[:, 0])]
+        contacts = Contacts(held, [begin - 2e-4] * len(held))
+        segments.append(Segment(0, begin, (begin + 1e-4, begin + 2e-3), at(run, begin), spread, contacts))
+    assert any(one.contacts.held for one in segments)
+    assert gradient_off(RecordProblem((scene,), (record,), priors), segments, seed=3) < 1e-4
+
+
+def test_numbers_that_a_scene_does_not_take_cost_without_end() -> None:
+    problem, segments = chain()
+    costs = problem.costs(segments, np.zeros((len(segments), 5)), np.array([0.0, 9.0, 0, 0, 0]), np.ones(6))
+    assert np.isinf(costs).all()  # a restitution beyond one
+    early = np.zeros((len(segments), 5))
+    early[2, -1] = 30.0  # a moment behind its samples
+    assert np.isinf(problem.costs(segments, early, np.zeros(5), np.ones(6))).all()
+
+
+def test_records_that_do_not_fit_are_refused() -> None:
+    voltage = Seen(Output(Quantity.VOLTAGE, "pull"), 0.0, delay="late")
+    with pytest.raises(InputError) as refused:
+        SeenRecord((voltage,), np.zeros(3), np.zeros((1, 2)))
+    assert [word in str(refused.value) for word in ("shape (1, 3)", "noise above 0", "rate")] == [True] * 3
