@@ -25,16 +25,14 @@ from tarsus.orbits.returns import (
     FINE,
     Returned,
     ReturnMap,
-    contacts_of,
     drive_period,
-    follow_contact,
     middle_of_flight,
     return_map,
 )
 from tarsus.orbits.walking import WalkMap, walk_map
 from tarsus.solve import simulate
 from tarsus.solve.codes import ResultCode
-from tarsus.solve.contacts import Contacts
+from tarsus.solve.contacts import Contacts, contacts_of, follow_contact
 from tarsus.solve.run import Run
 from tarsus.tables.table import ROW, Column, Table
 

@@ -17,12 +17,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.base.events import CONTACT_BEGINS, EventKind
 from tarsus.base.spec import with_values
 from tarsus.model.drive.waveforms import Constant
 from tarsus.plan.lowering import Plan, lower_scene
 from tarsus.plan.slots import Rows, rows_for, rows_of, slot
-from tarsus.solve.contacts import Contacts
+from tarsus.solve.contacts import Contacts, follow_contact
 from tarsus.solve.engine import Accuracy, ModeBook, book_of, execute, settings_of, structure_key
 from tarsus.solve.lanes import tangents
 from tarsus.solve.simulate import Shared
@@ -123,7 +122,7 @@ class ReturnMap:
         """The state after ``multiple`` periods."""
         window = self.window(state, [self.start + multiple * self.period])
         found = window.states
-        contacts = returned_contacts(self.contacts, self.start, window)
+        contacts = self.contacts.after(window.events, self.start)
         events = window.repeated(multiple * self.period)
         return Returned(np.concatenate([found.x[:, 0], found.v[:, 0]]), contacts, window.code, events)
 
@@ -223,31 +222,6 @@ def varied(scene: Scene, values: Mapping[str, float], shared: Shared) -> tuple[P
     else:
         rows = rows_of(plan)
     return plan, rows, drive_period(changed), HORIZON * drive_period(base)
-
-
-def returned_contacts(first: Contacts, start: float, window: Window) -> Contacts:
-    """Feet on the ground at the end of a window, and since when."""
-    since = first.since if first.since is not None else [start] * len(first.held)
-    held = dict(zip(first.held, since, strict=True))
-    for event in window.events:
-        follow_contact(held, event)
-    return contacts_of(held)
-
-
-def follow_contact(held: dict[int, float], event: np.void) -> None:
-    """Take an event into account in the feet on the ground and since when they are there [s]."""
-    foot, kind = int(event["foot"]), event["kind"]
-    if kind in CONTACT_BEGINS:
-        if not (kind == EventKind.CONTACT_AT_START and foot in held):
-            held[foot] = float(event["time"])
-    elif kind in (EventKind.RELEASE, EventKind.BOUNCE):
-        held.pop(foot, None)
-
-
-def contacts_of(held: Mapping[int, float]) -> Contacts:
-    """Feet on the ground and since when, as a window takes them."""
-    feet = sorted(held)
-    return Contacts(feet, [held[foot] for foot in feet])
 
 
 def middle_of_flight(

@@ -23,15 +23,12 @@ from tarsus.orbits.returns import (
     Returned,
     ReturnMap,
     check_memory,
-    contacts_of,
     drive_period,
-    follow_contact,
-    returned_contacts,
     varied,
 )
 from tarsus.plan.lowering import Plan, lower_scene
 from tarsus.plan.slots import rows_of
-from tarsus.solve.contacts import Contacts
+from tarsus.solve.contacts import Contacts, contacts_of, follow_contact
 from tarsus.solve.engine import tables_of
 from tarsus.solve.lanes import Tangents, walk_tangents
 from tarsus.solve.tangents import DataTangents, Entering
@@ -140,7 +137,7 @@ class WalkMap(ReturnMap):
         window = self.window(state, [end])
         found = np.concatenate([window.states.x[:, 0], window.states.v[:, 0]])
         travel = float(found[0] - state[0])
-        contacts = returned_contacts(self._at(state), self.start, window)
+        contacts = self._at(state).after(window.events, self.start)
         since = dict(zip(contacts.held, contacts.since or (), strict=True))
         ages = np.array([since.get(i, np.nan) for i in self.aging]) - end
         return Returned(

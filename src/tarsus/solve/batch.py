@@ -108,7 +108,7 @@ def simulate_batch(
     """
     scene = as_scene(scene)
     seconds = seconds_of(scene, duration)
-    given = _columns(scene, vary, grid=grid)
+    given = columns(scene, vary, grid=grid)
     values = _combined(given) if grid else given
     axes = given if grid else {}
     count = len(next(iter(values.values()))) if values else 1
@@ -232,8 +232,8 @@ def _combined(axes: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     return {path: one.ravel() for path, one in zip(axes, mesh, strict=True)}
 
 
-def _columns(scene: Scene, vary: Mapping[str, ArrayLike], *, grid: bool) -> dict[str, np.ndarray]:
-    """Varied values [SI] by path, checked."""
+def columns(scene: Scene, vary: Mapping[str, ArrayLike], *, grid: bool) -> dict[str, np.ndarray]:
+    """Varied values [SI] by path, checked; raises InputError for those that do not fit each other or the scene."""
     problems: list[str] = []
     values = {path: np.atleast_1d(_in_si(scene, path, v, problems)) for path, v in vary.items()}
     for path, v in values.items():

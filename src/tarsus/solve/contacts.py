@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+
+from tarsus.base.events import CONTACT_BEGINS, EventKind
 
 Floats = npt.NDArray[np.float64]
 
@@ -54,3 +56,27 @@ class Contacts:
         if self.since is not None:
             since[list(self.held)] = self.since
         return start, held, leaving, since
+
+    def after(self, events: npt.NDArray[np.void], start: float) -> Contacts:
+        """What the feet do after the events, in time order, of a window that began with these at ``start`` [s]."""
+        since = self.since if self.since is not None else [start] * len(self.held)
+        held = dict(zip(self.held, since, strict=True))
+        for event in events:
+            follow_contact(held, event)
+        return contacts_of(held)
+
+
+def follow_contact(held: dict[int, float], event: np.void) -> None:
+    """Take an event into account in the feet on the ground and since when they are there [s]."""
+    foot, kind = int(event["foot"]), event["kind"]
+    if kind in CONTACT_BEGINS:
+        if not (kind == EventKind.CONTACT_AT_START and foot in held):
+            held[foot] = float(event["time"])
+    elif kind in (EventKind.RELEASE, EventKind.BOUNCE):
+        held.pop(foot, None)
+
+
+def contacts_of(held: Mapping[int, float]) -> Contacts:
+    """Feet on the ground and since when, as a window takes them."""
+    feet = sorted(held)
+    return Contacts(feet, [held[foot] for foot in feet])

@@ -19,7 +19,14 @@ from tarsus.measure.table import Judgement, RunTable
 from tarsus.measure.walking import measured, measures_of
 from tarsus.plan.slots import Kind, slot
 from tarsus.solve import shown
-from tarsus.solve.codes import EventColumns, ResultCode, structured_events, structured_marks, without_marks
+from tarsus.solve.codes import (
+    EVENT_TYPE,
+    EventColumns,
+    ResultCode,
+    structured_events,
+    structured_marks,
+    without_marks,
+)
 from tarsus.solve.engine import Accuracy, Log
 from tarsus.solve.run import Run
 
@@ -156,6 +163,12 @@ class Batch:
         """Events of run number ``i``; see `tarsus.solve.codes.EVENT_TYPE`."""
         part, place = self._at(i)
         return without_marks(structured_events(part.log.of(place)))
+
+    def all_events(self) -> tuple[np.ndarray, NDArray[np.intp]]:
+        """Events (ne,) of all runs end to end, each run's as `events` has them; and where each one's begin, and the
+        last ones end (nr + 1,)."""
+        each = [self.events(i) for i in range(len(self))]
+        return np.concatenate([np.zeros(0, EVENT_TYPE), *each]), np.cumsum([0, *map(len, each)])
 
     def measures(self, i: int | tuple[int, ...], **options: Any) -> Measures:
         """Measures of run number ``i``; options as for `tarsus.measure.measures_of`."""

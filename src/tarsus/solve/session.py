@@ -9,13 +9,14 @@ from numpy.typing import ArrayLike
 
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.plan.slots import Place, slots
-from tarsus.solve.batch import Batch, simulate_batch
+from tarsus.solve.batch import Batch, columns, simulate_batch
 from tarsus.solve.simulate import Shared, changed_run, seconds_of
 
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
     from tarsus.solve.engine import Accuracy
     from tarsus.solve.run import Run
+    from tarsus.solve.trajectories import Trajectories
 
 
 class Session:
@@ -56,3 +57,15 @@ class Session:
     ) -> Batch:
         """Many runs, as `simulate_batch` makes them; options as there. Raises InputError as it does."""
         return simulate_batch(self.scene, vary, duration, shared=self._shared, **options)
+
+    def trajectories(
+        self, vary: Mapping[str, ArrayLike], longest: float | str, accuracy: Accuracy | None = None
+    ) -> Trajectories:
+        """Runs that go on as long as each is asked to, up to ``longest`` [s] or a text with a unit; vary: values (nr,)
+        of slots by path, as `simulate_batch` takes them. Raises InputError as it and `Trajectories.of` do."""
+        from tarsus.solve.trajectories import Trajectories
+
+        values = columns(self.scene, vary, grid=False)
+        return Trajectories.of(
+            self.scene, values, seconds_of(self.scene, longest), accuracy=accuracy, shared=self._shared
+        )
