@@ -288,10 +288,9 @@ def _read(opened: Opened, name: str, file: str, others: Sequence[RecordFile]) ->
     for other in others:
         if other.record is not None and np.array_equal(other.record.values, record.values):
             return RecordFile(name, file, None, (f"{file}: {_twice(file, other.file)[1]}",))
-    problems, notes = drive_problems(record, one)
+    problems, checked = checked_drive(record, one)
     problems = [*_clipped(record, one), *problems]
-    record = replace(record, notes=(*record.notes, *notes))
-    return RecordFile(name, file, None if problems else record, tuple(problems))
+    return RecordFile(name, file, None if problems else checked, tuple(problems))
 
 
 def _measured(path: Path, choices: dict[str, Any], optional: set[str]) -> Measurement:
@@ -336,22 +335,28 @@ def _of_drive(said: str, one: RecordSet) -> str:
     return said.replace(" has no channel", ": the drive is missing: there is no channel") if missing else said
 
 
-def drive_problems(record: Measurement, one: RecordSet) -> tuple[list[str], list[str]]:
-    """Sentences on a recorded drive that is missing or not the one that was meant, and remarks on one that is used."""
+def checked_drive(record: Measurement, one: RecordSet) -> tuple[list[str], Measurement]:
+    """Sentences on a recorded drive that is missing or not the one that was meant; the record with remarks on one that
+    is used, and with the drive as it was before a recorder rounded it, where it was meant to the digit."""
     if record.drive is None:
         return [
             f"{record.source}: the drive is missing: no channel is known to be it; name it with drive"
-        ], []
+        ], record
     if one.signal is None:
-        return [], []
-    fit = fit_drive(record[record.drive], record.step, one.rest, one.signal)
+        return [], record
+    volts = record[record.drive]
+    fit = fit_drive(volts, record.step, one.rest, one.signal)
     lasts = record.count * record.step
     short = cut_short(lasts * (1.0 if fit is None else fit.pace.value), one.rest, record.step, one.signal)
     faults, notes = ([], []) if short is None else ([short], [])
     if fit is not None and short is None:
         faults, notes = drive_faults(fit, record.step, lasts, one.rest, one.purpose is not Purpose.MODAL)
+        values = record.values.copy()
+        values[record.index(record.drive)] = fit.unrounded(volts)
+        record = replace(record, values=values)
     where = f"{record.source}, channel '{record.drive}'"
-    return [f"{where}: {said}" for said in faults], [f"{where}: {said}" for said in notes]
+    notes = [f"{where}: {said}" for said in notes]
+    return [f"{where}: {said}" for said in faults], replace(record, notes=(*record.notes, *notes))
 
 
 def _clipped(record: Measurement, one: RecordSet) -> list[str]:

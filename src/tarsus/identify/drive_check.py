@@ -67,6 +67,10 @@ _LONGER = 2.5
 """Lengths of the record over which the drive that was meant is followed: for records that run slow."""
 _UPSAMPLED = 8
 """Points per sample at which swings are looked for, so that their moments are good to a part of a sample."""
+_ROUNDED = 0.6
+"""Digits by which rounding takes volts from their fit: half of one, and what the fit itself may be off."""
+_DIGIT = 0.02
+"""Digit over the amplitude above which volts do not show what they were rounded from."""
 _SINGULAR = 1e-6
 """Share of the largest eigenvalue below which columns do not determine a direction: a thousandth of its size."""
 
@@ -76,7 +80,8 @@ class DriveFit:
     """How a recorded drive relates to the one that was meant.
 
     gain; offset [V]; late [s]; pace: how many times as fast it runs; unexplained: part of the drive's root mean square
-    that is left; amplitude [V]: half of the span of the drive that was meant; smooth: it does not jump.
+    that is left; amplitude [V]: half of the span of the drive that was meant; smooth: it does not jump; fitted (ns,)
+    [V]: the drive that was meant, with all of these.
     """
 
     gain: WithError
@@ -86,6 +91,14 @@ class DriveFit:
     unexplained: float
     amplitude: float
     smooth: bool
+    fitted: Floats
+
+    def unrounded(self, volts: Floats) -> Floats:
+        """Volts (ns,) that were recorded, or what they were before they were rounded, where the fit says no more and no
+        less than they do: a smooth drive of a hundred digits or more, nowhere farther from it than rounding takes it."""
+        digit = float(np.min(np.diff(np.unique(volts)), initial=np.inf))
+        known = self.smooth and digit < _DIGIT * self.amplitude
+        return self.fitted if known and np.all(np.abs(volts - self.fitted) < _ROUNDED * digit) else volts
 
 
 @dataclass(frozen=True)
@@ -232,6 +245,7 @@ def _judged(case: _Case, late: float, pace: float, errors: Floats) -> DriveFit:
         unexplained,
         0.5 * float(np.ptp(meant)),
         case.running == 1,
+        gain * meant + offset,
     )
 
 

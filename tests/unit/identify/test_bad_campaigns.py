@@ -16,7 +16,7 @@ from identify.campaigns import folder as folder_of_all
 from scipy.io import loadmat, savemat
 
 from tarsus.base.errors import InputError
-from tarsus.identify.campaign import drive_problems, read_campaign, read_records
+from tarsus.identify.campaign import checked_drive, read_campaign, read_records
 from tarsus.identify.chain import StepRunner
 from tarsus.identify.resonance import identify_resonances
 from tarsus.identify.restitution import identify_restitution
@@ -210,7 +210,7 @@ def test_a_record_that_ends_before_its_drive_does_is_told():
     assert record is not None
     for share, cut in ((0.95, False), (0.6, True)):
         part = replace(record, values=record.values[:, : int(share * record.count)])
-        told, _ = drive_problems(part, opened.campaign.records["loops"])
+        told, _ = checked_drive(part, opened.campaign.records["loops"])
         assert bool(told) is cut
     assert told == [
         "loops-1.txt, channel 'pzt volts': the record ends 1.76 s after the drive begins, and the drive that the "
