@@ -95,7 +95,7 @@ class DriveFit:
 
     def unrounded(self, volts: Floats) -> Floats:
         """Volts (ns,) that were recorded, or what they were before they were rounded, where the fit says no more and no
-        less than they do: a smooth drive of a hundred digits or more, nowhere farther from it than rounding takes it."""
+        less than they do: a smooth drive of many digits, nowhere farther from it than rounding takes it."""
         digit = float(np.min(np.diff(np.unique(volts)), initial=np.inf))
         known = self.smooth and digit < _DIGIT * self.amplitude
         return self.fitted if known and np.all(np.abs(volts - self.fitted) < _ROUNDED * digit) else volts

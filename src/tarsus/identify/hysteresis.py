@@ -11,16 +11,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.identify.draws import DRAWS, carried, drawn_counts, student
+from tarsus.identify.draws import DRAWS, carried, newton_draws
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.foot import FootModel
-from tarsus.identify.loops import Block, Sums, across, basis_of, blocks_of, law_paths, law_with
+from tarsus.identify.loops import Block, Centred, across, basis_of, blocks_of, law_paths, law_with
 from tarsus.identify.ringing import calmed
 from tarsus.identify.step import Panel, Residual, StepResult, Used, measured_and_fitted
 from tarsus.identify.traces import Trace
@@ -51,32 +50,28 @@ class Shares:
 
 @dataclass(frozen=True)
 class Loops:
-    """Static records as sums over blocks, apart for free and held foot, by trace.
+    """Static records by block, apart for free and held foot.
 
-    traces: the records, without the ringing of those in the air; rest (p,): the basis at rest; blocks; free, held:
-    one of each a block; trace (nb,): number of the block's trace; noise (np,) [m]: standard deviation of a sample,
-    the same for all blocks; unused (nt): samples left out around contacts, by trace."""
+    traces: the records, those in the air without their ringing; rest (p,): the basis at rest; blocks; free, held: their
+    samples; noise (np,) [m]: standard deviation of a sample, the same for all blocks; unused (nt): samples left out
+    around contacts, by trace."""
 
     traces: tuple[Trace, ...]
     rest: Floats
     blocks: tuple[Block, ...]
-    free: tuple[Sums, ...]
-    held: tuple[Sums, ...]
-    trace: NDArray[np.intp]
+    free: Centred
+    held: Centred
     noise: Floats
     unused: tuple[int, ...]
 
-    @cached_property
-    def _stacked(self) -> tuple[Sums, Sums, Floats]:
-        """All blocks of the free and of the held foot, and which trace they are of (nt, nb)."""
-        of = (np.unique(self.trace)[:, None] == self.trace).astype(float)
-        return Sums.stacked(self.free), Sums.stacked(self.held), of
-
-    def pooled(self, counts: Floats) -> tuple[Sums, Sums]:
-        """Sums of the free and of the held foot over drawn blocks (nb,), centred trace by trace."""
-        free, held, of = self._stacked
-        weights = of * counts
-        return free.weighed(weights).centred(), held.weighed(weights).centred()
+    def seen(self, model: FootModel) -> list[tuple[Centred, Floats]]:
+        """Samples with the combination of points (np,), over their noise, by which each shows the force: with the foot
+        held the one that the ground's force does not move, where the drive moves it."""
+        gains, blind = model.by_drive / self.noise, across(model.by_contact / self.noise)
+        left = blind @ gains
+        if np.linalg.norm(left) <= _INDEPENDENT * np.linalg.norm(gains):
+            return [(self.free, gains)]
+        return [(self.free, gains), (self.held, left @ blind)]
 
 
 @dataclass(frozen=True)
@@ -84,7 +79,7 @@ class LoopFit:
     """The drive as the loops show it.
 
     paths (p,), values (p,): participations but the first of a modal load, then the parameters of the law; own (draws,
-    p): deviations over drawn blocks.
+    p): deviations over blocks.
     """
 
     loops: Loops
@@ -98,7 +93,7 @@ class LoopFit:
     def again(self, model: FootModel, level: float, shares: Floats | None) -> Floats:
         """Parameters (p,) for another structure [of the model], contact level [m] and known shares (n - 1,)."""
         known = None if self.shares is None or shares is None else Shares(shares, self.shares.covariance)
-        return _estimate(model, self.loops, level, known, np.ones(len(self.loops.blocks)))
+        return _estimate(model, self.loops, level, known)
 
 
 def fit_loops(
@@ -128,15 +123,14 @@ def fit_loops(
     loops = _gathered(model, traces, level)
     neutral = -model.gap * model.normal if level is None else level
     _check_reach(model, traces)
-    count = len(loops.blocks)
-    values = _estimate(model, loops, neutral, shares, np.ones(count))
+    values = _estimate(model, loops, neutral, shares)
     # ringing is a hundredth of the motion at most, so that a first estimate of the drive is enough to tell it
     calm = [calmed(_with(model, values, shares), trace) for trace in traces]
     loops = _gathered(model, calm, level)
-    values = _estimate(model, loops, neutral, shares, np.ones(count))
-    drawn = drawn_counts(count, seed)
-    own = np.array([_estimate(model, loops, neutral, shares, one) for one in drawn]) - values
-    return LoopFit(loops, model, neutral, shares, _paths(model, shares), values, own * student(float(count)))
+    values = _estimate(model, loops, neutral, shares)
+    return LoopFit(
+        loops, model, neutral, shares, _paths(model, shares), values, _own(model, loops, shares, values, seed)
+    )
 
 
 def _paths(model: FootModel, shares: Shares | None) -> tuple[str, ...]:
@@ -148,30 +142,23 @@ def _paths(model: FootModel, shares: Shares | None) -> tuple[str, ...]:
 def _gathered(model: FootModel, traces: Sequence[Trace], level: float | None) -> Loops:
     if not traces:
         raise InputError("there is no static record to identify the drive's law from")
-    blocks: list[Block] = []
-    numbers: list[int] = []
-    unused: list[int] = []
-    for number, trace in enumerate(traces):
-        found, left = blocks_of(trace, model.foot_point, level if trace.gap is None else None)
-        blocks += found
-        numbers += [number] * len(found)
-        unused.append(left)
+    found = [blocks_of(trace, model.foot_point, level if trace.gap is None else None) for trace in traces]
+    blocks = [block for those, _ in found for block in those]
     if sum(len(block.index) for block in blocks) < _FEWEST:
         raise InputError(
             "the static records have hardly any sample away from the making and breaking of contacts"
         )
     noise = np.sqrt(np.mean([trace.noise_x**2 for trace in traces], axis=0))
-    free, held = [], []
     bases = [basis_of(model.law, Volts.of(trace.volts, 1), model.history) for trace in traces]
-    for block, number in zip(blocks, numbers, strict=True):
-        basis = bases[number][block.index]
-        motion = block.source.x[:, block.index].T
-        free.append(Sums.of(basis[block.free], motion[block.free]))
-        held.append(Sums.of(basis[~block.free], motion[~block.free]))
-    rest = bases[0][0]
-    return Loops(
-        tuple(traces), rest, tuple(blocks), tuple(free), tuple(held), np.array(numbers), noise, tuple(unused)
+    of = np.repeat(
+        [number for number, (those, _) in enumerate(found) for _ in those], [len(b.index) for b in blocks]
     )
+    block = np.repeat(np.arange(len(blocks)), [len(b.index) for b in blocks])
+    basis = np.concatenate([bases[n][b.index] for n, (those, _) in enumerate(found) for b in those])
+    motion = np.concatenate([b.source.x[:, b.index].T for b in blocks])
+    free = np.concatenate([b.free for b in blocks])
+    parts = (Centred.of(basis[at], motion[at], block[at], of[at]) for at in (free, ~free))
+    return Loops(tuple(traces), bases[0][0], tuple(blocks), *parts, noise, tuple(left for _, left in found))
 
 
 def _check_reach(model: FootModel, traces: Sequence[Trace]) -> None:
@@ -189,13 +176,41 @@ def _check_reach(model: FootModel, traces: Sequence[Trace]) -> None:
         )
 
 
-def _estimate(model: FootModel, loops: Loops, level: float, shares: Shares | None, counts: Floats) -> Floats:
-    free, held = loops.pooled(counts)
+def _estimate(model: FootModel, loops: Loops, level: float, shares: Shares | None) -> Floats:
     found = np.zeros(0)
     if shares is not None:
-        found = _shared(model, loops, free, shares)
+        found = _shared(model, loops, shares)
         model = with_shares(model, found)
-    return np.concatenate([found, _law(model, loops, free, held, level)])
+    return np.concatenate([found, _law(model, loops, level)])
+
+
+def _own(model: FootModel, loops: Loops, shares: Shares | None, values: Floats, seed: int) -> Floats:
+    """Deviations (draws, p) by the scatter of the scores of blocks."""
+    count, split = len(loops.blocks), 0 if shares is None else len(shares.values)
+    known = model if shares is None else with_shares(model, values[:split])
+    inside = values[split + 1 :]
+    rows = split + len(inside)
+    information, score, prior = np.zeros((count, rows, rows)), np.zeros((count, rows)), np.zeros((rows, rows))
+    if shares is not None:
+        prior[:split, :split] = np.linalg.inv(shares.covariance)
+        information[:, :split, :split], score[:, :split] = _about_shares(known, loops)
+    size = np.ones(rows)
+    size[split:] = np.sqrt(
+        np.maximum(sum(np.diag(one.squares)[1:] * (w @ w) for one, w in loops.seen(known)), 1e-300)
+    )
+    prior[split:, split:] = _RIDGE * np.eye(len(inside))
+    for one, w in loops.seen(known):
+        basis = one.basis[:, 1:] / size[split:]
+        left = one.motion @ (w / loops.noise) - (w @ w) * (one.basis[:, 1:] @ inside)
+        information[:, split:, split:] += (w @ w) * one.by_block(basis[:, :, None] * basis[:, None], count)
+        score[:, split:] += one.by_block(basis * left[:, None], count)
+    moves = newton_draws(information, score, seed, prior) / size
+    if shares is not None:
+        given = values[:split]
+        moves[:, split:] += carried(
+            lambda s: _law(with_shares(model, s), loops, 0.0)[1:], given, given + moves[:, :split]
+        )
+    return np.insert(moves, split, -moves[:, split:] @ loops.rest[1:], axis=1)
 
 
 def _with(model: FootModel, values: Floats, shares: Shares | None) -> FootModel:
@@ -212,19 +227,22 @@ def with_shares(model: FootModel, shares: Floats) -> FootModel:
     return model.changed({f"{before}.{k + 1}": float(v) for k, v in enumerate(shares)})
 
 
-def _shared(model: FootModel, loops: Loops, free: Sums, shares: Shares) -> Floats:
+def _per_share(model: FootModel, loops: Loops) -> Floats:
+    """Motion of the points at rest (n, np) per participation of each coordinate and unit of force, over their noise."""
+    return np.linalg.solve(model.stiffness, np.eye(len(model.stiffness))).T @ model.rows.T / loops.noise
+
+
+def _shared(model: FootModel, loops: Loops, shares: Shares) -> Floats:
     """Participations (n - 1,) from what was known, and from the direction in which free points move together.
 
     The points' free motion is along ``by_drive``, linear in the participations; what lies across the direction seen
     is noise."""
     load = model.scene.robot.drives[model.drive].load
     assert isinstance(load, ModalLoad)
-    spread = free.motions / np.outer(loops.noise, loops.noise)
-    strength, directions = np.linalg.eigh(spread)
-    per_share = np.linalg.solve(model.stiffness, np.eye(len(model.stiffness))).T @ model.rows.T
-    per_share = per_share / loops.noise
-    given = np.concatenate([[load.participation[0]], shares.values])
-    size = float(np.linalg.norm(given @ per_share))
+    seen = loops.free.motion / loops.noise
+    strength, directions = np.linalg.eigh(seen.T @ seen)
+    per_share = _per_share(model, loops)
+    size = float(np.linalg.norm(np.concatenate([[load.participation[0]], shares.values]) @ per_share))
     if strength[-1] <= 0.0 or size <= 0.0:
         return shares.values
     off = directions[:, :-1].T * np.sqrt(strength[-1]) / size
@@ -234,16 +252,27 @@ def _shared(model: FootModel, loops: Loops, free: Sums, shares: Shares) -> Float
     return np.linalg.solve(design.T @ design + prior, design.T @ target + prior @ shares.values)
 
 
-def _law(model: FootModel, loops: Loops, free: Sums, held: Sums, level: float) -> Floats:
+def _about_shares(model: FootModel, loops: Loops) -> tuple[Floats, Floats]:
+    """Of each block information (nb, n - 1, n - 1) and score (nb, n - 1) about the model's participations: what is
+    across the direction they give, against how far the block moves along it."""
+    gains, per_share = model.by_drive / loops.noise, _per_share(model, loops)[1:]
+    size = float(np.linalg.norm(gains))
+    along, seen = gains / max(size, 1e-300), loops.free.motion / loops.noise
+    aside = (per_share - np.outer(per_share @ along, along)) / max(size, 1e-300)
+    path = seen @ along
+    count = len(loops.blocks)
+    moved = loops.free.by_block(path**2, count)
+    return moved[:, None, None] * (aside @ aside.T), loops.free.by_block(
+        path[:, None] * (seen @ aside.T), count
+    )
+
+
+def _law(model: FootModel, loops: Loops, level: float) -> Floats:
     """Parameters (p,) of the law by least squares."""
-    gains, felt = model.by_drive / loops.noise, model.by_contact / loops.noise
-    matrix = free.squares * float(gains @ gains)
-    target = (free.cross / loops.noise) @ gains
-    blind = across(felt)
-    left = blind @ gains
-    if np.linalg.norm(left) > _INDEPENDENT * np.linalg.norm(gains):
-        matrix = matrix + held.squares * float(left @ left)
-        target = target + (held.cross / loops.noise) @ (blind.T @ left)
+    matrix, target = np.zeros_like(loops.free.squares), np.zeros(len(loops.rest))
+    for one, weights in loops.seen(model):
+        matrix += one.squares * float(weights @ weights)
+        target += one.cross @ (weights / loops.noise)
     inside = _solved(matrix[1:, 1:], target[1:])
     at_rest = (-model.gap - model.normal * level) / model.static_load
     return np.concatenate([[at_rest - float(loops.rest[1:] @ inside)], inside])

@@ -6,7 +6,8 @@ force N on the foot. In the air N = 0; on the ground two points tell both."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -123,54 +124,42 @@ def law_paths(law: VoltageLaw, drive: str) -> tuple[str, ...]:
 
 
 @dataclass(frozen=True)
-class Sums:
-    """What one block holds about a drive whose force is ``basis @ parameters``, in the air or on the ground.
+class Centred:
+    """Samples of blocks about the means of their records, whose zeros then no longer matter: the force is ``basis @
+    parameters`` and moves the points.
 
-    count; basis (p,), motion (np,): sums; squares (p, p), cross (p, np), motions (np, np): sums of products.
+    basis (n, p); motion (n, np) [m]; block (n,): number of the block each is of.
     """
 
-    count: float | Floats
     basis: Floats
     motion: Floats
-    squares: Floats
-    cross: Floats
-    motions: Floats
+    block: NDArray[np.intp]
 
     @staticmethod
-    def of(basis: Floats, motion: Floats) -> Sums:
-        """Sums over samples of a basis (n, p) and motions (n, np)."""
-        return Sums(
-            float(len(basis)),
-            basis.sum(axis=0),
-            motion.sum(axis=0),
-            basis.T @ basis,
-            basis.T @ motion,
-            motion.T @ motion,
-        )
+    def of(basis: Floats, motion: Floats, block: NDArray[np.intp], trace: NDArray[np.intp]) -> Centred:
+        """From samples (n, ...) and the number (n,) of the record each is of."""
+        parts = [trace == number for number in np.unique(trace)]
+        basis, motion = basis.copy(), motion.copy()
+        for part in parts:
+            basis[part] -= basis[part].mean(axis=0)
+            motion[part] -= motion[part].mean(axis=0)
+        return Centred(basis, motion, block)
 
-    @staticmethod
-    def stacked(parts: Sequence[Sums]) -> Sums:
-        """The same of many blocks at once, a leading axis longer."""
-        return Sums(*(np.array([getattr(one, each.name) for one in parts]) for each in fields(Sums)))
+    @cached_property
+    def squares(self) -> Floats:
+        """Sum of the basis' products (p, p)."""
+        return self.basis.T @ self.basis
 
-    def weighed(self, weights: Floats) -> Sums:
-        """Sums (nt, ...) over blocks (nb, ...) with weights (nt, nb)."""
-        parts = (getattr(self, each.name) for each in fields(Sums))
-        return Sums(*(np.asarray(np.tensordot(weights, part, 1), dtype=float) for part in parts))
+    @cached_property
+    def cross(self) -> Floats:
+        """Sum of the products of basis and motion (p, np)."""
+        return self.basis.T @ self.motion
 
-    def centred(self) -> Sums:
-        """The sum over a leading axis of each about its own means: zeros that a record does not know no longer
-        matter."""
-        count = np.maximum(self.count, 1.0)  # a record without samples has sums of 0
-        mean_b, mean_m = self.basis / count[:, None], self.motion / count[:, None]
-        return Sums(
-            np.sum(self.count),
-            np.zeros(self.basis.shape[1:]),
-            np.zeros(self.motion.shape[1:]),
-            self.squares.sum(axis=0) - self.basis.T @ mean_b,
-            self.cross.sum(axis=0) - self.basis.T @ mean_m,
-            self.motions.sum(axis=0) - self.motion.T @ mean_m,
-        )
+    def by_block(self, rows: Floats, count: int) -> Floats:
+        """Sums (count, ...) over the samples of each block of rows (n, ...)."""
+        out = np.zeros((count, *rows.shape[1:]))
+        np.add.at(out, self.block, rows)
+        return out
 
 
 def across(vector: Floats) -> Floats:

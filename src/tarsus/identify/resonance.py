@@ -89,8 +89,9 @@ def identify_resonances(
     seed
         Of the draws.
     rounded
-        Part of the drive by which its record is off through rounding (`rounding_of`): the same in all repeats, it turns
-        residues and is no scatter, so that damping ratios are not known better.
+        Part of the drive by which its record is off through rounding (`rounding_of`), in every line for itself. Repeats
+        of a drive share it, so that it is no scatter: a damping ratio is known as well as the lines within its mode's
+        half-power band average it out.
 
     Raises
     ------
@@ -120,7 +121,8 @@ def identify_resonances(
     numbers = [mode.frequency for mode in fit.modes][:known] + [mode.damping for mode in fit.modes]
     samples = np.column_stack([_drawn(number, random) for number in numbers])
     dampings = slice(len(numbers) - len(fit.modes), None)
-    samples[:, dampings] *= 1.0 + rounded * random.standard_normal((DRAWS, len(fit.modes)))
+    lines = np.maximum([mode.band for mode in fit.modes], fit.frf.line) / fit.frf.line
+    samples[:, dampings] *= 1.0 + rounded / np.sqrt(lines) * random.standard_normal((DRAWS, len(fit.modes)))
     shares, share_draws = _shares(model, fit, seed)
     step = StepResult(
         "resonances",
@@ -231,14 +233,14 @@ def static_response(found: Resonances, foot: str) -> float:
 
 
 def rounding_of(records: Sequence[Measurement]) -> float:
-    """Standard deviation of what rounding to a digit leaves of the drive in quadrature to it, which is half of its
-    power, over the drive's own; of several records the largest."""
+    """Standard deviation of what rounding to a digit leaves of the drive over the drive's own, which is what it is in
+    every line of a sweep: both are spread over all of them. Of several records the largest."""
     found = [0.0]
     for record in records:
         volts = record.values[record.index(record.drive)] if record.drive is not None else np.zeros(1)
         digits = np.diff(np.unique(volts))
         if len(digits) and np.std(volts) > 0.0:
-            found.append(float(digits.min() / np.sqrt(24.0) / np.std(volts)))
+            found.append(float(digits.min() / np.sqrt(12.0) / np.std(volts)))
     return max(found)
 
 

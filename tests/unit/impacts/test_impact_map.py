@@ -166,9 +166,11 @@ def test_intervals_cover_over_many_drives():
     assert max(abs(one.relative) for one in restitution) < 0.02
     for column in columns:
         # the jump of the foot over its own is 1
-        off, size = np.linalg.norm([one.value - one.true for one in column]), [1.0, *(one.true for one in column)]
+        off, size = (
+            np.linalg.norm([one.value - one.true for one in column]),
+            [1.0, *(one.true for one in column)],
+        )
         assert off < 0.05 * np.linalg.norm(size)
     # 40 and 200 intervals of 95 %: what less than one in a thousand such series would miss
     assert sum(not one.covered for one in restitution) <= 7
     assert sum(not one.covered for column in columns for one in column) <= 20
-
