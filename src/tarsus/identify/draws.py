@@ -24,12 +24,6 @@ _ROUNDING = 1e-12
 """Relative size below which a part of an information matrix is rounding: products of its entries leave 1e-15."""
 
 
-def drawn_counts(groups: int, seed: int, draws: int = DRAWS) -> Floats:
-    """How often each of ``groups`` is drawn, with replacement, in every draw: (draws, groups)."""
-    random = np.random.default_rng([seed, 11])
-    return random.multinomial(groups, np.full(groups, 1.0 / groups), size=draws).astype(float)
-
-
 def student(groups: float) -> float:
     """Factor on deviations of draws over few groups: n / (n - 1) in the variance, and Student's 97.5 % quantile."""
     if groups <= 1.5:

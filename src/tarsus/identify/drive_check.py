@@ -71,6 +71,8 @@ _ROUNDED = 0.6
 """Digits by which rounding takes volts from their fit: half of one, and what the fit itself may be off."""
 _DIGIT = 0.02
 """Digit over the amplitude above which volts do not show what they were rounded from."""
+_TOLD = 0.99
+"""Part of a unit of a number that columns must give back for them to tell it."""
 _SINGULAR = 1e-6
 """Share of the largest eigenvalue below which columns do not determine a direction: a thousandth of its size."""
 
@@ -209,14 +211,13 @@ def _least_squares(columns: Floats, values: Floats, running: int) -> tuple[Float
     size = np.linalg.norm(columns, axis=0)
     size = np.where(size > 0.0, size, 1.0)
     scaled = columns / size
-    values_of, vectors = np.linalg.eigh(scaled.T @ scaled)
-    known = values_of > _SINGULAR
-    inverse = np.where(known, 1.0 / np.where(known, values_of, 1.0), 0.0)
-    found = vectors @ (inverse * (vectors.T @ (scaled.T @ values)))
+    gram = scaled.T @ scaled
+    inverse = np.linalg.pinv(gram, _SINGULAR, hermitian=True)
+    found = inverse @ (scaled.T @ values)
     left = values - scaled @ found
     variance = float(left @ left) / max(len(values) - len(found), 1) * running
-    errors = np.sqrt(variance * np.sum(vectors**2 * inverse, axis=1))
-    lost = np.any((np.abs(vectors) > 0.1) & ~known, axis=1)
+    errors = np.sqrt(variance * np.diag(inverse))
+    lost = np.diag(inverse @ gram) < _TOLD
     two = scaled[:, :2]
     plain = values - two @ np.linalg.lstsq(two, values, rcond=None)[0]
     return found / size, np.where(lost, np.inf, errors) / size, float(plain @ plain)

@@ -19,7 +19,7 @@ from tarsus.base.errors import InputError
 from tarsus.identify.draws import DRAWS, carried, newton_draws
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.foot import FootModel
-from tarsus.identify.loops import Block, Centred, across, basis_of, blocks_of, law_paths, law_with
+from tarsus.identify.loops import Block, Centred, across, basis_of, blocks_of, law_names
 from tarsus.identify.ringing import calmed
 from tarsus.identify.step import Panel, Residual, StepResult, Used, measured_and_fitted
 from tarsus.identify.traces import Trace
@@ -134,9 +134,13 @@ def fit_loops(
 
 
 def _paths(model: FootModel, shares: Shares | None) -> tuple[str, ...]:
-    before = f"robot.drives.{model.drive}.load.participation"
-    own = () if shares is None else tuple(f"{before}.{k + 1}" for k in range(len(shares.values)))
-    return (*own, *law_paths(model.law, model.drive))
+    before = f"robot.drives.{model.drive}"
+    own = (
+        ()
+        if shares is None
+        else tuple(f"{before}.load.participation.{k + 1}" for k in range(len(shares.values)))
+    )
+    return (*own, *(f"{before}.law.{name}" for name in law_names(model.law)))
 
 
 def _gathered(model: FootModel, traces: Sequence[Trace], level: float | None) -> Loops:
@@ -149,7 +153,7 @@ def _gathered(model: FootModel, traces: Sequence[Trace], level: float | None) ->
             "the static records have hardly any sample away from the making and breaking of contacts"
         )
     noise = np.sqrt(np.mean([trace.noise_x**2 for trace in traces], axis=0))
-    bases = [basis_of(model.law, Volts.of(trace.volts, 1), model.history) for trace in traces]
+    bases = [basis_of(model.law, trace.volts, model.history) for trace in traces]
     of = np.repeat(
         [number for number, (those, _) in enumerate(found) for _ in those], [len(b.index) for b in blocks]
     )
@@ -215,10 +219,7 @@ def _own(model: FootModel, loops: Loops, shares: Shares | None, values: Floats, 
 
 def _with(model: FootModel, values: Floats, shares: Shares | None) -> FootModel:
     """The model with a drive as estimated: participations (n - 1,), if they are looked for, then the law's (p,)."""
-    if shares is not None:
-        model = with_shares(model, values[: len(shares.values)])
-    law = law_with(model.law, values[0 if shares is None else len(shares.values) :])
-    return model.changed({f"robot.drives.{model.drive}.law": law})
+    return model.changed(dict(zip(_paths(model, shares), values.tolist(), strict=True)))
 
 
 def with_shares(model: FootModel, shares: Floats) -> FootModel:

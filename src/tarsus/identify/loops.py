@@ -5,7 +5,6 @@ force N on the foot. In the air N = 0; on the ground two points tell both."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -14,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
+from tarsus.base.spec import with_values
 from tarsus.identify.traces import Trace
 from tarsus.identify.volts import Volts
 from tarsus.impacts.detection import STILL
@@ -73,54 +73,27 @@ def blocks_of(trace: Trace, foot: str, level: float | None) -> tuple[list[Block]
     return out, int(np.count_nonzero(~used))
 
 
-def basis_of(law: VoltageLaw, volts: Volts, history: Sequence[float]) -> Floats:
-    """Force per unit of each parameter of a law at the samples of a record (ns, p): 1, V, V^2, V^3 and the plays, or
-    1, V.
+def law_names(law: VoltageLaw) -> tuple[str, ...]:
+    """The parameters of a law in which its force is linear, its constant first.
 
     Raises
     ------
     InputError
-        For a law that is not linear in its parameters.
+        For a law of another kind.
     """
-    levels = volts.fine[:: volts.substeps]
     if isinstance(law, PrandtlIshlinskii):
-        powers = np.column_stack([levels**k for k in range(4)])
-        states = law.states(volts.levels, history)[volts.grid[:: volts.substeps]]
-        return np.concatenate([powers, states], axis=1)
+        weights = (f"weights.{i}" for i in range(len(law.weights)))
+        return ("constant", "linear", "quadratic", "cubic", *weights)
     if isinstance(law, LinearForce):
-        return np.column_stack([np.ones_like(levels), levels])
+        return "offset", "gain"
     raise InputError("the drive's law can be identified as linear or as a Prandtl-Ishlinskii operator only")
 
 
-def law_with(law: VoltageLaw, values: Floats) -> VoltageLaw:
-    """The law with the parameters (p,) that go with `basis_of`."""
-    numbers = [float(v) for v in values]
-    if isinstance(law, PrandtlIshlinskii):
-        return PrandtlIshlinskii(
-            constant=numbers[0],
-            linear=numbers[1],
-            quadratic=numbers[2],
-            cubic=numbers[3],
-            thresholds=law.thresholds,
-            weights=tuple(numbers[4:]),
-        )
-    return LinearForce(offset=numbers[0], gain=numbers[1])
-
-
-def law_paths(law: VoltageLaw, drive: str) -> tuple[str, ...]:
-    """Paths of the parameters of `basis_of`."""
-    before = f"robot.drives.{drive}.law"
-    if isinstance(law, PrandtlIshlinskii):
-        names = [
-            "constant",
-            "linear",
-            "quadratic",
-            "cubic",
-            *(f"weights.{i}" for i in range(len(law.weights))),
-        ]
-    else:
-        names = ["offset", "gain"]
-    return tuple(f"{before}.{name}" for name in names)
+def basis_of(law: VoltageLaw, volts: Floats, history: tuple[float, ...]) -> Floats:
+    """Force (ns, p) per unit of each parameter of `law_names` at the samples (ns,) of a record [V]."""
+    names, along = law_names(law), Volts.of(volts, 1)
+    units = (with_values(law, dict.fromkeys(names, 0.0) | {name: 1.0}) for name in names)
+    return np.column_stack([along.force(unit, history, 0, len(volts)) for unit in units])
 
 
 @dataclass(frozen=True)

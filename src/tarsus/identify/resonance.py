@@ -19,7 +19,7 @@ from scipy.stats import norm
 
 from tarsus.base.errors import InputError
 from tarsus.fit.ranges import Range
-from tarsus.identify.draws import DRAWS, drawn_counts, student
+from tarsus.identify.draws import DRAWS, student
 from tarsus.identify.foot import FootModel
 from tarsus.identify.hysteresis import Shares
 from tarsus.identify.step import Residual, StepResult, Used
@@ -333,9 +333,11 @@ def _shares(model: FootModel, fit: ModalFit, seed: int) -> tuple[Shares | None, 
     if len(table) < 2:
         draws = np.repeat(values[None], DRAWS, axis=0)
         return Shares(values, np.diag((0.1 * values) ** 2)), draws
-    counts = drawn_counts(len(table), seed + 1) / len(table)
-    drawn = counts @ table
+    # means of as many repeats, as far from theirs as these are
+    moved = (
+        np.random.default_rng([seed, 11]).standard_normal((DRAWS, len(table))) @ (table - mean) / len(table)
+    )
+    drawn = mean + moved * student(float(len(table)))
     off = load.participation[0] * drawn[:, 1:] / drawn[:, :1] - values
-    off = off * student(float(len(table)))
     covariance = np.atleast_2d(np.cov(off.T)) + np.diag((_KNOWN_TO * values) ** 2)
     return Shares(values, covariance), values + off
