@@ -124,8 +124,8 @@ def identified(found: Identification, true: dict[str, float]) -> dict[str, Numbe
     for step in found.steps.values():
         for path, value, std in zip(step.paths, step.values.tolist(), step.std.tolist(), strict=True):
             word = judged[path].word if judged is not None and path in judged.names else ""
-            word = "" if path in step.taken else word
-            out[path] = Number(value, true[path], std, *step.interval(path), word)
+            low, high = step.interval(path)
+            out[path] = Number(value, true[path], std, low, high, "" if path in step.taken else word)
     name = "C / g0^3"
     if "film" in found.steps and name in found.steps["film"].combinations:
         value, draws, _ = found.steps["film"].combinations[name]

@@ -161,8 +161,10 @@ def _gathered(model: FootModel, traces: Sequence[Trace], level: float | None) ->
     basis = np.concatenate([bases[n][b.index] for n, (those, _) in enumerate(found) for b in those])
     motion = np.concatenate([b.source.x[:, b.index].T for b in blocks])
     free = np.concatenate([b.free for b in blocks])
-    parts = (Centred.of(basis[at], motion[at], block[at], of[at]) for at in (free, ~free))
-    return Loops(tuple(traces), bases[0][0], tuple(blocks), *parts, noise, tuple(left for _, left in found))
+    air, ground = (Centred.of(basis[at], motion[at], block[at], of[at]) for at in (free, ~free))
+    return Loops(
+        tuple(traces), bases[0][0], tuple(blocks), air, ground, noise, tuple(left for _, left in found)
+    )
 
 
 def _check_reach(model: FootModel, traces: Sequence[Trace]) -> None:

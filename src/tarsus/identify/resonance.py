@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations, pairwise
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,11 +27,11 @@ from tarsus.measure.mac import mac
 from tarsus.model.scene import ModalLoad
 from tarsus.model.structure import Beam, Modal
 from tarsus.modes.agreement import Agreed, agreeing
-from tarsus.modes.frf import Frf, estimate_frf
+from tarsus.modes.frf import estimate_frf
 from tarsus.modes.known_shapes import fit_known_shapes
-from tarsus.modes.lsfd import residues_of, synthesise
+from tarsus.modes.lsfd import residues_of
 from tarsus.modes.modal import ModalFit, identify_modes
-from tarsus.modes.mode import IdentifiedMode, ModeVerdict
+from tarsus.modes.mode import ModeVerdict
 from tarsus.records.measurement import Measurement
 
 Floats = NDArray[np.float64]
@@ -42,11 +42,6 @@ _FEWEST_ORDERS = 12
 """Order at least: fewer hold no pole in common."""
 _EDGE = 0.01
 """Part of the band at either end that is left out: the sweep begins and ends there."""
-_PARTS = (2, 3, 4)
-"""Parts of the band, overlapping, that are searched one by one until there are modes enough: weak modes show beside
-strong ones of their own neighbourhood only."""
-_OVERLAP = 1.25
-"""Factor by which parts of a band overlap, so that a mode at a border lies within one of them."""
 _KNOWN_TO = 3e-4
 """Relative error that a participation has at least: the drive is not quite linear, and all sweeps share that."""
 _SWAPPED = 0.5
@@ -145,10 +140,6 @@ def _fitted(model: FootModel, agreed: Agreed, inside: tuple[float, float], count
     frf = estimate_frf(agreed.records, [agreed.drive], agreed.channels, inside)
     orders = max(_FEWEST_ORDERS, _ORDERS_PER_MODE * count)
     fit = identify_modes(frf, inside, orders, between_fits=False)
-    for parts in _PARTS:
-        if len(fit.modes) >= count:
-            break
-        fit = _in_parts(frf, inside, parts, max(_FEWEST_ORDERS, _ORDERS_PER_MODE * count))
     if isinstance(model.scene.robot.structure, Modal) and len(fit.modes) < count:
         return _by_shapes(model, fit, agreed)
     if len(fit.modes) < count:
@@ -195,35 +186,6 @@ def _order(model: FootModel, fit: ModalFit) -> list[int]:
     likeness = np.atleast_2d(mac(_shapes(model).T, _parts(model, fit).T))
     _, found = linear_sum_assignment(-likeness)
     return [int(k) for k in found]
-
-
-def _in_parts(frf: Frf, band: tuple[float, float], parts: int, order: int) -> ModalFit:
-    """Modes of a band from several parts of it, with the synthesis of all over the whole band."""
-    edges = np.geomspace(*band, parts + 1)
-    modes: list[IdentifiedMode] = []
-    passed: list[str] = []
-    poles: dict[int, list[NDArray[np.complex128]]] = {}
-    for low, high in pairwise(edges):
-        part = max(low / _OVERLAP, band[0]), min(high * _OVERLAP, band[1])
-        try:
-            fit = identify_modes(frf, part, order, between_fits=False)
-        except InputError as error:
-            passed += [f"a part of the band shows no mode: {said}" for said in error.problems]
-            continue
-        for mode in fit.modes:
-            f = mode.frequency.value
-            if low <= f <= high and all(abs(f - m.frequency.value) > m.damping.value * f for m in modes):
-                modes.append(mode)
-        for number, found in fit.poles.items():
-            poles.setdefault(number, []).append(found)
-    whole = frf.between(*band)
-    modes.sort(key=lambda mode: mode.frequency.value)
-    channels = whole.values.reshape(-1, len(whole.frequency))
-    ends = np.array([mode.pole for mode in modes], dtype=complex)
-    residues, background = residues_of(whole.frequency, channels, ends)
-    synthesis = (synthesise(whole.frequency, ends, residues) + background).reshape(whole.values.shape)
-    stabilisation = {n: np.concatenate(one) for n, one in poles.items()}
-    return ModalFit(whole, tuple(modes), stabilisation, synthesis, tuple(passed))
 
 
 def static_response(found: Resonances, foot: str) -> float:
