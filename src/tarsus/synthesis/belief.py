@@ -78,7 +78,9 @@ class Belief:
             known = low * high > 0.0 and bool(np.isfinite([low, high]).all())
             wide.append(abs(np.log(high / low)) / (2.0 * norm.ppf(0.5 + 0.5 * LEVEL)) if known else spread)
         covariance = np.diag(np.square(wide))
-        told = {j: logs for j, name in enumerate(unknown) if (logs := _logs((draws or {}).get(name))) is not None}
+        told = {
+            j: logs for j, name in enumerate(unknown) if (logs := _logs((draws or {}).get(name))) is not None
+        }
         if told:
             at = list(told)
             covariance[np.ix_(at, at)] = np.cov(list(told.values()), ddof=1).reshape(len(at), -1)
@@ -97,7 +99,9 @@ class Belief:
         sobol = qmc.Sobol(len(self.unknown), seed=seed)  # pyright: ignore[reportCallIssue]
         drawn = qmc.MultivariateNormalQMC(np.zeros(len(self.unknown)), self.covariance, engine=sobol)
         # one by one: scipy warns of counts that are no power of 2
-        return np.concatenate([np.zeros((1, len(self.unknown))), *(drawn.random(1) for _ in range(count - 1))])
+        return np.concatenate(
+            [np.zeros((1, len(self.unknown))), *(drawn.random(1) for _ in range(count - 1))]
+        )
 
     def scene(self, scene: Scene, logs: Floats) -> Scene:
         """The scene with numbers so far off, within what their descriptions allow."""
@@ -112,7 +116,11 @@ def _together(scene: Scene, path: str) -> str:
     """Name of a number: its path, or that of all legs together."""
     structure = scene.robot.structure
     parts = path.split(".")
-    if parts[1:3] == ["structure", "legs"] and isinstance(structure, Walker) and len(structure.legs) > MOST_LEGS:
+    if (
+        parts[1:3] == ["structure", "legs"]
+        and isinstance(structure, Walker)
+        and len(structure.legs) > MOST_LEGS
+    ):
         parts[3] = "*"
     return ".".join(parts)
 

@@ -68,7 +68,10 @@ class Sensing:
         """Noise (nc,) of outputs that show values (nc, nt)."""
         size = np.sqrt(np.mean(values**2, axis=1))
         return np.array(
-            [self.noise.get(one.quantity) or self.share[one.quantity] * size[k] for k, one in enumerate(outputs)]
+            [
+                self.noise.get(one.quantity) or self.share[one.quantity] * size[k]
+                for k, one in enumerate(outputs)
+            ]
         )
 
 
@@ -226,4 +229,4 @@ def _free(scene: Scene, start: WindowStart) -> Floats | None:
     structure, feet = scene.robot.structure, list(scene.robot.feet.values())
     rows = np.array([structure.row(feet[i].point) for i in start.contacts.held]).reshape(-1, structure.size)
     free = np.eye(structure.size) - np.linalg.pinv(rows) @ rows
-    return np.kron(np.diag([LENGTH, SPEED]), free)
+    return np.asarray(np.kron(np.diag([LENGTH, SPEED]), free), dtype=np.float64)

@@ -72,7 +72,10 @@ def _walks(scene: Scene, layout: Layout, vary: Mapping[str, Sequence[float]]) ->
 
 
 def _squares(scene: Scene, vary: Mapping[str, Sequence[float]]) -> list[Recording]:
-    own = next((one for one in scene.signals.values() if hasattr(one, "amplitude") and hasattr(one, "frequency")), None)
+    own = next(
+        (one for one in scene.signals.values() if hasattr(one, "amplitude") and hasattr(one, "frequency")),
+        None,
+    )
     missing = [name for name, key in (("frequencies", "hz"), ("amplitudes", "volts")) if key not in vary]
     if own is None and missing:
         raise InputError(f"the scene has no periodic signal to go by: give {' and '.join(missing)}")

@@ -27,6 +27,9 @@ MOST_REPEATS = 10
 """Records of one kind that a plan takes at most."""
 LEAST_GAIN = 0.02
 """Gain of a record below which a plan ends."""
+TRUST = 0.03
+"""Share of a number to which model and calibration are trusted: closer, a number gains nothing by more records, and the
+time is better spent on another."""
 DRAWS = 1
 """Devices of what is believed at which information is found: that of the values alone, for a record with derivatives
 costs as much as fifty simulations without."""
@@ -95,7 +98,7 @@ def rank(
     At draws of what is believed every record is simulated once with exact derivatives, and adds its information
     (`tarsus.synthesis.information`) to what is believed; the gains of the channels are unknown in all records alike.
     The gain is ``log(std before / std after)`` of the parameter, all others being unknown as believed, in the mean over
-    draws; without a parameter the mean over all numbers of that factor's logarithm, the volume of what is left.
+    draws; without a parameter the mean over all numbers. No number is taken to be known more closely than `TRUST`.
 
     The plan is greedy: the record with the largest gain per second, given those before, as long as it fits the budget
     (two at once, where no single one gains 2 %); or the best single record, where that tells more.
@@ -149,7 +152,7 @@ class _Gained:
     def __init__(
         self, told: Sequence[Sequence[Told | str]], belief: Belief, sensing: Sensing, parameter: str | None
     ) -> None:
-        self.paths = tuple(belief.unknown)
+        self.paths, self.std = tuple(belief.unknown), belief.std
         gains = gains_of(one for row in told for one in row if isinstance(one, Told))
         names, count = (*self.paths, *gains), len(self.paths)
         nothing = np.zeros((len(names), len(names)))
@@ -168,12 +171,14 @@ class _Gained:
         return first + sum((n * self.each[k] for k, n in counts.items()), np.zeros_like(self.each[0]))
 
     def _size(self, information: Floats) -> Floats:
-        """Logarithm of what is left (nd,): a standard deviation, or the mean of all as a volume has it."""
-        if self.target is not None:
-            return np.log(deviations(information)[:, self.target])
-        count = len(self.paths)
-        gains = np.linalg.slogdet(information[:, count:, count:])[1]
-        return -0.5 * (np.linalg.slogdet(information)[1] - gains) / count
+        """Logarithm of what is left (nd,) of the number in question, or the mean of all."""
+        left = self._trusted(deviations(information)[:, : len(self.paths)])
+        return np.log(left).mean(axis=1) if self.target is None else np.log(left[:, self.target])
+
+    def _trusted(self, left: Floats) -> Floats:
+        """Standard deviations with what the model is trusted to, as far as records set them and not what is believed."""
+        trust = np.minimum(TRUST, self.std)
+        return np.sqrt(left**2 + trust**2 * (1.0 - np.minimum(left / self.std, 1.0) ** 2))
 
     def gain(self, counts: Mapping[int, int]) -> float:
         """Expected gain of records, so many of each candidate."""
@@ -212,7 +217,12 @@ def _all_told(
 
 
 def _told(
-    scene: Scene, belief: Belief, sensing: Sensing, drive: str, impacts: int | None, job: tuple[Recording, Floats]
+    scene: Scene,
+    belief: Belief,
+    sensing: Sensing,
+    drive: str,
+    impacts: int | None,
+    job: tuple[Recording, Floats],
 ) -> Told | str:
     recording, logs = job
     try:

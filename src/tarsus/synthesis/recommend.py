@@ -77,7 +77,10 @@ class Recommendation:
         others = [path for path in found.paths if path != found.parameter]
         if found.parameter is None:
             return f"not known exactly: {', '.join(others)}"
-        value, before = get_value(self.scene, found.parameter), found.before[found.paths.index(found.parameter)]
+        value, before = (
+            get_value(self.scene, found.parameter),
+            found.before[found.paths.index(found.parameter)],
+        )
         known = f"{found.parameter} = {amount(value, found.unit, 5)}, known within {_within(before)} (95 %)"
         return f"{known}\nnot known either: {', '.join(others) or 'nothing'}"
 
@@ -106,15 +109,25 @@ class Recommendation:
         """Every number: what is known of it, and what these records can tell at best."""
         found, says = self.ranking, self.says
         rows = [
-            (path, _within(before), _within(bound), says[path].value if says[path] is not Verdict.ASSUMED else "")
+            (
+                path,
+                _within(before),
+                _within(bound),
+                says[path].value if says[path] is not Verdict.ASSUMED else "",
+            )
             for path, before, bound in zip(found.paths, found.before, found.bounds, strict=True)
         ]
         lacking = [path for path, word in says.items() if word is Verdict.ASSUMED]
         of = "these records" if found.plan.steps else f"'{found.ranked[0].recording.name}'"
-        notes = ["Lower bounds: no estimate is closer, and a model or an instrument that is wrong not as close."]
+        notes = [
+            "Lower bounds: no estimate is closer, and a model or an instrument that is wrong not as close."
+        ]
         notes += [f"Not from {of}: {', '.join(lacking)}."] if lacking else []
         return Table(
-            f"What {of} can tell (95 %):", ("number", "known now within", "lower bound", "at best"), rows, notes
+            f"What {of} can tell (95 %):",
+            ("number", "known now within", "lower bound", "at best"),
+            rows,
+            notes,
         )
 
     def to_dict(self) -> dict[str, Any]:
@@ -274,7 +287,9 @@ def _quantities(
     found: dict[str, list[float]] = {}
     for name, values in vary.items():
         if name not in UNITS:
-            problems.append(f"vary: candidates differ in {', '.join(UNITS)}, not in '{name}'{nearest(name, UNITS)}")
+            problems.append(
+                f"vary: candidates differ in {', '.join(UNITS)}, not in '{name}'{nearest(name, UNITS)}"
+            )
             continue
         listed = values.split(",") if isinstance(values, str) else values
         each = listed if isinstance(listed, Sequence) else [listed]

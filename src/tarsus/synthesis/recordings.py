@@ -127,7 +127,9 @@ def placed(scene: Scene, recording: Recording, drive: str) -> Scene:
     """The scene of a recording: its drive, its distance, begun at rest, as the scene says where it gives all drives
     theirs."""
     if recording.signal is None:
-        gaps = {f"robot.feet.{name}.gap": recording.gap for name in scene.robot.feet if recording.gap is not None}
+        gaps = {
+            f"robot.feet.{name}.gap": recording.gap for name in scene.robot.feet if recording.gap is not None
+        }
         return with_values(scene, {"gait": recording.gait, "signals": dict(recording.signals)} | gaps)
     changes: dict[str, object] = {
         "signals": {drive: recording.signal},
