@@ -176,7 +176,7 @@ class _Gained:
         return np.log(left).mean(axis=1) if self.target is None else np.log(left[:, self.target])
 
     def _trusted(self, left: Floats) -> Floats:
-        """Standard deviations with what the model is trusted to, as far as records set them and not what is believed."""
+        """Standard deviations with what the model is trusted to, as far as records set them, not what is believed."""
         trust = np.minimum(TRUST, self.std)
         return np.sqrt(left**2 + trust**2 * (1.0 - np.minimum(left / self.std, 1.0) ** 2))
 
