@@ -4,7 +4,7 @@
 from tarsus.calibrate.calibrating import calibrate as calibrate
 from tarsus.cluster.verb import sweep as sweep
 from tarsus.identify.verb import identify as identify
-from tarsus.identify.recommend import recommend as recommend
+from tarsus.synthesis.recommend import recommend as recommend
 from tarsus.inspection.begin import new as new
 from tarsus.inspection.installation import devices as devices, doctor as doctor
 from tarsus.inspection.show import check as check, show as show

@@ -119,8 +119,7 @@ def open_table(found: Identification) -> Table:
     open_ones = (path for path, word in words_of(found).items() if word != "determined")
     path = next((path for path in open_ones if path.startswith("ground.")), None)
     known = (
-        f"tarsus recommend identified.toml --parameter {path} --budget '2 s' ranks drive signals by what a record of "
-        "each would say of it."
+        f"tarsus recommend identified.toml --parameter {path} --budget '2 s' ranks records by what they say of it."
     )
     return Table("Open, and what to record for it", ("open", "why", "record"), rows, [known] if path else [])
 

@@ -72,14 +72,9 @@ def planned(scene: Scene, rate: float, drive: str) -> list[Recording]:
     """
     if isinstance(scene.robot.structure, Walker):
         return planned_walks(scene)
-    if any(foot.electrode is not None for foot in scene.robot.feet.values()):
-        return _robot_plan(scene, rate, drive)
-    recordings = _sweeps(scene, rate, drive)
-    recordings.append(
-        Recording(
-            "loops", Purpose.LOOPS, _staircase((-8.0, 8.0, -6.0, 6.0, -4.0, 4.0, 0.0)), 3.0, share=_LOOP_SHARE
-        )
-    )
+    recordings = in_air(scene, rate, drive)
+    if _is_robot(scene):
+        return recordings + _robot_plan(scene, rate, drive)
     for hz, duty, periods in RAMPS:
         wave = RampedSquare(amplitude=8.0, frequency=hz, duty=duty)
         recordings.append(Recording(f"ramps-{hz:g}hz-{100 * duty:g}", Purpose.RAMPS, wave, periods / hz))
@@ -100,17 +95,34 @@ def planned(scene: Scene, rate: float, drive: str) -> list[Recording]:
     return recordings
 
 
-def _robot_plan(scene: Scene, rate: float, drive: str) -> list[Recording]:
-    """The experiments on a robot whose height can be set, as in section 3.4 of the source: in the air, close to the
-    ground without contact, and bouncing."""
-    signal = scene.signals[drive]
-    top = float(np.max(signal.volts(np.linspace(0.0, 0.1, 2001))))
-    recordings = _robot_sweeps(scene, rate, top)
-    recordings.append(
-        Recording(
-            "loops", Purpose.LOOPS, _staircase((top, 0.0, top, 0.0)), 2.0, gap=IN_AIR, share=_LOOP_SHARE
-        )
+def in_air(scene: Scene, rate: float, drive: str) -> list[Recording]:
+    """Sweeps and slow loops that no ground disturbs."""
+    if not _is_robot(scene):
+        turns = _staircase((-8.0, 8.0, -6.0, 6.0, -4.0, 4.0, 0.0))
+        loops = Recording("loops", Purpose.LOOPS, turns, 3.0, share=_LOOP_SHARE)
+        return [*_sweeps(scene, rate, drive), loops]
+    top = _top(scene, drive)
+    loops = Recording(
+        "loops", Purpose.LOOPS, _staircase((top, 0.0, top, 0.0)), 2.0, gap=IN_AIR, share=_LOOP_SHARE
     )
+    return [*_robot_sweeps(scene, rate, top), loops]
+
+
+def _is_robot(scene: Scene) -> bool:
+    """Whether the height of a device can be set: its feet have electrodes then."""
+    return any(foot.electrode is not None for foot in scene.robot.feet.values())
+
+
+def _top(scene: Scene, drive: str) -> float:
+    """Highest volts of a device's own signal."""
+    return float(np.max(scene.signals[drive].volts(np.linspace(0.0, 0.1, 2001))))
+
+
+def _robot_plan(scene: Scene, rate: float, drive: str) -> list[Recording]:
+    """The experiments on a robot whose height can be set, as in section 3.4 of the source, on the ground: close to it
+    without contact, and bouncing."""
+    signal, top = scene.signals[drive], _top(scene, drive)
+    recordings: list[Recording] = []
     own = min(foot.gap for foot in scene.robot.feet.values())
     attracts = any(law is not None for law in (scene.ground.acting.film, scene.ground.acting.electrostatic))
     for share in CLOSE_GAPS if attracts else ():

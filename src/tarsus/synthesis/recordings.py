@@ -87,7 +87,7 @@ def recorded(
     rate = instrument.rate / recording.share
     times = np.arange(int(np.floor(recording.duration * rate * (1.0 + 1e-12)))) / rate
     there = placed(scene, recording, drive)
-    outputs = _outputs(there, recording, instrument)
+    outputs = outputs_of(there, recording, instrument)
     run = simulate(there, recording.duration)
     if run.ended is not ResultCode.DONE:
         raise InputError(f"'{recording.name}' cannot be recorded: {run.ended}")
@@ -108,7 +108,7 @@ def recorded(
         )  # fmt: skip
 
 
-def _outputs(scene: Scene, recording: Recording, instrument: Instrument) -> list[Output]:
+def outputs_of(scene: Scene, recording: Recording, instrument: Instrument) -> list[Output]:
     """What is recorded: the motion of the feet and of all points; of a walk that of the body, and the motional currents
     of all drives behind a bridge."""
     robot, shown = scene.robot, instrument.displacement and recording.purpose is not Purpose.MODAL
@@ -124,9 +124,13 @@ def _outputs(scene: Scene, recording: Recording, instrument: Instrument) -> list
 
 
 def placed(scene: Scene, recording: Recording, drive: str) -> Scene:
-    """The scene of a recording: its drive, its distance, begun at rest, as the scene says of a walker."""
+    """The scene of a recording: its drive, its distance, begun at rest, as the scene says where it gives all drives
+    theirs."""
     if recording.signal is None:
-        return with_values(scene, {"gait": recording.gait, "signals": dict(recording.signals)})
+        gaps = {
+            f"robot.feet.{name}.gap": recording.gap for name in scene.robot.feet if recording.gap is not None
+        }
+        return with_values(scene, {"gait": recording.gait, "signals": dict(recording.signals)} | gaps)
     changes: dict[str, object] = {
         "signals": {drive: recording.signal},
         "initial.displacement": rest_state(scene),

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from tarsus.base.errors import InputError
+from tarsus.model.drive.gait import AnyGait, Layout
 from tarsus.model.drive.waveforms import Square
 from tarsus.model.scene import Scene
 from tarsus.records.purpose import Purpose
-from tarsus.synthesis.recordings import Recording
+from tarsus.synthesis.recordings import REPEATS, Recording
 
 PACES = (1.0, 0.6)
 """Frequencies of the walks, in that of the device's gait: the film acts by the speed, adhesion by the time on the
@@ -31,19 +32,32 @@ def planned_walks(scene: Scene) -> list[Recording]:
         return [Recording("walk-1", Purpose.WALKING, None, scene.duration, signals=scene.signals)]
     if gait is None or layout is None:
         raise InputError(f"'{scene.name}' does not walk: give it a gait, or signals")
-    walks = []
-    for number, pace in enumerate(PACES, start=1):
-        paced = gait.model_copy(update={"frequency": float(f"{pace * gait.frequency:.9g}")})
-        seconds = PERIODS / paced.frequency
-        walks.append(
-            Recording(f"walk-{number}", Purpose.WALKING, None, seconds, gait=paced, signals=scene.signals)
+    walks = [
+        walk(
+            scene,
+            gait.model_copy(update={"frequency": float(f"{pace * gait.frequency:.9g}")}),
+            f"walk-{number}",
         )
+        for number, pace in enumerate(PACES, start=1)
+    ]
+    return walks + exercises(layout, gait)
+
+
+def walk(scene: Scene, gait: AnyGait, name: str, repeats: int = REPEATS) -> Recording:
+    """Some periods of a gait."""
+    seconds = PERIODS / gait.frequency
+    return Recording(name, Purpose.WALKING, None, seconds, repeats=repeats, gait=gait, signals=scene.signals)
+
+
+def exercises(layout: Layout, gait: AnyGait, said: str = "") -> list[Recording]:
+    """Single legs that step at the pace and by the volts of a gait while the others stand."""
     half = 0.5 * (gait.high - gait.low)
     step = Square(amplitude=half, offset=gait.low + half, frequency=gait.frequency, duty=gait.duty)
     seconds, groups = PERIODS / gait.frequency, layout.groups
     chosen = np.unique(np.linspace(0, len(groups) - 1, min(MOST_LEGS, len(groups))).round().astype(int))
+    out = []
     for legs in (groups[k] for k in chosen.tolist()):
         alone = dict.fromkeys((name for name, reach in layout.drives.items() if reach.legs == legs), step)
-        name = f"exercise-{'-'.join(legs)}"
-        walks.append(Recording(name, Purpose.WALKING, None, seconds, repeats=1, signals=alone))
-    return walks
+        name = f"exercise-{'-'.join(legs)}{said}"
+        out.append(Recording(name, Purpose.WALKING, None, seconds, repeats=1, signals=alone))
+    return out

@@ -1,0 +1,300 @@
+"""The verb `tarsus.recommend`: what to record next, and what cannot be told from it."""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from math import exp, inf, log
+from pathlib import Path
+from typing import Any
+
+from tarsus.base.errors import InputError
+from tarsus.base.messages import nearest
+from tarsus.base.spec import get_value
+from tarsus.base.threads import single_threaded
+from tarsus.base.units import parse_quantity
+from tarsus.base.workers import Workers
+from tarsus.files.draws import read_draws
+from tarsus.files.library import SceneLike, as_scene
+from tarsus.fit.verdict import Verdict, verdict_of
+from tarsus.model.scene import Scene
+from tarsus.synthesis.belief import Belief
+from tarsus.synthesis.information import Sensing
+from tarsus.synthesis.proposals import UNITS, proposals
+from tarsus.synthesis.ranking import Ranking, rank
+from tarsus.tables.numbers import amount
+from tarsus.tables.table import Column, Table
+
+Values = str | float | Sequence[float | str]
+"""One number or several: SI, or texts with units, in one text with commas between them."""
+
+SHOWN = 12
+"""Records that the table names; the plain data hold all."""
+NEAR = 1.5
+"""Factor of a 95 % interval below which it is said in percent: beyond, both sides of it differ by more than a half."""
+NOTHING = 10.0
+"""Factor of a 95 % interval from which on no more is said: not even the order of magnitude is told."""
+
+
+@dataclass(frozen=True, repr=False)
+class Recommendation:
+    """Records by what each would tell of one number, or of all, and those chosen within the budget."""
+
+    scene: Scene
+    ranking: Ranking
+
+    @property
+    def says(self) -> dict[str, Verdict]:
+        """What the plan's records will say of each number at best; *assumed* where they tell nothing of it."""
+        found = self.ranking
+        return {
+            path: verdict_of((exp(-1.96 * after), exp(1.96 * after)), of_prior=after / before)
+            for path, before, after in zip(found.paths, found.before, found.after, strict=True)
+        }
+
+    def table(self) -> Table:
+        """What is known, the best records, the plan, and what it leaves of every number."""
+        found = self.ranking
+        best = found.ranked[:SHOWN]
+        rows = [
+            (one.recording.name, one.recording.duration, self._shown(one.gain), one.repeats or None, one.note)
+            for one in best
+        ]
+        more = len(found.ranked) - len(best)
+        what = "known after it within" if found.parameter else "intervals narrower by"
+        return Table(
+            self._title(),
+            ("record", Column("time", "s", 3), what, "in the plan", "note"),
+            rows,
+            [f"and {more} records that tell less"] if more else [],
+            [self._plan(), self._numbers()],
+        )
+
+    def _title(self) -> str:
+        found = self.ranking
+        others = [path for path in found.paths if path != found.parameter]
+        if found.parameter is None:
+            return f"not known exactly: {', '.join(others)}"
+        value, before = (
+            get_value(self.scene, found.parameter),
+            found.before[found.paths.index(found.parameter)],
+        )
+        known = f"{found.parameter} = {amount(value, found.unit, 5)}, known within {_within(before)} (95 %)"
+        return f"{known}\nnot known either: {', '.join(others) or 'nothing'}"
+
+    def _shown(self, gain: float) -> str:
+        found = self.ranking
+        if found.parameter is None:
+            return f"a factor of {exp(gain):.3g}"
+        return _within(found.before[found.paths.index(found.parameter)] * exp(-gain))
+
+    def _plan(self) -> Table:
+        found, plan = self.ranking, self.ranking.plan
+        what = found.parameter or "the numbers"
+        if not plan.steps:
+            told = f"No record within {found.budget:g} s tells enough about {what} to be worth taking."
+            return Table(told, (), ())
+        expected = f"known within {self._shown(plan.gain)} (95 %)" if found.parameter else (
+            f"intervals narrower by {self._shown(plan.gain)} in the mean")  # fmt: skip
+        return Table(
+            f"Record, in {plan.cost:.3g} s of {found.budget:g} s:",
+            ("record", "times"),
+            list(Counter(recording.name for recording, _ in plan.steps).items()),
+            [f"Expected: {expected}."],
+        )
+
+    def _numbers(self) -> Table:
+        """Every number: what is known of it, and what these records can tell at best."""
+        found, says = self.ranking, self.says
+        rows = [
+            (
+                path,
+                _within(before),
+                _within(bound),
+                says[path].value if says[path] is not Verdict.ASSUMED else "",
+            )
+            for path, before, bound in zip(found.paths, found.before, found.bounds, strict=True)
+        ]
+        lacking = [path for path, word in says.items() if word is Verdict.ASSUMED]
+        of = "these records" if found.plan.steps else f"'{found.ranked[0].recording.name}'"
+        notes = [
+            "Lower bounds: no estimate is closer, and a model or an instrument that is wrong not as close."
+        ]
+        notes += [f"Not from {of}: {', '.join(lacking)}."] if lacking else []
+        return Table(
+            f"What {of} can tell (95 %):",
+            ("number", "known now within", "lower bound", "at best"),
+            rows,
+            notes,
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data of all records; standard deviations are those of natural logarithms."""
+        found, says = self.ranking, self.says
+        before = None if found.parameter is None else found.before[found.paths.index(found.parameter)]
+        return {
+            "parameter": found.parameter,
+            "unknown": list(found.paths),
+            "std": before,
+            "budget_s": found.budget,
+            "records": [
+                {
+                    "name": one.recording.name,
+                    **_driven(one.recording),
+                    "gap_m": one.recording.gap,
+                    "record_s": one.recording.duration,
+                    "std": None if before is None else before * exp(-one.gain),
+                    "gain": one.gain,
+                    "records": one.repeats,
+                    "note": one.note,
+                    "bounds": dict(zip(found.paths, map(_finite, one.bounds), strict=True)),
+                }
+                for one in found.ranked
+            ],
+            "plan": {
+                "records": [{"name": recording.name, "gain": gain} for recording, gain in found.plan.steps],
+                "cost_s": found.plan.cost,
+                "std": None if before is None else before * exp(-found.plan.gain),
+                "gain": found.plan.gain,
+            },
+            "numbers": [
+                {"path": path, "std": was, "bound": _finite(bound), "std_after": after, "says": says[path].value}
+                for path, was, bound, after in zip(found.paths, found.before, found.bounds, found.after, strict=True)
+            ],
+        }  # fmt: skip
+
+    def __str__(self) -> str:
+        return self.table().text()
+
+    __repr__ = __str__
+
+    def _repr_html_(self) -> str:
+        return self.table().html()
+
+
+def _driven(recording: Any) -> dict[str, Any]:
+    """What drives a record: one signal, a gait, or signals of some drives."""
+    return {
+        "signal": None if recording.signal is None else recording.signal.model_dump(),
+        "gait": None if recording.gait is None else recording.gait.model_dump(),
+        "signals": {drive: one.model_dump() for drive, one in recording.signals.items()},
+    }
+
+
+def _finite(std: float) -> float | None:
+    """A standard deviation; none where not even the order of magnitude is told."""
+    return std if 1.96 * std < log(NOTHING) else None
+
+
+def _within(std: float) -> str:
+    """The 95 % interval of a number whose logarithm has that standard deviation, to either side."""
+    factor = exp(1.96 * std) if std < 100.0 else inf
+    if factor >= NOTHING:
+        return "not at all"
+    return f"{100.0 * (factor - 1.0):.3g} %" if factor < NEAR else f"a factor of {factor:.3g}"
+
+
+@single_threaded
+def recommend(
+    device: SceneLike,
+    *,
+    parameter: str | None = None,
+    budget: float | str,
+    vary: Mapping[str, Values] | None = None,
+    unknown: Sequence[str] = (),
+    spread: float | str = "30 %",
+    draws: str | os.PathLike[str] | None = None,
+    sensing: Sensing | None = None,
+    seed: int = 0,
+    threads: Workers = None,
+    progress: Callable[[int, int, str], None] | None = None,
+) -> Recommendation:
+    """Rank records by what each would tell about one number, or about all, and choose some for a budget.
+
+    Of a device they are ramped squares, a sweep and slow loops, of a walker its gait and single legs.
+
+    Parameters
+    ----------
+    device
+        A device, a scene file, such as identified.toml, or a scene.
+    parameter
+        Path of the number in question, such as ``ground.adhesion.rate``; all that are not known where left out.
+    budget
+        Time of recording [s].
+    vary
+        What the candidates differ in, every combination: ``hz``, ``volts``, ``ramp`` (lambda, the share of half a
+        period that each ramp of the ramped square takes), ``gap``, as ``{"hz": "5, 15, 50"}``. About the device's own
+        signal where left out, and never stronger. Of a walker ``hz`` and ``volts``, of its gait.
+    unknown
+        Paths of further numbers that are not known exactly; those that a campaign identifies are.
+    spread
+        Standard deviation of what has no interval, as a share of it.
+    draws
+        File of draws of `identify`; draws.npz beside a scene file when left out.
+    sensing
+        The instruments; by default a vibrometer at 20 kHz, and of a walker a bridge behind its drives.
+    seed
+        Of the draws.
+    threads
+        Worker threads, or an executor.
+    progress
+        Called as ``progress(done, total, what)``.
+
+    Returns
+    -------
+    Recommendation
+        The ranking, the plan within the budget, and lower bounds of every number.
+
+    Raises
+    ------
+    InputError
+        For a parameter that the scene lacks, quantities that cannot be read, and as `tarsus.synthesis.ranking.rank`.
+    """
+    scene = as_scene(device)
+    seconds, share, grid = _quantities(budget, spread, vary or {})
+    file = draws_beside(device) if draws is None and not isinstance(device, Scene) else draws
+    told = None if file is None else read_draws(Path(file))
+    belief = Belief.of(scene, [*([parameter] if parameter else []), *unknown], share, told)
+    tool = sensing or Sensing()
+    found = rank(
+        scene, proposals(scene, grid, tool.rate), belief, parameter, seconds, sensing=tool, seed=seed,
+        threads=threads, progress=progress,
+    )  # fmt: skip
+    return Recommendation(scene, found)
+
+
+def draws_beside(device: str | os.PathLike[str]) -> Path | None:
+    """The draws that `identify` wrote beside a scene file, where there are any."""
+    file = Path(device).with_name("draws.npz")
+    return file if os.fspath(device).endswith(".toml") and file.exists() else None
+
+
+def _quantities(
+    budget: float | str, spread: float | str, vary: Mapping[str, Values]
+) -> tuple[float, float, dict[str, list[float]]]:
+    """Budget [s], share, and values [SI] of what is varied; with everything that is wrong."""
+    problems: list[str] = []
+
+    def read(name: str, value: float | str, unit: str) -> float:
+        try:
+            return parse_quantity(value, unit)
+        except InputError as error:
+            problems.extend(f"{name}: {one}" for one in error.problems)
+            return float("nan")
+
+    found: dict[str, list[float]] = {}
+    for name, values in vary.items():
+        if name not in UNITS:
+            problems.append(
+                f"vary: candidates differ in {', '.join(UNITS)}, not in '{name}'{nearest(name, UNITS)}"
+            )
+            continue
+        listed = values.split(",") if isinstance(values, str) else values
+        each = listed if isinstance(listed, Sequence) else [listed]
+        found[name] = [read(name, one.strip() if isinstance(one, str) else one, UNITS[name]) for one in each]
+    out = read("budget", budget, "s"), read("spread", spread, "1"), found
+    if problems:
+        raise InputError(problems)
+    return out
