@@ -246,9 +246,7 @@ def cubic(random: Random, decibels: float) -> Case:
     shift = 0.2 * np.abs(poles.real).min() * np.abs(poles).min()
     amplitude = np.abs(linear).max() / np.abs(poles).min()
     rows = forced(own, force, 3, shift / (0.75 * amplitude**2))
-    return Case(
-        (record(force, noisy(random, rows, decibels)),), poles, hardly(poles, own, decibels, 3, 1.0)
-    )
+    return Case((record(force, noisy(random, rows, decibels)),), poles, hardly(poles, own, decibels, 3, 1.0))
 
 
 def hum(random: Random, decibels: float) -> Case:
@@ -307,7 +305,9 @@ def hysteretic(random: Random, decibels: float) -> Case:
     parts = random.standard_normal((2, *exact.shape)) * (LINES / 400.0) ** 0.5 / np.sqrt(2.0)
     values = exact + level * (parts[0] + 1.0j * parts[1])
     frf = Frf(LINES, values[:, None], names(4), ("force",), Quantity.VELOCITY)
-    poles = 1.0j * w * np.sqrt(1.0 + 2.0j * ratios)  # of the response itself, whose mirrored pole is no conjugate
+    poles = (
+        1.0j * w * np.sqrt(1.0 + 2.0j * ratios)
+    )  # of the response itself, whose mirrored pole is no conjugate
     viscous = Structure.draw(random, f, ratios, shapes=shapes)
     return Case((frf,), poles, shown_in(viscous, poles, level, 4))
 
@@ -323,7 +323,9 @@ def decay(random: Random, decibels: float) -> Case:
     rows = noisy(random, rows, decibels, 1.0) + rows.std() * random.normal(0.0, 0.1, (3, 1))
     channels = tuple(Channel(n, Quantity.VELOCITY) for n in names(3))
     inside, seen = own.poles(), hardly(own.poles(), own, decibels, 3, 1.0)
-    return Case((Measurement(channels, rows, 1.0 / RATE, source="decay"),), inside, seen, words={"decay": True})
+    return Case(
+        (Measurement(channels, rows, 1.0 / RATE, source="decay"),), inside, seen, words={"decay": True}
+    )
 
 
 DEVELOPED = (nonproportional, weak, windowed, cubic, hum, roving, hysteretic, decay)

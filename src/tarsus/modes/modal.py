@@ -219,7 +219,8 @@ def identify_modes(
     """
     if isinstance(frf, FrequencyResponse):  # a line next to 0 Hz may be off the grid of the others
         frf = Frf.of(frf.between(max(band[0], 0.5 * float(np.median(np.diff(frf.frequency)))), band[1]))
-    part = frf.between(*band)
+    given = frf.between(*band)
+    part, back = _by_size(given)
     count = len(part.frequency)
     top = min(order, count // 4)
     if top < 2:
@@ -248,7 +249,26 @@ def identify_modes(
         mode_of(part, fit, seen[pole], one) for (pole, fit), one in zip(kept.items(), between, strict=True)
     ]
     judged, delay = judged_together(modes, part)
-    return ModalFit(part, judged, poles, synthesis, delay=delay)
+    judged = tuple(replace(mode, residues=mode.residues[back]) for mode in judged)
+    return ModalFit(given, judged, poles, synthesis[back], delay=delay)
+
+
+def _by_size(frf: Frf) -> tuple[Frf, tuple[NDArray[np.intp], NDArray[np.intp]]]:
+    """The same with points and drives in the order of their size, and how to put them back: so that what is found
+    depends on the order they were given in by no digit."""
+    size = np.linalg.norm(frf.values, axis=-1)
+    outputs, inputs = np.argsort(np.linalg.norm(size, axis=1)), np.argsort(np.linalg.norm(size, axis=0))
+    at = np.ix_(outputs, inputs)
+    arranged = replace(
+        frf,
+        values=frf.values[at],
+        outputs=tuple(frf.outputs[o] for o in outputs),
+        inputs=tuple(frf.inputs[i] for i in inputs),
+        repeats=None if frf.repeats is None else frf.repeats[:, outputs][:, :, inputs],
+        coherence=None if frf.coherence is None else frf.coherence[outputs],
+        files=tuple(frf.files[o] for o in outputs) if frf.files else (),
+    )
+    return arranged, (np.argsort(outputs)[:, None], np.argsort(inputs)[None])
 
 
 def _refined(
