@@ -208,6 +208,25 @@ def some(random: Random, count: int, low: float = 130.0, high: float = 850.0) ->
 # --- kinds that thresholds may be looked at with
 
 
+def wide(random: Random, decibels: float, repeats: int = 1) -> Case:
+    """Displacements of four modes at eight points, far apart in a band of 6700 lines; several repeats are averaged."""
+    f = 200.0 * np.cumprod(np.append(random.uniform(1.0, 1.8), random.uniform(1.35, 2.3, size=3)))
+    shapes = random.uniform(0.3, 1.0, size=(4, 8)) * random.choice([-1.0, 1.0], size=(4, 8)) * f[:, None]
+    ratios, lines = random.uniform(0.005, 0.04, size=4), np.arange(100.0, 6800.0, 1.0)
+    w, own = 2.0 * np.pi * lines, 2.0 * np.pi * f[:, None]
+    curves = 1.0 / (own**2 - w**2 + 2.0j * ratios[:, None] * own * w)
+    exact = np.einsum("mp,m,mf->pf", shapes, shapes[:, 0], curves)[:, None]
+    level = 10.0 ** (-decibels / 20.0) * np.sqrt(np.mean(np.abs(exact) ** 2, axis=-1, keepdims=True) / 2.0)
+    parts = random.standard_normal((2, repeats, *exact.shape))
+    single = exact + level * (parts[0] + 1.0j * parts[1])
+    frf = Frf(
+        lines, single.mean(axis=0), names(8), ("p1",), Quantity.DISPLACEMENT, single if repeats > 1 else None
+    )
+    poles = own[:, 0] * (-ratios + 1.0j * np.sqrt(1.0 - ratios**2))
+    peak = np.abs(shapes * shapes[:, :1]).T / (2.0 * ratios * own[:, 0] ** 2)
+    return Case((frf,), poles, np.any(peak > 3.0 * level[:, 0], axis=0), (lines[0], lines[-1]))
+
+
 def nonproportional(random: Random, decibels: float) -> Case:
     """Local dashpots double the damping and turn the shapes complex."""
     return from_responses(random, Structure.draw(random, *some(random, 6), local=1.0), decibels)
@@ -328,7 +347,7 @@ def decay(random: Random, decibels: float) -> Case:
     )
 
 
-DEVELOPED = (nonproportional, weak, windowed, cubic, hum, roving, hysteretic, decay)
+DEVELOPED = (wide, nonproportional, weak, windowed, cubic, hum, roving, hysteretic, decay)
 
 
 # --- kinds that nothing may be set by

@@ -388,6 +388,5 @@ def decays(records: Sequence[Measurement], drive: str | None = None) -> Frf:
         tuple(records[0].channel(name).at for name in known),
         tuple(f"release {k}" for k in range(1, len(records) + 1)),
         quantities.pop(),
-        resolving=0.0,
         forced=False,
     )

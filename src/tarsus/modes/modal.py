@@ -17,7 +17,7 @@ from tarsus.modes.lscf import fit_poles
 from tarsus.modes.lsfd import residues_of, synthesise
 from tarsus.modes.mode import IdentifiedMode, ModeVerdict, judged_together, mode_of
 from tarsus.modes.pole_search import candidate_poles, poles_of_parts, reach
-from tarsus.modes.refine import LocalFit, refine_pole
+from tarsus.modes.refine import LocalFit, Surroundings, refine_pole
 from tarsus.modes.spread import spreads
 from tarsus.records.measurement import FrequencyResponse
 from tarsus.tables.table import Column, Table
@@ -38,6 +38,8 @@ _STEADY = 0.5
 """Part of the orders that must have a pole for it to be taken for a neighbour beforehand."""
 _DAMPING_MOVES = 1.5
 """Bandwidths by which a refined pole may change its damping, which first models find too large."""
+_SMEARED = 0.01
+"""Half-power band, in lines, below which a pole seen through windows has no damping: a hundredth of their width."""
 _UNEXPLAINED = 0.3
 """Part of the responses unexplained from which on it is remarked: a mode is missing or the model is wrong."""
 
@@ -232,9 +234,7 @@ def identify_modes(
     poles = fit_poles(part.frequency, part.values, orders)
     candidates, more = candidate_poles(part, poles, smallest), poles_of_parts(part, smallest)
     steady = [one.pole for one in candidates if one.pole.real < 0.0 and one.orders >= _STEADY * len(orders)]
-    kept = _refined(
-        part.frequency, channels, [one.pole for one in candidates], [one.pole for one in more], steady
-    )
+    kept = _refined(part, channels, [one.pole for one in candidates], [one.pole for one in more], steady)
     seen = {one.pole: one.orders for one in (*more, *candidates)}
     if not kept:
         raise InputError(
@@ -242,8 +242,10 @@ def identify_modes(
             "order and stands out of the noise; look at the coherence, or average more"
         )
     refined = np.array([fit.pole for fit in kept.values()])
-    residues, background = residues_of(part.frequency, channels, refined)
-    synthesis = (synthesise(part.frequency, refined, residues) + background).reshape(part.values.shape)
+    residues, background = residues_of(part.frequency, channels, refined, hann=part.hann)
+    synthesis = (synthesise(part.frequency, refined, residues, part.hann) + background).reshape(
+        part.values.shape
+    )
     between = spreads(part, poles, synthesis, tuple(kept.values())) if between_fits else [None] * len(kept)
     modes = [
         mode_of(part, fit, seen[pole], one) for (pole, fit), one in zip(kept.items(), between, strict=True)
@@ -272,7 +274,7 @@ def _by_size(frf: Frf) -> tuple[Frf, tuple[NDArray[np.intp], NDArray[np.intp]]]:
 
 
 def _refined(
-    frequency: Floats,
+    frf: Frf,
     channels: Complexes,
     poles: Sequence[complex],
     more: Sequence[complex],
@@ -286,11 +288,13 @@ def _refined(
     all, except those whose damping is uncertain by half or more and that are not the strongest; where neighbours lead
     it astray, it stays as it was.
     """
-    line = float(frequency[1] - frequency[0])
+    frequency, line, window = frf.frequency, frf.line, Surroundings(hann=frf.hann)
 
     def refined(start: complex, others: Complexes, residues: Complexes | None = None) -> LocalFit | None:
-        fit = refine_pole(frequency, channels, start, others, residues)
+        fit = refine_pole(frequency, channels, start, others, residues, window)
         if fit is None or fit.significance < _SIGNIFICANT:
+            return None
+        if frf.hann and abs(fit.pole.real) < _SMEARED * np.pi * line:  # a tone, which the window makes three lines wide
             return None
         moved, own = fit.pole - start, max(abs(start.real), 2.0 * np.pi * line)
         return fit if abs(moved.imag) <= own and abs(moved.real) <= _DAMPING_MOVES * own else None
@@ -315,7 +319,7 @@ def _refined(
             certain.append(pole)
     for _ in range(_ROUNDS):
         ends = np.array([fits[pole].pole for pole in certain])
-        residues, _ = residues_of(frequency, channels, ends)
+        residues, _ = residues_of(frequency, channels, ends, hann=frf.hann)
         for pole, fit in list(fits.items()):
             others = np.array([p != pole for p in certain])
             fits[pole] = refined(fit.pole, ends[others], residues[:, others]) or fit

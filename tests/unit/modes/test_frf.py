@@ -85,8 +85,8 @@ def test_two_drives_are_told_apart(estimator):
     assert frf.coherence is not None and np.median(frf.coherence) > 0.999
 
 
-@pytest.mark.parametrize(("segment", "resolved"), [(0.5, False), (0.7, False), (2.0, True), (4.0, True)])
-def test_a_window_that_is_too_short_for_the_damping_is_told(segment, resolved):
+@pytest.mark.parametrize(("segment", "resolved"), [(0.2, False), (0.7, True), (1.0, True), (2.0, True)])
+def test_the_smearing_of_a_window_is_part_of_the_model(segment, resolved):
     pole = np.exp(2.0 * np.pi * 200.0 / RATE * complex(-0.01, np.sqrt(1.0 - 1e-4)))  # half-power band: 4 Hz
     drive = random_drives(1, 4, 120.0)
     response = lfilter([0.0, 0.1], [1.0, -2.0 * pole.real, abs(pole) ** 2], drive[0])
@@ -97,11 +97,12 @@ def test_a_window_that_is_too_short_for_the_damping_is_told(segment, resolved):
     if resolved:
         assert [mode.verdict for mode in modes] == [ModeVerdict.DETERMINED]
         assert modes[0].frequency.value == pytest.approx(200.0, rel=2e-4)
-        assert modes[0].damping.value == pytest.approx(0.01, rel=0.06)
+        damping = modes[0].damping
+        assert damping.value == pytest.approx(0.01, rel=0.06), "12 % wider at four lines without"
+        assert damping.low < 0.01 < damping.high
     else:
         assert {mode.verdict for mode in modes} == {ModeVerdict.UNDER_RESOLVED}
-        assert any("below 4 lines of" in mode.reason for mode in modes)
-        assert max(mode.damping.value for mode in modes) > 0.0115, "the window makes it wider"
+        assert any("below the line spacing" in mode.reason for mode in modes)
 
 
 def test_what_records_cannot_give():
