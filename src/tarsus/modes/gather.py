@@ -227,13 +227,14 @@ def _with_drives(records: Sequence[Measurement], drive: str | None) -> list[Meas
 def _with_drive_of(driven: Sequence[Measurement], record: Measurement) -> Measurement:
     """A record with the drive that it follows best, of those that share its time."""
     found: list[Measurement] = []
+    problems: list[str] = []
     for other in driven:
         try:
             found.append(synchronised(other, record))
         except InputError as error:
-            none_shared = error
+            problems += error.problems
     if not found:
-        raise none_shared
+        raise InputError(problems)
     return max(found, key=_followed)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.signal import chirp, lfilter
+from scipy.signal.windows import hann
 
 from tarsus.base.errors import InputError
 from tarsus.modes import Estimator, ModeVerdict, estimate_frf, identify_modes
