@@ -19,8 +19,6 @@ Complexes = NDArray[np.complex128]
 _UNEXCITED = 1e-8
 """Part of the largest power below which a line holds no drive: a ten-thousandth of the amplitude, the digit of a
 recorder of 13 bits."""
-HANN = 4.0
-"""Lines below which a half-power band looks wider by more than 11 % through a Hann window."""
 MOTIONS = {Quantity.DISPLACEMENT: 0, Quantity.VELOCITY: 1, Quantity.ACCELERATION: 2}
 """Motions, by how often the displacement is differentiated to give them."""
 
@@ -39,9 +37,9 @@ class Frf:
 
     frequency (nf,) [Hz]; values (no, ni, nf) in the unit of ``quantity`` per unit of drive; outputs: names of the
     points; inputs: names of the drives (that of a point where the drive is a force at it, along the response); repeats
-    (nr, no, ni, nf): the same of single repeats, or None; coherence (no, nf): multiple coherence, or None; resolving:
-    lines that a half-power band must have for its damping to be known, 1 unless a window smears the lines; files: where
-    each point was measured, empty where all were together; forced: whether a known drive excites the motion, False of
+    (nr, no, ni, nf): the same of single repeats, or None; coherence (no, nf): multiple coherence, or None; hann:
+    whether the lines are seen through Hann windows, which smear them; files: where each point was measured, empty where
+    all were together; forced: whether a known drive excites the motion, False of
     free decays, whose residues are turned as they began.
 
     Raises
@@ -57,7 +55,7 @@ class Frf:
     quantity: Quantity
     repeats: Complexes | None = None
     coherence: Floats | None = None
-    resolving: float = 1.0
+    hann: bool = False
     files: tuple[str, ...] = ()
     forced: bool = True
 
@@ -242,7 +240,7 @@ def estimate_frf(
         first.channel(responses[0]).quantity,
         np.array([_response(one, count, estimator) for one in spectra]) if single else None,
         _coherence(mean, count) if total > count else None,
-        1.0 if segment is None else HANN,
+        segment is not None,
     )
 
 

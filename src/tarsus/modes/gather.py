@@ -8,7 +8,7 @@ from pathlib import PurePath
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import resample
+from scipy.signal import coherence, resample, welch
 
 from tarsus.base.errors import InputError
 from tarsus.modes.agreement import alike
@@ -39,7 +39,8 @@ def merged(responses: Sequence[FrequencyResponse]) -> Frf:
 
     Responses of the same point to the same drive are repeats and averaged. Points that the files do not name
     themselves, such as one column of each file, and that respond differently are different ones, named by the files.
-    Velocities and accelerations become what the first file measured.
+    Motions of other kinds become the one that most responses are of, the least often differentiated where several are.
+    The order of the files is that of the points, and nothing else.
 
     Raises
     ------
@@ -48,7 +49,9 @@ def merged(responses: Sequence[FrequencyResponse]) -> Frf:
         named alike that respond differently.
     """
     responses = _named_apart(_on_common_lines(responses))
-    frequency, quantity = responses[0].frequency, responses[0].outputs[0].quantity
+    measured = [output.quantity for one in responses for output in one.outputs]
+    quantity = max(measured, key=lambda one: (measured.count(one), -MOTIONS.get(one, 0)))
+    frequency = responses[0].frequency
     cells: dict[tuple[str, str], list[NDArray[np.complex128]]] = {}
     files: dict[str, str] = {}
     for one in responses:
@@ -100,16 +103,13 @@ def _on_common_lines(responses: Sequence[FrequencyResponse]) -> list[FrequencyRe
         raise InputError(f"the files have no lines in common: {_spans(responses)}")
     edge = 0.5 * min(spacing)
     cut = [one.between(max(low - edge, edge), high + edge) for one in responses]
-    first = cut[0].frequency
-    for one in cut[1:]:
-        if (
-            len(one.frequency) != len(first)
-            or np.max(np.abs(one.frequency - first)) > _SAME_LINE * spacing[0]
-        ):
-            raise InputError(
-                f"the lines of the files are not the same: {_spans(responses)}; export them with one spacing"
-            )
-    return cut
+    if len({len(one.frequency) for one in cut}) == 1:
+        lines = np.array([one.frequency for one in cut])
+        if np.max(np.ptp(lines, axis=0)) <= _SAME_LINE * min(spacing):
+            return [replace(one, frequency=np.median(lines, axis=0)) for one in cut]
+    raise InputError(
+        f"the lines of the files are not the same: {_spans(responses)}; export them with one spacing"
+    )
 
 
 def _spans(responses: Sequence[FrequencyResponse]) -> str:
@@ -122,31 +122,46 @@ def _spans(responses: Sequence[FrequencyResponse]) -> str:
 
 def _named_apart(responses: Sequence[FrequencyResponse]) -> list[FrequencyResponse]:
     """The same, with points that share a name but not a response named by their files."""
-    out: list[FrequencyResponse] = []
-    first: dict[tuple[str, str], NDArray[np.complex128]] = {}
-    for one in responses:
-        other = [
-            o
-            for o, output in enumerate(one.outputs)
-            for i, source in enumerate(one.inputs)
-            if (output.at, source.at) in first and not alike(one.values[o, i], first[output.at, source.at])
-        ]
-        named = [one.outputs[o].at for o in other if one.outputs[o].point is not None]
-        if named:
-            raise InputError(
-                f"{one.source}: point '{named[0]}' does not respond as in another file: is it the same point, with the "
-                "same units and signs?"
-            )
-        stem = PurePath(one.source).stem
-        outputs = [
-            replace(c, point=f"{stem} {c.name}".strip()) if o in other else c
-            for o, c in enumerate(one.outputs)
-        ]
-        out.append(replace(one, outputs=tuple(outputs)))
-        for o, output in enumerate(outputs):
-            for i, source in enumerate(one.inputs):
-                first.setdefault((output.at, source.at), one.values[o, i])
-    return out
+    seen: dict[str, list[tuple[int, FrequencyResponse, NDArray[np.complex128]]]] = {}
+    for k, one in enumerate(responses):
+        for output, values in zip(one.outputs, one.values, strict=True):
+            seen.setdefault(output.at, []).append((k, one, values))
+    renamed: dict[tuple[int, str], str] = {}
+    for name, found in seen.items():
+        groups = _alike_in_groups(found)
+        for group in groups[len(groups) == 1 :]:
+            first = found[group[0]][1]
+            channel = next(c for c in first.outputs if c.at == name)
+            if channel.point is not None:
+                other = found[groups[1][0]][1]
+                raise InputError(
+                    f"{other.source}: point '{name}' does not respond as in another file: is it the same point, with "
+                    "the same units and signs?"
+                )
+            for member in group:
+                renamed[found[member][0], name] = f"{PurePath(first.source).stem} {channel.name}".strip()
+    return [
+        replace(
+            one, outputs=tuple(replace(c, point=renamed[k, c.at]) if (k, c.at) in renamed else c for c in one.outputs)
+        )
+        for k, one in enumerate(responses)
+    ]  # fmt: skip
+
+
+def _alike_in_groups(
+    found: Sequence[tuple[int, FrequencyResponse, NDArray[np.complex128]]],
+) -> list[list[int]]:
+    """Numbers of responses of one name, in groups of which each member is like another to some drive that both have."""
+    apart = list(range(len(found)))
+    for a, (_, one, seen) in enumerate(found):
+        for b, (_, other, values) in enumerate(found[:a]):
+            drives = [source.at for source in other.inputs]
+            pairs = [
+                (seen[i], values[drives.index(x.at)]) for i, x in enumerate(one.inputs) if x.at in drives
+            ]
+            if all(alike(*pair) or alike(*pair[::-1]) for pair in pairs):
+                apart = [apart[b] if group == apart[a] else group for group in apart]
+    return [[k for k, group in enumerate(apart) if group == which] for which in dict.fromkeys(apart)]
 
 
 def responses_of(
@@ -154,9 +169,9 @@ def responses_of(
 ) -> list[FrequencyResponse]:
     """Responses of every record to its drive, on lines that all share.
 
-    A record without the drive belongs to the one with it that was given before it, the first ones to the next: both
-    are read on one clock (`synchronised`). A sweep or a burst is transformed whole, with silence behind
-    it up to the longest record; any other drive is taken for random and cut into segments.
+    A record without the drive is read on one clock (`synchronised`) with the drive that it follows best. A sweep or a
+    burst is transformed whole, with silence behind it up to the longest record; any other drive is taken for random and
+    cut into segments.
 
     Raises
     ------
@@ -206,22 +221,36 @@ def _with_drives(records: Sequence[Measurement], drive: str | None) -> list[Meas
             f"{', '.join(one.source for one in records)}: no channel is known to be the drive: name it with drive, or "
             "say that these are free decays"
         )
-    out: list[Measurement] = []
-    waiting: list[Measurement] = []
-    for one in known:
-        if one.drive is None and not out:
-            waiting.append(one)
-        elif one.drive is None:
-            out[-1] = synchronised(out[-1], one)
-        else:
-            for other in waiting:
-                one = synchronised(one, other)
-            out, waiting = [*out, one], []
-    return out
+    return [one if one.drive is not None else _with_drive_of(with_drive, one) for one in known]
+
+
+def _with_drive_of(driven: Sequence[Measurement], record: Measurement) -> Measurement:
+    """A record with the drive that it follows best, of those that share its time."""
+    found: list[Measurement] = []
+    problems: list[str] = []
+    for other in driven:
+        try:
+            found.append(synchronised(other, record))
+        except InputError as error:
+            problems += error.problems
+    if not found:
+        raise InputError(problems)
+    return max(found, key=_followed)
+
+
+def _followed(record: Measurement) -> float:
+    """How well the motions of a record follow its drive: mean coherence, by their power."""
+    assert record.drive is not None
+    rows = np.array([record[name] for name in record.names if name != record.drive])
+    size = max(record.count // _AVERAGES, 8)
+    found = coherence(record[record.drive], rows, record.rate, nperseg=size)[1]
+    power = welch(rows, record.rate, nperseg=size)[1]
+    return float(np.sum(found * power) / np.sum(power))
 
 
 def synchronised(first: Measurement, second: Measurement) -> Measurement:
-    """Channels of two records of one experiment on the higher of their sampling rates and the time they share.
+    """The drive of one record and the channels of another of the same experiment, on the higher of their sampling
+    rates and the time they share.
 
     The slower ones are continued between their samples by their own spectrum (`scipy.signal.resample`), which is exact
     for what lies below half of their rate.
@@ -239,7 +268,8 @@ def synchronised(first: Measurement, second: Measurement) -> Measurement:
             f"{first.source} and {second.source} share no time: from {first.start:g} s and from {second.start:g} s; "
             "records of one experiment need one clock"
         )
-    second = second.select([name for name in second.names if name not in first.names])
+    assert first.drive is not None
+    first = first.select([first.drive])
     rows = []
     for record in (first, second):
         part = record.between(start - 0.25 * record.step, end - 0.75 * record.step)
@@ -254,7 +284,7 @@ def synchronised(first: Measurement, second: Measurement) -> Measurement:
         np.concatenate([one[:, :count] for one in rows]),
         step,
         start,
-        f"{first.source} and {second.source}",
+        first.source,  # measured together
         first.drive,
     )
 
@@ -325,7 +355,7 @@ def decays(records: Sequence[Measurement], drive: str | None = None) -> Frf:
         f"{one.source} has other channels than {records[0].source}: free decays share no drive, so that points "
         "of several files cannot be merged"
         for one in records
-        if [c.name for c in one.channels if c.quantity in MOTIONS and c.name != drive] != known
+        if {c.name for c in one.channels if c.quantity in MOTIONS and c.name != drive} != set(known)
     ]
     if not known:
         problems.append(f"{records[0].source} has no channel of a motion (m, m/s or m/s^2)")
@@ -359,6 +389,5 @@ def decays(records: Sequence[Measurement], drive: str | None = None) -> Frf:
         tuple(records[0].channel(name).at for name in known),
         tuple(f"release {k}" for k in range(1, len(records) + 1)),
         quantities.pop(),
-        resolving=0.0,
         forced=False,
     )

@@ -17,7 +17,7 @@ from tarsus.modes.lscf import fit_poles
 from tarsus.modes.lsfd import residues_of, synthesise
 from tarsus.modes.mode import IdentifiedMode, ModeVerdict, judged_together, mode_of
 from tarsus.modes.pole_search import candidate_poles, poles_of_parts, reach
-from tarsus.modes.refine import LocalFit, refine_pole
+from tarsus.modes.refine import LocalFit, Surroundings, refine_pole
 from tarsus.modes.spread import spreads
 from tarsus.records.measurement import FrequencyResponse
 from tarsus.tables.table import Column, Table
@@ -38,6 +38,8 @@ _STEADY = 0.5
 """Part of the orders that must have a pole for it to be taken for a neighbour beforehand."""
 _DAMPING_MOVES = 1.5
 """Bandwidths by which a refined pole may change its damping, which first models find too large."""
+_SMEARED = 0.01
+"""Half-power band, in lines, below which a pole seen through windows has no damping: a hundredth of their width."""
 _UNEXPLAINED = 0.3
 """Part of the responses unexplained from which on it is remarked: a mode is missing or the model is wrong."""
 
@@ -219,7 +221,8 @@ def identify_modes(
     """
     if isinstance(frf, FrequencyResponse):  # a line next to 0 Hz may be off the grid of the others
         frf = Frf.of(frf.between(max(band[0], 0.5 * float(np.median(np.diff(frf.frequency)))), band[1]))
-    part = frf.between(*band)
+    given = frf.between(*band)
+    part, back = _by_size(given)
     count = len(part.frequency)
     top = min(order, count // 4)
     if top < 2:
@@ -231,9 +234,7 @@ def identify_modes(
     poles = fit_poles(part.frequency, part.values, orders)
     candidates, more = candidate_poles(part, poles, smallest), poles_of_parts(part, smallest)
     steady = [one.pole for one in candidates if one.pole.real < 0.0 and one.orders >= _STEADY * len(orders)]
-    kept = _refined(
-        part.frequency, channels, [one.pole for one in candidates], [one.pole for one in more], steady
-    )
+    kept = _refined(part, channels, [one.pole for one in candidates], [one.pole for one in more], steady)
     seen = {one.pole: one.orders for one in (*more, *candidates)}
     if not kept:
         raise InputError(
@@ -241,18 +242,39 @@ def identify_modes(
             "order and stands out of the noise; look at the coherence, or average more"
         )
     refined = np.array([fit.pole for fit in kept.values()])
-    residues, background = residues_of(part.frequency, channels, refined)
-    synthesis = (synthesise(part.frequency, refined, residues) + background).reshape(part.values.shape)
+    residues, background = residues_of(part.frequency, channels, refined, hann=part.hann)
+    synthesis = (synthesise(part.frequency, refined, residues, part.hann) + background).reshape(
+        part.values.shape
+    )
     between = spreads(part, poles, synthesis, tuple(kept.values())) if between_fits else [None] * len(kept)
     modes = [
         mode_of(part, fit, seen[pole], one) for (pole, fit), one in zip(kept.items(), between, strict=True)
     ]
     judged, delay = judged_together(modes, part)
-    return ModalFit(part, judged, poles, synthesis, delay=delay)
+    judged = tuple(replace(mode, residues=mode.residues[back]) for mode in judged)
+    return ModalFit(given, judged, poles, synthesis[back], delay=delay)
+
+
+def _by_size(frf: Frf) -> tuple[Frf, tuple[NDArray[np.intp], NDArray[np.intp]]]:
+    """The same with points and drives in the order of their size, and how to put them back: so that what is found
+    depends on the order they were given in by no digit."""
+    size = np.linalg.norm(frf.values, axis=-1)
+    outputs, inputs = np.argsort(np.linalg.norm(size, axis=1)), np.argsort(np.linalg.norm(size, axis=0))
+    at = np.ix_(outputs, inputs)
+    arranged = replace(
+        frf,
+        values=frf.values[at],
+        outputs=tuple(frf.outputs[o] for o in outputs),
+        inputs=tuple(frf.inputs[i] for i in inputs),
+        repeats=None if frf.repeats is None else frf.repeats[:, outputs][:, :, inputs],
+        coherence=None if frf.coherence is None else frf.coherence[outputs],
+        files=tuple(frf.files[o] for o in outputs) if frf.files else (),
+    )
+    return arranged, (np.argsort(outputs)[:, None], np.argsort(inputs)[None])
 
 
 def _refined(
-    frequency: Floats,
+    frf: Frf,
     channels: Complexes,
     poles: Sequence[complex],
     more: Sequence[complex],
@@ -266,11 +288,15 @@ def _refined(
     all, except those whose damping is uncertain by half or more and that are not the strongest; where neighbours lead
     it astray, it stays as it was.
     """
-    line = float(frequency[1] - frequency[0])
+    frequency, line, window = frf.frequency, frf.line, Surroundings(hann=frf.hann)
 
     def refined(start: complex, others: Complexes, residues: Complexes | None = None) -> LocalFit | None:
-        fit = refine_pole(frequency, channels, start, others, residues)
+        fit = refine_pole(frequency, channels, start, others, residues, window)
         if fit is None or fit.significance < _SIGNIFICANT:
+            return None
+        if (
+            frf.hann and abs(fit.pole.real) < _SMEARED * np.pi * line
+        ):  # a tone, which the window makes three lines wide
             return None
         moved, own = fit.pole - start, max(abs(start.real), 2.0 * np.pi * line)
         return fit if abs(moved.imag) <= own and abs(moved.real) <= _DAMPING_MOVES * own else None
@@ -295,7 +321,7 @@ def _refined(
             certain.append(pole)
     for _ in range(_ROUNDS):
         ends = np.array([fits[pole].pole for pole in certain])
-        residues, _ = residues_of(frequency, channels, ends)
+        residues, _ = residues_of(frequency, channels, ends, hann=frf.hann)
         for pole, fit in list(fits.items()):
             others = np.array([p != pole for p in certain])
             fits[pole] = refined(fit.pole, ends[others], residues[:, others]) or fit

@@ -27,8 +27,9 @@ _LATEST = 0.5
 """Turns of the highest mode up to which a delay is sought: a longer one shifts neighbours against each other."""
 _ALIKE = 0.9
 """MAC from which two shapes are one: the convention of test and model."""
-_OF_FILE = 0.9
-"""Part of a shape's energy in the points of one file from which on a pole is that file's."""
+_SHARED = 0.2
+"""Part of the energy of two shapes that lies in the same files up to which they are of different ones: a tenth of each
+elsewhere."""
 _SHIFTED = 3.0
 """Half-power bands by which instruments that are moved about shift a mode at most; farther is another mode."""
 
@@ -111,15 +112,10 @@ def _judge(mode: IdentifiedMode, frf: Frf) -> tuple[ModeVerdict, str]:
             "turns the wrong way: its Nyquist curve runs anticlockwise, as with a damping ratio of "
             f"{damping.value:.2g}; look at the sign of the phase and at what else drives the structure"
         )
-    if band < frf.resolving * line:
-        why = (
-            f"below the line spacing of {line:g} Hz"
-            if band < line
-            else f"below {frf.resolving:g} lines of {line:g} Hz, so that the window makes it wider"
-        )
+    if frf.forced and band < line:
         return ModeVerdict.UNDER_RESOLVED, (
-            f"is under-resolved: its half-power band of {band:.2g} Hz is {why}; its frequency can be used, its damping "
-            "cannot: measure longer"
+            f"is under-resolved: its half-power band of {band:.2g} Hz is below the line spacing of {line:g} Hz; its "
+            "frequency can be used, its damping cannot: measure longer"
         )
     if not determined(damping.low, damping.high) or damping.value >= 1.0:
         return ModeVerdict.UNCERTAIN, (
@@ -139,7 +135,7 @@ def judged_together(modes: Sequence[IdentifiedMode], frf: Frf) -> tuple[tuple[Id
 
     Residues that are tilted by more than 45 degrees, the delay taken off, are of no real mode; of two poles whose
     half-power bands overlap and whose shapes are alike, and of two within three bands that are seen in the points of
-    one file each, the weaker is no mode of its own. Residues of
+    different files, the weaker is no mode of its own. Residues of
     free decays are turned as these began.
     """
     delay = delay_of(modes, frf) if frf.forced else 0.0
@@ -210,13 +206,10 @@ def _doubles(modes: Sequence[IdentifiedMode], frf: Frf) -> dict[int, int]:
 
 
 def _in_other_files(a: IdentifiedMode, b: IdentifiedMode, files: Sequence[str]) -> bool:
-    """Whether two modes are seen in the points of one file each, and not of the same."""
+    """Whether two modes are seen in the points of different files."""
     if len(set(files)) < 2:
         return False
-    where = []
-    for mode in (a, b):
-        energy = np.sum(np.abs(mode.residues) ** 2, axis=1)
-        by_file = {name: float(energy[[one == name for one in files]].sum()) for name in set(files)}
-        name = max(by_file, key=lambda one: by_file[one])
-        where.append(name if by_file[name] > _OF_FILE * energy.sum() else "")
-    return where[0] != where[1] and all(where)
+    rows = np.array([[one == name for one in files] for name in sorted(set(files))], dtype=float)
+    parts = [rows @ np.sum(np.abs(mode.residues) ** 2, axis=1) for mode in (a, b)]
+    shared = np.minimum(*(part / part.sum() for part in parts))
+    return float(shared.sum()) < _SHARED

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from tarsus.modes.lsfd import background_columns, modal_columns, synthesise
+from tarsus.modes.lsfd import background_columns, modal_columns, pole_curves, synthesise
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -19,6 +19,8 @@ _ROUNDS = 3
 """Rounds of weights by the misfit."""
 _STEPS = 25
 """Evaluations in each at most."""
+_STEP = 1e-5
+"""Part of a pole's damping by which its derivatives are taken."""
 _NEIGHBOURS = 3
 """Neighbours that are fitted along; farther ones are held."""
 _BESIDE = 0.25
@@ -31,11 +33,13 @@ _ALIKE = 0.25
 class Surroundings:
     """Lines that a local fit uses, and what of the far modes it takes up.
 
-    bandwidths: half-power bands to either side; degree: of the background in frequency.
+    bandwidths: half-power bands to either side; degree: of the background in frequency; hann: whether the responses are
+    seen through Hann windows.
     """
 
     bandwidths: float = 3.0
     degree: int = 2
+    hann: bool = False
 
     def lines(self, frequency: Floats, pole: complex) -> slice:
         """Those around a pole [rad/s], ten to either side at least."""
@@ -90,12 +94,11 @@ class _Problem:
         weights: Floats,
         start: Complexes,
         fixed: Complexes,
-        degree: int,
+        window: Surroundings,
     ) -> None:
-        self.s = 2.0j * np.pi * frequency[:, None]
-        self.frequency = frequency
+        self.frequency, self.hann = frequency, window.hann
         self.background = np.concatenate(
-            [background_columns(frequency, degree), modal_columns(frequency, fixed)], axis=1
+            [background_columns(frequency, window.degree), modal_columns(frequency, fixed, self.hann)], axis=1
         )
         self.start = start
         line = 2.0 * np.pi * (frequency[1] - frequency[0])
@@ -109,11 +112,21 @@ class _Problem:
 
     def solve(self, theta: Floats) -> tuple[Floats, Floats, Floats, Floats]:
         """Weighted residuals (2 nf, nc), weighted linear parameters (k, nc), orthonormal basis (2 nf, k), triangle."""
-        columns = np.concatenate([modal_columns(self.frequency, self.poles(theta)), self.background], axis=1)
+        own = modal_columns(self.frequency, self.poles(theta), self.hann)
+        columns = np.concatenate([own, self.background], axis=1)
         basis, triangle = np.linalg.qr(_stacked(columns, 0))
         inner = basis.T @ self.target
         linear = np.asarray(np.linalg.solve(triangle, inner), dtype=float)
         return self.target - basis @ inner, linear, basis, triangle
+
+    def slope(self, poles: Complexes) -> Complexes:
+        """Derivatives (nf, np) of the poles' curves by the poles; those of smeared ones, which are analytic, by central
+        differences, right to the square of the step."""
+        if not self.hann:
+            return pole_curves(self.frequency, poles) ** 2
+        step = _STEP * self.unit
+        above, below = (pole_curves(self.frequency, poles + way * step, True) for way in (1.0, -1.0))
+        return (above - below) / (2.0 * step)
 
     def residual(self, theta: Floats) -> Floats:
         return self.solve(theta)[0].ravel()
@@ -122,7 +135,7 @@ class _Problem:
         """Derivatives of the weighted model (2 nf, nc, 2 np), the linear parameters' part taken out (Kaufman 1975)."""
         _, linear, basis, _ = self.solve(theta)
         poles, count = self.poles(theta), len(self.start)
-        near, far = (1.0 / (self.s - poles)) ** 2, (1.0 / (self.s - poles.conj())) ** 2
+        near, far = self.slope(poles), self.slope(poles.conj())
         out = np.empty((len(self.target), self.target.shape[1], 2 * count))
         for k, unit in enumerate(self.unit):
             both, apart = near[:, k, None] + far[:, k, None], 1.0j * (near[:, k, None] - far[:, k, None])
@@ -164,7 +177,7 @@ def refine_pole(
     residues
         Of these (nc, np), as far as known: what those that are not fitted give is taken off first.
     window
-        Lines to use, and the degree of the background.
+        Lines to use, the degree of the background, and whether a window smears both.
 
     Returns
     -------
@@ -182,7 +195,7 @@ def refine_pole(
     if residues is not None:
         free = np.concatenate([fitted, np.flatnonzero(np.isin(others, beside))])
         rest = np.setdiff1d(np.arange(len(others)), free)
-        h = h - synthesise(f, others[rest], residues[:, rest])
+        h = h - synthesise(f, others[rest], residues[:, rest], window.hann)
     near = np.append(start, others[fitted])
     columns = 2 * len(near) + 2 * (window.degree + 1) + 2 * len(beside)
     freedom = 2 * len(f) - columns - 2.0 * len(near) / len(values)
@@ -194,13 +207,13 @@ def refine_pole(
         return None
     h, level = h[known], power[known]
     theta = np.zeros(2 * len(near))
-    problem = _Problem(f, h, 1.0 / level, near, beside, window.degree)
+    problem = _Problem(f, h, 1.0 / level, near, beside, window)
     for _ in range(_ROUNDS):
         found = least_squares(problem.residual, theta, problem.jacobian, max_nfev=_STEPS)  # pyright: ignore[reportArgumentType]
         theta = found.x
         misfit = found.fun.reshape(-1, len(known))
         level = np.maximum(level * np.sqrt(np.sum(misfit**2, axis=0) / freedom), 1e-9 * power[known])
-        problem = _Problem(f, h, 1.0 / level, near, beside, window.degree)
+        problem = _Problem(f, h, 1.0 / level, near, beside, window)
     pole = complex(problem.poles(theta)[0])
     if not f[0] <= pole.imag / (2.0 * np.pi) <= f[-1]:
         return None

@@ -8,6 +8,7 @@ noise have no spread.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,8 +39,9 @@ def spreads(
 ) -> Floats:
     """Standard deviations (nm, 2) of natural frequency [Hz] and damping ratio [1] of modes between ways to fit them.
 
-    Two spreads add up in their squares: that of the models of high order of the whole band about the local fit, and
-    that of local fits in half and twice the band with other backgrounds.
+    Three spreads add up in their squares: that of the models of high order of the whole band about the local fit, that
+    of local fits in half and twice the band with other backgrounds, and that of the files, between which a structure
+    changes with its instruments and its temperature.
 
     Parameters
     ----------
@@ -53,7 +55,7 @@ def spreads(
         Of the modes.
     """
     square = _between_orders(frf, poles, synthesis, fits) + _between_windows(frf, fits)
-    return np.sqrt(square)
+    return np.sqrt(square + _between_files(frf, fits))
 
 
 def _between_orders(
@@ -98,6 +100,7 @@ def _between_windows(frf: Frf, fits: Sequence[LocalFit]) -> Floats:
     for k, fit in enumerate(fits):
         own, squares = _variances(fit), []
         for window in _WINDOWS:
+            window = replace(window, hann=frf.hann)
             other = refine_pole(frf.frequency, channels, fit.pole, np.delete(ends, k), window=window)
             if other is not None:
                 off = np.array(numbers_of(other.pole)) - numbers_of(fit.pole)
@@ -107,9 +110,30 @@ def _between_windows(frf: Frf, fits: Sequence[LocalFit]) -> Floats:
     return out
 
 
-def _variances(fit: LocalFit) -> Floats:
-    """Variances of frequency and damping ratio (2,) of a local fit by its misfit, were that white."""
-    slopes = fit.slopes[np.isfinite(fit.noise)].reshape(-1, 2)
+def _between_files(frf: Frf, fits: Sequence[LocalFit]) -> Floats:
+    """Variance (nm, 2) of the files' mean, weighted as the fit does, from the steps to the poles of single files less
+    what noise makes of these."""
+    out = np.zeros((len(fits), 2))
+    names = sorted(set(frf.files))
+    for k, fit in enumerate(fits if len(names) > 1 else ()):
+        own, weights, squares = numbers_of(fit.pole), [], []
+        for name in names:
+            rows = np.repeat([one == name for one in frf.files], len(frf.inputs)) & np.isfinite(fit.noise)
+            slopes = fit.slopes[rows].reshape(-1, 2)
+            information = slopes.T @ slopes
+            step = np.linalg.pinv(information) @ slopes.T @ fit.misfit[rows].ravel()
+            off = np.array(numbers_of(fit.pole + complex(*step))) - own
+            squares.append(off**2 - _variances(fit, rows))
+            weights.append(np.trace(information))
+        share = np.array(weights) / np.sum(weights)
+        out[k] = np.maximum(share @ np.array(squares), 0.0) * np.sum(share**2)
+    return out
+
+
+def _variances(fit: LocalFit, rows: NDArray[np.bool_] | None = None) -> Floats:
+    """Variances of frequency and damping ratio (2,) of a local fit by its misfit, were that white, in all of the
+    responses or some."""
+    slopes = fit.slopes[np.isfinite(fit.noise) if rows is None else rows].reshape(-1, 2)
     of_pole = np.diag(np.linalg.pinv(slopes.T @ slopes))
     return np.array([of_pole[1] / (2.0 * np.pi) ** 2, of_pole[0] / abs(fit.pole) ** 2])
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from tarsus.base.errors import InputError
-from tarsus.modes.frf import HANN, Frf
+from tarsus.modes.frf import Frf
 from tarsus.modes.gather import decays, is_windowed, merged, responses_of
 from tarsus.modes.modal import ModalFit, identify_modes
 from tarsus.records.measurement import FrequencyResponse, Measurement
@@ -89,7 +89,7 @@ def _frf(
     if not records:
         return merged(responses)
     found = merged(responses_of(records, drive, band, segment))
-    return replace(found, resolving=HANN) if is_windowed(records, drive, segment) else found
+    return replace(found, hann=is_windowed(records, drive, segment))
 
 
 def _read(

@@ -108,11 +108,10 @@ def test_a_response_of_another_quantity_has_no_real_modes():
 # Slow: a band of thousands of lines. The errors and intervals below keep such a structure, with others drawn.
 @pytest.mark.slow
 def test_weak_modes_of_a_band_seventy_times_as_wide_are_found():
-    random = np.random.default_rng(156)
-    truth = modal_recovery.Truth.draw(random)
-    fit = identify_modes(modal_recovery.measured(truth, random, 1), modal_recovery.BAND)
-    assert fit.frequencies == pytest.approx(truth.frequencies, rel=5e-4)
-    assert fit.damping_ratios == pytest.approx(truth.damping, rel=0.03)
+    case = modal_recovery.wide(np.random.default_rng(156), 40.0)
+    fit = case.identified()
+    assert fit.frequencies == pytest.approx(np.abs(case.poles) / (2.0 * np.pi), rel=5e-4)
+    assert fit.damping_ratios == pytest.approx(-case.poles.real / np.abs(case.poles), rel=0.03)
     assert not fit.remarks
 
 
@@ -188,9 +187,15 @@ def test_what_cannot_be_used():
 @pytest.mark.slow
 @pytest.mark.parametrize(("drawn", "repeats"), [(1, 1), (8, 1), (8, 6)])
 def test_errors_and_intervals_at_forty_decibels(drawn, repeats):
-    found = modal_recovery.recover(drawn, repeats)
+    found = modal_recovery.Score.joined(
+        [
+            modal_recovery.scored(case, case.identified())
+            for seed in range(drawn)
+            for case in [modal_recovery.wide(np.random.default_rng(seed), 40.0, repeats)]
+        ]
+    )
     assert np.isfinite(found.frequency).all() and found.extra == 0
     assert np.abs(found.frequency).max() < 5e-4
     assert np.abs(found.damping).max() < 0.03
-    covered = np.concatenate([found.frequency_covered, found.damping_covered])
+    covered = np.concatenate([found.frequency_held, found.damping_held])
     assert 0.85 <= covered.mean() <= 1.0, "8 intervals of 95 % a structure"

@@ -94,6 +94,66 @@ def test_records_of_one_experiment_at_two_rates():
     assert fit.frf.outputs == NAMES
 
 
+def same_numbers(first, second) -> None:
+    """Equal to rounding, in every mode and every residue of a point."""
+    assert [m.verdict for m in first.modes] == [m.verdict for m in second.modes]
+    places = [second.frf.outputs.index(name) for name in first.frf.outputs]
+    for a, b in zip(first.modes, second.modes, strict=True):
+        for ours, theirs in ((a.frequency, b.frequency), (a.damping, b.damping)):
+            wanted = (theirs.value, theirs.low, theirs.high)
+            assert (ours.value, ours.low, ours.high) == pytest.approx(wanted, rel=1e-9)
+        assert a.residues == pytest.approx(b.residues[places], rel=1e-7, abs=1e-9 * np.abs(a.residues).max())
+
+
+@pytest.mark.parametrize("kind", ["responses", "sweeps", "decays"])
+def test_the_order_of_the_files_and_their_names_change_nothing(kind):
+    if kind == "decays":
+        files = [decay(5000.0, 0.2, seed) for seed in (1, 2)]
+    elif kind == "sweeps":
+        files = [driven(4000.0, 2.0, seed, points=point) for seed, point in ((1, "a"), (2, "b"), (3, "c"))]
+    else:
+        frf = responses(Quantity.VELOCITY, 0.003)
+        moves = (Quantity.DISPLACEMENT, Quantity.VELOCITY, Quantity.VELOCITY)
+        values = frf.values[:, :1].copy()
+        values[0] /= 2.0j * np.pi * frf.frequency
+        files = [
+            FrequencyResponse(
+                (Channel("v", move),), (Channel("f", Quantity.FORCE),), frf.frequency, one[None], None, f"{k}.csv"
+            )
+            for k, (move, one) in enumerate(zip(moves, values, strict=True))
+        ]  # fmt: skip
+    words = {"band": (110.0, 990.0), "decay": kind == "decays"}
+    fit = ts.modes(*files, **words)
+    assert any(mode.verdict is ModeVerdict.DETERMINED for mode in fit.modes)
+    for turned in ([1, 0], [0, 1]) if kind == "decays" else ([2, 1, 0], [1, 2, 0]):
+        other = ts.modes(*(files[k] for k in turned), **words)
+        if kind == "decays":  # each is an excitation of its own
+            other = replace(
+                other, modes=tuple(replace(m, residues=m.residues[:, turned]) for m in other.modes)
+            )
+        same_numbers(fit, other)
+    renamed = ts.modes(*(replace(one, source=f"z{9 - k}.txt") for k, one in enumerate(files)), **words)
+    same_numbers(replace(fit, frf=renamed.frf), renamed)
+
+
+def test_points_in_one_file_or_in_two_are_the_same():
+    whole = driven(4000.0, 2.0, 1, points="abc")
+    fit = ts.modes(whole, band=(110.0, 990.0))
+    same_numbers(
+        fit, ts.modes(whole.select(["force", "b"]), whole.select(["force", "a", "c"]), band=(110.0, 990.0))
+    )
+    apart = replace(whole.select(["b", "c"]), drive=None)
+    same_numbers(fit, ts.modes(apart, whole.select(["force", "a"]), band=(110.0, 990.0)))
+
+
+def test_a_record_without_a_drive_goes_with_the_one_it_follows():
+    first, second = (driven(4000.0, 20.0, seed, "noise") for seed in (1, 2))
+    other = replace(second.select(["b", "c"]), drive=None)
+    files = (first.select(["force", "a"]), second.select(["force", "a"]), other)
+    for turned in (files, files[::-1]):
+        check(ts.modes(*turned, band=BAND), 2e-3, 0.15)
+
+
 def test_a_random_drive_is_cut_into_segments():
     check(ts.modes(driven(4000.0, 60.0, 1, "noise"), band=BAND), 1e-3, 0.06)
 
