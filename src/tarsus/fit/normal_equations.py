@@ -115,6 +115,30 @@ class NormalEquations:
         """The same with a matrix (q, q) added to every record's: another damping, or what is known besides."""
         return replace(self, own=self.own + ridge)
 
+    def alone(self) -> NormalEquations:
+        """The same where nothing is shared: what is shared stays as it is."""
+        return replace(
+            self, across=self.across[..., :0], shared=self.shared[:, :0, :0], right_shared=self.right_shared[:, :0]
+        )  # fmt: skip
+
+    def eliminated(self) -> NormalEquations:
+        """The same of the shared ones alone, with the own unknowns where the records want them."""
+        information, score = self.reduced()
+        wanted = np.linalg.solve(_ridged(self.own), self.right_own[..., None])[..., 0]
+        return replace(
+            self, own=self.own[:, :0, :0], across=self.across[:, :0], shared=information, right_own=wanted[:, :0],
+            right_shared=score, cost=self.cost - np.einsum("rq,rq->r", self.right_own, wanted),
+        )  # fmt: skip
+
+    def gathered(self, first: int, known: Floats) -> NormalEquations:
+        """All records as one, their own unknowns eliminated: its own ones are the shared ones from number ``first`` on,
+        of which there is the information ``known`` besides; the others stay shared."""
+        information, score = (one.sum(axis=0)[None] for one in self.reduced())
+        return NormalEquations(
+            information[:, first:, first:] + known, information[:, first:, :first], information[:, :first, :first],
+            score[:, first:], score[:, :first], self.cost.sum(keepdims=True), self.count.sum(keepdims=True),
+        )  # fmt: skip
+
     def covariance(self) -> Floats:
         """Covariance (nr, q, q) of the own unknowns, those shared being known: one over the information."""
         return np.asarray(np.linalg.inv(_ridged(self.own)), dtype=np.float64)

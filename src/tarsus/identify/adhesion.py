@@ -22,7 +22,7 @@ from tarsus.identify.film import FilmFit
 from tarsus.identify.step import Residual, StepResult, Used, points_and_line
 from tarsus.identify.touchdown import ContactDurations, seen_contacts, simulated_contacts
 from tarsus.model.drive.waveforms import Waveform
-from tarsus.records.excluded import Excluded
+from tarsus.records.excluded import Excluded, Exclusion
 
 Floats = NDArray[np.float64]
 
@@ -108,6 +108,7 @@ def _fit(film: FilmFit, contacts: ContactDurations, seed: int) -> StepResult:
             "",
             f"the pull-off force of {1e9 * fitted.pull[r]:.4g} nN after {1e3 * contacts.duration[r]:.4g} ms "
             "is far off the line",
+            kind=Exclusion.UNLIKE,
         )
         for r in np.flatnonzero(~kept)
     )

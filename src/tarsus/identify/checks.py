@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from tarsus.fit.verdict import LEVEL
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.step import PREFERRED, UNDECIDED, Alternative, Check, StepResult
+from tarsus.records.excluded import Exclusion
 
 if TYPE_CHECKING:
     from tarsus.identify.alternatives import AirFit, Weighed
@@ -49,9 +50,9 @@ AGEING = 36.0
 HELD_OUT = 2.0
 """Held-out motion over what noise alone would leave of it, median over records: landings at the edge of being held
 leave sound ones with 1.2."""
-_NOT_SO = {"film": "no free motion", "restitution": "far off the others"}
-"""What is said of a flight, or of an impact, that is not as the model has it. Impacts that are no single ones are not
-counted: most are two within a few samples."""
+_COUNTED = ("film", "restitution")
+"""Steps whose share of what is not as the model has it is checked. Impacts that are no single ones are not counted:
+most are two within a few samples."""
 _ALL = (STRUCTURE, LOAD, LAW, GROUND)
 
 
@@ -125,8 +126,8 @@ def step_checks(step: StepResult, known: Estimates) -> tuple[Check, ...]:
         left = float(np.sqrt(np.sum(count * ratio**2) / count.sum()))
         cause = f"the fit of the step {step.name} leaves more than noise"
         checks.append(Check(f"{step.name}: residual over noise", left, OVER_NOISE, paths=paths, cause=cause))
-    if step.name in _NOT_SO and step.used:
-        wrong = sum(one.count for one in step.left_out if _NOT_SO[step.name] in one.reason)
+    if step.name in _COUNTED and step.used:
+        wrong = sum(one.count for one in step.left_out if one.kind is Exclusion.UNLIKE)
         total = max(wrong + step.used[0].used, 1)
         cause = (
             f"{wrong} of {total} {step.used[0].what} of the step {step.name} are not as the model has them"

@@ -14,13 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.fit.normal_equations import Descent, NormalEquations, descend
-from tarsus.identify.bounce import BounceFit, Bounces, fewer, find_bounces
+from tarsus.identify.bounce import BounceFit, Bounces, fewer, find_bounces, known_offsets
 from tarsus.identify.detachment import WORST
 from tarsus.identify.electrostatics import FILM, combinations_of
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.flight import FilmConstants
 from tarsus.identify.foot import FootModel
-from tarsus.identify.offsets import known_offsets
 from tarsus.identify.restitution import FEWEST, MOST, sound
 from tarsus.identify.step import StepResult, Used
 from tarsus.identify.traces import Trace
@@ -165,26 +164,11 @@ def _determined(
         nonlocal unknowns
         film = FilmConstants(*np.exp(place).tolist())
         unknowns = bounces.fit(model, film, unknowns, free=free).unknowns
-        return _without_offsets(bounces.about(model, film, unknowns, free), offsets)
+        return bounces.about(model, film, unknowns, free).gathered(2, offsets).eliminated()
 
     prior = before[0], np.asarray(np.linalg.inv(before[1]), dtype=np.float64)
     found = descend(equations, np.zeros((1, 0)), start[0], prior=prior, how=_DESCENT)
     return found.shared, found.equations.shared[0]
-
-
-def _without_offsets(each: NormalEquations, offsets: Floats) -> NormalEquations:
-    """Normal equations of all impacts together about the film alone, the offsets of their records taken along, of which
-    ``offsets`` (nr np, nr np) is known."""
-    information, score = (one.sum(axis=0) for one in each.reduced())
-    information[2:, 2:] += offsets
-    across = np.linalg.solve(information[2:, 2:], np.column_stack([information[2:, :2], score[2:]]))
-    shared = information[:2, :2] - information[:2, 2:] @ across[:, :2]
-    right = score[:2] - information[:2, 2:] @ across[:, 2]
-    cost = each.cost.sum() - score[2:] @ across[:, 2]
-    return NormalEquations(
-        np.zeros((1, 0, 0)), np.zeros((1, 0, 2)), shared[None], np.zeros((1, 0)), right[None], np.array([cost]),
-        np.array([each.count.sum()]),
-    )  # fmt: skip
 
 
 def _with(

@@ -17,7 +17,7 @@ from tarsus.base.errors import InputError
 from tarsus.fit.normal_equations import Descent, NormalEquations, descend
 from tarsus.identify.draws import carried, newton_draws
 from tarsus.identify.estimates import Estimates
-from tarsus.identify.flight import SUBSTEPS, Varied, from_rest, observed, of_model
+from tarsus.identify.flight import SUBSTEPS, Flown, Moment, Side, Stretches, Varied, equations_of
 from tarsus.identify.foot import FootModel
 from tarsus.identify.step import Panel, StepResult, Used, measured_and_fitted, over_noise
 from tarsus.identify.traces import Trace
@@ -58,7 +58,7 @@ class _Close:
     centre: Floats
 
     def film(self, theta: Floats, model: FootModel) -> Varied:
-        """Constants (nr, 4) for logarithms (p,), with derivatives by those; what is not fitted is the model's."""
+        """Constants (4,) for logarithms (p,), with derivatives by those; what is not fitted is the model's."""
         own = dict(zip(self.names, np.exp(np.clip(theta, *_LIMITS)).tolist(), strict=True))
         ground = model.scene.ground.acting
         known = {FILM[0]: 0.0, FILM[1]: 1.0, ATTRACTION[0]: 0.0, ATTRACTION[1]: 1.0}
@@ -71,53 +71,53 @@ class _Close:
             }
         every = (*FILM, *ATTRACTION)
         value = np.array([own.get(name, known[name]) for name in every])
-        slopes = value[:, None] * np.array([[float(one == name) for name in self.names] for one in every])
-        return Varied(np.tile(value, (len(self.traces), 1)), np.tile(slopes, (len(self.traces), 1, 1)))
+        slopes = [[float(one == name) for name in self.names] for one in every]
+        return Varied(value, value[:, None] * np.array(slopes))
 
     def flown(self, model: FootModel, theta: Floats) -> tuple[list[Floats], list[Floats], list[Floats]]:
         """By record: what the motion leaves over the noise (channels, samples), slopes (p, n), and the motion."""
-        count, p = len(self.traces), len(theta)
-        flow = of_model(model, self.traces[0].step / SUBSTEPS)
-        steps = SUBSTEPS * (max(self.counts) - 1) + 1
-        drive, squares = np.zeros((count, steps)), np.zeros((count, steps))
-        for r, volts in enumerate(self.volts):
-            force = volts.force(model.law, model.history, self.first[r], self.counts[r])
-            level = volts.fine[SUBSTEPS * self.first[r] :][: len(force)]
-            drive[r, : len(force)], squares[r, : len(level)] = force, level**2
-            drive[r, len(force) :], squares[r, len(level) :] = force[-1], level[-1] ** 2
-        start = np.zeros((count, len(model.flow)))
-        start[:, : len(model.row)] = self._start(model).T
-        gaps = np.array([model.gap if one.gap is None else one.gap for one in self.traces])
-        counts = np.array(self.counts)
-        launches = from_rest(start, self.film(theta, model), gaps)
-        values, by_theta = flow.fly(launches, drive, counts, observed(model), squares)
-        ends = np.cumsum(counts)
-        rest = model.rows @ start[:, : len(model.row)].T
-        residuals, slopes, flights = [], [], []
-        for r, trace in enumerate(self.traces):
-            part = slice(self.first[r], self.first[r] + self.counts[r])
-            measured = np.concatenate([trace.x[:, part] + rest[:, [r]], trace.v[:, part]])
-            white = np.concatenate([trace.noise_x, trace.noise_v])[:, None]
-            own = slice(ends[r] - counts[r], ends[r])
-            residual = (measured - values[own].T) / white
-            slopes.append((by_theta[own].transpose(2, 1, 0) / white).reshape(p, -1))
-            residuals.append(residual)
-            flights.append(values[own].T)
-        return residuals, slopes, flights
+        pairs = zip(self.first, self.counts, strict=True)
+        items = [Moment(k, first - 1, 0, count) for k, (first, count) in enumerate(pairs)]
+        whole = _FromRest(Stretches(self.traces, items, 0.0, dict(enumerate(self.volts))), model)
+        return whole.flown(np.zeros((len(items), 0)), self.film(theta, model))
 
     def equations(self, model: FootModel, theta: Floats) -> NormalEquations:
         """Normal equations of the records about the constants; none has unknowns of its own."""
         residuals, slopes, _ = self.flown(model, theta)
-        return NormalEquations.of([-one.ravel() for one in residuals], [one.T for one in slopes], 0)
+        return equations_of(residuals, slopes, 0)
 
-    def _start(self, model: FootModel) -> Floats:
-        """Coordinates (n, nr) at rest before the drive."""
-        columns = [
-            np.linalg.solve(model.stiffness, model.load)
-            * float(model.law.force(trace.volts[:1], model.history)[0])
-            for trace in self.traces
-        ]
-        return np.array(columns, dtype=np.float64).T
+
+class _FromRest(Flown[Moment]):
+    """Flights of whole records from rest by a model, whose foot the squared volts attract."""
+
+    def __init__(self, stretches: Stretches[Moment], model: FootModel) -> None:
+        super().__init__(stretches, model)
+        self.squares = np.zeros_like(self.drive[0])
+        for r, one in enumerate(stretches.items):
+            level = stretches.volts[one.trace].fine[SUBSTEPS * (one.last + 1) :][: self.drive[0].shape[1]]
+            self.squares[r, : len(level)] = level**2
+
+    def of_sides(self) -> tuple[Side, ...]:
+        """Onward, with a start that is known."""
+        return (Side(np.zeros((2 * len(self.model.row), 0)), (0.0, 0.0)),)
+
+    def still(self, trace: Trace) -> Floats:
+        """Coordinates (n,) at rest before the drive of a record."""
+        force = float(self.model.law.force(trace.volts[:1], self.model.history)[0])
+        return np.asarray(np.linalg.solve(self.model.stiffness, self.model.load) * force, dtype=np.float64)
+
+    def states(self, unknowns: Floats, side: int = -1) -> Floats:
+        """At rest."""
+        x = np.array([self.still(self.stretches.traces[one.trace]) for one in self.stretches.items])
+        return np.hstack([x, np.zeros_like(x)])
+
+    def rest(self, trace: Trace) -> Floats:
+        """Of the points at rest, from the neutral position."""
+        return self.model.rows @ self.still(trace)
+
+    def gap(self, trace: Trace) -> float:
+        """The record's own, where it is known."""
+        return self.model.gap if trace.gap is None else trace.gap
 
 
 _LIMITS = (np.log(1e-30), np.log(1.0))

@@ -19,7 +19,7 @@ from tarsus.identify.estimates import Estimates
 from tarsus.identify.foot import FootModel
 from tarsus.identify.step import Panel, Residual, StepResult, Used, measured_and_fitted, over_noise
 from tarsus.identify.traces import Trace
-from tarsus.records.excluded import Excluded
+from tarsus.records.excluded import Excluded, Exclusion
 
 Floats = NDArray[np.float64]
 
@@ -88,7 +88,8 @@ def identify_film(
         )
     if len(items) > MOST:
         text = f"{len(items) - MOST} of {len(items)} detachments, evenly from all: {MOST} are enough"
-        left.append(Excluded("all records of ramped squares", model.foot_point, text, len(items) - MOST))
+        count = len(items) - MOST
+        left.append(Excluded("all records of ramped squares", model.foot_point, text, count, Exclusion.ENOUGH))
         picked = np.unique(np.linspace(0, len(items) - 1, MOST).round().astype(int))
         items = [items[int(i)] for i in picked]
     offs = Detachments(traces, items, level)
@@ -109,7 +110,7 @@ def identify_film(
             f"the flight after the release at {at:.5g} s is no free motion of this structure (chi-squared "
             f"{whole.chi[r]:.3g})"
         )
-        left.append(Excluded(trace.file, model.foot_point, text))
+        left.append(Excluded(trace.file, model.foot_point, text, kind=Exclusion.UNLIKE))
     offs = offs.chosen(good)
     fitted = offs.fit(model, whole.film, start=whole.unknowns[good])
     step, pulls = _result(model, known, offs, fitted, seed)
@@ -183,7 +184,7 @@ def _panels(model: FootModel, offs: Detachments, fitted: FittedDetachments) -> t
     for r in picked:
         one = offs.items[int(r)]
         trace = offs.traces[one.trace]
-        part = slice(one.first, one.first + one.count)
+        part = slice(one.first, one.first + one.after)
         time = trace.time[part] - trace.time[one.first] + fitted.unknowns[r, 0]
         gap = model.normal * fitted.flights[r][k] + model.gap
         left = model.normal * fitted.residuals[r][k] * trace.noise_x[k]

@@ -14,12 +14,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.fit.normal_equations import NormalEquations
 from tarsus.fit.verdict import LEVEL
-from tarsus.identify.detachment import _Prepared
+from tarsus.identify.detachment import Released
 from tarsus.identify.draws import newton_draws
 from tarsus.identify.film import FilmFit
-from tarsus.identify.flight import SUBSTEPS
+from tarsus.identify.flight import SUBSTEPS, equations_of
 from tarsus.identify.foot import FootModel
 from tarsus.identify.step import PREFERRED, UNDECIDED, Alternative, Check
 
@@ -100,14 +99,10 @@ def film_exponent(model: FootModel, film: FilmFit, seed: int) -> Exponent | None
     numbers = np.unique(records)
     if len(numbers) < 4:
         return None
-    prepared = _Prepared(film.offs, model)
-    shared = np.array([film.fitted.film.stiffness, film.fitted.film.thickness])
-    residuals, slopes, _ = prepared.flown(film.fitted.unknowns, shared, np.arange(len(records)))
-    traces = _traces(prepared, film, shared)
-    whole = [np.vstack([one, trace]) for one, trace in zip(slopes, traces, strict=True)]
-    system = NormalEquations.of(
-        [-one.ravel() for one in residuals], [one.T for one in whole], film.fitted.unknowns.shape[1]
-    )
+    released, guess = Released(film.offs, model), film.fitted.film
+    residuals, slopes, _ = released.flown(film.fitted.unknowns, guess.law)
+    whole = [np.vstack([one, trace]) for one, trace in zip(slopes, _traces(released, film), strict=True)]
+    system = equations_of(residuals, whole, film.fitted.unknowns.shape[1])
     each, right = system.reduced()
     information = np.array([each[records == k].sum(axis=0) for k in numbers])
     score = np.array([right[records == k].sum(axis=0) for k in numbers])
@@ -130,21 +125,21 @@ def film_exponent(model: FootModel, film: FilmFit, seed: int) -> Exponent | None
     return Exponent(_ASSUMED + float(step[2]), error, gain / scale, moves)
 
 
-def _traces(prepared: _Prepared, film: FilmFit, shared: Floats) -> list[Floats]:
+def _traces(released: Released, film: FilmFit) -> list[Floats]:
     """What a larger exponent, with C / g0^n as it is, changes of every flight's samples (channels times samples), over
     the noise."""
-    flow, model, counts = prepared.flow, prepared.model, prepared.counts
-    n, substeps = len(model.mass), SUBSTEPS
-    launches = prepared.launches(film.fitted.unknowns, shared, np.arange(len(counts)))
-    every, _ = flow.fly(launches, prepared.drive, substeps * (counts - 1) + 1, np.eye(2 * n), every=1)
-    ends = np.cumsum(substeps * (counts - 1) + 1)
-    longest, many = int(substeps * (counts.max() - 1) + 1), len(counts)
+    (flow,), model, (counts,) = released.flows, released.model, released.counts
+    n, many, substeps, constants = len(model.mass), len(counts), SUBSTEPS, film.fitted.film.film
+    launches = released.launches(film.fitted.unknowns, constants.law(), np.arange(many))
+    steps = substeps * (counts - 1) + 1
+    every, _ = flow.fly(launches, released.drive[0], steps, np.eye(2 * n), every=1)
+    ends, longest = np.cumsum(steps), int(steps.max())
     state = np.zeros((longest, many, 2 * n))
-    for r, (end, count) in enumerate(zip(ends, substeps * (counts - 1) + 1, strict=True)):
+    for r, (end, count) in enumerate(zip(ends, steps, strict=True)):
         state[:count, r] = every[end - count : end]
     gap, rate = model.gap + state[..., :n] @ model.row, state[..., n:] @ model.row
-    g0 = float(np.exp(shared[1]))
-    close = np.exp(shared[0]) * (g0 / np.maximum(gap + g0, 0.1 * g0)) ** 3
+    g0 = constants.thickness
+    close = constants.coefficient / g0**3 * (g0 / np.maximum(gap + g0, 0.1 * g0)) ** 3
     push = close * rate * np.log(np.maximum(1.0 + gap / g0, 0.1))
     by_gap, by_rate = 3.0 * close * rate / np.maximum(gap + g0, 0.1 * g0), -close
     z, out, before = np.zeros((many, 2 * n)), np.zeros((longest, many, 2 * n)), push[0]
@@ -155,8 +150,8 @@ def _traces(prepared: _Prepared, film: FilmFit, shared: Floats) -> list[Floats]:
             after = push[k] + by_gap[k] * (new[:, :n] @ model.row) + by_rate[k] * (new[:, n:] @ model.row)
         z, before = free + np.outer(after, flow.last[:, 1]), after
         out[k] = z
-    seen = out[::substeps] @ prepared.output.T
+    seen = out[::substeps] @ released.output.T
     return [
         (seen[:count, r] / white).T.ravel()
-        for r, (count, white) in enumerate(zip(counts.tolist(), prepared.white, strict=True))
+        for r, (count, white) in enumerate(zip(counts.tolist(), released.noise, strict=True))
     ]

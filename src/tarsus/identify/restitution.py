@@ -12,17 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.identify.bounce import BounceFit, Bounces, fewer, find_bounces
+from tarsus.identify.bounce import BounceFit, Bounces, fewer, find_bounces, offsets_of_records
 from tarsus.identify.detachment import WORST
 from tarsus.identify.draws import DRAWS, NORMAL, carried, newton_draws, within
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.flight import FilmConstants
 from tarsus.identify.foot import FootModel
-from tarsus.identify.offsets import offsets_of_records
 from tarsus.identify.step import Residual, StepResult, Used, points_and_line
 from tarsus.identify.traces import Trace
 from tarsus.impacts.estimates import Spread, common_ratio
-from tarsus.records.excluded import Excluded
+from tarsus.records.excluded import Excluded, Exclusion
 
 Floats = NDArray[np.float64]
 
@@ -86,7 +85,8 @@ def identify_restitution(
         )
     if len(items) < len(found):
         text = f"{len(found) - len(items)} of {len(found)} bounces, evenly from all: {MOST} are enough"
-        left.append(Excluded("all records of bounces", model.foot_point, text, len(found) - len(items)))
+        count = len(found) - len(items)
+        left.append(Excluded("all records of bounces", model.foot_point, text, count, Exclusion.ENOUGH))
     bounces = Bounces(traces, items, level[0])
     # a device with an impact map of its own need not follow the mass-weighted law
     fitted = bounces.fit(model, film_of(model), free=model.scene.ground.impact is not None)
@@ -97,7 +97,7 @@ def identify_restitution(
         if single[r]:
             ratio = -fitted.speeds[r, 0] / fitted.speeds[r, 1]
             text = f"the impact at {at:.5g} s, with a ratio of {ratio:.3g}, is far off the others"
-            left.append(Excluded(trace.file, model.foot_point, text))
+            left.append(Excluded(trace.file, model.foot_point, text, kind=Exclusion.UNLIKE))
             continue
         if not settled[r]:
             text = f"the fit of the motion around the impact at {at:.5g} s does not settle"

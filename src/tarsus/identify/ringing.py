@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tarsus.identify.flight import SUBSTEPS, FilmConstants, from_rest, observed, of_model
+from tarsus.identify.flight import SUBSTEPS, FilmConstants, Launches, Varied, of_model
 from tarsus.identify.foot import FootModel
 from tarsus.identify.traces import Trace
 from tarsus.identify.volts import Volts
@@ -27,8 +27,11 @@ def calmed(model: FootModel, trace: Trace) -> Trace:
     force = Volts.of(trace.volts).force(model.law, model.history, 0, len(trace.volts))
     start = np.zeros(len(model.flow))
     start[: len(model.row)] = np.linalg.solve(model.stiffness, model.load) * force[0]
-    launch = from_rest(start[None], FilmConstants(0.0, 1.0).column(1), np.array([trace.gap]))
-    seen, points = observed(model), len(model.points)
-    flow = of_model(model, trace.step / SUBSTEPS)
-    moved = flow.fly(launch, force[None], np.array([len(trace.time)]), seen[:points])[0].T
+    none, two = np.zeros(1), np.zeros((1, 2))
+    launch = Launches(
+        Varied(start[None]), Varied(none), Varied(two), Varied(FilmConstants(0.0, 1.0).law().value[None]),
+        np.array([trace.gap]), two, 1.0,
+    )  # fmt: skip
+    flow, seen = of_model(model, trace.step / SUBSTEPS), np.pad(model.rows, ((0, 0), (0, len(model.row))))
+    moved = flow.fly(launch, force[None], np.array([len(trace.time)]), seen)[0].T
     return replace(trace, x=trace.x - (moved - np.outer(model.by_drive, force[::SUBSTEPS])))

@@ -4,19 +4,29 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from enum import Enum
+
+
+class Exclusion(Enum):
+    """What is wrong with data that were not used."""
+
+    UNUSABLE = "they do not have what the step needs"
+    UNLIKE = "they have it, and are not as the model has them: evidence against the model, where they are many"
+    ENOUGH = "nothing: others are enough"
 
 
 @dataclass(frozen=True)
 class Excluded:
     """Data that a step did not use: file, channel ("" for all of them) and the reason, a sentence.
 
-    count: of how many of what the step counts (impacts, samples) that is told.
+    count: of how many of what the step counts (impacts, samples) that is told; kind: what is wrong with them.
     """
 
     file: str
     channel: str
     reason: str
     count: int = 1
+    kind: Exclusion = Exclusion.UNUSABLE
 
     def __str__(self) -> str:
         where = f"{self.file}, channel '{self.channel}'" if self.channel else self.file

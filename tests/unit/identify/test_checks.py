@@ -24,7 +24,7 @@ from tarsus.identify.traces import Trace
 from tarsus.identify.verdict import judge_samples
 from tarsus.model.drive.waveforms import Square
 from tarsus.model.standing import rest_state
-from tarsus.records.excluded import Excluded
+from tarsus.records.excluded import Excluded, Exclusion
 
 PATHS = (
     "robot.structure.frequencies.0",
@@ -113,7 +113,7 @@ def test_what_a_step_leaves_and_leaves_out_is_checked():
         "film", PATHS[3:], np.ones(1), np.ones((DRAWS, 1)),
         residuals=(Residual("a", "1", 1.02, 1.0, 100), Residual("b", "1", 1.5, 1.0, 100)),
         used=(Used("detachments", 60, 100),),
-        left_out=tuple(Excluded("f", "", "it is no free motion of this structure") for _ in range(20)),
+        left_out=tuple(Excluded("f", "", "no such flight", kind=Exclusion.UNLIKE) for _ in range(20)),
     )  # fmt: skip
     left, share = step_checks(step, known())
     assert left.value == pytest.approx(np.sqrt((1.02**2 + 1.5**2) / 2.0)) and not left.passed

@@ -8,10 +8,11 @@ import pytest
 from laboratory import LABORATORY
 from tarsus.base.spec import with_values
 from tarsus.files.library import load_scene
-from tarsus.identify.flight import SUBSTEPS, FilmConstants, Launches, Varied, from_rest, observed, of_model
+from tarsus.identify.flight import SUBSTEPS, FilmConstants, of_model
 from tarsus.identify.foot import FootModel
 from tarsus.model.standing import rest_state
 from tarsus.solve import simulate
+from tarsus.solve.flights import Launches, Varied
 
 
 @pytest.fixture(scope="module")
@@ -25,6 +26,13 @@ def model(run):
     return FootModel(run.scene, "tip", "pzt", ("tip", "center"))
 
 
+def launched(states, film, gap):
+    """Flights that begin at their first samples in states (N, 2n), under the law (4,) of a film."""
+    none, two = np.zeros(len(states)), np.zeros((len(states), 2))
+    law = Varied(np.tile(film, (len(states), 1)))
+    return Launches(Varied(states), Varied(none), Varied(two), law, np.full(len(states), gap), two, 1.0)
+
+
 def test_a_flight_is_that_of_the_engine(run, model):
     release = run.events[run.events["kind"] == 3][1]["time"]
     step = 5e-5
@@ -32,9 +40,7 @@ def test_a_flight_is_that_of_the_engine(run, model):
     series = run.at(times)
     states = np.concatenate([series.state.x, series.state.v])
     film = run.scene.ground.film
-    launch = from_rest(
-        states[:, :1].T, FilmConstants(film.coefficient, film.thickness).column(1), np.array([model.gap])
-    )
+    launch = launched(states[:, :1].T, FilmConstants(film.coefficient, film.thickness).law().value, model.gap)
     flown = of_model(model, step / SUBSTEPS).fly(launch, series.force[0][None], np.array([31]), np.eye(4))[0]
     wanted = states[:, ::SUBSTEPS].T
     assert flown == pytest.approx(wanted, abs=2e-4 * np.abs(wanted).max(axis=0).max())
@@ -52,7 +58,7 @@ def test_short_flights_go_both_ways(run, model):
     def come(state, begin, near):
         """The state 80 us beside a launch, on the flight's first sample."""
         launch = Launches(
-            Varied(state[None]), Varied(np.array([begin])), Varied(np.zeros((1, 2))), film.column(1),
+            Varied(state[None]), Varied(np.array([begin])), Varied(np.zeros((1, 2))), Varied(film.law().value[None]),
             np.array([model.gap]), near, -begin,
         )  # fmt: skip
         return of_model(model, 1e-5).fly(launch, np.zeros((1, 1)), np.array([1]), np.eye(4))[0][0]
@@ -89,7 +95,9 @@ def test_derivatives_of_flights_are_those_of_their_arithmetic(run, model):
             for name, value in base.items()
         }
         launch = Launches(**moved, neutral=np.full(count, model.gap), near=near, near_step=1e-5)
-        return flow.fly(launch, drive, np.array([11, 4, 7]), observed(model), np.full(drive.shape, 16.0))
+        return flow.fly(
+            launch, drive, np.array([11, 4, 7]), np.kron(np.eye(2), model.rows), np.full(drive.shape, 16.0)
+        )
 
     values, by = flown(0.0, None)
     assert values.shape == (22, 4) and by.shape == (22, 4, q)
