@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from tarsus.fit.normal_equations import Descent, NormalEquations, descend
 from tarsus.identify.draws import DRAWS
-from tarsus.identify.flight import FilmConstants, Flown, Moment, Side, Stretches, equations_of
+from tarsus.identify.flight import FilmConstants, FlightSide, Flown, Moment, Stretches, equations_of
 from tarsus.identify.foot import FootModel
 from tarsus.identify.traces import Trace
 from tarsus.identify.volts import jumps_of
@@ -152,7 +152,7 @@ class Bounced(Flown[Moment]):
         self.jumps_freely = free
         super().__init__(bounces, model)
 
-    def of_sides(self) -> tuple[Side, ...]:
+    def of_sides(self) -> tuple[FlightSide, ...]:
         """Back from just before the impact, and onward from just after it."""
         n, m = self.free.shape
         beside = self.free if self.jumps_freely else self.free[:, :0]
@@ -166,7 +166,7 @@ class Bounced(Flown[Moment]):
         after = before.copy()
         after[n:] += change
         self.changes = self.model.rows @ change
-        return Side(before, (0.0, 1.0), back=True), Side(after, (-self.stretches.step, 1.0))
+        return FlightSide(before, (0.0, 1.0), back=True), FlightSide(after, (-self.stretches.step, 1.0))
 
     def guess(self) -> Floats:
         """First unknowns (ni, q): the foot's lines through the samples around the impact meet there."""

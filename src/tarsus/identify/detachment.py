@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.fit.normal_equations import Descent, NormalEquations, descend
-from tarsus.identify.flight import FilmConstants, Flown, Moment, Side, Stretches, Varied, equations_of
+from tarsus.identify.flight import FilmConstants, FlightSide, Flown, Moment, Stretches, Varied, equations_of
 from tarsus.identify.foot import FootModel
 from tarsus.identify.traces import Hold, Trace, holds
 from tarsus.impacts.detection import STILL
@@ -227,13 +227,13 @@ class Released(Flown[Detachment]):
 
     stretches: Detachments
 
-    def of_sides(self) -> tuple[Side, ...]:
+    def of_sides(self) -> tuple[FlightSide, ...]:
         """Onward alone."""
         n, m = self.free.shape
         rates, offset = np.zeros((2 * n, 2 * m + 3)), np.zeros((2, 2 * m + 3))
         rates[:n, 1 : 1 + m] = rates[n:, 1 + m : 1 + 2 * m] = self.free
         offset[:, -2:] = np.eye(2)
-        return (Side(rates, (0.0, -1.0), offset=offset),)
+        return (FlightSide(rates, (0.0, -1.0), offset=offset),)
 
     def guess(self) -> Floats:
         """First unknowns (nr, q)."""

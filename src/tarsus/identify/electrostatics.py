@@ -17,7 +17,7 @@ from tarsus.base.errors import InputError
 from tarsus.fit.normal_equations import Descent, NormalEquations, descend
 from tarsus.identify.draws import carried, newton_draws
 from tarsus.identify.estimates import Estimates
-from tarsus.identify.flight import SUBSTEPS, Flown, Moment, Side, Stretches, Varied, equations_of
+from tarsus.identify.flight import SUBSTEPS, FlightSide, Flown, Moment, Stretches, Varied, equations_of
 from tarsus.identify.foot import FootModel
 from tarsus.identify.step import Panel, StepResult, Used, measured_and_fitted, over_noise
 from tarsus.identify.traces import Trace
@@ -97,9 +97,9 @@ class _FromRest(Flown[Moment]):
             level = stretches.volts[one.trace].fine[SUBSTEPS * (one.last + 1) :][: self.drive[0].shape[1]]
             self.squares[r, : len(level)] = level**2
 
-    def of_sides(self) -> tuple[Side, ...]:
+    def of_sides(self) -> tuple[FlightSide, ...]:
         """Onward, with a start that is known."""
-        return (Side(np.zeros((2 * len(self.model.row), 0)), (0.0, 0.0)),)
+        return (FlightSide(np.zeros((2 * len(self.model.row), 0)), (0.0, 0.0)),)
 
     def still(self, trace: Trace) -> Floats:
         """Coordinates (n,) at rest before the drive of a record."""

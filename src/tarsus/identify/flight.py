@@ -23,7 +23,15 @@ from tarsus.identify.volts import Volts
 from tarsus.solve.flights import SUBSTEPS, Flow, Launches, Varied
 
 __all__ = [
-    "SUBSTEPS", "FilmConstants", "Flown", "Moment", "Side", "Stretches", "Varied", "equations_of", "of_model",
+    "SUBSTEPS",
+    "FilmConstants",
+    "FlightSide",
+    "Flown",
+    "Moment",
+    "Stretches",
+    "Varied",
+    "equations_of",
+    "of_model",
 ]  # fmt: skip
 
 Floats = NDArray[np.float64]
@@ -101,7 +109,7 @@ class Stretches(Generic[Item]):
 
 
 @dataclass(frozen=True)
-class Side:
+class FlightSide:
     """Flights to one side of moments.
 
     back: to what was before; rates (2n, q): of the state at the moment by the unknowns; begin [s]: the moment is
@@ -145,7 +153,7 @@ class Flown(Generic[Item]):
             self.noise.append(np.concatenate([trace.noise_x, trace.noise_v]))
             self._driven(r, one, first)
 
-    def of_sides(self) -> tuple[Side, ...]:
+    def of_sides(self) -> tuple[FlightSide, ...]:
         """To which sides flights go, earlier samples first."""
         raise NotImplementedError
 
