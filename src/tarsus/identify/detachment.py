@@ -45,7 +45,7 @@ _LANDING = 8
 """Samples before a contact by which the speed of its landing is judged."""
 _TRIED = (0.0, 0.7, -0.7)
 """Samples by which the first guess of the moment of release is varied."""
-_PRIOR = (3.0, 2.0)
+PRIOR = (3.0, 2.0)
 """Standard deviations of log C/g0^3 and log g0 about the first guess, which only keep a fit from running away."""
 _LIMITS = (np.log(1e-8), np.log(1e-2))
 """Film thicknesses [m] between which a fit searches, as logarithms."""
@@ -228,7 +228,7 @@ class Detachments:
         if start is None:
             unknowns = _under(prepared, unknowns, shared)
         if not fixed:
-            found = descend(prepared.equations, unknowns, shared, prior=(shared, _weak()), how=_JOINT)
+            found = descend(prepared.equations, unknowns, shared, prior=(shared, weak()), how=_JOINT)
             unknowns, shared = found.own, found.shared
         return prepared.result(unknowns, FilmGuess(float(shared[0]), float(shared[1])))
 
@@ -258,12 +258,13 @@ class Detachments:
         prepared = _Prepared(self, model)
         shared = np.array([fitted.film.stiffness, fitted.film.thickness])
         every = np.arange(len(self.items))
-        own, step = prepared.equations(fitted.unknowns, shared, every).step(0.0, _weak() * 1e-6)
+        own, step = prepared.equations(fitted.unknowns, shared, every).step(0.0, weak() * 1e-6)
         return shared + step, prepared.pulls(fitted.unknowns + own)
 
 
-def _weak() -> Floats:
-    return np.diag([_PRIOR[0] ** -2, _PRIOR[1] ** -2])
+def weak() -> Floats:
+    """Information (2, 2) about the logarithms of C / g0^3 and g0 that keeps a fit from running away."""
+    return np.diag([PRIOR[0] ** -2, PRIOR[1] ** -2])
 
 
 def _under(prepared: _Prepared, unknowns: Floats, shared: Floats) -> Floats:
