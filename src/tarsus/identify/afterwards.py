@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from tarsus.base.errors import InputError
+from tarsus.base.spec import float_paths
 from tarsus.identify.airborne import AirRecord, air_records
 from tarsus.identify.alternatives import fit_air
 from tarsus.identify.checks import (
@@ -26,7 +27,6 @@ from tarsus.identify.step import Shift, failures
 from tarsus.identify.steps import STEPS
 from tarsus.records.excluded import Excluded
 from tarsus.records.purpose import Purpose
-from tarsus.synthesis.devices import identified_paths
 
 if TYPE_CHECKING:
     from tarsus.identify.chain import StepRunner
@@ -41,7 +41,7 @@ def _unknown(chain: StepRunner) -> list[str]:
         known -= {path for path in step.taken if path.startswith("ground.")}
     return [
         path
-        for path in identified_paths(chain.opened.model.scene)
+        for path in float_paths(chain.opened.model.scene)
         if path not in known and chain.placeholder(path)
     ]
 
@@ -53,11 +53,11 @@ def landing_rule(chain: StepRunner) -> LandingVerdict | None:
         return None
     chain.report("landing rule")
     near = Purpose.RAMPS, Purpose.BOUNCES
-    found = judge_landing(
-        chain.known.model(), chain.traces(*near), chain.signals(*near), chain.ground()[0]
-    )
+    found = judge_landing(chain.known.model(), chain.traces(*near), chain.signals(*near), chain.ground()[0])
     if found is not None and found.replaced:
-        chain.opened = replace(chain.opened, model=chain.opened.model.changed({"ground.landing": found.chosen}))
+        chain.opened = replace(
+            chain.opened, model=chain.opened.model.changed({"ground.landing": found.chosen})
+        )
         chain.known = replace(chain.known.without(chain.steps.pop("adhesion")), base=chain.opened.model)
         chain.attempt(STEPS[-1])
     return found
@@ -123,9 +123,9 @@ def check(chain: StepRunner, comparisons: Sequence[Comparison]) -> None:
 
 def _air_records(chain: StepRunner, known: Estimates) -> list[AirRecord]:
     """Records in the air, and loops up to the ground, beside the device with some values."""
-    film = chain.opened.model.scene.ground.acting.film
     # near the ground a film that no step has found would be taken for something else
-    told = film is None or (_FILM in known.paths and _FILM not in chain.steps["film" if "film" in chain.steps else "electrostatics"].taken)
+    wide = {path for step in chain.steps.values() for path in step.taken}
+    told = chain.opened.model.scene.ground.acting.film is None or _FILM in set(known.paths) - wide
     purposes = (Purpose.LOOPS, Purpose.AIR) if told else (Purpose.AIR,)
     found, said = air_records(known, chain.traces(*purposes), chain.signals(*purposes), chain.ground()[0])
     if known is chain.known:  # of the device as identified, not of those about alternatives

@@ -14,7 +14,6 @@ from tarsus.base.errors import InputError
 from tarsus.base.messages import together
 from tarsus.base.spec import float_paths
 from tarsus.base.threads import single_threaded
-from tarsus.identify import afterwards
 from tarsus.identify.campaign import Opened, RecordFile, read_campaign
 from tarsus.identify.estimates import PLACEHOLDER, Estimates
 from tarsus.identify.evidence import Evidence
@@ -23,7 +22,7 @@ from tarsus.identify.resonance import Resonances
 from tarsus.identify.restitution import BounceStudy
 from tarsus.identify.result import Identification
 from tarsus.identify.step import NotDone, StepResult, Trouble, Used
-from tarsus.identify.steps import STEPS, Step
+from tarsus.identify.steps import STEPS, ChainStep
 from tarsus.identify.traces import Trace
 from tarsus.model.drive.waveforms import Waveform
 from tarsus.records.purpose import Purpose
@@ -63,6 +62,8 @@ class StepRunner:
 
     def run(self) -> Identification:
         """All steps, the validation and the shifted zero."""
+        from tarsus.identify import afterwards
+
         begun = time.perf_counter()
         self.read()
         self.take(STEPS[:1])  # the sweeps, which tell how late the records of the ground are
@@ -109,14 +110,14 @@ class StepRunner:
                 self.remark(said)
         self.evidence.find_ground()
 
-    def take(self, steps: Sequence[Step]) -> None:
+    def take(self, steps: Sequence[ChainStep]) -> None:
         """Try steps in order: those with records whose time it is."""
         for step in steps:
             recorded = any(any(self.opened.sets(purpose)) for purpose in (step.purpose, *step.instead))
             if recorded and step.when(self):
                 self.attempt(step)
 
-    def attempt(self, step: Step) -> None:
+    def attempt(self, step: ChainStep) -> None:
         """Run a step; what stops it is kept as its reasons, or remarked of one that was done already."""
         before = self.resonances, self.known
         self.report(step.name)
@@ -173,7 +174,7 @@ class StepRunner:
         sets = {r.set for r in self.evidence.readings if r.file in found.files}
         return {self.opened.campaign.records[name].purpose for name in sets}
 
-    def _need(self, step: Step) -> None:
+    def _need(self, step: ChainStep) -> None:
         """Raise InputError without a part of the device that no step has found and nobody knows beforehand."""
         parts = {
             "resonances": ("structure", "robot.structure.frequencies", Purpose.MODAL, "sweeps in the air"),
@@ -191,13 +192,13 @@ class StepRunner:
                     f"it needs the {part}: {why}, and the {shown} of the device "
                     f"{'are placeholders' if shown.endswith('s') else 'is a placeholder'}"
                 )
-            self.remark(
-                f"{why}: the {part} is that of the device file, as if it were certain"
-            )
+            self.remark(f"{why}: the {part} is that of the device file, as if it were certain")
 
     def placeholder(self, path: str) -> bool:
         """Whether what the device file holds there is to be identified, and nothing that anyone knows."""
-        paths = [one for one in float_paths(self.opened.model.scene) if one == path or one.startswith(f"{path}.")]
+        paths = [
+            one for one in float_paths(self.opened.model.scene) if one == path or one.startswith(f"{path}.")
+        ]
         origins = [self.opened.model.scene.origin(one) for one in paths]
         return any(one is not None and one.note == PLACEHOLDER for one in origins)
 

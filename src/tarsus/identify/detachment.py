@@ -208,6 +208,7 @@ class Detachments:
         film: FilmGuess,
         start: Floats | None = None,
         fixed: bool = False,
+        about: FilmGuess | None = None,
     ) -> FittedDetachments:
         """Fit all flights with one film.
 
@@ -221,6 +222,8 @@ class Detachments:
             First unknowns (nr, q).
         fixed
             Whether the film stays as it is.
+        about
+            What is known of the film beforehand, within `PRIOR`; the first guess where there is nothing else.
         """
         prepared = _Prepared(self, model)
         shared = np.array([film.stiffness, film.thickness])
@@ -228,7 +231,8 @@ class Detachments:
         if start is None:
             unknowns = _under(prepared, unknowns, shared)
         if not fixed:
-            found = descend(prepared.equations, unknowns, shared, prior=(shared, weak()), how=_JOINT)
+            centre = shared if about is None else np.array([about.stiffness, about.thickness])
+            found = descend(prepared.equations, unknowns, shared, prior=(centre, weak()), how=_JOINT)
             unknowns, shared = found.own, found.shared
         return prepared.result(unknowns, FilmGuess(float(shared[0]), float(shared[1])))
 
@@ -253,12 +257,13 @@ class Detachments:
             best = np.where(cost < best, cost, best)
         return kept
 
-    def moved(self, model: FootModel, fitted: FittedDetachments) -> tuple[Floats, Floats]:
-        """Film (2,) and pulls (nr,) for a model near the fitted one, by one Gauss-Newton step."""
+    def moved(self, model: FootModel, fitted: FittedDetachments, about: FilmGuess) -> tuple[Floats, Floats]:
+        """Film (2,) and pulls (nr,) for a model near the fitted one, by one Gauss-Newton step; about: as in `fit`."""
         prepared = _Prepared(self, model)
         shared = np.array([fitted.film.stiffness, fitted.film.thickness])
         every = np.arange(len(self.items))
-        own, step = prepared.equations(fitted.unknowns, shared, every).step(0.0, weak() * 1e-6)
+        pull = weak() @ (np.array([about.stiffness, about.thickness]) - shared)
+        own, step = prepared.equations(fitted.unknowns, shared, every).step(0.0, weak(), pull)
         return shared + step, prepared.pulls(fitted.unknowns + own)
 
 

@@ -48,12 +48,12 @@ def newton_draws(information: Floats, score: Floats, seed: int, prior: Floats | 
     seed
         Of the draws.
     prior
-        Information (p, p) that does not scatter.
+        Information (p, p) that was known beforehand: it does not scatter, and leaves what it leaves.
     """
     total = information.sum(axis=0) + (0.0 if prior is None else prior)
     inverse = np.linalg.inv(total)
     moves = (score - score.mean(axis=0)) @ inverse
-    noise = inverse @ information.sum(axis=0) @ inverse
+    noise = inverse  # of the data and, where they tell nothing, of what was known beforehand
     covariance = np.zeros_like(noise)
     if len(score) > 1:
         wider = [_widening(information, inverse, row) for row in inverse]
@@ -71,7 +71,8 @@ def _widening(information: Floats, inverse: Floats, row: Floats) -> float:
     if not left > _ROUNDING * own:  # one group has all of the information: noise alone counts
         return 0.0
     freedom = left**2 / float(np.sum(linked**2))
-    return float(np.sqrt(own / left) * t.ppf(0.975, freedom) / NORMAL)
+    # less than one degree is none: what was known beforehand has most of the variance, and bounds it
+    return float(np.sqrt(own / left) * t.ppf(0.975, max(freedom, 1.0)) / NORMAL)
 
 
 def _at_least(covariance: Floats, noise: Floats) -> Floats:

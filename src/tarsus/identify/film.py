@@ -84,7 +84,7 @@ def identify_film(
         If no detachment can be used.
     """
     if near is not None:
-        fitted = near.offs.fit(model, near.fitted.film, start=near.fitted.unknowns)
+        fitted = near.offs.fit(model, near.fitted.film, start=near.fitted.unknowns, about=_first_guess(model))
         step, pulls = _result(model, known, near.offs, fitted, seed)
         return FilmFit(step, model.foot_point, near.offs, fitted, pulls)
     items, left = find_detachments(traces, model.foot_point, level)
@@ -119,7 +119,7 @@ def identify_film(
         )
         left.append(Excluded(trace.file, model.foot_point, text))
     offs = offs.chosen(good)
-    fitted = offs.fit(model, whole.film, start=whole.unknowns[good])
+    fitted = offs.fit(model, whole.film, start=whole.unknowns[good], about=_first_guess(model))
     step, pulls = _result(model, known, offs, fitted, seed)
     used = Used("detachments", len(offs.items), found)
     return FilmFit(_with(step, left, used), model.foot_point, offs, fitted, pulls)
@@ -160,10 +160,10 @@ def _result(
     information = np.array([fitted.information[groups == g].sum(axis=0) for g in numbers])
     score = np.array([fitted.score[groups == g].sum(axis=0) for g in numbers])
     own = newton_draws(information, score, seed, weak())
-    centre = np.array([fitted.film.stiffness, fitted.film.thickness])
+    centre, about = np.array([fitted.film.stiffness, fitted.film.thickness]), _first_guess(model)
 
     def again(values: Floats) -> Floats:
-        film, pulls = offs.moved(known.model(values), fitted)
+        film, pulls = offs.moved(known.model(values), fitted, about)
         return np.concatenate([film, pulls])
 
     from_before = carried(again, known.values, known.samples)

@@ -108,7 +108,7 @@ class FootModel:
 
     @cached_property
     def like_damping(self) -> float:
-        """Damper on the foot [N s/m] that damps the first mode by a hundredth: a first guess of the film's at contact."""
+        """Damper on the foot [N s/m] that damps the first mode by a hundredth: a first guess of a film."""
         compliance = float(self.row @ np.linalg.solve(self.stiffness, self.row))
         return 0.02 / (self.slowest * compliance)
 

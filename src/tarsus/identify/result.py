@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,14 +15,6 @@ from tarsus.files.jsontext import json_text
 from tarsus.files.toml import scene_text
 from tarsus.files.whole import write_text
 from tarsus.identify.assessment import assessed
-from tarsus.identify.campaign import Opened, RecordFile
-from tarsus.identify.estimates import Estimates
-from tarsus.identify.film import FilmFit
-from tarsus.identify.foot import FootModel
-from tarsus.identify.heldout import Comparison
-from tarsus.identify.landing import LandingVerdict
-from tarsus.identify.pairs import InAir
-from tarsus.identify.resonance import Resonances
 from tarsus.identify.step import NotDone, Shift, StepResult
 from tarsus.identify.tables import (
     alternatives_table,
@@ -36,8 +28,19 @@ from tarsus.model.scene import Provenance, Scene, Source
 from tarsus.records.excluded import Excluded
 from tarsus.tables.table import Table
 
+if TYPE_CHECKING:
+    from tarsus.identify.campaign import Opened, RecordFile
+    from tarsus.identify.estimates import Estimates
+    from tarsus.identify.film import FilmFit
+    from tarsus.identify.foot import FootModel
+    from tarsus.identify.heldout import Comparison
+    from tarsus.identify.landing import LandingVerdict
+    from tarsus.identify.pairs import InAir
+    from tarsus.identify.resonance import Resonances
+
 RESULT_FILES = ("identified.toml", "identification.json", "draws.npz", "report.html")
 """Everything that an identification leaves in its folder, with its report."""
+
 
 @dataclass(frozen=True, repr=False)
 class Identification:

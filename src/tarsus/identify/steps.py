@@ -1,7 +1,7 @@
 """The table of steps: which records each is for, which do as well, what it needs, and the sentence that says so.
 
-A step that lacks what it needs is not done, and says why; none stops the others. What a later step cannot do without and
-no record tells is a wide unknown (`film_by_impacts`, `attraction_as_unknown`), whose draws reach all that hangs on it.
+A step that lacks what it needs is not done, and says why; none stops the others. What a later step cannot do without
+and no record tells is a wide unknown (`wide_film`, `wide_attraction`), whose draws reach all that hangs on it.
 """
 
 from __future__ import annotations
@@ -24,7 +24,13 @@ from tarsus.identify.film_exponent import film_exponent, with_exponent
 from tarsus.identify.hysteresis import identify_hysteresis
 from tarsus.identify.impact_column import identify_impact_column
 from tarsus.identify.pairs import Pair, from_pairs, map_from_pairs
-from tarsus.identify.resonance import Resonances, identify_resonances, rounding_of, shape_mismatch, static_response
+from tarsus.identify.resonance import (
+    Resonances,
+    identify_resonances,
+    rounding_of,
+    shape_mismatch,
+    static_response,
+)
 from tarsus.identify.restitution import identify_restitution
 from tarsus.identify.step import StepResult, Used
 from tarsus.identify.straightened import straightened
@@ -43,7 +49,7 @@ static: what rings is a hundredth of the motion, and a mean over ways up and dow
 
 
 @dataclass(frozen=True)
-class Step:
+class ChainStep:
     """One entry: name of its result; purpose: of the records that it is for, in words as well; find: what it finds;
     about: a sentence on what is fitted; needs: steps, or what the device file knows in their place, without which it
     is nothing; instead: purpose of records that do where none of its own can be used; when: whether it is to be tried,
@@ -118,10 +124,14 @@ def _hysteresis(chain: StepRunner) -> StepResult:
     compare_signs(chain, traces or slow)
     shares = None if chain.resonances is None else chain.resonances.shares
     draws = np.zeros((DRAWS, 0)) if chain.resonances is None else chain.resonances.share_draws
-    found = identify_hysteresis(chain.known, traces or slow, chain.evidence.level, shares, draws, chain.seed + 1)
+    found = identify_hysteresis(
+        chain.known, traces or slow, chain.evidence.level, shares, draws, chain.seed + 1
+    )
     if traces:
         return found
-    return replace(found, notes=(*found.notes, "No static loops: slow ramped squares tell the law in their place."))
+    return replace(
+        found, notes=(*found.notes, "No static loops: slow ramped squares tell the law in their place.")
+    )
 
 
 def _static(chain: StepRunner, traces: Sequence[Trace]) -> list[Trace]:
@@ -268,29 +278,29 @@ def _attraction_open(chain: StepRunner) -> bool:
     return law and ATTRACTION[0] not in chain.known.paths and chain.placeholder(ATTRACTION[0])
 
 
-RESONANCES = Step(
+RESONANCES = ChainStep(
     "resonances", Purpose.MODAL, "sweeps in the air", _resonances,
     "Sweeps in the air: natural frequencies and damping ratios, by poly-reference least squares and a "
     "local maximum-likelihood finish.",
 )  # fmt: skip
-HYSTERESIS = Step(
+HYSTERESIS = ChainStep(
     "hysteresis", Purpose.LOOPS, "static loops", _hysteresis,
     "Static loops: K x = load F(V), equation (2.8), with a Prandtl-Ishlinskii operator F; on the ground "
     "the combination of points that its force does not move.",
     ("resonances",), (Purpose.RAMPS,),
 )  # fmt: skip
 _DEVICE = ("resonances", "hysteresis")
-FILM_STEP = Step(
+FILM_STEP = ChainStep(
     "film", Purpose.RAMPS, "the flights after detachment", _film,
     "Ring-down after detachment: F = −C g′ / (g + g₀)³, equation (2.10) with the sign of E2, fitted to all "
     "flights at once; the moment of each release, the state at it and a drift of the drive are free.",
     _DEVICE,
 )  # fmt: skip
-CLOSE = Step(
+CLOSE = ChainStep(
     "electrostatics", Purpose.CLOSE, "records close to the ground", _electrostatics,
     "Records close to the ground, (3.25) and (3.26).", _DEVICE,
 )  # fmt: skip
-RESTITUTION = Step(
+RESTITUTION = ChainStep(
     "restitution", Purpose.BOUNCES, "bounces", _restitution,
     "Velocities before and after impacts (2.12), from the flights on both sides; a ratio with errors in both.",
     _DEVICE,
@@ -302,26 +312,27 @@ STEPS = (
     replace(HYSTERESIS, when=_straighter),
     FILM_STEP,
     CLOSE,
-    Step(
+    ChainStep(
         "electrostatics", Purpose.BOUNCES, "nothing", _wide_attraction,
         "No record close to the ground: the attraction (3.25) is a wide unknown.", _DEVICE, when=_attraction_open,
     ),
     replace(CLOSE, purpose=Purpose.BOUNCES, find=_close_with_impacts, when=_film_from_above),
-    Step(
+    ChainStep(
         "film", Purpose.BOUNCES, "the flights around impacts", _film_by_impacts,
         "The film as a wide unknown of the flights around all impacts: F = −C g′ / (g + g₀)³, equation (2.10), beside "
         "the zeros of the displacements.",
         _DEVICE, when=_film_open,
     ),
     RESTITUTION,
-    Step(
+    ChainStep(
         "impact map", Purpose.BOUNCES, "bounces", _impact_map,
         "Changes of the points' velocities at impacts per change of the foot's: a column of the map (3.22), "
         "with the velocities of all coordinates free to jump.",
     ),
-    Step(
+    ChainStep(
         "adhesion", Purpose.RAMPS, "pull-off forces over contact times", _adhesion,
-        "Pull-off force (2.13) at the moment of release over contact time: f_a = C_a0 + C_a (t − t_c), equation (2.14).",
+        "Pull-off force (2.13) at the moment of release over contact time: f_a = C_a0 + C_a (t − t_c), equation "
+        "(2.14).",
     ),
 )  # fmt: skip
 """All steps in order; one without records in the campaign is not tried."""
