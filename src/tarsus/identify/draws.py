@@ -59,7 +59,10 @@ def newton_draws(information: Floats, score: Floats, seed: int, prior: Floats | 
         wider = [_widening(information, inverse, row) for row in inverse]
         covariance = moves.T @ moves * np.outer(wider, wider)
     random = np.random.default_rng([seed, 11])
-    return random.standard_normal((DRAWS, len(total))) @ _at_least(covariance, noise).T
+    root = _at_least(covariance, noise)
+    if prior is not None:
+        root = _at_most(root, prior)
+    return random.standard_normal((DRAWS, len(total))) @ root.T
 
 
 def _widening(information: Floats, inverse: Floats, row: Floats) -> float:
@@ -84,6 +87,13 @@ def _at_least(covariance: Floats, noise: Floats) -> Floats:
     inner = np.linalg.solve(root, inner.T)
     spread, turned = np.linalg.eigh(0.5 * (inner + inner.T))
     return scale[:, None] * (root @ turned) * np.sqrt(np.maximum(spread, 1.0))
+
+
+def _at_most(root: Floats, prior: Floats) -> Floats:
+    """The square root (p, p) of a covariance that leaves no direction more open than what was known beforehand."""
+    known = np.linalg.cholesky(prior)
+    ways, spread, turned = np.linalg.svd(known.T @ root)
+    return np.asarray(np.linalg.solve(known.T, ways * np.minimum(spread, 1.0)) @ turned, dtype=np.float64)
 
 
 def within(
