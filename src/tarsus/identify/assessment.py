@@ -11,7 +11,7 @@ from tarsus.identify.step import failures
 from tarsus.identify.verdict import Assessment, judge_samples
 
 if TYPE_CHECKING:
-    from tarsus.identify.chain import Identification
+    from tarsus.identify.result import Identification
 
 
 def assessed(found: Identification) -> Assessment | None:

@@ -164,6 +164,7 @@ class Detachments(Stretches[Detachment]):
         film: FilmGuess,
         start: Floats | None = None,
         fixed: bool = False,
+        about: FilmGuess | None = None,
     ) -> FittedDetachments:
         """Fit all flights with one film.
 
@@ -177,12 +178,15 @@ class Detachments(Stretches[Detachment]):
             First unknowns (nr, q).
         fixed
             Whether the film stays as it is.
+        about
+            What is known of the film beforehand, within `PRIOR`; the first guess where there is nothing else.
         """
         released = Released(self, model)
         shared = np.array([film.stiffness, film.thickness])
         unknowns = released.under(self._tried(model, film), film) if start is None else start
         if not fixed:
-            found = descend(released.about, unknowns, shared, prior=(shared, weak()), how=_JOINT)
+            centre = shared if about is None else np.array([about.stiffness, about.thickness])
+            found = descend(released.about, unknowns, shared, prior=(centre, weak()), how=_JOINT)
             unknowns, film = found.own, FilmGuess(*found.shared.tolist())
         return released.result(unknowns, film)
 
@@ -207,12 +211,13 @@ class Detachments(Stretches[Detachment]):
             best = np.where(cost < best, cost, best)
         return kept
 
-    def moved(self, model: FootModel, fitted: FittedDetachments) -> tuple[Floats, Floats]:
-        """Film (2,) and pulls (nr,) for a model near the fitted one, by one Gauss-Newton step."""
+    def moved(self, model: FootModel, fitted: FittedDetachments, about: FilmGuess) -> tuple[Floats, Floats]:
+        """Film (2,) and pulls (nr,) for a model near the fitted one, by one Gauss-Newton step; about: as in `fit`."""
         released, film = Released(self, model), fitted.film
         shared = np.array([film.stiffness, film.thickness])
         every = np.arange(len(self.items))
-        own, step = released.about(fitted.unknowns, shared, every).step(0.0, weak() * 1e-6)
+        pull = weak() @ (np.array([about.stiffness, about.thickness]) - shared)
+        own, step = released.about(fitted.unknowns, shared, every).step(0.0, weak(), pull)
         return shared + step, released.pulls(fitted.unknowns + own)[0]
 
 

@@ -48,18 +48,21 @@ def newton_draws(information: Floats, score: Floats, seed: int, prior: Floats | 
     seed
         Of the draws.
     prior
-        Information (p, p) that does not scatter.
+        Information (p, p) that was known beforehand: it does not scatter, and leaves what it leaves.
     """
     total = information.sum(axis=0) + (0.0 if prior is None else prior)
     inverse = np.linalg.inv(total)
     moves = (score - score.mean(axis=0)) @ inverse
-    noise = inverse @ information.sum(axis=0) @ inverse
+    noise = inverse  # of the data and, where they tell nothing, of what was known beforehand
     covariance = np.zeros_like(noise)
     if len(score) > 1:
         wider = [_widening(information, inverse, row) for row in inverse]
         covariance = moves.T @ moves * np.outer(wider, wider)
     random = np.random.default_rng([seed, 11])
-    return random.standard_normal((DRAWS, len(total))) @ _at_least(covariance, noise).T
+    root = _at_least(covariance, noise)
+    if prior is not None:
+        root = _at_most(root, prior)
+    return random.standard_normal((DRAWS, len(total))) @ root.T
 
 
 def _widening(information: Floats, inverse: Floats, row: Floats) -> float:
@@ -71,7 +74,8 @@ def _widening(information: Floats, inverse: Floats, row: Floats) -> float:
     if not left > _ROUNDING * own:  # one group has all of the information: noise alone counts
         return 0.0
     freedom = left**2 / float(np.sum(linked**2))
-    return float(np.sqrt(own / left) * t.ppf(0.975, freedom) / NORMAL)
+    # less than one degree is none: what was known beforehand has most of the variance, and bounds it
+    return float(np.sqrt(own / left) * t.ppf(0.975, max(freedom, 1.0)) / NORMAL)
 
 
 def _at_least(covariance: Floats, noise: Floats) -> Floats:
@@ -83,6 +87,13 @@ def _at_least(covariance: Floats, noise: Floats) -> Floats:
     inner = np.linalg.solve(root, inner.T)
     spread, turned = np.linalg.eigh(0.5 * (inner + inner.T))
     return scale[:, None] * (root @ turned) * np.sqrt(np.maximum(spread, 1.0))
+
+
+def _at_most(root: Floats, prior: Floats) -> Floats:
+    """The square root (p, p) of a covariance that leaves no direction more open than what was known beforehand."""
+    known = np.linalg.cholesky(prior)
+    ways, spread, turned = np.linalg.svd(known.T @ root)
+    return np.asarray(np.linalg.solve(known.T, ways * np.minimum(spread, 1.0)) @ turned, dtype=np.float64)
 
 
 def within(

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.fit.normal_equations import Descent, NormalEquations, descend
-from tarsus.identify.draws import carried, newton_draws
+from tarsus.identify.draws import DRAWS, carried, newton_draws
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.flight import SUBSTEPS, FlightSide, Flown, Moment, Stretches, Varied, equations_of
 from tarsus.identify.foot import FootModel
@@ -211,16 +211,11 @@ def _prepared(model: FootModel, traces: Sequence[Trace], names: tuple[str, ...])
         for trace, start in zip(traces, first, strict=True)
     ]
     gap = float(np.median([model.gap if trace.gap is None else trace.gap for trace in traces]))
-    omega = float(np.sqrt(np.linalg.eigvals(np.linalg.solve(model.mass, model.stiffness)).real.min()))
-    share = float(model.row @ np.linalg.solve(model.stiffness, model.row))
     volts = max(float(np.max(np.abs(trace.volts))) for trace in traces)
-    force = float(np.max(np.abs(model.law.force(np.array([volts]), model.history))))
     guess = {
-        FILM[0]: 0.02 / (omega * share) * gap**3,
+        FILM[0]: model.like_damping * gap**3,
         FILM[1]: 0.3 * gap,
-        ATTRACTION[0]: 0.02 * force / volts**2 * (10.0 * gap) ** 2,
-        ATTRACTION[1]: 10.0 * gap,
-    }
+    } | _first_attraction(model, volts, gap)
     return _Close(
         tuple(traces),
         tuple(Volts.of(trace.volts) for trace in traces),
@@ -229,6 +224,21 @@ def _prepared(model: FootModel, traces: Sequence[Trace], names: tuple[str, ...])
         names,
         np.log([guess[name] for name in names]),
     )
+
+
+def _first_attraction(model: FootModel, volts: float, gap: float) -> dict[str, float]:
+    """An attraction of a fiftieth of the drive's force at so many volts, which hardly grows towards the ground."""
+    force = float(np.max(np.abs(model.law.force(np.array([volts]), model.history))))
+    offset = 10.0 * gap
+    return dict(zip(ATTRACTION, (0.02 * force / volts**2 * (gap + offset) ** 2, offset), strict=True))
+
+
+def wide_attraction(model: FootModel, volts: float, seed: int) -> StepResult:
+    """The attraction as an unknown that no record tells, for drives of up to so many volts: draws as wide as what keeps
+    fits of it from running away."""
+    values = np.array(list(_first_attraction(model, volts, model.gap).values()))
+    logs = _SPREAD * np.random.default_rng([seed, 31]).standard_normal((DRAWS, len(values)))
+    return StepResult("electrostatics", ATTRACTION, values, values * np.exp(logs), taken=ATTRACTION)
 
 
 def combinations_of(

@@ -13,9 +13,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.identify.detachment import WORST, Detachments, FilmGuess, FittedDetachments, find_detachments
-from tarsus.identify.draws import carried, newton_draws
-from tarsus.identify.estimates import Estimates
+from tarsus.identify.detachment import (
+    PRIOR,
+    WORST,
+    Detachments,
+    FilmGuess,
+    FittedDetachments,
+    find_detachments,
+    weak,
+)
+from tarsus.identify.draws import DRAWS, carried, newton_draws
+from tarsus.identify.estimates import PLACEHOLDER, Estimates
 from tarsus.identify.foot import FootModel
 from tarsus.identify.step import Panel, Residual, StepResult, Used, measured_and_fitted, over_noise
 from tarsus.identify.traces import Trace
@@ -76,7 +84,7 @@ def identify_film(
         If no detachment can be used.
     """
     if near is not None:
-        fitted = near.offs.fit(model, near.fitted.film, start=near.fitted.unknowns)
+        fitted = near.offs.fit(model, near.fitted.film, start=near.fitted.unknowns, about=_first_guess(model))
         step, pulls = _result(model, known, near.offs, fitted, seed)
         return FilmFit(step, model.foot_point, near.offs, fitted, pulls)
     items, left = find_detachments(traces, model.foot_point, level)
@@ -112,10 +120,28 @@ def identify_film(
         )
         left.append(Excluded(trace.file, model.foot_point, text, kind=Exclusion.UNLIKE))
     offs = offs.chosen(good)
-    fitted = offs.fit(model, whole.film, start=whole.unknowns[good])
+    fitted = offs.fit(model, whole.film, start=whole.unknowns[good], about=_first_guess(model))
     step, pulls = _result(model, known, offs, fitted, seed)
     used = Used("detachments", len(offs.items), found)
     return FilmFit(_with(step, left, used), model.foot_point, offs, fitted, pulls)
+
+
+def wide_film(model: FootModel, seed: int) -> StepResult:
+    """The film as an unknown that no record tells: draws as wide as what keeps fits of it from running away, about what
+    the device file knows of it, or about a film that damps as much as the structure where that is a placeholder."""
+    film, guess = model.scene.ground.acting.film, _first_guess(model)
+    origin = model.scene.origin(PATHS[0])
+    if film is not None and (origin is None or origin.note != PLACEHOLDER):
+        guess = FilmGuess.of(film.coefficient, film.thickness)
+    logs = np.random.default_rng([seed, 31]).standard_normal((DRAWS, 2)) * PRIOR
+    thickness = np.exp(guess.thickness + logs[:, 1])
+    samples = np.column_stack([np.exp(guess.stiffness + logs[:, 0]) * thickness**3, thickness])
+    values = np.array([guess.film.coefficient, guess.film.thickness])
+    stiffness = float(np.exp(guess.stiffness))
+    return StepResult(
+        "film", PATHS, values, samples, taken=PATHS,
+        combinations={"C / g0^3": (stiffness, samples[:, 0] / thickness**3, "N s/m")},
+    )  # fmt: skip
 
 
 def _with(step: StepResult, left: Sequence[Excluded], used: Used) -> StepResult:
@@ -124,10 +150,7 @@ def _with(step: StepResult, left: Sequence[Excluded], used: Used) -> StepResult:
 
 def _first_guess(model: FootModel) -> FilmGuess:
     """A film that damps the foot as much as the structure's first mode does, half a gap thick."""
-    omega = float(np.sqrt(np.linalg.eigvals(np.linalg.solve(model.mass, model.stiffness)).real.min()))
-    share = float(model.row @ np.linalg.solve(model.stiffness, model.row))
-    damping = 0.02 / (omega * share)
-    return FilmGuess(float(np.log(damping)), float(np.log(0.5 * model.gap)))
+    return FilmGuess(float(np.log(model.like_damping)), float(np.log(0.5 * model.gap)))
 
 
 def _result(
@@ -137,11 +160,11 @@ def _result(
     numbers = np.unique(groups)
     information = np.array([fitted.information[groups == g].sum(axis=0) for g in numbers])
     score = np.array([fitted.score[groups == g].sum(axis=0) for g in numbers])
-    own = newton_draws(information, score, seed)
-    centre = np.array([fitted.film.stiffness, fitted.film.thickness])
+    own = newton_draws(information, score, seed, weak())
+    centre, about = np.array([fitted.film.stiffness, fitted.film.thickness]), _first_guess(model)
 
     def again(values: Floats) -> Floats:
-        film, pulls = offs.moved(known.model(values), fitted)
+        film, pulls = offs.moved(known.model(values), fitted, about)
         return np.concatenate([film, pulls])
 
     from_before = carried(again, known.values, known.samples)

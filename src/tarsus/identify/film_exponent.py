@@ -25,6 +25,9 @@ from tarsus.identify.step import PREFERRED, UNDECIDED, Alternative, Check
 Floats = NDArray[np.float64]
 
 _ASSUMED, _OTHER = 3.0, 2.0
+_TOLD = 1e12
+"""Condition of the scaled information about film and exponent beyond which it is rounding: a film too weak to be felt
+tells no exponent."""
 PATHS = ("ground.film.coefficient", "ground.film.thickness")
 _PULLS = ("ground.adhesion.initial", "ground.adhesion.rate")
 """What comes of the pulls at which the same flights begin: flights under another force than the film's tell them wrong
@@ -84,7 +87,8 @@ def with_exponent(film: FilmFit, found: Exponent, seed: int) -> FilmFit:
 
 
 def film_exponent(model: FootModel, film: FilmFit, seed: int) -> Exponent | None:
-    """The exponent that the flights of a film's fit prefer, and how 2 does; None of fewer than four records.
+    """The exponent that the flights of a film's fit prefer, and how 2 does; None of fewer than four
+    records, or of a film that the flights do not feel.
 
     Parameters
     ----------
@@ -106,10 +110,13 @@ def film_exponent(model: FootModel, film: FilmFit, seed: int) -> Exponent | None
     each, right = system.reduced()
     information = np.array([each[records == k].sum(axis=0) for k in numbers])
     score = np.array([right[records == k].sum(axis=0) for k in numbers])
-    step = np.linalg.solve(information.sum(axis=0), score.sum(axis=0))
+    total = information.sum(axis=0)
+    size = np.sqrt(np.diag(total))
+    if not size.all() or np.linalg.cond(total / np.outer(size, size)) > _TOLD:
+        return None
+    step = np.linalg.solve(total, score.sum(axis=0))
     error = float(np.std(newton_draws(information, score, seed)[:, 2]))
     move = _OTHER - _ASSUMED
-    total = information.sum(axis=0)
     moves = -np.linalg.solve(total[:2, :2], total[:2, 2]) * move
     gain = 0.0
     for h in (0, 1):

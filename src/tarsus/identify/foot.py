@@ -102,6 +102,17 @@ class FootModel:
         return float(self.row @ np.linalg.solve(self.stiffness, self.load))
 
     @cached_property
+    def slowest(self) -> float:
+        """Angular frequency of the first mode [rad/s]."""
+        return float(np.sqrt(np.linalg.eigvals(np.linalg.solve(self.mass, self.stiffness)).real.min()))
+
+    @cached_property
+    def like_damping(self) -> float:
+        """Damper on the foot [N s/m] that damps the first mode by a hundredth: a first guess of a film."""
+        compliance = float(self.row @ np.linalg.solve(self.stiffness, self.row))
+        return 0.02 / (self.slowest * compliance)
+
+    @cached_property
     def mobility(self) -> float:
         """Acceleration of the free foot per force on it [1/kg]: ``n M^-1 n``."""
         return float(self.row @ np.linalg.solve(self.mass, self.row))

@@ -15,7 +15,7 @@ from tarsus.records.purpose import Purpose
 from tarsus.tables.numbers import number, path_end, percent
 
 if TYPE_CHECKING:
-    from tarsus.identify.chain import Identification
+    from tarsus.identify.result import Identification
 
 MOST_REPEATS = 50
 """Times as many records of the same kind that are worth asking for; beyond, only other records help."""

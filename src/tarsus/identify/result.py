@@ -1,8 +1,9 @@
-"""What an identification leaves behind: a device that can be simulated, and the numbers as tables."""
+"""What an identification found, and what it leaves behind: a device that can be simulated, and numbers as tables."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,28 +15,94 @@ from tarsus.files.jsontext import json_text
 from tarsus.files.toml import scene_text
 from tarsus.files.whole import write_text
 from tarsus.identify.assessment import assessed
-from tarsus.identify.heldout import Comparison
-from tarsus.identify.landing import LandingVerdict
-from tarsus.identify.step import StepResult
-from tarsus.identify.tables import alternatives_table, checks_table, open_table, words_of
+from tarsus.identify.step import NotDone, Shift, StepResult
+from tarsus.identify.tables import (
+    alternatives_table,
+    checks_table,
+    identification_table,
+    open_table,
+    words_of,
+)
 from tarsus.identify.verdict import Assessment
 from tarsus.model.scene import Provenance, Scene, Source
+from tarsus.records.excluded import Excluded
 from tarsus.tables.table import Table
 
 if TYPE_CHECKING:
-    from tarsus.identify.chain import Identification
+    from tarsus.identify.campaign import Opened, RecordFile
+    from tarsus.identify.estimates import Estimates
+    from tarsus.identify.film import FilmFit
+    from tarsus.identify.foot import FootModel
+    from tarsus.identify.heldout import Comparison
+    from tarsus.identify.landing import LandingVerdict
+    from tarsus.identify.pairs import InAir
+    from tarsus.identify.resonance import Resonances
 
 RESULT_FILES = ("identified.toml", "identification.json", "draws.npz", "report.html")
 """Everything that an identification leaves in its folder, with its report."""
 
-_NOTES = {
-    "resonances": "sweeps in the air",
-    "hysteresis": "static loops",
-    "film": "the flights after detachment",
-    "adhesion": "pull-off forces over contact times",
-    "restitution": "bounces",
-    "electrostatics": "records close to the ground",
-}
+
+@dataclass(frozen=True, repr=False)
+class Identification:
+    """Everything that a campaign determines.
+
+    opened: the campaign; readings: every file; left_out: data not used, with reasons; steps: results by name; not_done;
+    known: all parameters, with draws; level: of the contact from the rest, with its standard error [m]; resonances:
+    the modal fit; film: the detachments; landing: what records say of the landing rule, None where it is assumed;
+    comparisons: held-out records; in_air: those with the drive of the bounces; shifts of the zero; remarks; seconds."""
+
+    opened: Opened
+    readings: tuple[RecordFile, ...]
+    left_out: tuple[Excluded, ...]
+    steps: dict[str, StepResult]
+    not_done: tuple[NotDone, ...]
+    known: Estimates
+    level: tuple[float, float] | None
+    resonances: Resonances | None
+    film: FilmFit | None
+    landing: LandingVerdict | None
+    comparisons: tuple[Comparison, ...]
+    in_air: tuple[InAir, ...]
+    shifts: tuple[Shift, ...]
+    remarks: tuple[str, ...]
+    seconds: float
+
+    def table(self) -> Table:
+        """Every number with its interval and verdict, and what the data were used for."""
+        return identification_table(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything found as plain data."""
+        return summary_of(self)
+
+    def __repr__(self) -> str:
+        numbers = sum(len(step.paths) for step in self.steps.values())
+        return (
+            f"<Identification of '{self.opened.campaign.name}': {numbers} numbers in {len(self.steps)} steps>"
+        )
+
+    def __str__(self) -> str:
+        return self.table().text()
+
+    def _repr_html_(self) -> str:
+        return self.table().html()
+
+    @property
+    def model(self) -> FootModel:
+        """The device as identified."""
+        return self.known.model()
+
+    @property
+    def files_used(self) -> int:
+        """Number of files of which a step or a comparison used something."""
+        used = {file for step in self.steps.values() for file in step.files}
+        used |= {one.file for one in (*self.comparisons, *self.in_air)}
+        return len(used)
+
+    @property
+    def all_left_out(self) -> tuple[Excluded, ...]:
+        """Data that were not used anywhere, with reasons."""
+        return (*self.left_out, *(one for step in self.steps.values() for one in step.left_out))
 
 
 def identified_device(found: Identification) -> Scene:
@@ -76,7 +143,7 @@ def identified_device(found: Identification) -> Scene:
 
 def _note(step: StepResult, found: Identification) -> str:
     used = "; ".join(str(one) for one in step.used)
-    return f"{_NOTES.get(step.name, step.name)} of '{found.opened.campaign.name}', {used}"
+    return f"{step.records or step.name} of '{found.opened.campaign.name}', {used}"
 
 
 def summary_of(found: Identification) -> dict[str, Any]:

@@ -159,24 +159,6 @@ def failures(checks: Iterable[Check]) -> list[str]:
     return [f"{cause} ({'; '.join(said)})" for cause, said in figures.items()]
 
 
-ABOUT = {
-    "resonances": "Sweeps in the air: natural frequencies and damping ratios, by poly-reference least squares and a "
-    "local maximum-likelihood finish.",
-    "hysteresis": "Static loops: K x = load F(V), equation (2.8), with a Prandtl-Ishlinskii operator F; on the ground "
-    "the combination of points that its force does not move.",
-    "film": "Ring-down after detachment: F = −C g′ / (g + g₀)³, equation (2.10) with the sign of E2, fitted to all "
-    "flights at once; the moment of each release, the state at it and a drift of the drive are free.",
-    "adhesion": "Pull-off force (2.13) at the moment of release over contact time: f_a = C_a0 + C_a (t − t_c), "
-    "equation (2.14).",
-    "restitution": "Velocities before and after impacts (2.12), from the flights on both sides; a ratio with errors in "
-    "both.",
-    "electrostatics": "Records close to the ground, (3.25) and (3.26).",
-    "impact map": "Changes of the points' velocities at impacts per change of the foot's: a column of the map (3.22), "
-    "with the velocities of all coordinates free to jump.",
-}
-"""What the steps of a foot are fitted to, by name; a step that says so itself needs no line here."""
-
-
 @dataclass(frozen=True)
 class StepResult:
     """What one step found.
@@ -188,8 +170,8 @@ class StepResult:
     the data; panels: for figures; notes: sentences; taken: paths among them that these data do not
     tell, whose values only go with the others; files: of which something was used; bounds: by path, ends [SI] that
     physics sets a parameter and these data do not exclude, infinite where the data set the end; alternatives that were
-    tried; checks of what was found; purpose: a sentence on what is fitted to which data. Tables and pages show all of
-    it as it stands here.
+    tried; checks of what was found; about: a sentence on what is fitted to which data; records: these in a word. Tables
+    and pages show all of it as it stands here.
 
     Raises
     ------
@@ -212,7 +194,8 @@ class StepResult:
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     alternatives: tuple[Alternative, ...] = ()
     checks: tuple[Check, ...] = ()
-    purpose: str = ""
+    about: str = ""
+    records: str = ""
 
     def __post_init__(self) -> None:
         count = len(self.paths)
@@ -264,11 +247,6 @@ class StepResult:
                     "not settle the fit"
                 )
         return problems
-
-    @property
-    def about(self) -> str:
-        """What is fitted to which data, a sentence."""
-        return self.purpose or ABOUT.get(self.name, "")
 
     @property
     def unused(self) -> int:

@@ -13,7 +13,6 @@ import numpy as np
 from tarsus.base.spec import float_paths
 from tarsus.fit.verdict import verdict_of
 from tarsus.identify.assessment import assessed, law_slopes
-from tarsus.identify.landing import LandingFit
 from tarsus.identify.questions import open_questions
 from tarsus.identify.step import ASSUMED, PREFERRED, UNDECIDED, Alternative, Check, StepResult
 from tarsus.model.laws.landing import RestituteFirst
@@ -22,7 +21,8 @@ from tarsus.tables.numbers import amount, interval, percent
 from tarsus.tables.table import ROW, Column, Table
 
 if TYPE_CHECKING:
-    from tarsus.identify.chain import Identification
+    from tarsus.identify.landing import LandingFit
+    from tarsus.identify.result import Identification
 
 MOST_CHANGES = 3
 """Numbers that an alternative is said to change, the most changed first."""

@@ -18,7 +18,6 @@ from tarsus.base.events import CONTACT_BEGINS, EventKind
 from tarsus.identify.detachment import Detachments, FittedDetachments
 from tarsus.identify.foot import FootModel
 from tarsus.model.drive.waveforms import Waveform
-from tarsus.solve import simulate
 
 Floats = NDArray[np.float64]
 
@@ -86,6 +85,8 @@ def simulated_contacts(
 def _contacts(model: FootModel, offs: Detachments, name: str, signal: Waveform) -> tuple[Floats, Floats]:
     """Beginnings and ends (nc,) [s] of the contacts that a simulation with one set's drive shows; of a run that stops
     early, those before."""
+    from tarsus.solve import simulate
+
     until = max(float(t.time[-1]) for t in offs.traces if t.set == name)
     events = simulate(model.driven(signal), until).events
     events = events[np.isin(events["kind"], (*CONTACT_BEGINS, EventKind.RELEASE))]

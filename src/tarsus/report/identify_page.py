@@ -11,8 +11,8 @@ import numpy as np
 from tarsus.base.spec import float_paths
 from tarsus.identify import tables
 from tarsus.identify.assessment import assessed
-from tarsus.identify.chain import Identification
 from tarsus.identify.heldout import Comparison
+from tarsus.identify.result import Identification
 from tarsus.identify.step import StepResult, failures
 from tarsus.report import identify_figures, modal_figures
 from tarsus.report.pages import page, rendered

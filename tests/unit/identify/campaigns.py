@@ -68,7 +68,7 @@ def identified() -> Identification:
 def modes_as_found(patch: pytest.MonkeyPatch) -> None:
     """Give the chain the modes that the whole campaign has told, which take longest to find again."""
     found = identified().resonances  # before it is patched: the campaign may not have been identified yet
-    patch.setattr("tarsus.identify.chain.identify_resonances", lambda *words: found)
+    patch.setattr("tarsus.identify.steps.identify_resonances", lambda *words: found)
 
 
 def copied(target: Path, *purposes: str) -> Path:

@@ -20,6 +20,7 @@ from tarsus.identify.campaign import checked_drive, read_campaign, read_records
 from tarsus.identify.chain import StepRunner
 from tarsus.identify.resonance import identify_resonances
 from tarsus.identify.restitution import identify_restitution
+from tarsus.identify.steps import compare_signs
 from tarsus.identify.traces import trace_of
 from tarsus.model.structure import Beam
 from tarsus.modes.agreement import agreeing
@@ -141,7 +142,7 @@ def test_signs_of_sweeps_that_are_flipped_in_all_of_them(flipped):
         for one in read_records(chain.opened, "loops")
         if one.record
     ]
-    chain._compare_signs(loops)
+    compare_signs(chain, loops)
     told = [said for said in chain.evidence.remarks if "moves the other way with the voltage" in said]
     assert len(told) == bool(flipped)
 
@@ -154,9 +155,9 @@ def test_sweeps_that_move_the_other_way_than_the_loops_are_remarked():
         for one in read_records(chain.opened, "loops")
         if one.record
     ]
-    chain._compare_signs(loops)
+    compare_signs(chain, loops)
     assert chain.evidence.remarks == []
-    chain._compare_signs([replace(one, volts=-one.volts) for one in loops])
+    compare_signs(chain, [replace(one, volts=-one.volts) for one in loops])
     (told,) = chain.evidence.remarks
     assert "moves the other way with the voltage" in told
 

@@ -9,6 +9,7 @@ from identify.campaigns import folder, identified, modes_as_found
 
 from tarsus.identify.campaign import Opened, read_campaign
 from tarsus.identify.chain import StepRunner
+from tarsus.identify.steps import STEPS
 from tarsus.synthesis.devices import identified_paths
 
 
@@ -31,10 +32,9 @@ def changed(opened: Opened, factor: float) -> StepRunner:
 
 def first_steps(factor: float) -> dict[str, float]:
     chain = changed(read_campaign(folder()), factor)
-    for name, _, step in chain.planned():
-        if name in ("electrostatics", "restitution", "impact map"):
-            continue
-        chain.attempt(name, step)
+    for step in STEPS:
+        if step.name not in ("electrostatics", "restitution", "impact map"):
+            chain.take((step,))
     return values(chain)
 
 
@@ -54,8 +54,7 @@ def test_placeholders_of_the_law_do_not_matter(monkeypatch):
     modes_as_found(monkeypatch)
     found = identified()
     chain = changed(read_campaign(folder()), 3.0)
-    chain.attempt("resonances", chain._resonances)
-    chain.attempt("hysteresis", chain._hysteresis)
+    chain.take(STEPS[:2])
     known = dict(zip(found.known.paths, found.known.values.tolist(), strict=True))
     same({path: known[path] for path in chain.known.paths}, values(chain))
 

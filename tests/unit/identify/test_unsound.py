@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -12,6 +13,7 @@ from tarsus.identify.campaign import read_campaign
 from tarsus.identify.chain import StepRunner
 from tarsus.identify.result import identified_device, summary_of
 from tarsus.identify.step import StepResult
+from tarsus.identify.steps import FILM_STEP, ChainStep
 from tarsus.model.scene import Source
 from tarsus.records.purpose import Purpose
 
@@ -21,6 +23,11 @@ FILM = "ground.film.coefficient"
 def film(value: float, draws: np.ndarray) -> StepResult:
     samples = np.column_stack([draws, np.linspace(4e-5, 6e-5, len(draws))])
     return StepResult("film", (FILM, "ground.film.thickness"), np.array([value, 5e-5]), samples)
+
+
+def found(step: Callable[[], StepResult]) -> ChainStep:
+    """The film's step, without needs, that finds this."""
+    return replace(FILM_STEP, find=lambda _: step(), needs=())
 
 
 GOOD = np.linspace(1e-21, 3e-21, 400)
@@ -39,7 +46,7 @@ def test_a_number_without_an_interval_that_holds_it_is_not_done(value, draws, wo
     assert film(2e-21, GOOD).unsound() == []
     chain = StepRunner.of(read_campaign(folder()))
     chain.film = identified().film
-    chain.attempt("film", lambda: film(value, draws))
+    chain.attempt(found(lambda: film(value, draws)))
     assert chain.steps == {} and chain.film is None and FILM not in chain.known.paths
     (out,) = chain.not_done
     assert out.name == "film" and len(out.reasons) == 1
@@ -63,13 +70,13 @@ def test_arithmetic_that_overflows_on_the_way_is_remarked():
         np.sqrt(np.array([-1.0, -2.0]))
         return film(2e-21, GOOD)
 
-    chain.attempt("film", overflowing)
+    chain.attempt(found(overflowing))
     (said,) = chain.evidence.remarks
     assert "film" in chain.steps and said.startswith(
         "film: its arithmetic met on the way: overflow (1 times), inv"
     )
     calm = StepRunner.of(read_campaign(folder()))
-    calm.attempt("film", lambda: film(2e-21, GOOD))
+    calm.attempt(found(lambda: film(2e-21, GOOD)))
     assert calm.evidence.remarks == []
 
 
@@ -80,7 +87,7 @@ def test_equations_without_a_solution_are_a_step_that_was_not_done(recwarn):
         np.log(np.zeros(2))
         return film(float(np.linalg.inv(np.zeros((2, 2)))[0, 0]), GOOD)
 
-    chain.attempt("film", singular)
+    chain.attempt(found(singular))
     assert chain.not_done[0].reasons == (
         "its equations have no solution with these data (Singular matrix)",
         "its arithmetic met on the way: divide by zero (1 times)",
@@ -115,9 +122,9 @@ def test_motion_in_the_wrong_unit_throughout_is_told_by_the_gap(monkeypatch, fac
         t.file for traces in wrong.values() for t in traces
     }
     chain.read = lambda: None
-    found = chain.run()  # the sweeps still tell the modes
-    assert list(found.steps) == ["resonances"]
-    assert [one.name for one in found.not_done][:2] == ["hysteresis", "film"]
-    assert any("are its displacements" in said for said in found.not_done[0].reasons)
-    assert summary_of(found)["remarks"] == [said]
+    told = chain.run()  # the sweeps still tell the modes
+    assert list(told.steps) == ["resonances"]
+    assert [one.name for one in told.not_done][:2] == ["hysteresis", "film"]
+    assert any("are its displacements" in said for said in told.not_done[0].reasons)
+    assert summary_of(told)["remarks"][0] == said
     assert chain.evidence.traces[Purpose.RAMPS] == []

@@ -1,0 +1,173 @@
+"""What is asked of a device once all steps are done: its landing rule, what it predicts, and what another zero does."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from tarsus.base.errors import InputError
+from tarsus.base.spec import float_paths
+from tarsus.identify.airborne import AirRecord, air_records
+from tarsus.identify.alternatives import fit_air
+from tarsus.identify.checks import (
+    air_checks,
+    held_out_check,
+    line_check,
+    speed_check,
+    step_checks,
+    with_checks,
+)
+from tarsus.identify.estimates import Estimates
+from tarsus.identify.foot import FootModel
+from tarsus.identify.heldout import Comparison, compare
+from tarsus.identify.landing import LandingVerdict, judge_landing
+from tarsus.identify.pairs import InAir, compare_in_air
+from tarsus.identify.step import Shift, failures
+from tarsus.identify.steps import STEPS
+from tarsus.records.excluded import Excluded
+from tarsus.records.purpose import Purpose
+
+if TYPE_CHECKING:
+    from tarsus.identify.chain import StepRunner
+
+_FILM = "ground.film.coefficient"
+
+
+def _unknown(chain: StepRunner) -> list[str]:
+    """Numbers of the device that are placeholders still, or wide unknowns that no record tells."""
+    known = set(chain.known.paths)
+    for step in chain.steps.values():
+        known -= {path for path in step.taken if path.startswith("ground.")}
+    return [
+        path
+        for path in float_paths(chain.opened.model.scene)
+        if path not in known and chain.placeholder(path)
+    ]
+
+
+def landing_rule(chain: StepRunner) -> LandingVerdict | None:
+    """Try the landing rules on the records of ramps and bounces; another than the device file's is taken, and
+    adhesion formed again with it, where they contradict that one."""
+    if _unknown(chain) or not {"restitution", "adhesion"} <= set(chain.steps):
+        return None
+    chain.report("landing rule")
+    near = Purpose.RAMPS, Purpose.BOUNCES
+    found = judge_landing(chain.known.model(), chain.traces(*near), chain.signals(*near), chain.ground()[0])
+    if found is not None and found.replaced:
+        chain.opened = replace(
+            chain.opened, model=chain.opened.model.changed({"ground.landing": found.chosen})
+        )
+        chain.known = replace(chain.known.without(chain.steps.pop("adhesion")), base=chain.opened.model)
+        chain.attempt(STEPS[-1])
+    return found
+
+
+def held_out(chain: StepRunner) -> list[Comparison]:
+    """Held-out records against simulations of the identified device."""
+    out: list[Comparison] = []
+    traces, unknown = chain.traces(Purpose.VALIDATION), _unknown(chain)
+    if traces and unknown:
+        more = f" and {len(unknown) - 1} more numbers" if len(unknown) > 1 else ""
+        chain.remark(f"held-out records are not simulated: {unknown[0]}{more} not known from these data")
+        return out
+    model, signals = chain.known.model(), chain.signals(Purpose.VALIDATION)
+    for trace in traces:
+        chain.report(f"validating on {trace.set}")
+        try:
+            if trace.set not in signals:
+                raise InputError("its set states no signal to simulate")
+            out.append(compare(model, trace, signals[trace.set], chain.ground()[0]))
+        except InputError as error:
+            chain.evidence.left_out.extend(Excluded(trace.file, "", said) for said in error.problems)
+    return out
+
+
+def in_the_air(chain: StepRunner) -> list[InAir]:
+    """Records in the air against the identified structure and drive."""
+    out: list[InAir] = []
+    if "hysteresis" not in chain.steps:
+        return out
+    signals = chain.signals(Purpose.AIR)
+    for trace in chain.traces(Purpose.AIR):
+        chain.report(f"in the air, {trace.set}")
+        try:
+            if trace.set not in signals:
+                raise InputError("its set states no signal to simulate")
+            out.append(compare_in_air(chain.known.model(), trace, signals[trace.set]))
+        except InputError as error:
+            chain.evidence.left_out.extend(Excluded(trace.file, "", said) for said in error.problems)
+    return out
+
+
+def check(chain: StepRunner, comparisons: Sequence[Comparison]) -> None:
+    """Compare what was found with what it predicts; what fails is remarked, and verdicts know of it."""
+    chain.report("checks")
+    known, steps = chain.known, chain.steps
+    for name, step in steps.items():
+        steps[name] = with_checks(step, step_checks(step, known))
+    if "hysteresis" in steps:
+        fit = fit_air(lambda moved: _air_records(chain, moved), known)
+        steps["hysteresis"] = with_checks(steps["hysteresis"], *air_checks(fit, known))
+    if chain.bounces is not None and "restitution" in steps:
+        steps["restitution"] = with_checks(steps["restitution"], speed_check(chain.bounces, known))
+    if "adhesion" in steps:
+        steps["adhesion"] = with_checks(steps["adhesion"], line_check(steps["adhesion"], known))
+    last = next(reversed(steps), None)
+    if last is not None:
+        k = chain.opened.model.points.index(chain.opened.model.foot_point)
+        noise = {t.file: float(t.noise_x[k] / t.x[k].std()) for t in chain.traces(Purpose.VALIDATION)}
+        steps[last] = with_checks(steps[last], held_out_check(comparisons, noise, known))
+    chain.evidence.remarks += failures(one for step in steps.values() for one in step.checks)
+
+
+def _air_records(chain: StepRunner, known: Estimates) -> list[AirRecord]:
+    """Records in the air, and loops up to the ground, beside the device with some values."""
+    # near the ground a film that no step has found would be taken for something else
+    wide = {path for step in chain.steps.values() for path in step.taken}
+    told = chain.opened.model.scene.ground.acting.film is None or _FILM in set(known.paths) - wide
+    purposes = (Purpose.LOOPS, Purpose.AIR) if told else (Purpose.AIR,)
+    found, said = air_records(known, chain.traces(*purposes), chain.signals(*purposes), chain.ground()[0])
+    if known is chain.known:  # of the device as identified, not of those about alternatives
+        chain.evidence.remarks += said
+    return found
+
+
+def shifted(chain: StepRunner) -> tuple[Shift, ...]:
+    """The steps again with the campaign's other gap, without draws (Table 2.2): as if the foot had been that
+    far from the ground, and with the drive's force alone moved by as much."""
+    model = chain.opened.model
+    gap = chain.opened.campaign.other_gap
+    if gap is None or chain.evidence.level is None or not {"resonances", "film"} <= set(chain.steps):
+        return ()
+    chain.report("with the other zero position")
+    moved = model.changed({f"robot.feet.{model.foot}.gap": gap})
+    offset = next((p for p in chain.known.paths if p.endswith((".law.constant", ".law.offset"))), None)
+    out = [Shift(f"gap of {1e6 * gap:.4g} um", _again(chain, moved, None, 0.0))]
+    if offset is not None:
+        force = (model.gap - gap) / chain.known.model().static_load
+        title = f"force moved by {1e6 * (gap - model.gap):.4g} um"
+        out.append(Shift(title, _again(chain, model, offset, force)))
+    return tuple(out)
+
+
+def _again(chain: StepRunner, model: FootModel, path: str | None, force: float) -> dict[str, float]:
+    """Parameters with another model, and the drive's force at one path moved after the loops."""
+    opened = replace(chain.opened, model=model)
+    first = chain.steps["resonances"]
+    other = replace(
+        chain, opened=opened, evidence=replace(chain.evidence, opened=opened, remarks=[]), progress=None,
+        known=Estimates.nothing(model).after(first).certain(), steps={"resonances": first}, not_done=[], bounces=None,
+    )  # fmt: skip
+    for step in STEPS:
+        if step.name not in chain.steps or step.name in ("resonances", "impact map"):
+            continue
+        if step.name in other.steps and step.name == "hysteresis":  # its sweeps are as they were
+            continue
+        other.take((step,))
+        if step.name == "hysteresis" and path is not None:
+            values = other.known.values.copy()
+            values[other.known.paths.index(path)] += force
+            other.known = replace(other.known, values=values)
+        other.known = other.known.certain()
+    return dict(zip(other.known.paths, other.known.values.tolist(), strict=True))
