@@ -46,6 +46,15 @@ def test_scan_is_the_recursion(sequence: list[float], threshold: float) -> None:
     assert got.tolist() == play_by_play(sequence, threshold)
 
 
+@pytest.mark.parametrize("digits", [2, 12])
+def test_long_runs_between_turns_are_the_recursion(digits: int) -> None:
+    """Smooth volts, and the same rounded, which rest between moves."""
+    volts = np.round(8.0 * np.sin(np.linspace(0.0, 20.0, 800)) * np.linspace(1.0, 0.2, 800), digits)
+    for threshold in (0.0, 0.3, 2.0, 9.0):
+        got = play_states(volts, np.array([threshold]), np.array([0.5]))[:, 0]
+        assert got.tolist() == play_by_play(volts.tolist(), threshold, 0.5)
+
+
 @given(sequence=sequences, history=st.lists(volts, max_size=5))
 def test_force_is_polynomial_plus_plays(sequence: list[float], history: list[float]) -> None:
     law = operator()
