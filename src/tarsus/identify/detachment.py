@@ -117,11 +117,13 @@ def find_detachments(
     for number, trace in enumerate(traces):
         k = trace.point(foot)
         height = trace.x[k] - level
-        for hold in holds(trace, foot, level):
+        stays = holds(trace, foot, level)
+        for hold, following in zip(stays, [*(one.first for one in stays[1:]), len(trace.time)], strict=True):
             if hold.last >= len(trace.time) - FEWEST:
                 continue
             first = hold.last + _SKIPPED
-            end = min(first + round(LONGEST / trace.step), len(trace.time))
+            # a hop that noise hides ends where the foot stands again
+            end = min(first + round(LONGEST / trace.step), following)
             away = np.flatnonzero(height[first:end] > 3.0 * STILL * trace.noise_x[k])
             if len(away):
                 back = np.flatnonzero(height[first + away[0] : end] < STILL * trace.noise_x[k])
