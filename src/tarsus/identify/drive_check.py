@@ -52,7 +52,9 @@ _STEPS = 15
 _FAST = 0.1
 """Part of its span that a drive moves by from one sample to the next where it is fast."""
 _FINE = 0.02
-"""Samples by which slopes of a fast drive are taken, and below which a step no longer matters."""
+"""Samples by which slopes of a fast drive are taken."""
+_SETTLED = 1e-3
+"""Samples below which a step no longer matters: a steep ramp moves by a fortieth of itself then, less than a digit."""
 _FASTEST = 4.0
 """Factor of the pace beyond which no record is the drive that was meant."""
 _AWAY = 0.5
@@ -191,7 +193,7 @@ def _refined(case: _Case, late: float, pace: float) -> DriveFit:
         late, pace = late + float(move[0]), pace + float(move[1]) / length
         if not 1.0 / _FASTEST < pace < _FASTEST:
             break
-        if float(np.max(np.abs(move))) < _FINE * case.step:
+        if float(np.max(np.abs(move))) < _SETTLED * case.step:
             place = late, pace
             break
     return _judged(case, *place, errors)

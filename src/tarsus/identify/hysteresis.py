@@ -25,7 +25,6 @@ from tarsus.identify.step import Panel, Residual, StepResult, Used, measured_and
 from tarsus.identify.traces import Trace
 from tarsus.identify.volts import Volts
 from tarsus.model.drive.laws import PrandtlIshlinskii
-from tarsus.model.scene import ModalLoad
 from tarsus.records.excluded import Excluded
 
 Floats = NDArray[np.float64]
@@ -35,6 +34,8 @@ _INDEPENDENT = 1e-3
 the drive."""
 _RIDGE = 1e-13
 """Share of the diagonal that keeps plays which never move from making the equations singular; rounding is 1e-16."""
+_STEPS = 3
+"""Newton's steps for participations, which are known to a percent or so beforehand: its square squared is rounding."""
 _FEWEST = 50
 """Samples of static records: some for each of a dozen parameters."""
 
@@ -230,35 +231,23 @@ def with_shares(model: FootModel, shares: Floats) -> FootModel:
     return model.changed({f"{before}.{k + 1}": float(v) for k, v in enumerate(shares)})
 
 
-def _per_share(model: FootModel, loops: Loops) -> Floats:
-    """Motion of the points at rest (n, np) per participation of each coordinate and unit of force, over their noise."""
-    return np.linalg.solve(model.stiffness, np.eye(len(model.stiffness))).T @ model.rows.T / loops.noise
-
-
 def _shared(model: FootModel, loops: Loops, shares: Shares) -> Floats:
     """Participations (n - 1,) from what was known, and from the direction in which free points move together.
 
-    The points' free motion is along ``by_drive``, linear in the participations; what lies across the direction seen
-    is noise."""
-    load = model.scene.robot.drives[model.drive].load
-    assert isinstance(load, ModalLoad)
-    seen = loops.free.motion / loops.noise
-    strength, directions = np.linalg.eigh(seen.T @ seen)
-    per_share = _per_share(model, loops)
-    size = float(np.linalg.norm(np.concatenate([[load.participation[0]], shares.values]) @ per_share))
-    if strength[-1] <= 0.0 or size <= 0.0:
-        return shares.values
-    off = directions[:, :-1].T * np.sqrt(strength[-1]) / size
-    design = (off @ per_share.T)[:, 1:]
-    target = -(off @ per_share.T)[:, 0] * load.participation[0]
-    prior = np.linalg.inv(shares.covariance)
-    return np.linalg.solve(design.T @ design + prior, design.T @ target + prior @ shares.values)
+    The points' free motion is along ``by_drive``, linear in the participations; what lies across it is noise."""
+    prior, found = np.linalg.inv(shares.covariance), shares.values
+    for _ in range(_STEPS):
+        information, score = _about_shares(with_shares(model, found), loops)
+        matrix, target = information.sum(axis=0) + prior, score.sum(axis=0) + prior @ (shares.values - found)
+        found = found + np.linalg.solve(matrix, target)
+    return found
 
 
 def _about_shares(model: FootModel, loops: Loops) -> tuple[Floats, Floats]:
     """Of each block information (nb, n - 1, n - 1) and score (nb, n - 1) about the model's participations: what is
     across the direction they give, against how far the block moves along it."""
-    gains, per_share = model.by_drive / loops.noise, _per_share(model, loops)[1:]
+    gains = model.by_drive / loops.noise
+    per_share = (np.linalg.inv(model.stiffness).T @ model.rows.T / loops.noise)[1:]
     size = float(np.linalg.norm(gains))
     along, seen = gains / max(size, 1e-300), loops.free.motion / loops.noise
     aside = (per_share - np.outer(per_share @ along, along)) / max(size, 1e-300)

@@ -11,13 +11,42 @@ from tarsus.files.library import load_scene
 from tarsus.identify.campaign import read_campaign, read_records
 from tarsus.identify.detachment import Detachments, FilmGuess, find_detachments
 from tarsus.identify.foot import FootModel
-from tarsus.identify.traces import trace_of
+from tarsus.identify.traces import Trace, trace_of
 from tarsus.model.standing import rest_state
 from tarsus.solve import simulate
 from tarsus.synthesis.campaign_folder import write_campaign
 from tarsus.synthesis.devices import perturbed
 from tarsus.synthesis.plan import planned
 from tarsus.synthesis.recordings import Instrument
+
+
+def test_a_hop_within_the_noise_is_no_flight():
+    """Two stays with a hop of five deviations between them: the flight begins after the second alone."""
+    noise = 1e-7
+    time = 5e-5 * np.arange(400)
+    height = np.zeros(len(time))
+    height[60:70] = 6.0 * noise
+    height[120:] = 0.5 * 0.2 * (time[120:] - time[120]) ** 2 + 0.03 * (time[120:] - time[120])
+    speed = np.gradient(height, time)
+    speed[56:74] = 1e-3  # hops are fast
+    one = np.full(1, noise)
+    trace = Trace(
+        "one.mat",
+        "ramps",
+        ("tip",),
+        time,
+        height[None],
+        speed[None],
+        np.zeros(len(time)),
+        one,
+        10.0 * one,
+        0.1 * one,
+    )
+    items, left = find_detachments([trace], "tip", 0.0)
+    assert [trace.time[one.hold.first] for one in items] == [pytest.approx(time[74], abs=1e-4)]
+    assert [said.reason for said in left] == [
+        f"the foot is back on the ground too soon after its release at {time[55]:.5g} s"
+    ]
 
 
 # Slow: 30 flights of a device of its own. The film of test_chain.py is from detachments fitted the same way.

@@ -160,3 +160,31 @@ def test_a_record_may_end_when_the_drive_has_done_all_it_does(signal: Waveform, 
     assert cut_short(seconds + REST, REST, 1e-3, signal) is None
     if seconds:
         assert "is the file cut short?" in str(cut_short(0.9 * seconds + REST, REST, 1e-3, signal))
+
+
+@pytest.mark.parametrize("wave", ["sine", "sine from 0", "triangle", "loop", "up", "down"])
+def test_a_smooth_drive_that_is_the_stated_one_is_freed_of_its_rounding(wave):
+    """Off by a thousandth of its size and delay, it is found to a tenth of a digit, root mean square."""
+    volts, step = recorded(wave, gain=1.001, late=0.1)
+    fit = fit_drive(volts, step, REST, WAVES[wave][0])
+    assert fit is not None
+    time = step * np.arange(len(volts)) - REST - 0.1 * step + 1e-9
+    true = np.where(time < 0.0, 0.0, 1.001 * WAVES[wave][0].volts(np.maximum(time, 0.0)))
+    digit = 20.0 / 2**16
+    left = [float(np.sqrt(np.mean((one - true) ** 2))) for one in (fit.unrounded(volts), volts)]
+    assert left[0] < 0.1 * digit < 0.2 * digit < left[1]
+
+
+@pytest.mark.parametrize("wave", ["bounces", "square from 0", "slow square"])
+def test_a_drive_that_jumps_stays_as_recorded(wave):
+    volts, step = recorded(wave, gain=1.001)
+    fit = fit_drive(volts, step, REST, WAVES[wave][0])
+    assert fit is not None
+    assert np.array_equal(fit.unrounded(volts), volts)
+
+
+def test_a_drive_with_noise_stays_as_recorded():
+    volts, step = recorded("sine", noise=1e-3)
+    fit = fit_drive(volts, step, REST, WAVES["sine"][0])
+    assert fit is not None
+    assert np.array_equal(fit.unrounded(volts), volts)
