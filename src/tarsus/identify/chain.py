@@ -58,8 +58,8 @@ from tarsus.tables.table import Table
 Floats = NDArray[np.float64]
 Progress = Callable[[int, int, str], None]
 
-_STEPS = 9
-"""Messages of progress beside those of the files: seven steps, the landing rule and the checks."""
+_STEPS = 10
+"""Messages of progress beside those of the files: eight steps, the landing rule and the checks."""
 _FILM = "ground.film.coefficient"
 _STRUCTURE = "robot.structure.frequencies"
 
@@ -182,7 +182,7 @@ class StepRunner:
         if not self.steps:
             raise InputError(
                 [f"{one.name} was not done: {said}" for one in self.not_done for said in one.reasons]
-                or [self._no_step()]
+                or ["no step could be done"]
             )
         return Identification(
             opened=self.opened, readings=tuple(self.evidence.readings), left_out=tuple(self.evidence.left_out),
@@ -191,15 +191,6 @@ class StepRunner:
             in_air=tuple(in_air), shifts=shifts, remarks=tuple(self.evidence.remarks),
             seconds=time.perf_counter() - begun,
         )  # fmt: skip
-
-    def _no_step(self) -> str:
-        """Why not one step was tried."""
-        if any(self.opened.sets(Purpose.WALKING)):
-            return (
-                "no step of this chain reads records of walks: `tarsus.identify.walking.identify_walk` in Python "
-                "finds the ground from one of them"
-            )
-        return "no step could be done"
 
     def planned(self) -> tuple[tuple[str, Purpose, Callable[[], StepResult]], ...]:
         """Steps in order, with the records that each is for; one without such records in the campaign is not
@@ -214,6 +205,7 @@ class StepRunner:
             ("restitution", Purpose.BOUNCES, self._restitution),
             ("impact map", Purpose.BOUNCES, self._impact_map),
             ("adhesion", Purpose.RAMPS, self._adhesion),
+            ("walking", Purpose.WALKING, self._walking),
         )
 
     def read(self) -> None:
@@ -386,6 +378,18 @@ class StepRunner:
             used=(*step.used, Used("pairs with the air", len(found), len(pairs))),
             left_out=(*step.left_out, *left),
         )
+
+    def _walking(self) -> StepResult:
+        from tarsus.identify.walk_step import identify_walking, walk_records
+
+        records, files, scene = [], set(), self.known.model().scene
+        for name, one in self.opened.sets(Purpose.WALKING):
+            mine = [r for r in self.evidence.readings if r.set == name and r.record is not None]
+            records += walk_records(scene, name, one, [r.record for r in mine if r.record is not None])
+            files |= {r.file for r in mine}
+        if not records:
+            raise InputError(self._nothing_for(Purpose.WALKING, "walks"))
+        return replace(identify_walking(scene, records, self.seed + 7), files=frozenset(files))
 
     def _pairs(self) -> list[Pair]:
         """Sets of bounces with the sets of the same drive in the air, as far as their files can be used."""

@@ -43,6 +43,8 @@ TIED = (0.02, 0.02)
 within some milliseconds, below the noise of any instrument that sees it."""
 ZERO = 1e-5
 """Standard deviation of the zero of a displacement [m] or an angle [rad] from record to record."""
+ELASTIC = 0.99
+"""Largest restitution on the way: at one a foot bounces for ever."""
 FAR = 0.5
 """Longest step of the logarithm of a number."""
 FOLLOWED = 1.3
@@ -58,8 +60,9 @@ class WalkRecord:
     """Channels of a walk.
 
     scene: the robot as far as it is known, with the drives of the record; times (nt,) [s] after the start of the
-    drives, in order; outputs (nc): what each channel sees; values (nc, nt); noise (nc,): standard deviations; zeros:
-    whether displacements and angles have zeros of their own.
+    drives, in order; outputs (nc): what each channel sees; values (nc, nt); noise (nc,): standard deviations;
+    estimated: whether these are taken from the records, and follow what fits leave; zeros: whether displacements and
+    angles have zeros of their own; name: for messages.
 
     Raises
     ------
@@ -72,6 +75,7 @@ class WalkRecord:
     outputs: tuple[Output, ...]
     values: Floats
     noise: Floats
+    estimated: bool = False
     zeros: bool = True
     name: str = "walk"
 
@@ -162,11 +166,16 @@ class _Walk:
         """The scene of shared numbers, its plan, and the rows of its outputs at all times of the record."""
         moved = shared[: len(self.paths)]
         if self._kept is None or not np.array_equal(self._kept[0], moved):
-            values = np.exp(self.first + moved).tolist()
-            scene = with_values(self.record.scene, dict(zip(self.paths, values, strict=True)))
+            scene = with_values(self.record.scene, dict(zip(self.paths, self.values(moved).tolist(), strict=True)))
             rows = output_rows(scene, self.record.outputs, self.record.times)
             self._kept = moved.copy(), scene, lower_scene(scene), rows
         return self._kept[1:]
+
+    def values(self, moved: Floats) -> Floats:
+        """Numbers (np,) by how far their logarithms moved; a restitution is below one."""
+        values = np.exp(self.first + moved)
+        bounded = np.array([path.startswith("ground.restitution.") for path in self.paths])
+        return np.where(bounded, np.minimum(values, ELASTIC), values)
 
     def fixed(self, contacts: Contacts) -> list[int]:
         """Numbers of a start that held feet leave no choice."""
@@ -188,7 +197,7 @@ class _Walk:
         self, shared: Floats, part: Sequence[int], own: Floats, by: WindowGradients | None
     ) -> list[_Piece]:
         """Windows of those numbers from those starts."""
-        scene, plan, rows = self.plan(shared)
+        _, plan, _ = self.plan(shared)
         starts, inside = [], []
         for w, start in zip(part, own, strict=True):
             begin, end = self.edges[w : w + 2]
@@ -196,21 +205,22 @@ class _Walk:
             when = np.append(self.record.times[inside[-1]], end)
             starts.append(WindowStart(start * self.scale, begin, when, self.contacts[w]))
         batch = simulate_windows(plan, starts, gradients=by)
-        zeros = np.zeros(len(self.record.outputs))
-        zeros[self.record.shifted] = shared[self.zero : self.zero + len(self.record.shifted)]
         return [
-            self._piece(scene, rows, window, at, zeros, w)
+            self._piece(shared, window, at, w)
             for window, at, w in zip(batch, inside, part, strict=True)
         ]
 
     def _piece(
-        self, scene: Scene, rows: OutputRows, window: Window, at: NDArray[np.intp], zeros: Floats, w: int
+        self, shared: Floats, window: Window, at: NDArray[np.intp], w: int
     ) -> _Piece:
+        scene, _, rows = self.plan(shared)
+        zeros = np.zeros(len(self.record.outputs))
+        zeros[self.record.shifted] = shared[self.zero : self.zero + len(self.record.shifted)]
         seen = replace(
             rows, known=rows.known[:, at], x_gain=_at(rows.x_gain, at), v_gain=_at(rows.v_gain, at)
         )
         inner = slice(0, len(at))
-        states, p, size = window.states.part(inner), len(self.paths), len(self.scale)
+        states, size = window.states.part(inner), len(self.scale)
         off = seen.values(states) + zeros[:, None] - self.record.values[:, at]
         left = (off / self.noise[:, None]).ravel()
         end = np.concatenate([window.states.x[:, -1], window.states.v[:, -1]]) / self.scale
@@ -228,7 +238,7 @@ class _Walk:
         out[~np.isfinite(out).all(axis=1)] = 0.0
         final[~np.isfinite(final).all(axis=1)] = 0.0
         numbers = out.shape[1] - size
-        values = np.exp(self.first + self._kept[0]) if self._kept is not None else np.ones(p)
+        values = self.values(shared[: len(self.paths)])
         by_shared, end_by = np.zeros((left.size, self.count)), np.zeros((size, self.count))
         by_shared[:, :numbers], end_by[:, :numbers] = out[:, :numbers] * values[:numbers], final[:, :numbers] * values[:numbers]
         for j, channel in enumerate(self.record.shifted):
@@ -297,6 +307,21 @@ class _Walk:
             edge = min(edge, float(times[quiet[0]] + 0.5 * np.diff(times)[quiet[0]]))
         lead = simulate_windows(plan, [WindowStart(state, 0.0, [edge])])[0]
         return edge, *_end(lead, Contacts())
+
+    def unexplained(self, pieces: Sequence[_Piece]) -> Floats:
+        """What windows leave (nc, nt) over the noise; NaN outside of them."""
+        out = np.full(self.record.values.shape, np.nan)
+        for piece, begin, end in zip(pieces, self.edges[:-1], self.edges[1:], strict=True):
+            inside = (self.record.times > begin) & (self.record.times <= end)
+            out[:, inside] = piece.left.reshape(len(out), -1)
+        return out
+
+    def learn_noise(self, shared: Floats) -> None:
+        """Where the noise is not known, by what the windows leave in their middle half of values, which those few that
+        are not followed do not move."""
+        if self.record.estimated:
+            left = self.unexplained(self.run(shared, range(len(self.starts)), self.starts, None))
+            self.noise = self.noise * 1.4826 * np.nanmedian(np.abs(left), axis=1)
 
     def _alone(self, shared: Floats, own: Floats, by: WindowGradients, tight: Floats, weight: Floats) -> NormalEquations:
         piece = self.run(shared, [0], own, by)[0]
@@ -443,22 +468,27 @@ def identify_walk(records: Sequence[WalkRecord], spread: Mapping[str, float], *,
     for one in records:
         walks.append(_Walk(one, paths, zero, total))
         zero += len(one.shifted)
-    all_ = _Walks(walks, np.concatenate([list(spread.values()), np.full(total - len(spread), ZERO)]))
+    known = np.concatenate([list(spread.values()), np.full(total - len(spread), ZERO)])
     shared = np.concatenate([np.zeros(len(paths)), *(walk.first_zeros() for walk in walks)])
-    left = all_.follow(shared)
+    found = _Walks(walks[:1], known)
+    left = found.follow(shared)
     for _ in range(passes):
-        shared, _ = all_.together(shared, STEPS, None)
-        left = all_.follow(shared)
+        shared, _ = found.together(shared, STEPS, None)
+        left = found.follow(shared)
         if max(float(one.max()) for one in left) < FOLLOWED:
             break
-    tied = np.repeat(TIED, all_.size // 2)
-    shared, information = all_.together(shared, TIES, tied)
+    if len(walks) > 1:
+        found = _Walks(walks, known)
+        left = found.follow(shared)
+        shared, _ = found.together(shared, STEPS, None)
+        left = found.follow(shared)
+    for walk in walks:
+        walk.learn_noise(shared)
+    shared, information = found.together(shared, TIES, np.repeat(TIED, found.size // 2))
     covariance = np.linalg.inv(information)[: len(paths), : len(paths)]
-    left = [
-        np.array([float(p.left @ p.left) / max(p.left.size, 1) for p in pieces])
-        for pieces in all_.pieces(all_.starts(), shared, False)
-    ]
+    pieces = found.pieces(found.starts(), shared, False)
+    left = [np.array([float(p.left @ p.left) / max(p.left.size, 1) for p in some]) for some in pieces]
     return WalkFit(
-        paths, np.exp(walks[0].first + shared[: len(paths)]), covariance, np.array(list(spread.values())),
-        tuple(left), tuple(walk.edges for walk in walks),
+        paths, walks[0].values(shared[: len(paths)]), covariance, np.array(list(spread.values())), tuple(left),
+        tuple(walk.edges for walk in walks), tuple(w.unexplained(p) for w, p in zip(walks, pieces, strict=True)),
     )  # fmt: skip
