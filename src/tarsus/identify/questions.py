@@ -59,7 +59,9 @@ def open_questions(
     rows += [
         (what, "no such records: as in the device file", f"'{purpose.value}'")
         for purpose, what in TOLD_BY.items()
-        if purpose not in used and serves(purpose, found.opened) and (purpose is not Purpose.CLOSE or attracted)
+        if purpose not in used
+        and serves(purpose, found.opened)
+        and (purpose is not Purpose.CLOSE or attracted)
     ]
     return rows
 

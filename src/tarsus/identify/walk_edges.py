@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.base.events import CONTACT_BEGINS
+from tarsus.base.events import CONTACT_BEGINS, IMPACTS
 from tarsus.model.structure import Walker
 
 Floats = NDArray[np.float64]
@@ -34,7 +34,7 @@ def edge_after(events: NDArray[np.void], begin: float, end: float, contact: floa
     """
     times = np.unique(np.asarray(events["time"], dtype=float))
     times = times[(times > begin) & (times < end)]
-    landed = np.asarray(events["time"], dtype=float)[np.isin(events["kind"], CONTACT_BEGINS)]
+    landed = np.asarray(events["time"], dtype=float)[np.isin(events["kind"], (*IMPACTS, *CONTACT_BEGINS))]
     landed = landed[landed > begin]
     if not len(times):
         return end

@@ -29,7 +29,9 @@ GROUND_KNOWN, LEGS_KNOWN = 1.0, 0.1
 drawings and a material's data tell it; a device's own intervals prevail."""
 SAME = 1.3
 """Scatter of repeats over the noise of one up to which they show one motion, and are averaged."""
-_GROUND = tuple(f"ground.{name}." for name in ("restitution", "friction", "film", "adhesion", "electrostatic"))
+_GROUND = tuple(
+    f"ground.{name}." for name in ("restitution", "friction", "film", "adhesion", "electrostatic")
+)
 _LEG = ("stiffness_v", "damping_v", "stiffness_l", "damping_l")
 _SEEN = (
     Quantity.DISPLACEMENT, Quantity.VELOCITY, Quantity.ANGLE, Quantity.ANGULAR_VELOCITY, Quantity.ACCELERATION,
@@ -64,7 +66,8 @@ def noise_of(values: Floats) -> Floats:
     fourth = np.array([np.convolve(row, weights, "valid") for row in values])
     spread = 1.4826 * np.median(np.abs(fourth), axis=1) / np.sqrt(weights @ weights)
     size = np.abs(values).max(axis=1, initial=0.0)
-    return np.maximum(spread, 1e-9 * np.where(size > 0.0, size, 1.0))  # rounding of what has no noise
+    rounding = 1e-9 * np.where(size > 0.0, size, 1.0)  # of what has no noise
+    return np.asarray(np.maximum(spread, rounding), dtype=np.float64)
 
 
 def walk_records(scene: Scene, name: str, one: RecordSet, records: Sequence[Measurement]) -> list[WalkRecord]:
@@ -124,7 +127,9 @@ def identify_walking(scene: Scene, records: Sequence[WalkRecord], seed: int) -> 
     told = {path: fit.verdict(path) for path in fit.paths}
     draws = np.random.default_rng([seed, 23]).standard_normal((DRAWS, len(fit.paths)))
     samples = fit.values * np.exp(draws @ np.linalg.cholesky(fit.covariance).T)
-    samples = np.where([path.startswith("ground.restitution.") for path in fit.paths], np.minimum(samples, 1.0), samples)
+    samples = np.where(
+        [path.startswith("ground.restitution.") for path in fit.paths], np.minimum(samples, 1.0), samples
+    )
     left = np.concatenate(fit.left)
     followed = int(np.count_nonzero(left < FOLLOWED))
     share = Check(
@@ -132,11 +137,13 @@ def identify_walking(scene: Scene, records: Sequence[WalkRecord], seed: int) -> 
         cause="walks move otherwise than the model between some contacts",
     )  # fmt: skip
     contacts = f"{len(left)} windows between contacts, {1e3 * _median_length(fit):.3g} ms at the median"
+    seen = [(r, off) for r, off in zip(records, fit.residuals, strict=True)]
     return StepResult(
-        "walking", fit.paths, fit.values, samples, taken=tuple(p for p in fit.paths if told[p] is Verdict.ASSUMED),
-        residuals=tuple(_residual(r, off, k) for r, off in zip(records, fit.residuals, strict=True) for k in range(len(r.outputs))),
-        used=(Used("windows", followed, len(left)),), checks=(share,), purpose=_PURPOSE, notes=(f"Found in {contacts}.",),
-        panels=tuple(_panel(r, off) for r, off in zip(records[:2], fit.residuals, strict=False)),
+        "walking", fit.paths, fit.values, samples,
+        taken=tuple(path for path in fit.paths if told[path] is Verdict.ASSUMED),
+        residuals=tuple(_residual(r, off, k) for r, off in seen for k in range(len(r.outputs))),
+        used=(Used("windows", followed, len(left)),), checks=(share,), purpose=_PURPOSE,
+        notes=(f"Found in {contacts}.",), panels=tuple(_panel(r, off) for r, off in seen[:2]),
     )  # fmt: skip
 
 

@@ -49,7 +49,11 @@ FAR = 0.5
 """Longest step of the logarithm of a number."""
 FOLLOWED = 1.3
 """Mean square over the noise up to which a window is followed: of some hundred samples it scatters by a tenth."""
-STEPS, TIES = 8, 6
+MOST = 0.9
+"""Share of windows that are followed when all are taken to be: a foot that only just touches stays one apart."""
+SLACK = 10.0
+"""Times as loose as in the end windows are tied at first, where the cost is smoother."""
+STEPS, TIES = 12, 12
 """Steps of a descent of all windows with free starts, and with tied ones."""
 FEW = 12
 """Samples of a record below which nothing is found of it."""
@@ -166,7 +170,9 @@ class _Walk:
         """The scene of shared numbers, its plan, and the rows of its outputs at all times of the record."""
         moved = shared[: len(self.paths)]
         if self._kept is None or not np.array_equal(self._kept[0], moved):
-            scene = with_values(self.record.scene, dict(zip(self.paths, self.values(moved).tolist(), strict=True)))
+            scene = with_values(
+                self.record.scene, dict(zip(self.paths, self.values(moved).tolist(), strict=True))
+            )
             rows = output_rows(scene, self.record.outputs, self.record.times)
             self._kept = moved.copy(), scene, lower_scene(scene), rows
         return self._kept[1:]
@@ -205,14 +211,9 @@ class _Walk:
             when = np.append(self.record.times[inside[-1]], end)
             starts.append(WindowStart(start * self.scale, begin, when, self.contacts[w]))
         batch = simulate_windows(plan, starts, gradients=by)
-        return [
-            self._piece(shared, window, at, w)
-            for window, at, w in zip(batch, inside, part, strict=True)
-        ]
+        return [self._piece(shared, window, at, w) for window, at, w in zip(batch, inside, part, strict=True)]
 
-    def _piece(
-        self, shared: Floats, window: Window, at: NDArray[np.intp], w: int
-    ) -> _Piece:
+    def _piece(self, shared: Floats, window: Window, at: NDArray[np.intp], w: int) -> _Piece:
         scene, _, rows = self.plan(shared)
         zeros = np.zeros(len(self.record.outputs))
         zeros[self.record.shifted] = shared[self.zero : self.zero + len(self.record.shifted)]
@@ -240,7 +241,10 @@ class _Walk:
         numbers = out.shape[1] - size
         values = self.values(shared[: len(self.paths)])
         by_shared, end_by = np.zeros((left.size, self.count)), np.zeros((size, self.count))
-        by_shared[:, :numbers], end_by[:, :numbers] = out[:, :numbers] * values[:numbers], final[:, :numbers] * values[:numbers]
+        by_shared[:, :numbers], end_by[:, :numbers] = (
+            out[:, :numbers] * values[:numbers],
+            final[:, :numbers] * values[:numbers],
+        )
         for j, channel in enumerate(self.record.shifted):
             own = slice(channel * len(at), (channel + 1) * len(at))
             by_shared[own, self.zero + j] = 1.0 / self.noise[channel]
@@ -275,7 +279,11 @@ class _Walk:
             found = state
             for _ in range(2):
                 foreseen = simulate_windows(plan, [WindowStart(found, edge, [ahead], held)])[0]
-                end = ahead if ahead >= last and not len(foreseen.events) else edge_after(foreseen.events, edge, ahead, contact)
+                end = (
+                    ahead
+                    if ahead >= last and not len(foreseen.events)
+                    else edge_after(foreseen.events, edge, ahead, contact)
+                )
                 end = last if end > last - contact else end
                 self.edges, self.contacts = np.array([edge, end]), [held]
                 self.starts = (state / self.scale)[None]
@@ -323,10 +331,14 @@ class _Walk:
             left = self.unexplained(self.run(shared, range(len(self.starts)), self.starts, None))
             self.noise = self.noise * 1.4826 * np.nanmedian(np.abs(left), axis=1)
 
-    def _alone(self, shared: Floats, own: Floats, by: WindowGradients, tight: Floats, weight: Floats) -> NormalEquations:
+    def _alone(
+        self, shared: Floats, own: Floats, by: WindowGradients, tight: Floats, weight: Floats
+    ) -> NormalEquations:
         piece = self.run(shared, [0], own, by)[0]
         left = np.concatenate([piece.left * weight, (own[0] - self.starts[0]) / tight])
-        return NormalEquations.of([left], [np.vstack([piece.by_start * weight, np.diag(1.0 / tight)])], len(tight))
+        return NormalEquations.of(
+            [left], [np.vstack([piece.by_start * weight, np.diag(1.0 / tight)])], len(tight)
+        )
 
     def _alone_cost(self, shared: Floats, own: Floats, tight: Floats) -> Floats:
         piece = self.run(shared, [0], own, None)[0]
@@ -417,8 +429,17 @@ class _Walks:
         self.weights = [1.0 / np.sqrt(np.maximum(1.0, one)) for one in left]
         return left
 
-    def together(self, shared: Floats, rounds: int, tied: Floats | None) -> tuple[Floats, Floats]:
-        """Shared numbers of all windows, and the information about them."""
+    def weigh(self, shared: Floats) -> bool:
+        """Weigh windows by what they leave with their starts as they are; whether most are followed."""
+        left = [
+            np.array([float(p.left @ p.left) / max(p.left.size, 1) for p in some])
+            for some in self.pieces(self.starts(), shared, False)
+        ]
+        self.weights = [1.0 / np.sqrt(np.maximum(1.0, one)) for one in left]
+        return float(np.mean(np.concatenate(left) < FOLLOWED)) >= MOST
+
+    def together(self, shared: Floats, rounds: int, tied: Floats | None) -> tuple[Floats, Floats, bool]:
+        """Shared numbers of all windows, the information about them, and whether they would go no further."""
         known = np.diag(self.known**-2.0)
         found = descend(
             lambda own, at, _: self.equations(own, at, tied),
@@ -428,7 +449,7 @@ class _Walks:
         for walk, mine in zip(self.walks, found.own, strict=True):
             count = len(walk.starts)
             walk.starts = mine[: count * self.size].reshape(count, -1)
-        return found.shared, found.equations.reduced()[0].sum(axis=0) + known
+        return found.shared, found.equations.reduced()[0].sum(axis=0) + known, bool(found.settled.all())
 
 
 def _end(window: Window, before: Contacts) -> tuple[Floats, Contacts]:
@@ -444,7 +465,7 @@ def _end(window: Window, before: Contacts) -> tuple[Floats, Contacts]:
     return np.concatenate([states.x[:, -1], states.v[:, -1]]), Contacts(held, since)
 
 
-def identify_walk(records: Sequence[WalkRecord], spread: Mapping[str, float], *, passes: int = 3) -> WalkFit:
+def identify_walk(records: Sequence[WalkRecord], spread: Mapping[str, float], *, passes: int = 5) -> WalkFit:
     """Find numbers of a walker and its ground from records that begin with its drives.
 
     Parameters
@@ -470,22 +491,21 @@ def identify_walk(records: Sequence[WalkRecord], spread: Mapping[str, float], *,
         zero += len(one.shifted)
     known = np.concatenate([list(spread.values()), np.full(total - len(spread), ZERO)])
     shared = np.concatenate([np.zeros(len(paths)), *(walk.first_zeros() for walk in walks)])
-    found = _Walks(walks[:1], known)
-    left = found.follow(shared)
+    found = _Walks(walks, known)
+    found.follow(shared)
     for _ in range(passes):
-        shared, _ = found.together(shared, STEPS, None)
-        left = found.follow(shared)
-        if max(float(one.max()) for one in left) < FOLLOWED:
-            break
-    if len(walks) > 1:
-        found = _Walks(walks, known)
-        left = found.follow(shared)
-        shared, _ = found.together(shared, STEPS, None)
-        left = found.follow(shared)
+        shared, _, settled = found.together(shared, STEPS, None)
+        if found.weigh(shared):
+            if settled:
+                break
+        else:
+            found.follow(shared)
     for walk in walks:
         walk.learn_noise(shared)
-    shared, information = found.together(shared, TIES, np.repeat(TIED, found.size // 2))
-    covariance = np.linalg.inv(information)[: len(paths), : len(paths)]
+    tied = np.repeat(TIED, found.size // 2)
+    for wider in (SLACK, 1.0):
+        shared, information, _ = found.together(shared, TIES, wider * tied)
+    covariance = np.asarray(np.linalg.inv(information), dtype=np.float64)[: len(paths), : len(paths)]
     pieces = found.pieces(found.starts(), shared, False)
     left = [np.array([float(p.left @ p.left) / max(p.left.size, 1) for p in some]) for some in pieces]
     return WalkFit(
