@@ -351,7 +351,7 @@ def _at(gain: Floats, at: NDArray[np.intp]) -> Floats:
 
 
 @dataclass
-class _Walks:
+class _AllWalks:
     """Records of one walker with what they share: logarithms of numbers, and zeros of all records."""
 
     walks: list[_Walk]
@@ -491,7 +491,7 @@ def identify_walk(records: Sequence[WalkRecord], spread: Mapping[str, float], *,
         zero += len(one.shifted)
     known = np.concatenate([list(spread.values()), np.full(total - len(spread), ZERO)])
     shared = np.concatenate([np.zeros(len(paths)), *(walk.first_zeros() for walk in walks)])
-    found = _Walks(walks, known)
+    found = _AllWalks(walks, known)
     found.follow(shared)
     for _ in range(passes):
         shared, _, settled = found.together(shared, STEPS, None)
