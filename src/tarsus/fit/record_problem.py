@@ -354,7 +354,7 @@ class RecordProblem:
                 for name, by in rates:
                     if name in column:
                         shared[:, column[name]] += by
-                blocks.append(np.hstack([gain * there[:, len(paths) :] @ start, shared * unit]) / one.sigma)
+                blocks.append(np.hstack([gain * (there[:, len(paths) :] @ start), shared * unit]) / one.sigma)
             out.append(np.vstack(blocks))
         return out
 
@@ -372,8 +372,8 @@ class RecordProblem:
         for j, path in enumerate(paths):
             rate = float(self.priors[path].rates(np.array(flown.values[path])))
             by_numbers[:, names.index(path)] = end[:, j] / rate
-        start = end[:, len(paths) : len(paths) + size] @ free_of(flown.plans[k], segments[k])
-        return start, by_numbers
+        by_state = np.asarray(end[:, len(paths) : len(paths) + size], dtype=np.float64)
+        return by_state @ free_of(flown.plans[k], segments[k]), by_numbers
 
 
 def _unknowns(segments: Sequence[Segment]) -> int:

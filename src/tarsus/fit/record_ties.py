@@ -8,6 +8,7 @@ one window over the whole record is not. The starts of a record are eliminated t
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,7 +64,7 @@ class _Tied:
     def _gaps(self, flown: Flown, numbers: Sequence[int]) -> list[Floats]:
         """By how many standard deviations each start but the first of a record is off the end before."""
         batch, out = flown.batch, []
-        for before, k in zip(numbers[:-1], numbers[1:], strict=True):
+        for before, k in pairwise(numbers):
             at = batch.first[before + 1] - 1
             end = np.concatenate([batch.states.x[:, at], batch.states.v[:, at]])
             out.append((np.asarray(batch.starts[k].state) - end) / self.ties)
@@ -106,7 +107,7 @@ class _Tied:
     def _ties(self, flown: Flown, numbers: Sequence[int], names: Sequence[str]) -> list[Floats]:
         """Slopes (2n, own and shared) of each of the gaps; an end that has none moves with nothing."""
         out, size = [], self.size
-        for w, (before, k) in enumerate(zip(numbers[:-1], numbers[1:], strict=True)):
+        for w, (before, k) in enumerate(pairwise(numbers)):
             by_start, by_numbers = self.problem.end_slopes(self.segments, flown, before, names)
             row = np.zeros((size, self.wide + len(names)))
             row[:, w * size : (w + 1) * size] = -by_start

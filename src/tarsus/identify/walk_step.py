@@ -105,7 +105,7 @@ def _walk_record(scene: Scene, name: str, one: RecordSet, record: Measurement) -
     values = record.select([c.name for c in channels]).values
     noise = noise_of(values)
     given = np.array([np.nan if c.noise is None else c.noise for c in channels])
-    times = np.arange(record.count) * record.step - one.rest
+    times = np.asarray(np.arange(record.count) * record.step - one.rest, dtype=np.float64)
     after = times > 0.0
     return WalkRecord(
         scene, times[after], outputs, values[:, after], np.where(given > 0.0, given, noise),

@@ -3,8 +3,9 @@
 A walk forgets its start at every impact, so that one simulation of the whole record has a cost that no descent goes
 down. Here records are cut between contacts (`tarsus.identify.walk_edges`) into windows with a start of their own each.
 A first pass goes through them in order, each starting where the fit of the one before ended; then all starts and the
-numbers that they share go down together, the starts eliminated (`tarsus.fit.record_problem`), windows that are not
-followed counting for less; in the end every start is tied to the end of the window before (`tarsus.fit.record_ties`), so that nothing is lost by the cuts.
+numbers that they share go down together (`tarsus.fit.record_problem`), windows that are not followed counting for less.
+In the end every start is tied to the end of the window before (`tarsus.fit.record_ties`), so that nothing is lost by
+the cuts.
 """
 
 from __future__ import annotations
@@ -152,17 +153,12 @@ class _Walk:
         begin, state, contacts = _lead(plan, contact, last)
         out = list[Segment]()
         while begin < last - contact:
-            fitted, end = Segment(self.number, begin, (begin, last), state, loose, contacts), np.inf
-            window = None
-            while window is None or abs(end - fitted.span[1]) > 0.5 * contact and len(window.events):
-                end = self._edge(plan, fitted, contact, last) if window is None else fitted.span[1]
-                found = self.problem.solve(
-                    [replace(fitted, span=(begin, end))], moved, known=True, rounds=FIRST
-                )
-                (fitted,), window = found.segments, found.windows[0]
-            out.append(fitted)
-            state, contacts = _end(window, contacts)
-            begin = fitted.span[1]
+            free = Segment(self.number, begin, (begin, last), state, loose, contacts)
+            free = replace(free, span=(begin, self._edge(plan, free, contact, last)))
+            found = self.problem.solve([free], moved, known=True, rounds=FIRST)
+            out += found.segments
+            state, contacts = _end(found.windows[0], contacts)
+            begin = free.span[1]
         return out
 
     @staticmethod
