@@ -340,7 +340,7 @@ class RecordProblem:
                 free_of(flown.plans[k], segment),
                 len(batch.slopes.names) - len(paths) - len(segment.state),
             )
-            start = block_diag(state, segment.moment * np.eye(moments))
+            start = np.asarray(block_diag(state, segment.moment * np.eye(moments)))
             blocks = []
             for c, (one, at) in enumerate(zip(self.records[segment.record].channels, places, strict=True)):
                 gain, there = _value(one.gain, flown.values), by_output[c, at]

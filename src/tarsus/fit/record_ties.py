@@ -1,8 +1,8 @@
 """Records by windows that are tied: each starts where the one before ended, but for what no model has of a motion.
 
-Windows with free starts forget, at every cut, what the motion before tells of the motion after. Tied within some standard
-deviations, as in multiple shooting (Bock and Plitt 1984), they lose nothing, and their cost stays smooth where that of
-one window over the whole record is not. The starts of a record are eliminated together.
+Windows with free starts forget, at every cut, what the motion before tells of the motion after. Tied within some
+standard deviations, as in multiple shooting (Bock and Plitt 1984), they lose nothing, and their cost stays smooth where
+that of one window over the whole record is not. The starts of a record are eliminated together.
 """
 
 from __future__ import annotations
