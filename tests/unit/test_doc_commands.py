@@ -73,6 +73,7 @@ HERE: dict[str, tuple[Callable[[Path], None], tuple[str, ...]]] = {
     "sweeps.md": (sweep_study, ("out/sweep.nc", "mine/sweep.nc")),
     "tutorial-gait.md": (nothing, ("gaits/gait.h",)),
     "tutorial-landing.md": (nothing, ("soft/landing.h",)),
+    "walking.md": (nothing, ("found/identified.toml", "found/draws.npz")),
     "yield.md": (nothing, ("out/yield.json",)),
 }
 """What a page's lines need, and files that must be there afterwards."""

@@ -23,7 +23,7 @@ from scipy.linalg import block_diag
 from tarsus.base.errors import InputError
 from tarsus.base.quantities import Quantity
 from tarsus.base.spec import with_values
-from tarsus.fit.normal_equations import Descent, NormalEquations, descend
+from tarsus.fit.normal_equations import Descent, Minimum, NormalEquations, descend
 from tarsus.fit.unknowns import Prior
 from tarsus.model.scene import Scene
 from tarsus.plan.lowering import Plan, lower_scene
@@ -132,7 +132,7 @@ class RecordFit:
 
 
 @dataclass(frozen=True)
-class _Flown:
+class Flown:
     """Windows as simulated, at values of the numbers: where among the times of all each segment's channels are (nc
     arrays), outputs and their rates (nc, times); scenes and plans of the records."""
 
@@ -154,6 +154,9 @@ class RecordProblem:
     scenes: tuple[Scene, ...]
     records: tuple[SeenRecord, ...]
     priors: Mapping[str, Prior]
+    _made: dict[bytes, tuple[list[Scene], list[Plan]]] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
 
     @cached_property
     def paths(self) -> tuple[str, ...]:
@@ -183,7 +186,6 @@ class RecordProblem:
         """
         place = np.zeros(len(self.priors)) if moved is None else moved
         weight = np.ones(len(segments)) if weights is None else weights
-        far = np.array([np.inf if p.factor is None else FAR / np.log(p.factor) for p in self.priors.values()])
 
         def equations(own: Floats, shared: Floats, part: NDArray[np.intp]) -> NormalEquations:
             chosen, there = [segments[int(w)] for w in part], place if known else shared
@@ -195,13 +197,23 @@ class RecordProblem:
         found = descend(
             equations, np.zeros((len(segments), _unknowns(segments))), None if known else place,
             prior=None if known else (np.zeros(len(place)), np.eye(len(place))), costs=costs,
-            how=Descent(rounds=rounds, far=np.inf if known else far),
+            how=Descent(rounds=rounds, far=np.inf if known else self.far),
         )  # fmt: skip
-        place = place if known else found.shared
-        flown = self._flown(segments, found.own, place)
+        return self.fitted(segments, found, found.own, place if known else found.shared)
+
+    @cached_property
+    def far(self) -> Floats:
+        """Longest step of each number (np,), in standard deviations."""
+        return np.array(
+            [np.inf if p.factor is None else FAR / np.log(p.factor) for p in self.priors.values()]
+        )
+
+    def fitted(self, segments: Sequence[Segment], found: Minimum, own: Floats, place: Floats) -> RecordFit:
+        """What a descent came to: starts (nw, q) and numbers (np,)."""
+        flown = self.flown(segments, own, place)
         left = [
             [float(r @ r) / r.size if r.size else np.nan for r in one]
-            for one in self._residuals(segments, flown)
+            for one in self.left_of(segments, flown)
         ]
         width = max(len(one) for one in left)
         pairs = zip(segments, flown.batch.starts, strict=True)
@@ -214,7 +226,7 @@ class RecordProblem:
 
     def residuals(self, segments: Sequence[Segment], own: Floats, moved: Floats) -> list[list[Floats]]:
         """What segments leave over the noise at starts (nw, q) and numbers (np,), by channel: model less measured."""
-        return self._residuals(segments, self._flown(segments, own, moved))
+        return self.left_of(segments, self.flown(segments, own, moved))
 
     def costs(self, segments: Sequence[Segment], own: Floats, moved: Floats, weights: Floats) -> Floats:
         """Sums of squares (nw,) at starts (nw, q) and numbers (np,); infinite where a scene does not take the numbers,
@@ -231,53 +243,57 @@ class RecordProblem:
     ) -> NormalEquations:  # fmt: skip
         """Normal equations at starts (nw, q), with what is known of these, and numbers (np,), or at known numbers."""
         q, names = own.shape[1], () if known else tuple(self.priors)
-        flown = self._flown(segments, own, moved, names)
+        flown = self.flown(segments, own, moved, names)
         about = np.eye(q, q + len(names))
         residuals, rows = [], []
-        pairs = zip(self._residuals(segments, flown), self._slopes(segments, flown, names), strict=True)
+        pairs = zip(self.left_of(segments, flown), self.slopes_of(segments, flown, names), strict=True)
         for k, (parts, by) in enumerate(pairs):
             residuals.append(np.concatenate([*(weights[k] * one for one in parts), own[k]]))
             rows.append(np.vstack([weights[k] * by, about]))
         return NormalEquations.of(residuals, rows, q)
 
-    def _scenes(self, values: Mapping[str, float]) -> tuple[list[Scene], list[int]]:
-        """Scenes of the records at these values, each once, and which of them each record has."""
-        each = list({id(one): one for one in self.scenes}.values())
-        changes = {path: values[path] for path in self.paths}
-        number = [next(k for k, one in enumerate(each) if one is scene) for scene in self.scenes]
-        return [with_values(one, changes) for one in each], number
+    def lowered(self, moved: Floats) -> tuple[list[Scene], list[Plan]]:
+        """Scene and plan of every record at numbers (np,); those asked for last are kept."""
+        key = moved.tobytes()
+        if key not in self._made:
+            changes = {path: value for path, value in self.values(moved).items() if path in self.paths}
+            each = {id(one): with_values(one, changes) for one in self.scenes}
+            plans = {one: lower_scene(scene) for one, scene in each.items()}
+            self._made.clear()
+            self._made[key] = [each[id(one)] for one in self.scenes], [plans[id(one)] for one in self.scenes]
+        return self._made[key]
 
-    def _flown(
+    def flown(
         self, segments: Sequence[Segment], own: Floats, moved: Floats, names: Sequence[str] | None = None
-    ) -> _Flown:  # fmt: skip
+    ) -> Flown:  # fmt: skip
         """Windows with derivatives by starts and by numbers of these names; without any unless given."""
         values = self.values(moved)
-        scenes, number = self._scenes(values)
-        plans = [lower_scene(one) for one in scenes]
+        scenes, plans = self.lowered(moved)
+        data = {id(scenes[r]): r for r in dict.fromkeys(one.record for one in segments)}
+        number = {r: list(data).index(id(scenes[r])) for r in dict.fromkeys(one.record for one in segments)}
         starts, places, first = list[WindowStart](), list[list[NDArray[np.intp]]](), 0
         for segment, at in zip(segments, own, strict=True):
-            record, data, size = self.records[segment.record], number[segment.record], len(segment.state)
+            record, size = self.records[segment.record], len(segment.state)
             shown = [
                 record.times[_inside(record, segment)] - _value(one.delay, values) for one in record.channels
             ]
             when = np.unique(np.concatenate([*shown, [segment.span[1]]]))
             begin = segment.begin + segment.moment * float(at[size:].sum())
-            state = segment.state + _free(plans[data], segment) @ at[:size]
-            starts.append(WindowStart(state, begin, when, segment.contacts, data))
+            state = segment.state + free_of(plans[segment.record], segment) @ at[:size]
+            starts.append(WindowStart(state, begin, when, segment.contacts, number[segment.record]))
             places.append([first + np.searchsorted(when, one) for one in shown])
             first += len(when)
         end = max(float(np.max(one.times)) for one in starts)
         paths = tuple(path for path in self.paths if path in (names or ()))
-        pairs = zip(scenes, plans, strict=True)
         by = WindowGradients(
-            tuple(entering(one, plan, paths, end) for one, plan in pairs), names is not None,
+            tuple(entering(scenes[r], plans[r], paths, end) for r in data.values()), names is not None,
             names is not None and own.shape[1] > len(segments[0].state),
         )  # fmt: skip
-        batch = simulate_windows(plans[0], starts, gradients=by)
+        batch = simulate_windows(plans[segments[0].record], starts, gradients=by)
         width = max(len(one.channels) for one in self.records)
         outputs, rates = np.zeros((2, width, first))
         for r, at in _parts(segments, batch):
-            scene, channels = scenes[number[r]], self.records[r].channels
+            scene, channels = scenes[r], self.records[r].channels
             states, when = batch.states.part(at), batch.times[at]
             outputs[: len(channels), at] = output_rows(scene, [one.output for one in channels], when).values(
                 states
@@ -286,10 +302,11 @@ class RecordProblem:
             wanted = [channels[c].output._replace(quantity=RATES[channels[c].output.quantity]) for c in late]
             if late:
                 rates[np.array(late)[:, None], at] = output_rows(scene, wanted, when).values(states)
-        of = [number[one.record] for one in segments]
-        return _Flown(batch, places, outputs, rates, values, [scenes[k] for k in of], [plans[k] for k in of])
+        of = [one.record for one in segments]
+        return Flown(batch, places, outputs, rates, values, [scenes[r] for r in of], [plans[r] for r in of])
 
-    def _residuals(self, segments: Sequence[Segment], flown: _Flown) -> list[list[Floats]]:
+    def left_of(self, segments: Sequence[Segment], flown: Flown) -> list[list[Floats]]:
+        """What segments leave over the noise, by channel."""
         out = []
         for segment, places in zip(segments, flown.places, strict=True):
             record, values = self.records[segment.record], flown.values
@@ -300,7 +317,7 @@ class RecordProblem:
             ])  # fmt: skip
         return out
 
-    def _slopes(self, segments: Sequence[Segment], flown: _Flown, names: Sequence[str]) -> list[Floats]:
+    def slopes_of(self, segments: Sequence[Segment], flown: Flown, names: Sequence[str]) -> list[Floats]:
         """Slopes (residuals, q + np) of what segments leave over the noise by their starts and by the numbers of these
         names, in standard deviations; zero where the motion has none, as behind a foot that only just touches."""
         batch = flown.batch
@@ -320,10 +337,10 @@ class RecordProblem:
         out = []
         for k, (segment, places) in enumerate(zip(segments, flown.places, strict=True)):
             state, moments = (
-                _free(flown.plans[k], segment),
+                free_of(flown.plans[k], segment),
                 len(batch.slopes.names) - len(paths) - len(segment.state),
             )
-            start = block_diag(state, segment.moment * np.eye(moments))
+            start = np.asarray(block_diag(state, segment.moment * np.eye(moments)))
             blocks = []
             for c, (one, at) in enumerate(zip(self.records[segment.record].channels, places, strict=True)):
                 gain, there = _value(one.gain, flown.values), by_output[c, at]
@@ -337,9 +354,26 @@ class RecordProblem:
                 for name, by in rates:
                     if name in column:
                         shared[:, column[name]] += by
-                blocks.append(np.hstack([gain * there[:, len(paths) :] @ start, shared * unit]) / one.sigma)
+                blocks.append(np.hstack([gain * (there[:, len(paths) :] @ start), shared * unit]) / one.sigma)
             out.append(np.vstack(blocks))
         return out
+
+    def end_slopes(
+        self, segments: Sequence[Segment], flown: Flown, k: int, names: Sequence[str]
+    ) -> tuple[Floats, Floats]:  # fmt: skip
+        """Slopes of the state at a segment's end by its start (2n, 2n) and by the numbers (2n, np), in standard
+        deviations."""
+        batch, paths = flown.batch, [path for path in self.paths if path in names]
+        assert batch.slopes is not None
+        states, at, size = batch.slopes.states, batch.first[k + 1] - 1, len(segments[k].state)
+        end = np.concatenate([states.x[:, at], states.v[:, at]])
+        end[~np.isfinite(end).all(axis=1)] = 0.0
+        by_numbers = np.zeros((size, len(names)))
+        for j, path in enumerate(paths):
+            rate = float(self.priors[path].rates(np.array(flown.values[path])))
+            by_numbers[:, names.index(path)] = end[:, j] / rate
+        by_state = np.asarray(end[:, len(paths) : len(paths) + size], dtype=np.float64)
+        return by_state @ free_of(flown.plans[k], segments[k]), by_numbers
 
 
 def _unknowns(segments: Sequence[Segment]) -> int:
@@ -361,7 +395,7 @@ def _value(one: float | str, values: Mapping[str, float]) -> float:
     return values[one] if isinstance(one, str) else one
 
 
-def _free(plan: Plan, segment: Segment) -> Floats:
+def free_of(plan: Plan, segment: Segment) -> Floats:
     """Changes (2n, 2n) of a start by its standard deviations, without what feet on the ground leave no choice."""
     feet, n = [*segment.contacts.held, *segment.contacts.leaving], len(plan.system.mass)
     out = np.diag(segment.spread)

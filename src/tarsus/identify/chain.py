@@ -30,8 +30,8 @@ from tarsus.records.purpose import Purpose
 Progress = Callable[[int, int, str], None]
 Kind = TypeVar("Kind")
 
-_MESSAGES = 9
-"""Of progress, beside those of the files: seven steps, the landing rule and the checks."""
+_MESSAGES = 10
+"""Of progress, beside those of the files: eight steps, the landing rule and the checks."""
 
 
 @dataclass
@@ -80,7 +80,7 @@ class StepRunner:
         if not self.steps:
             raise InputError(
                 [f"{one.name} was not done: {said}" for one in self.not_done for said in one.reasons]
-                or [self._no_step()]
+                or ["no step could be done"]
             )
         return Identification(
             opened=self.opened, readings=tuple(self.evidence.readings), left_out=tuple(self.evidence.left_out),
@@ -89,15 +89,6 @@ class StepRunner:
             in_air=tuple(in_air), shifts=shifts, remarks=tuple(self.evidence.remarks),
             seconds=time.perf_counter() - begun,
         )  # fmt: skip
-
-    def _no_step(self) -> str:
-        """Why not one step was tried."""
-        if any(self.opened.sets(Purpose.WALKING)):
-            return (
-                "no step of this chain reads records of walks: `tarsus.identify.walking.identify_walk` in Python "
-                "finds the ground from one of them"
-            )
-        return "no step could be done"
 
     def read(self) -> None:
         """Read and check every file."""

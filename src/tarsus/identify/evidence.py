@@ -63,7 +63,7 @@ class Evidence:
         self.instruments, self.traces = instruments, {}
         self.left_out = [excluded_of(r.file, said) for r in self.readings for said in r.problems]
         for name, one in self.opened.campaign.records.items():
-            if one.purpose is Purpose.MODAL:
+            if one.purpose in (Purpose.MODAL, Purpose.WALKING):
                 continue
             traces = [trace for r in self.readings if r.set == name for trace in self._trace(name, r)]
             if one.purpose in _REPEATED:

@@ -97,7 +97,9 @@ def identify_film(
     if len(items) > MOST:
         text = f"{len(items) - MOST} of {len(items)} detachments, evenly from all: {MOST} are enough"
         count = len(items) - MOST
-        left.append(Excluded("all records of ramped squares", model.foot_point, text, count, Exclusion.ENOUGH))
+        left.append(
+            Excluded("all records of ramped squares", model.foot_point, text, count, Exclusion.ENOUGH)
+        )
         picked = np.unique(np.linspace(0, len(items) - 1, MOST).round().astype(int))
         items = [items[int(i)] for i in picked]
     offs = Detachments(traces, items, level)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from tarsus.fit.verdict import WIDTH
 from tarsus.identify.assessment import law_slopes
-from tarsus.identify.readiness import TOLD_BY
+from tarsus.identify.readiness import TOLD_BY, serves
 from tarsus.identify.step import ASSUMED, PREFERRED, UNDECIDED, Alternative, Check, StepResult, failures
 from tarsus.identify.verdict import Assessment, NumberVerdict
 from tarsus.records.purpose import Purpose
@@ -59,7 +59,9 @@ def open_questions(
     rows += [
         (what, "no such records: as in the device file", f"'{purpose.value}'")
         for purpose, what in TOLD_BY.items()
-        if purpose not in used and (purpose is not Purpose.CLOSE or attracted)
+        if purpose not in used
+        and serves(purpose, found.opened)
+        and (purpose is not Purpose.CLOSE or attracted)
     ]
     return rows
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from tarsus.identify.campaign import Opened, RecordFile, RecordSet, guessed_purpose
 from tarsus.identify.evidence import Evidence
 from tarsus.model.drive.waveforms import SweptSine
+from tarsus.model.structure import Walker
 from tarsus.modes.agreement import channels_of, needed_of
 from tarsus.records.purpose import Purpose
 
@@ -17,6 +18,7 @@ TOLD_BY = {
     Purpose.RAMPS: "film and adhesion",
     Purpose.BOUNCES: "restitution and impact map",
     Purpose.CLOSE: "electrostatics",
+    Purpose.WALKING: "ground and legs of a walker",
 }
 """What records of a purpose tell; of the others no number comes."""
 
@@ -29,6 +31,11 @@ class Readiness:
     readings: tuple[RecordFile, ...]
     problems: tuple[str, ...]
     remarks: tuple[str, ...]
+
+
+def serves(purpose: Purpose, opened: Opened) -> bool:
+    """Whether records of a purpose are for devices like this one: those of a walker are walks, of others all else."""
+    return isinstance(opened.model.scene.robot.structure, Walker) == (purpose is Purpose.WALKING)
 
 
 def readiness_of(opened: Opened) -> Readiness:
@@ -64,7 +71,7 @@ def readiness_of(opened: Opened) -> Readiness:
         remarks += [
             f"no records are for '{purpose.value}': {what} will not be identified"
             for purpose, what in TOLD_BY.items()
-            if purpose not in used and purpose is not Purpose.CLOSE
+            if purpose not in used and purpose is not Purpose.CLOSE and serves(purpose, opened)
         ]
     return Readiness(tuple(evidence.readings), tuple(problems), tuple(remarks))
 

@@ -259,6 +259,20 @@ def _adhesion(chain: StepRunner) -> StepResult:
     return identify_adhesion(chain.film, chain.known, signals, "restitution" in chain.steps, chain.seed + 3)
 
 
+def _walking(chain: StepRunner) -> StepResult:
+    """The ground from walks on it."""
+    from tarsus.identify.walk_step import identify_walking, walk_records
+
+    records, files, scene = [], set[str](), chain.known.model().scene
+    for name, one in chain.opened.sets(Purpose.WALKING):
+        mine = [r for r in chain.files_of(Purpose.WALKING) if r.set == name and r.record is not None]
+        records += walk_records(scene, name, one, [r.record for r in mine if r.record is not None])
+        files |= {r.file for r in mine}
+    if not records:
+        raise InputError(chain.nothing_for(Purpose.WALKING, "walks"))
+    return replace(identify_walking(scene, records, chain.seed + 7), files=frozenset(files))
+
+
 def _straighter(chain: StepRunner) -> bool:
     """Once the law of the drive is known, the sweeps tell the structure better, and that the law."""
     return {"resonances", "hysteresis"} <= set(chain.steps)
@@ -333,6 +347,11 @@ STEPS = (
         "adhesion", Purpose.RAMPS, "pull-off forces over contact times", _adhesion,
         "Pull-off force (2.13) at the moment of release over contact time: f_a = C_a0 + C_a (t − t_c), equation "
         "(2.14).",
+    ),
+    ChainStep(
+        "walking", Purpose.WALKING, "walks", _walking,
+        "Walks: windows between contacts with starts of their own, numbers of ground and legs that all share, and in "
+        "the end every start tied to the end of the window before.",
     ),
 )  # fmt: skip
 """All steps in order; one without records in the campaign is not tried."""

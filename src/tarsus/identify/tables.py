@@ -118,9 +118,7 @@ def open_table(found: Identification) -> Table:
     rows = open_questions(found, assessed(found), words_of(found), alternatives_of(found), checks_of(found))
     open_ones = (path for path, word in words_of(found).items() if word != "determined")
     path = next((path for path in open_ones if path.startswith("ground.")), None)
-    known = (
-        f"tarsus recommend identified.toml --parameter {path} --budget '2 s' ranks records by what they say of it."
-    )
+    known = f"tarsus recommend identified.toml --parameter {path} --budget '2 s' ranks records by what they say of it."
     return Table("Open, and what to record for it", ("open", "why", "record"), rows, [known] if path else [])
 
 

@@ -1,31 +1,35 @@
-"""Numbers of a walker and of the ground under it, from records of its body while it walks.
+"""Numbers of a walker and of the ground under it, from records of its body and its currents while it walks.
 
 A walk forgets its start at every impact, so that one simulation of the whole record has a cost that no descent goes
-down. Here the record is cut into windows with a start of their own each: a first pass goes through them in order, each
-starting where the fit of the one before ended, and then all starts and the numbers that they share go down together,
-the starts eliminated (`tarsus.fit.normal_equations`). Windows that the first pass does not follow count for less there,
-by what they leave over the noise, and the two are repeated until every window is followed.
+down. Here records are cut between contacts (`tarsus.identify.walk_edges`) into windows with a start of their own each.
+A first pass goes through them in order, each starting where the fit of the one before ended; then all starts and the
+numbers that they share go down together (`tarsus.fit.record_problem`), windows that are not followed counting for less.
+In the end every start is tied to the end of the window before (`tarsus.fit.record_ties`), so that nothing is lost by
+the cuts.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from itertools import pairwise
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.events import CONTACT_BEGINS
-from tarsus.base.spec import get_value, with_values
-from tarsus.fit.record_problem import RecordProblem, SeenRecord, Segment
+from tarsus.base.quantities import Quantity
+from tarsus.base.spec import get_value
+from tarsus.fit.record_problem import RecordFit, RecordProblem, Seen, SeenRecord, Segment
+from tarsus.fit.record_ties import solve_tied
 from tarsus.fit.unknowns import Prior
 from tarsus.fit.verdict import Verdict, verdict_of
+from tarsus.identify.walk_edges import AHEAD, contact_time, edge_after
 from tarsus.model.scene import Scene
 from tarsus.model.structure import Walker
-from tarsus.plan.lowering import lower_scene
+from tarsus.plan.lowering import Plan
 from tarsus.solve.contacts import Contacts
+from tarsus.solve.outputs import Output, output_rows
 from tarsus.solve.window import Window, WindowStart, simulate_windows
 
 Floats = NDArray[np.float64]
@@ -33,22 +37,91 @@ Floats = NDArray[np.float64]
 LOOSE = (20e-6, 0.1)
 """Standard deviations [m, m/s] of a start about the one before: wider than what any record leaves of a start that it
 shows, so that only what no record shows, such as a foot's motion that has died away, stays where it was."""
+TIED = (20e-9, 20e-6)
+"""Standard deviations [m, m/s] of a start about the end of the window before: what no model has of a motion within some
+milliseconds, below the noise of any instrument that sees it."""
+SLACK = 10.0
+"""Times as loose as in the end windows are tied at first, where the cost is smoother."""
+ZERO = 1e-5
+"""Standard deviation of the zero of a displacement [m] or an angle [rad] from record to record."""
+FOLLOWED, MOST = 1.3, 0.9
+"""Mean square over the noise up to which a window is followed, for of some hundred samples it scatters by a tenth; and
+share of windows of which all are taken to be: a foot that only just touches stays one apart."""
+STEPS, TIES, FIRST = 12, 12, 4
+"""Steps of a descent of all windows with free starts, with tied ones, and of one window alone."""
+FEW = 12
+"""Samples of a record below which nothing is found of it."""
+
+
+@dataclass(frozen=True)
+class WalkRecord:
+    """Channels of a walk.
+
+    scene: the robot as far as it is known, with the drives of the record; times (nt,) [s] after the start of the
+    drives, in order; outputs (nc): what each channel sees; values (nc, nt); noise (nc,): standard deviations;
+    estimated: whether these are taken from the records, and follow what fits leave; name: for messages.
+
+    Raises
+    ------
+    InputError
+        If shapes do not fit each other, a noise is not positive, or the robot is no walker.
+    """
+
+    scene: Scene
+    times: Floats
+    outputs: tuple[Output, ...]
+    values: Floats
+    noise: Floats
+    estimated: bool = False
+    name: str = "walk"
+
+    def __post_init__(self) -> None:
+        shape = len(self.outputs), len(self.times)
+        if self.values.shape != shape or self.noise.shape != shape[:1] or not np.all(self.noise > 0.0):
+            raise InputError(f"{self.name}: expected values of shape {shape} and {shape[0]} noises above 0")
+        if not isinstance(self.scene.robot.structure, Walker):
+            raise InputError("walks are identified of walkers: the structure is of another kind")
+        if shape[1] < FEW:
+            raise InputError(f"{self.name}: expected {FEW} samples or more, got {shape[1]}")
+
+    @property
+    def shifted(self) -> list[int]:
+        """Channels with a zero of their own: displacements and angles."""
+        kinds = (Quantity.DISPLACEMENT, Quantity.ANGLE)
+        return [k for k, one in enumerate(self.outputs) if one.quantity in kinds]
+
+    def zero(self, channel: int) -> str:
+        """Name of the zero of a channel."""
+        return f"{self.name}: zero of {self.outputs[channel].name}"
+
+    def seen(self) -> SeenRecord:
+        """For the record problem."""
+        zeros = {k: self.zero(k) for k in self.shifted}
+        channels = (
+            Seen(one, float(noise), zero=zeros.get(k, 0.0))
+            for k, (one, noise) in enumerate(zip(self.outputs, self.noise, strict=True))
+        )
+        return SeenRecord(tuple(channels), self.times, self.values)
 
 
 @dataclass(frozen=True)
 class WalkFit:
-    """What a record determines.
+    """What records determine.
 
     paths (np,); values (np,) [SI]; covariance (np, np) of the logarithms, what was known beforehand included; prior
-    (np,): standard deviations of the logarithms beforehand; left (nw,): mean square of what each window leaves over the
-    noise.
+    (np,): standard deviations of the logarithms beforehand; left: by record, mean square of what each window leaves
+    over the noise; edges: by record [s]; residuals: by record, (nc, nt) over the noise, NaN outside of the windows;
+    settled: whether the numbers would go no further.
     """
 
     paths: tuple[str, ...]
     values: Floats
     covariance: Floats
     prior: Floats
-    left: Floats
+    left: tuple[Floats, ...]
+    edges: tuple[Floats, ...]
+    residuals: tuple[Floats, ...] = ()
+    settled: bool = True
 
     def interval(self, path: str) -> tuple[float, float]:
         """95 % interval of a number [SI]."""
@@ -57,7 +130,7 @@ class WalkFit:
         return float(self.values[j]) / reach, float(self.values[j]) * reach
 
     def verdict(self, path: str) -> Verdict:
-        """Whether the record determines a number."""
+        """Whether the records determine a number."""
         j = self.paths.index(path)
         of_prior = float(np.sqrt(self.covariance[j, j]) / self.prior[j])
         return verdict_of(self.interval(path), of_prior=of_prior)
@@ -65,26 +138,47 @@ class WalkFit:
 
 @dataclass(frozen=True)
 class _Walk:
-    """A record cut at edges (nw + 1,) [s]."""
+    """A record, and its number in the problem."""
 
     problem: RecordProblem
-    edges: Floats
+    number: int
 
-    def follow(self, moved: Floats) -> tuple[list[Segment], Floats]:
-        """Segments in order, each from where the fit of the one before ended, and what each leaves (nw,), its mean
-        square."""
-        plan = lower_scene(with_values(self.problem.scenes[0], self.problem.values(moved)))
-        loose = np.repeat(LOOSE, len(plan.system.mass))
-        lead = simulate_windows(plan, [WindowStart(plan.initial, 0.0, [self.edges[0]])])[0]
-        state, contacts = _end(lead, Contacts())
-        segments, left = list[Segment](), np.zeros(len(self.edges) - 1)
-        for w, (begin, end) in enumerate(pairwise(self.edges.tolist())):
-            segment = Segment(0, begin, (begin, end), state, loose, contacts)
-            found = self.problem.solve([segment], moved, known=True, rounds=3)
-            segments += found.segments
-            left[w] = np.nanmean(found.left[0])
+    def follow(self, moved: Floats) -> list[Segment]:
+        """Windows between contacts, in order, each from where the fit of the one before ended."""
+        scenes, plans = self.problem.lowered(moved)
+        walker, plan = scenes[self.number].robot.structure, plans[self.number]
+        last = float(self.problem.records[self.number].times[-1])
+        assert isinstance(walker, Walker)
+        contact, loose = contact_time(walker), np.repeat(LOOSE, walker.size)
+        begin, state, contacts = _lead(plan, contact, last)
+        out = list[Segment]()
+        while begin < last - contact:
+            free = Segment(self.number, begin, (begin, last), state, loose, contacts)
+            free = replace(free, span=(begin, self._edge(plan, free, contact, last)))
+            found = self.problem.solve([free], moved, known=True, rounds=FIRST)
+            out += found.segments
             state, contacts = _end(found.windows[0], contacts)
-        return segments, left
+            begin = free.span[1]
+        return out
+
+    @staticmethod
+    def _edge(plan: Plan, segment: Segment, contact: float, last: float) -> float:
+        """Where a window that starts so ends; what would be left of the record after it is taken along."""
+        ahead = min(segment.begin + AHEAD * contact, last)
+        start = WindowStart(segment.state, segment.begin, [ahead], segment.contacts)
+        end = edge_after(simulate_windows(plan, [start])[0].events, segment.begin, ahead, contact)
+        return last if end > last - contact else end
+
+
+def _lead(plan: Plan, contact: float, last: float) -> tuple[float, Floats, Contacts]:
+    """First edge, after the first events of the motion from the scene's own start, with state and contacts there."""
+    ahead = min(AHEAD * contact, last)
+    seen = simulate_windows(plan, [WindowStart(plan.initial, 0.0, [ahead])])[0].events
+    times = np.append(np.unique(np.append(0.0, seen["time"])), ahead)
+    quiet = np.flatnonzero(np.diff(times) > contact)
+    edge = float(times[quiet[0]] + 0.5 * np.diff(times)[quiet[0]]) if len(quiet) else contact
+    lead = simulate_windows(plan, [WindowStart(plan.initial, 0.0, [edge])])[0]
+    return edge, *_end(lead, Contacts())
 
 
 def _end(window: Window, before: Contacts) -> tuple[Floats, Contacts]:
@@ -100,56 +194,95 @@ def _end(window: Window, before: Contacts) -> tuple[Floats, Contacts]:
     return np.concatenate([states.x[:, -1], states.v[:, -1]]), Contacts(held, since)
 
 
-def identify_walk(
-    scene: Scene,
-    record: SeenRecord,
-    spread: Mapping[str, float],
-    *,
-    begin: float,
-    window: float,
-    passes: int = 3,
-) -> WalkFit:
-    """Find numbers of a walker and its ground from a record that begins with its drives.
+def _problem(records: Sequence[WalkRecord], spread: Mapping[str, float]) -> RecordProblem:
+    """Numbers of the walker and its ground, and zeros of the records about those of their first samples, where the
+    walker stands as before its drives begin."""
+    scenes = tuple(one.scene for one in records)
+    priors = {
+        path: Prior(float(get_value(scenes[0], path)), factor=float(np.exp(one)))
+        for path, one in spread.items()
+    }
+    problem = RecordProblem(scenes, tuple(one.seen() for one in records), priors)
+    _, plans = problem.lowered(np.zeros(len(priors)))
+    for one, plan in zip(records, plans, strict=True):
+        there = output_rows(one.scene, one.outputs, one.times[:1]).x @ plan.initial[: len(plan.initial) // 2]
+        priors |= {one.zero(k): Prior(float(one.values[k, 0] - there[k]), sd=ZERO) for k in one.shifted}
+    return replace(problem, priors=priors)
+
+
+def _left(fit: RecordFit) -> Floats:
+    """Mean square (nw,) of what each window leaves."""
+    return np.asarray(np.nanmean(fit.left, axis=1), dtype=np.float64)
+
+
+def _residuals(problem: RecordProblem, fit: RecordFit) -> tuple[Floats, ...]:
+    """What windows leave over the noise, by record (nc, nt); NaN outside of them."""
+    size = len(fit.segments[0].state)
+    left = problem.residuals(fit.segments, np.zeros((len(fit.segments), size)), fit.moved)
+    out = [np.full(one.values.shape, np.nan) for one in problem.records]
+    for segment, mine in zip(fit.segments, left, strict=True):
+        times = problem.records[segment.record].times
+        out[segment.record][:, (times > segment.span[0]) & (times <= segment.span[1])] = np.array(mine)
+    return tuple(out)
+
+
+def _with_noise(problem: RecordProblem, fit: RecordFit, records: Sequence[WalkRecord]) -> RecordProblem:
+    """Where the noise is not known, by the median of what the windows leave, which those few that are not followed do
+    not move."""
+    out = []
+    for one, record, left in zip(problem.records, records, _residuals(problem, fit), strict=True):
+        scale = 1.4826 * np.nanmedian(np.abs(left), axis=1) if record.estimated else np.ones(len(left))
+        pairs = zip(one.channels, scale.tolist(), strict=True)
+        out.append(replace(one, channels=tuple(replace(c, noise=c.noise * by) for c, by in pairs)))
+    return replace(problem, records=tuple(out))
+
+
+def identify_walk(records: Sequence[WalkRecord], spread: Mapping[str, float], *, passes: int = 5) -> WalkFit:
+    """Find numbers of a walker and its ground from records that begin with its drives.
 
     Parameters
     ----------
-    scene
-        The robot as far as it is known, with the drives of the record.
-    record
-        Its channels, which must show the body's motion: displacement and velocity.
+    records
+        Of one walker, whose scenes differ in their drives, and their names from each other.
     spread
         Paths of what is not known exactly, with standard deviations of their logarithms.
-    begin
-        Time [s] at which the first window begins; before, the scene is simulated from its own start.
-    window
-        Length [s] of a window at most: a touchdown or two. Longer ones show friction and adhesion better, and
-        are not followed from numbers that are far off.
     passes
-        How often windows are followed and numbers found.
+        How often windows are followed and numbers found, at most.
 
     Raises
     ------
     InputError
-        For a robot that is no walker, and a record that is shorter than a window.
+        Without records.
     """
-    if not isinstance(scene.robot.structure, Walker):
-        raise InputError("walks are identified of walkers: the structure is of another kind")
-    end = float(record.times[-1])
-    if end - begin < window:
-        raise InputError(
-            f"the record ends at {end:g} s, less than a window of {window:g} s after {begin:g} s"
-        )
-    sigma = np.array(list(spread.values()))
-    priors = {
-        path: Prior(float(get_value(scene, path)), factor=float(np.exp(one))) for path, one in spread.items()
-    }
-    edges = np.linspace(begin, end, int(np.ceil((end - begin) / window - 1e-9)) + 1)
-    problem = RecordProblem((scene,), (record,), priors)
-    walk, moved = _Walk(problem, edges), np.zeros(len(sigma))
-    segments, left = walk.follow(moved)
-    covariance = np.diag(sigma**2)
+    if not records:
+        raise InputError("expected records of a walk, got none")
+    problem = _problem(records, spread)
+    moved, fit, segments, weights = np.zeros(len(problem.priors)), None, None, np.zeros(0)
     for _ in range(passes):
-        found = problem.solve(segments, moved, weights=1.0 / np.sqrt(np.maximum(1.0, left)), rounds=8)
-        moved, covariance = found.moved, found.covariance * np.outer(sigma, sigma)
-        segments, left = walk.follow(moved)
-    return WalkFit(tuple(spread), np.array(list(found.values.values())), covariance, sigma, left)
+        if segments is None:
+            segments = [one for k in range(len(records)) for one in _Walk(problem, k).follow(moved)]
+            zeros = np.zeros((len(segments), len(segments[0].state)))
+            left = problem.residuals(segments, zeros, moved)
+            weights = 1.0 / np.sqrt(np.maximum(1.0, [np.mean(np.concatenate(one) ** 2) for one in left]))
+        fit = problem.solve(segments, moved, weights=weights, rounds=STEPS)
+        moved, left = fit.moved, _left(fit)
+        weights, segments = 1.0 / np.sqrt(np.maximum(1.0, left)), list(fit.segments)
+        if np.mean(left < FOLLOWED) < MOST:
+            segments = None
+        elif fit.settled:
+            break
+    assert fit is not None
+    problem, segments = _with_noise(problem, fit, records), list(fit.segments)
+    for wider in (SLACK, 1.0):
+        ties = wider * np.repeat(TIED, len(segments[0].state) // 2)
+        fit = solve_tied(problem, segments, fit.moved, ties, weights=weights, rounds=TIES)
+        segments = list(fit.segments)
+    paths, prior = tuple(spread), np.array(list(spread.values()))
+    left, of = _left(fit), np.array([one.record for one in segments])
+    ends = [[one.span for one in segments if one.record == k] for k in range(len(records))]
+    return WalkFit(
+        paths, np.array([fit.values[path] for path in paths]),
+        fit.covariance[: len(paths), : len(paths)] * np.outer(prior, prior), prior,
+        tuple(left[of == k] for k in range(len(records))),
+        tuple(np.array([one[0][0], *(end for _, end in one)]) for one in ends), _residuals(problem, fit), fit.settled,
+    )  # fmt: skip

@@ -38,6 +38,8 @@ _MOTION = {
     Quantity.ACCELERATION: 2,
 }  # fmt: skip
 """Which derivative by time of a place or an angle a quantity is."""
+_SPRINGS = ("stiffness_v", "damping_v", "stiffness_l", "damping_l", "acceleration")
+"""Ends of paths on which rows depend through forces alone: of what is no acceleration none does."""
 _TURNS = (Quantity.ANGLE, Quantity.ANGULAR_VELOCITY)
 
 
@@ -188,6 +190,8 @@ def output_slopes(
         if late and not all(_MOTION.get(one.quantity, 2) < 2 for one in outputs):
             raise InputError([f"{path}: charges, currents, forces and accelerations are not differentiated by what "
                               "moves the jumps of volts" for path in late])  # fmt: skip
+        if all(_MOTION.get(one.quantity, 2) < 2 or one.quantity not in _MOTION for one in outputs):
+            moved = {path: w for path, w in moved.items() if not path.endswith(_SPRINGS)}
         if not moved or late:
             continue
         stencil = Stencil.of(scene, moved, STEP, plan)

@@ -134,8 +134,3 @@ def test_a_device_of_which_no_draw_can_be_used_says_how_many_and_why():
         InputError, match=r"rests clear .*: \d+ of \d+ draws are refused, .* below the ground"
     ):
         devices.perturbed(low, 0.2, 1)
-
-
-def test_a_walking_campaign_is_refused_with_where_to_go(walking: Path) -> None:
-    with pytest.raises(InputError, match=r"records of walks.*identify_walk"):
-        ts.identify(walking)

@@ -1,0 +1,168 @@
+"""How well the ground under a walker, and its legs, are recovered while it walks: blind robots, a row each.
+
+Run ``python benchmarks/walking_recovery.py [robots] [first seed] [out.csv]``. Every robot has two, four or six legs,
+in turn, all springs and dampers of its legs and all numbers of its ground within 10 % of those of the packaged
+millipede; it walks at 14 V for 0.1 s, the motion of its body is seen at 20 kHz to 100 nm and 50 um/s (angles at the
+hips as much), and what is known beforehand is the design, and the ground to a power of ten. A row is appended for each
+robot, and those that are there already are left out, so that a run that was stopped goes on.
+"""
+
+from __future__ import annotations
+
+import csv
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+import tarsus as ts
+from tarsus.base.quantities import Quantity
+from tarsus.base.spec import get_value, validate
+from tarsus.fit.verdict import Verdict
+from tarsus.identify.walk_step import unknowns_of
+from tarsus.identify.walking import WalkFit, WalkRecord, identify_walk
+from tarsus.model.scene import Scene
+from tarsus.solve.outputs import Output
+from tarsus.synthesis.campaign_folder import unknown_device
+from tarsus.synthesis.devices import perturbed
+
+SECONDS, RATE, LENGTH, SPEED = 0.1, 20e3, 1e-7, 5e-5
+HALF = 1e-3
+"""Half of the track and of the distance of legs along the body [m], at which angles are seen as motions."""
+SPREAD = 0.1
+LEGS = (2, 4, 6)
+NAMED = {
+    "restitution": "ground.restitution.coefficient", "friction": "ground.friction.coefficient",
+    "adhesion": "ground.adhesion.initial", "film": "ground.film.coefficient", "thickness": "ground.film.thickness",
+    "growth": "ground.adhesion.rate",
+}  # fmt: skip
+
+
+def design(legs: int) -> Scene:
+    """The packaged millipede at 14 V and 50 Hz, on so many legs: pairs one behind the other, the body as heavy a pair,
+    turning about both axes where it has more than one."""
+    scene = ts.load_scene("millipede", hz=50, volts=14)
+    pairs = legs // 2
+    if pairs == 1:
+        return scene
+    robot = scene.robot.model_dump(exclude_none=True)
+    left, right = robot["structure"]["legs"].values()
+    places = np.linspace(1.0, -1.0, pairs) * HALF
+    old = dict(zip(("L1", "R1"), (left, right), strict=True))
+    robot["structure"]["legs"] = {
+        f"{side}{k + 1}": old[f"{side}1"] | {"x": x, "y": HALF if side == "L" else -HALF}
+        for k, x in enumerate(places.tolist())
+        for side in "LR"
+    }
+    mass = robot["structure"]["body"]["mass"] * pairs
+    robot["structure"]["body"] |= {
+        "mass": mass,
+        "roll_inertia": mass * HALF**2,
+        "pitch_inertia": mass * HALF**2,
+    }
+    for what in ("drives", "feet"):
+        robot[what] = {
+            f"{side}{k + 1}": _renamed(robot[what][f"{side}1"], f"{side}1", f"{side}{k + 1}")
+            for k in range(pairs)
+            for side in "LR"
+        }
+    return validate(Scene, scene.model_dump(exclude_none=True) | {"robot": robot, "provenance": {}})
+
+
+def _renamed(one: object, old: str, new: str) -> object:
+    """A description with the name of a leg in place of another in all names of points and drives."""
+    if isinstance(one, dict):
+        return {_renamed(key, old, new): _renamed(value, old, new) for key, value in one.items()}
+    if isinstance(one, (list, tuple)):
+        return type(one)(_renamed(each, old, new) for each in one)
+    return new + one.removeprefix(old) if isinstance(one, str) and one.startswith(old) else one
+
+
+def outputs_of(scene: Scene) -> tuple[Output, ...]:
+    """Displacement and velocity of the body, and its angles where it turns."""
+    turns = [name for name in scene.robot.structure.body_coordinates if name in ("roll", "pitch")]
+    out = [
+        Output(kind, at) for kind in (Quantity.DISPLACEMENT, Quantity.VELOCITY) for at in ("body_x", "body")
+    ]
+    out += [Output(kind, at) for kind in (Quantity.ANGLE, Quantity.ANGULAR_VELOCITY) for at in turns]
+    return tuple(out)
+
+
+def record_of(truth: Scene, known: Scene, seed: int) -> WalkRecord:
+    """What instruments see of the true robot as it walks; known: the scene that the record is taken for."""
+    random = np.random.default_rng([seed, 41])
+    times, outputs = np.arange(1, round(SECONDS * RATE) + 1) / RATE, outputs_of(truth)
+    run = ts.simulate(truth, SECONDS)
+    values = run.outputs(list(outputs), times)
+    units = {Quantity.DISPLACEMENT: LENGTH, Quantity.ANGLE: LENGTH / HALF, Quantity.VELOCITY: SPEED}
+    noise = np.array([units.get(one.quantity, SPEED / HALF) for one in outputs])
+    return WalkRecord(
+        known, times, outputs, values + noise[:, None] * random.standard_normal(values.shape), noise
+    )
+
+
+def row_of(seed: int) -> dict[str, object]:
+    """One blind robot: errors [%], standard deviations [%] and words of the ground's numbers, and how many intervals of
+    the numbers that are determined cover the truth."""
+    legs = LEGS[seed % len(LEGS)]
+    nominal = design(legs)
+    truth, known = perturbed(nominal, SPREAD, seed), unknown_device(nominal)
+    begun = time.process_time()
+    row: dict[str, object] = {"seed": seed, "legs": legs}
+    fit = identify_walk([record_of(truth, known, seed)], unknowns_of(known))
+    row |= _judged(fit, truth) | {"cpu_s": round(time.process_time() - begun, 1)}
+    return row
+
+
+def _judged(fit: WalkFit, truth: Scene) -> dict[str, object]:
+    true = np.array([float(get_value(truth, path)) for path in fit.paths])
+    error, sd = np.log(fit.values / true), np.sqrt(np.diag(fit.covariance))
+    words = [fit.verdict(path) for path in fit.paths]
+    sure = np.array([word is Verdict.DETERMINED for word in words])
+    told = np.array([word is not Verdict.ASSUMED for word in words])
+    inside = np.abs(error) <= 1.96 * sd
+    left = np.concatenate(fit.left)
+    row: dict[str, object] = {
+        "windows": len(left), "followed": int(np.count_nonzero(left < 1.3)), "numbers": len(true),
+        "determined": int(sure.sum()), "inside": int((inside & sure).sum()),
+        "worst_sd": _round(np.abs(error / sd)[sure].max(initial=0.0)),
+        "told": int(told.sum()), "inside_told": int((inside & told).sum()),
+    }  # fmt: skip
+    for name, path in NAMED.items():
+        j = fit.paths.index(path)
+        row |= {
+            name: _round(100 * error[j]),
+            f"{name}_sd": _round(100 * sd[j]),
+            f"{name}_word": words[j].value,
+        }
+    return row
+
+
+def _round(value: float) -> float:
+    return float(f"{value:.3g}")
+
+
+def main() -> None:
+    """Rows of robots that are not there yet."""
+    count, first = (int(one) for one in (*sys.argv[1:3], *("50", "0")[len(sys.argv[1:3]) :]))
+    file = Path(sys.argv[3] if len(sys.argv) > 3 else "walking_recovery.csv")
+    there: set[int] = set()
+    if file.exists():
+        with file.open(newline="", encoding="utf-8") as lines:
+            there = {int(one["seed"]) for one in csv.DictReader(lines)}
+    for seed in range(first, first + count):
+        if seed in there:
+            continue
+        row = row_of(seed)
+        begin = not file.exists()
+        with file.open("a", newline="", encoding="utf-8") as lines:
+            writer = csv.DictWriter(lines, list(row))
+            if begin:
+                writer.writeheader()
+            writer.writerow(row)
+        print(", ".join(f"{key} {value}" for key, value in row.items()), flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,117 @@
+"""Records by windows that are tied: each starts where the one before ended, but for what no model has of a motion.
+
+Windows with free starts forget, at every cut, what the motion before tells of the motion after. Tied within some
+standard deviations, as in multiple shooting (Bock and Plitt 1984), they lose nothing, and their cost stays smooth where
+that of one window over the whole record is not. The starts of a record are eliminated together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.fit.normal_equations import Descent, NormalEquations, descend
+from tarsus.fit.record_problem import Flown, RecordFit, RecordProblem, Segment, free_of
+
+Floats = NDArray[np.float64]
+
+
+def solve_tied(
+    problem: RecordProblem,
+    segments: Sequence[Segment],
+    moved: Floats,
+    ties: Floats,
+    *,
+    weights: Floats | None = None,
+    rounds: int = 12,
+) -> RecordFit:
+    """Fit segments of records, each record's one after the other without gaps and in order.
+
+    moved (np,): numbers to begin with; ties (2n,): standard deviations [m, m/s] of a start about the end of the window
+    before; weights (nw,): of the residuals.
+    """
+    tied = _Tied(problem, tuple(segments), ties, np.ones(len(segments)) if weights is None else weights)
+    found = descend(
+        lambda own, at, _: tied.equations(own, at), np.zeros((len(tied.of), tied.wide)), moved,
+        prior=(np.zeros(len(moved)), np.eye(len(moved))), costs=lambda own, at, _: tied.costs(own, at),
+        how=Descent(rounds=rounds, far=problem.far),
+    )  # fmt: skip
+    return problem.fitted(segments, found, tied.each(found.own), found.shared)
+
+
+class _Tied:
+    """Segments by record; starts of all segments of a record are its own unknowns, (records, wide)."""
+
+    def __init__(
+        self, problem: RecordProblem, segments: tuple[Segment, ...], ties: Floats, weights: Floats
+    ) -> None:
+        self.problem, self.segments, self.ties, self.weights = problem, segments, ties, weights
+        records = list(dict.fromkeys(one.record for one in segments))
+        self.of = [[k for k, one in enumerate(segments) if one.record == r] for r in records]
+        self.size = len(ties)
+        self.wide = self.size * max(len(one) for one in self.of)
+
+    def each(self, own: Floats) -> Floats:
+        """Own unknowns (nw, 2n) of the segments from those of the records."""
+        out = np.zeros((len(self.segments), self.size))
+        for mine, numbers in zip(own, self.of, strict=True):
+            out[numbers] = mine[: len(numbers) * self.size].reshape(len(numbers), -1)
+        return out
+
+    def _gaps(self, flown: Flown, numbers: Sequence[int]) -> list[Floats]:
+        """By how many standard deviations each start but the first of a record is off the end before."""
+        batch, out = flown.batch, []
+        for before, k in pairwise(numbers):
+            at = batch.first[before + 1] - 1
+            end = np.concatenate([batch.states.x[:, at], batch.states.v[:, at]])
+            out.append((np.asarray(batch.starts[k].state) - end) / self.ties)
+        return out
+
+    def costs(self, own: Floats, moved: Floats) -> Floats:
+        """Sums of squares of the records."""
+        starts = self.each(own)
+        flown = self.problem.flown(self.segments, starts, moved)
+        left = self.problem.left_of(self.segments, flown)
+        squares = self.weights**2 * np.array([sum(float(one @ one) for one in each) for each in left])
+        return np.array([
+            squares[numbers].sum() + float(starts[numbers[0]] @ starts[numbers[0]])
+            + sum(float(one @ one) for one in self._gaps(flown, numbers))
+            for numbers in self.of
+        ])  # fmt: skip
+
+    def equations(self, own: Floats, moved: Floats) -> NormalEquations:
+        """Normal equations of the records."""
+        names, size = tuple(self.problem.priors), self.size
+        starts = self.each(own)
+        flown = self.problem.flown(self.segments, starts, moved, names)
+        left = self.problem.left_of(self.segments, flown)
+        slopes = self.problem.slopes_of(self.segments, flown, names)
+        residuals, rows = [], []
+        for numbers in self.of:
+            off, by = [starts[numbers[0]]], [np.eye(size, self.wide + len(names))]
+            for w, k in enumerate(numbers):
+                row = np.zeros((len(slopes[k]), self.wide + len(names)))
+                row[:, w * size : (w + 1) * size] = slopes[k][:, :size]
+                row[:, self.wide :] = slopes[k][:, size:]
+                off.append(self.weights[k] * np.concatenate(left[k]))
+                by.append(self.weights[k] * row)
+            off += self._gaps(flown, numbers)
+            by += self._ties(flown, numbers, names)
+            residuals.append(np.concatenate(off))
+            rows.append(np.vstack(by))
+        return NormalEquations.of(residuals, rows, self.wide)
+
+    def _ties(self, flown: Flown, numbers: Sequence[int], names: Sequence[str]) -> list[Floats]:
+        """Slopes (2n, own and shared) of each of the gaps; an end that has none moves with nothing."""
+        out, size = [], self.size
+        for w, (before, k) in enumerate(pairwise(numbers)):
+            by_start, by_numbers = self.problem.end_slopes(self.segments, flown, before, names)
+            row = np.zeros((size, self.wide + len(names)))
+            row[:, w * size : (w + 1) * size] = -by_start
+            row[:, (w + 1) * size : (w + 2) * size] = free_of(flown.plans[k], self.segments[k])
+            row[:, self.wide :] = -by_numbers
+            out.append(row / self.ties[:, None])
+        return out
