@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from tarsus.fit.normal_equations import Descent, NormalEquations, descend
 from tarsus.identify.draws import DRAWS
-from tarsus.identify.flight import FilmConstants, FlightSide, Flown, Moment, Stretches, equations_of
+from tarsus.identify.flight import FilmConstants, FlightSide, FlownStretches, Moment, Stretches, equations_of
 from tarsus.identify.foot import FootModel
 from tarsus.identify.traces import Trace
 from tarsus.identify.volts import jumps_of
@@ -143,7 +143,7 @@ class Bounces(Stretches[Moment]):
         return (fitted.unknowns + system.step()[0])[:, [-1, -2]]
 
 
-class Bounced(Flown[Moment]):
+class Bounced(FlownStretches[Moment]):
     """Flights to both sides of impacts by a model. Besides the moment, which counts from the last sample before, and
     the state each has the velocities that the impact adds beside the mass-weighted ones where these are free, and the
     foot's approach and departure velocity."""

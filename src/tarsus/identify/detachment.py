@@ -12,7 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.fit.normal_equations import Descent, NormalEquations, descend
-from tarsus.identify.flight import FilmConstants, FlightSide, Flown, Moment, Stretches, Varied, equations_of
+from tarsus.identify.flight import (
+    FilmConstants,
+    FlightSide,
+    FlownStretches,
+    Moment,
+    Stretches,
+    Varied,
+    equations_of,
+)
 from tarsus.identify.foot import FootModel
 from tarsus.identify.traces import Hold, Trace, holds
 from tarsus.impacts.detection import STILL
@@ -228,7 +236,7 @@ def weak() -> Floats:
     return np.diag([PRIOR[0] ** -2, PRIOR[1] ** -2])
 
 
-class Released(Flown[Detachment]):
+class Released(FlownStretches[Detachment]):
     """Flights of detachments by a model. Besides the moment, which counts back from the first sample, and the state
     each has two unknowns: the force that the drive's law misses at the first sample [N], and its drift [N/s]."""
 

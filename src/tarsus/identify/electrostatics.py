@@ -17,7 +17,15 @@ from tarsus.base.errors import InputError
 from tarsus.fit.normal_equations import Descent, NormalEquations, descend
 from tarsus.identify.draws import DRAWS, carried, newton_draws
 from tarsus.identify.estimates import Estimates
-from tarsus.identify.flight import SUBSTEPS, FlightSide, Flown, Moment, Stretches, Varied, equations_of
+from tarsus.identify.flight import (
+    SUBSTEPS,
+    FlightSide,
+    FlownStretches,
+    Moment,
+    Stretches,
+    Varied,
+    equations_of,
+)
 from tarsus.identify.foot import FootModel
 from tarsus.identify.step import Panel, StepResult, Used, measured_and_fitted, over_noise
 from tarsus.identify.traces import Trace
@@ -87,7 +95,7 @@ class _Close:
         return equations_of(residuals, slopes, 0)
 
 
-class _FromRest(Flown[Moment]):
+class _FromRest(FlownStretches[Moment]):
     """Flights of whole records from rest by a model, whose foot the squared volts attract."""
 
     def __init__(self, stretches: Stretches[Moment], model: FootModel) -> None:

@@ -26,7 +26,7 @@ __all__ = [
     "SUBSTEPS",
     "FilmConstants",
     "FlightSide",
-    "Flown",
+    "FlownStretches",
     "Moment",
     "Stretches",
     "Varied",
@@ -123,7 +123,7 @@ class FlightSide:
     offset: Floats | None = None
 
 
-class Flown(Generic[Item]):
+class FlownStretches(Generic[Item]):
     """Everything of stretches that depends on the model but not on the unknowns.
 
     The unknowns (nr, q) of each: the moment [s], places (m,) and velocities (m,) of the coordinates that a foot on the
