@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
 from tarsus.base.errors import InputError
 from tarsus.modes.frf import Frf
-from tarsus.modes.gather import decays, is_windowed, merged, responses_of
+from tarsus.modes.gather import decays, merged, responses_of
 from tarsus.modes.modal import ModalFit, identify_modes
 from tarsus.records.measurement import FrequencyResponse, Measurement
 from tarsus.records.readers import read_measurement, read_response
@@ -86,10 +85,7 @@ def _frf(
 ) -> Frf:
     if decay:
         return decays(records, drive)
-    if not records:
-        return merged(responses)
-    found = merged(responses_of(records, drive, band, segment))
-    return replace(found, hann=is_windowed(records, drive, segment))
+    return responses_of(records, drive, band, segment) if records else merged(responses)
 
 
 def _read(
