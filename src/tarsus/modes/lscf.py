@@ -97,6 +97,6 @@ def pole_tracks(poles: Mapping[int, Complexes], line: float) -> list[tuple[compl
         growing += [[(order, complex(here[i]))] for i in sorted(free)]
     found = []
     for chain in sorted(done + growing, key=len, reverse=True):
-        upper = np.array([pole for _, pole in chain[len(chain) // 2 :]])
+        upper: Complexes = np.array([pole for _, pole in chain[len(chain) // 2 :]])
         found.append((complex(np.median(upper.real), np.median(upper.imag)), len(chain)))
     return found
