@@ -6,7 +6,7 @@ from tarsus.impacts.estimates import Spread, common_ratio, spread
 from tarsus.impacts.force import estimate_forces, impact_forces
 from tarsus.impacts.gate import GateVerdict, residual_gate
 from tarsus.impacts.impact_map import FitWindow, ImpactMapEstimate, estimate_impact_map
-from tarsus.impacts.shapes import compare_with_modes, normalised
+from tarsus.impacts.shapes import compare_with_modes
 
 __all__ = [
     "Alignment",
@@ -21,7 +21,6 @@ __all__ = [
     "estimate_forces",
     "estimate_impact_map",
     "impact_forces",
-    "normalised",
     "plain_figures",
     "residual_gate",
     "spread",

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import convolve1d
 from scipy.optimize import fminbound
-from scipy.signal import correlate, correlation_lags, firwin
+from scipy.signal import correlate, correlation_lags, firwin, oaconvolve
 
 from tarsus.base.errors import InputError
 from tarsus.records.measurement import Measurement, check_sampled_together
@@ -21,7 +21,6 @@ _TAPS = 32
 
 _BETA = 9.0
 """Of the Kaiser window on the taps: the delay is right to 1e-4 up to 80 % of half the sampling rate."""
-
 
 _BAND = np.asarray(firwin(2 * _TAPS + 1, 0.6), dtype=float)
 """Low-pass in front of the search for the delay: near half the sampling rate a delay by half a sample takes noise away,
@@ -83,21 +82,14 @@ def delayed(values: Floats, samples: float) -> Floats:
         / np.i0(_BETA)
     )
     taps /= taps.sum()
-    padded = _extended(values, _TAPS + abs(whole))
-    start = _TAPS + abs(whole) - whole
-    out = np.zeros(values.shape)
-    for tap, shift in zip(taps, lag, strict=True):
-        out += tap * padded[..., start - shift : start - shift + count]
-    return out
-
-
-def _extended(values: Floats, width: int) -> Floats:
-    """Values continued at both ends by their mirror image through the end point, so that slopes go on."""
-    reach = min(width, values.shape[-1] - 1)
-    before = 2.0 * values[..., :1] - values[..., reach:0:-1]
-    after = 2.0 * values[..., -1:] - values[..., -2 : -reach - 2 : -1]
-    edges = [(0, 0)] * (values.ndim - 1) + [(width - reach, width - reach)]
-    return np.pad(np.concatenate([before, values, after], axis=-1), edges, mode="edge")
+    width = _TAPS + abs(whole)
+    ends = [(0, 0)] * (values.ndim - 1) + [(width, width)]
+    padded = np.pad(
+        values, ends, mode="reflect", reflect_type="odd"
+    )  # through the end point, so that slopes go on
+    first = abs(whole) - whole
+    out = oaconvolve(padded, taps.reshape((1,) * (values.ndim - 1) + (-1,)), "valid", axes=-1)
+    return np.asarray(out[..., first : first + count], dtype=float)
 
 
 def align(

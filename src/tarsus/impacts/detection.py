@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
+from scipy.signal import find_peaks
 
 from tarsus.base.errors import InputError
 from tarsus.impacts.estimates import Spread, spread
@@ -98,25 +99,13 @@ def detect_impacts(
         raise InputError(f"no impacts found: channel '{foot}' is constant")
     score = np.abs(jumps) / deviation
     apart = max(_SIDE, int(np.ceil(separation / record.step)))
-    chosen = _peaks(score, threshold, apart)
+    chosen, _ = find_peaks(score, height=threshold, distance=apart + 1)
     if not len(chosen):
         raise InputError(
             f"no impacts found in channel '{foot}': its largest jump is {np.max(score):.1f} times the noise of one, "
             f"below the threshold of {threshold:g}"
         )
     return Impacts(chosen + _SIDE, jumps[chosen], score[chosen], deviation)
-
-
-def _peaks(score: Floats, threshold: float, apart: int) -> NDArray[np.int64]:
-    """Peaks above the threshold, strongest first, each of which hides all closer than ``apart``; in time order."""
-    hidden = np.zeros(len(score), dtype=bool)
-    found = []
-    above = np.flatnonzero(score > threshold)
-    for i in above[np.argsort(-score[above], kind="stable")]:
-        if not hidden[i]:
-            found.append(i)
-            hidden[max(i - apart, 0) : i + apart + 1] = True
-    return np.sort(np.array(found, dtype=np.int64))
 
 
 def impacts_at_ground(

@@ -12,7 +12,7 @@ from tarsus.base.errors import InputError
 from tarsus.impacts.free import point_rows
 from tarsus.model.structure.base import Matrices, Structure
 from tarsus.records.measurement import Measurement, Quantity
-from tarsus.tables.table import Column, Table
+from tarsus.tables.table import Column, Table, Tabled
 
 Floats = NDArray[np.float64]
 
@@ -35,7 +35,7 @@ class ForceEstimate:
 
 
 @dataclass(frozen=True)
-class ImpactForces:
+class ImpactForces(Tabled):
     """Forces of impacts (3.36).
 
     names: of the n channels; values (ni, n) [N] and noise (ni, n) [N], their standard deviation; ratio (ni, n): over
@@ -54,12 +54,6 @@ class ImpactForces:
         columns = [Column(name, "N", over=over) for over in ("force", "noise") for name in self.names]
         rows = [(i + 1, *row) for i, row in enumerate(np.hstack([self.values, self.noise]).tolist())]
         return Table("Forces of impacts", ("impact", *columns), rows)
-
-    def __str__(self) -> str:
-        return self.table().text()
-
-    def _repr_html_(self) -> str:
-        return self.table().html()
 
 
 def integrate(velocity: Floats, step: float) -> Floats:

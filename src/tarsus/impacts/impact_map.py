@@ -22,7 +22,7 @@ from tarsus.impacts.free import FreeResponse
 from tarsus.impacts.gate import RESIDUAL_LIMIT, GateVerdict, residual_gate
 from tarsus.model.structure.base import Structure
 from tarsus.records.measurement import Measurement, Quantity
-from tarsus.tables.table import Column, Table
+from tarsus.tables.table import Column, Table, Tabled
 
 Floats = NDArray[np.float64]
 
@@ -39,7 +39,7 @@ class Repeat:
 
 
 @dataclass(frozen=True)
-class ImpactMapEstimate:
+class ImpactMapEstimate(Tabled):
     """An impact map as measured.
 
     foot: the contact foot; names: of the np points; restitution: with 95 % interval and scatter; column (np of them):
@@ -69,12 +69,6 @@ class ImpactMapEstimate:
         )
         refused = [str(one.verdict) for one in self.repeats if not one.verdict.accepted]
         return Table(f"Impact map of '{self.foot}'", columns, rows, refused)
-
-    def __str__(self) -> str:
-        return self.table().text()
-
-    def _repr_html_(self) -> str:
-        return self.table().html()
 
     @property
     def values(self) -> Floats:

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import eigh
 
-from tarsus.base.errors import InputError
 from tarsus.impacts.free import point_rows
 from tarsus.measure.mac import mac
 from tarsus.model.structure.base import Structure
@@ -28,20 +27,6 @@ class ShapeComparison:
     def best(self) -> int:
         """Number of the mode most alike, from zero."""
         return int(np.argmax(self.assurance))
-
-
-def normalised(shape: ArrayLike, foot: int) -> Floats:
-    """A shape (np,), in any one unit, over its value at the contact foot, as in (3.32) and (3.37).
-
-    Raises
-    ------
-    InputError
-        If the foot does not move in it.
-    """
-    values = np.asarray(shape, dtype=float)
-    if values[foot] == 0.0:
-        raise InputError("a shape in which the contact foot does not move cannot be normalised by it")
-    return values / values[foot]
 
 
 def mode_shapes(structure: Structure, points: Sequence[str]) -> tuple[Floats, Floats]:

@@ -73,11 +73,7 @@ def fit_circle(points: Complexes) -> Circle:
     def distance(p: Floats) -> Floats:
         return np.hypot(x - p[0], y - p[1]) - p[2]
 
-    def slope(p: Floats) -> Floats:
-        away = np.maximum(np.hypot(x - p[0], y - p[1]), 1e-12)
-        return np.column_stack([-(x - p[0]) / away, -(y - p[1]) / away, -np.ones_like(x)])
-
-    found = least_squares(distance, start, slope, method="lm")  # pyright: ignore[reportArgumentType]
+    found = least_squares(distance, start, method="lm")
     cx, cy, radius = found.x
     misfit = float(np.sqrt(np.mean(found.fun**2)) / abs(radius))
     return Circle(complex(middle + size * (cx + 1.0j * cy)), float(size * abs(radius)), misfit)
@@ -140,13 +136,8 @@ def fit_mode_circle(frequency: Floats, mobility: Complexes, near: float) -> Circ
         return p[2] - 2.0 * np.arctan2(ratio, 2.0 * p[1])
 
     half = max(float(f[-1] - f[0]) / 10.0, 0.5 * line)
-    start = np.array(
-        [frequency[peak], half / frequency[peak], float(np.angle(mobility[peak] - circle.centre))]
-    )
-    start[2] = angles[peak - first]
-    found = least_squares(
-        lambda p: law(p) - angles, start, x_scale=np.array([half, half / frequency[peak], 1.0])
-    )
+    start = np.array([frequency[peak], half / frequency[peak], angles[peak - first]])
+    found = least_squares(lambda p: law(p) - angles, start, x_scale=np.array([half, start[1], 1.0]))
     natural, damping = float(found.x[0]), float(found.x[1])
     if damping <= 0.0:
         raise InputError(

@@ -166,8 +166,8 @@ def _alike_in_groups(
 
 def responses_of(
     records: Sequence[Measurement], drive: str | None, band: tuple[float, float] | None, segment: float | None
-) -> list[FrequencyResponse]:
-    """Responses of every record to its drive, on lines that all share.
+) -> Frf:
+    """Responses of every record to its drive, on lines that all share, merged (`merged`).
 
     A record without the drive is read on one clock (`synchronised`) with the drive that it follows best. A sweep or a
     burst is transformed whole, with silence behind it up to the longest record; any other drive is taken for random and
@@ -202,12 +202,7 @@ def responses_of(
             channels = tuple(record.channel(name) for name in same)
             source = Channel(record.channel(record.drive).at, record.channel(record.drive).quantity)
             out.append(FrequencyResponse(channels, (source,), frf.frequency, frf.values, None, record.source))
-    return out
-
-
-def is_windowed(records: Sequence[Measurement], drive: str | None, segment: float | None) -> bool:
-    """Whether responses of these records go through a window that widens resonances."""
-    return segment is not None or not all(map(_is_sweep, _with_drives(records, drive)))
+    return replace(merged(out), hann=not sweeps)
 
 
 def _with_drives(records: Sequence[Measurement], drive: str | None) -> list[Measurement]:

@@ -111,8 +111,7 @@ def scatter_of(
     line
         Spacing of the lines [Hz].
     """
-    known = np.isfinite(fit.noise)
-    slopes, misfit = fit.slopes[known], fit.misfit[known]
+    slopes, misfit = fit.slopes, fit.misfit
     by_channel = slopes.transpose(0, 2, 1) @ slopes
     if repeats is not None and len(repeats) >= FEWEST_REPEATS:
         count = len(repeats)
@@ -131,14 +130,13 @@ def scatter_of(
 def pole_shifts(fit: LocalFit, values: Complexes, repeats: Complexes) -> Complexes:
     """How far [rad/s] each repeat (nr, nc, nl) alone would move the pole of a fit to their mean ``values`` (nc, nl), by
     one Gauss-Newton step: (nr,)."""
-    slopes = fit.slopes[np.isfinite(fit.noise)].reshape(-1, 2)
+    slopes = fit.slopes.reshape(-1, 2)
     moved = np.linalg.solve(slopes.T @ slopes, _scores(fit, values, repeats).T)
     return moved[0] + 1.0j * moved[1]
 
 
 def _scores(fit: LocalFit, values: Complexes, repeats: Complexes) -> Floats:
     """Score (nr, 2) of each repeat about real and imaginary part of the pole."""
-    known = np.isfinite(fit.noise)
-    off = (repeats - values)[:, known] / fit.noise[known][:, None]
+    off = (repeats - values) / fit.noise[:, None]
     parts = np.concatenate([off.real, off.imag], axis=2)
-    return parts.reshape(len(repeats), -1) @ fit.slopes[known].reshape(-1, 2)
+    return parts.reshape(len(repeats), -1) @ fit.slopes.reshape(-1, 2)

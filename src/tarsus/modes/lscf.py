@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,25 +58,10 @@ def fit_poles(frequency: Floats, values: Complexes, orders: Sequence[int]) -> di
     return poles
 
 
-@dataclass(frozen=True)
-class PoleTrack:
-    """A pole that models of several orders have in common.
+def pole_tracks(poles: Mapping[int, Complexes], line: float) -> list[tuple[complex, int]]:
+    """Poles [rad/s] that stay where they are from order to order, and how many orders have them, most first.
 
-    orders (nt,): of the models that have it; poles (nt,) [rad/s]: in each of them.
-    """
-
-    orders: tuple[int, ...]
-    poles: Complexes
-
-    @property
-    def pole(self) -> complex:
-        """The middle of its poles [rad/s]: medians of real and imaginary part over the upper half of the orders."""
-        upper = self.poles[len(self.poles) // 2 :]
-        return complex(np.median(upper.real), np.median(upper.imag))
-
-
-def pole_tracks(poles: Mapping[int, Complexes], line: float) -> list[PoleTrack]:
-    """Chains of poles that stay where they are from order to order, longest first.
+    A pole is the median of real and imaginary part over the upper half of the orders that have it.
 
     A pole follows a chain when it moved by less than half a half-power bandwidth, or half the line spacing
     where that is more; a chain may miss two orders in a row.
@@ -111,5 +95,8 @@ def pole_tracks(poles: Mapping[int, Complexes], line: float) -> list[PoleTrack]:
                 free.discard(i)
                 taken.add(j)
         growing += [[(order, complex(here[i]))] for i in sorted(free)]
-    chains = sorted(done + growing, key=len, reverse=True)
-    return [PoleTrack(tuple(o for o, _ in c), np.array([p for _, p in c])) for c in chains]
+    found = []
+    for chain in sorted(done + growing, key=len, reverse=True):
+        upper: Complexes = np.array([pole for _, pole in chain[len(chain) // 2 :]])
+        found.append((complex(np.median(upper.real), np.median(upper.imag)), len(chain)))
+    return found

@@ -20,7 +20,7 @@ from tarsus.modes.pole_search import candidate_poles, poles_of_parts, reach
 from tarsus.modes.refine import LocalFit, Surroundings, refine_pole
 from tarsus.modes.spread import spreads
 from tarsus.records.measurement import FrequencyResponse
-from tarsus.tables.table import Column, Table
+from tarsus.tables.table import Column, Table, Tabled
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -45,7 +45,7 @@ _UNEXPLAINED = 0.3
 
 
 @dataclass(frozen=True)
-class ModalFit:
+class ModalFit(Tabled):
     """Modes identified in a band.
 
     frf: the responses of the band; modes: by frequency, refused ones included; poles: of all models by order [rad/s],
@@ -73,12 +73,6 @@ class ModalFit:
             for name in ("value", "95 % interval")
         ]
         return Table("", (*columns, "orders", "verdict"), rows, (*self.remarks, *self.refused))
-
-    def __str__(self) -> str:
-        return self.table().text()
-
-    def _repr_html_(self) -> str:
-        return self.table().html()
 
     @property
     def frequencies(self) -> Floats:

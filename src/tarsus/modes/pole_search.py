@@ -114,16 +114,13 @@ def _weighty(part: Frf, poles: dict[int, Complexes], smallest: float, level: Flo
     weakest first."""
     fewest = max(_SHARE_OF_ORDERS * len(poles), min(_FEWEST_ORDERS, len(poles) / 3.0))
     tracks = [
-        track
-        for track in pole_tracks(poles, part.line)
-        if len(track.orders) >= fewest and _sought(track.pole, part)
+        (pole, count)
+        for pole, count in pole_tracks(poles, part.line)
+        if count >= fewest and _sought(pole, part)
     ]
-    found = np.array([track.pole for track in tracks], dtype=complex)
+    found = np.array([pole for pole, _ in tracks], dtype=complex)
     alive, strength = _shares(part, found, smallest, level)
-    return [
-        PoleCandidate(complex(found[k]), len(tracks[k].orders), size)
-        for k, size in zip(alive, strength, strict=True)
-    ]
+    return [PoleCandidate(*tracks[k], size) for k, size in zip(alive, strength, strict=True)]
 
 
 def _sought(pole: complex, frf: Frf) -> bool:

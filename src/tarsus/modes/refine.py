@@ -58,7 +58,7 @@ class LocalFit:
     """One mode fitted to the lines around it.
 
     pole [rad/s]; lines: those of the band that were used; noise (nc,): standard deviation of real and imaginary part of
-    every channel's misfit (nan for a channel that is zero); misfit (nc, 2 nl) and slopes (nc, 2 nl, 2): real over
+    every channel's misfit; misfit (nc, 2 nl) and slopes (nc, 2 nl, 2): real over
     imaginary parts of what is left, and of the derivatives by real and imaginary part of the pole with all other
     unknowns adapted, over that deviation; residues (nc,): in the unit of the response times rad/s; deviation (nc,): of
     their real and imaginary parts, at the fitted pole.
@@ -75,8 +75,7 @@ class LocalFit:
     @property
     def significance(self) -> float:
         """Root mean square over channels of residue over its deviation."""
-        known = np.isfinite(self.noise)
-        return float(np.sqrt(np.mean(np.abs(self.residues[known] / self.deviation[known]) ** 2 / 2.0)))
+        return float(np.sqrt(np.mean(np.abs(self.residues / self.deviation) ** 2 / 2.0)))
 
 
 def _stacked(values: Complexes, axis: int) -> Floats:
@@ -202,52 +201,37 @@ def refine_pole(
     if freedom < 1.0:
         return None
     power = np.sqrt(np.mean(np.abs(h) ** 2, axis=1))
-    known = np.flatnonzero(power > 0.0)
-    if not len(known):
-        return None
-    h, level = h[known], power[known]
+    level = power = np.where(power > 0.0, power, 1.0)
     theta = np.zeros(2 * len(near))
     problem = _Problem(f, h, 1.0 / level, near, beside, window)
     for _ in range(_ROUNDS):
         found = least_squares(problem.residual, theta, problem.jacobian, max_nfev=_STEPS)  # pyright: ignore[reportArgumentType]
         theta = found.x
-        misfit = found.fun.reshape(-1, len(known))
-        level = np.maximum(level * np.sqrt(np.sum(misfit**2, axis=0) / freedom), 1e-9 * power[known])
+        misfit = found.fun.reshape(-1, len(level))
+        level = np.maximum(level * np.sqrt(np.sum(misfit**2, axis=0) / freedom), 1e-9 * power)
         problem = _Problem(f, h, 1.0 / level, near, beside, window)
     pole = complex(problem.poles(theta)[0])
     if not f[0] <= pole.imag / (2.0 * np.pi) <= f[-1]:
         return None
-    return _local_fit(problem, theta, pole, lines, known, len(values))
+    return _local_fit(problem, theta, pole, lines)
 
 
-def _local_fit(
-    problem: _Problem, theta: Floats, pole: complex, lines: slice, known: NDArray[np.intp], channels: int
-) -> LocalFit:
+def _local_fit(problem: _Problem, theta: Floats, pole: complex, lines: slice) -> LocalFit:
     residual, linear, _, triangle = problem.solve(theta)
     slopes, count = problem.sensitivity(theta), len(problem.start)
     flat = slopes.reshape(-1, 2 * count)
     full = flat.T @ flat
     own = np.array([0, count])
-    others = np.array([k for k in range(2 * count) if k not in own], dtype=int)
-    if len(others):
-        mixed = np.linalg.pinv(full[np.ix_(others, others)]) @ full[np.ix_(others, own)]
-        slopes = slopes[..., own] - slopes[..., others] @ mixed
-    else:
-        slopes = slopes[..., own]
-    shape = (channels, slopes.shape[0])
-    out = LocalFit(
+    others = np.delete(np.arange(2 * count), own)
+    mixed = np.linalg.pinv(full[np.ix_(others, others)]) @ full[np.ix_(others, own)]
+    slopes = slopes[..., own] - slopes[..., others] @ mixed
+    noise, rows = 1.0 / problem.weights, np.linalg.inv(triangle)[[0, count]]
+    return LocalFit(
         pole,
         lines,
-        np.full(channels, np.nan),
-        np.zeros(shape),
-        np.zeros((*shape, 2)),
-        np.zeros(channels, dtype=complex),
-        np.full(channels, np.inf),
+        noise,
+        residual.T,
+        slopes.transpose(1, 0, 2) / problem.unit[0],
+        noise * (linear[0] + 1.0j * linear[count]),
+        noise * np.sqrt(np.sum(rows**2) / 2.0),
     )
-    out.noise[known] = 1.0 / problem.weights
-    out.misfit[known] = residual.T
-    out.slopes[known] = slopes.transpose(1, 0, 2) / problem.unit[0]
-    out.residues[known] = (linear[0] + 1.0j * linear[count]) / problem.weights
-    rows = np.linalg.inv(triangle)[[0, count]]
-    out.deviation[known] = np.sqrt(np.sum(rows**2) / 2.0) / problem.weights
-    return out

@@ -118,7 +118,7 @@ def _between_files(frf: Frf, fits: Sequence[LocalFit]) -> Floats:
     for k, fit in enumerate(fits if len(names) > 1 else ()):
         own, weights, squares = numbers_of(fit.pole), [], []
         for name in names:
-            rows = np.repeat([one == name for one in frf.files], len(frf.inputs)) & np.isfinite(fit.noise)
+            rows = np.repeat([one == name for one in frf.files], len(frf.inputs))
             slopes = fit.slopes[rows].reshape(-1, 2)
             information = slopes.T @ slopes
             step = np.linalg.pinv(information) @ slopes.T @ fit.misfit[rows].ravel()
@@ -130,10 +130,10 @@ def _between_files(frf: Frf, fits: Sequence[LocalFit]) -> Floats:
     return out
 
 
-def _variances(fit: LocalFit, rows: NDArray[np.bool_] | None = None) -> Floats:
+def _variances(fit: LocalFit, rows: NDArray[np.bool_] | slice = slice(None)) -> Floats:
     """Variances of frequency and damping ratio (2,) of a local fit by its misfit, were that white, in all of the
     responses or some."""
-    slopes = fit.slopes[np.isfinite(fit.noise) if rows is None else rows].reshape(-1, 2)
+    slopes = fit.slopes[rows].reshape(-1, 2)
     of_pole = np.diag(np.linalg.pinv(slopes.T @ slopes))
     return np.array([of_pole[1] / (2.0 * np.pi) ** 2, of_pole[0] / abs(fit.pole) ** 2])
 

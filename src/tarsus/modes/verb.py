@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
 from tarsus.base.errors import InputError
-from tarsus.modes.frf import Frf
-from tarsus.modes.gather import decays, is_windowed, merged, responses_of
+from tarsus.modes.gather import decays, merged, responses_of
 from tarsus.modes.modal import ModalFit, identify_modes
 from tarsus.records.measurement import FrequencyResponse, Measurement
 from tarsus.records.readers import read_measurement, read_response
@@ -62,7 +60,7 @@ def modes(
         raise InputError(
             "name at least one file of frequency responses, of records with a drive, or of free decays"
         )
-    found = [_read(one, dict(read or {}), drive, decay) for one in sources]
+    found = [_read(one, read or {}, decay) for one in sources]
     records = [one for one in found if isinstance(one, Measurement)]
     responses = [one for one in found if isinstance(one, FrequencyResponse)]
     if records and responses:
@@ -71,46 +69,25 @@ def modes(
         )
     if decay and responses:
         raise InputError(f"{responses[0].source} holds frequency responses: a free decay is a time series")
-    frf = _frf(records, responses, band, drive, segment, decay)
+    if decay:
+        frf = decays(records, drive)
+    else:
+        frf = responses_of(records, drive, band, segment) if records else merged(responses)
     low, high = float(frf.frequency[0]), float(frf.frequency[-1])
     return identify_modes(frf, band or (low, high), order)
 
 
-def _frf(
-    records: list[Measurement],
-    responses: list[FrequencyResponse],
-    band: tuple[float, float] | None,
-    drive: str | None,
-    segment: float | None,
-    decay: bool,
-) -> Frf:
-    if decay:
-        return decays(records, drive)
-    if not records:
-        return merged(responses)
-    found = merged(responses_of(records, drive, band, segment))
-    return replace(found, hann=is_windowed(records, drive, segment))
-
-
-def _read(
-    source: Source, reading: dict[str, Any], drive: str | None, decay: bool
-) -> Measurement | FrequencyResponse:
+def _read(source: Source, reading: Mapping[str, Any], decay: bool) -> Measurement | FrequencyResponse:
     """A file as what it holds: responses where there are any, else time series."""
     if isinstance(source, Measurement | FrequencyResponse):
         return source
-    if not decay:
+    ways = ((read_response, ("step",)), (read_measurement, ("frequency_step", "inputs", "input_unit")))
+    errors: list[InputError] = []
+    for way, of_the_other in ways[decay:]:
         try:
-            return read_response(source, **{k: v for k, v in reading.items() if k not in ("step", "drive")})
+            return way(source, **{k: v for k, v in reading.items() if k not in of_the_other})
         except InputError as error:
-            no_response = error
-        try:
-            return read_measurement(source, **_of_record(reading))
-        except InputError as error:
-            # what it holds is said by the reading that got farther
-            holds_none = any("holds no time series" in said for said in error.problems)
-            raise (no_response if holds_none else error) from None
-    return read_measurement(source, **_of_record(reading))
-
-
-def _of_record(reading: Mapping[str, Any]) -> dict[str, Any]:
-    return {k: v for k, v in reading.items() if k not in ("frequency_step", "inputs", "input_unit")}
+            errors.append(error)
+    # what it holds is said by the reading that got farther
+    holds_none = any("holds no time series" in said for said in errors[-1].problems)
+    raise errors[0 if holds_none else -1]

@@ -15,7 +15,7 @@ from tarsus.files.library import SceneLike, as_scene
 from tarsus.orbits.follow import Follower, Point
 from tarsus.orbits.orbit import Orbit, periodic
 from tarsus.orbits.special import specials, why_lost
-from tarsus.tables.table import Column, Table
+from tarsus.tables.table import Column, Table, Tabled
 
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
@@ -46,7 +46,7 @@ class BranchPoint:
 
 
 @dataclass(frozen=True)
-class Branch:
+class Branch(Tabled):
     """Orbits of a scene along a path, in the order in which they were found; ended: why it ends, in words."""
 
     scene: Scene
@@ -89,12 +89,6 @@ class Branch:
             [(one.kind, one.at, one.note, one.orbit.kind) for one in self.special],
             parts=[Table("Orbits", columns, orbits)],
         )
-
-    def __str__(self) -> str:
-        return self.table().text()
-
-    def _repr_html_(self) -> str:
-        return self.table().html()
 
     def doubled(self, flip: BranchPoint) -> Branch:
         """The branch of twice the period that begins or ends in a flip of this one, over the same range.

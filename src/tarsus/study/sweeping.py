@@ -23,14 +23,14 @@ from tarsus.study.layout import open_store, runs_per_unit
 from tarsus.study.pool import WorkerPool
 from tarsus.study.progress import OnProgress, Progress
 from tarsus.study.workunit import OUTCOMES, work_unit
-from tarsus.tables.table import Table
+from tarsus.tables.table import Table, Tabled
 
 if TYPE_CHECKING:
     from tarsus.study.sweep import Sweep
 
 
 @dataclass(frozen=True)
-class SweepResult:
+class SweepResult(Tabled):
     """A finished sweep.
 
     file: the collected NetCDF; runs: how many; kept: how many of them an earlier call had done; outcomes: how many runs
@@ -51,12 +51,6 @@ class SweepResult:
     def failed(self) -> int:
         """Runs that did not reach their end."""
         return self.runs - self.outcomes.get(ResultCode.DONE.name, 0)
-
-    def __str__(self) -> str:
-        return self.table().text()
-
-    def _repr_html_(self) -> str:
-        return self.table().html()
 
     def table(self) -> Table:
         """How the runs ended."""

@@ -26,7 +26,7 @@ from tarsus.study.sweep import Sweep
 from tarsus.study.sweeping import run_sweep
 from tarsus.study.workunit import OUTCOMES
 from tarsus.tables.numbers import amount, interval, percent, spaced
-from tarsus.tables.table import ROW, Column, Table
+from tarsus.tables.table import ROW, Column, Table, Tabled
 
 Floats = NDArray[np.float64]
 
@@ -133,7 +133,7 @@ def leader_of(indices: Mapping[str, Mapping[str, float]], draws: int) -> Leader 
 
 
 @dataclass(frozen=True)
-class Yield:
+class Yield(Tabled):
     """What the runs say.
 
     values (nr,) of every measure by name, NaN of a robot that failed; lost (nr,) number of dead legs; curves by
@@ -172,12 +172,6 @@ class Yield:
     def shares(self) -> dict[str, tuple[float, float, float]]:
         """By measure that something is required of, as `share`."""
         return {name: self.share(name, value) for name, value in self.required.items() if value is not None}
-
-    def __str__(self) -> str:
-        return self.table().text()
-
-    def _repr_html_(self) -> str:
-        return self.table().html()
 
     def table(self) -> Table:
         """The requirements that given shares of the robots meet; how runs ended, the shares that meet what is required,

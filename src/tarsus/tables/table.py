@@ -193,6 +193,20 @@ class Table:
     __html__ = html
 
 
+class Tabled:
+    """What prints as its table, in consoles and in notebooks."""
+
+    def table(self) -> Table:
+        """Everything found."""
+        raise NotImplementedError
+
+    def __str__(self) -> str:
+        return self.table().text()
+
+    def _repr_html_(self) -> str:
+        return self.table().html()
+
+
 def _plain(value: Any) -> Any:
     """A value without numpy around it; None for NaN and infinities."""
     if isinstance(value, tuple | list):

@@ -10,7 +10,7 @@ from hexapod_records import POINTS, measurement, records, runs, structure, true_
 from tarsus.impacts.alignment import align, subtract
 from tarsus.impacts.detection import detect_impacts
 from tarsus.impacts.force import CLEAR, estimate_forces, impact_forces, point_matrices
-from tarsus.impacts.shapes import compare_with_modes, mode_shapes, normalised
+from tarsus.impacts.shapes import compare_with_modes, mode_shapes
 from tarsus.records.measurement import Channel, Measurement, Quantity
 from tarsus.synthesis.vibrometer import point_velocities
 
@@ -126,6 +126,3 @@ def test_shapes_beside_modes():
     assert printed.assurance[5] == pytest.approx(0.965, abs=0.01)
     assert np.delete(printed.assurance, 5).max() < 0.3
     assert compare_with_modes(true_column(), structure(), POINTS).best == 5
-    assert normalised([2.0, -1.0], 0).tolist() == [1.0, -0.5]
-    with pytest.raises(ts.InputError, match="does not move"):
-        normalised([0.0, 1.0], 0)
