@@ -1,0 +1,121 @@
+"""What lies between two basins: two starts, next to each other, that lead to different attractors.
+
+Starts are bisected on the line between two of the box until they are `CLOSEST` apart. Both then follow one motion for a
+while: the edge state, an unstable orbit whose only growing deviation leads to either side; or they part at once, where one
+foot lands, is held or slips in one run and not in the other.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.base.errors import InputError
+from tarsus.base.events import EVENT_WORDS
+from tarsus.base.units import format_quantity
+from tarsus.orbits.attractors import MOST_PERIODS, Attractors, Survey, known
+from tarsus.orbits.orbit import Orbit, orbit_after
+from tarsus.orbits.settling import MOST_MULTIPLE
+from tarsus.solve import simulate_batch
+
+if TYPE_CHECKING:
+    from tarsus.orbits.settling import Settling
+
+Floats = NDArray[np.float64]
+
+CLOSEST = 1e-10
+"""Distance of starts, of the line between two, at which bisection ends: below, a run's own errors decide where it leads."""
+TOGETHER = 1e-2
+"""Difference in time, of a drive period, up to which events of two runs are the same."""
+
+
+@dataclass(frozen=True)
+class Edge:
+    """Between the basins of two attractors, by their numbers.
+
+    points (2, d): starts in the unit cube of the box on either side; width: their distance; parting: the first event in
+    which their runs differ, in words; together: drive periods until then; orbit: the unstable motion both follow until
+    then, None where none was found.
+    """
+
+    between: tuple[int, int]
+    points: Floats
+    width: float
+    parting: str
+    together: int
+    orbit: Orbit | None
+
+    def to_dict(self) -> dict[str, object]:
+        """Plain data."""
+        return {
+            "between": list(self.between), "points": self.points.tolist(), "width": self.width,
+            "parting": self.parting, "together": self.together,
+            "orbit": None if self.orbit is None else self.orbit.to_dict(),
+        }  # fmt: skip
+
+
+def edges_of(survey: Survey, found: Attractors, settling: Settling) -> tuple[Edge, ...]:
+    """An edge of every attractor's basin towards the start next to it that leads to another one."""
+    label, points = found.label, found.points
+    ends: dict[tuple[int, int], tuple[int, int]] = {}
+    for i in range(len(found)):
+        own, others = np.flatnonzero(label == i), np.flatnonzero((label >= 0) & (label != i))
+        apart = np.linalg.norm(points[own][:, None] - points[others][None], axis=2)
+        a, b = np.unravel_index(int(np.argmin(apart)), apart.shape)
+        start, other = int(own[a]), int(others[b])
+        pair = tuple(sorted((i, int(label[other]))))
+        ends.setdefault((pair[0], pair[1]), (start, other))
+    sides = [(points[a], points[b], int(label[a])) for a, b in ends.values()]
+    return tuple(_edge(survey, *one) for one in _bisected(survey, found, settling, sides))
+
+
+def _bisected(
+    survey: Survey, found: Attractors, settling: Settling, sides: list[tuple[Floats, Floats, int]]
+) -> list[tuple[tuple[int, int], Floats]]:
+    """Starts on either side of every edge, and where they lead: all edges are bisected together."""
+    stand = [int(one.members[0]) for one in found.found]
+    low, high = (np.array([side[i] for side in sides]) for i in (0, 1))
+    own = np.array([side[2] for side in sides])
+    beyond = np.full(len(sides), -1)
+    at = [known(survey, settling, stand, high), own]
+    beyond = at[0]
+    for _ in range(round(-np.log2(CLOSEST))):
+        middle = 0.5 * (low + high)
+        leads = known(survey, settling, stand, middle)
+        inside = leads == own
+        low[inside], high[~inside], beyond[~inside] = middle[inside], middle[~inside], leads[~inside]
+    return [
+        ((int(a), int(b)), np.stack([x, y])) for a, b, x, y in zip(own, beyond, low, high, strict=True) if b >= 0
+    ]
+
+
+def _edge(survey: Survey, between: tuple[int, int], points: Floats) -> Edge:
+    """What parts two neighbouring starts, and what they do before."""
+    values = survey.box.values(points)
+    both = simulate_batch(survey.box.scene, values, MOST_PERIODS / 4.0 * survey.period, threads=1)
+    parting, time = _parting(*(both.events(i) for i in (0, 1)), survey)
+    together = int(time / survey.period)
+    count, orbit = together - 2 * MOST_MULTIPLE, None
+    if count > MOST_MULTIPLE:
+        try:
+            orbit = orbit_after(survey.scene_at(points[0], together), count, tuple(range(1, 5)), free=True)
+        except InputError:
+            orbit = None
+    width = float(np.linalg.norm(points[1] - points[0]))
+    return Edge(between, points, width, parting, together, None if orbit is None or orbit.stable else orbit)
+
+
+def _parting(one: np.ndarray, other: np.ndarray, survey: Survey) -> tuple[str, float]:
+    """The first event in which two runs differ, in words, and when it is [s]."""
+    feet = list(survey.box.scene.robot.feet)
+    for a, b in zip(one, other, strict=False):
+        late = abs(a["time"] - b["time"]) > TOGETHER * survey.period
+        if (a["foot"], a["kind"]) != (b["foot"], b["kind"]) or late:
+            words = [f"{feet[e['foot']]} {EVENT_WORDS[int(e['kind'])]}" for e in (a, b)]
+            time = float(min(a["time"], b["time"]))
+            said = f"{words[0]} against {words[1]}" if words[0] != words[1] else f"{words[0]}, at other times"
+            return f"{said}, after {format_quantity(float(f'{time:.4g}'), 's')}", time
+    return "no event", float(min(one["time"][-1:].sum(), other["time"][-1:].sum()))
