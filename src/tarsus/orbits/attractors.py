@@ -22,12 +22,13 @@ from tarsus.files.library import SceneLike, as_scene
 from tarsus.measure.shares import share_of
 from tarsus.measure.walking import measures_of
 from tarsus.model.structure.walker import Walker
-from tarsus.orbits.orbit import Orbit, orbit_after
+from tarsus.orbits.orbit import MOST_MULTIPLE, Orbit, orbit_after
 from tarsus.orbits.returns import drive_period
-from tarsus.orbits.settling import Settling
+from tarsus.orbits.settling import ALIKE, Settling
 from tarsus.orbits.starts import Box
 from tarsus.solve import Accuracy, simulate
 from tarsus.solve.codes import ResultCode
+from tarsus.solve.engine import RECORDED
 from tarsus.solve.trajectories import Trajectories
 from tarsus.tables.numbers import amount
 from tarsus.tables.table import Column, Table
@@ -47,8 +48,8 @@ SHOWN = 20
 FINER = Accuracy(gap=1e-10, drive=1e-11)
 """A hundred times finer than the accuracy that runs of a batch have."""
 TRIED = 4
-"""Starts of an attractor that are tried one after the other until a finer run of one leads there as well: near the edge of
-a basin it need not."""
+"""Starts of an attractor that are tried one after the other until a finer run of one leads there as well: near the edge
+of a basin it need not."""
 WATCHED = ("mean_speed", "cost_of_transport", "bounces", "peak", "duty_factor", "impact_speed")
 """Measures in the table; all are in `Attractor.measures`."""
 
@@ -122,9 +123,12 @@ class Attractor:
     @cached_property
     def orbit(self) -> Orbit | None:
         """The motion as an orbit, with its multipliers; None where there is no return map (friction of a structure,
-        contacts that remember) or Newton's method finds none of its period."""
+        contacts that remember) or Newton's method finds none of its period, which it looks for up to `MOST_MULTIPLE`
+        drive periods."""
+        if self.multiple > MOST_MULTIPLE:
+            return None
         try:
-            return orbit_after(self.scene, self.settled, (self.multiple,), free=False)
+            return orbit_after(self.scene, self.settled, (self.multiple,), free=False, near=ALIKE)
         except InputError:
             return None
 
@@ -233,14 +237,24 @@ class Attractors:
 
     def _edges(self) -> Table:
         rows = [
-            (f"{one.between[0] + 1} and {one.between[1] + 1}", one.width, one.parting, str(one.orbit or "none found"))
+            (
+                f"{one.between[0] + 1} and {one.between[1] + 1}",
+                one.width,
+                one.parting,
+                str(one.orbit or "none found"),
+            )
             for one in self.edges
         ]
-        columns = ("between", Column("starts apart by", "1", 2), "they part with", "unstable motion at the edge")
+        columns = (
+            "between",
+            Column("starts apart by", "1", 2),
+            "they part with",
+            "unstable motion at the edge",
+        )
         return Table("Edges of basins", columns, rows)
 
     def to_dict(self) -> dict[str, object]:
-        """Plain data, SI units, as `tarsus attractors --json` prints it."""
+        """Plain data, SI units, as `tarsus attractors --json` prints it; attractors are numbered from 1."""
         return {
             "scene": self.scene.name, "starts": self.starts,
             "over": {path: list(ends) for path, ends in self.box.ends.items()},
@@ -248,7 +262,7 @@ class Attractors:
             "others": {words: {"starts": one.count, "share": one.share, "share_95": [one.low, one.high]}
                        for words, one in self.others.items()},
             "edges": [one.to_dict() for one in self.edges],
-            "points": self.points.tolist(), "label": self.label.tolist(),
+            "points": self.points.tolist(), "label": (self.label + (self.label >= 0)).tolist(),
         }  # fmt: skip
 
 
@@ -282,9 +296,9 @@ def attractors(
     starts
         Number of starts, spread evenly over the box.
     over
-        Ends of the box by axis, SI or texts with a unit: ``height`` and ``speed`` [m, m/s] of a robot that is put down or
-        thrown as a whole, or paths: of ``initial``, of a drive's ``history``, of the ``phase`` of a scene's only drive.
-        By default heights up to those of the feet in a run of the scene, and speeds that carry it there.
+        Ends of the box by axis, SI or texts with a unit: ``height`` and ``speed`` [m, m/s] of a robot that is put down
+        or thrown as a whole, or paths: of ``initial``, of a drive's ``history``, of the ``phase`` of a scene's only
+        drive. By default heights up to those of the feet in a run of the scene, and speeds that carry it there.
     edges
         Look for what lies between two basins, by bisection between starts.
     seed
@@ -303,8 +317,8 @@ def attractors(
     Raises
     ------
     InputError
-        For fewer than 1 start, axes that are no part of a start, drives without a common period, and where feet remember
-        their contacts.
+        For fewer than 1 start, axes that are no part of a start, drives without a common period, and where feet
+        remember their contacts.
 
     Examples
     --------
@@ -405,8 +419,9 @@ class Survey:
 
 
 def known(survey: Survey, settling: Settling, groups: Sequence[int], points: Floats) -> NDArray[np.intp]:
-    """To which attractors, by the runs that stand for them, starts at points lead; -1 to none of them."""
-    made = survey.settled(points)
+    """To which attractors, by the runs that stand for them, starts at points lead at the accuracy of single runs; -1 to
+    none of them."""
+    made = survey.settled(points, RECORDED)
     return np.array([
         next((i for i, r in enumerate(groups) if settling.alike(r, made, q)), -1) for q in range(len(points))
     ])  # fmt: skip

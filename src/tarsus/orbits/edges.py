@@ -1,8 +1,8 @@
 """What lies between two basins: two starts, next to each other, that lead to different attractors.
 
 Starts are bisected on the line between two of the box until they are `CLOSEST` apart. Both then follow one motion for a
-while: the edge state, an unstable orbit whose only growing deviation leads to either side; or they part at once, where one
-foot lands, is held or slips in one run and not in the other.
+while: the edge state, an unstable orbit whose only growing deviation leads to either side; or they part at once, where
+one foot lands, is held or slips in one run and not in the other.
 """
 
 from __future__ import annotations
@@ -16,18 +16,24 @@ from numpy.typing import NDArray
 from tarsus.base.errors import InputError
 from tarsus.base.events import EVENT_WORDS
 from tarsus.base.units import format_quantity
-from tarsus.orbits.attractors import MOST_PERIODS, Attractors, Survey, known
-from tarsus.orbits.orbit import Orbit, orbit_after
-from tarsus.orbits.settling import MOST_MULTIPLE
+from tarsus.orbits.attractors import Attractors, Survey, known
+from tarsus.orbits.orbit import NEAR, Orbit, orbit_after
 from tarsus.solve import simulate_batch
+from tarsus.solve.engine import RECORDED
 
 if TYPE_CHECKING:
+    from tarsus.model.scene import Scene
     from tarsus.orbits.settling import Settling
 
 Floats = NDArray[np.float64]
 
 CLOSEST = 1e-10
-"""Distance of starts, of the line between two, at which bisection ends: below, a run's own errors decide where it leads."""
+"""Distance of starts, of the line between two, at which bisection ends: below, a run's own errors decide where it
+leads."""
+WATCHED = 120
+"""Drive periods in which two neighbours part: a growth of 1.25 a period makes 1e-10 a difference of 1."""
+MULTIPLES = (1, 2, 3, 4)
+"""Multiples of the drive period that the motion at an edge is looked for with."""
 TOGETHER = 1e-2
 """Difference in time, of a drive period, up to which events of two runs are the same."""
 
@@ -49,9 +55,9 @@ class Edge:
     orbit: Orbit | None
 
     def to_dict(self) -> dict[str, object]:
-        """Plain data."""
+        """Plain data; attractors are numbered from 1."""
         return {
-            "between": list(self.between), "points": self.points.tolist(), "width": self.width,
+            "between": [one + 1 for one in self.between], "points": self.points.tolist(), "width": self.width,
             "parting": self.parting, "together": self.together,
             "orbit": None if self.orbit is None else self.orbit.to_dict(),
         }  # fmt: skip
@@ -79,33 +85,47 @@ def _bisected(
     stand = [int(one.members[0]) for one in found.found]
     low, high = (np.array([side[i] for side in sides]) for i in (0, 1))
     own = np.array([side[2] for side in sides])
-    beyond = np.full(len(sides), -1)
-    at = [known(survey, settling, stand, high), own]
-    beyond = at[0]
+    beyond = known(survey, settling, stand, high)
     for _ in range(round(-np.log2(CLOSEST))):
         middle = 0.5 * (low + high)
         leads = known(survey, settling, stand, middle)
         inside = leads == own
         low[inside], high[~inside], beyond[~inside] = middle[inside], middle[~inside], leads[~inside]
     return [
-        ((int(a), int(b)), np.stack([x, y])) for a, b, x, y in zip(own, beyond, low, high, strict=True) if b >= 0
+        ((int(a), int(b)), np.stack([x, y]))
+        for a, b, x, y in zip(own, beyond, low, high, strict=True)
+        if b >= 0
     ]
 
 
 def _edge(survey: Survey, between: tuple[int, int], points: Floats) -> Edge:
     """What parts two neighbouring starts, and what they do before."""
     values = survey.box.values(points)
-    both = simulate_batch(survey.box.scene, values, MOST_PERIODS / 4.0 * survey.period, threads=1)
+    both = simulate_batch(survey.box.scene, values, WATCHED * survey.period, threads=1, accuracy=RECORDED)
     parting, time = _parting(*(both.events(i) for i in (0, 1)), survey)
     together = int(time / survey.period)
-    count, orbit = together - 2 * MOST_MULTIPLE, None
-    if count > MOST_MULTIPLE:
-        try:
-            orbit = orbit_after(survey.scene_at(points[0], together), count, tuple(range(1, 5)), free=True)
-        except InputError:
-            orbit = None
     width = float(np.linalg.norm(points[1] - points[0]))
-    return Edge(between, points, width, parting, together, None if orbit is None or orbit.stable else orbit)
+    return Edge(
+        between,
+        points,
+        width,
+        parting,
+        together,
+        _unstable(survey.scene_at(points[0], together + 1), together),
+    )
+
+
+def _unstable(scene: Scene, together: int) -> Orbit | None:
+    """The unstable orbit that a run follows before it leaves it. It comes nearest to it some time before it is seen to
+    leave: that time is tried from late to early."""
+    for early in range(1, together):
+        try:
+            orbit = orbit_after(scene, together - early, MULTIPLES, free=True, near=NEAR)
+        except InputError:
+            return None
+        if orbit is not None and not orbit.stable:
+            return orbit
+    return None
 
 
 def _parting(one: np.ndarray, other: np.ndarray, survey: Survey) -> tuple[str, float]:

@@ -248,24 +248,32 @@ def periodic(
     )  # fmt: skip
 
 
-def orbit_after(scene: Scene, count: int, wanted: tuple[int, ...], *, free: bool) -> Orbit | None:
+def orbit_after(
+    scene: Scene, count: int, wanted: tuple[int, ...], *, free: bool, near: float = np.inf
+) -> Orbit | None:
     """The orbit near the motion that a scene has after ``count`` drive periods, a stable one of the smallest multiple
     first; None where none is near.
 
-    wanted: multiples of the drive period; free: whether these are only candidates. Raises InputError as `periodic` does
-    and where the run does not reach its end.
+    wanted: multiples of the drive period; free: whether these are only candidates; near: distance of the motion from
+    the orbit, of its size, beyond which it is another one. Raises InputError as `periodic` does and where the run does
+    not reach its end.
     """
     period = drive_period(scene)
     run = simulate(scene, (count + MOST_MULTIPLE + 2) * period, replace(FINE, gap=1e-10))
     if not run.ok:
         raise InputError([f"{scene.name}: {run.code}"])
+    returns: ReturnMap
     if isinstance(scene.robot.structure, Walker):
         returns, first = walk_map(scene, run, count)
-        return _nearest(scene, returns, first, {k: _miss(returns, first, k) for k in wanted}, free=free)
-    start, contacts = _section(run, period, count)
-    returns = return_map(scene, start / period, contacts)
-    first, mismatches = _mismatches(run, returns, wanted)
-    return _nearest(scene, returns, first, mismatches, free=free)
+        mismatches = {k: _miss(returns, first, k) for k in wanted}
+    else:
+        start, contacts = _section(run, period, count)
+        returns = return_map(scene, start / period, contacts)
+        first, mismatches = _mismatches(run, returns, wanted)
+    found = _nearest(scene, returns, first, mismatches, free=free)
+    if found is None or float(np.abs((found.state - first) / returns.scales(first)).max(initial=0.0)) > near:
+        return None
+    return found
 
 
 def _nearest(

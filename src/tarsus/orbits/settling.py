@@ -22,14 +22,14 @@ Floats = NDArray[np.float64]
 PHASES = 8
 """Phases of a drive period at which a motion is seen, none at a half, a quarter or an eighth of it, where drives have
 their edges."""
-MOST_MULTIPLE = 8
+MOST_MULTIPLE = 16
 """Largest multiple of the drive period that is told from none."""
 KEPT = 3 * MOST_MULTIPLE
 """Drive periods that are compared: the last two of the longest multiple and the one before them."""
 ROUND = 8
 """Drive periods between two looks."""
 SETTLED = 1e-6
-"""Difference, of the motion's size, below which periods are equal: a hundred times what steps leave of a run's accuracy."""
+"""Difference, of the motion's size, below which periods are equal: a hundred times what a step's error is of it."""
 ALIKE = 1e-3
 """Difference, of the motion's size, below which two settled motions are one: what is left of a multiplier of 0.999 when
 periods are equal to `SETTLED`."""
@@ -41,12 +41,12 @@ TWINS = 96
 
 @dataclass
 class Settling:
-    """Runs on their way: period [s] of the drive; offset (nr,) [s]: when each one's drive begins a period; walks: whether
-    coordinate 0 is the way.
+    """Runs on their way: period [s] of the drive; offset (nr,) [s]: when each one's drive begins a period; walks:
+    whether coordinate 0 is the way.
 
-    passed (nr,): drive periods behind; seen (nr, KEPT, PHASES, m + n + 1): gaps, progress along the way and u of the last
-    ones; impacts, energy (nr, KEPT): number of impacts, and what is lost in them [J]; multiple (nr,): 0 of runs that have
-    not settled.
+    passed (nr,): drive periods behind; seen (nr, KEPT, PHASES, m + n + 1): gaps, progress along the way and u of the
+    last ones; impacts, energy (nr, KEPT): number of impacts, and what is lost in them [J]; multiple (nr,): 0 of runs
+    that have not settled.
     """
 
     runs: Trajectories
@@ -118,7 +118,7 @@ class Settling:
         return 0
 
     def alike(self, r: int, other: Settling, q: int) -> bool:
-        """Whether a settled run and one of others', or of these, are the same motion, whichever period it begins with."""
+        """Whether a settled run and one of others', or of these, are one motion, whichever period it begins with."""
         k = int(self.multiple[r])
         if k == 0 or k != other.multiple[q]:
             return False
@@ -142,7 +142,7 @@ class Settling:
         return np.array(apart) > ALIKE
 
     def _nudge(self, r: int) -> Floats:
-        """A small velocity (2n,) that leaves feet on the ground where they are: of a walker's body, which no foot fixes."""
+        """A small velocity (2n,) that leaves feet on the ground alone: of a walker's body, which no foot fixes."""
         plan, n = self.runs.plan, len(self.runs.plan.system.mass)
         held = np.asarray(plan.system.normals, dtype=float)[:, list(self.runs.contacts[r].held)].T
         way = np.ones(n)

@@ -2,8 +2,8 @@
 
     x(0) = x0 + h u,   v(0) = v0 + s u,   u: feet lifted by 1 m
 
-`height` h and `speed` s lift and throw the robot as a whole: a body that is free upwards rises as it is, one that springs
-hold is bent as a force on its feet bends it. Everything else that a start consists of goes by its path.
+`height` h and `speed` s lift and throw the robot as a whole: a body that is free upwards rises as it is, one that
+springs hold is bent as a force on its feet bends it. Everything else that a start consists of goes by its path.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.base.spec import float_paths, get_value, with_values
 from tarsus.base.messages import nearest
+from tarsus.base.spec import float_paths, get_value, with_values
 from tarsus.base.units import parse_quantity
 from tarsus.model.drive.waveforms import Constant
 from tarsus.model.scene import Initial
@@ -109,9 +109,11 @@ class Box:
 
 
 def _lift(plan: Plan) -> Floats:
-    """Displacements (n,) that lift the feet by 1 m in the mean: of the free body as it is, else as bent by forces there."""
+    """Displacements (n,) that lift the feet by 1 m in the mean: of a free body as it is, else bent by forces there."""
     system = plan.system
-    mass, stiffness, feet = (np.asarray(one, dtype=float) for one in (system.mass, system.stiffness, system.normals))
+    mass, stiffness, feet = (
+        np.asarray(one, dtype=float) for one in (system.mass, system.stiffness, system.normals)
+    )
     up = -np.linalg.solve(mass, np.asarray(system.weight, dtype=float))
     bent = float(up @ stiffness @ up) > RIGID * float(up**2 @ np.diag(stiffness)) or not up.any()
     shape = np.linalg.lstsq(stiffness, feet.sum(axis=1), rcond=None)[0] if bent else up

@@ -8,11 +8,11 @@ from scipy import stats
 
 import tarsus as ts
 from tarsus.base.errors import InputError
+from tarsus.measure.shares import share_of
 from tarsus.study.axes import CUT, Linspace, Normal
 from tarsus.study.manufacture import Saltelli, Scattered
 from tarsus.study.robots import Robots, as_arguments
 from tarsus.study.studyfile import frozen_texts, read_sweep
-from tarsus.measure.shares import share_of
 from tarsus.study.yields import Leader, YieldStudy, _curve, _difference, leader_of
 from walking_devices import creeping_millipede
 
