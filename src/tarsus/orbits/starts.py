@@ -67,7 +67,7 @@ class Box:
             try:
                 low, high = (_number(explicit, path, one) for one in pair)
             except InputError as error:
-                problems += error.problems
+                problems += [said if path in said else f"{path}: {said}" for said in error.problems]
                 continue
             ends[path] = (low, high)
             if not low < high:
