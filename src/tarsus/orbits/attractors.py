@@ -6,8 +6,8 @@ one start is run again by itself a hundred times finer, and its orbit and multip
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -15,21 +15,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.base.spec import with_values
 from tarsus.base.units import format_quantity
 from tarsus.base.workers import Workers
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.measure.shares import share_of
 from tarsus.measure.walking import measures_of
 from tarsus.model.structure.walker import Walker
+from tarsus.orbits.basins import OTHERS, Survey, told_apart
+from tarsus.orbits.edges import Edge, edges_of
 from tarsus.orbits.orbit import MOST_MULTIPLE, Orbit, orbit_after
-from tarsus.orbits.returns import drive_period
 from tarsus.orbits.settling import ALIKE, Settling
 from tarsus.orbits.starts import Box
 from tarsus.solve import Accuracy, simulate
-from tarsus.solve.codes import ResultCode
-from tarsus.solve.engine import RECORDED
-from tarsus.solve.trajectories import Trajectories
 from tarsus.tables.numbers import amount
 from tarsus.tables.table import Column, Table
 
@@ -41,8 +38,6 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Span = tuple[float | str, float | str]
 
-MOST_PERIODS = 480
-"""Drive periods after which a run counts as not settled: a multiplier of 0.97 has made 1e-6 of a deviation by then."""
 SHOWN = 20
 """Drive periods of a settled motion that are played and measured."""
 FINER = Accuracy(gap=1e-10, drive=1e-11)
@@ -160,8 +155,7 @@ class Attractors:
     points: Floats
     label: NDArray[np.intp]
     found: tuple[Attractor, ...]
-    edges: tuple[Any, ...] = ()
-    seconds: float = field(default=np.nan, compare=False)
+    edges: tuple[Edge, ...] = ()
 
     def __len__(self) -> int:
         return len(self.found)
@@ -266,14 +260,6 @@ class Attractors:
         }  # fmt: skip
 
 
-CHAOTIC, UNSETTLED, FAILED = -1, -2, -3
-OTHERS = {
-    CHAOTIC: "not settled: twins part, as in chaos",
-    UNSETTLED: "not settled, and twins stay together",
-    FAILED: "the run did not reach its end",
-}
-"""Labels of starts whose runs do not repeat."""
-
 MIXTURE = "a mean over starts is one over this mixture: what one robot does is one of its attractors"
 
 
@@ -337,91 +323,27 @@ def attractors(
     survey = Survey.of(box, threads)
     settling = survey.settled(points, progress=progress)
     label, groups = told_apart(settling)
-    found = tuple(survey.attractor(settling, points, members) for members in groups)
-    out = Attractors(scene, box, points, label, found)
-    if not edges or len(found) < 2:
-        return out
-    from tarsus.orbits.edges import edges_of
-
-    return Attractors(scene, box, points, label, found, edges_of(survey, out, settling))
+    found = tuple(_attractor(survey, settling, points, members) for members in groups)
+    between: tuple[Edge, ...] = ()
+    if edges and len(found) > 1:
+        between = edges_of(survey, settling, points, label)
+    return Attractors(scene, box, points, label, found, between)
 
 
-def told_apart(settling: Settling) -> tuple[NDArray[np.intp], list[NDArray[np.intp]]]:
-    """Label of every run, and the numbers of those of each attractor, most first."""
-    label = np.full(len(settling.runs), UNSETTLED, dtype=np.intp)
-    groups: list[list[int]] = []
-    for r in np.flatnonzero(settling.multiple).tolist():
-        own = next((one for one in groups if settling.alike(one[0], settling, r)), None)
-        if own is None:
-            groups.append([r])
-        else:
-            own.append(r)
-    groups.sort(key=lambda one: (-len(one), one[0]))
-    for i, one in enumerate(groups):
-        label[one] = i
-    label[[code is not ResultCode.DONE for code in settling.runs.code]] = FAILED
-    open_ = np.flatnonzero(label == UNSETTLED)
-    label[open_[settling.chaotic(open_)]] = CHAOTIC
-    return label, [np.array(one) for one in groups]
-
-
-@dataclass(frozen=True)
-class Survey:
-    """Runs from the starts of a box, to be made until they repeat."""
-
-    box: Box
-    period: float
-    threads: Workers
-
-    @classmethod
-    def of(cls, box: Box, threads: Workers) -> Survey:
-        """Of a box, whose scene has a drive period."""
-        return cls(box, drive_period(box.scene), threads)
-
-    def settled(
-        self,
-        points: Floats,
-        accuracy: Accuracy | None = None,
-        progress: Callable[[int, int, str], None] | None = None,
-    ) -> Settling:
-        """Runs from starts at points (nr, d) of the unit cube, after they have settled or not."""
-        values = self.box.values(points)
-        offset = np.mod(-self.box.late(values, len(points)), self.period)
-        longest = (MOST_PERIODS + 200) * self.period
-        runs = Trajectories.of(self.box.scene, values, longest, accuracy=accuracy)
-        walks = isinstance(self.box.scene.robot.structure, Walker)
-        made = Settling(runs, self.period, offset, walks, self.threads)
-        made.settle(MOST_PERIODS, progress)
-        return made
-
-    def scene_at(self, point: Floats, periods: int) -> Scene:
-        """The scene with the start at a point (d,) of the unit cube, which lasts so many drive periods."""
-        values = {path: float(one[0]) for path, one in self.box.values(point[None]).items()}
-        return with_values(self.box.scene, values | {"duration": periods * self.period})
-
-    def attractor(self, settling: Settling, points: Floats, members: NDArray[np.intp]) -> Attractor:
-        """The attractor that some runs have settled to. Starts that settle sooner are further from the edge of its
-        basin: the first of them that a finer run confirms stands for it."""
-        tried = members[np.argsort(settling.passed[members], kind="stable")][:TRIED]
-        confirmed, chosen = False, int(tried[0])
-        for r in tried.tolist():
-            fine = self.settled(points[r : r + 1], FINER)
-            if settling.alike(r, fine, 0):
-                confirmed, chosen = True, r
-                break
-        k, m = int(settling.multiple[chosen]), settling.runs.plan.feet
-        passed = int(settling.passed[chosen])
-        return Attractor(
-            self.scene_at(points[chosen], passed + SHOWN), Share.of(len(members), len(points)), members, k, self.period,
-            passed, round(float(settling.impacts[chosen, -k:].sum())), float(settling.energy[chosen, -k:].sum()),
-            float(settling.seen[chosen, -k:, :, m].sum()), confirmed,
-        )  # fmt: skip
-
-
-def known(survey: Survey, settling: Settling, groups: Sequence[int], points: Floats) -> NDArray[np.intp]:
-    """To which attractors, by the runs that stand for them, starts at points lead at the accuracy of single runs; -1 to
-    none of them."""
-    made = survey.settled(points, RECORDED)
-    return np.array([
-        next((i for i, r in enumerate(groups) if settling.alike(r, made, q)), -1) for q in range(len(points))
-    ])  # fmt: skip
+def _attractor(survey: Survey, settling: Settling, points: Floats, members: NDArray[np.intp]) -> Attractor:
+    """The attractor that some runs have settled to. Starts that settle sooner are further from the edge of its
+    basin: the first of them that a finer run confirms stands for it."""
+    tried = members[np.argsort(settling.passed[members], kind="stable")][:TRIED]
+    confirmed, chosen = False, int(tried[0])
+    for r in tried.tolist():
+        fine = survey.settled(points[r : r + 1], FINER)
+        if settling.alike(r, fine, 0):
+            confirmed, chosen = True, r
+            break
+    k, m = int(settling.multiple[chosen]), settling.runs.plan.feet
+    passed = int(settling.passed[chosen])
+    return Attractor(
+        survey.scene_at(points[chosen], passed + SHOWN), Share.of(len(members), len(points)), members, k, survey.period,
+        passed, round(float(settling.impacts[chosen, -k:].sum())), float(settling.energy[chosen, -k:].sum()),
+        float(settling.seen[chosen, -k:, :, m].sum()), confirmed,
+    )  # fmt: skip

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from tarsus.base.errors import InputError
 from tarsus.base.events import EVENT_WORDS
 from tarsus.base.units import format_quantity
-from tarsus.orbits.attractors import Attractors, Survey, known
+from tarsus.orbits.basins import Survey
 from tarsus.orbits.orbit import NEAR, Orbit, orbit_after
 from tarsus.solve import simulate_batch
 from tarsus.solve.engine import RECORDED
@@ -63,32 +63,41 @@ class Edge:
         }  # fmt: skip
 
 
-def edges_of(survey: Survey, found: Attractors, settling: Settling) -> tuple[Edge, ...]:
-    """An edge of every attractor's basin towards the start next to it that leads to another one."""
-    label, points = found.label, found.points
+def edges_of(survey: Survey, settling: Settling, points: Floats, label: NDArray[np.intp]) -> tuple[Edge, ...]:
+    """An edge of every basin towards the start next to it that leads to another one.
+
+    points (nr, d): starts in the unit cube; label (nr,): the attractor that each leads to, below 0 to none.
+    """
     ends: dict[tuple[int, int], tuple[int, int]] = {}
-    for i in range(len(found)):
+    for i in range(int(label.max()) + 1):
         own, others = np.flatnonzero(label == i), np.flatnonzero((label >= 0) & (label != i))
         apart = np.linalg.norm(points[own][:, None] - points[others][None], axis=2)
         a, b = np.unravel_index(int(np.argmin(apart)), apart.shape)
         start, other = int(own[a]), int(others[b])
-        pair = tuple(sorted((i, int(label[other]))))
-        ends.setdefault((pair[0], pair[1]), (start, other))
-    sides = [(points[a], points[b], int(label[a])) for a, b in ends.values()]
-    return tuple(_edge(survey, *one) for one in _bisected(survey, found, settling, sides))
+        pair = (min(i, int(label[other])), max(i, int(label[other])))
+        ends.setdefault(pair, (start, other))
+    low, high = (points[[side[i] for side in ends.values()]] for i in (0, 1))
+    own = label[[side[0] for side in ends.values()]]
+    return tuple(_edge(survey, *one) for one in _bisected(survey, settling, label, own, low, high))
 
 
 def _bisected(
-    survey: Survey, found: Attractors, settling: Settling, sides: list[tuple[Floats, Floats, int]]
+    survey: Survey,
+    settling: Settling,
+    label: NDArray[np.intp],
+    own: NDArray[np.intp],
+    low: Floats,
+    high: Floats,
 ) -> list[tuple[tuple[int, int], Floats]]:
-    """Starts on either side of every edge, and where they lead: all edges are bisected together."""
-    stand = [int(one.members[0]) for one in found.found]
-    low, high = (np.array([side[i] for side in sides]) for i in (0, 1))
-    own = np.array([side[2] for side in sides])
-    beyond = known(survey, settling, stand, high)
+    """Starts on either side of every edge, and where they lead: all edges are bisected together.
+
+    low, high (ne, d): starts that lead to the attractors ``own`` (ne,), and ones that lead elsewhere.
+    """
+    stand = [int(np.flatnonzero(label == i)[0]) for i in range(int(label.max()) + 1)]
+    beyond = survey.known(settling, stand, high)
     for _ in range(round(-np.log2(CLOSEST))):
         middle = 0.5 * (low + high)
-        leads = known(survey, settling, stand, middle)
+        leads = survey.known(settling, stand, middle)
         inside = leads == own
         low[inside], high[~inside], beyond[~inside] = middle[inside], middle[~inside], leads[~inside]
     return [

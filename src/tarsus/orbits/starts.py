@@ -97,7 +97,7 @@ class Box:
         """Points (count, d) spread evenly over the unit cube (Halton, scrambled)."""
         from scipy.stats.qmc import Halton
 
-        return np.asarray(Halton(len(self.ends), seed=seed).random(count))
+        return np.asarray(Halton(len(self.ends), seed=seed).random(count))  # pyright: ignore[reportCallIssue]
 
     def late(self, values: Mapping[str, Floats], count: int) -> Floats:
         """By how much [s] the drive of each of so many runs is ahead, whose phase varies; else 0."""
@@ -128,7 +128,7 @@ RIGID = 1e-9
 def _usual(scene: Scene, plan: Plan, lift: Floats) -> dict[str, tuple[float, float]]:
     """Heights up to those of the feet in a run of the scene, and speeds, up and down, that carry it as high."""
     system, period = plan.system, drive_period(scene)
-    times = period * (np.arange(WATCHED * 8) + 0.5) / 8.0
+    times = np.asarray(period * (np.arange(WATCHED * 8) + 0.5) / 8.0, dtype=np.float64)
     runs = Trajectories.of(scene, {}, (WATCHED + 1) * period)
     (window,) = runs.advance([times])
     gaps = window.states.gap[:, len(times) // 2 :]

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from tarsus.orbits.attractors import OTHERS, Attractors
+from tarsus.orbits.attractors import Attractors
+from tarsus.orbits.basins import OTHERS
 from tarsus.report.pages import Plate, page, rendered, write_page
 from tarsus.report.run_page import report_html
 from tarsus.report.sheet import Sheet, few_ticks, name_axes, plate
@@ -35,7 +37,8 @@ def write_pages(found: Attractors, folder: Path) -> list[Path]:
     """The page, and one of a run that settles to each attractor, whose motion it plays."""
     pages = [write_page(attractors_html(found, linked=True), folder / "report.html")]
     for i, one in enumerate(found.found, start=1):
-        pages.append(write_page(report_html(one.run), folder / f"attractor-{i}.html"))
+        run: Any = one.run
+        pages.append(write_page(report_html(run), folder / f"attractor-{i}.html"))
     return pages
 
 
