@@ -111,7 +111,7 @@ def _edge(survey: Survey, between: tuple[int, int], points: Floats) -> Edge:
     """What parts two neighbouring starts, and what they do before."""
     values = survey.box.values(points)
     both = simulate_batch(survey.box.scene, values, WATCHED * survey.period, threads=1, accuracy=RECORDED)
-    parting, time = _parting(*(both.events(i) for i in (0, 1)), survey)
+    parting, time = _parting(both.events(0), both.events(1), survey)
     together = int(time / survey.period)
     width = float(np.linalg.norm(points[1] - points[0]))
     return Edge(
