@@ -50,6 +50,7 @@ KINDS = {
     "gait": ("design", "gait", *_GAIT, *_GROUNDS, "--request", "look=2"),
     "adapt": ("design", "adapt", *_GAIT, *_GROUNDS, "--request", "hidden=8", "--request", "training=8"),
     "branch": ("branch", SCENES / "impact_oscillator.toml", "--along", "signals.shaker.amplitude=1 V:0.2 V"),
+    "attractors": ("attractors", "millipede", "--starts", "6", "--over", "height=0:5um", "--no-edges"),
     "reproduce-cantilever": ("reproduce", "cantilever"),
     "reproduce-hexapod": ("reproduce", "hexapod", "--seeds", "2"),
     "reproduce-millipede": ("reproduce", "millipede"),

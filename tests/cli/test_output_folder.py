@@ -22,6 +22,7 @@ WRITING = {
     "yield": ("millipede", "yield.json"),
     "calibrate": ("cantilever", "calibration.json"),
     "branch": ("cantilever", "branch.json"),
+    "attractors": ("cantilever", "attractors.json"),
     "reproduce": ("cantilever", "reproduction.csv"),
 }
 """Verbs that write a folder: what they are asked about, and a file of theirs."""

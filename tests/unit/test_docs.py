@@ -222,6 +222,11 @@ def orbits(names: Names) -> None:
     assert names["gait"].kind in printed and names["gait"].travel == pytest.approx(1.539e-6, rel=1e-3)
 
 
+def gaits(names: Names) -> None:
+    assert names["first"].kind in PAGES["attractors.md"] and names["first"].orbit.stable
+    assert names["first"].travel == pytest.approx(1.539e-6, rel=1e-3)
+
+
 def readme(names: Names) -> None:
     sentence, closure, contact = names["printed"].splitlines()
     assert sentence == names["run"].code.value and float(closure) < 1e-8
@@ -305,6 +310,7 @@ class Case(NamedTuple):
 CASES = [
     Case("README.md", readme),
     Case("add-a-law.md", a_law, law),
+    Case("attractors.md", gaits),
     Case("batches.md", a_grid),
     Case("determined.md", ran, determined),
     Case("experiment.md", restitution, slow=True),

@@ -18,6 +18,7 @@ MARKS = {
     "calibration.json": FileKind.FITTED,
     "yield.json": FileKind.YIELD,
     "branch.json": FileKind.BRANCH,
+    "attractors.json": FileKind.ATTRACTORS,
     "identification.json": FileKind.IDENTIFICATION,
     "track.json": FileKind.TRACKING,
     "landing.json": FileKind.LANDING,

@@ -39,6 +39,7 @@ class FileKind(Enum):
     SWEEP_RUNS = ("sweep", "the runs of a sweep", "`tarsus sweep` wrote them")
     YIELD = ("yield", "a yield", "`tarsus yield` wrote it")
     BRANCH = ("branch", "a branch of periodic motions", "`tarsus branch` wrote it")
+    ATTRACTORS = ("attractors", "attractors of a robot", "`tarsus attractors` wrote it")
     FITTED = ("fitted calibration", "a fitted calibration", "`tarsus calibrate` wrote it")
     IDENTIFICATION = ("identification", "an identification", "`tarsus identify` wrote it")
     TRACKING = ("series of identifications", "a series of identifications", "`tarsus identify --track` wrote it")

@@ -24,6 +24,7 @@ PAGES = ("report.html", "reproduction.html", "index.html")
 KEYS = {
     FileKind.YIELD: ("scene", "robots", "measures", "outcomes", "by_dead", "matters_most", "cost_of_a_dead_leg"),
     FileKind.IDENTIFICATION: ("campaign", "files", "steps", "not_done", "validation"),
+    FileKind.ATTRACTORS: ("scene", "starts", "over", "attractors", "others", "edges"),
     FileKind.LANDING: (
         "scene", "foot", "drive", "risk", "objective", "speed", "touchdowns", "worst", "pairs", "period", "energy",
         "energy_recovered", "regime", "plain", "nominal", "front",
@@ -66,7 +67,11 @@ def _page(folder: Path) -> list[str]:
     """How to open the page of a folder that has one, and what else there is to run."""
     scenes = [
         file.name
-        for file in (folder / "identified.toml", *sorted(folder.glob("branch-*.toml")))
+        for file in (
+            folder / "identified.toml",
+            *sorted(folder.glob("branch-*.toml")),
+            *sorted(folder.glob("attractor-*.toml")),
+        )
         if file.is_file()
     ]
     said = [f"device files: {', '.join(scenes)}"] if scenes else []

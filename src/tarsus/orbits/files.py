@@ -1,4 +1,5 @@
-"""A branch as files: branch.nc, a point an entry, and branch.json with the orbits' events and states."""
+"""Branches and attractors as files: branch.nc, a point an entry, and branch.json with the orbits' events and states;
+attractors.json, and of each attractor a device file whose run settles to it."""
 
 from __future__ import annotations
 
@@ -9,10 +10,12 @@ import numpy as np
 
 from tarsus.files.jsontext import json_text
 from tarsus.files.series import Variable, write_netcdf
+from tarsus.files.toml import write_scene
 from tarsus.files.version import package_version
 from tarsus.files.whole import write_text
 
 if TYPE_CHECKING:
+    from tarsus.orbits.attractors import Attractors
     from tarsus.orbits.branching import Branch
 
 BRANCH_FILES = ("branch.nc", "branch.json", "report.html")
@@ -59,3 +62,19 @@ def write_branch(branch: Branch, folder: Path) -> tuple[Path, Path]:
     write_netcdf(branch_variables(branch), attrs, folder / "branch.nc")
     write_text(folder / "branch.json", json_text(branch.to_dict()) + "\n")
     return folder / "branch.nc", folder / "branch.json"
+
+
+def attractor_files(most: int) -> list[str]:
+    """Files that at most so many attractors may have in a folder."""
+    each = [f"attractor-{i}.{ending}" for i in range(1, most + 1) for ending in ("toml", "html")]
+    return ["attractors.json", "report.html", *each]
+
+
+def write_attractors(found: Attractors, folder: Path) -> list[Path]:
+    """Write what a robot does in the long run into a folder and return the files."""
+    write_text(folder / "attractors.json", json_text(found.to_dict() | {"tarsus": package_version()}) + "\n")
+    files = [folder / "attractors.json"]
+    for i, one in enumerate(found.found, start=1):
+        files.append(folder / f"attractor-{i}.toml")
+        write_scene(one.scene, files[-1])
+    return files

@@ -233,32 +233,47 @@ def periodic(
     scene = with_values(as_scene(scene), dict(values)) if values else as_scene(scene)
     if multiple is not None and multiple < 1:
         raise InputError(f"multiple: expected a number of drive periods of 1 or more, got {multiple}")
-    walks = isinstance(scene.robot.structure, Walker)
-    period = drive_period(scene)
     wanted = (multiple,) if multiple is not None else tuple(range(1, MOST_MULTIPLE + 1))
     for count in TRANSIENTS:
-        seconds = (count + MOST_MULTIPLE + 2) * period
-        run = simulate(scene, seconds, replace(FINE, gap=1e-10))
-        if not run.ok:
-            raise InputError([f"{scene.name}: {run.code}"])
-        if walks:
-            returns, first = walk_map(scene, run, count)
-            mismatches = {k: _miss(returns, first, k) for k in wanted}
-        else:
-            start, contacts = _section(run, period, count)
-            returns = return_map(scene, start / period, contacts)
-            first, mismatches = _mismatches(run, returns, wanted)
-        found = _nearest(scene, returns, first, mismatches, free=multiple is None)
+        found = orbit_after(scene, count, wanted, free=multiple is None)
         if found is not None and not found.stable and multiple is None:
             first = _kicked(found, count)
-            mismatches = {k: _miss(returns, first, k) for k in wanted} if first is not None else {}
-            found = None if first is None else _nearest(scene, returns, first, mismatches, free=True)
+            mismatches = {k: _miss(found.map, first, k) for k in wanted} if first is not None else {}
+            found = None if first is None else _nearest(scene, found.map, first, mismatches, free=True)
         if found is not None and (found.stable or multiple is not None):
             return _smallest(found)
     raise InputError(
         [f"{scene.name}: no stable motion of period up to {max(wanted)} of the drive was found after {TRANSIENTS[-1]} "
          "periods; it is chaotic, quasi-periodic or has a longer period"]
     )  # fmt: skip
+
+
+def orbit_after(
+    scene: Scene, count: int, wanted: tuple[int, ...], *, free: bool, near: float = np.inf
+) -> Orbit | None:
+    """The orbit near the motion that a scene has after ``count`` drive periods, a stable one of the smallest multiple
+    first; None where none is near.
+
+    wanted: multiples of the drive period; free: whether these are only candidates; near: distance of the motion from
+    the orbit, of its size, beyond which it is another one. Raises InputError as `periodic` does and where the run does
+    not reach its end.
+    """
+    period = drive_period(scene)
+    run = simulate(scene, (count + MOST_MULTIPLE + 2) * period, replace(FINE, gap=1e-10))
+    if not run.ok:
+        raise InputError([f"{scene.name}: {run.code}"])
+    returns: ReturnMap
+    if isinstance(scene.robot.structure, Walker):
+        returns, first = walk_map(scene, run, count)
+        mismatches = {k: _miss(returns, first, k) for k in wanted}
+    else:
+        start, contacts = _section(run, period, count)
+        returns = return_map(scene, start / period, contacts)
+        first, mismatches = _mismatches(run, returns, wanted)
+    found = _nearest(scene, returns, first, mismatches, free=free)
+    if found is None or float(np.abs((found.state - first) / returns.scales(first)).max(initial=0.0)) > near:
+        return None
+    return found
 
 
 def _nearest(

@@ -17,6 +17,7 @@ from tarsus.base.workers import Workers
 from tarsus.files.jsontext import json_text
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.files.whole import write_text
+from tarsus.measure.shares import share_of
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.offered import offered
 from tarsus.study.collecting import measures_in
@@ -38,9 +39,6 @@ LESS = (
     "vertical_amplitude",
 )  # fmt: skip
 """Measures that are better the smaller they are; of all others more is better."""
-
-NORMAL_95 = 1.959964
-"""Standard deviations of a 95 % interval."""
 
 SHARES = (0.99, 0.9, 0.5, 0.1)
 """Shares of robots whose requirements are listed: nearly all, nine in ten, half, and the best tenth."""
@@ -166,7 +164,7 @@ class Yield(Tabled):
         """Share of robots that meet a requirement [SI], and its 95 % interval; a failed robot meets none."""
         values = self.values[measure]
         met = values <= requirement if measure in LESS else values >= requirement
-        return _wilson(int(np.count_nonzero(met)), len(values))
+        return share_of(int(np.count_nonzero(met)), len(values))
 
     @property
     def shares(self) -> dict[str, tuple[float, float, float]]:
@@ -393,18 +391,11 @@ class YieldStudy:
         )
 
 
-def _wilson(met: int, count: int) -> tuple[float, float, float]:
-    """A share and its 95 % interval (Wilson 1927), which holds near 0 and 1 as well."""
-    p, z = met / count, NORMAL_95**2 / count
-    middle, half = (p + z / 2.0) / (1.0 + z), np.sqrt(p * (1.0 - p) * z + z**2 / 4.0) / (1.0 + z)
-    return p, max(float(middle - half), 0.0), min(float(middle + half), 1.0)
-
-
 def _curve(name: str, unit: str, values: Floats) -> YieldCurve:
     finite = np.sort(values[np.isfinite(values)])
     at = np.unique(np.quantile(finite, np.linspace(0.0, 1.0, 101)))
     counts = [np.count_nonzero(finite <= one if name in LESS else finite >= one) for one in at]
-    rows = np.array([_wilson(int(met), len(values)) for met in counts])
+    rows = np.array([share_of(int(met), len(values)) for met in counts])
     return YieldCurve(name, unit, name in LESS, at, rows[:, 0], rows[:, 1], rows[:, 2])
 
 

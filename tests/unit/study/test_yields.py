@@ -8,11 +8,12 @@ from scipy import stats
 
 import tarsus as ts
 from tarsus.base.errors import InputError
+from tarsus.measure.shares import share_of
 from tarsus.study.axes import CUT, Linspace, Normal
 from tarsus.study.manufacture import Saltelli, Scattered
 from tarsus.study.robots import Robots, as_arguments
 from tarsus.study.studyfile import frozen_texts, read_sweep
-from tarsus.study.yields import Leader, YieldStudy, _curve, _difference, _wilson, leader_of
+from tarsus.study.yields import Leader, YieldStudy, _curve, _difference, leader_of
 from walking_devices import creeping_millipede
 
 GAIN, STIFF = "robot.drives.*.law.gain", "robot.structure.legs.*.stiffness_v"
@@ -98,10 +99,10 @@ def test_intervals_cover_what_they_say():
     rng, share = np.random.default_rng(5), 0.9
     inside = [
         low <= share <= high
-        for _, low, high in (_wilson(int(n), 200) for n in rng.binomial(200, share, 4000))
+        for _, low, high in (share_of(int(n), 200) for n in rng.binomial(200, share, 4000))
     ]
     assert 0.93 < np.mean(inside) < 0.97
-    assert _wilson(0, 50)[1] == 0.0 and 0.0 < _wilson(0, 50)[2] < 0.1
+    assert share_of(0, 50)[1] == 0.0 and 0.0 < share_of(0, 50)[2] < 0.1
 
 
 def test_a_curve_counts_failed_robots_as_failing():

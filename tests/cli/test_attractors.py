@@ -1,0 +1,38 @@
+"""`tarsus attractors` from the command line."""
+
+from __future__ import annotations
+
+import json
+
+from scene_files import SCENES
+from tarsus.cli import main
+
+WORDS = (
+    "attractors", str(SCENES / "vibrating_table.toml"), "--set", "ground.restitution.coefficient=0.8",
+    "--set", "signals.table.amplitude=0.5", "--starts", "12", "--over", "height=0:0.2", "--over", "speed=-0.5:0.5",
+)  # fmt: skip
+
+
+def test_attractors_are_printed_and_written(tmp_path, capsys, opened):
+    out = tmp_path / "out"
+    assert main([*WORDS, "-o", str(out), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert sorted(one["impacts"] for one in found["attractors"]) == [0, 1]
+    assert set(found["label"]) == {1, 2} and len(found["points"]) == 12
+    written = {one.name for one in out.iterdir()}
+    assert written >= {"attractors.json", "report.html"} | {
+        f"attractor-{i}.{end}" for i in (1, 2) for end in ("toml", "html")
+    }
+    shown = opened(out, "attractors", "`tarsus attractors` wrote it", "device files: attractor-1.toml")
+    assert [one["share"] for one in shown["attractors"]] == [one["share"] for one in found["attractors"]]
+    bouncing = 1 + [one["impacts"] for one in found["attractors"]].index(1)
+    assert main(["simulate", str(out / f"attractor-{bouncing}.toml"), "--json"]) == 0
+    settled = found["attractors"][bouncing - 1]["measures"]["impact_speed"]
+    run = json.loads(capsys.readouterr().out)
+    assert abs(run["measures"]["impact_speed"]["value"] / settled - 1.0) < 1e-3
+
+
+def test_without_a_folder_it_is_printed(capsys):
+    assert main([*WORDS, "--no-edges"]) == 0
+    told = capsys.readouterr().out
+    assert "2 from 12 starts" in told and "a mean over starts is one over this mixture" in told

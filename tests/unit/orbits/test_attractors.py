@@ -1,0 +1,122 @@
+"""Attractors: the ball on a vibrating table in closed form, the millipede's gaits, starts that do not settle."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import tarsus as ts
+from scene_files import scene
+from tarsus.base.events import IMPACTS
+
+
+def table(restitution, gamma):
+    return scene(
+        "vibrating_table",
+        {"ground.restitution.coefficient": restitution, "signals.table.amplitude": gamma},
+    )
+
+
+def multipliers_of_bounce(e, gamma, sign):
+    """Of one bounce a period: a(t) = -1 + gamma sin(2 pi t) in the table's frame, T = 1 s, v+ = e / (1 + e), impact at
+    the phase theta with gamma cos(theta) / (2 pi) = 1/2 - v+; the return map of impact time and speed has determinant
+    e^2 and the trace below."""
+    sine = sign * math.sqrt(1.0 - (math.pi * (1.0 - e) / (gamma * (1.0 + e))) ** 2)
+    trace = -2.0 * e + (1.0 + e) ** 2 * (1.0 - gamma * sine)
+    return np.sort_complex(np.roots([1.0, -trace, e * e]))
+
+
+@pytest.fixture(scope="module")
+def ball():
+    return ts.attractors(table(0.8, 0.5), starts=40, seed=1)
+
+
+def test_a_ball_rests_or_bounces(ball):
+    assert len(ball) == 2 and not ball.others
+    rest, bounce = sorted(ball.found, key=lambda one: one.impacts)
+    assert (rest.multiple, rest.impacts, rest.energy) == (1, 0, 0.0)
+    assert (bounce.multiple, bounce.impacts) == (1, 1) and bounce.confirmed and rest.confirmed
+    after = 0.8 / 1.8
+    assert bounce.energy == pytest.approx(0.5 * (after / 0.8) ** 2 * (1.0 - 0.64), rel=1e-6)
+    assert bounce.measures["impact_speed"].value == pytest.approx(after / 0.8, rel=1e-6)
+    assert np.sort_complex(bounce.orbit.multipliers) == pytest.approx(
+        multipliers_of_bounce(0.8, 0.5, 1.0), abs=1e-7
+    )
+
+
+def test_shares_are_counts_of_starts_with_their_interval(ball):
+    assert sum(one.share.count for one in ball.found) == 40
+    for i, one in enumerate(ball.found):
+        assert one.share.count == len(one.members) == (ball.label == i).sum()
+        assert one.share.low < one.share.share < one.share.high
+
+
+def test_single_long_runs_lead_where_they_are_said_to(ball):
+    for r in range(0, 40, 5):
+        values = {path: one[0] for path, one in ball.box.values(ball.points[r : r + 1]).items()}
+        run = ts.simulate(ts.with_values(ball.box.scene, values), 200.0)
+        late = (run.events["time"] > 150.0) & np.isin(run.events["kind"], IMPACTS)
+        assert late.sum() in (0, 50) and (late.sum() > 0) == (ball[int(ball.label[r])].impacts > 0)
+
+
+def test_the_edge_of_the_basins_is_the_unstable_bounce(ball):
+    (edge,) = ball.edges
+    assert edge.width < 2e-10
+    assert not edge.orbit.stable
+    assert np.sort_complex(edge.orbit.multipliers) == pytest.approx(
+        multipliers_of_bounce(0.8, 0.5, -1.0), abs=1e-6
+    )
+
+
+def test_beyond_the_flip_a_ball_bounces_with_twice_the_period():
+    gamma = math.hypot(math.pi / 3.0, 10.0 / 9.0) + 0.01
+    found = ts.attractors(table(0.5, gamma), starts=12, over={"height": (0.1, 0.14)}, edges=False)
+    assert (2, 2) in [(one.multiple, one.impacts) for one in found.found]
+
+
+def test_chaos_is_a_class_of_its_own():
+    found = ts.attractors(table(0.9, 3.0), starts=4, edges=False)
+    assert len(found) == 0
+    assert [one.count for one in found.others.values()] == [4] and "chaos" in next(iter(found.others))
+    assert "chaos" in str(found)
+
+
+def test_the_millipede_has_three_gaits_whatever_the_threads():
+    over = {"height": ("0 um", "5 um")}
+    found = ts.attractors("millipede", starts=60, over=over, edges=False, threads=2)
+    assert [round(1e6 * one.travel, 2) for one in found.found] == [1.54, 3.29, 4.63]
+    assert all(one.confirmed and one.orbit.stable for one in found.found)
+    assert [one.orbit.travel for one in found.found] == pytest.approx(
+        [one.travel for one in found.found], rel=1e-5
+    )
+    again = ts.attractors("millipede", starts=60, over=over, edges=False, threads=1)
+    assert (again.label == found.label).all()
+
+
+def test_a_drive_that_begins_elsewhere_leads_to_the_same_motion():
+    """The phase of the only drive and what it did before are parts of a start."""
+    over = {"signals.pzt.phase": (0.0, 6.28), "robot.drives.pzt.history.0": ("-10 V", "10 V")}
+    found = ts.attractors("cantilever", starts=12, over=over, edges=False)
+    assert [one.share.count for one in found.found] == [12]
+    assert found[0].impacts == ts.periodic("cantilever").impacts
+
+
+@pytest.mark.parametrize(
+    ("over", "said"),
+    [
+        ({"height": (1.0, 0.0)}, "height: the range from 1 to 0 is empty"),
+        ({"ground.restitution.coefficient": (0.1, 0.2)}, "is no part of a start"),
+        ({"nothing": (0.0, 1.0)}, "nothing: unknown path"),
+        ({"initial.displacement.7": (0.0, 1.0)}, "initial.displacement.7"),
+    ],
+)
+def test_axes_that_are_no_part_of_a_start_are_refused(over, said):
+    with pytest.raises(ts.InputError, match=said):
+        ts.attractors(table(0.8, 0.5), starts=4, over=over)
+
+
+def test_a_scene_without_a_drive_has_no_attractors_to_look_for():
+    with pytest.raises(ts.InputError, match="periodic"):
+        ts.attractors(scene("ball"), starts=4)
