@@ -55,16 +55,14 @@ class CantileverModes(NamedTuple):
 def _end_conditions(beta: float, mu: float, delta: float, kappa: float) -> tuple[float, float, float, float]:
     """Residuals of the two end conditions for the two clamped functions: (shear A, shear B, moment A, B)."""
     q, c, s = math.exp(-beta), math.cos(beta), math.sin(beta)
-    load = beta * mu
-
-    def conditions(w: float, slope: float, moment: float, shear: float) -> tuple[float, float]:
-        center = w + delta * beta * slope
-        turn = kappa * kappa * beta * slope + delta * center
-        return shear + load * center, moment - beta * load * turn
-
-    shear_a, moment_a = conditions(q - c + s, -q + s + c, q + c - s, -q - s - c)
-    shear_b, moment_b = conditions(1 - q * (c + s), 1 + q * (s - c), 1 + q * (c + s), 1 + q * (c - s))
-    return shear_a, shear_b, moment_a, moment_b
+    load, arm, turned = beta * mu, delta * beta, kappa * kappa * beta
+    slope_a, slope_b = -q + s + c, 1 + q * (s - c)
+    center_a, center_b = q - c + s + arm * slope_a, 1 - q * (c + s) + arm * slope_b
+    turn_a, turn_b = turned * slope_a + delta * center_a, turned * slope_b + delta * center_b
+    return (
+        -q - s - c + load * center_a, 1 + q * (c - s) + load * center_b,
+        q + c - s - beta * load * turn_a, 1 + q * (c + s) - beta * load * turn_b,
+    )  # fmt: skip
 
 
 def _characteristic(beta: float, mu: float, delta: float, kappa: float) -> float:
