@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import chain
 from pathlib import PurePath
 
 import numpy as np
@@ -122,46 +123,55 @@ def _spans(responses: Sequence[FrequencyResponse]) -> str:
 
 def _named_apart(responses: Sequence[FrequencyResponse]) -> list[FrequencyResponse]:
     """The same, with points that share a name but not a response named by their files."""
-    seen: dict[str, list[tuple[int, FrequencyResponse, NDArray[np.complex128]]]] = {}
+    seen: dict[str, list[int]] = {}
     for k, one in enumerate(responses):
-        for output, values in zip(one.outputs, one.values, strict=True):
-            seen.setdefault(output.at, []).append((k, one, values))
+        for output in one.outputs:
+            seen.setdefault(output.at, []).append(k)
+    stems = [PurePath(one.source).stem for one in responses]
     renamed: dict[tuple[int, str], str] = {}
-    for name, found in seen.items():
-        groups = _alike_in_groups(found)
-        for group in groups[len(groups) == 1 :]:
-            first = found[group[0]][1]
-            channel = next(c for c in first.outputs if c.at == name)
+    for name, holding in seen.items():
+        groups = _alike_in_groups(responses, name, holding)
+        for group in groups if len(groups) > 1 else ():
+            channel = next(c for c in responses[group[0]].outputs if c.at == name)
             if channel.point is not None:
-                other = found[groups[1][0]][1]
                 raise InputError(
-                    f"{other.source}: point '{name}' does not respond as in another file: is it the same point, with "
-                    "the same units and signs?"
+                    f"{responses[groups[1][0]].source}: point '{name}' does not respond as in another file: is it the "
+                    "same point, with the same units and signs?"
                 )
-            for member in group:
-                renamed[found[member][0], name] = f"{PurePath(first.source).stem} {channel.name}".strip()
+            file = stems[group[0]] if stems.count(stems[group[0]]) == 1 else responses[group[0]].source
+            renamed |= {(k, name): f"{file} {channel.name}".strip() for k in group}
     return [
-        replace(
-            one, outputs=tuple(replace(c, point=renamed[k, c.at]) if (k, c.at) in renamed else c for c in one.outputs)
-        )
+        replace(one, outputs=tuple(replace(c, point=renamed.get((k, c.at), c.point)) for c in one.outputs))
         for k, one in enumerate(responses)
-    ]  # fmt: skip
+    ]
 
 
 def _alike_in_groups(
-    found: Sequence[tuple[int, FrequencyResponse, NDArray[np.complex128]]],
+    responses: Sequence[FrequencyResponse], name: str, holding: Sequence[int]
 ) -> list[list[int]]:
-    """Numbers of responses of one name, in groups of which each member is like another to some drive that both have."""
-    apart = list(range(len(found)))
-    for a, (_, one, seen) in enumerate(found):
-        for b, (_, other, values) in enumerate(found[:a]):
-            drives = [source.at for source in other.inputs]
-            pairs = [
-                (seen[i], values[drives.index(x.at)]) for i, x in enumerate(one.inputs) if x.at in drives
-            ]
-            if all(alike(*pair) or alike(*pair[::-1]) for pair in pairs):
-                apart = [apart[b] if group == apart[a] else group for group in apart]
-    return [[k for k, group in enumerate(apart) if group == which] for which in dict.fromkeys(apart)]
+    """Numbers of the responses that hold a point, in groups of which each member is like another one to every drive
+    that both have."""
+
+    def row(k: int) -> dict[str, NDArray[np.complex128]]:
+        place = [c.at for c in responses[k].outputs].index(name)
+        return {
+            source.at: values
+            for source, values in zip(responses[k].inputs, responses[k].values[place], strict=True)
+        }
+
+    groups: list[list[int]] = []
+    for k in holding:
+        own = row(k)
+        near = [
+            group
+            for group in groups
+            if any(
+                all(alike(own[at], other[at]) or alike(other[at], own[at]) for at in own if at in other)
+                for other in map(row, group)
+            )
+        ]
+        groups = [group for group in groups if group not in near] + [[k, *chain.from_iterable(near)]]
+    return sorted(sorted(group) for group in groups)
 
 
 def responses_of(

@@ -288,10 +288,8 @@ def _refined(
         fit = refine_pole(frequency, channels, start, others, residues, window)
         if fit is None or fit.significance < _SIGNIFICANT:
             return None
-        if (
-            frf.hann and abs(fit.pole.real) < _SMEARED * np.pi * line
-        ):  # a tone, which the window makes three lines wide
-            return None
+        if frf.hann and abs(fit.pole.real) < _SMEARED * np.pi * line:
+            return None  # a tone, which the window makes three lines wide
         moved, own = fit.pole - start, max(abs(start.real), 2.0 * np.pi * line)
         return fit if abs(moved.imag) <= own and abs(moved.real) <= _DAMPING_MOVES * own else None
 

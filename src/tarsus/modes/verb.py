@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from tarsus.base.errors import InputError
@@ -61,6 +62,11 @@ def modes(
             "name at least one file of frequency responses, of records with a drive, or of free decays"
         )
     found = [_read(one, read or {}, decay) for one in sources]
+    names = [one.source for one in found]
+    found = [
+        one if names.count(one.source) == 1 else replace(one, source=f"({k}) {one.source}".strip())
+        for k, one in enumerate(found, start=1)
+    ]
     records = [one for one in found if isinstance(one, Measurement)]
     responses = [one for one in found if isinstance(one, FrequencyResponse)]
     if records and responses:

@@ -132,8 +132,16 @@ def test_the_order_of_the_files_and_their_names_change_nothing(kind):
                 other, modes=tuple(replace(m, residues=m.residues[:, turned]) for m in other.modes)
             )
         same_numbers(fit, other)
-    renamed = ts.modes(*(replace(one, source=f"z{9 - k}.txt") for k, one in enumerate(files)), **words)
-    same_numbers(replace(fit, frf=renamed.frf), renamed)
+    for called in (
+        ("z3.txt", "b.csv", "a.csv"),
+        ("", "", ""),
+        ("x/1.csv", "y/1.csv", "z/1.csv"),
+        ("p", "p", "p"),
+    ):
+        renamed = ts.modes(
+            *(replace(one, source=name) for one, name in zip(files, called, strict=False)), **words
+        )
+        same_numbers(replace(fit, frf=renamed.frf), renamed)
 
 
 def test_points_in_one_file_or_in_two_are_the_same():
