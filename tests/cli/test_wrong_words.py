@@ -88,6 +88,7 @@ WRONG = [
     ("synthesize cantilever-capture -o out --rate 5V", "--rate: expected a frequency (Hz), got '5V'"),
     ("synthesize cantilever-capture -o out --snr-db nan", "snr_db: expected a finite number"),
     ("identify folder", "no such file"),
+    ("identify folder --track", "--track: name the campaigns that were recorded later"),
     ("calibrate cantilever-adhesion", "it is a sweep, not a calibration"),
     ("calibrate cantilever --seed -1", "--seed: expected a number of 0 or more, got -1"),
     (f"{RANK} 1s,2s", "budget: expected a time (s)"),

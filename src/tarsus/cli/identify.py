@@ -34,12 +34,15 @@ def identify(
         folder for identified.toml, identification.json, draws.npz and report.html, of a series for track.json,
         track.csv and report.html; by default "identified", of a series "tracked", beside the (first) campaign file.
     """
+    from tarsus.base.errors import InputError
     from tarsus.base.messages import together
     from tarsus.cli import console
     from tarsus.identify.campaign import read_campaign
     from tarsus.identify.chain import identify as run
     from tarsus.identify.result import RESULT_FILES, write_identification
 
+    if track is not None and not track:
+        raise InputError("--track: name the campaigns that were recorded later, one or more, in their order")
     opened = read_campaign(campaign)
     if track:
         return _track([opened, *(read_campaign(one) for one in track)], output, seed, pages)
