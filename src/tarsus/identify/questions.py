@@ -1,8 +1,8 @@
-"""What an identification leaves open, why, and what to record for it."""
+"""What an identification leaves open, why, and what to record for it: purpose, drive and channels."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from math import ceil, isfinite
 from typing import TYPE_CHECKING
 
@@ -12,13 +12,30 @@ from tarsus.identify.readiness import TOLD_BY, serves
 from tarsus.identify.step import ASSUMED, PREFERRED, UNDECIDED, Alternative, Check, StepResult, failures
 from tarsus.identify.verdict import Assessment, NumberVerdict
 from tarsus.records.purpose import Purpose
-from tarsus.tables.numbers import number, path_end, percent
+from tarsus.tables.numbers import amount, number, path_end, percent
 
 if TYPE_CHECKING:
+    from tarsus.identify.campaign import RecordSet
     from tarsus.identify.result import Identification
 
 MOST_REPEATS = 50
 """Times as many records of the same kind that are worth asking for; beyond, only other records help."""
+
+_BEST: dict[str, tuple[Purpose, Callable[[RecordSet], float], str]] = {
+    "ground.adhesion.initial": (Purpose.RAMPS, lambda one: _hertz(one), "the shortest contacts"),
+    "ground.adhesion.rate": (Purpose.RAMPS, lambda one: -_hertz(one), "the longest contacts"),
+    "ground.film": (Purpose.RAMPS, lambda one: _hertz(one), "the most releases in a record"),
+    "ground.restitution": (Purpose.BOUNCES, lambda one: _volts(one), "the fastest impacts"),
+    "ground.electrostatic": (Purpose.CLOSE, lambda one: -(one.gap or 0.0), "the smallest gap"),
+    "robot.structure": (
+        Purpose.MODAL,
+        lambda one: -_volts(one),
+        "the weakest drive, whose harmonics are least",
+    ),
+    "robot.drives": (Purpose.LOOPS, lambda one: _volts(one), "the widest loop"),
+}
+"""By the beginning of a number's path: purpose of the records that tell it, by what a set of them tells it best, and
+that in words. Signals that the campaign has not are ranked by `tarsus recommend`."""
 
 MOST_NAMED = 4
 """Numbers that a failed check leaves preferred and that are named; of more, how many."""
@@ -36,17 +53,19 @@ def open_questions(
 ) -> list[Question]:
     """One row for each step that was not done, cause by which checks fail, number that is undecided or assumed,
     question with several answers, and purpose without records; words: verdicts by path."""
-    rows: list[Question] = [(one.name, f"not done: {'; '.join(one.reasons)}", None) for one in found.not_done]
+    rows: list[Question] = [
+        (one.name, f"not from these data: {'; '.join(one.reasons)}", None) for one in found.not_done
+    ]
     rows += _doubts(words, [one for one in checks if not one.passed])
     slopes = law_slopes(found.known)
     for step in found.steps.values():
         for path in step.paths:
             if words[path] == ASSUMED:
                 why = "no record shows it; its value goes with the others"
-                rows.append((path, why, f"{_purposes(found, step)} that show it"))
+                rows.append((path, why, _record(found, path)))
             elif words[path] == UNDECIDED and judged is not None:
                 half = judged[path].range.half_width(slopes.get(path))
-                rows.append((path, _why(judged[path]), _more(found, step, half)))
+                rows.append((path, _why(judged[path]), _more(found, step, path, half)))
     for question in dict.fromkeys(one.question for one in alternatives):
         left = [one for one in alternatives if one.question == question and one.word in (ASSUMED, UNDECIDED)]
         names = ", ".join(f"{one.name}{' (used)' if one.used and len(left) > 1 else ''}" for one in left)
@@ -57,7 +76,7 @@ def open_questions(
     used = {one.purpose for one in found.opened.campaign.records.values()}
     attracted = found.model.scene.ground.acting.electrostatic is not None
     rows += [
-        (what, "no such records: as in the device file", f"'{purpose.value}'")
+        (what, "no such records: as in the device file", _wanted(found, purpose))
         for purpose, what in TOLD_BY.items()
         if purpose not in used
         and serves(purpose, found.opened)
@@ -93,15 +112,67 @@ def _why(one: NumberVerdict) -> str:
     return f"half-width {percent(half, 2)}, {percent(WIDTH)} at most" if isfinite(half) else "an end is open"
 
 
-def _more(found: Identification, step: StepResult, half: float) -> str | None:
-    """How many more records of the same kind bring a half-width down to a determined number's: intervals shrink as the
-    root of their count."""
+def _more(found: Identification, step: StepResult, path: str, half: float) -> str | None:
+    """How many more records of the same kind bring a half-width down to a determined number's, and which: intervals
+    shrink as the root of their count."""
     times = ceil((half / WIDTH) ** 2) if isfinite(half) else MOST_REPEATS + 1
     if times <= 1:
         return None
     if times > MOST_REPEATS:
-        return f"others than these of {_purposes(found, step)}"
-    return f"{number(times)} times as many of {_purposes(found, step)}"
+        return f"others than these of {_purposes(found, step)}: {_record(found, path)}"
+    return f"{number(times)} times as many of {_purposes(found, step)}, first of all {_record(found, path)}"
+
+
+def _record(found: Identification, path: str) -> str:
+    """The record that tells a number best: purpose, drive and channels; of those that the campaign has, where it has
+    any for this purpose."""
+    purpose, rank, most = next(
+        (one for start, one in _BEST.items() if path.startswith(start)), (Purpose.RAMPS, _hertz, "")
+    )
+    sets = [(rank(one), name, one) for name, one in found.opened.sets(purpose)]
+    if not sets:
+        return _wanted(found, purpose)
+    _, name, one = max(sets, key=lambda each: each[0])
+    drive = "" if one.signal is None else f" ({_drive(one)}: {most})"
+    return f"{name}{drive}, {_channels(found, purpose)}"
+
+
+def _wanted(found: Identification, purpose: Purpose) -> str:
+    """Records of a purpose that the campaign has none of: purpose, drive and channels."""
+    volts = max((_volts(one) for one in found.opened.campaign.records.values()), default=0.0)
+    most = f" up to {amount(volts, 'V', 3)}" if volts else ""
+    kind = f"{_KINDS[purpose].format(most)} on drive {found.model.drive}"
+    return f"'{purpose.value}': {kind}, {_channels(found, purpose)}"
+
+
+_KINDS = {
+    Purpose.MODAL: "weak swept sines in the air", Purpose.LOOPS: "slow voltage that turns at several levels{}",
+    Purpose.RAMPS: "ramped squares of several frequencies{}", Purpose.BOUNCES: "squares{} that make the foot bounce",
+    Purpose.CLOSE: "sines at several gaps that keep the foot clear",
+}  # fmt: skip
+"""Drive of the records of a purpose, in words."""
+
+
+def _channels(found: Identification, purpose: Purpose) -> str:
+    """Channels that a purpose needs."""
+    kinds = "velocity" if purpose is Purpose.MODAL else "displacement and velocity"
+    return f"{kinds} of {' and '.join(found.model.points)}"
+
+
+def _drive(one: RecordSet) -> str:
+    """A signal in words: kind, amplitude, frequency."""
+    said = [str(getattr(one.signal, "kind", "")).replace("_", " ")]
+    said += [amount(v, unit, 3) for v, unit in ((_volts(one), "V"), (_hertz(one), "Hz")) if v]
+    return " ".join(said)
+
+
+def _hertz(one: RecordSet) -> float:
+    return float(getattr(one.signal, "frequency", 0.0))
+
+
+def _volts(one: RecordSet) -> float:
+    levels = getattr(one.signal, "levels", ())
+    return float(max(map(abs, levels), default=0.0) or getattr(one.signal, "amplitude", 0.0))
 
 
 def _purposes(found: Identification, step: StepResult) -> str:

@@ -249,6 +249,9 @@ def test_what_is_open_says_why_and_what_to_record():
     found = loosened(path, 2.0 * WIDTH / half)
     open_ones = {row[0]: row[1:] for row in open_table(found).rows}
     assert open_ones[path][1].startswith("4 times as many of 'ramps'") or open_ones[path][1].startswith("5 ")
+    assert open_ones[path][1].endswith(
+        "ramps-5hz-100 (ramped square 8 V 5 Hz: the longest contacts), displacement and velocity of tip and center"
+    )
     assert open_ones["landing rule"][0].startswith("undecided between")
     assert path in open_table(found).notes[0]
 

@@ -17,6 +17,7 @@ from tarsus.identify.campaign import Opened, read_campaign
 from tarsus.identify.chain import identify
 from tarsus.identify.draws import newton_draws
 from tarsus.identify.result import Identification, identified_device, write_identification
+from tarsus.identify.tables import open_table
 from tarsus.model.scene import Scene, Source
 from tarsus.records.purpose import Purpose
 from tarsus.synthesis.campaign_folder import write_campaign
@@ -89,6 +90,11 @@ def test_without_detachments_the_impacts_tell_the_film_and_the_device_says_what_
     own = found.steps["restitution"]
     assert own.value(RESTITUTION) == pytest.approx(full.value(RESTITUTION), rel=0.02)
     assert own.std[0] > full.std[0]  # a film that is known less leaves the restitution more open
+    rows = {row[0]: row[2] for row in open_table(found).rows}
+    assert rows["film and adhesion"] == (
+        "'ramps': ramped squares of several frequencies up to 8 V on drive pzt, displacement and velocity of tip and "
+        "center"
+    )
     assert not found.comparisons and any("held-out records are not simulated" in one for one in found.remarks)
     device = identified_device(found)
     assert device.origin(RESTITUTION).source is Source.CALIBRATED

@@ -55,9 +55,7 @@ def test_nothing_is_cut_overlaps_or_is_faint(kind: str, tmp_path: Path) -> None:
         for found in glance(text, tmp_path, scheme):
             assert not found["faults"], f"{kind}, {found['width']} px, {scheme}"
             limits = dict(zip(WIDTHS, TALLEST.get(kind, (TALL, math.inf)), strict=True))
-            assert found["height"] <= limits[found["width"]], (
-                f"{kind}: {found['height']} px high"
-            )
+            assert found["height"] <= limits[found["width"]], f"{kind}: {found['height']} px high"
 
 
 def test_faults_are_found(tmp_path: Path) -> None:
