@@ -11,7 +11,7 @@ the cuts.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.events import CONTACT_BEGINS
 from tarsus.base.quantities import Quantity
 from tarsus.base.spec import get_value
-from tarsus.fit.record_problem import RecordFit, RecordProblem, Seen, SeenRecord, Segment
+from tarsus.fit.record_problem import UNDER, RecordFit, RecordProblem, Seen, SeenRecord, Segment
 from tarsus.fit.record_ties import solve_tied
 from tarsus.fit.unknowns import Prior
 from tarsus.fit.verdict import Verdict, verdict_of
@@ -49,6 +49,9 @@ FOLLOWED, MOST = 1.3, 0.9
 share of windows of which all are taken to be: a foot that only just touches stays one apart."""
 STEPS, TIES, FIRST = 12, 12, 4
 """Steps of a descent of all windows with free starts, with tied ones, and of one window alone."""
+APART, LEAST_APART, ROUNDS = 0.1, 0.003, 4
+"""Spread of logarithms from foot to foot at first, and at least, where it is less than any interval; and how often
+windows are tied and the spread is estimated again."""
 FEW = 12
 """Samples of a record below which nothing is found of it."""
 
@@ -111,7 +114,8 @@ class WalkFit:
     paths (np,); values (np,) [SI]; covariance (np, np) of the logarithms, what was known beforehand included; prior
     (np,): standard deviations of the logarithms beforehand; left: by record, mean square of what each window leaves
     over the noise; edges: by record [s]; residuals: by record, (nc, nt) over the noise, NaN outside of the windows;
-    settled: whether the numbers would go no further.
+    settled: whether the numbers would go no further; apart: spread of logarithms from foot to foot by path; feet:
+    factor of each foot's own number, with the standard deviation of its logarithm.
     """
 
     paths: tuple[str, ...]
@@ -122,6 +126,8 @@ class WalkFit:
     edges: tuple[Floats, ...]
     residuals: tuple[Floats, ...] = ()
     settled: bool = True
+    apart: Mapping[str, float] = field(default_factory=dict)
+    feet: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     def interval(self, path: str) -> tuple[float, float]:
         """95 % interval of a number [SI]."""
@@ -237,7 +243,13 @@ def _with_noise(problem: RecordProblem, fit: RecordFit, records: Sequence[WalkRe
     return replace(problem, records=tuple(out))
 
 
-def identify_walk(records: Sequence[WalkRecord], spread: Mapping[str, float], *, passes: int = 5) -> WalkFit:
+def identify_walk(
+    records: Sequence[WalkRecord],
+    spread: Mapping[str, float],
+    *,
+    differing: Sequence[str] = (),
+    passes: int = 5,
+) -> WalkFit:
     """Find numbers of a walker and its ground from records that begin with its drives.
 
     Parameters
@@ -246,6 +258,10 @@ def identify_walk(records: Sequence[WalkRecord], spread: Mapping[str, float], *,
         Of one walker, whose scenes differ in their drives, and their names from each other.
     spread
         Paths of what is not known exactly, with standard deviations of their logarithms.
+    differing
+        Paths among them that may differ from foot to foot: the ground's number is then their geometric mean, and each
+        foot's own lies off it by a normal deviation of the logarithm, whose spread is estimated as well (an empirical
+        Bayes estimate by expectation and maximisation, Dempster et al. 1977).
     passes
         How often windows are followed and numbers found, at most.
 
@@ -273,7 +289,12 @@ def identify_walk(records: Sequence[WalkRecord], spread: Mapping[str, float], *,
             break
     assert fit is not None
     problem, segments = _with_noise(problem, fit, records), list(fit.segments)
-    for wider in (SLACK, 1.0):
+    if differing:
+        problem = replace(problem, priors={**problem.priors, **_of_feet(records[0].scene, differing, APART)})
+        fit = replace(fit, moved=np.append(fit.moved, np.zeros(len(problem.feet))))
+    for turn, wider in enumerate((SLACK, *[1.0] * (ROUNDS if differing else 1))):
+        if differing and turn:
+            problem, fit = _respread(problem, fit)
         ties = wider * np.repeat(TIED, len(segments[0].state) // 2)
         fit = solve_tied(problem, segments, fit.moved, ties, weights=weights, rounds=TIES)
         segments = list(fit.segments)
@@ -285,4 +306,37 @@ def identify_walk(records: Sequence[WalkRecord], spread: Mapping[str, float], *,
         fit.covariance[: len(paths), : len(paths)] * np.outer(prior, prior), prior,
         tuple(left[of == k] for k in range(len(records))),
         tuple(np.array([one[0][0], *(end for _, end in one)]) for one in ends), _residuals(problem, fit), fit.settled,
+        *_feet(problem, fit),
     )  # fmt: skip
+
+
+def _of_feet(scene: Scene, paths: Sequence[str], apart: float) -> dict[str, Prior]:
+    """Factors of the ground's numbers under single feet."""
+    names = (f"{UNDER}{foot}: {path}" for path in paths for foot in scene.robot.feet)
+    return dict.fromkeys(names, Prior(1.0, factor=float(np.exp(apart))))
+
+
+def _respread(problem: RecordProblem, fit: RecordFit) -> tuple[RecordProblem, RecordFit]:
+    """The same with the spreads from foot to foot that the deviations have: mean squares, their variances included."""
+    names, priors, moved = list(problem.priors), dict(problem.priors), fit.moved.copy()
+    for path in dict.fromkeys(path for _, path in problem.feet.values()):
+        mine = [names.index(name) for name, (_, other) in problem.feet.items() if other == path]
+        squares = moved[mine] ** 2 + np.diag(fit.covariance)[mine]  # in standard deviations beforehand
+        before = float(np.log(problem.priors[names[mine[0]]].factor or 1.0))
+        after = max(before * float(np.sqrt(squares.mean())), LEAST_APART)
+        for j in mine:
+            priors[names[j]] = Prior(1.0, factor=float(np.exp(after)))
+            moved[j] *= before / after
+    return replace(problem, priors=priors), replace(fit, moved=moved)
+
+
+def _feet(problem: RecordProblem, fit: RecordFit) -> tuple[dict[str, float], dict[str, tuple[float, float]]]:
+    """Spread from foot to foot by path, and each foot's own factor with the standard deviation of its logarithm."""
+    names, apart, own = list(problem.priors), dict[str, float](), dict[str, tuple[float, float]]()
+    for name, (_, path) in problem.feet.items():
+        apart[path] = float(np.log(problem.priors[name].factor or 1.0))
+        own[name] = (
+            fit.values[name],
+            apart[path] * float(np.sqrt(fit.covariance[names.index(name), names.index(name)])),
+        )
+    return apart, own
