@@ -37,9 +37,15 @@ Floats = NDArray[np.float64]
 LOOSE = (20e-6, 0.1)
 """Standard deviations [m, m/s] of a start about the one before: wider than what any record leaves of a start that it
 shows, so that only what no record shows, such as a foot's motion that has died away, stays where it was."""
+NEAR = (1e-6, 1e-3)
+"""The same of the first start of a record that does not show the body: as far as its release from the ground moves
+it."""
 TIED = (20e-9, 20e-6)
 """Standard deviations [m, m/s] of a start about the end of the window before: what no model has of a motion within some
 milliseconds, below the noise of any instrument that sees it."""
+WIDE, TRIED = 2.0, 24
+"""Factor that a number is known to beforehand from which on a record that does not show the body is tried from others,
+and how many."""
 SLACK = 10.0
 """Times as loose as in the end windows are tied at first, where the cost is smoother."""
 ZERO = 1e-5
@@ -115,7 +121,7 @@ class WalkFit:
     (np,): standard deviations of the logarithms beforehand; left: by record, mean square of what each window leaves
     over the noise; edges: by record [s]; residuals: by record, (nc, nt) over the noise, NaN outside of the windows;
     settled: whether the numbers would go no further; apart: spread of logarithms from foot to foot by path; feet:
-    factor of each foot's own number, with the standard deviation of its logarithm.
+    each foot's own number [SI], with the standard deviation of its logarithm.
     """
 
     paths: tuple[str, ...]
@@ -142,6 +148,14 @@ class WalkFit:
         return verdict_of(self.interval(path), of_prior=of_prior)
 
 
+def _sees_the_body(records: Sequence[WalkRecord]) -> bool:
+    """Whether some channel of every record shows where the body is, or how fast."""
+    return all(any(one.quantity in _MOTION for one in record.outputs) for record in records)
+
+
+_MOTION = (Quantity.DISPLACEMENT, Quantity.VELOCITY, Quantity.ANGLE, Quantity.ANGULAR_VELOCITY)
+
+
 @dataclass(frozen=True)
 class _Walk:
     """A record, and its number in the problem."""
@@ -166,6 +180,45 @@ class _Walk:
             state, contacts = _end(found.windows[0], contacts)
             begin = free.span[1]
         return out
+
+    def extend(self, moved: Floats) -> tuple[list[Segment], Floats]:
+        """Windows of a record that does not show the body, and numbers: one more at a time, tied to those before, from
+        the state in which the walker stands; the first from several numbers, of which the best is kept."""
+        out, weights, places = list[Segment](), list[float](), self._places(moved)
+        last = float(self.problem.records[self.number].times[-1])
+        while not out or out[-1].span[1] < last:
+            tried = [self._extended(out, weights, place, last) for place in places]
+            fit = min(tried, key=lambda one: float(np.log(np.maximum(1.0, _left(one))).sum()))
+            out, places = list(fit.segments), [fit.moved]
+            weights = (1.0 / np.sqrt(np.maximum(1.0, _left(fit)))).tolist()
+        return out, places[0]
+
+    def _places(self, moved: Floats) -> list[Floats]:
+        """Numbers, and others about them of which little is known, where a first window may settle elsewhere."""
+        wide = np.array([(one.factor or 1.0) > WIDE for one in self.problem.priors.values()])
+        if not wide.any():
+            return [moved]
+        drawn = np.random.default_rng(self.number).uniform(-1.0, 1.0, (TRIED, len(moved)))
+        return [moved, *(moved + np.where(wide, one, 0.0) for one in drawn)]
+
+    def _extended(self, before: list[Segment], weights: list[float], moved: Floats, last: float) -> RecordFit:
+        """One window more."""
+        plan = self.problem.lowered(moved)[1][self.number]
+        walker = self.problem.scenes[self.number].robot.structure
+        assert isinstance(walker, Walker)
+        contact = contact_time(walker)
+        near, ties = (np.repeat(one, walker.size) for one in (NEAR, SLACK * np.array(TIED)))
+        if before:
+            start = WindowStart(before[-1].state, before[-1].begin, [before[-1].span[1]], before[-1].contacts)
+            begin = before[-1].span[1]
+            state, contacts = _end(simulate_windows(plan, [start])[0], before[-1].contacts)
+        else:
+            begin, state, contacts = _lead(plan, contact, last)
+        free = Segment(self.number, begin, (begin, last), state, near, contacts)
+        free = replace(free, span=(begin, self._edge(plan, free, contact, last)))
+        return solve_tied(
+            self.problem, [*before, free], moved, ties, weights=np.array([*weights, 1.0]), rounds=FIRST
+        )
 
     @staticmethod
     def _edge(plan: Plan, segment: Segment, contact: float, last: float) -> float:
@@ -274,13 +327,22 @@ def identify_walk(
         raise InputError("expected records of a walk, got none")
     problem = _problem(records, spread)
     moved, fit, segments, weights = np.zeros(len(problem.priors)), None, None, np.zeros(0)
+    seen = _sees_the_body(records)
     for _ in range(passes):
         if segments is None:
-            segments = [one for k in range(len(records)) for one in _Walk(problem, k).follow(moved)]
+            segments = []
+            for walk in (_Walk(problem, k) for k in range(len(records))):
+                windows, moved = (walk.follow(moved), moved) if seen else walk.extend(moved)
+                segments += windows
             zeros = np.zeros((len(segments), len(segments[0].state)))
             left = problem.residuals(segments, zeros, moved)
             weights = 1.0 / np.sqrt(np.maximum(1.0, [np.mean(np.concatenate(one) ** 2) for one in left]))
-        fit = problem.solve(segments, moved, weights=weights, rounds=STEPS)
+        ties = SLACK * np.repeat(TIED, len(segments[0].state) // 2)
+        fit = (
+            problem.solve(segments, moved, weights=weights, rounds=STEPS)
+            if seen
+            else solve_tied(problem, segments, moved, ties, weights=weights, rounds=STEPS)
+        )
         moved, left = fit.moved, _left(fit)
         weights, segments = 1.0 / np.sqrt(np.maximum(1.0, left)), list(fit.segments)
         if np.mean(left < FOLLOWED) < MOST:
@@ -306,7 +368,7 @@ def identify_walk(
         fit.covariance[: len(paths), : len(paths)] * np.outer(prior, prior), prior,
         tuple(left[of == k] for k in range(len(records))),
         tuple(np.array([one[0][0], *(end for _, end in one)]) for one in ends), _residuals(problem, fit), fit.settled,
-        *_feet(problem, fit),
+        *_feet(problem, fit, spread),
     )  # fmt: skip
 
 
@@ -330,13 +392,15 @@ def _respread(problem: RecordProblem, fit: RecordFit) -> tuple[RecordProblem, Re
     return replace(problem, priors=priors), replace(fit, moved=moved)
 
 
-def _feet(problem: RecordProblem, fit: RecordFit) -> tuple[dict[str, float], dict[str, tuple[float, float]]]:
-    """Spread from foot to foot by path, and each foot's own factor with the standard deviation of its logarithm."""
+def _feet(
+    problem: RecordProblem, fit: RecordFit, prior: Mapping[str, float]
+) -> tuple[dict[str, float], dict[str, tuple[float, float]]]:
+    """Spread from foot to foot by path, and each foot's own number with the standard deviation of its logarithm."""
     names, apart, own = list(problem.priors), dict[str, float](), dict[str, tuple[float, float]]()
     for name, (_, path) in problem.feet.items():
         apart[path] = float(np.log(problem.priors[name].factor or 1.0))
-        own[name] = (
-            fit.values[name],
-            apart[path] * float(np.sqrt(fit.covariance[names.index(name), names.index(name)])),
-        )
+        both = np.array([names.index(path), names.index(name)])
+        weights = np.array([prior[path], apart[path]])
+        variance = float(weights @ fit.covariance[np.ix_(both, both)] @ weights)
+        own[name.removeprefix(UNDER)] = fit.values[path] * fit.values[name], float(np.sqrt(variance))
     return apart, own
