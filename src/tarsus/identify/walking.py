@@ -145,7 +145,12 @@ class WalkFit:
         """Whether the records determine a number."""
         j = self.paths.index(path)
         of_prior = float(np.sqrt(self.covariance[j, j]) / self.prior[j])
-        return verdict_of(self.interval(path), of_prior=of_prior)
+        return verdict_of(self.interval(path), of_prior=of_prior, doubted=self.followed < MOST)
+
+    @property
+    def followed(self) -> float:
+        """Share of the windows that are followed to their noise."""
+        return float(np.mean(np.concatenate(self.left) < FOLLOWED))
 
 
 def _sees_the_body(records: Sequence[WalkRecord]) -> bool:
