@@ -144,7 +144,9 @@ def identify_walking(
         name: (value, value * np.exp(sd * drawn), units[name.partition(": ")[2]].unit)
         for (name, (value, sd)), drawn in zip(fit.feet.items(), own, strict=True)
     }
-    spreads = [f"{path} differs by {100 * apart:.2g} % from foot to foot" for path, apart in fit.apart.items()]
+    spreads = [
+        f"{path} differs by {100 * apart:.2g} % from foot to foot" for path, apart in fit.apart.items()
+    ]
     seen = [(r, off) for r, off in zip(records, fit.residuals, strict=True)]
     return StepResult(
         "walking", fit.paths, fit.values, samples,

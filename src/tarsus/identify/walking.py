@@ -204,7 +204,16 @@ class _Walk:
         if not wide.any():
             return [moved]
         drawn = np.random.default_rng(self.number).uniform(-1.0, 1.0, (TRIED, len(moved)))
-        return [moved, *(moved + np.where(wide, one, 0.0) for one in drawn)]
+        others = [moved + np.where(wide, one, 0.0) for one in drawn]
+        return [moved, *(one for one in others if self._possible(one))]
+
+    def _possible(self, moved: Floats) -> bool:
+        """Whether a robot takes these numbers."""
+        try:
+            self.problem.lowered(moved)
+        except InputError:
+            return False
+        return True
 
     def _extended(self, before: list[Segment], weights: list[float], moved: Floats, last: float) -> RecordFit:
         """One window more."""
