@@ -22,14 +22,14 @@ from scipy.linalg import block_diag
 
 from tarsus.base.errors import InputError
 from tarsus.base.quantities import Quantity
-from tarsus.base.spec import with_values
+from tarsus.base.spec import get_value, with_values
 from tarsus.fit.normal_equations import Descent, Minimum, NormalEquations, descend
 from tarsus.fit.unknowns import Prior
 from tarsus.model.scene import Scene
-from tarsus.plan.lowering import Plan, lower_scene
+from tarsus.plan.lowering import Plan, lower_scene, slot
 from tarsus.solve.contacts import Contacts
 from tarsus.solve.outputs import Output, output_rows, output_slopes
-from tarsus.solve.tangents import entering
+from tarsus.solve.tangents import Entering, entering
 from tarsus.solve.window import WindowBatch, WindowGradients, WindowSlopes, WindowStart, simulate_windows
 
 Floats = NDArray[np.float64]
@@ -41,6 +41,11 @@ RATES = {
 """What a quantity's derivative by time is: what may be late by an unknown time."""
 FAR = 0.5
 """Longest step of the logarithm of a number: beyond, windows between impacts are not linear in any."""
+
+
+UNDER = "under "
+"""How numbers of the ground under one foot begin, ``under L1: ground.friction.coefficient``: a factor of the ground's
+own number there, one where the ground is the same under all feet."""
 
 
 @dataclass(frozen=True)
@@ -163,7 +168,20 @@ class RecordProblem:
         """Numbers of the scene."""
         every = [one for record in self.records for one in record.channels]
         named = {name for one in every for name in (one.gain, one.zero, one.delay)}
-        return tuple(name for name in self.priors if name not in named)
+        return tuple(name for name in self.priors if name not in named and name not in self.feet)
+
+    @cached_property
+    def feet(self) -> dict[str, tuple[int, str]]:
+        """Numbers of single feet by name: which foot, and the path of the ground that they are a factor of."""
+        names = list(self.scenes[0].robot.feet)
+        parts = {
+            name: name.removeprefix(UNDER).partition(": ") for name in self.priors if name.startswith(UNDER)
+        }
+        return {name: (names.index(foot), path) for name, (foot, _, path) in parts.items()}
+
+    def numbers(self, names: Sequence[str] | None) -> tuple[str, ...]:
+        """Those of some names by which windows have derivatives: of the scene, then of single feet."""
+        return tuple(name for name in (*self.paths, *self.feet) if name in (names or ()))
 
     def values(self, moved: Floats) -> dict[str, float]:
         """Numbers by name at (np,), standard deviations from what is known."""
@@ -284,9 +302,8 @@ class RecordProblem:
             places.append([first + np.searchsorted(when, one) for one in shown])
             first += len(when)
         end = max(float(np.max(one.times)) for one in starts)
-        paths = tuple(path for path in self.paths if path in (names or ()))
         by = WindowGradients(
-            tuple(entering(scenes[r], plans[r], paths, end) for r in data.values()), names is not None,
+            tuple(self._entering(scenes[r], plans[r], values, names, end) for r in data.values()), names is not None,
             names is not None and own.shape[1] > len(segments[0].state),
         )  # fmt: skip
         batch = simulate_windows(plans[segments[0].record], starts, gradients=by)
@@ -305,6 +322,30 @@ class RecordProblem:
         of = [one.record for one in segments]
         return Flown(batch, places, outputs, rates, values, [scenes[r] for r in of], [plans[r] for r in of])
 
+    def _entering(
+        self, scene: Scene, plan: Plan, values: Mapping[str, float], names: Sequence[str] | None, end: float
+    ) -> Entering:  # fmt: skip
+        """What enters windows of a scene, with what the ground is under single feet."""
+        directions = {
+            name: {self.feet[name][1] if name in self.feet else name: 1.0} for name in self.numbers(names)
+        }
+        found = entering(scene, plan, directions, end)
+        if not self.feet:
+            return found
+        factors = np.ones(found.row.parameters.shape[1:])
+        for name, (foot, path) in self.feet.items():
+            place = slot(scene, path)
+            assert place is not None
+            factors[foot, place.at] = values[name]
+        slopes = found.data.parameters * factors[:, :, None]
+        for k, name in enumerate(directions):
+            if name in self.feet:
+                foot, path = self.feet[name]
+                mine = np.arange(len(slopes)) == foot
+                slopes[..., k] = found.data.parameters[..., k] * mine[:, None] * float(get_value(scene, path))
+        row = replace(found.row, parameters=found.row.parameters * factors)
+        return replace(found, row=row, data=replace(found.data, parameters=slopes))
+
     def left_of(self, segments: Sequence[Segment], flown: Flown) -> list[list[Floats]]:
         """What segments leave over the noise, by channel."""
         out = []
@@ -322,15 +363,16 @@ class RecordProblem:
         names, in standard deviations; zero where the motion has none, as behind a foot that only just touches."""
         batch = flown.batch
         assert batch.slopes is not None
-        paths = tuple(path for path in self.paths if path in names)
+        paths = self.numbers(names)
         by_output = np.zeros((*flown.outputs.shape, len(batch.slopes.names)))
         for r, at in _parts(segments, batch):
             k = next(k for k, one in enumerate(segments) if one.record == r)
             own = WindowSlopes(batch.slopes.names, batch.slopes.states.part(at), batch.slopes.rows, ())
             channels = [one.output for one in self.records[r].channels]
             by_output[: len(channels), at] = output_slopes(
-                flown.scenes[k], channels, batch.times[at], batch.states.part(at), own, paths, flown.plans[k]
-            )
+                flown.scenes[k], channels, batch.times[at], batch.states.part(at), own,
+                [path for path in paths if path not in self.feet], flown.plans[k],
+            )  # fmt: skip
         by_output[~np.isfinite(by_output).all(axis=2)] = 0.0
         column = {name: k for k, name in enumerate(names)}
         unit = [1.0 / float(self.priors[name].rates(np.array(flown.values[name]))) for name in names]
@@ -363,7 +405,7 @@ class RecordProblem:
     ) -> tuple[Floats, Floats]:  # fmt: skip
         """Slopes of the state at a segment's end by its start (2n, 2n) and by the numbers (2n, np), in standard
         deviations."""
-        batch, paths = flown.batch, [path for path in self.paths if path in names]
+        batch, paths = flown.batch, self.numbers(names)
         assert batch.slopes is not None
         states, at, size = batch.slopes.states, batch.first[k + 1] - 1, len(segments[k].state)
         end = np.concatenate([states.x[:, at], states.v[:, at]])

@@ -13,6 +13,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.errors import InputError
 from tarsus.fit.normal_equations import Descent, NormalEquations, descend
 from tarsus.fit.record_problem import Flown, RecordFit, RecordProblem, Segment, free_of
 
@@ -71,9 +72,12 @@ class _Tied:
         return out
 
     def costs(self, own: Floats, moved: Floats) -> Floats:
-        """Sums of squares of the records."""
+        """Sums of squares of the records; infinite where a scene does not take the numbers."""
         starts = self.each(own)
-        flown = self.problem.flown(self.segments, starts, moved)
+        try:
+            flown = self.problem.flown(self.segments, starts, moved)
+        except InputError:
+            return np.full(len(self.of), np.inf)
         left = self.problem.left_of(self.segments, flown)
         squares = self.weights**2 * np.array([sum(float(one @ one) for one in each) for each in left])
         return np.array([

@@ -109,6 +109,9 @@ class Campaign(Description):
     other_gap: MaybeAmount = quantity(
         "m", "a second gap at the neutral position, to see how the result depends on it", default=None, gt=0
     )
+    ground_by_foot: bool = Field(
+        default=False, description="of a walker: whether the ground may differ from foot to foot"
+    )
     defaults: Defaults | None = Field(default=None, description="what the sets do not say themselves")
     records: Named[RecordSet] = Field(description="sets of records by name")
 

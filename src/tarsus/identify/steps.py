@@ -270,7 +270,8 @@ def _walking(chain: StepRunner) -> StepResult:
         files |= {r.file for r in mine}
     if not records:
         raise InputError(chain.nothing_for(Purpose.WALKING, "walks"))
-    return replace(identify_walking(scene, records, chain.seed + 7), files=frozenset(files))
+    by_foot = chain.opened.campaign.ground_by_foot
+    return replace(identify_walking(scene, records, chain.seed + 7, by_foot), files=frozenset(files))
 
 
 def _straighter(chain: StepRunner) -> bool:

@@ -16,6 +16,9 @@ Floats = NDArray[np.float64]
 
 QUIET = 2.0
 """Contact times without any event that part two contacts: within a contact, while a foot is held, one passes."""
+SOON = 3.0
+"""Contact times after the first contact within which one is cut that never is so quiet: what is longer is not followed
+from numbers that are far off."""
 AHEAD = 20.0
 """Contact times that are looked ahead; a window without any contact is that long."""
 
@@ -30,19 +33,19 @@ def edge_after(events: NDArray[np.void], begin: float, end: float, contact: floa
     """Where a window that begins at ``begin`` ends, by the events of its predicted motion up to ``end`` [s].
 
     In the middle of the first stretch after a contact that is quiet for so long; where there is none, of the longest
-    one in the later half; without any event at the end.
+    one that begins within `SOON` contact times of the first contact; without any contact at the end.
     """
     times = np.unique(np.asarray(events["time"], dtype=float))
     times = times[(times > begin) & (times < end)]
     landed = np.asarray(events["time"], dtype=float)[np.isin(events["kind"], (*IMPACTS, *CONTACT_BEGINS))]
-    landed = landed[landed > begin]
-    if not len(times):
+    landed = landed[(landed > begin) & (landed < end)]
+    if not len(landed):
         return end
-    bounds = np.append(times, end)
+    first = landed.min()
+    bounds = np.append(times[times >= first], end)
     quiet, middle = np.diff(bounds), 0.5 * (bounds[:-1] + bounds[1:])
-    after = bounds[:-1] >= landed.min(initial=np.inf)
-    found = np.flatnonzero(after & (quiet >= QUIET * contact))
+    found = np.flatnonzero(quiet >= QUIET * contact)
     if len(found):
         return float(middle[found[0]])
-    later = middle >= 0.5 * (begin + end)
-    return float(middle[np.argmax(np.where(later, quiet, -1.0))]) if later.any() else end
+    soon = bounds[:-1] <= first + SOON * contact
+    return float(middle[np.argmax(np.where(soon, quiet, -1.0))])

@@ -32,6 +32,8 @@ SAME = 1.3
 _GROUND = tuple(
     f"ground.{name}." for name in ("restitution", "friction", "film", "adhesion", "electrostatic")
 )
+DIFFERING = ("ground.restitution.coefficient", "ground.friction.coefficient", "ground.adhesion.initial")
+"""What may differ from foot to foot: what a foot's own surface changes most."""
 _LEG = ("stiffness_v", "damping_v", "stiffness_l", "damping_l")
 _SEEN = (
     Quantity.DISPLACEMENT, Quantity.VELOCITY, Quantity.ANGLE, Quantity.ANGULAR_VELOCITY, Quantity.ACCELERATION,
@@ -109,8 +111,11 @@ def _walk_record(scene: Scene, name: str, one: RecordSet, record: Measurement) -
     )  # fmt: skip
 
 
-def identify_walking(scene: Scene, records: Sequence[WalkRecord], seed: int) -> StepResult:
-    """Ground and legs of a walker from its walks.
+def identify_walking(
+    scene: Scene, records: Sequence[WalkRecord], seed: int, by_foot: bool = False
+) -> StepResult:
+    """Ground and legs of a walker from its walks; by_foot: what the ground does at contacts may differ from foot to
+    foot, whose own numbers are combinations of the step then.
 
     Raises
     ------
@@ -119,7 +124,8 @@ def identify_walking(scene: Scene, records: Sequence[WalkRecord], seed: int) -> 
     """
     if not isinstance(scene.robot.structure, Walker):
         raise InputError("walks are identified of walkers: the structure is of another kind")
-    fit = identify_walk(records, unknowns_of(scene))
+    sought, units = unknowns_of(scene), float_paths(scene)
+    fit = identify_walk(records, sought, differing=[path for path in sought if by_foot and path in DIFFERING])
     told = {path: fit.verdict(path) for path in fit.paths}
     draws = np.random.default_rng([seed, 23]).standard_normal((DRAWS, len(fit.paths)))
     samples = fit.values * np.exp(draws @ np.linalg.cholesky(fit.covariance).T)
@@ -133,13 +139,22 @@ def identify_walking(scene: Scene, records: Sequence[WalkRecord], seed: int) -> 
         cause="walks move otherwise than the model between some contacts",
     )  # fmt: skip
     contacts = f"{len(left)} windows between contacts, {1e3 * _median_length(fit):.3g} ms at the median"
+    own = np.random.default_rng([seed, 29]).standard_normal((len(fit.feet), DRAWS))
+    feet = {
+        name: (value, value * np.exp(sd * drawn), units[name.partition(": ")[2]].unit)
+        for (name, (value, sd)), drawn in zip(fit.feet.items(), own, strict=True)
+    }
+    spreads = [
+        f"{path} differs by {100 * apart:.2g} % from foot to foot" for path, apart in fit.apart.items()
+    ]
     seen = [(r, off) for r, off in zip(records, fit.residuals, strict=True)]
     return StepResult(
         "walking", fit.paths, fit.values, samples,
         taken=tuple(path for path in fit.paths if told[path] is Verdict.ASSUMED),
         residuals=tuple(_residual(r, off, k) for r, off in seen for k in range(len(r.outputs))),
         used=(Used("windows", followed, len(left)),), checks=(share,),
-        notes=(f"Found in {contacts}.",), panels=tuple(_panel(r, off) for r, off in seen[:2]),
+        notes=(f"Found in {contacts}.", *(f"{said}." for said in spreads)), combinations=feet,
+        panels=tuple(_panel(r, off) for r, off in seen[:2]),
     )  # fmt: skip
 
 

@@ -11,7 +11,7 @@ the cuts.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.events import CONTACT_BEGINS
 from tarsus.base.quantities import Quantity
 from tarsus.base.spec import get_value
-from tarsus.fit.record_problem import RecordFit, RecordProblem, Seen, SeenRecord, Segment
+from tarsus.fit.record_problem import UNDER, RecordFit, RecordProblem, Seen, SeenRecord, Segment
 from tarsus.fit.record_ties import solve_tied
 from tarsus.fit.unknowns import Prior
 from tarsus.fit.verdict import Verdict, verdict_of
@@ -37,9 +37,15 @@ Floats = NDArray[np.float64]
 LOOSE = (20e-6, 0.1)
 """Standard deviations [m, m/s] of a start about the one before: wider than what any record leaves of a start that it
 shows, so that only what no record shows, such as a foot's motion that has died away, stays where it was."""
+NEAR = (1e-6, 1e-3)
+"""The same of the first start of a record that does not show the body: as far as its release from the ground moves
+it."""
 TIED = (20e-9, 20e-6)
 """Standard deviations [m, m/s] of a start about the end of the window before: what no model has of a motion within some
 milliseconds, below the noise of any instrument that sees it."""
+WIDE, TRIED = 2.0, 24
+"""Factor that a number is known to beforehand from which on a record that does not show the body is tried from others,
+and how many."""
 SLACK = 10.0
 """Times as loose as in the end windows are tied at first, where the cost is smoother."""
 ZERO = 1e-5
@@ -49,6 +55,9 @@ FOLLOWED, MOST = 1.3, 0.9
 share of windows of which all are taken to be: a foot that only just touches stays one apart."""
 STEPS, TIES, FIRST = 12, 12, 4
 """Steps of a descent of all windows with free starts, with tied ones, and of one window alone."""
+APART, LEAST_APART, ROUNDS = 0.1, 0.003, 4
+"""Spread of logarithms from foot to foot at first, and at least, where it is less than any interval; and how often
+windows are tied and the spread is estimated again."""
 FEW = 12
 """Samples of a record below which nothing is found of it."""
 
@@ -111,7 +120,8 @@ class WalkFit:
     paths (np,); values (np,) [SI]; covariance (np, np) of the logarithms, what was known beforehand included; prior
     (np,): standard deviations of the logarithms beforehand; left: by record, mean square of what each window leaves
     over the noise; edges: by record [s]; residuals: by record, (nc, nt) over the noise, NaN outside of the windows;
-    settled: whether the numbers would go no further.
+    settled: whether the numbers would go no further; apart: spread of logarithms from foot to foot by path; feet:
+    each foot's own number [SI], with the standard deviation of its logarithm.
     """
 
     paths: tuple[str, ...]
@@ -122,6 +132,8 @@ class WalkFit:
     edges: tuple[Floats, ...]
     residuals: tuple[Floats, ...] = ()
     settled: bool = True
+    apart: Mapping[str, float] = field(default_factory=dict)
+    feet: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     def interval(self, path: str) -> tuple[float, float]:
         """95 % interval of a number [SI]."""
@@ -133,7 +145,20 @@ class WalkFit:
         """Whether the records determine a number."""
         j = self.paths.index(path)
         of_prior = float(np.sqrt(self.covariance[j, j]) / self.prior[j])
-        return verdict_of(self.interval(path), of_prior=of_prior)
+        return verdict_of(self.interval(path), of_prior=of_prior, doubted=self.followed < MOST)
+
+    @property
+    def followed(self) -> float:
+        """Share of the windows that are followed to their noise."""
+        return float(np.mean(np.concatenate(self.left) < FOLLOWED))
+
+
+def _sees_the_body(records: Sequence[WalkRecord]) -> bool:
+    """Whether some channel of every record shows where the body is, or how fast."""
+    return all(any(one.quantity in _MOTION for one in record.outputs) for record in records)
+
+
+_MOTION = (Quantity.DISPLACEMENT, Quantity.VELOCITY, Quantity.ANGLE, Quantity.ANGULAR_VELOCITY)
 
 
 @dataclass(frozen=True)
@@ -160,6 +185,54 @@ class _Walk:
             state, contacts = _end(found.windows[0], contacts)
             begin = free.span[1]
         return out
+
+    def extend(self, moved: Floats) -> tuple[list[Segment], Floats]:
+        """Windows of a record that does not show the body, and numbers: one more at a time, tied to those before, from
+        the state in which the walker stands; the first from several numbers, of which the best is kept."""
+        out, weights, places = list[Segment](), list[float](), self._places(moved)
+        last = float(self.problem.records[self.number].times[-1])
+        while not out or out[-1].span[1] < last:
+            tried = [self._extended(out, weights, place, last) for place in places]
+            fit = min(tried, key=lambda one: float(np.log(np.maximum(1.0, _left(one))).sum()))
+            out, places = list(fit.segments), [fit.moved]
+            weights = (1.0 / np.sqrt(np.maximum(1.0, _left(fit)))).tolist()
+        return out, places[0]
+
+    def _places(self, moved: Floats) -> list[Floats]:
+        """Numbers, and others about them of which little is known, where a first window may settle elsewhere."""
+        wide = np.array([(one.factor or 1.0) > WIDE for one in self.problem.priors.values()])
+        if not wide.any():
+            return [moved]
+        drawn = np.random.default_rng(self.number).uniform(-1.0, 1.0, (TRIED, len(moved)))
+        others = [moved + np.where(wide, one, 0.0) for one in drawn]
+        return [moved, *(one for one in others if self._possible(one))]
+
+    def _possible(self, moved: Floats) -> bool:
+        """Whether a robot takes these numbers."""
+        try:
+            self.problem.lowered(moved)
+        except InputError:
+            return False
+        return True
+
+    def _extended(self, before: list[Segment], weights: list[float], moved: Floats, last: float) -> RecordFit:
+        """One window more."""
+        plan = self.problem.lowered(moved)[1][self.number]
+        walker = self.problem.scenes[self.number].robot.structure
+        assert isinstance(walker, Walker)
+        contact = contact_time(walker)
+        near, ties = (np.repeat(one, walker.size) for one in (NEAR, SLACK * np.array(TIED)))
+        if before:
+            start = WindowStart(before[-1].state, before[-1].begin, [before[-1].span[1]], before[-1].contacts)
+            begin = before[-1].span[1]
+            state, contacts = _end(simulate_windows(plan, [start])[0], before[-1].contacts)
+        else:
+            begin, state, contacts = _lead(plan, contact, last)
+        free = Segment(self.number, begin, (begin, last), state, near, contacts)
+        free = replace(free, span=(begin, self._edge(plan, free, contact, last)))
+        return solve_tied(
+            self.problem, [*before, free], moved, ties, weights=np.array([*weights, 1.0]), rounds=FIRST
+        )
 
     @staticmethod
     def _edge(plan: Plan, segment: Segment, contact: float, last: float) -> float:
@@ -237,7 +310,13 @@ def _with_noise(problem: RecordProblem, fit: RecordFit, records: Sequence[WalkRe
     return replace(problem, records=tuple(out))
 
 
-def identify_walk(records: Sequence[WalkRecord], spread: Mapping[str, float], *, passes: int = 5) -> WalkFit:
+def identify_walk(
+    records: Sequence[WalkRecord],
+    spread: Mapping[str, float],
+    *,
+    differing: Sequence[str] = (),
+    passes: int = 5,
+) -> WalkFit:
     """Find numbers of a walker and its ground from records that begin with its drives.
 
     Parameters
@@ -246,6 +325,10 @@ def identify_walk(records: Sequence[WalkRecord], spread: Mapping[str, float], *,
         Of one walker, whose scenes differ in their drives, and their names from each other.
     spread
         Paths of what is not known exactly, with standard deviations of their logarithms.
+    differing
+        Paths among them that may differ from foot to foot: the ground's number is then their geometric mean, and each
+        foot's own lies off it by a normal deviation of the logarithm, whose spread is estimated as well (an empirical
+        Bayes estimate by expectation and maximisation, Dempster et al. 1977).
     passes
         How often windows are followed and numbers found, at most.
 
@@ -258,13 +341,22 @@ def identify_walk(records: Sequence[WalkRecord], spread: Mapping[str, float], *,
         raise InputError("expected records of a walk, got none")
     problem = _problem(records, spread)
     moved, fit, segments, weights = np.zeros(len(problem.priors)), None, None, np.zeros(0)
+    seen = _sees_the_body(records)
     for _ in range(passes):
         if segments is None:
-            segments = [one for k in range(len(records)) for one in _Walk(problem, k).follow(moved)]
+            segments = []
+            for walk in (_Walk(problem, k) for k in range(len(records))):
+                windows, moved = (walk.follow(moved), moved) if seen else walk.extend(moved)
+                segments += windows
             zeros = np.zeros((len(segments), len(segments[0].state)))
             left = problem.residuals(segments, zeros, moved)
             weights = 1.0 / np.sqrt(np.maximum(1.0, [np.mean(np.concatenate(one) ** 2) for one in left]))
-        fit = problem.solve(segments, moved, weights=weights, rounds=STEPS)
+        ties = SLACK * np.repeat(TIED, len(segments[0].state) // 2)
+        fit = (
+            problem.solve(segments, moved, weights=weights, rounds=STEPS)
+            if seen
+            else solve_tied(problem, segments, moved, ties, weights=weights, rounds=STEPS)
+        )
         moved, left = fit.moved, _left(fit)
         weights, segments = 1.0 / np.sqrt(np.maximum(1.0, left)), list(fit.segments)
         if np.mean(left < FOLLOWED) < MOST:
@@ -273,7 +365,12 @@ def identify_walk(records: Sequence[WalkRecord], spread: Mapping[str, float], *,
             break
     assert fit is not None
     problem, segments = _with_noise(problem, fit, records), list(fit.segments)
-    for wider in (SLACK, 1.0):
+    if differing:
+        problem = replace(problem, priors={**problem.priors, **_of_feet(records[0].scene, differing, APART)})
+        fit = replace(fit, moved=np.append(fit.moved, np.zeros(len(problem.feet))))
+    for turn, wider in enumerate((SLACK, *[1.0] * (ROUNDS if differing else 1))):
+        if differing and turn:
+            problem, fit = _respread(problem, fit)
         ties = wider * np.repeat(TIED, len(segments[0].state) // 2)
         fit = solve_tied(problem, segments, fit.moved, ties, weights=weights, rounds=TIES)
         segments = list(fit.segments)
@@ -285,4 +382,39 @@ def identify_walk(records: Sequence[WalkRecord], spread: Mapping[str, float], *,
         fit.covariance[: len(paths), : len(paths)] * np.outer(prior, prior), prior,
         tuple(left[of == k] for k in range(len(records))),
         tuple(np.array([one[0][0], *(end for _, end in one)]) for one in ends), _residuals(problem, fit), fit.settled,
+        *_feet(problem, fit, spread),
     )  # fmt: skip
+
+
+def _of_feet(scene: Scene, paths: Sequence[str], apart: float) -> dict[str, Prior]:
+    """Factors of the ground's numbers under single feet."""
+    names = (f"{UNDER}{foot}: {path}" for path in paths for foot in scene.robot.feet)
+    return dict.fromkeys(names, Prior(1.0, factor=float(np.exp(apart))))
+
+
+def _respread(problem: RecordProblem, fit: RecordFit) -> tuple[RecordProblem, RecordFit]:
+    """The same with the spreads from foot to foot that the deviations have: mean squares, their variances included."""
+    names, priors, moved = list(problem.priors), dict(problem.priors), fit.moved.copy()
+    for path in dict.fromkeys(path for _, path in problem.feet.values()):
+        mine = [names.index(name) for name, (_, other) in problem.feet.items() if other == path]
+        squares = moved[mine] ** 2 + np.diag(fit.covariance)[mine]  # in standard deviations beforehand
+        before = float(np.log(problem.priors[names[mine[0]]].factor or 1.0))
+        after = max(before * float(np.sqrt(squares.mean())), LEAST_APART)
+        for j in mine:
+            priors[names[j]] = Prior(1.0, factor=float(np.exp(after)))
+            moved[j] *= before / after
+    return replace(problem, priors=priors), replace(fit, moved=moved)
+
+
+def _feet(
+    problem: RecordProblem, fit: RecordFit, prior: Mapping[str, float]
+) -> tuple[dict[str, float], dict[str, tuple[float, float]]]:
+    """Spread from foot to foot by path, and each foot's own number with the standard deviation of its logarithm."""
+    names, apart, own = list(problem.priors), dict[str, float](), dict[str, tuple[float, float]]()
+    for name, (_, path) in problem.feet.items():
+        apart[path] = float(np.log(problem.priors[name].factor or 1.0))
+        both = np.array([names.index(path), names.index(name)])
+        weights = np.array([prior[path], apart[path]])
+        variance = float(weights @ fit.covariance[np.ix_(both, both)] @ weights)
+        own[name.removeprefix(UNDER)] = fit.values[path] * fit.values[name], float(np.sqrt(variance))
+    return apart, own

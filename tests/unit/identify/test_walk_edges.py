@@ -31,8 +31,11 @@ def test_edges_are_in_the_middle_of_the_first_quiet_stretch_after_a_contact() ->
     assert edge_after(seen, 0.0, 20.0, 1.0) == pytest.approx(9.0)
     # before the first contact there is as much quiet, and no edge
     assert edge_after(seen[1:], 0.0, 20.0, 1.0) == pytest.approx(9.0)
-    # without so long a stretch the longest one of the later half is cut
-    assert edge_after(seen, 0.0, 7.5, 1.0) == pytest.approx(6.75)
+    # where no stretch is that quiet the longest one soon after the first contact is cut
+    assert edge_after(seen[1:], 0.0, 7.5, 1.0) == pytest.approx(6.75)
+    assert edge_after(seen[1:-1], 0.0, 6.05, 1.0) == pytest.approx(5.6)
+    # a release alone is no contact
+    assert edge_after(seen[:1], 0.0, 7.0, 1.0) == 7.0
     assert edge_after(seen[:0], 0.0, 7.0, 1.0) == 7.0
 
 

@@ -1,0 +1,115 @@
+"""Windows tied end to start, and ground that differs from foot to foot: against simulations without either."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import tarsus as ts
+from tarsus.base.quantities import Quantity
+from tarsus.base.spec import get_value, with_values
+from tarsus.fit.record_problem import RecordProblem, Seen, SeenRecord, Segment
+from tarsus.fit.record_ties import _Tied, solve_tied
+from tarsus.fit.unknowns import Prior
+from tarsus.plan.lowering import lower_scene
+from tarsus.solve.contacts import Contacts
+from tarsus.solve.outputs import Output
+
+FRICTION, BOUNCE = "ground.friction.coefficient", "ground.restitution.coefficient"
+BODY = tuple(
+    Output(kind, at) for kind in (Quantity.DISPLACEMENT, Quantity.VELOCITY) for at in ("body_x", "body")
+)
+NOISE = (1e-7, 1e-7, 5e-5, 5e-5)
+EDGES = (6e-3, 17.7e-3, 28.1e-3)
+
+
+def walk(*, feet: bool = False) -> tuple[RecordProblem, list[Segment]]:
+    """Two windows of a walk between contacts, without noise."""
+    scene = ts.load_scene("millipede", hz=50, volts=14)
+    run, times = ts.simulate(scene, EDGES[-1]), np.arange(1, 563) / 20e3
+    times = times[times < EDGES[-1]]
+    channels = tuple(Seen(one, noise) for one, noise in zip(BODY, NOISE, strict=True))
+    record = SeenRecord(channels, times, run.outputs(list(BODY), times))
+    priors = {path: Prior(float(get_value(scene, path)), factor=1.05) for path in (FRICTION, BOUNCE)}
+    if feet:
+        priors |= {f"under {foot}: {FRICTION}": Prior(1.0, factor=1.1) for foot in ("L1", "R1")}
+    segments, spread = [], np.repeat([1e-6, 1e-3], 6)
+    for begin, end in pairwise(EDGES):
+        at = run.states(np.array([begin]))
+        assert not at.held.any()
+        state = np.concatenate([at.x[:, 0], at.v[:, 0]])
+        segments.append(Segment(0, begin, (begin, end), state, spread, Contacts()))
+    return RecordProblem((scene,), (record,), priors), segments
+
+
+def test_tied_windows_leave_what_one_window_leaves() -> None:
+    problem, segments = walk()
+    tied = _Tied(problem, tuple(segments), np.repeat([1e-9, 1e-6], 6), np.ones(2))
+    # from the states of one run the ends meet, and nothing is left but what tolerances and cuts leave
+    assert tied.costs(np.zeros((1, 24)), np.zeros(2))[0] < 1e-2
+    # a start that is off by its standard deviation is off the end before by that over the tie
+    off = np.zeros((1, 24))
+    off[0, 12] = 0.01
+    flown = problem.flown(segments, tied.each(off), np.zeros(2))
+    (gap,) = tied._gaps(flown, [0, 1])
+    assert gap[0] == pytest.approx(0.01 * 1e-6 / 1e-9, rel=1e-2)
+
+
+@pytest.mark.parametrize("feet", [False, True])
+def test_slopes_of_tied_windows_are_those_of_their_costs(feet: bool) -> None:
+    problem, segments = walk(feet=feet)
+    tied = _Tied(problem, tuple(segments), np.repeat([1e-7, 1e-4], 6), np.array([1.0, 0.7]))
+    rng, count = np.random.default_rng(0), len(problem.priors)
+    own, moved = 0.02 * rng.standard_normal((1, 24)), 0.02 * rng.standard_normal(count)
+    system, step = tied.equations(own, moved), 1e-5
+    right = np.concatenate([system.right_own[0], system.right_shared[0]])
+    for k in range(24 + count):
+        by = np.eye(24 + count)[k] * step
+        up, down = (tied.costs(own + s * by[:24], moved + s * by[24:])[0] for s in (1.0, -1.0))
+        assert (down - up) / (4.0 * step) == pytest.approx(right[k], rel=1e-4, abs=1e-5 * np.abs(right).max())
+
+
+def test_numbers_come_back_and_are_known_better_when_windows_are_tied() -> None:
+    problem, segments = walk()
+    moved = np.array([0.5, -0.5])
+    free = problem.solve(segments, moved)
+    tied = solve_tied(problem, segments, moved, np.repeat([2e-8, 2e-5], 6))
+    assert free.settled and tied.settled
+    for fit in (free, tied):
+        off = fit.moved / np.sqrt(np.diag(fit.covariance))
+        assert np.abs(off).max() < 0.3  # there is no noise; what is known beforehand draws by as much
+    assert np.all(np.diag(tied.covariance) < np.diag(free.covariance) * 1.001)
+
+
+def test_feet_that_are_all_alike_are_the_ground_and_one_that_is_not_is_its_own() -> None:
+    problem, segments = walk(feet=True)
+    scene = problem.scenes[0]
+    more = 1.2
+    alike = np.array(
+        [
+            0.0,
+            0.0,
+            *[problem.priors[f"under {foot}: {FRICTION}"].offsets(np.array(more)) for foot in ("L1", "R1")],
+        ]
+    )
+    changed = replace(
+        problem, scenes=(with_values(scene, {FRICTION: more * float(get_value(scene, FRICTION))}),), priors={}
+    )
+    zeros = np.zeros((2, 12))
+    by_feet = problem.flown(segments, zeros, alike).outputs
+    by_ground = changed.flown(segments, zeros, np.zeros(0)).outputs
+    np.testing.assert_allclose(by_feet, by_ground, rtol=1e-12, atol=1e-18)
+    assert np.abs(by_feet - problem.flown(segments, zeros, np.zeros(4)).outputs).max() > 1e-6
+    # the first window is a landing of the one foot, the second of the other
+    plan = lower_scene(scene)
+    landed = [np.unique(one.events["foot"]) for one in problem.flown(segments, zeros, np.zeros(4)).batch]
+    assert [one.tolist() for one in landed] == [[1], [0]] and plan.feet == 2
+    one = problem.flown(segments, zeros, alike * np.array([1.0, 1.0, 1.0, 0.0]))
+    first = one.batch.first[1]
+    np.testing.assert_allclose(
+        one.outputs[:, :first], problem.flown(segments, zeros, np.zeros(4)).outputs[:, :first]
+    )
+    np.testing.assert_allclose(one.outputs[:, first:], by_ground[:, first:], rtol=1e-12, atol=1e-18)
