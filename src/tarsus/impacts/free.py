@@ -23,9 +23,6 @@ Floats = NDArray[np.float64]
 _ROUNDS = 8
 """Gauss-Newton rounds for the instant of an impact at most; three are enough for a strong one."""
 
-_TERMS = 24
-"""Terms of the flow within a sampling step: exact to rounding from about three samples a period on."""
-
 _RANK = 1e-9
 """Directions of the state that weigh less than this in the samples are taken as not seen."""
 
@@ -77,15 +74,11 @@ class FreeResponse:
         self.rows = np.zeros((len(points), 2 * n))
         self.rows[:, n:] = shapes @ modes
         self.step, self.noise = step, noise
-        self._series = np.empty((_TERMS, 2 * n, 2 * n))
-        self._series[0] = np.eye(2 * n)
-        for k in range(1, _TERMS):
-            self._series[k] = self._series[k - 1] @ (self.flow * step) / k
         self._sides: dict[tuple[int, int], Side] = {}
 
     def moved(self, time: float) -> Floats:
-        """Map (2n, 2n) of the state over at most a step, either direction, by its Taylor series."""
-        return np.tensordot((time / self.step) ** np.arange(_TERMS), self._series, 1)
+        """Map (2n, 2n) of the state over a time [s], either direction."""
+        return np.asarray(expm(self.flow * time))
 
     def side(self, count: int, skipped: int = 0) -> Side:
         """What ``count`` samples after the instant (before it, for a negative count) say about the state there.

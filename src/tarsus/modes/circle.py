@@ -17,6 +17,8 @@ _LEVEL = 0.2
 """Part of the peak down to which lines belong to the circle: below, neighbours and background bend it."""
 _FEWEST = 5
 """Lines that a circle takes: three for it, and two to see whether it is one."""
+_STRAIGHT = 1e-9
+"""Width over length of points that lie on a line: radius and centre would have no digit left."""
 _ARC = 180.0
 """Degrees that lines must span: of less the centre is not known along the arc."""
 
@@ -47,7 +49,7 @@ class CircleFit:
 
 
 def fit_circle(points: Complexes) -> Circle:
-    """Circle of least squared distance to points (k,): Taubin's algebraic fit, then Gauss-Newton on the distances.
+    """Circle of least squared distance to points (k,), from the linear fit of its equation (Kasa 1976).
 
     Raises
     ------
@@ -61,14 +63,11 @@ def fit_circle(points: Complexes) -> Circle:
     if size == 0.0:
         raise InputError("a circle needs points that differ")
     x, y = ((points - middle) / size).real, ((points - middle) / size).imag
-    square = x**2 + y**2
-    columns = np.column_stack([(square - square.mean()) / (2.0 * np.sqrt(square.mean())), x, y])
-    normal = np.linalg.svd(columns, full_matrices=False)[2][-1]
-    lead = normal[0] / (2.0 * np.sqrt(square.mean()))
-    if abs(lead) < 1e-9:
+    columns = np.column_stack([2.0 * x, 2.0 * y, np.ones_like(x)])
+    (a, b, rest), _, rank, _ = np.linalg.lstsq(columns, x**2 + y**2, rcond=_STRAIGHT)
+    if rank < 3:
         raise InputError("the points lie on a straight line: there is no circle through them")
-    centre = -normal[1:] / (2.0 * lead)
-    start = np.array([*centre, np.mean(np.hypot(x - centre[0], y - centre[1]))])
+    start = np.array([a, b, np.sqrt(rest + a * a + b * b)])
 
     def distance(p: Floats) -> Floats:
         return np.hypot(x - p[0], y - p[1]) - p[2]
