@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from tarsus.files.ledger import LEDGER_WORDS, ledger_lines
+from tarsus.files.settled import settled
 from tarsus.tables.numbers import amount, number, spaced
 from tarsus.tables.table import ROW, Column, Table
 
@@ -28,7 +29,9 @@ def run_summary(run: Any, *, ledger: bool = True) -> Table:
     code = run.code if ledger else run.__dict__.get("code") or getattr(run, "ended", None) or run.code
     title = f"{run.scene.name}: {run.duration:g} s simulated, {len(run.events)} events. {code.value}"
     parts = [account(run)] if ledger else []
-    return measures_summary(run.measures, title, getattr(run, "remarks", ()), parts)
+    told = settled(run)
+    notes = (*([] if told is None else [str(told)]), *getattr(run, "remarks", ()))
+    return measures_summary(run.measures, title, notes, parts)
 
 
 def measures_summary(

@@ -8,6 +8,7 @@ from typing import Any
 
 from tarsus.base.events import EVENT_WORDS
 from tarsus.files.ledger import ledger_table
+from tarsus.files.settled import settled
 from tarsus.files.store import measures_table
 
 
@@ -19,6 +20,7 @@ def run_data(run: Any, written: Sequence[Path] = ()) -> dict[str, Any]:
         "ok": run.ok,
         "code": run.code.name,
         "sentence": str(run.code.value),
+        "settled": _settled(run),
         "remarks": list(getattr(run, "remarks", ())),
         "duration_s": run.duration,
         "wall_s": run.wall_s,
@@ -30,6 +32,12 @@ def run_data(run: Any, written: Sequence[Path] = ()) -> dict[str, Any]:
         "ledger_closure": run.ledger.closure,
         "files": [str(path) for path in written],
     }
+
+
+def _settled(run: Any) -> dict[str, int | str] | None:
+    """Whether its contacts repeat at the end, as `Settled`; nothing where that is not to be told."""
+    found = settled(run)
+    return None if found is None else {**vars(found), "sentence": str(found)}
 
 
 def _warning(one: Any) -> dict[str, str | None]:

@@ -11,8 +11,8 @@ import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.files.series import Variables
+from tarsus.files.settled import drive_period
 from tarsus.files.store import RunLike
-from tarsus.report.series import drive_period
 
 AIR, STUCK, SLIPPING = 0, 1, 2
 """States of a foot."""

@@ -13,6 +13,7 @@ from markupsafe import Markup
 
 from tarsus.base.events import EVENT_WORDS, IMPACTS, SLIDING
 from tarsus.base.spec import float_paths
+from tarsus.files.settled import settled
 from tarsus.files.store import EVENTS_FILE, RunLike
 from tarsus.files.summary import about, account, deviation, measures_summary
 from tarsus.model.structure import Walker
@@ -59,7 +60,8 @@ def report_html(run: RunLike, companion: RunLike | None = None) -> str:
     motion, forces = _walk(run, detail) if walker else _motion(run, series, detail)
     body = rendered(
         "run.html", run=run, signals=_signals(run.scene), landing=_landing(run.scene), warnings=_warnings(run),
-        wall=run.wall_s if math.isfinite(run.wall_s) else 0.0, key=_key_figures(run), walker=walker, motion=motion,
+        wall=run.wall_s if math.isfinite(run.wall_s) else 0.0, key=_key_figures(run), settled=settled(run),
+        walker=walker, motion=motion,
         measures=measures_summary(run.measures, ""), forces=forces,
         energies=figures.energies(series, other, detail), ledger=figures.ledger(series), account=account(run),
         events=_events(run), values=_values(run),

@@ -12,6 +12,7 @@ import numpy as np
 
 from tarsus.base.events import CONTACT_BEGINS, EventKind
 from tarsus.files.series import Variables
+from tarsus.files.settled import drive_period
 from tarsus.files.store import RunLike
 from tarsus.model.laws.base import Law
 from tarsus.report.charts import Window
@@ -166,12 +167,6 @@ def contact_intervals(events: np.ndarray, foot: int, end: float) -> list[Window]
     if since is not None:
         out.append((since, end))
     return out
-
-
-def drive_period(scene: Any) -> float | None:
-    """Period of the slowest periodic signal of the scene [s]; None if none repeats."""
-    tracks = [signal.track() for signal in scene.waveforms.values()]
-    return max((track.period for track in tracks if track.periodic), default=None)
 
 
 def ever(values: np.ndarray) -> bool:

@@ -1,0 +1,57 @@
+"""Whether a run's contacts repeat at its end."""
+
+import json
+
+import pytest
+
+import tarsus as ts
+from scene_files import scene
+from tarsus.cli import main
+from tarsus.files.settled import settled
+from tarsus.files.store import read_run, write_run
+
+
+def table(restitution, gamma, gap=0.0):
+    return scene(
+        "vibrating_table",
+        {"ground.restitution.coefficient": restitution, "signals.table.amplitude": gamma,
+         "robot.feet.ball.gap": gap},
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("made", "duration", "multiple"),
+    [
+        (lambda: ts.load_scene("cantilever"), 0.2, 1),
+        (lambda: ts.load_scene("millipede"), 0.6, 1),
+        (lambda: ts.load_scene("millipede"), 0.2, 0),
+        (lambda: table(0.5, 1.54, 0.12), 300.0, 2),  # just beyond the flip at 1.5268
+        (lambda: table(0.9, 3.0), 100.0, 0),  # in chaos
+    ],
+)
+def test_a_run_that_repeats_has_settled(made, duration, multiple):
+    run = ts.simulate(made(), duration)
+    told = settled(run)
+    assert told.multiple == multiple
+    assert ("Not settled" in str(told)) == (multiple == 0) and str(told) in str(run)
+    if multiple:  # it says since when: what is cut there has the same end
+        assert 0 <= told.since < told.periods - 4
+        longer = settled(ts.simulate(made(), duration * 1.25))
+        assert (longer.multiple, longer.since) == (told.multiple, told.since)
+
+
+def test_too_few_periods_and_no_drive_say_nothing():
+    assert settled(ts.simulate("cantilever", 0.08)) is None
+    assert settled(ts.simulate(scene("ball"))) is None
+
+
+def test_a_stored_run_says_the_same(tmp_path):
+    run = ts.simulate("cantilever", 0.2)
+    write_run(run, tmp_path / "out")
+    assert settled(read_run(tmp_path / "out")) == settled(run)
+
+
+def test_the_command_says_it(capsys):
+    assert main(["simulate", "millipede", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)["settled"]
+    assert told["multiple"] == 0 and told["periods"] == 20
