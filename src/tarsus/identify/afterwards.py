@@ -38,19 +38,21 @@ if TYPE_CHECKING:
     from tarsus.identify.chain import StepRunner
 
 _FILM = "ground.film.coefficient"
+_UNIT = ".load.participation.0"
 _SLOW = (Purpose.LOOPS, Purpose.RAMPS)
 """Records in which a foot stands on the ground."""
 
 
 def _unknown(chain: StepRunner) -> list[str]:
-    """Numbers of the device that are placeholders still, or wide unknowns that no record tells."""
+    """Numbers of the device that are placeholders still, or wide unknowns that no record tells. The first participation
+    of a load is the unit of the drive's force, whose law goes with it: a placeholder does as well there."""
     known = set(chain.known.paths)
     for step in chain.steps.values():
         known -= {path for path in step.taken if path.startswith("ground.")}
     return [
         path
         for path in float_paths(chain.opened.model.scene)
-        if path not in known and chain.placeholder(path)
+        if path not in known and chain.placeholder(path) and not path.endswith(_UNIT)
     ]
 
 
