@@ -75,7 +75,8 @@ def one_more(information: Floats, score: Floats, seed: int, value: float | None 
     if not size.all() or np.linalg.cond(total / np.outer(size, size)) > _TOLD:
         return None
     whole = np.linalg.solve(total, score.sum(axis=0))
-    error = float(np.std(newton_draws(information, score, seed)[:, -1]))
+    # about the fit with it: without, what it explains would count as scatter
+    error = float(np.std(newton_draws(information, score - information @ whole, seed)[:, -1]))
     gain = 0.0
     for h in (0, 1):
         seen = np.arange(len(score)) % 2 == h
