@@ -8,7 +8,7 @@ by which both are weighed.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -27,22 +27,19 @@ FEWEST = 4
 @dataclass(frozen=True)
 class OneMore:
     """value and standard error of the unknown, as groups scatter; gain: in chi-squared of groups left out, over what
-    they scatter beyond noise; moves (p,): of the others with it."""
+    they scatter beyond noise; moves (p,): of the others with it; f: what it explains of points in a line, over what is
+    left of a value."""
 
     value: float
     error: float
     gain: float
     moves: Floats
+    f: float = np.nan
 
     @property
     def weight(self) -> float:
         """Share of the hypothesis."""
         return float(1.0 / (1.0 + np.exp(-0.5 * np.clip(self.gain, -700.0, 700.0))))
-
-    @property
-    def f(self) -> float:
-        """Square of the value over its error."""
-        return (self.value / self.error) ** 2
 
     @property
     def decided(self) -> bool:
@@ -103,6 +100,10 @@ def in_a_line(design: Floats, y: Floats, error: Floats, groups: ArrayLike, seed:
     left = right - x[:, :-1] @ base
     numbers, which = np.unique(groups, return_inverse=True)
     parts = [which == k for k in range(len(numbers))]
-    return one_more(
-        np.array([x[k].T @ x[k] for k in parts]), np.array([x[k].T @ left[k] for k in parts]), seed
-    )
+    information, score = (np.array([x[k].T @ y[k] for k in parts]) for y in (x, left))
+    found = one_more(information, score, seed)
+    if found is None:
+        return None
+    values = np.linalg.lstsq(x, right, rcond=None)[0]
+    scale = max(float(np.sum((right - x @ values) ** 2)) / max(len(x) - x.shape[1], 1), 1.0)
+    return replace(found, f=float(values[-1] ** 2 / np.linalg.inv(x.T @ x)[-1, -1]) / scale)
