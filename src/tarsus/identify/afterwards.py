@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from tarsus.identify.chain import StepRunner
 
 _FILM = "ground.film.coefficient"
+_ADHESION = next(one for one in STEPS if one.name == "adhesion")
 _UNIT = ".load.participation.0"
 _SLOW = (Purpose.LOOPS, Purpose.RAMPS)
 """Records in which a foot stands on the ground."""
@@ -69,7 +70,7 @@ def landing_rule(chain: StepRunner) -> LandingVerdict | None:
             chain.opened, model=chain.opened.model.changed({"ground.landing": found.chosen})
         )
         chain.known = replace(chain.known.without(chain.steps.pop("adhesion")), base=chain.opened.model)
-        chain.attempt(STEPS[-1])
+        chain.attempt(_ADHESION)
     if found is not None and not found.decided and "adhesion" in chain.steps:
         _draw_over(chain, {one.kind: one for one in found.possible if one.kind != found.chosen.kind}.values())
     return found
@@ -83,7 +84,7 @@ def _draw_over(chain: StepRunner, landings: Iterable[AnyLanding]) -> None:
         try:
             model = chain.opened.model.changed({"ground.landing": one})
             chain.known = replace(before.without(own), base=model)
-            drawn.append(STEPS[-1].find(chain).samples)
+            drawn.append(_ADHESION.find(chain).samples)
         except (ArithmeticError, ValueError) as error:  # InputError and LinAlgError among them
             chain.remark(f"adhesion, landing by {one.kind}: {error}")
     which = np.random.default_rng([chain.seed, 31]).integers(len(drawn), size=DRAWS)
