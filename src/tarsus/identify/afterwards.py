@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import float_paths
 from tarsus.identify.airborne import AirRecord, air_records
-from tarsus.identify.alternatives import fit_air
+from tarsus.identify.alternatives import drawn_over, fit_air
 from tarsus.identify.checks import (
     air_checks,
     held_out_check,
-    line_check,
-    speed_check,
+    smeared_check,
     step_checks,
+    with_age,
     with_checks,
+    with_speed,
 )
+from tarsus.identify.draws import DRAWS
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.foot import FootModel
 from tarsus.identify.heldout import Comparison, compare
@@ -25,6 +29,8 @@ from tarsus.identify.landing import LandingVerdict, judge_landing
 from tarsus.identify.pairs import InAir, compare_in_air
 from tarsus.identify.step import Shift, failures
 from tarsus.identify.steps import STEPS
+from tarsus.identify.surroundings import ground_checks, hum_checks
+from tarsus.model.laws.landing import AnyLanding
 from tarsus.records.excluded import Excluded
 from tarsus.records.purpose import Purpose
 
@@ -32,17 +38,22 @@ if TYPE_CHECKING:
     from tarsus.identify.chain import StepRunner
 
 _FILM = "ground.film.coefficient"
+_ADHESION = next(one for one in STEPS if one.name == "adhesion")
+_UNIT = ".load.participation.0"
+_SLOW = (Purpose.LOOPS, Purpose.RAMPS)
+"""Records in which a foot stands on the ground."""
 
 
 def _unknown(chain: StepRunner) -> list[str]:
-    """Numbers of the device that are placeholders still, or wide unknowns that no record tells."""
+    """Numbers of the device that are placeholders still, or wide unknowns that no record tells. The first participation
+    of a load is the unit of the drive's force, whose law goes with it: a placeholder does as well there."""
     known = set(chain.known.paths)
     for step in chain.steps.values():
         known -= {path for path in step.taken if path.startswith("ground.")}
     return [
         path
         for path in float_paths(chain.opened.model.scene)
-        if path not in known and chain.placeholder(path)
+        if path not in known and chain.placeholder(path) and not path.endswith(_UNIT)
     ]
 
 
@@ -59,8 +70,26 @@ def landing_rule(chain: StepRunner) -> LandingVerdict | None:
             chain.opened, model=chain.opened.model.changed({"ground.landing": found.chosen})
         )
         chain.known = replace(chain.known.without(chain.steps.pop("adhesion")), base=chain.opened.model)
-        chain.attempt(STEPS[-1])
+        chain.attempt(_ADHESION)
+    if found is not None and not found.decided and "adhesion" in chain.steps:
+        _draw_over(chain, {one.kind: one for one in found.possible if one.kind != found.chosen.kind}.values())
     return found
+
+
+def _draw_over(chain: StepRunner, landings: Iterable[AnyLanding]) -> None:
+    """Adhesion's draws over other landing rules as well, which records do not rule out: as many of each."""
+    own, before = chain.steps["adhesion"], chain.known
+    drawn = [own.samples]
+    for one in landings:
+        try:
+            model = chain.opened.model.changed({"ground.landing": one})
+            chain.known = replace(before.without(own), base=model)
+            drawn.append(_ADHESION.find(chain).samples)
+        except (ArithmeticError, ValueError) as error:  # InputError and LinAlgError among them
+            chain.remark(f"adhesion, landing by {one.kind}: {error}")
+    which = np.random.default_rng([chain.seed, 31]).integers(len(drawn), size=DRAWS)
+    chain.steps["adhesion"] = replace(own, samples=np.array(drawn)[which, np.arange(DRAWS)])
+    chain.known = before.redrawn(chain.steps["adhesion"])
 
 
 def held_out(chain: StepRunner) -> list[Comparison]:
@@ -109,10 +138,21 @@ def check(chain: StepRunner, comparisons: Sequence[Comparison]) -> None:
     if "hysteresis" in steps:
         fit = fit_air(lambda moved: _air_records(chain, moved), known)
         steps["hysteresis"] = with_checks(steps["hysteresis"], *air_checks(fit, known))
+        beside = (
+            *hum_checks(chain.traces(*_SLOW, Purpose.AIR)),
+            *smeared_check(chain.evidence.instruments, known),
+        )
+        ground = ground_checks(known, chain.traces(*_SLOW), chain.ground()[0])
+        steps["hysteresis"] = with_checks(steps["hysteresis"], (*beside, *ground))
+        chain.known = drawn_over(known, fit, chain.seed)
+        for name, step in steps.items():
+            steps[name] = replace(step, samples=chain.known.drawn(step))
     if chain.bounces is not None and "restitution" in steps:
-        steps["restitution"] = with_checks(steps["restitution"], speed_check(chain.bounces, known))
+        steps["restitution"] = with_speed(steps["restitution"], chain.bounces, chain.seed + 4)
+        chain.known = chain.known.redrawn(steps["restitution"])
     if "adhesion" in steps:
-        steps["adhesion"] = with_checks(steps["adhesion"], line_check(steps["adhesion"], known))
+        steps["adhesion"] = with_age(steps["adhesion"], chain.seed + 3)
+        chain.known = chain.known.redrawn(steps["adhesion"])
     last = next(reversed(steps), None)
     if last is not None:
         k = chain.opened.model.points.index(chain.opened.model.foot_point)
@@ -127,7 +167,8 @@ def _air_records(chain: StepRunner, known: Estimates) -> list[AirRecord]:
     wide = {path for step in chain.steps.values() for path in step.taken}
     told = chain.opened.model.scene.ground.acting.film is None or _FILM in set(known.paths) - wide
     purposes = (Purpose.LOOPS, Purpose.AIR) if told else (Purpose.AIR,)
-    found, said = air_records(known, chain.traces(*purposes), chain.signals(*purposes), chain.ground()[0])
+    traces, instruments = chain.evidence.as_shown(purposes), chain.evidence.instruments
+    found, said = air_records(known, traces, chain.signals(*purposes), chain.ground()[0], instruments)
     if known is chain.known:  # of the device as identified, not of those about alternatives
         chain.evidence.remarks += said
     return found

@@ -1,18 +1,21 @@
 """What the motion in the air leaves unexplained by the identified device, linear in what may differ.
 
 From the rest up to the first contact a record is motion in the air from a known state. The device as identified
-*predicts* it. What that leaves, over the noise, is set beside the traces that changes of the identified numbers would
-leave (exact derivatives of the engine) and those of differences from the model (`tarsus.identify.alternatives`).
+*predicts* it, as late and behind the low-pass that were found of the instruments: a prediction can be delayed exactly,
+a record between its samples cannot. What that leaves, over the noise, is set beside the traces that changes of the
+identified numbers would leave (exact derivatives of the engine) and those of differences from the model
+(`tarsus.identify.alternatives`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 from scipy.signal import lfilter
 
 from tarsus.base.errors import InputError
@@ -20,17 +23,23 @@ from tarsus.base.events import IMPACTS
 from tarsus.base.spec import with_values
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.foot import FootModel
+from tarsus.identify.instruments import Instruments
 from tarsus.identify.traces import Trace
 from tarsus.impacts.detection import STILL
 from tarsus.model.drive.waveforms import Waveform
 from tarsus.model.standing import rest_state
+from tarsus.records.measurement import Quantity
 from tarsus.records.purpose import IN_AIR
 from tarsus.solve import ResultCode, simulate
 
 Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
 
 FINE = 4
 """Steps a sample on which forces beside the drive's are held: of what a difference leaves, a percent is enough."""
+_FINER = 48
+"""Places a period of the fastest mode at which a prediction is delayed and filtered: straight lines between them are
+0.15 % of its motion off, and cubic ones far less."""
 _WITHIN = 8
 """Places in a step at which a force is taken for its mean: a jump of the voltage counts by the moment it has."""
 _ROUNDED = 1e-6
@@ -50,9 +59,11 @@ class AirRecord:
 
     set: its name; model: the device there; time (nt,) [s]; fine (nf,) [s]: ends of `FINE` steps a sample; volts,
     force (nf,) [V], [N]: the drive's there; jumped (nf - 1,) [N]: mean of its force in each step, less that of both
-    ends; states (2n, nt): of the device, about the rest; rest (n,): the state there; left (h, 2 np, nt): measured less
-    predicted, displacements before velocities, mean of every second repeat, or of the only one; white (h, 2 np): its
-    noise; slopes (p, 2 np, nt): of the prediction by the identified numbers.
+    ends; states (2n, nt): of the device, about the rest; rest (n,): the state there; predicted (2 np, nt):
+    displacements before velocities; left (h, 2 np, nt): measured less predicted, mean of every second repeat, or of the
+    only one; white (h, 2 np): its noise; slopes (p, 2 np, nt): of the prediction by the identified numbers;
+    instruments: through which it is seen, where they delay it; nudges (q, 2 np, nt): of the prediction, by a standard
+    error of each of their numbers.
     """
 
     set: str
@@ -64,9 +75,12 @@ class AirRecord:
     jumped: Floats
     states: Floats
     rest: Floats
+    predicted: Floats
     left: Floats
     white: Floats
     slopes: Floats
+    instruments: Instruments | None
+    nudges: Floats
 
     @property
     def points(self) -> int:
@@ -76,9 +90,8 @@ class AirRecord:
     @cached_property
     def moved(self) -> tuple[Floats, Floats, Floats]:
         """Displacements, velocities and accelerations (np, nt) of the points."""
-        n = len(self.model.mass)
-        v = self.model.rows @ self.states[n:]
-        return self.model.rows @ self.states[:n], v, np.gradient(v, self.time, axis=1)
+        x, v = np.split(self.predicted, 2)
+        return x, v, np.gradient(v, self.time, axis=1)
 
     def seen(self, x: Floats | float, v: Floats | float) -> Floats:
         """Displacements and velocities (np, nt), one before the other (2 np, nt)."""
@@ -95,11 +108,18 @@ class AirRecord:
             float(self.fine[1] - self.fine[0]),
             mobility @ np.broadcast_to(more, force[:, 1:].shape),
         )
-        state = state[:, ::FINE]
-        return self.seen(self.model.rows @ state[:n], self.model.rows @ state[n:])
+        return self.shown(np.concatenate([self.model.rows @ state[:n], self.model.rows @ state[n:]]))
+
+    def shown(self, motion: Floats) -> Floats:
+        """What instruments show at the samples of displacements and velocities (2 np, nf)."""
+        return shown(motion, float(self.fine[1] - self.fine[0]), self.model.points, self.instruments)[
+            :, ::FINE
+        ]
 
 
-def response(flow: Floats, push: Floats, step: float, more: Floats | float = 0.0) -> Floats:
+def response(
+    flow: Floats | Complexes, push: Floats | Complexes, step: float, more: Floats | float = 0.0
+) -> Floats:
     """States (m, nf) from rest of ``z' = flow z + push``, with a push (m, nf) that runs straight between the ends of
     steps [s], and, on top, one that is held over each of them (m, nf - 1): the mean of a push that jumps in a step."""
     poles, right = np.linalg.eig(flow)
@@ -114,9 +134,30 @@ def response(flow: Floats, push: Floats, step: float, more: Floats | float = 0.0
     return np.asarray(np.real(right @ np.array(out)), dtype=np.float64)
 
 
+def shown(motion: Floats, step: float, points: Sequence[str], instruments: Instruments | None) -> Floats:
+    """Displacements and velocities of points (..., 2 np, nf), from the rest and a step [s] apart, as instruments show
+    them."""
+    if instruments is None:
+        return motion
+    out, time = motion.copy(), step * np.arange(motion.shape[-1])
+    for k, quantity in enumerate((Quantity.DISPLACEMENT, Quantity.VELOCITY)):
+        for j, point in enumerate(points, k * len(points)):
+            low, late = instruments.delays(point, quantity)
+            if low is not None:
+                poles, shares = low.parts()
+                for one in np.ndindex(motion.shape[:-2]):
+                    out[*one, j] = response(np.diag(poles), shares[:, None] * motion[*one, j], step).sum(
+                        axis=0
+                    )
+            if late:
+                out[..., j, :] = CubicSpline(time, out[..., j, :], axis=-1)(np.maximum(time - late, 0.0))
+    return out
+
+
 def air_records(
-    known: Estimates, traces: Sequence[Trace], signals: Mapping[str, Waveform], level: float
-) -> tuple[list[AirRecord], list[str]]:
+    known: Estimates, traces: Sequence[Trace], signals: Mapping[str, Waveform], level: float,
+    instruments: Instruments | None = None,
+) -> tuple[list[AirRecord], list[str]]:  # fmt: skip
     """Every set that shows motion in the air, and sentences on those that cannot be simulated.
 
     Parameters
@@ -129,7 +170,11 @@ def air_records(
         Drive of each set; others are passed over.
     level
         Contact level from the rest [m].
+    instruments
+        Those that delay the records, if any do: the prediction is delayed as they are.
     """
+    if instruments is not None and not instruments.delaying:
+        instruments = None
     out: list[AirRecord] = []
     said: list[str] = []
     for name in dict.fromkeys(one.set for one in traces if one.set in signals):
@@ -138,7 +183,7 @@ def air_records(
             said.append(f"{name}: its repeats are sampled at different rates")
             continue
         try:
-            found = _record(known, repeats, signals[name], level)
+            found = _record(known, repeats, signals[name], level, instruments)
         except InputError as error:
             said += [f"{name}: {one}" for one in error.problems]
             continue
@@ -156,7 +201,13 @@ def moving(known: Estimates) -> list[int]:
     return [int(k) for k in np.flatnonzero(np.array(own, dtype=bool) & (np.std(known.samples, axis=0) > 0.0))]
 
 
-def _record(known: Estimates, repeats: Sequence[Trace], signal: Waveform, level: float) -> AirRecord | None:
+def _record(
+    known: Estimates,
+    repeats: Sequence[Trace],
+    signal: Waveform,
+    level: float,
+    instruments: Instruments | None,
+) -> AirRecord | None:
     model, first = known.model(), repeats[0]
     k, step = first.point(model.foot_point), first.step
     gaps = {} if first.gap is None else {f"robot.feet.{model.foot}.gap": first.gap}
@@ -174,12 +225,35 @@ def _record(known: Estimates, repeats: Sequence[Trace], signal: Waveform, level:
     if run.ended is not ResultCode.DONE:
         raise InputError(f"the identified device cannot be simulated with this drive: {run.ended}")
     rest, output = np.array(rest_state(scene)), np.kron(np.eye(2), model.rows)
-    states, slopes = run.states(time), run.state_gradients(time)
-    about = np.concatenate([states.x - rest[:, None], states.v])
-    by_number = [
-        output @ np.concatenate([slopes[path].x - _rest(one)[:, None], slopes[path].v])
-        for path, one in directions.items()
-    ]
+
+    def about(places: Floats) -> Floats:
+        states = run.states(places)
+        return np.concatenate([states.x - rest[:, None], states.v])
+
+    def by_number(places: Floats) -> Floats:
+        slopes = run.state_gradients(places)
+        each = [
+            np.concatenate([slopes[p].x - _rest(one)[:, None], slopes[p].v]) for p, one in directions.items()
+        ]
+        return output @ np.array(each)
+
+    def seen_by(motion: Callable[[Floats], Floats], finer: int, *those: Instruments) -> list[Floats]:
+        places = late + step / finer * np.arange(finer * (count - 1) + 1, dtype=np.float64)
+        moved = motion(places)
+        return [shown(moved, step / finer, model.points, one)[..., ::finer] for one in those]
+
+    def plain(places: Floats) -> Floats:
+        return output @ about(places)
+
+    if instruments is None:
+        predicted, others, slopes = plain(time), [], by_number(time)
+    else:
+        finer = int(
+            np.ceil(_FINER * step * float(np.abs(np.linalg.eigvals(model.flow)).max()) / (2.0 * np.pi))
+        )
+        predicted, *others = seen_by(plain, finer, instruments, *instruments.nudged())
+        (slopes,) = seen_by(by_number, FINE, instruments)
+    nudges = np.array([one - predicted for one in others]).reshape(-1, *predicted.shape)
     halves = [half for half in (repeats[::2], repeats[1::2]) if half]
     seen = [
         np.mean([np.concatenate([t.x, t.v])[:, begin : begin + count] for t in half], axis=0)
@@ -196,8 +270,8 @@ def _record(known: Estimates, repeats: Sequence[Trace], signal: Waveform, level:
     mean = force[:-1].reshape(-1, _WITHIN).mean(axis=1)
     jumped = mean - 0.5 * (force[:-1:_WITHIN] + force[_WITHIN::_WITHIN])
     return AirRecord(
-        first.set, model, time, fine, volts[::_WITHIN], force[::_WITHIN], jumped, about, rest,
-        np.array(seen) - output @ about, np.array(white), np.array(by_number),
+        first.set, model, time, fine, volts[::_WITHIN], force[::_WITHIN], jumped, about(time), rest, predicted,
+        np.array(seen) - predicted, np.array(white), slopes, instruments, nudges,
     )  # fmt: skip
 
 

@@ -19,7 +19,7 @@ from scipy.linalg import eigh
 from scipy.signal import lfilter
 
 from tarsus.fit.verdict import LEVEL
-from tarsus.identify.airborne import FINE, AirRecord, moving, response
+from tarsus.identify.airborne import AirRecord, moving, response
 from tarsus.identify.checks import GROUND, LAW, LOAD, STRUCTURE, SURE
 from tarsus.identify.estimates import Estimates
 from tarsus.model.drive.laws import PrandtlIshlinskii
@@ -36,6 +36,8 @@ _REFINED = 3
 are off by what the difference has done to them, and traces are products of both."""
 _CREEPS = (0.03, 0.3, 3.0)
 """Times [s] after which a late share of a force may follow: within a record, about one, and over it."""
+_OWN = 3
+"""Kinds of columns beside those of alternatives: identified numbers, the instruments', zeros."""
 _PLAYS = np.arange(0.02, 1.0, 0.02)
 """Thresholds of plays, as shares of the widest voltage: others are nearly a sum of neighbours."""
 _RATIOS = (0.01, 0.1)
@@ -127,10 +129,10 @@ def _further_mode(air: AirRecord) -> list[Floats]:
     for ratio in _RATIOS:
         flow = np.array([[0.0, 1.0], [-(omega**2), -2.0 * ratio * omega]])
         push, jumped = (np.stack([0.0 * one, omega**2 * one]) for one in (force, air.jumped))
-        x, v = response(flow, push, float(air.fine[1]), jumped)[:, ::FINE]
+        x, v = response(flow, push, float(air.fine[1] - air.fine[0]), jumped)
         for k in range(air.points):
             only = 0.05 * float(np.abs(air.model.by_drive).max()) * (np.arange(air.points) == k)[:, None]
-            out.append(air.seen(only * x, only * v))
+            out.append(air.shown(np.concatenate([only * x, only * v])))
     return out
 
 
@@ -183,7 +185,8 @@ DIFFERENCES = (
 class Weighed:
     """An alternative as the records see it: estimate and standard error in the unit of its cause (NaN where it has
     none); gain: in chi-squared, over what is left, of the halves it was not fitted to; weight among its rivals; shift:
-    by how many of its standard deviations it moves an identified number at most, with what identified the number."""
+    by how many of its standard deviations it moves an identified number at most, with what identified the number; moves
+    (m,): of the numbers that move (`tarsus.identify.airborne.moving`), in their units."""
 
     difference: Difference
     estimate: float
@@ -191,6 +194,7 @@ class Weighed:
     gain: float
     weight: float
     shift: float
+    moves: Floats
 
     def sentence(self) -> str:
         """The cause, with what it gains."""
@@ -221,7 +225,8 @@ class _Sums:
 
     square (2, P, P), cross (2, P), whole (2,): products of columns, of columns and what is left, and of that, over the
     noise; count: of values; believed (p, q): standard deviations of the identified numbers along principal directions
-    of their draws; places: of the columns of these directions, of the zeros, and of each alternative by number.
+    of their draws; places: of the columns of these directions, of the instruments' numbers, of the zeros, and of each
+    alternative by number.
     """
 
     square: Floats
@@ -238,16 +243,18 @@ class _Sums:
         believed = size[:, None] * ways
         made = [[one.columns(air) for one in DIFFERENCES] for air in records]
         widest = (max(len(own[k]) for own in made) for k in range(len(DIFFERENCES)))
-        ends = np.cumsum([0, len(believed), sum(air.points for air in records), *widest])
+        nudges, zeros = len(records[0].nudges), sum(air.points for air in records)
+        ends = np.cumsum([0, len(believed), nudges, zeros, *widest])
         square, cross, whole = np.zeros((2, ends[-1], ends[-1])), np.zeros((2, ends[-1])), np.zeros(2)
-        count, zero = 0, int(ends[1])
+        count, zero = 0, int(ends[2])
         for air, own in zip(records, made, strict=True):
             x = np.zeros((ends[-1], 2 * air.points, len(air.time)))
             x[: ends[1]] = np.tensordot(believed, air.slopes, 1)
+            x[ends[1] : ends[2]] = air.nudges
             for k in range(air.points):
                 x[zero, k] = _ZERO * air.white[0, k]
                 zero += 1
-            for start, columns in zip(ends[2:-1], own, strict=True):
+            for start, columns in zip(ends[3:-1], own, strict=True):
                 x[start : start + len(columns)] = np.array(columns).reshape(-1, *x.shape[1:])
             for h, (left, white) in enumerate(zip(air.left, air.white, strict=True)):
                 part, rest = (x / white[:, None]).reshape(len(x), -1), (left / white[:, None]).ravel()
@@ -260,12 +267,12 @@ class _Sums:
 
     @property
     def base(self) -> NDArray[np.intp]:
-        """Columns of the identified numbers and the zeros."""
-        return np.concatenate(self.places[:2])
+        """Columns of the identified numbers, the instruments' and the zeros."""
+        return np.concatenate(self.places[:_OWN])
 
     def with_alternative(self, number: int) -> NDArray[np.intp]:
         """The base, and an alternative's columns."""
-        return np.concatenate([self.base, self.places[2 + number]])
+        return np.concatenate([self.base, self.places[_OWN + number]])
 
     def fitted(
         self, columns: NDArray[np.intp], wide: float, halves: Sequence[int] = (0, 1)
@@ -273,7 +280,7 @@ class _Sums:
         """Coefficients of columns by some halves, and their covariance; identified numbers may move so many standard
         deviations."""
         at, some = np.ix_(columns, columns), list(halves)
-        held = np.where(np.isin(columns, self.places[0]), wide**-2.0, 1.0)
+        held = np.where(np.isin(columns, np.concatenate(self.places[:2])), wide**-2.0, 1.0)
         covariance = np.linalg.inv(self.square[some].sum(axis=0)[at] + np.diag(held))
         return covariance @ self.cross[some].sum(axis=0)[columns], covariance
 
@@ -302,6 +309,23 @@ class _Sums:
         return float(np.max(np.abs(beside - plain)[size > 0.0] / size[size > 0.0], initial=0.0))
 
 
+def drawn_over(known: Estimates, fit: AirFit | None, seed: int) -> Estimates:
+    """What was identified, with draws over the differences that share the weight, and over the model as it is.
+
+    A draw under a difference has structure and drive moved as the difference moves them; other numbers follow by the
+    regression on these that their own draws have. One that has nearly all of the weight is no scatter: it caps words.
+    """
+    shares = [one.weight for one in fit.found] if fit is not None else []
+    if fit is None or not shares or max(shares) >= LEVEL:
+        return known
+    own, off = moving(known), known.samples - known.samples.mean(axis=0)
+    follow = np.linalg.lstsq(off[:, own], off, rcond=None)[0]
+    moves = np.vstack([np.zeros(len(known.paths)), [one.moves @ follow for one in fit.found]])
+    chances = np.array([max(1.0 - sum(shares), 0.0), *shares])
+    picked = np.random.default_rng([seed, 37]).choice(len(moves), len(off), p=chances / chances.sum())
+    return replace(known, samples=known.samples + moves[picked])
+
+
 def fit_air(records_of: Callable[[Estimates], Sequence[AirRecord]], known: Estimates) -> AirFit | None:
     """Weigh all alternatives on records in the air; None without such records, or identified numbers that move.
 
@@ -321,7 +345,7 @@ def fit_air(records_of: Callable[[Estimates], Sequence[AirRecord]], known: Estim
     predicted = np.sqrt(sums.left(base, values) / count)
     pull = np.sqrt(np.mean(values[: len(sums.believed)] ** 2))
     plain = sums.unseen(base)
-    tried = [k for k in range(len(DIFFERENCES)) if len(sums.places[2 + k])]
+    tried = [k for k in range(len(DIFFERENCES)) if len(sums.places[_OWN + k])]
     about = dict.fromkeys(tried, sums)
     rest = {k: sums.unseen(sums.with_alternative(k)) for k in tried}
     likely = [k for k in sorted(tried, key=rest.__getitem__) if plain - rest[k] > SURE][:_REFINED]
@@ -357,11 +381,12 @@ def _weighed(
         one, sums = DIFFERENCES[k], about[k]
         columns = sums.with_alternative(k)
         values, covariance = sums.fitted(columns, _WIDE)
-        own = np.isin(columns, sums.places[2 + k][: one.together])
+        own = np.isin(columns, sums.places[_OWN + k][: one.together])
         estimate = one.size * float(values[own].sum()) if one.together else np.nan
         error = (
             one.size * float(np.sqrt(covariance[np.ix_(own, own)].sum() * scale)) if one.together else np.nan
         )
         weight = float(np.exp(0.5 * (gain - top)) / total)
-        out.append(Weighed(one, estimate, error, float(gain), weight, sums.shift(k)))
+        moves = values[: len(sums.believed)] @ sums.believed
+        out.append(Weighed(one, estimate, error, float(gain), weight, sums.shift(k), moves))
     return sorted(out, key=lambda one: -one.gain)

@@ -15,14 +15,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.fit.verdict import LEVEL
+from tarsus.identify.draws import within
 from tarsus.identify.estimates import Estimates
+from tarsus.identify.one_more import OneMore, in_a_line
+from tarsus.identify.restitution import BOUNDS, BounceStudy
 from tarsus.identify.step import PREFERRED, UNDECIDED, Alternative, Check, StepResult
 from tarsus.records.excluded import Exclusion
 
 if TYPE_CHECKING:
     from tarsus.identify.alternatives import AirFit, Weighed
     from tarsus.identify.heldout import Comparison
-    from tarsus.identify.restitution import BounceStudy
+    from tarsus.identify.instruments import Instruments
 
 Floats = NDArray[np.float64]
 
@@ -47,9 +50,13 @@ TREND = 16.0
 """F of one more parameter in restitution: four standard deviations. Sound campaigns have 11 at most."""
 AGEING = 36.0
 """The same in adhesion: six, for all repeats of a release share what the moment of their touchdown is off."""
+_SAME_CONTACT = 5e-4
+"""Contact times [s] that are taken for repeats of one release."""
 HELD_OUT = 2.0
 """Held-out motion over what noise alone would leave of it, median over records: landings at the edge of being held
 leave sound ones with 1.2."""
+SMEARED = 0.1
+"""Samples by which a low-pass may delay: moments of release and impact are found to about as much."""
 _COUNTED = ("film", "restitution")
 """Steps whose share of what is not as the model has it is checked. Impacts that are no single ones are not counted:
 most are two within a few samples."""
@@ -137,64 +144,87 @@ def step_checks(step: StepResult, known: Estimates) -> tuple[Check, ...]:
     return tuple(checks)
 
 
-def speed_check(study: BounceStudy, known: Estimates) -> tuple[Check, ...]:
-    """Whether restitution depends on the speed of the impact: F of a term in its logarithm."""
+def smeared_check(instruments: Instruments | None, known: Estimates) -> tuple[Check, ...]:
+    """Whether a low-pass smears what happens in a moment over more than a sample's fraction."""
+    low = None if instruments is None else instruments.low(instruments.of)
+    if instruments is None or low is None:
+        return ()
+    cause = (
+        f"behind a low-pass at {low.corner:.4g} Hz releases and impacts are seen only as far as the sampling rate "
+        "shows what is left of them"
+    )
+    paths = touched(known, (GROUND,))
+    name = "samples over which a low-pass smears them"
+    return (Check(name, low.delay / instruments.step, SMEARED, paths=paths, cause=cause),)
+
+
+def with_speed(step: StepResult, study: BounceStudy, seed: int) -> StepResult:
+    """Restitution with the hypothesis that it depends on the speed of the impact, by its logarithm: the draws of its
+    share are those of an impact's speed each."""
     departure, approach = study.fitted.speeds[:, 0], -study.fitted.speeds[:, 1]
     turn = np.array([[1.0, -1.0], [-1.0, 1.0]])
     middle = float(np.sum(departure * approach) / np.sum(approach**2))
     row = np.array([1.0, -middle])
-    error = np.sqrt(np.einsum("a,nab,b->n", row, study.fitted.covariance * turn, row)) / approach
-    found = _term(np.log(approach / np.exp(np.mean(np.log(approach)))), departure / approach, error)
+    error = np.sqrt(np.einsum("a,nab,b->n", row, study.fitted.covariance * turn, row))
+    speed = np.log(approach / np.exp(np.mean(np.log(approach))))
+    groups = [one.trace for one in study.bounces.items]
+    found = in_a_line(np.column_stack([approach, approach * speed]), departure, error, groups, seed)
     if found is None:
-        return ()
-    trend, ends = found
-    low, high = 1e3 * approach.min(), 1e3 * approach.max()
+        return step
+    off = np.random.default_rng([seed, 29]).choice(found.value * speed, len(step.samples))
+    drawn = step.samples + np.where(found.picked(len(off), seed), off, 0.0)[:, None]
+    _, drawn, _ = within(step.values, drawn, (BOUNDS,))
+    slow, fast = approach.min(), approach.max()
+    ends = middle + found.value * np.array([speed.min(), speed.max()])
     cause = (
-        f"restitution {'falls' if ends[1] < ends[0] else 'rises'} with speed: {ends[0]:.3g} at {low:.3g} mm/s and "
-        f"{ends[1]:.3g} at {high:.3g} mm/s"
+        f"restitution {'falls' if found.value < 0.0 else 'rises'} with speed: {ends[0]:.3g} at {1e3 * slow:.3g} mm/s "
+        f"and {ends[1]:.3g} at {1e3 * fast:.3g} mm/s"
     )
-    paths = touched(known, ("ground.restitution",))
-    return (Check("restitution against the logarithm of speed: F", trend, TREND, paths=paths, cause=cause),)
+    check = Check(
+        "restitution against the logarithm of speed: F", found.f, TREND, paths=step.paths, cause=cause
+    )
+    answers = _answers("restitution", ("the same at all speeds", "by the logarithm of speed"), found, {})
+    return with_checks(replace(step, samples=drawn), (check,), answers)
 
 
-def line_check(step: StepResult, known: Estimates) -> tuple[Check, ...]:
-    """Whether adhesion grows along a line: F of a term in the square of the contact time."""
+def with_age(step: StepResult, seed: int) -> StepResult:
+    """Adhesion with the hypothesis that it does not grow along a line: its share of the draws has the square of the
+    contact time beside it."""
     points = step.panels[0].curves[0] if step.panels else None
-    if points is None or points.error is None or len(points.x) < 5:
-        return ()
+    if points is None or points.error is None:
+        return step
     time, pull, error = points.x, points.y, points.error
     scale = float(time.max())
-    design = np.column_stack([np.ones_like(time), time / scale])
-    found = _term((time / scale) ** 2, pull, error, design)
+    design = np.column_stack([np.ones_like(time), time / scale, (time / scale) ** 2])
+    found = in_a_line(design, pull, error, np.round(time / _SAME_CONTACT), seed)
     if found is None:
-        return ()
-    trend, ends = found
-    way = "levels off" if ends[1] < ends[0] else "grows faster"
+        return step
+    moves = found.moves / np.array([1.0, scale])
+    drawn = step.samples + np.where(found.picked(len(step.samples), seed)[:, None], moves, 0.0)
+    _, drawn, _ = within(step.values, drawn, ((0.0, np.inf), (0.0, np.inf)))
+    way = "levels off" if found.value < 0.0 else "grows faster"
     cause = f"adhesion over contact time is not linear: it {way} with age"
-    paths = touched(known, ("ground.adhesion",))
-    return (Check("adhesion against the square of contact time: F", trend, AGEING, paths=paths, cause=cause),)
+    check = Check(
+        "adhesion against the square of contact time: F", found.f, AGEING, paths=step.paths, cause=cause
+    )
+    changes = dict(zip(step.paths, (step.values + moves).tolist(), strict=True))
+    answers = _answers("adhesion over contact time", ("a line", "a line and its square"), found, changes)
+    return with_checks(replace(step, samples=drawn), (check,), answers)
 
 
-def _term(
-    x: Floats, y: Floats, error: Floats, before: Floats | None = None
-) -> tuple[float, tuple[float, float]] | None:
-    """F of one more term x (n,) beside others (n, p), by default a constant, for y (n,) with standard errors, and where
-    the fit with it begins and ends less what the others alone have (plus that where they are a constant)."""
-    base = np.ones((len(x), 1)) if before is None else before
-    if len(x) < base.shape[1] + 3 or np.ptp(x) == 0.0:
-        return None
-    whole = np.column_stack([base, x]) / error[:, None]
-    values, _, rank, _ = np.linalg.lstsq(whole, y / error, rcond=None)
-    if rank < whole.shape[1]:
-        return None
-    rest = y / error - whole @ values
-    scale = max(float(rest @ rest) / (len(x) - whole.shape[1]), 1.0)
-    variance = np.linalg.inv(whole.T @ whole)[-1, -1] * scale
-    at = float(x.min()), float(x.max())
-    first = float(values[0]) if before is None else 0.0
-    return float(values[-1] ** 2 / variance), (
-        first + float(values[-1]) * at[0],
-        first + float(values[-1]) * at[1],
+def _answers(
+    question: str, names: tuple[str, str], found: OneMore, changes: Mapping[str, float]
+) -> tuple[Alternative, ...]:
+    """The model as it is and a hypothesis beside it, where they are weighed against each other at all."""
+    if found.decided and found.weight < 0.5:
+        return ()
+    figure = f"chi-squared of records left out lower by {found.gain:.3g}"
+    word = PREFERRED if found.decided else UNDECIDED
+    return (
+        Alternative(
+            question, names[0], 1.0 - found.weight, figure, True, UNDECIDED if word == UNDECIDED else ""
+        ),
+        Alternative(question, names[1], found.weight, figure, word=word, changes=changes),
     )
 
 

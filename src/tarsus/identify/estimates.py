@@ -61,6 +61,16 @@ class Estimates:
         paths = tuple(self.paths[i] for i in kept)
         return replace(self, paths=paths, values=self.values[kept], samples=self.samples[:, kept])
 
+    def drawn(self, step: StepResult) -> Floats:
+        """Draws of what a step found."""
+        return self.samples[:, [self.paths.index(path) for path in step.paths]]
+
+    def redrawn(self, step: StepResult) -> Estimates:
+        """With other draws of what a step found."""
+        samples = self.samples.copy()
+        samples[:, [self.paths.index(path) for path in step.paths]] = step.samples
+        return replace(self, samples=samples)
+
     def after(self, step: StepResult) -> Estimates:
         """With what a further step found."""
         return Estimates(

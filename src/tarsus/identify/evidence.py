@@ -9,9 +9,11 @@ import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.identify.campaign import Opened, RecordFile, read_records
+from tarsus.identify.clock import pace_of
 from tarsus.identify.consistency import not_together, odd_ones
 from tarsus.identify.instruments import Instruments, relations_of
 from tarsus.identify.traces import Trace, contact_level, misplaced, trace_of
+from tarsus.model.drive.waveforms import SweptSine
 from tarsus.records.excluded import Excluded, excluded_of
 from tarsus.records.measurement import Measurement
 from tarsus.records.purpose import Purpose
@@ -56,7 +58,12 @@ class Evidence:
         records = [r.record for r in self.readings if r.record is not None]
         if records:
             step = min(record.step for record in records)
-            self.take_off(Instruments(relations_of(records, self.opened.model.points), step))
+            sweeps = [
+                (r.record, signal) for r in self.readings
+                if r.record is not None and isinstance(signal := self.opened.campaign.records[r.set].signal, SweptSine)
+            ]  # fmt: skip
+            relations = relations_of(records, self.opened.model.points)
+            self.take_off(Instruments(relations, step, pace=pace_of(sweeps)))
 
     def take_off(self, instruments: Instruments) -> None:
         """Trace all records without what is their instruments'; what was formed of the records before is dropped."""
@@ -77,14 +84,34 @@ class Evidence:
         swept = self.opened.campaign.records[reading.set].purpose is Purpose.MODAL
         return self.instruments.taken_off(reading.record, swept)
 
+    def as_shown(self, purposes: Sequence[Purpose]) -> list[Trace]:
+        """Traces of the files that are used, as late as their instruments show them: only gains are taken off."""
+        used = [trace for purpose in purposes for trace in self.traces.get(purpose, [])]
+        if self.instruments is None or not self.instruments.delaying:
+            return used
+        files, out = {one.file for one in used}, []
+        for r in self.readings:
+            if r.file in files and r.record is not None and r.record.drive is not None:
+                one, record = (
+                    self.opened.campaign.records[r.set],
+                    self.instruments.prompt.taken_off(r.record, False),
+                )
+                points, pace = self.opened.model.points, self.instruments.slow
+                trace = trace_of(record, points, r.set, r.record.drive, one.rest, one.gap, 0.0, pace)
+                out.append(replace(trace, file=r.file))
+        return out
+
     def _trace(self, name: str, reading: RecordFile) -> list[Trace]:
         """The record of a file, if it has one whose channels belong together."""
         one, record = self.opened.campaign.records[name], self.record(reading)
         if record is None or record.drive is None:
             return []
-        late = 0.0 if self.instruments is None else self.instruments.late
+        late, pace = (
+            (0.0, 0.0) if self.instruments is None else (self.instruments.late, self.instruments.slow)
+        )
+        points = self.opened.model.points
         try:
-            trace = trace_of(record, self.opened.model.points, name, record.drive, one.rest, one.gap, late)
+            trace = trace_of(record, points, name, record.drive, one.rest, one.gap, late, pace)
         except InputError as error:
             self.left_out += [excluded_of(reading.file, said) for said in error.problems]
             return []

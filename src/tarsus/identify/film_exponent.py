@@ -9,56 +9,36 @@ undecided widens what hangs on it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.fit.verdict import LEVEL
 from tarsus.identify.detachment import Released
-from tarsus.identify.draws import newton_draws
 from tarsus.identify.film import FilmFit
 from tarsus.identify.flight import SUBSTEPS, equations_of
 from tarsus.identify.foot import FootModel
+from tarsus.identify.one_more import FEWEST, OneMore, one_more
 from tarsus.identify.step import PREFERRED, UNDECIDED, Alternative, Check
 
 Floats = NDArray[np.float64]
 
 _ASSUMED, _OTHER = 3.0, 2.0
-_TOLD = 1e12
-"""Condition of the scaled information about film and exponent beyond which it is rounding: a film too weak to be felt
-tells no exponent."""
 PATHS = ("ground.film.coefficient", "ground.film.thickness")
 _PULLS = ("ground.adhesion.initial", "ground.adhesion.rate")
 """What comes of the pulls at which the same flights begin: flights under another force than the film's tell them wrong
 as well, as on a ground that gives way."""
 
 
-@dataclass(frozen=True)
-class Exponent:
-    """value and error of the exponent as one more unknown; gain: of the other exponent, in chi-squared of records left
-    out; moves (2,): of the logarithms of C / g0^n and g0 with that exponent."""
-
-    value: float
-    error: float
-    gain: float
-    moves: Floats
-
-    @property
-    def weight(self) -> float:
-        """Share of the other exponent."""
-        return float(1.0 / (1.0 + np.exp(-0.5 * np.clip(self.gain, -700.0, 700.0))))
-
-
-def with_exponent(film: FilmFit, found: Exponent, seed: int) -> FilmFit:
+def with_exponent(film: FilmFit, found: OneMore, seed: int) -> FilmFit:
     """A film's fit with both exponents as alternatives, draws of both where they are undecided, and the check."""
     step, share = film.step, found.weight
-    decided = max(share, 1.0 - share) >= LEVEL
     ratio, drawn, unit = step.combinations["C / g0^3"]
     said = f"{found.value:.3g} with standard error {found.error:.2g}"
     notes = step.notes
-    if not decided:
-        picked = np.random.default_rng([seed, 23]).random(len(step.samples)) < share
+    if not found.decided:
+        picked = found.picked(len(step.samples), seed)
         thickness = step.samples[:, 1] * np.exp(np.where(picked, found.moves[1], 0.0))
         # of the other law C has another unit; it is drawn as what damps the same at contact
         drawn = drawn * np.exp(np.where(picked, found.moves[0], 0.0))
@@ -71,7 +51,7 @@ def with_exponent(film: FilmFit, found: Exponent, seed: int) -> FilmFit:
     changes: dict[str, float] = {path: float(np.exp(one)) for path, one in zip(PATHS, moved, strict=True)}
     answers: list[Alternative] = []
     for value, weight, change in ((_ASSUMED, 1.0 - share, dict[str, float]()), (_OTHER, share, changes)):
-        word = UNDECIDED if not decided else PREFERRED if weight > 0.5 else "contradicted"
+        word = UNDECIDED if not found.decided else PREFERRED if weight > 0.5 else "contradicted"
         answers.append(
             Alternative("exponent of the film", f"{value:g}", weight, said, value == _ASSUMED, word, change)
         )
@@ -86,9 +66,9 @@ def with_exponent(film: FilmFit, found: Exponent, seed: int) -> FilmFit:
     return replace(film, step=step)
 
 
-def film_exponent(model: FootModel, film: FilmFit, seed: int) -> Exponent | None:
-    """The exponent that the flights of a film's fit prefer, and how 2 does; None of fewer than four
-    records, or of a film that the flights do not feel.
+def film_exponent(model: FootModel, film: FilmFit, seed: int) -> OneMore | None:
+    """The exponent that the flights of a film's fit prefer, and how 2 does, moving the logarithms of C / g0^n and g0;
+    None of fewer than four records, or of a film that the flights do not feel.
 
     Parameters
     ----------
@@ -101,7 +81,7 @@ def film_exponent(model: FootModel, film: FilmFit, seed: int) -> Exponent | None
     """
     records = np.array([one.trace for one in film.offs.items])
     numbers = np.unique(records)
-    if len(numbers) < 4:
+    if len(numbers) < FEWEST:
         return None
     released, guess = Released(film.offs, model), film.fitted.film
     residuals, slopes, _ = released.flown(film.fitted.unknowns, guess.law)
@@ -110,26 +90,8 @@ def film_exponent(model: FootModel, film: FilmFit, seed: int) -> Exponent | None
     each, right = system.reduced()
     information = np.array([each[records == k].sum(axis=0) for k in numbers])
     score = np.array([right[records == k].sum(axis=0) for k in numbers])
-    total = information.sum(axis=0)
-    size = np.sqrt(np.diag(total))
-    if not size.all() or np.linalg.cond(total / np.outer(size, size)) > _TOLD:
-        return None
-    step = np.linalg.solve(total, score.sum(axis=0))
-    error = float(np.std(newton_draws(information, score, seed)[:, 2]))
-    move = _OTHER - _ASSUMED
-    moves = -np.linalg.solve(total[:2, :2], total[:2, 2]) * move
-    gain = 0.0
-    for h in (0, 1):
-        seen, unseen = (np.arange(len(numbers)) % 2 == k for k in (h, 1 - h))
-        for sign, by in ((1.0, move), (-1.0, 0.0)):
-            a, s = information[seen].sum(axis=0), score[seen].sum(axis=0)
-            own = np.append(np.linalg.solve(a[:2, :2], s[:2] - a[:2, 2] * by), by)
-            gain += sign * float(
-                2.0 * own @ score[unseen].sum(axis=0) - own @ information[unseen].sum(axis=0) @ own
-            )
-    # records whose residuals hang together count for less, as the scatter of their scores says
-    scale = max(error**2 / float(np.linalg.inv(total)[2, 2]), 1.0)
-    return Exponent(_ASSUMED + float(step[2]), error, gain / scale, moves)
+    found = one_more(information, score, seed, _OTHER - _ASSUMED)
+    return None if found is None else replace(found, value=_ASSUMED + found.value)
 
 
 def _traces(released: Released, film: FilmFit) -> list[Floats]:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy.fft import next_fast_len
 from scipy.ndimage import binary_dilation, convolve1d, correlate1d
 
+from tarsus.identify.clock import PACE, stretched
 from tarsus.identify.lateness import SAMPLES, Lateness, LowPass, lateness_of
 from tarsus.identify.volts import jumps_of
 from tarsus.identify.with_error import WithError
@@ -74,7 +75,8 @@ class Instruments:
 
     relations: by point, of those that can be compared; velocities: points of which the velocity, not the displacement,
     has the gain; lateness: of the sweeps' channels behind the drive, None where it is not known; of: the quantity of
-    these channels; step [s]: between samples of the sweeps, or the finest of the other records.
+    these channels; step [s]: between samples of the sweeps, or the finest of the other records; pace: share by which
+    the clock of the motion is slow beside that of the drive, None where it is not known.
     """
 
     relations: dict[str, Relation]
@@ -82,6 +84,7 @@ class Instruments:
     velocities: frozenset[str] = frozenset()
     lateness: Lateness | None = None
     of: Quantity = Quantity.DISPLACEMENT
+    pace: WithError | None = None
 
     def gain(self, point: str, quantity: Quantity) -> float:
         """Factor that a channel of a point has too much."""
@@ -100,6 +103,11 @@ class Instruments:
     def late(self) -> float:
         """Time [s] by which velocities, and displacements that were brought to them, come behind the drive."""
         return self.lateness.late.value if self.lateness is not None and self.lateness.off(self.step) else 0.0
+
+    @property
+    def slow(self) -> float:
+        """Share by which the steps between samples of the motion are longer than stated."""
+        return self.pace.value if self.pace is not None and self.pace.off(0.0, PACE) else 0.0
 
     def low(self, quantity: Quantity) -> LowPass | None:
         """Low-pass before the channels of a quantity: that of the sweeps, and the other one unless it is not delayed by
@@ -122,12 +130,50 @@ class Instruments:
         late = replace(self, lateness=found, of=fit.frf.quantity)
         return late if found.off(late.step) else None
 
+    def delays(self, point: str, quantity: Quantity) -> tuple[LowPass | None, float]:
+        """Low-pass before a channel, and the time [s] by which it is late beside that of what passes this slowly."""
+        low = self.low(quantity)
+        late = self.late + (self.lag(point) if quantity is Quantity.DISPLACEMENT else 0.0)
+        return low, late - (0.0 if low is None else low.delay)
+
+    def nudged(self) -> tuple[Instruments, ...]:
+        """The same with each number that delays the records moved by its standard error."""
+        out = []
+        for lag in {one.lag for point, one in self.relations.items() if self.lag(point)}:
+            moved = WithError(lag.value + lag.error, lag.error)
+            those = {
+                point: replace(one, lag=moved) for point, one in self.relations.items() if one.lag == lag
+            }
+            out.append(replace(self, relations={**self.relations, **those}))
+        if self.lateness is not None and self.lateness.off(self.step):
+            late, low = self.lateness.late, self.lateness.low
+            moved = replace(self.lateness, late=WithError(late.value + late.error, late.error))
+            out.append(replace(self, lateness=moved))
+            if low is not None:
+                wider = replace(low, corner=low.corner * (1.0 + self.lateness.corner))
+                out.append(replace(self, lateness=replace(self.lateness, low=wider)))
+        return tuple(out)
+
+    @property
+    def prompt(self) -> Instruments:
+        """The gains alone, as if no channel were late."""
+        still = {
+            point: replace(one, lag=WithError(0.0, one.lag.error)) for point, one in self.relations.items()
+        }
+        return replace(self, relations=still, lateness=None)
+
+    @property
+    def delaying(self) -> bool:
+        """Whether any channel is late, or behind a low-pass."""
+        return bool(self.late or self.low(self.of) or any(self.lag(point) for point in self.relations))
+
     @property
     def differ(self) -> bool:
         """Whether there is anything to take off."""
         quantities = Quantity.DISPLACEMENT, Quantity.VELOCITY
         return bool(
             self.late
+            or self.slow
             or any(self.low(one) for one in quantities)
             or any(self.lag(p) or any(self.gain(p, one) != 1.0 for one in quantities) for p in self.relations)
         )
@@ -138,6 +184,10 @@ class Instruments:
         if not self.differ:
             return record
         values = record.values.copy()
+        if swept and self.slow and record.drive is not None:
+            at = record.index(record.drive)
+            values[at] = stretched(values[at], self.slow)
+            record = replace(record, step=record.step * (1.0 + self.slow))
         rows = {(one.at, one.quantity): k for k, one in enumerate(record.channels)}
         moving = {key: k for key, k in rows.items() if key[1] in (Quantity.DISPLACEMENT, Quantity.VELOCITY)}
         for (point, quantity), k in moving.items():
@@ -158,6 +208,13 @@ class Instruments:
     def sentences(self) -> list[str]:
         """What was found and taken off."""
         out = []
+        if self.slow:
+            assert self.pace is not None
+            out.append(
+                f"the clock of the motion runs {1e6 * abs(self.slow):.4g} +- {2e6 * self.pace.error:.1g} ppm "
+                f"{'slow' if self.slow > 0.0 else 'fast'} beside that of the drive, as sweeps up and down show: taken "
+                "off"
+            )
         for point, one in self.relations.items():
             for quantity, other in ((Quantity.DISPLACEMENT, "velocity"), (Quantity.VELOCITY, "displacement")):
                 if (gain := self.gain(point, quantity)) != 1.0:

@@ -55,6 +55,12 @@ class LowPass:
         """Delay [s] of what is slow."""
         return float(-np.sum(1.0 / self.poles).real / (2.0 * np.pi * self.corner))
 
+    def parts(self) -> tuple[Complexes, Complexes]:
+        """Poles [rad/s] and residues [rad/s] (n,): a low-pass is the sum of these parts."""
+        apart = self.poles[:, None] - self.poles
+        shares = np.prod(-self.poles) / np.prod(apart, axis=1, where=apart != 0.0)
+        return 2.0 * np.pi * self.corner * self.poles, 2.0 * np.pi * self.corner * shares
+
     def response(self, s: NDArray[np.complexfloating[Any, Any]]) -> Complexes:
         """At s (nf,) [rad/s]."""
         scaled = s / (2.0 * np.pi * self.corner)
@@ -64,11 +70,12 @@ class LowPass:
 @dataclass(frozen=True)
 class Lateness:
     """Of responses behind the drive: late [s] of what is slow, all together; low: the low-pass among it, None for a
-    pure delay; turned [rad]: by the drive's memory."""
+    pure delay; turned [rad]: by the drive's memory; corner: standard error of the low-pass's, as a part of it."""
 
     late: WithError
     low: LowPass | None
     turned: WithError
+    corner: float = 0.0
 
     def off(self, step: float) -> bool:
         """Whether it is more than what does no harm to records of a sampling step [s]."""
@@ -198,6 +205,7 @@ class _Lines:
             WithError(float(x[m]) / turn, float(error[m]) / turn),
             low,
             WithError(float(x[m + 1]), float(error[m + 1])),
+            0.0 if low is None else float(error[-1]),
         )
 
 

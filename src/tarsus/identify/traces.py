@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.identify.volts import delayed
+from tarsus.identify.volts import moved
 from tarsus.impacts.detection import STILL, runs_of
 from tarsus.records.measurement import Measurement, Quantity
 
@@ -61,7 +61,7 @@ class Trace:
 
 def trace_of(
     record: Measurement, points: Sequence[str], name: str, drive: str, rest: float, gap: float | None = None,
-    late: float = 0.0,
+    late: float = 0.0, pace: float = 0.0,
 ) -> Trace:  # fmt: skip
     """A record with its zeros and its noise taken from the rest before the drive.
 
@@ -81,6 +81,9 @@ def trace_of(
         Of the foot at the neutral position [m].
     late
         Time [s] by which the motion was recorded behind the drive: times and volts are those of the motion.
+    pace
+        Share by which its clock runs slow beside the drive's, so that its samples lie farther apart: they agree where
+        the drive begins.
 
     Raises
     ------
@@ -115,10 +118,10 @@ def trace_of(
         record.source,
         name,
         tuple(points),
-        record.step * np.arange(record.count, dtype=np.float64) - count * record.step - late,
+        record.step * (1.0 + pace) * (np.arange(record.count, dtype=np.float64) - count) - late,
         x - quiet_x.mean(axis=1, keepdims=True),
         v - quiet_v.mean(axis=1, keepdims=True),
-        delayed(record[drive], late / record.step),
+        moved(record[drive], late / record.step, pace, float(count)),
         noise_x,
         noise_v,
         noise_x / np.sqrt(still),

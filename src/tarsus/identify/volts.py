@@ -100,11 +100,12 @@ def jumps_of(volts: Floats) -> NDArray[np.intp]:
     return np.flatnonzero(single)
 
 
-def delayed(volts: Floats, samples: float) -> Floats:
-    """Volts (ns,) so many samples later."""
-    if not samples:
+def moved(volts: Floats, samples: float, pace: float = 0.0, origin: float = 0.0) -> Floats:
+    """Volts (ns,) so many samples later, and asked in steps that are longer by a share from an origin [samples] on."""
+    if not samples and not pace:
         return volts
-    place = np.arange(len(volts), dtype=np.float64) - samples
+    place = np.arange(len(volts), dtype=np.float64)
+    place += pace * (place - origin) - samples
     return _between(volts, np.clip(place, 0.0, len(volts) - 1.0))[0]
 
 

@@ -8,17 +8,19 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
+from scipy.interpolate import CubicHermiteSpline, CubicSpline, PchipInterpolator
 from scipy.io import savemat
-from scipy.signal import butter, sosfilt
+from scipy.signal import butter
 
 from independent.foreign.drive import Wave
-from independent.foreign.motion import Motion, Moved
+from independent.foreign.motion import Motion, Moved, filtered
 from independent.foreign.world import Device, World
 
 Floats = NDArray[np.float64]
 FAR = 0.03
 """Gap [m] of records in the air."""
+RINGS = 8.0
+"""Places beside a jump at which a cubic spline still overshoots, by 1e-4 of it."""
 WANDER = 1e-6
 """Standard deviation [m] of the displacements' zero from record to record."""
 RAMPS = (
@@ -109,7 +111,7 @@ def write_campaign(
         Noise of each channel below its own motion.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    motion = Motion(device, world, 8 if np.isfinite(world.filtered) or world.behind else 2)
+    motion = Motion(device, world, 8 if np.isfinite(world.filtered) or world.behind or world.pace else 2)
     random = np.random.default_rng([seed, 41])
     head = [
         f'name = "{name}"', 'device = "device.toml"', 'foot = "tip"', 'drive = "pzt"', "", "[defaults]",
@@ -173,7 +175,7 @@ def _recorded(
             if late or world.pace:
                 seen = np.interp(at, own, motion)
                 inside = at > 0.0
-                seen[inside] = _between(own, motion, speed, at[inside])
+                seen[inside] = _between(own, motion, speed, at[inside], [time for time, _ in moved.events])
                 seen[~inside] = motion[0]
             else:
                 seen = np.concatenate([np.full(rest, motion[0]), motion[:: moved.fine][:count]])
@@ -186,17 +188,33 @@ def _recorded(
     return out
 
 
-def _between(time: Floats, motion: Floats, speed: Floats | None, at: Floats) -> Floats:
+def _between(time: Floats, motion: Floats, speed: Floats | None, at: Floats, events: list[float]) -> Floats:
     """Motion between samples: by its speed as well where that is known, which bends at impacts; a speed, which jumps
-    there, without overshoot."""
+    there, without overshoot near events."""
     inside = np.minimum(at, time[-1])
-    spline = PchipInterpolator(time, motion) if speed is None else CubicHermiteSpline(time, motion, speed)
-    return np.asarray(spline(inside))
+    if speed is not None:
+        return np.asarray(CubicHermiteSpline(time, motion, speed)(inside))
+    out = np.asarray(CubicSpline(time, motion)(inside))
+    places = np.sort(np.array([-np.inf, *events, np.inf]))
+    after = np.searchsorted(places, inside)
+    near = np.minimum(inside - places[after - 1], places[after] - inside) < RINGS * (time[1] - time[0])
+    out[near] = PchipInterpolator(time, motion)(inside[near])
+    return out
 
 
 def _passed(motion: Floats, hertz: float, fine: float) -> Floats:
-    """Behind a fourth-order low-pass, which is the analogue one for motion that is sampled far above it [Hz]."""
-    return np.asarray(sosfilt(butter(4, hertz, fs=fine, output="sos"), motion - motion[0])) + motion[0]
+    """Behind an analogue low-pass of fourth order, [Hz]: a digital one of that corner is 0.8 % less late at twenty
+    samples a period."""
+    turn = 2.0 * np.pi * hertz
+    _, poles, gain = butter(4, 1.0, analog=True, output="zpk")
+    apart = poles[:, None] - poles
+    shares = gain / np.prod(apart, axis=1, where=apart != 0.0)
+    push = (motion - motion[0]).astype(complex)
+    behind = [
+        turn * share * filtered(turn * pole, push, 0.0, 1, fine)
+        for pole, share in zip(poles, shares, strict=True)
+    ]
+    return np.sum(behind, axis=0).real + motion[0]
 
 
 def _set(record: Record, files: list[str]) -> Iterator[str]:

@@ -195,7 +195,7 @@ class Motion:
             push = np.outer(phase.inputs @ self.modes.participation, force)
             push = push - np.outer(phase.inputs[:, 0], self.spring * state[0] ** 3)
             state = phase.state(
-                np.array([_filtered(*one, fine, rate) for one in zip(phase.poles, push, start, strict=True)])
+                np.array([filtered(*one, fine, rate) for one in zip(phase.poles, push, start, strict=True)])
             )
         state = state[:, : count * fine]
         return Moved(self.modes.points @ (state[:n] - rest[:, None]), self.modes.points @ state[n:], [], fine)
@@ -214,11 +214,14 @@ class Motion:
         n = len(self.modes.omega)
         rest = run.rest
         return Moved(
-            self.modes.points @ (states[:n] - rest[:, None]), self.modes.points @ states[n:], run.events, self.steps
+            self.modes.points @ (states[:n] - rest[:, None]),
+            self.modes.points @ states[n:],
+            run.events,
+            self.steps,
         )
 
 
-def _filtered(
+def filtered(
     pole: complex, push: NDArray[np.complex128], start: complex, fine: int, rate: float
 ) -> NDArray[np.complex128]:
     """z along marks, for what pushes it as a parabola through three marks."""
@@ -264,7 +267,9 @@ class _Run:
         """Net force on the adhesion of a foot in contact."""
         if np.isinf(self.world.ground):
             return self.tied.pull(z, drive)
-        return self.world.ground * self.tied.gap(z)  # a damper that held the foot would let go of it below ground
+        return self.world.ground * self.tied.gap(
+            z
+        )  # a damper that held the foot would let go of it below ground
 
     def strength(self, age: float) -> float:
         first, rate = self.device.adhesion

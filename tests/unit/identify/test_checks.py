@@ -13,12 +13,13 @@ from laboratory import LABORATORY
 from tarsus.base.spec import with_values
 from tarsus.fit.verdict import Verdict, verdict_of
 from tarsus.identify.airborne import air_records
-from tarsus.identify.alternatives import AirFit, fit_air
-from tarsus.identify.checks import TREND, _term, air_checks, step_checks
+from tarsus.identify.alternatives import AirFit, drawn_over, fit_air
+from tarsus.identify.checks import TREND, air_checks, step_checks
 from tarsus.identify.draws import DRAWS
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.film_exponent import film_exponent, with_exponent
 from tarsus.identify.foot import FootModel
+from tarsus.identify.one_more import in_a_line
 from tarsus.identify.step import Check, Residual, StepResult, Used, failures
 from tarsus.identify.traces import Trace
 from tarsus.identify.verdict import judge_samples
@@ -89,6 +90,26 @@ def test_a_delay_of_the_displacements_is_named_and_measured():
     assert set(failed[0].paths) == set(PATHS[2:]), "frequency and damping of the sweeps do not hang on it"
 
 
+def test_differences_that_share_the_weight_are_drawn_over():
+    """Half of the draws follow a rival: its own number by what it moves it, one that hangs on it along."""
+    one = looked_at(known().model(), 3e-6).found[0]
+    random, base = np.random.default_rng(3), known()
+    followed = base.samples.copy()
+    slope = 2.0 * base.values[3] / base.values[2]
+    followed[:, 3] = (
+        base.values[3] + slope * (followed[:, 2] - base.values[2]) + 1e-25 * random.standard_normal(DRAWS)
+    )
+    before = replace(base, samples=followed)
+    step = np.array([0.0, 0.0, 0.05 * base.values[2]])
+    fit = AirFit(2, 8000, 1.2, 1.0, 1.0, (replace(one, weight=0.5, moves=step),))
+    off = drawn_over(before, fit, 1).samples - followed
+    moved = off[:, 2] != 0.0
+    assert moved.mean() == pytest.approx(0.5, abs=0.1)
+    assert off[moved, 2] == pytest.approx(step[2], rel=1e-3)
+    assert off[moved, 3] == pytest.approx(slope * step[2], rel=0.02)
+    assert drawn_over(before, replace(fit, found=(replace(one, weight=0.99),)), 1) is before
+
+
 def test_a_number_that_is_off_is_pulled_by_the_records_and_no_difference_is_invented():
     other = known()
     model = other.model(other.values * np.array([1.0, 1.0, 1.02, 1.0]))
@@ -102,10 +123,26 @@ def test_a_trend_has_a_large_f_and_none_a_small_one():
     random = np.random.default_rng(7)
     x, error = np.linspace(-1.0, 1.0, 60), np.full(60, 0.02)
     flat = 0.4 + error * random.standard_normal(60)
-    assert _term(x, flat, error)[0] < TREND
-    trend, ends = _term(x, flat - 0.05 * x, error)
-    assert trend > 4.0 * TREND and ends == pytest.approx((0.45, 0.35), abs=0.02)
-    assert _term(x[:3], flat[:3], error[:3]) is None, "too few to see a scatter"
+    design, groups = np.column_stack([np.ones(60), x]), np.arange(60) % 12
+    level = in_a_line(design, flat, error, groups, 1)
+    assert level is not None and level.f < TREND and level.weight < 0.9
+    tilted = in_a_line(design, flat - 0.05 * x, error, groups, 1)
+    assert tilted is not None and tilted.f > 4.0 * TREND and tilted.decided and tilted.weight > 0.99
+    assert tilted.value == pytest.approx(-0.05, abs=4.0 * tilted.error)
+    slight = in_a_line(design, 0.4 + 0.02 * random.standard_normal(60) - 0.009 * x, error, groups, 1)
+    assert slight is not None
+    assert slight.picked(4000, 1).mean() == pytest.approx(0.0 if slight.decided else slight.weight, abs=0.03)
+    assert in_a_line(design[:3], flat[:3], error[:3], groups[:3], 1) is None, "too few to see a scatter"
+
+
+def test_groups_that_hang_together_count_for_less():
+    """A trend that one error shared by all points of a group makes is no trend of the model."""
+    random = np.random.default_rng(9)
+    x = np.repeat(np.linspace(-1.0, 1.0, 8), 20)
+    shared = np.repeat(0.1 * random.standard_normal(8), 20)
+    y, error = 0.4 + shared + 0.02 * random.standard_normal(160), np.full(160, 0.02)
+    found = in_a_line(np.column_stack([np.ones(160), x]), y, error, np.arange(160) // 20, 1)
+    assert found is not None and abs(found.value) < 3.0 * found.error and abs(found.gain) < 10.0
 
 
 def test_what_a_step_leaves_and_leaves_out_is_checked():

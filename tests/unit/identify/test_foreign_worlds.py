@@ -44,6 +44,10 @@ TRUTH = {
         ("third mode", "a further mode"),
         ("film exponent 2", "the exponent of the film is undecided between 3 and 2"),
         ("restitution falls with speed", "restitution falls with speed"),
+        ("mains hum", "mains hum: a line at 50 Hz"),
+        ("compliant ground", "the ground gives way"),
+        ("clock 100 ppm off", "the clock of the motion runs 99.99"),
+        ("displacement 20 us late", "come 20 +- "),
     ],
 )
 def test_nothing_is_determined_and_wrong(world: str, cause: str, tmp_path: Path) -> None:

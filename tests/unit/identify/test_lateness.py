@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tarsus.identify.lateness import LowPass, lateness_of
-from tarsus.identify.volts import delayed, jumps_of
+from tarsus.identify.volts import jumps_of, moved
 from tarsus.modes.frf import Frf
 from tarsus.modes.modal import ModalFit, identify_modes
 from tarsus.records.measurement import Quantity
@@ -56,7 +56,7 @@ def test_delayed_volts() -> None:
     place = np.arange(200.0)
     triangle = 5.0 * np.abs((place / 40.0) % 2.0 - 1.0)
     shifted = 5.0 * np.abs(((place - 0.12) / 40.0) % 2.0 - 1.0)
-    assert delayed(triangle, 0.12)[5:-5] == pytest.approx(shifted[5:-5], abs=1e-3)
+    assert moved(triangle, 0.12)[5:-5] == pytest.approx(shifted[5:-5], abs=1e-3)
     square = np.where((place // 40) % 2 == 0, 5.0, -5.0)
     assert list(jumps_of(square)) == [39, 79, 119, 159]
-    assert list(jumps_of(delayed(square, 0.4))) == [39, 40, 79, 80, 119, 120, 159, 160]
+    assert list(jumps_of(moved(square, 0.4))) == [39, 40, 79, 80, 119, 120, 159, 160]
