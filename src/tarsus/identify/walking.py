@@ -49,7 +49,7 @@ and how many."""
 SLACK = 10.0
 """Times as loose as in the end windows are tied at first, where the cost is smoother."""
 ZERO = 1e-5
-"""Standard deviation of the zero of a displacement [m] or an angle [rad] from record to record."""
+"""Standard deviation of the zero of a displacement [m] from record to record; of an angle over the arm."""
 FOLLOWED, MOST = 1.3, 0.9
 """Mean square over the noise up to which a window is followed, for of some hundred samples it scatters by a tenth; and
 share of windows of which all are taken to be: a foot that only just touches stays one apart."""
@@ -174,7 +174,7 @@ class _Walk:
         walker, plan = scenes[self.number].robot.structure, plans[self.number]
         last = float(self.problem.records[self.number].times[-1])
         assert isinstance(walker, Walker)
-        contact, loose = contact_time(walker), np.repeat(LOOSE, walker.size)
+        contact, loose = contact_time(walker), _of_start(walker, LOOSE)
         begin, state, contacts = _lead(plan, contact, last)
         out = list[Segment]()
         while begin < last - contact:
@@ -221,7 +221,7 @@ class _Walk:
         walker = self.problem.scenes[self.number].robot.structure
         assert isinstance(walker, Walker)
         contact = contact_time(walker)
-        near, ties = (np.repeat(one, walker.size) for one in (NEAR, SLACK * np.array(TIED)))
+        near, ties = _of_start(walker, NEAR), SLACK * _of_start(walker, TIED)
         if before:
             start = WindowStart(before[-1].state, before[-1].begin, [before[-1].span[1]], before[-1].contacts)
             begin = before[-1].span[1]
@@ -241,6 +241,27 @@ class _Walk:
         start = WindowStart(segment.state, segment.begin, [ahead], segment.contacts)
         end = edge_after(simulate_windows(plan, [start])[0].events, segment.begin, ahead, contact)
         return last if end > last - contact else end
+
+
+def _walker(records: Sequence[WalkRecord]) -> Walker:
+    walker = records[0].scene.robot.structure
+    assert isinstance(walker, Walker)
+    return walker
+
+
+def _arms(walker: Walker) -> dict[str, float]:
+    """Distances [m] of the farthest hip from the axes that the body turns about: an angle times it is its motion."""
+    legs = walker.legs.values()
+    found = {"roll": max(abs(one.y) for one in legs), "pitch": max(abs(one.x) for one in legs)}
+    return {name: one or walker.length or 1.0 for name, one in found.items()}
+
+
+def _of_start(walker: Walker, spread: tuple[float, float]) -> Floats:
+    """Standard deviations (2n,) of a start whose displacements and velocities have these: of angles over the arm."""
+    arms = _arms(walker)
+    over = np.ones(walker.size)
+    over[: walker.body_size] = [1.0 / arms.get(name, 1.0) for name in walker.body_coordinates]
+    return np.concatenate([spread[0] * over, spread[1] * over])
 
 
 def _lead(plan: Plan, contact: float, last: float) -> tuple[float, Floats, Contacts]:
@@ -279,7 +300,13 @@ def _problem(records: Sequence[WalkRecord], spread: Mapping[str, float]) -> Reco
     _, plans = problem.lowered(np.zeros(len(priors)))
     for one, plan in zip(records, plans, strict=True):
         there = output_rows(one.scene, one.outputs, one.times[:1]).x @ plan.initial[: len(plan.initial) // 2]
-        priors |= {one.zero(k): Prior(float(one.values[k, 0] - there[k]), sd=ZERO) for k in one.shifted}
+        priors |= {
+            one.zero(k): Prior(
+                float(one.values[k, 0] - there[k]),
+                sd=ZERO / _arms(_walker(records)).get(one.outputs[k].at, 1.0),
+            )
+            for k in one.shifted
+        }
     return replace(problem, priors=priors)
 
 
@@ -351,7 +378,7 @@ def identify_walk(
             zeros = np.zeros((len(segments), len(segments[0].state)))
             left = problem.residuals(segments, zeros, moved)
             weights = 1.0 / np.sqrt(np.maximum(1.0, [np.mean(np.concatenate(one) ** 2) for one in left]))
-        ties = SLACK * np.repeat(TIED, len(segments[0].state) // 2)
+        ties = SLACK * _of_start(_walker(records), TIED)
         fit = (
             problem.solve(segments, moved, weights=weights, rounds=STEPS)
             if seen
@@ -371,7 +398,7 @@ def identify_walk(
     for turn, wider in enumerate((SLACK, *[1.0] * (ROUNDS if differing else 1))):
         if differing and turn:
             problem, fit = _respread(problem, fit)
-        ties = wider * np.repeat(TIED, len(segments[0].state) // 2)
+        ties = wider * _of_start(_walker(records), TIED)
         fit = solve_tied(problem, segments, fit.moved, ties, weights=weights, rounds=TIES)
         segments = list(fit.segments)
     paths, prior = tuple(spread), np.array(list(spread.values()))

@@ -63,6 +63,24 @@ def test_the_ground_is_found_while_the_robot_walks() -> None:
     assert found.verdict("ground.restitution.coefficient") is Verdict.DETERMINED
 
 
+# Slow: half a minute. The body's motion is in no channel.
+@pytest.mark.slow
+def test_currents_alone_tell_the_ground() -> None:
+    rng = np.random.default_rng(0)
+    truth = ts.load_scene("millipede", hz=50, volts=14)
+    outputs = tuple(Output(Quantity.CURRENT, drive, motional=True) for drive in truth.robot.drives)
+    times = np.arange(1, 1001) / 20e3
+    values = ts.simulate(truth, 0.05).outputs(list(outputs), times)
+    noise = 0.01 * np.sqrt((values**2).mean(axis=1))  # 40 dB
+    noisy = values + noise[:, None] * rng.standard_normal(values.shape)
+    record = WalkRecord(with_values(truth, GROUND), times, outputs, noisy, noise)
+    found = identify_walk([record], dict.fromkeys(GROUND, 1.0), passes=2)
+    assert found.followed == 1.0
+    error = np.log(found.values / [float(get_value(truth, path)) for path in GROUND])
+    assert np.abs(error / np.sqrt(np.diag(found.covariance))).max() < 3.5
+    assert abs(error[3]) < 0.05  # the film; of the first contacts none tells the restitution
+
+
 def test_noise_is_seen_below_a_motion_with_jumps() -> None:
     rng, times = np.random.default_rng(1), np.arange(4000) / 20e3
     motion = 1e-3 * np.sin(2.0 * np.pi * 100.0 * times) + 2e-3 * (times % 0.01 > 0.004)
