@@ -33,19 +33,20 @@ def test_a_table_and_a_plan(tarsus, plain):
     assert "ground.adhesion.initial" in lines[1] and RATE not in lines[1]
     assert lines[4].startswith("15 Hz, 6 V, lambda 0.25")
     assert "of 0.7 s:" in result.out and "\nExpected: known within " in result.out
-    assert lines[-1] == "Not from these records: ground.restitution.coefficient."
+    assert any(line.startswith("Lower bounds: ") for line in lines[-2:])
 
 
 def test_a_walker_is_told_of_its_gait_and_its_legs(tarsus):
-    words = ("--vary", "hz=102", "--vary", "volts=14", "--budget", "0.1 s")
+    words = ("--vary", "hz=50", "--vary", "volts=14", "--budget", "0.3 s")
     result = tarsus("recommend", "millipede", *words)
-    assert result.code == 0 and "exercise-L1 at 102 Hz, 14 V" in result.out
-    assert result.out.splitlines()[-1] == "Not from these records: ground.adhesion.rate."
+    assert result.code == 0 and "exercise-L1 at 50 Hz, 14 V" in result.out
+    last = result.out.splitlines()[-1]
+    assert last.startswith("Not from these records: ") and "ground.adhesion.rate" in last
     found = tarsus("recommend", "millipede", *words, "--json").json()
     assert found["parameter"] is None and found["std"] is None
     by_name = {one["name"]: one for one in found["records"]}
-    walk = by_name["gait at 102 Hz, 14 V"]
-    assert walk["gait"]["frequency"] == 102.0 and walk["bounds"]["ground.adhesion.rate"] is None
+    walk = by_name["gait at 50 Hz, 14 V"]
+    assert walk["gait"]["frequency"] == 50.0 and walk["bounds"]["ground.adhesion.rate"] is None
     assert walk["bounds"]["ground.restitution.coefficient"] < 0.01
     assert {one["path"]: one["says"] for one in found["numbers"]}[
         "ground.friction.coefficient"

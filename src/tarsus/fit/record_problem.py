@@ -29,7 +29,7 @@ from tarsus.model.scene import Scene
 from tarsus.plan.lowering import Plan, lower_scene, slot
 from tarsus.solve.contacts import Contacts
 from tarsus.solve.outputs import Output, output_rows, output_slopes
-from tarsus.solve.tangents import Entering, entering
+from tarsus.solve.tangents import Direction, Entering, entering
 from tarsus.solve.window import WindowBatch, WindowGradients, WindowSlopes, WindowStart, simulate_windows
 
 Floats = NDArray[np.float64]
@@ -154,11 +154,13 @@ class Flown:
 class RecordProblem:
     """Records of one robot, each with its scene, and the numbers (np) that are sought, by path of the scene or by the
     name that channels call them, with what is known of each; of one with a factor the logarithm is sought. Scenes
-    differ in what enters a run (signals, numbers of laws), not in the structure."""
+    differ in what enters a run (signals, numbers of laws), not in the structure. directions: of numbers with a name of
+    their own how far each number of the scene moves for one of it, as for legs that are alike."""
 
     scenes: tuple[Scene, ...]
     records: tuple[SeenRecord, ...]
     priors: Mapping[str, Prior]
+    directions: Mapping[str, Direction] = field(default_factory=dict)
     _made: dict[bytes, tuple[list[Scene], list[Plan]]] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
@@ -182,6 +184,10 @@ class RecordProblem:
     def numbers(self, names: Sequence[str] | None) -> tuple[str, ...]:
         """Those of some names by which windows have derivatives: of the scene, then of single feet."""
         return tuple(name for name in (*self.paths, *self.feet) if name in (names or ()))
+
+    def _along(self, name: str) -> Direction:
+        """How far numbers of the scene move for one of a number."""
+        return self.directions.get(name, {name: 1.0})
 
     def values(self, moved: Floats) -> dict[str, float]:
         """Numbers by name at (np,), standard deviations from what is known."""
@@ -274,8 +280,13 @@ class RecordProblem:
         """Scene and plan of every record at numbers (np,); those asked for last are kept."""
         key = moved.tobytes()
         if key not in self._made:
-            changes = {path: value for path, value in self.values(moved).items() if path in self.paths}
-            each = {id(one): with_values(one, changes) for one in self.scenes}
+            values = self.values(moved)
+            changes = {path: values[path] for path in self.paths if path not in self.directions}
+            by = {path: values[name] * w for name, one in self.directions.items() for path, w in one.items()}
+            each = {
+                id(one): with_values(one, changes | {path: get_value(one, path) + by[path] for path in by})
+                for one in self.scenes
+            }
             plans = {one: lower_scene(scene) for one, scene in each.items()}
             self._made.clear()
             self._made[key] = [each[id(one)] for one in self.scenes], [plans[id(one)] for one in self.scenes]
@@ -327,7 +338,8 @@ class RecordProblem:
     ) -> Entering:  # fmt: skip
         """What enters windows of a scene, with what the ground is under single feet."""
         directions = {
-            name: {self.feet[name][1] if name in self.feet else name: 1.0} for name in self.numbers(names)
+            name: {self.feet[name][1]: 1.0} if name in self.feet else self._along(name)
+            for name in self.numbers(names)
         }
         found = entering(scene, plan, directions, end)
         if not self.feet:
@@ -371,8 +383,11 @@ class RecordProblem:
             channels = [one.output for one in self.records[r].channels]
             by_output[: len(channels), at] = output_slopes(
                 flown.scenes[k], channels, batch.times[at], batch.states.part(at), own,
-                [path for path in paths if path not in self.feet], flown.plans[k],
+                {path: self._along(path) for path in paths if path not in self.feet}, flown.plans[k],
             )  # fmt: skip
+        for segment, places in zip(segments, flown.places, strict=True):  # what is known needs no derivative
+            at, known = np.unique(np.concatenate(places)), np.flatnonzero(segment.spread == 0.0)
+            by_output[:, at[:, None], len(paths) + known] = 0.0
         by_output[~np.isfinite(by_output).all(axis=2)] = 0.0
         column = {name: k for k, name in enumerate(names)}
         unit = [1.0 / float(self.priors[name].rates(np.array(flown.values[name]))) for name in names]

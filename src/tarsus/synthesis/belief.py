@@ -105,11 +105,17 @@ class Belief:
 
     def scene(self, scene: Scene, logs: Floats) -> Scene:
         """The scene with numbers so far off, within what their descriptions allow."""
-        values = {}
-        for one, moved in zip(self.unknown.values(), logs.tolist(), strict=True):
-            for path, value in one.items():
-                values[path] = float(np.clip(value * np.exp(moved), *field_limits(scene, path)))
-        return with_values(scene, values)
+        moved = zip(self.unknown.values(), np.exp(logs).tolist(), strict=True)
+        return with_values(scene, {
+            path: float(np.clip(value * by, *field_limits(scene, path)))
+            for one, by in moved for path, value in one.items()
+        })  # fmt: skip
+
+    def directions(self, scene: Scene) -> dict[str, Direction]:
+        """Directions of the logarithms at the values of a scene."""
+        return {
+            name: {path: float(get_value(scene, path)) for path in one} for name, one in self.unknown.items()
+        }
 
 
 def _together(scene: Scene, path: str) -> str:

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,15 +20,14 @@ from numpy.typing import NDArray
 from tarsus.base.errors import InputError
 from tarsus.base.events import CONTACT_BEGINS, EventKind
 from tarsus.base.quantities import Quantity
-from tarsus.fit.normal_equations import NormalEquations
+from tarsus.fit.record_problem import RecordProblem, Seen, SeenRecord, Segment
+from tarsus.fit.unknowns import Prior
 from tarsus.model.scene import Scene
-from tarsus.plan.lowering import lower_scene
 from tarsus.solve import Run, simulate
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.contacts import Contacts
-from tarsus.solve.outputs import Output, output_slopes
+from tarsus.solve.outputs import Output
 from tarsus.solve.tangents import Direction
-from tarsus.solve.window import WindowGradients, WindowStart, simulate_windows
 from tarsus.synthesis.recordings import Instrument, Recording, outputs_of, placed
 
 Floats = NDArray[np.float64]
@@ -66,7 +66,7 @@ class Sensing:
 
     def levels(self, outputs: Sequence[Output], values: Floats) -> Floats:
         """Noise (nc,) of outputs that show values (nc, nt)."""
-        size = np.sqrt(np.mean(values**2, axis=1))
+        size = np.maximum(np.sqrt(np.mean(values**2, axis=1)), np.finfo(float).tiny)
         return np.array(
             [
                 self.noise.get(one.quantity) or self.share[one.quantity] * size[k]
@@ -144,89 +144,48 @@ def told_by(
     ]  # fmt: skip
     if not outputs:
         raise InputError(f"'{recording.name}': the instruments show nothing of it")
-    plan, run = lower_scene(there), simulate(there, recording.duration)
+    run = simulate(there, recording.duration)
     if run.ended is not ResultCode.DONE:
         raise InputError(f"'{recording.name}' cannot be recorded: {run.ended}")
     rate = tool.rate / recording.share
     times = np.arange(1, int(np.floor(recording.duration * rate * (1.0 + 1e-12))) + 1) / rate
-    starts = _windows(run, plan.initial, times, impacts)
-    by = WindowGradients.of(there, plan, unknown, recording.duration, state=len(starts) > 1, t0=False)
-    batch = simulate_windows(plan, starts, gradients=by)
-    assert batch.slopes is not None
-    slopes = output_slopes(there, outputs, batch.times, batch.states, batch.slopes, unknown, plan)
-    seen = run.outputs(outputs, batch.times)
-    noise = tool.levels(outputs, seen)
-    alive = noise > 0.0  # what does not move tells nothing
-    scaled = slopes[alive] / noise[alive, None, None]
-    zeros = [one.quantity is Quantity.DISPLACEMENT for one, live in zip(outputs, alive, strict=True) if live]
-    shared = np.concatenate(
-        [scaled[..., : len(unknown)], _apart(seen[alive] / noise[alive, None]),
-         _apart(np.repeat(np.where(zeros, tool.zero, 0.0)[:, None] / noise[alive, None], seen.shape[1], axis=1))],
-        axis=-1,
-    )  # fmt: skip
-    own = [_free(there, one) for one in starts]
-    rows = [
-        _window_rows(scaled[:, at, len(unknown) :], shared[:, at], free)
-        for at, free in zip(map(slice, batch.first[:-1], batch.first[1:]), own, strict=True)
-    ]
-    states = scaled.shape[-1] - len(unknown)
-    equations = NormalEquations.of([np.zeros(len(one)) for one in rows], rows, states).ridged(np.eye(states))
-    names = (*unknown, *(f"{_GAIN}{one.name}" for one, live in zip(outputs, alive, strict=True) if live))
-    return Told(names, _without_zeros(equations.reduced()[0].sum(axis=0), len(names)))
+    values = run.outputs(outputs, times)
+    noise = tool.levels(outputs, values)
+    channels, priors = list[Seen](), dict.fromkeys(unknown, Prior(0.0, sd=1.0))
+    for one, level in zip(outputs, noise.tolist(), strict=True):
+        zero = f"zero of {one.name}" if one.quantity is Quantity.DISPLACEMENT and tool.zero else 0.0
+        channels.append(Seen(one, level, gain=f"{_GAIN}{one.name}", zero=zero))
+    names = (*unknown, *(str(one.gain) for one in channels))
+    priors |= dict.fromkeys(names[len(unknown) :], Prior(1.0, sd=1.0))
+    priors |= {one.zero: Prior(0.0, sd=tool.zero) for one in channels if isinstance(one.zero, str)}
+    problem = RecordProblem((there,), (SeenRecord(tuple(channels), times, values),), priors, unknown)
+    segments = _segments(run, times, impacts)
+    start = np.zeros((len(segments), len(segments[0].state)))
+    found = problem.equations(segments, start, np.zeros(len(priors)), np.ones(len(segments)))
+    information = found.reduced()[0].sum(axis=0)
+    across, rest = information[: len(names), len(names) :], information[len(names) :, len(names) :]
+    left = np.linalg.solve(rest + np.eye(len(rest)), across.T)  # zeros are unknown within their spread
+    return Told(names, information[: len(names), : len(names)] - across @ left)
 
 
 _GAIN = "gain of "
 
 
-def _apart(rows: Floats) -> Floats:
-    """Derivatives (nc, nt, nc) by a number of each channel of its own, of which rows (nc, nt) are those."""
-    return rows[..., None] * np.eye(len(rows))[:, None]
-
-
-def _window_rows(own: Floats, shared: Floats, free: Floats | None) -> Floats:
-    """Derivatives of what a window shows (n, q + p): by the part of its start that is free, none of a known one, then
-    by what all windows share. What comes after an event without derivatives tells nothing."""
-    if own.shape[-1]:
-        own = np.zeros_like(own) if free is None else own @ free
-    rows = np.concatenate([own, shared], axis=-1).reshape(-1, own.shape[-1] + shared.shape[-1])
-    rows[~np.isfinite(rows).all(axis=1)] = 0.0
-    return rows
-
-
-def _without_zeros(information: Floats, names: int) -> Floats:
-    """Information about the first numbers, those after them being unknown within one."""
-    rest = information[names:, names:] + np.eye(len(information) - names)
-    across = information[:names, names:]
-    return information[:names, :names] - across @ np.linalg.solve(rest, across.T)
-
-
-def _windows(run: Run, initial: Floats, times: Floats, impacts: int | None) -> list[WindowStart]:
-    """Windows of a run that end in the middle between impacts; the first starts as the run does."""
+def _segments(run: Run, times: Floats, impacts: int | None) -> list[Segment]:
+    """Windows of a run that end between impacts; the first starts as the run does, which is known."""
     events = run.all_events
     hits = events["time"][np.isin(events["kind"], [*CONTACT_BEGINS, EventKind.BOUNCE])]
     begins = [0]
-    if impacts is not None:
-        middle = 0.5 * (hits[:-1] + hits[1:])[impacts - 1 :: impacts]
-        for at in np.searchsorted(times, middle):
-            if at - begins[-1] >= LEAST and len(times) - at >= LEAST:
-                begins.append(int(at))
-    ends = [*begins[1:], len(times)]
-    starts = [WindowStart(initial, 0.0, times[: ends[0]])]
-    at = run.states(times[np.array(begins[1:], dtype=int) - 1])
-    for w, (first, last) in enumerate(zip(begins[1:], ends[1:], strict=True)):
-        begin, held = float(times[first - 1]), [int(i) for i in np.flatnonzero(at.held[:, w])]
+    for at in np.searchsorted(times, 0.5 * (hits[:-1] + hits[1:])[impacts - 1 :: impacts] if impacts else ()):
+        if at - begins[-1] >= LEAST and len(times) - at >= LEAST:
+            begins.append(int(at))
+    edges = np.array([0.0, *times[np.array(begins[1:], dtype=int) - 1], times[-1]])
+    there, n = run.states(edges[:-1]), len(run.plan.system.mass)
+    states, spread = np.concatenate([there.x, there.v]), np.repeat([LENGTH, SPEED], n)
+    out = [Segment(0, 0.0, (0.0, float(edges[1])), run.plan.initial, np.zeros(2 * n))]
+    for w, (begin, end) in enumerate(pairwise(edges[1:].tolist()), start=1):
+        held = [int(i) for i in np.flatnonzero(there.held[:, w])]
         own = [events[np.isin(events["kind"], CONTACT_BEGINS) & (events["foot"] == i)]["time"] for i in held]
         since = [float(one[one <= begin].max(initial=0.0)) for one in own]
-        state = np.concatenate([at.x[:, w], at.v[:, w]])
-        starts.append(WindowStart(state, begin, times[first:last], Contacts(held, since)))
-    return starts
-
-
-def _free(scene: Scene, start: WindowStart) -> Floats | None:
-    """Directions (2n, 2n) of a start that held feet leave free, in its units; none of one that is known."""
-    if start.t0 == 0.0:
-        return None
-    structure, feet = scene.robot.structure, list(scene.robot.feet.values())
-    rows = np.array([structure.row(feet[i].point) for i in start.contacts.held]).reshape(-1, structure.size)
-    free = np.eye(structure.size) - np.linalg.pinv(rows) @ rows
-    return np.asarray(np.kron(np.diag([LENGTH, SPEED]), free), dtype=np.float64)
+        out.append(Segment(0, begin, (begin, end), states[:, w], spread, Contacts(held, since)))
+    return out

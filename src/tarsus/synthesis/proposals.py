@@ -24,7 +24,11 @@ HZ = (0.1, 0.3, 1.0, 2.0)
 VOLTS = (0.25, 0.5, 0.75, 1.0)
 """And amplitudes: none is stronger than what the device has."""
 RAMPS = (0.0, 0.25)
-PERIODS = 8
+PERIODS = 4
+"""Of a record: windows have starts of their own, so that none is lost to a transient, and a plan may take more. Of a
+gait more, which begins with few steps (`tarsus.synthesis.walks.PERIODS`)."""
+PACES, STRENGTHS = (0.1, 1.0), (0.5, 1.0)
+"""The same of walkers: a foot that steps slowly has long contacts, and softly ones that the film shows in."""
 
 
 def proposals(scene: Scene, vary: Mapping[str, Sequence[float]], rate: float) -> list[Recording]:
@@ -63,11 +67,11 @@ def _walks(scene: Scene, layout: Layout, vary: Mapping[str, Sequence[float]]) ->
     if gait is None:
         raise InputError(f"'{scene.name}' has no gait to go by")
     out: list[Recording] = []
-    paces = vary.get("hz") or _parts(gait.frequency, (0.1, 1.0))
-    for hz, volts in product(paces, vary.get("volts") or _parts(gait.high - gait.low, (0.5, 1.0))):
+    paces = vary.get("hz") or _parts(gait.frequency, PACES)
+    for hz, volts in product(paces, vary.get("volts") or _parts(gait.high - gait.low, STRENGTHS)):
         step = gait.model_copy(update={"frequency": hz, "high": gait.low + volts})
         said = f" at {format_quantity(hz, 'Hz')}, {format_quantity(volts, 'V')}"
-        out += [walk(scene, step, f"gait{said}", 1), *exercises(layout, step, said)]
+        out += [walk(scene, step, f"gait{said}", 1), *exercises(layout, step, said, PERIODS)]
     return out
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from itertools import combinations_with_replacement
 
@@ -30,9 +30,8 @@ LEAST_GAIN = 0.02
 TRUST = 0.03
 """Share of a number to which model and calibration are trusted: closer, a number gains nothing by more records, and the
 time is better spent on another."""
-DRAWS = 1
-"""Devices of what is believed at which information is found: that of the values alone, for a record with derivatives
-costs as much as fifty simulations without."""
+DRAWS = 2
+"""Devices of what is believed at which information is found, that of the values among them."""
 
 
 @dataclass(frozen=True)
@@ -77,6 +76,11 @@ class Ranking:
     budget: float
     ranked: tuple[Ranked, ...]
     plan: RecordingPlan
+
+    @property
+    def std(self) -> float | None:
+        """Standard deviation of the logarithm of the parameter now; none of all."""
+        return None if self.parameter is None else self.before[self.paths.index(self.parameter)]
 
 
 def rank(
@@ -226,13 +230,8 @@ def _told(
 ) -> Told | str:
     recording, logs = job
     try:
-        drawn = replace(belief, unknown={
-            name: {path: value * float(np.exp(moved)) for path, value in one.items()}
-            for (name, one), moved in zip(belief.unknown.items(), logs, strict=True)
-        })  # fmt: skip
-        return told_by(
-            belief.scene(scene, logs), recording, drawn.unknown, sensing, drive=drive, impacts=impacts
-        )
+        drawn = belief.scene(scene, logs)
+        return told_by(drawn, recording, belief.directions(drawn), sensing, drive=drive, impacts=impacts)
     except InputError as error:
         return str(error)
 

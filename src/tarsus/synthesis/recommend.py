@@ -57,112 +57,91 @@ class Recommendation:
     def table(self) -> Table:
         """What is known, the best records, the plan, and what it leaves of every number."""
         found = self.ranking
-        best = found.ranked[:SHOWN]
+        best, what = found.ranked[:SHOWN], "intervals narrower by"
+        title = f"not known exactly: {', '.join(found.paths)}"
+        if found.parameter is not None:
+            what, value = (
+                "known after it within",
+                amount(get_value(self.scene, found.parameter), found.unit, 5),
+            )
+            others = ", ".join(path for path in found.paths if path != found.parameter)
+            title = (
+                f"{found.parameter} = {value}, known within {self._after(0.0)} (95 %)\n"
+                f"not known either: {others or 'nothing'}"
+            )
         rows = [
-            (one.recording.name, one.recording.duration, self._shown(one.gain), one.repeats or None, one.note)
+            (one.recording.name, one.recording.duration, self._after(one.gain), one.repeats or None, one.note)
             for one in best
         ]
         more = len(found.ranked) - len(best)
-        what = "known after it within" if found.parameter else "intervals narrower by"
         return Table(
-            self._title(),
+            title,
             ("record", Column("time", "s", 3), what, "in the plan", "note"),
             rows,
             [f"and {more} records that tell less"] if more else [],
             [self._plan(), self._numbers()],
         )
 
-    def _title(self) -> str:
-        found = self.ranking
-        others = [path for path in found.paths if path != found.parameter]
-        if found.parameter is None:
-            return f"not known exactly: {', '.join(others)}"
-        value, before = (
-            get_value(self.scene, found.parameter),
-            found.before[found.paths.index(found.parameter)],
-        )
-        known = f"{found.parameter} = {amount(value, found.unit, 5)}, known within {_within(before)} (95 %)"
-        return f"{known}\nnot known either: {', '.join(others) or 'nothing'}"
-
-    def _shown(self, gain: float) -> str:
-        found = self.ranking
-        if found.parameter is None:
-            return f"a factor of {exp(gain):.3g}"
-        return _within(found.before[found.paths.index(found.parameter)] * exp(-gain))
+    def _after(self, gain: float) -> str:
+        """What a gain leaves: of the number in question, or of all as a factor."""
+        std = self.ranking.std
+        return f"a factor of {exp(gain):.3g}" if std is None else _within(std * exp(-gain))
 
     def _plan(self) -> Table:
         found, plan = self.ranking, self.ranking.plan
-        what = found.parameter or "the numbers"
         if not plan.steps:
+            what = found.parameter or "the numbers"
             told = f"No record within {found.budget:g} s tells enough about {what} to be worth taking."
             return Table(told, (), ())
-        expected = f"known within {self._shown(plan.gain)} (95 %)" if found.parameter else (
-            f"intervals narrower by {self._shown(plan.gain)} in the mean")  # fmt: skip
-        return Table(
-            f"Record, in {plan.cost:.3g} s of {found.budget:g} s:",
-            ("record", "times"),
-            list(Counter(recording.name for recording, _ in plan.steps).items()),
-            [f"Expected: {expected}."],
+        left = self._after(plan.gain)
+        expected = (
+            f"known within {left} (95 %)" if found.parameter else f"intervals narrower by {left} in the mean"
         )
+        counts = Counter(recording.name for recording, _ in plan.steps)
+        title = f"Record, in {plan.cost:.3g} s of {found.budget:g} s:"
+        return Table(title, ("record", "times"), list(counts.items()), [f"Expected: {expected}."])
 
     def _numbers(self) -> Table:
         """Every number: what is known of it, and what these records can tell at best."""
         found, says = self.ranking, self.says
+        lacking = [path for path, word in says.items() if word is Verdict.ASSUMED]
         rows = [
-            (
-                path,
-                _within(before),
-                _within(bound),
-                says[path].value if says[path] is not Verdict.ASSUMED else "",
-            )
+            (path, _within(before), _within(bound), "" if path in lacking else says[path].value)
             for path, before, bound in zip(found.paths, found.before, found.bounds, strict=True)
         ]
-        lacking = [path for path, word in says.items() if word is Verdict.ASSUMED]
         of = "these records" if found.plan.steps else f"'{found.ranked[0].recording.name}'"
         notes = [
             "Lower bounds: no estimate is closer, and a model or an instrument that is wrong not as close."
         ]
         notes += [f"Not from {of}: {', '.join(lacking)}."] if lacking else []
-        return Table(
-            f"What {of} can tell (95 %):",
-            ("number", "known now within", "lower bound", "at best"),
-            rows,
-            notes,
-        )
+        columns = ("number", "known now within", "lower bound", "at best")
+        return Table(f"What {of} can tell (95 %):", columns, rows, notes)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data of all records; standard deviations are those of natural logarithms."""
         found, says = self.ranking, self.says
-        before = None if found.parameter is None else found.before[found.paths.index(found.parameter)]
+        std = found.std
+        records = [
+            {
+                "name": one.recording.name, **_driven(one.recording), "gap_m": one.recording.gap,
+                "record_s": one.recording.duration, "std": None if std is None else std * exp(-one.gain),
+                "gain": one.gain, "records": one.repeats, "note": one.note,
+                "bounds": dict(zip(found.paths, map(_finite, one.bounds), strict=True)),
+            }
+            for one in found.ranked
+        ]  # fmt: skip
+        plan = {
+            "records": [{"name": recording.name, "gain": gain} for recording, gain in found.plan.steps],
+            "cost_s": found.plan.cost, "std": None if std is None else std * exp(-found.plan.gain),
+            "gain": found.plan.gain,
+        }  # fmt: skip
+        numbers = [
+            {"path": path, "std": was, "bound": _finite(bound), "std_after": after, "says": says[path].value}
+            for path, was, bound, after in zip(found.paths, found.before, found.bounds, found.after, strict=True)
+        ]  # fmt: skip
         return {
-            "parameter": found.parameter,
-            "unknown": list(found.paths),
-            "std": before,
-            "budget_s": found.budget,
-            "records": [
-                {
-                    "name": one.recording.name,
-                    **_driven(one.recording),
-                    "gap_m": one.recording.gap,
-                    "record_s": one.recording.duration,
-                    "std": None if before is None else before * exp(-one.gain),
-                    "gain": one.gain,
-                    "records": one.repeats,
-                    "note": one.note,
-                    "bounds": dict(zip(found.paths, map(_finite, one.bounds), strict=True)),
-                }
-                for one in found.ranked
-            ],
-            "plan": {
-                "records": [{"name": recording.name, "gain": gain} for recording, gain in found.plan.steps],
-                "cost_s": found.plan.cost,
-                "std": None if before is None else before * exp(-found.plan.gain),
-                "gain": found.plan.gain,
-            },
-            "numbers": [
-                {"path": path, "std": was, "bound": _finite(bound), "std_after": after, "says": says[path].value}
-                for path, was, bound, after in zip(found.paths, found.before, found.bounds, found.after, strict=True)
-            ],
+            "parameter": found.parameter, "unknown": list(found.paths), "std": std, "budget_s": found.budget,
+            "records": records, "plan": plan, "numbers": numbers,
         }  # fmt: skip
 
     def __str__(self) -> str:

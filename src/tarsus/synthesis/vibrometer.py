@@ -47,11 +47,6 @@ class Vibrometer(Description):
     jitter: Amount = quantity("s", "the trigger is late by anything from 0 to this", default=0.0, ge=0)
     bandwidth: MaybeAmount = quantity("Hz", "frequency at which 3 dB are lost", default=None, gt=0)
 
-    @property
-    def noise_density(self) -> float:
-        """Density of the white noise [m/s per square root of Hz], up to half the sampling rate."""
-        return self.noise / float(np.sqrt(0.5 * self.rate))
-
     def at_level(self, run: Run, points: Iterable[str], decibels: float) -> Vibrometer:
         """The same instrument with noise ``decibels`` below the root mean square velocity of all ``points``."""
         velocity = point_velocities(run, tuple(points), np.arange(0.0, run.end_time, 1.0 / self.rate))

@@ -43,17 +43,17 @@ def planned_walks(scene: Scene) -> list[Recording]:
     return walks + exercises(layout, gait)
 
 
-def walk(scene: Scene, gait: AnyGait, name: str, repeats: int = REPEATS) -> Recording:
+def walk(scene: Scene, gait: AnyGait, name: str, repeats: int = REPEATS, periods: int = PERIODS) -> Recording:
     """Some periods of a gait."""
-    seconds = PERIODS / gait.frequency
+    seconds = periods / gait.frequency
     return Recording(name, Purpose.WALKING, None, seconds, repeats=repeats, gait=gait, signals=scene.signals)
 
 
-def exercises(layout: Layout, gait: AnyGait, said: str = "") -> list[Recording]:
+def exercises(layout: Layout, gait: AnyGait, said: str = "", periods: int = PERIODS) -> list[Recording]:
     """Single legs that step at the pace and by the volts of a gait while the others stand."""
     half = 0.5 * (gait.high - gait.low)
     step = Square(amplitude=half, offset=gait.low + half, frequency=gait.frequency, duty=gait.duty)
-    seconds, groups = PERIODS / gait.frequency, layout.groups
+    seconds, groups = periods / gait.frequency, layout.groups
     chosen = np.unique(np.linspace(0, len(groups) - 1, min(MOST_LEGS, len(groups))).round().astype(int))
     out = []
     for legs in (groups[k] for k in chosen.tolist()):
