@@ -1,4 +1,4 @@
-"""What to record next: lower bounds against estimates from noisy records and figures stated elsewhere."""
+"""What to record next: lower bounds against estimates from noisy records, and figures stated elsewhere."""
 
 from __future__ import annotations
 
