@@ -82,7 +82,7 @@ def test_estimates_from_noisy_records_scatter_as_far_as_the_bound_says(recording
 
 
 def test_the_walker_of_a_tenth_of_a_second():
-    """Lower bounds stated elsewhere: 0.9 and 0.6 %, 12 %, 12 %, growth not at all. Which 19 numbers and which pace they are
+    """Lower bounds stated elsewhere: 0.9, 0.6, 12 and 12 %, growth not at all. Which 19 numbers and which pace they are
     of is not stated: these are the ones, of several tried, that agree."""
     scene = ts.load_scene("millipede", volts=14, hz=50)
     more = ["robot.drives.L1.law.gain", "robot.drives.R1.law.gain", "robot.structure.body.mass"]
