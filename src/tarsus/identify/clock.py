@@ -57,7 +57,7 @@ def _gathered(turns: Floats, angle: NDArray[np.complex128]) -> tuple[Floats, NDA
     low = float(turns.min())
     at = ((turns - low) / width).astype(np.intp)
     total = np.bincount(at, angle.real) + 1.0j * np.bincount(at, angle.imag)
-    return low + width * (np.arange(len(total)) + 0.5), total
+    return low + width * (np.arange(len(total), dtype=np.float64) + 0.5), total
 
 
 def _turned(

@@ -78,7 +78,7 @@ class FreeResponse:
 
     def moved(self, time: float) -> Floats:
         """Map (2n, 2n) of the state over a time [s], either direction."""
-        return np.asarray(expm(self.flow * time))
+        return np.asarray(expm(self.flow * time), dtype=np.float64)
 
     def side(self, count: int, skipped: int = 0) -> Side:
         """What ``count`` samples after the instant (before it, for a negative count) say about the state there.
