@@ -1,0 +1,118 @@
+"""What is drawn over a map: boundaries that branches find, cuts along which a study ran, curves of a file."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.base.errors import InputError
+from tarsus.base.spec import get_value, with_values
+from tarsus.base.workers import Workers, spread
+from tarsus.files.rows import number_of, parse_rows
+from tarsus.files.tables import read_text
+from tarsus.study.studyfile import load_sweep
+
+if TYPE_CHECKING:
+    from tarsus.atlas.result import Atlas
+    from tarsus.study.sweep import Sweep
+
+Floats = NDArray[np.float64]
+
+BRANCH = "branch:"
+
+
+@dataclass(frozen=True)
+class Overlay:
+    """Lines over a map, each of places (k, 2) [SI] in its order, or marks; name: what they are."""
+
+    name: str
+    lines: tuple[Floats, ...]
+    marks: bool = False
+
+
+def overlays_of(found: Atlas, what: str | os.PathLike[str], threads: Workers = None) -> list[Overlay]:
+    """Overlays by a word: ``branch:N`` follows the periodic motion along N lines of the map (`tarsus.branch`); a table
+    (.csv, two columns [SI]) is a curve; a packaged study or study file is the lines along which it ran.
+
+    Raises
+    ------
+    InputError
+        For tables that cannot be read, studies of another robot, and ones that vary neither number of the map.
+    """
+    word = os.fspath(what)
+    if word.startswith(BRANCH):
+        count = word.removeprefix(BRANCH)
+        if not (count.isdecimal() and int(count)):
+            raise InputError(f"{word}: expected branch:N with a number of lines of at least 1")
+        return _boundaries(found, int(count), threads)
+    if Path(word).suffix == ".csv":
+        return [Overlay(Path(word).stem, (_curve(word),))]
+    return [_cuts(found, word)]
+
+
+def _boundaries(found: Atlas, count: int, threads: Workers) -> list[Overlay]:
+    """What happens to the periodic motion along lines of constant y, both ways: a mark each, by its kind. A line on
+    which no motion is found has none."""
+    from tarsus.orbits import branch
+
+    x, y = found.x, found.y
+    levels = y.at((np.arange(count) + 0.5) / count).tolist()
+    ways = [(level, ends) for level in levels for ends in ((x.low, x.high), (x.high, x.low))]
+
+    def followed(way: tuple[float, tuple[float, float]]) -> list[tuple[str, float, float]]:
+        level, ends = way
+        try:
+            made = branch(with_values(found.scene, {y.path: level}), {x.path: ends})
+        except InputError:
+            return []
+        return [(one.kind, one.at, level) for one in made.special]
+
+    marks: dict[str, list[tuple[float, float]]] = {}
+    for some in spread(followed, ways, threads):
+        for kind, *place in some:
+            marks.setdefault(kind, []).append((place[0], place[1]))
+    return [Overlay(f"{kind} of a branch", (np.array(own),), marks=True) for kind, own in marks.items()]
+
+
+def _curve(file: str) -> Floats:
+    """The first two columns of a table."""
+    rows = parse_rows(read_text(file), file)
+    try:
+        return np.array(
+            [[number_of(row[name]) for name in rows.columns[:2]] for row in rows.rows], dtype=float
+        )
+    except (ValueError, TypeError):
+        raise InputError(f"{file}: a curve has two columns of numbers [SI]") from None
+
+
+def _cuts(found: Atlas, name: str) -> Overlay:
+    """Lines along which a study ran: over the range of one number, at every value of the other."""
+    study = load_sweep(name)
+    if study.scene.name != found.scene.name:
+        raise InputError(f"{name}: is a study of {study.scene.name}, and the map is of {found.scene.name}")
+    x, y = (_values(study, axis.path) for axis in (found.x, found.y))
+    if len(x) == len(y) == 1:
+        raise InputError(f"{name}: varies neither {found.x.path} nor {found.y.path}")
+    return Overlay(study.name, tuple(_lines(x, y)))
+
+
+def _values(study: Sweep, path: str) -> Floats:
+    """What a number runs through in a study."""
+    for name, axis in study.vary.items():
+        if path in study.paths(name):
+            return axis.values_on_grid() if axis.size is not None else np.array(axis.ends)
+    return np.array([float(get_value(study.scene, path))])
+
+
+def _lines(x: Floats, y: Floats) -> Iterator[Floats]:
+    """Along the number of more values, at each of the other's."""
+    long, few = (x, y) if len(x) >= len(y) else (y, x)
+    for value in few.tolist():
+        line = np.column_stack([np.sort(long), np.full(len(long), value)])
+        yield line if len(x) >= len(y) else line[:, ::-1]
