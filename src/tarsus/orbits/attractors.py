@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.base.units import format_quantity
 from tarsus.base.workers import Workers
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.measure.shares import share_of
@@ -96,10 +95,10 @@ class Attractor:
 
     @property
     def kind(self) -> str:
-        """In words, as "period 1, 8 impacts, travels 1539 nm"."""
+        """In words, as "period 1, 8 impacts, travels 1.539 µm"."""
         parts = [f"period {self.multiple}", f"{self.impacts} impact{'s' * (self.impacts != 1)}"]
         if isinstance(self.scene.robot.structure, Walker):
-            parts.append(f"travels {format_quantity(float(f'{self.travel:.4g}'), 'm')}")
+            parts.append(f"travels {amount(self.travel, 'm')}")
         return ", ".join(parts)
 
     def __repr__(self) -> str:
@@ -132,8 +131,8 @@ class Attractor:
         orbit, measures = self.orbit, self.measures
         return {
             "motion": self.kind, "starts": self.share.count, "share": self.share.share,
-            "share_95": [self.share.low, self.share.high], "multiple": self.multiple, "period": self.period,
-            "settled_after": self.settled, "impacts": self.impacts, "energy": self.energy, "travel": self.travel,
+            "share_95": [self.share.low, self.share.high], "multiple": self.multiple, "period_s": self.period,
+            "settled_after": self.settled, "impacts": self.impacts, "energy_J": self.energy, "travel_m": self.travel,
             "confirmed": self.confirmed,
             "multipliers": None if orbit is None else [[one.real, one.imag] for one in orbit.multipliers.tolist()],
             "measures": {name: one.value for name, one in measures.items()},
@@ -249,9 +248,11 @@ class Attractors:
 
     def to_dict(self) -> dict[str, object]:
         """Plain data, SI units, as `tarsus attractors --json` prints it; attractors are numbered from 1."""
+        units = self.box.units()
         return {
             "scene": self.scene.name, "starts": self.starts,
-            "over": {path: list(ends) for path, ends in self.box.ends.items()},
+            "over": {path: {"from": low, "to": high, "unit": units[path]}
+                     for path, (low, high) in self.box.ends.items()},
             "attractors": [one.to_dict() for one in self.found],
             "others": {words: {"starts": one.count, "share": one.share, "share_95": [one.low, one.high]}
                        for words, one in self.others.items()},
@@ -292,7 +293,7 @@ def attractors(
     threads
         Worker threads; by default one for each processor that this process may use.
     progress
-        Called with periods done, periods at most, and a word.
+        Called as ``progress(done, total, what)``: starts that have settled, then steps towards the edges.
 
     Returns
     -------
@@ -326,7 +327,7 @@ def attractors(
     found = tuple(_attractor(survey, settling, points, members) for members in groups)
     between: tuple[Edge, ...] = ()
     if edges and len(found) > 1:
-        between = edges_of(survey, settling, points, label)
+        between = edges_of(survey, settling, points, label, progress)
     return Attractors(scene, box, points, label, found, between)
 
 
@@ -344,6 +345,7 @@ def _attractor(survey: Survey, settling: Settling, points: Floats, members: NDAr
     passed = int(settling.passed[chosen])
     return Attractor(
         survey.scene_at(points[chosen], passed + SHOWN), Share.of(len(members), len(points)), members, k, survey.period,
-        passed, round(float(settling.impacts[chosen, -k:].sum())), float(settling.energy[chosen, -k:].sum()),
+        passed, round(float(settling.tally["impacts"][chosen, -k:].sum())),
+        float(settling.tally["energy"][chosen, -k:].sum()),
         float(settling.seen[chosen, -k:, :, m].sum()), confirmed,
     )  # fmt: skip

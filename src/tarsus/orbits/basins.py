@@ -76,17 +76,23 @@ class Survey:
         ])  # fmt: skip
 
 
-def told_apart(settling: Settling) -> tuple[NDArray[np.intp], list[NDArray[np.intp]]]:
-    """Label of every run, and the numbers of those of each attractor, most first."""
-    label = np.full(len(settling.runs), UNSETTLED, dtype=np.intp)
+def motions_of(settling: Settling, chosen: NDArray[np.intp]) -> list[list[int]]:
+    """Numbers of those of some settled runs that are one motion, for each motion, most first."""
     groups: list[list[int]] = []
-    for r in np.flatnonzero(settling.multiple).tolist():
+    for r in chosen.tolist():
         own = next((one for one in groups if settling.alike(one[0], settling, r)), None)
         if own is None:
             groups.append([r])
         else:
             own.append(r)
     groups.sort(key=lambda one: (-len(one), one[0]))
+    return groups
+
+
+def told_apart(settling: Settling) -> tuple[NDArray[np.intp], list[NDArray[np.intp]]]:
+    """Label of every run, and the numbers of those of each attractor, most first."""
+    label = np.full(len(settling.runs), UNSETTLED, dtype=np.intp)
+    groups = motions_of(settling, np.flatnonzero(settling.multiple))
     for i, one in enumerate(groups):
         label[one] = i
     label[[code is not ResultCode.DONE for code in settling.runs.code]] = FAILED

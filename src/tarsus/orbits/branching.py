@@ -14,7 +14,8 @@ from tarsus.base.spec import float_paths, get_value, with_values
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.orbits.follow import Follower, Point
 from tarsus.orbits.orbit import Orbit, periodic
-from tarsus.orbits.special import specials, why_lost
+from tarsus.orbits.special import Change, crossings, why_lost
+from tarsus.orbits.stepping import FIRST, LEAST, Stepper
 from tarsus.tables.table import Column, Table, Tabled
 
 if TYPE_CHECKING:
@@ -22,13 +23,11 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-FIRST, MOST, LEAST = 0.01, 0.04, 1e-11
-"""First, longest and shortest step along a branch, in units of the range and of the motion's size: a figure needs some
-thirty points; below the last a branch ends."""
 MOST_POINTS = 2000
 """Points after which a branch is left: it turns in circles or creeps."""
-BEYOND = (1e-4, 1e-3, 1e-2, 3e-2)
-"""Shares of the range by which the parameter goes on after a grazing that no orbit passes, to settle anew."""
+BEYOND = (1e-9, 1e-7, 1e-5, 1e-4, 1e-3, 1e-2, 3e-2)
+"""Shares of the range by which the parameter goes on where a motion ends, to settle anew: the first is what a change is
+told from the next one by, the last ones pass over what does not repeat."""
 
 
 @dataclass(frozen=True)
@@ -174,7 +173,7 @@ def _followed(
             return
         yield BranchPoint(now.at, "orbit", now.orbit)
         last, lost, heading = yield from _along(follower, now, heading, bounds, progress)
-        again = _beyond(scene, path, last.at, heading, span, bounds) if lost in (NOWHERE, GRAZED) else None
+        again = _beyond(follower, last, heading, bounds) if lost in (NOWHERE, GRAZED, JUMPED) else None
         if again is None:
             yield BranchPoint(last.at, "end", last.orbit, lost)
             return
@@ -187,43 +186,32 @@ def _along(
 ) -> Generator[BranchPoint, None, tuple[Point, str, float]]:  # fmt: skip
     """Points of a branch after a first one: from the last of them why it ends, and the sense of the parameter there."""
     low, high = bounds
-    step, short = FIRST, 0
+    steps = Stepper(follower, now)
     for _ in range(MOST_POINTS):
-        if follower.crowded(now):
-            follower, now = follower.moved(now)
-        ahead, step = _ahead(follower, now, step)
-        short = short + 1 if step <= SHARP else 0
-        if ahead is None or short > CREEPS:
+        ahead, margins = steps.ahead()
+        now = steps.now
+        if ahead is None:
             if (reason := why_lost(now)) is not None:
                 yield BranchPoint(now.at, reason[0], now.orbit, reason[1])
             return now, NOWHERE, heading
-        if step > SHARP:
-            heading = float(np.sign(ahead.at - now.at))
-        changes = specials(follower, now, ahead)
-        for kind, at, note in changes:
+        if isinstance(ahead, Change):
+            kind, words = ahead.what
+            yield BranchPoint(ahead.here.at, kind, ahead.here.orbit, words)
+            if ahead.jumps:
+                return ahead.here, GRAZED if kind == "grazing" else JUMPED, heading
+            steps.go(ahead.there)
+            continue
+        heading = float(np.sign(ahead.at - now.at)) or heading
+        for kind, at, note in crossings(steps.follower, now, ahead):
             yield BranchPoint(at.at, kind, at.orbit, note)
-        if any(kind == "grazing" for kind, *_ in changes):
-            return changes[-1][1], GRAZED, heading
         if progress is not None:
             progress(ahead.at)
         if not low <= ahead.at <= high:
-            yield from _at_edge(follower, now, ahead, low if ahead.at < low else high)
-            return ahead, "it leaves the range", heading
-        now, step = ahead, min(1.3 * step, MOST)
-        yield BranchPoint(now.at, "orbit", now.orbit)
+            yield from _at_edge(steps.follower, now, ahead, low if ahead.at < low else high)
+            return ahead, LEFT, heading
+        steps.go(ahead, margins)
+        yield BranchPoint(ahead.at, "orbit", ahead.orbit)
     return now, f"more than {MOST_POINTS} points", heading
-
-
-def _ahead(follower: Follower, now: Point, step: float) -> tuple[Point | None, float]:
-    """The next point and the step to it, halved until there is one; None where there is none."""
-    while step >= LEAST:
-        level = float(now.tangent @ now.place) + step
-        ahead = follower.solve(now.place + step * now.tangent, now.tangent, level, now.tangent)
-        far = ahead is not None and float(now.tangent @ ahead.tangent) < TURN
-        if ahead is not None and not (far and (step > SHARP or ahead.sequence == now.sequence)):
-            return ahead, step
-        step *= 0.5
-    return None, step
 
 
 def _doubled(branch: Branch, flip: BranchPoint) -> Iterator[BranchPoint]:
@@ -240,7 +228,7 @@ def _doubled(branch: Branch, flip: BranchPoint) -> Iterator[BranchPoint]:
     yield BranchPoint(flip.at, "flip", flip.orbit, flip.note)
     step = FIRST
     while step >= LEAST:
-        now = follower.solve(place + step * along, along, float(along @ place) + step, along)
+        now = follower.solve(place + step * along, along, float(along @ place) + step)
         if now is not None and abs(float(along @ (now.place - place))) > 0.5 * step:
             break
         step *= 0.5
@@ -254,12 +242,8 @@ def _doubled(branch: Branch, flip: BranchPoint) -> Iterator[BranchPoint]:
 
 NOWHERE = "no orbit was found any further"
 GRAZED = "an orbit grazes the ground, and no other begins there"
-TURN = 0.9
-"""Least cosine between the tangents of neighbouring points: a sharper turn is taken in shorter steps."""
-SHARP = 1e-6
-"""Step below which a sharp turn is taken as it is: the branch has a corner, as where its events change."""
-CREEPS = 60
-"""Shorter steps in a row after which a branch ends: halved and half grown again, 40 lead from `SHARP` to `LEAST`."""
+JUMPED = "a landing is decided otherwise, and the motion is another one beyond"
+LEFT = "it leaves the range"
 
 
 def _first_point(follower: Follower, orbit: Orbit, at: float, sense: float) -> Point | None:
@@ -268,7 +252,7 @@ def _first_point(follower: Follower, orbit: Orbit, at: float, sense: float) -> P
     place = follower.place(at, orbit.state, returns)
     along = np.zeros_like(place)
     along[-1] = sense
-    return follower.solve(place, along, float(along @ place), along)
+    return follower.solve(place, along, float(along @ place))
 
 
 def _at_edge(follower: Follower, before: Point, after: Point, edge: float) -> Iterator[BranchPoint]:
@@ -282,15 +266,14 @@ def _at_edge(follower: Follower, before: Point, after: Point, edge: float) -> It
 
 
 def _beyond(
-    scene: Scene, path: str, at: float, sense: float, span: float, bounds: tuple[float, float]
+    follower: Follower, last: Point, heading: float, bounds: tuple[float, float]
 ) -> tuple[float, Orbit] | None:
-    """Value and orbit of the motion that a scene settles to a little further along; None where it settles to none."""
+    """Value and orbit of what the motion at a point settles to a little further along; None where to none."""
     for share in BEYOND:
-        further = at + sense * share * span
+        further = last.at + heading * share * follower.span
         if not bounds[0] <= further <= bounds[1]:
             return None
-        try:
-            return further, periodic(scene, values={path: further})
-        except InputError:
-            continue
+        found = follower.settled(last, further)
+        if found is not None:
+            return further, found
     return None

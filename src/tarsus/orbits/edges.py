@@ -7,6 +7,7 @@ one foot lands, is held or slips in one run and not in the other.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -15,11 +16,11 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.events import EVENT_WORDS
-from tarsus.base.units import format_quantity
 from tarsus.orbits.basins import Survey
 from tarsus.orbits.orbit import NEAR, Orbit, orbit_after
 from tarsus.solve import simulate_batch
 from tarsus.solve.engine import RECORDED
+from tarsus.tables.numbers import amount
 
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
@@ -63,7 +64,13 @@ class Edge:
         }  # fmt: skip
 
 
-def edges_of(survey: Survey, settling: Settling, points: Floats, label: NDArray[np.intp]) -> tuple[Edge, ...]:
+def edges_of(
+    survey: Survey,
+    settling: Settling,
+    points: Floats,
+    label: NDArray[np.intp],
+    progress: Callable[[int, int, str], None] | None = None,
+) -> tuple[Edge, ...]:
     """An edge of every basin towards the start next to it that leads to another one.
 
     points (nr, d): starts in the unit cube; label (nr,): the attractor that each leads to, below 0 to none.
@@ -78,7 +85,13 @@ def edges_of(survey: Survey, settling: Settling, points: Floats, label: NDArray[
         ends.setdefault(pair, (start, other))
     low, high = (points[[side[i] for side in ends.values()]] for i in (0, 1))
     own = label[[side[0] for side in ends.values()]]
-    return tuple(_edge(survey, *one) for one in _bisected(survey, settling, label, own, low, high))
+    tell = progress or (lambda done, total, what: None)
+    found = _bisected(survey, settling, label, own, low, high, tell)
+    edges = []
+    for i, one in enumerate(found):
+        tell(i, len(found), "unstable motions at edges of basins")
+        edges.append(_edge(survey, *one))
+    return tuple(edges)
 
 
 def _bisected(
@@ -88,6 +101,7 @@ def _bisected(
     own: NDArray[np.intp],
     low: Floats,
     high: Floats,
+    tell: Callable[[int, int, str], None],
 ) -> list[tuple[tuple[int, int], Floats]]:
     """Starts on either side of every edge, and where they lead: all edges are bisected together.
 
@@ -95,7 +109,9 @@ def _bisected(
     """
     stand = [int(np.flatnonzero(label == i)[0]) for i in range(int(label.max()) + 1)]
     beyond = survey.known(settling, stand, high)
-    for _ in range(round(-np.log2(CLOSEST))):
+    halvings = round(-np.log2(CLOSEST))
+    for i in range(halvings):
+        tell(i, halvings, "edges of basins, by bisection")
         middle = 0.5 * (low + high)
         leads = survey.known(settling, stand, middle)
         inside = leads == own
@@ -146,5 +162,5 @@ def _parting(one: np.ndarray, other: np.ndarray, survey: Survey) -> tuple[str, f
             words = [f"{feet[e['foot']]} {EVENT_WORDS[int(e['kind'])]}" for e in (a, b)]
             time = float(min(a["time"], b["time"]))
             said = f"{words[0]} against {words[1]}" if words[0] != words[1] else f"{words[0]}, at other times"
-            return f"{said}, after {format_quantity(float(f'{time:.4g}'), 's')}", time
+            return f"{said}, after {amount(time, 's')}", time
     return "no event", float(min(one["time"][-1:].sum(), other["time"][-1:].sum()))

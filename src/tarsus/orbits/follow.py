@@ -14,40 +14,92 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.base.events import EventKind
 from tarsus.base.spec import with_values
-from tarsus.orbits.orbit import CLOSED, Orbit
-from tarsus.orbits.returns import Returned, ReturnMap, middle_of_flight
+from tarsus.orbits.looks import kept_events
+from tarsus.orbits.margins import Margins, margins_of
+from tarsus.orbits.orbit import CLOSED, TRANSIENTS, Orbit, stable_near
+from tarsus.orbits.returns import Returned, ReturnMap, drive_period, middle_of_flight
 from tarsus.orbits.walking import WalkMap
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.simulate import Shared
 
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
+    from tarsus.solve.tangents import Entering
 
 Floats = NDArray[np.float64]
 
 CORRECTIONS = 8
 """Steps of Newton's method for a point; a step along the branch that needs more is halved."""
 DIFFERENCE = 1e-7
-"""Share of the parameter's range by which it is moved to see the return move: its slope only points the way, for a
-point satisfies its equations whatever the slope was."""
+"""Share of the parameter's range by which it is moved to see the return move where Newton's method seeks a point, which
+satisfies its equations whatever the slope was, and where there are no derivatives by the parameter."""
+PERIODS = 1e-5
+"""Share of the parameter's value by which it is moved to see the drives' period move, a quotient of numbers: the rest
+is the square of that."""
 MARGIN = 0.1
 """Part of the flight around the section that must stay free of events on either side, or the section is moved."""
 
 
 @dataclass(frozen=True)
 class Point:
-    """A point of a branch: parameter [SI], orbit, place and tangent (r + 1,) in scaled unknowns."""
+    """A point of a branch: parameter [SI], orbit, place (r + 1,) in scaled unknowns; follower: that found it; known
+    (r + 1,): direction that its tangent agrees with; moved (r,): how its return moves with the scaled parameter, about,
+    by which it was found."""
 
     at: float
     orbit: Orbit
     place: Floats
-    tangent: Floats
+    follower: Follower
+    known: Floats
+    moved: Floats
 
     @cached_property
     def sequence(self) -> tuple[tuple[int, int], ...]:
         return sequence(self.orbit)
+
+    @cached_property
+    def later(self) -> float:
+        """By how much the section is later with the parameter [s], where the drives' period changes with it."""
+        follower, step = self.follower, PERIODS * (self.at or self.follower.span)
+        around = [drive_period(follower.scene_at(self.at + one)) for one in (-step, step)]
+        return follower.phase * (around[1] - around[0]) / (2.0 * step)
+
+    @cached_property
+    def entered(self) -> Entering | None:
+        """What enters the orbit, with derivatives by the parameter; None where there are none."""
+        orbit, follower = self.orbit, self.follower
+        try:
+            return orbit.map.by_value(orbit.scene, follower.path, self.later, orbit.state)
+        except InputError:
+            return None
+
+    @cached_property
+    def column(self) -> Floats:
+        """How its return moves (r,) with the scaled parameter: exactly, where there is a derivative by it."""
+        orbit, follower = self.orbit, self.follower
+        if self.entered is None:
+            return self.moved
+        end = orbit.start + orbit.period
+        found = orbit.map.returning(orbit.map.tangents(orbit.state, self.entered, [end]))[:, 0]
+        if self.later:
+            found = found + orbit.map.rate(orbit.state, end) * self.later * end / orbit.start
+        return orbit.map.free.T @ (found / follower.scale) * follower.span
+
+    @cached_property
+    def tangent(self) -> Floats:
+        """Unit vector (r + 1,) along the branch, in scaled unknowns."""
+        flow = self.follower.flow(self.orbit.map, self.orbit.derivative)
+        return _null(np.column_stack([flow, self.column]), self.known)
+
+    def margins(self, looks: tuple[int, ...] = ()) -> Margins | None:
+        """The margins of its events, with slopes by the distance along the branch; None where there are no derivatives
+        by the parameter."""
+        if self.entered is None:
+            return None
+        orbit, value = self.orbit, float(self.tangent[-1] * self.follower.span)
+        way = (orbit.map.free @ self.tangent[:-1]) * self.follower.scale
+        return margins_of(orbit, orbit.map.by_way(self.entered, way), value, self.later, looks)
 
 
 @dataclass(frozen=True)
@@ -83,12 +135,18 @@ class Follower:
         """Scaled unknowns (r + 1,) of a state and a parameter."""
         return np.append(returns.free.T @ (state / self.scale), at / self.span)
 
-    def solve(self, first: Floats, normal: Floats, level: float, known: Floats | None = None) -> Point | None:
+    def flow(self, returns: ReturnMap, derivative: Floats) -> Floats:
+        """Derivative (r, r) of a return less the state, in scaled unknowns."""
+        free = returns.free
+        flow = free.T @ (derivative / self.scale[:, None]) @ (free.T @ (self.scale[:, None] * free))
+        return flow - np.eye(len(flow))
+
+    def solve(self, first: Floats, normal: Floats, level: float, like: Point | None = None) -> Point | None:
         """The point of the branch with ``normal . u = level`` near scaled unknowns; None where there is none nearby.
 
-        known: tangent that the point's own is to agree with in direction.
+        like: a point of the branch, which tells the direction of the tangent.
         """
-        u, best, moved = first.copy(), np.inf, None
+        u, best, moved = first.copy(), np.inf, None if like is None else like.column
         for _ in range(CORRECTIONS):
             at = float(u[-1] * self.span)
             try:
@@ -104,18 +162,16 @@ class Follower:
             size = float(np.abs(miss).max(initial=0.0))
             off = float(normal @ u - level)
             derivative = returns.derivative(state, self.multiple)
-            flow = free.T @ (derivative / self.scale[:, None]) @ (free.T @ (self.scale[:, None] * free))
             if moved is None:  # it only points the way: once is enough
                 moved = free.T @ (self._moved(state, at, back) / self.scale)
-            jacobian = np.column_stack([flow - np.eye(len(flow)), moved])
             if size <= CLOSED or (size <= 10.0 * CLOSED and size >= 0.5 * best):
-                tangent = _null(jacobian, known if known is not None else normal)
-                orbit = Orbit(self._scene(at), returns, self.multiple, state, size, derivative, back)
-                return Point(at, orbit, u, tangent)
+                orbit = Orbit(self.scene_at(at), returns, self.multiple, state, size, derivative, back)
+                return Point(at, orbit, u, self, normal if like is None else like.tangent, moved)
             if not np.isfinite(size) or size > 1e3 * best:
                 return None
             best = min(best, size)
-            u = u - np.linalg.lstsq(np.vstack([jacobian, normal]), np.append(miss, off), rcond=None)[0]
+            jacobian = np.vstack([np.column_stack([self.flow(returns, derivative), moved]), normal])
+            u = u - np.linalg.lstsq(jacobian, np.append(miss, off), rcond=None)[0]
         return None
 
     def _moved(self, state: Floats, at: float, back: Returned) -> Floats:
@@ -127,8 +183,26 @@ class Follower:
                 break
         return (ahead.state - back.state) / part
 
-    def _scene(self, at: float) -> Scene:
+    def scene_at(self, at: float) -> Scene:
+        """The scene with a value [SI] of the parameter."""
         return with_values(self.scene, {self.path: at})
+
+    def settled(self, point: Point, at: float) -> Orbit | None:
+        """The stable orbit that the motion at a point settles to where the parameter is changed to a value [SI]; None
+        where it settles to none."""
+        try:
+            returns, state = self.map(at), point.orbit.state
+        except InputError:
+            return None
+        for count in TRANSIENTS:
+            carried = returns.carried(state, count)
+            if carried is None:
+                return None
+            returns, state = carried
+            found = stable_near(self.scene_at(at), returns, state)
+            if found is not None:
+                return found
+        return None
 
     def crowded(self, point: Point) -> bool:
         """Whether an event of the orbit has come close to the section."""
@@ -161,21 +235,9 @@ class Follower:
 
 
 def sequence(orbit: Orbit) -> tuple[tuple[int, int], ...]:
-    """(foot, kind) of the events of a period that distinguish one motion from another, in order.
-
-    Bounces that accumulate to a rest are none of their own: how many of infinitely many are resolved says nothing.
-    """
-    out: list[tuple[int, int]] = []
-    for event in orbit.events:
-        foot, kind = int(event["foot"]), int(event["kind"])
-        if kind in (EventKind.REST, EventKind.AVERAGED_CONTACT):
-            while any(one == (foot, EventKind.BOUNCE) for one in out):
-                last = max(i for i, one in enumerate(out) if one[0] == foot)
-                if out[last][1] != EventKind.BOUNCE:
-                    break
-                del out[last]
-        out.append((foot, kind))
-    return tuple(out)
+    """(foot, kind) of the events of a period that distinguish one motion from another, in order."""
+    events = orbit.events
+    return tuple((int(events["foot"][i]), int(events["kind"][i])) for i in kept_events(events))
 
 
 def _null(jacobian: Floats, like: Floats) -> Floats:

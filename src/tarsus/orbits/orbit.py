@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from tarsus.base.errors import InputError
 from tarsus.base.events import CONTACT_BEGINS, EVENT_WORDS, IMPACTS
 from tarsus.base.spec import with_values
-from tarsus.base.units import format_quantity
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.model.structure.walker import Walker
 from tarsus.orbits.returns import (
@@ -34,6 +33,7 @@ from tarsus.solve import simulate
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.contacts import Contacts, contacts_of, follow_contact
 from tarsus.solve.run import Run
+from tarsus.tables.numbers import amount
 from tarsus.tables.table import ROW, Column, Table
 
 if TYPE_CHECKING:
@@ -154,7 +154,7 @@ class Orbit:
         if held:
             parts.append(f"{held} of them held")
         if isinstance(self.map, WalkMap):
-            parts.append(f"travels {format_quantity(float(f'{self.travel:.4g}'), 'm')}")
+            parts.append(f"travels {amount(self.travel, 'm')}")
         return ", ".join(parts)
 
     def __str__(self) -> str:
@@ -190,10 +190,10 @@ class Orbit:
         return {
             "motion": self.kind,
             "stable": self.stable,
-            "period": self.period,
+            "period_s": self.period,
             "multiple": self.multiple,
             "impacts": self.impacts,
-            "travel": self.travel,
+            "travel_m": self.travel,
             "events": [
                 {"time": float(e["time"]), "foot": int(e["foot"]), "event": EVENT_WORDS[int(e["kind"])]}
                 for e in self.events
@@ -292,6 +292,13 @@ def _nearest(
             return found
         unstable = unstable or found
     return unstable
+
+
+def stable_near(scene: Scene, returns: ReturnMap, state: Floats) -> Orbit | None:
+    """The stable orbit of the smallest period near a state that has settled; None where none is near."""
+    mismatches = {k: _miss(returns, state, k) for k in range(1, MOST_MULTIPLE + 1)}
+    found = _nearest(scene, returns, state, mismatches, free=True)
+    return _smallest(found) if found is not None and found.stable else None
 
 
 KICK = 1e-3

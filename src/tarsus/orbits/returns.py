@@ -9,7 +9,7 @@ their contacts is none of it. Else s lies in the subspace in which held feet sta
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -21,16 +21,16 @@ from tarsus.base.spec import with_values
 from tarsus.model.drive.waveforms import Constant
 from tarsus.plan.lowering import Plan, lower_scene
 from tarsus.plan.slots import Rows, rows_for, rows_of, slot
+from tarsus.solve.codes import ResultCode
 from tarsus.solve.contacts import Contacts, follow_contact
 from tarsus.solve.engine import Accuracy, ModeBook, book_of, execute, settings_of, structure_key
-from tarsus.solve.lanes import tangents
+from tarsus.solve.lanes import Tangents, tangents
 from tarsus.solve.simulate import Shared
-from tarsus.solve.tangents import NO_FRICTION, DataTangents, Entering
+from tarsus.solve.tangents import NO_FRICTION, DataTangents, Entering, entering
 from tarsus.solve.window import Window, simulate_window
 
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
-    from tarsus.solve.codes import ResultCode
 
 Floats = NDArray[np.float64]
 
@@ -128,45 +128,97 @@ class ReturnMap:
 
     def window(self, state: Floats, times: ArrayLike) -> Window:
         """The motion from a state at the section, with outputs at times [s] after it."""
+        return self._window(state, times, self.contacts)
+
+    def _window(self, state: Floats, times: ArrayLike, contacts: Contacts) -> Window:
         return simulate_window(
-            self.plan,
-            state,
-            self.start,
-            times,
-            self.contacts,
-            rows=self.rows,
-            shared=self.book,
-            accuracy=self.accuracy,
-        )
+            self.plan, state, self.start, times, contacts, rows=self.rows, shared=self.book, accuracy=self.accuracy
+        )  # fmt: skip
 
     def derivative(self, state: Floats, multiple: int = 1) -> Floats:
         """dP/ds (2n, r) along the free directions, from the engine's own steps and events."""
-        end, size = self.start + multiple * self.period, len(state)
-        contacts, rows = self.contacts, self.rows.starting(state)
-        begin = contacts.begin(self.plan.feet, self.start)
-        made = execute(
-            self.plan, end, rows=rows, book=self.book, accuracy=self.accuracy, record=True, start=begin
+        return (
+            self.returning(self.tangents(state, self.by_state(state), [self.start + multiple * self.period]))
+            @ self.free
         )
+
+    def by_state(self, state: Floats) -> Entering:
+        """What enters a window from a state, with derivatives by all of that."""
+        size, rows = len(state), self.rows.starting(state)
         data = DataTangents.none(rows, size)
         data.initial[...] = np.eye(size)
-        given = Entering(tuple(f"state.{i}" for i in range(size)), rows, data)
-        settings = settings_of(self.plan, end, self.accuracy, record=True)
-        found = tangents(
-            self.plan,
-            self.book,
-            given,
-            made,
-            settings,
-            start=self.start,
-            contacts=contacts,
-            times=np.array([end]),
+        return Entering(tuple(f"state.{i}" for i in range(size)), rows, data)
+
+    def by_value(self, scene: Scene, path: str, later: float, state: Floats) -> Entering:
+        """What enters a window from a state, with derivatives by the number at a path of a scene that has the map's
+        value, with which the section is later by ``later`` [s]. Raises InputError as `entering` does."""
+        found, size = entering(scene, self.plan, {path: {path: 1.0}}, np.inf), 2 * len(self.plan.system.mass)
+        found.data.initial[...] = 0.0
+        found.data.start[...] = later
+        found.row.scales[:, 2] = np.inf  # no marks of periods among the events
+        return replace(found, row=found.row.starting(state[:size]))
+
+    def by_way(self, given: Entering, way: Floats) -> Entering:
+        """The same with derivatives along a way (2n,) of states at the section as well."""
+        parts = [getattr(given.data, name) for name in given.data.__dataclass_fields__]
+        data = DataTangents(
+            *(np.concatenate([one, np.zeros((*one.shape[:-1], 1))], axis=-1) for one in parts)
         )
-        return found.samples[0, :size] @ self.free
+        data.initial[:, -1] = way[: len(data.initial)]
+        return Entering((*given.paths, "state"), given.row, data, given.structure, given.perturbed)
+
+    def tangents(self, state: Floats, given: Entering, times: ArrayLike) -> Tangents:
+        """Derivatives of the motion from a state at the section, with outputs at times [s] after it."""
+        when = np.asarray(times, dtype=float)
+        end, begin = float(when[-1]), self.contacts.begin(self.plan.feet, self.start)
+        made = execute(
+            self.plan, end, rows=given.row, book=self.book, accuracy=self.accuracy, record=True, start=begin
+        )
+        settings = settings_of(self.plan, end, self.accuracy, record=True)
+        return tangents(
+            self.plan, self.book, given, made, settings, start=self.start, contacts=self.contacts, times=when
+        )  # fmt: skip
+
+    def returning(self, found: Tangents) -> Floats:
+        """Of derivatives of a window with outputs at its end, those (2n, P) of the state that it returns to."""
+        return found.samples[-1, : 2 * len(self.plan.system.mass)]
 
     def at_values(self, scene: Scene, phase: float, values: Mapping[str, float], shared: Shared) -> ReturnMap:
         """The map with the same feet on the ground at a phase in drive periods, of a scene with values in place of some
         of its own. Raises InputError as `lower_scene` does."""
         return return_map(scene, phase, self.contacts, values, shared)
+
+    def rate(self, state: Floats, time: float) -> Floats:
+        """How fast a state at the section changes at a time [s] after it, where nothing happens, by differences of
+        fourth order over a millionth of a period."""
+        beside = 1e-6 * self.period
+        found = self.window(state, time + beside * np.array([-2.0, -1.0, 1.0, 2.0])).states
+        slope = np.array([1.0, -8.0, 8.0, -1.0]) / (12.0 * beside)
+        rest = np.zeros(len(state) - 2 * len(found.x))
+        return np.concatenate([found.x @ slope, found.v @ slope, rest])
+
+    def carried(self, state: Floats, periods: int) -> tuple[ReturnMap, Floats] | None:
+        """What a state becomes after so many periods: the state at a section in the middle of what is then the longest
+        flight, and the map there; None where the motion ends before."""
+        contacts = self.contacts
+        for _ in range(periods):
+            window = self._window(state, [self.start + self.period], contacts)
+            if window.code is not ResultCode.DONE:
+                return None
+            state, contacts = end_of(window), contacts.after(window.events, self.start).earlier(self.period)
+        return self.sectioned(state, contacts)
+
+    def sectioned(self, state: Floats, contacts: Contacts) -> tuple[ReturnMap, Floats] | None:
+        """The map with its section in the middle of the longest flight of the period behind a state with its contacts,
+        and the state there; with the section as it is where some foot is always held."""
+        window = self._window(state, [self.start + self.period], contacts)
+        held = dict(zip(contacts.held, contacts.since or (), strict=True))
+        later = middle_of_flight(held, window.events, self.start, self.start + self.period)
+        if window.code is not ResultCode.DONE:
+            return None
+        if later is None or later == self.start:
+            return replace(self, contacts=contacts), state
+        return replace(self, start=later, contacts=Contacts()), end_of(self._window(state, [later], contacts))
 
     def speed(self, state: Floats) -> float:
         """Size [m/s] of velocities that others are compared with."""
@@ -178,6 +230,11 @@ class ReturnMap:
         place = max(self.plan.length, float(np.abs(state[:n]).max(initial=0.0)))
         speed = max(place / self.period, float(np.abs(state[n:]).max(initial=0.0)))
         return np.repeat([place, speed], n)
+
+
+def end_of(window: Window) -> Floats:
+    """Displacements and velocities (2n,) at the last of a window's times."""
+    return np.concatenate([window.states.x[:, -1], window.states.v[:, -1]])
 
 
 def check_memory(plan: Plan) -> None:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.base.events import IMPACTS
+from tarsus.base.events import IMPACTS, EventKind
 from tarsus.base.workers import Workers
 from tarsus.solve.trajectories import Trajectories
 from tarsus.solve.window import Window
@@ -39,32 +39,44 @@ TWINS = 96
 """Drive periods after which twins are compared: a growth of 1.25 a period makes 1e-9 a difference of 1."""
 
 
+TALLIED: dict[str, tuple[tuple[EventKind, ...], str | None]] = {
+    "impacts": (IMPACTS, None),
+    "energy": (IMPACTS, "energy"),
+    "speed": (IMPACTS, "speed_before"),
+    "bounces": ((EventKind.BOUNCE,), None),
+    "captures": ((EventKind.CAPTURE,), None),
+    "rests": ((EventKind.REST, EventKind.AVERAGED_CONTACT), None),
+}
+"""What is counted of every drive period, or summed up of its events: of which kinds, and what of them."""
+_IS = {name: np.isin(np.arange(max(EventKind) + 1), kinds) for name, (kinds, _) in TALLIED.items()}
+
+
 @dataclass
 class Settling:
-    """Runs on their way: period [s] of the drive; offset (nr,) [s]: when each one's drive begins a period; walks:
-    whether coordinate 0 is the way.
+    """Runs on their way: period [s] of the drive, of all or of each (nr,); offset (nr,) [s]: when each one's drive
+    begins a period; walks: whether coordinate 0 is the way.
 
     passed (nr,): drive periods behind; seen (nr, KEPT, PHASES, m + n + 1): gaps, progress along the way and u of the
-    last ones; impacts, energy (nr, KEPT): number of impacts, and what is lost in them [J]; multiple (nr,): 0 of runs
-    that have not settled.
+    last ones; tally (nr, KEPT) by name in `TALLIED`: number of impacts, energy lost in them [J], sum of their approach
+    speeds [m/s], numbers of bounces, captures and rests; multiple (nr,): 0 of runs that have not settled.
     """
 
     runs: Trajectories
-    period: float
+    period: float | Floats
     offset: Floats
     walks: bool
     threads: Workers = None
     passed: NDArray[np.intp] = field(init=False)
     seen: Floats = field(init=False)
-    impacts: Floats = field(init=False)
-    energy: Floats = field(init=False)
+    tally: dict[str, Floats] = field(init=False)
     multiple: NDArray[np.intp] = field(init=False)
 
     def __post_init__(self) -> None:
         count, n, m = len(self.runs), len(self.runs.plan.system.mass), self.runs.plan.feet
         self.passed, self.multiple = np.zeros((2, count), dtype=np.intp)
         self.seen = np.full((count, KEPT, PHASES, m + n + 1), np.nan)
-        self.impacts, self.energy = np.zeros((2, count, KEPT))
+        self.tally = {name: np.zeros((count, KEPT)) for name in TALLIED}
+        self.periods = np.broadcast_to(np.asarray(self.period, dtype=float), count)
         self._way = self.runs.state[:, 0].copy()
         self._root = np.linalg.cholesky(np.asarray(self.runs.plan.system.mass, dtype=float))
 
@@ -76,12 +88,16 @@ class Settling:
                 self.multiple[r] = self._multiple(r)
             if progress is not None:
                 settled = int((self.multiple > 0).sum())
-                progress(settled, len(self.runs), f"after {int(self.passed.max())} periods")
+                progress(
+                    settled,
+                    len(self.runs),
+                    f"starts that have settled after {int(self.passed.max())} periods",
+                )
 
     def go(self, chosen: NDArray[np.intp]) -> None:
         """Let some runs go on for `ROUND` periods."""
         phases = (np.arange(ROUND * PHASES) + 0.5) / PHASES
-        times = [self.offset[r] + self.period * (self.passed[r] + phases) for r in chosen.tolist()]
+        times = [self.offset[r] + self.periods[r] * (self.passed[r] + phases) for r in chosen.tolist()]
         for r, window in zip(chosen.tolist(), self.runs.advance(times, chosen, self.threads), strict=True):
             if self.runs.done[r]:
                 self._note(r, window)
@@ -93,29 +109,35 @@ class Settling:
         self._way[r] = way[-1]
         rows = np.concatenate([states.gap, progress[None], self._root.T @ states.v]).T
         self.seen[r] = np.concatenate([self.seen[r, ROUND:], rows.reshape(ROUND, PHASES, -1)])
-        events = window.events[np.isin(window.events["kind"], IMPACTS)]
-        number = (events["time"] - self.offset[r]) / self.period - self.passed[r] + 0.5 / PHASES
+        events, kind = window.events, window.events["kind"]
+        number = (events["time"] - self.offset[r]) / self.periods[r] - self.passed[r] + 0.5 / PHASES
         number = np.clip(number.astype(int), 0, ROUND - 1)
-        for of, weights in ((self.impacts, None), (self.energy, events["energy"])):
-            of[r] = np.append(of[r, ROUND:], np.bincount(number, weights, ROUND))
+        for name, (_, weight) in TALLIED.items():
+            own = _IS[name][kind]
+            weights = None if weight is None else np.abs(events[weight][own])
+            of = self.tally[name]
+            of[r] = np.append(of[r, ROUND:], np.bincount(number[own], weights, ROUND))
         self.passed[r] += ROUND
 
     def sizes(self, r: int) -> Floats:
         """Sizes (m + n + 1,) of a run's numbers: of its lengths and of its velocities u."""
         m, plan = self.runs.plan.feet, self.runs.plan
         place = max(plan.length, float(np.nanmax(np.abs(self.seen[r, ..., :m]), initial=0.0)))
-        floor = place / self.period * float(np.sqrt(np.diag(plan.system.mass).mean()))
+        floor = place / self.periods[r] * float(np.sqrt(np.diag(plan.system.mass).mean()))
         speed = max(floor, float(np.nanmax(np.abs(self.seen[r, ..., m + 1 :]))))
         return np.repeat([place, speed], [m + 1, self.seen.shape[-1] - m - 1])
 
     def _multiple(self, r: int) -> int:
-        """The smallest multiple with which a run repeats; 0 without one."""
+        """The smallest multiple with which a run repeats; 0 without one, and where it still closes in on a motion of a
+        smaller one: beside a flip every other period is equal long before every one is."""
         seen = self.seen[r] / self.sizes(r)
-        for k in range(1, MOST_MULTIPLE + 1):
+
+        def apart(k: int) -> float:
             last = max(2 * k, 4)
-            if np.abs(seen[-last:] - seen[-last - k : -k]).max() <= SETTLED:
-                return k
-        return 0
+            return float(np.abs(seen[-last:] - seen[-last - k : -k]).max())
+
+        k = next((k for k in range(1, MOST_MULTIPLE + 1) if apart(k) <= SETTLED), 0)
+        return 0 if any(k % j == 0 and apart(j) <= ALIKE for j in range(1, k)) else k
 
     def alike(self, r: int, other: Settling, q: int) -> bool:
         """Whether a settled run and one of others', or of these, are one motion, whichever period it begins with."""
@@ -131,7 +153,9 @@ class Settling:
         if not len(chosen):
             return np.zeros(0, dtype=bool)
         pair = np.concatenate([chosen, chosen])
-        both = Settling(self.runs.of_runs(pair), self.period, self.offset[pair], self.walks, self.threads)
+        both = Settling(
+            self.runs.of_runs(pair), self.periods[pair], self.offset[pair], self.walks, self.threads
+        )
         both.passed[:] = self.passed[pair]
         for i in range(len(chosen)):
             both.runs.state[i] += self._nudge(int(chosen[i]))

@@ -15,40 +15,52 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable
-from typing import Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from tarsus.base.events import CONTACT_BEGINS, IMPACTS
-from tarsus.orbits.follow import Follower, Point
+from tarsus.orbits.looks import kept_events
+
+if TYPE_CHECKING:
+    from tarsus.orbits.follow import Follower, Point
 
 Floats = NDArray[np.float64]
-Special = tuple[str, Point, str]
+Special = tuple[str, "Point", str]
 """Kind, where, and what happens in words."""
 
 AT_ONE = 1e-3
 """A branch that turns back with no multiplier this near to 1 has a corner, as at a grazing, and no fold: multipliers
 part from 1 with the root of the distance, which is known to `FINEST`."""
-FINEST = 1e-13
+FINEST = 1e-12
 """Part of a step along the branch to which a change is located: a bisection ends where rounding decides."""
+APART = 1e-5
+"""Difference of impacts across a change, of the motion's speed and period, that is no continuous one: roots of `FINEST`
+parts of a step are smaller."""
+JUMP = 1e-8
+"""Distance in scaled unknowns of points on both sides of a change beyond which the motion jumps: a hundred times what
+orbits close to."""
 
 
-def specials(follower: Follower, now: Point, ahead: Point) -> list[Special]:
-    """What happens on the way from a point to the next one, in order."""
-    level = float(now.tangent @ now.place)
-    step = float(now.tangent @ ahead.place) - level
+def between(follower: Follower, now: Point, ahead: Point) -> Callable[..., Point | None]:
+    """Points of a branch by their part of the step from one to another, sought from one near by and its part on."""
+    level, way = float(now.tangent @ now.place), ahead.place - now.place
 
-    def at(part: float) -> Point | None:
+    def at(part: float, near: Point = now, there: float = 0.0) -> Point | None:
         if part in (0.0, 1.0):
             return ahead if part else now
-        guess = now.place + part * (ahead.place - now.place)
-        return follower.solve(guess, now.tangent, level + part * step, now.tangent)
+        guess = near.place + (part - there) * way
+        return follower.solve(guess, now.tangent, level + part * float(now.tangent @ way), now)
 
-    if now.sequence != ahead.sequence:
-        return _changes(at, now, ahead)
-    found: list[tuple[float, Special]] = []
+    return at
+
+
+def crossings(follower: Follower, now: Point, ahead: Point) -> list[Special]:
+    """What happens to the stability on the way between points with the same events, in order."""
+    at, found = between(follower, now, ahead), list[tuple[float, Special]]()
     for kind, test, words in _TESTS:
         one, other = test(now), test(ahead)
         if np.isfinite(one) and np.isfinite(other) and one * other < 0.0:
@@ -83,34 +95,66 @@ class _Lost(Exception):
     """No orbit was found between two that were."""
 
 
-def _changes(at: Callable[[float], Point | None], now: Point, ahead: Point) -> list[Special]:
-    """Where sequences of events end, by bisection, each as far as the next one begins, and what changes; the last is a
-    grazing, beyond which a branch need not go on."""
-    found: list[Special] = []
-    first, begin = now, 0.0
-    while first.sequence != ahead.sequence:
-        low, high, here, there = begin, 1.0, first, ahead
-        while high - low > FINEST:
-            middle = 0.5 * (low + high)
-            if middle in (low, high):
-                break
-            point = at(middle)
-            if point is not None and point.sequence == first.sequence:
-                low, here = middle, point
-            else:
-                high, there = middle, point or there
-        beyond = there if there.sequence != first.sequence else ahead
-        kind, words = _difference(first, beyond)
-        found.append((kind, here, words))
-        if kind == "grazing" or beyond is ahead:
+@dataclass(frozen=True)
+class Change:
+    """Where a sequence of events ends: the last point that has it, and the first with another one, or with the same of
+    another motion."""
+
+    here: Point
+    there: Point
+
+    @property
+    def jumps(self) -> bool:
+        """Whether the motion itself is another one beyond, and not only its events."""
+        return bool(np.abs(self.there.place - self.here.place).max() > JUMP)
+
+    @property
+    def what(self) -> tuple[str, str]:
+        """Its kind, and in words."""
+        return (why_lost(self.here) if self.jumps else None) or _difference(self.here, self.there)
+
+
+def change(follower: Follower, now: Point, ahead: Point) -> Change | None:
+    """A change of the events between two points, or of the motion where both have the same, by bisection; None where
+    the motion only changes fast."""
+    at, low, high, here, there = between(follower, now, ahead), 0.0, 1.0, now, ahead
+    alike, step = now.sequence == ahead.sequence, float(now.tangent @ (ahead.place - now.place))
+    while (high - low) * step > FINEST:
+        middle = 0.5 * (low + high)
+        if middle in (low, high):
             break
-        first, begin = beyond, high
-    return found
+        point = at(middle, here, low)
+        if (
+            point is not None
+            and point.sequence == now.sequence
+            and (not alike or _apart(point, here) < _apart(point, there))
+        ):
+            low, here = middle, point
+        else:
+            high, there = middle, point or there
+    return (
+        None
+        if alike and here.sequence == there.sequence and _apart(here, there) < APART
+        else Change(here, there)
+    )
+
+
+def _apart(one: Point, other: Point) -> float:
+    """How far impacts of two orbits are apart, in speed and time as parts of the motion's speed and period; infinite
+    where they do not have the same events."""
+    if one.sequence != other.sequence:
+        return np.inf
+    speed, period = one.orbit.map.speed(one.orbit.state), one.orbit.period
+    kept = [point.orbit.events[kept_events(point.orbit.events)] for point in (one, other)]
+    fast = np.abs(kept[1]["speed_before"] - kept[0]["speed_before"]).max(initial=0.0) / speed
+    return max(float(fast), float(np.abs(kept[1]["time"] - kept[0]["time"]).max(initial=0.0)) / period)
 
 
 def _difference(before: Point, after: Point) -> tuple[str, str]:
     """What a change of the sequence is, and in words."""
     gone, new = Counter(before.sequence), Counter(after.sequence)
+    if before.sequence == after.sequence:
+        return "grazing", "an impact goes as another comes"
     if gone == new:
         return "simultaneous", "events of different feet change their order"
     hits = [sum(n for (_, kind), n in counts.items() if kind in IMPACTS) for counts in (gone, new)]

@@ -25,6 +25,7 @@ from tarsus.model.scene import Initial
 from tarsus.orbits.returns import drive_period
 from tarsus.plan.lowering import Plan, lower_scene
 from tarsus.solve.trajectories import Trajectories
+from tarsus.tables.numbers import amount
 
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
@@ -70,17 +71,27 @@ class Box:
                 problems += [said if path in said else f"{path}: {said}" for said in error.problems]
                 continue
             ends[path] = (low, high)
-            if not low < high:
-                problems.append(f"{path}: the range from {low:g} to {high:g} is empty")
+        box = cls(explicit, ends, lift)
+        problems += [
+            f"{path}: the range from {amount(low, unit)} to {amount(high, unit)} is empty"
+            for (path, (low, high)), unit in zip(ends.items(), box.units().values(), strict=True)
+            if not low < high
+        ]
         if problems:
             raise InputError(problems)
-        return cls(explicit, ends, lift)
+        return box
 
     def values(self, points: Floats) -> dict[str, Floats]:
         """Values (nr,) [SI] by path of the starts at points (nr, d) of the unit cube."""
-        along = {
-            path: low + (high - low) * points[:, i] for i, (path, (low, high)) in enumerate(self.ends.items())
-        }
+        return self.placed(
+            {
+                path: low + (high - low) * points[:, i]
+                for i, (path, (low, high)) in enumerate(self.ends.items())
+            }
+        )
+
+    def placed(self, along: Mapping[str, Floats]) -> dict[str, Floats]:
+        """Values (nr,) [SI] by path of the starts with values (nr,) [SI] by axis."""
         out = {path: one for path, one in along.items() if path not in UNITS}
         for axis, of in ((HEIGHT, "displacement"), (SPEED, "velocity")):
             for i in np.flatnonzero(self.lift) if axis in along else ():
@@ -149,8 +160,8 @@ def _number(scene: Scene, path: str, given: Any) -> float:
     known = [*UNITS, *(one for one in float_paths(scene) if _starts(one, scene))]
     if path not in known:
         told = "is no part of a start" if path in float_paths(scene) else "unknown path"
-        raise InputError([f"{path}: {told}{nearest(path, known)}; a start is {HEIGHT}, {SPEED}, initial.*, a drive's "
-                          "history, and the phase of a scene's only drive"])  # fmt: skip
+        raise InputError([f"{path}: {told} (a start is {HEIGHT}, {SPEED}, initial.*, a drive's history, and the phase "
+                          f"of a scene's only drive){nearest(path, known)}"])  # fmt: skip
     return float(get_value(with_values(scene, {path: given}), path))
 
 

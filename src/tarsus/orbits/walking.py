@@ -15,7 +15,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from tarsus.base.events import EventKind
 from tarsus.orbits.returns import (
@@ -24,15 +24,17 @@ from tarsus.orbits.returns import (
     ReturnMap,
     check_memory,
     drive_period,
+    end_of,
     varied,
 )
 from tarsus.plan.lowering import Plan, lower_scene
 from tarsus.plan.slots import rows_of
+from tarsus.solve.codes import ResultCode
 from tarsus.solve.contacts import Contacts, contacts_of, follow_contact
 from tarsus.solve.engine import tables_of
 from tarsus.solve.lanes import Tangents, walk_tangents
 from tarsus.solve.tangents import DataTangents, Entering
-from tarsus.solve.window import Window, simulate_window
+from tarsus.solve.window import Window
 
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
@@ -76,11 +78,28 @@ class WalkMap(ReturnMap):
         logged["time"] += self.start
         for event in logged[logged["time"] <= start]:
             follow_contact(held, event)
-        found = self.window(state, [start]).states
         anew = set(events["foot"][events["kind"] == EventKind.RELEASE].tolist())
-        return self.at_section(
-            start, held, np.concatenate([found.x[:, 0], found.v[:, 0]]), anew, bool(self.aging)
-        )
+        return self.at_section(start, held, end_of(self.window(state, [start])), anew, bool(self.aging))
+
+    def carried(self, state: Floats, periods: int) -> tuple[WalkMap, Floats] | None:
+        """What a state becomes after so many periods; the section is in the longest time without an event."""
+        n2, contacts = 2 * len(self.plan.system.mass), self._at(state)
+        place = state[:n2]
+        for _ in range(periods + 1):  # the last of them shows the events
+            held, before = dict(zip(contacts.held, contacts.since or (), strict=True)), place
+            window = self._window(place, [self.start + self.period], contacts)
+            if window.code is not ResultCode.DONE:
+                return None
+            contacts = contacts.after(window.events, self.start).earlier(self.period)
+            place = end_of(window) - end_of(window)[0] * self.shift
+        start = _quiet(window.events, self.start, self.start + self.period)
+        began = contacts_of(held)
+        for event in window.events[window.events["time"] <= start]:
+            follow_contact(held, event)
+        anew = set(window.events["foot"][window.events["kind"] == EventKind.RELEASE].tolist())
+        place = end_of(self._window(before, [start], began))
+        aging = any(law.hook == "strength" for law in self.plan.laws.acting.values())
+        return self.at_section(start, held, place, anew, aging)
 
     def at_section(
         self, start: float, held: dict[int, float], place: Floats, anew: set[int], aging: bool
@@ -123,13 +142,9 @@ class WalkMap(ReturnMap):
         since |= {i: self.start + age for i, age in zip(self.aging, state[n2:].tolist(), strict=True)}
         return contacts_of(since)
 
-    def window(self, state: Floats, times: Floats | list[float]) -> Window:
+    def window(self, state: Floats, times: ArrayLike) -> Window:
         """The motion from a state at the section, with outputs at times [s] after it."""
-        n2 = 2 * len(self.plan.system.mass)
-        return simulate_window(
-            self.plan, state[:n2], self.start, times, self._at(state), rows=self.rows, shared=self.book,
-            accuracy=self.accuracy,
-        )  # fmt: skip
+        return self._window(state[: 2 * len(self.plan.system.mass)], times, self._at(state))
 
     def __call__(self, state: Floats, multiple: int = 1) -> Returned:
         """The state after ``multiple`` periods, and how far the walker has come."""
@@ -145,38 +160,44 @@ class WalkMap(ReturnMap):
             window.repeated(multiple * self.period), travel,
         )  # fmt: skip
 
-    def _slopes(self, state: Floats, multiple: int) -> tuple[Floats, Tangents]:
-        """Derivatives (2n, 2n + na) of where a state gets to, travel included, and what else there is."""
+    def by_state(self, state: Floats) -> Entering:
+        """What enters a window from a state, with derivatives by all of that, ages of contacts among it."""
         n2, size = 2 * len(self.plan.system.mass), len(state)
-        end = self.start + multiple * self.period
         rows = self.rows.starting(state[:n2])
         data = DataTangents.none(rows, size)
         data.initial[...] = np.eye(n2, size)
-        for k, foot in enumerate(self.aging):
-            data.since[foot, n2 + k] = 1.0
-        given = Entering(tuple(f"state.{i}" for i in range(size)), rows, data)
-        begin = self._at(state).begin(self.plan.feet, self.start)
-        found = walk_tangents(
-            self.plan,
-            end,
-            given,
-            tables=self.book,  # type: ignore[arg-type]
-            accuracy=self.accuracy,
-            times=np.array([end]),
-            start=begin,
-        )
-        return found.samples[0, :n2], found
+        data.since[list(self.aging), range(n2, size)] = 1.0
+        return Entering(tuple(f"state.{i}" for i in range(size)), rows, data)
 
-    def derivative(self, state: Floats, multiple: int = 1) -> Floats:
-        """dP/ds (2n + na, r) along the free directions, from the engine's own steps and events."""
-        whole, found = self._slopes(state, multiple)
-        back: Floats = whole - self.shift[:, None] * whole[0]
-        return np.concatenate([back, found.since[list(self.aging)]]) @ self.free
+    def by_value(self, scene: Scene, path: str, later: float, state: Floats) -> Entering:
+        """What enters a window from a state, with derivatives by the number at a path; contacts keep their age."""
+        found = super().by_value(scene, path, later, state)
+        found.data.since[list(self.contacts.held), 0] = later
+        return found
+
+    def by_way(self, given: Entering, way: Floats) -> Entering:
+        """The same with derivatives along a way (2n + na,) of states at the section as well."""
+        found = super().by_way(given, way)
+        found.data.since[list(self.aging), -1] = way[2 * len(self.plan.system.mass) :]
+        return found
+
+    def tangents(self, state: Floats, given: Entering, times: ArrayLike) -> Tangents:
+        """Derivatives of the motion from a state at the section, with outputs at times [s] after it."""
+        when = np.asarray(times, dtype=float)
+        return walk_tangents(
+            self.plan, float(when[-1]), given, tables=self.book,  # type: ignore[arg-type]
+            accuracy=self.accuracy, times=when, start=self._at(state).begin(self.plan.feet, self.start),
+        )  # fmt: skip
+
+    def returning(self, found: Tangents) -> Floats:
+        """Of derivatives of a window with outputs at its end, those (2n + na, P) of the state that it returns to."""
+        whole = super().returning(found)
+        return np.concatenate([whole - self.shift[:, None] * whole[0], found.since[list(self.aging)]])
 
     def travel_multiplier(self, state: Floats, multiple: int = 1) -> float:
         """By how much a walker is further on after the motion that began a little further on: 1."""
-        n2 = len(self.shift)
-        return float(self._slopes(state, multiple)[0][0] @ np.append(self.shift, np.zeros(len(state) - n2)))
+        found = self.tangents(state, self.by_state(state), [self.start + multiple * self.period])
+        return float(found.samples[-1, 0] @ np.append(self.shift, np.zeros(len(state) - len(self.shift))))
 
     def scales(self, state: Floats) -> Floats:
         """Sizes (2n + na,) of displacements [m], velocities [m/s] and ages [s] that mismatches are compared with."""

@@ -106,7 +106,7 @@ def test_a_drive_that_begins_elsewhere_leads_to_the_same_motion():
 @pytest.mark.parametrize(
     ("over", "said"),
     [
-        ({"height": (1.0, 0.0)}, "height: the range from 1 to 0 is empty"),
+        ({"height": (1.0, 0.0)}, "height: the range from 1 m to 0 m is empty"),
         ({"ground.restitution.coefficient": (0.1, 0.2)}, "is no part of a start"),
         ({"nothing": (0.0, 1.0)}, "nothing: unknown path"),
         ({"initial.displacement.7": (0.0, 1.0)}, "initial.displacement.7"),

@@ -34,7 +34,7 @@ def test_the_packaged_walker_has_a_stable_gait(gait):
 def test_where_a_walker_is_has_the_multiplier_one_apart_from_the_others(gait):
     assert gait.travel_multiplier == pytest.approx(1.0, abs=1e-12)
     assert np.abs(np.abs(gait.multipliers) - 1.0).min() > 0.1
-    assert gait.to_dict()["travel"] == gait.travel
+    assert gait.to_dict()["travel_m"] == gait.travel
 
 
 def test_its_return_differs_as_its_derivative_says(gait):
