@@ -8,7 +8,7 @@ import json
 import pytest
 
 WALK = (
-    "millipede-printed", "--free", "gait.duty,gait.frequency=100Hz:200Hz", "--request", "duration=10 ms",
+    "millipede-printed", "--free", "gait.duty,gait.frequency=100Hz:200Hz", "--request", "from_rest=10 ms",
     "--request", "candidates=64", "--threads", "1",
 )  # fmt: skip
 GAIT = (*WALK, "--request", "look=2")

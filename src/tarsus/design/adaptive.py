@@ -13,8 +13,8 @@ from tarsus.base.progress import Progress, silent
 from tarsus.base.workers import Workers
 from tarsus.design.adaptive_gait import AdaptiveGait
 from tarsus.design.gait_choice import GaitChoice, gait_choice
-from tarsus.design.gait_request import AdaptSettings, GaitRequest, Sense, gait_request
-from tarsus.design.grounds import Grounds, drawn, spread
+from tarsus.design.gait_request import SEARCHED, AdaptSettings, GaitRequest, Sense, gait_request
+from tarsus.design.grounds import Grounds, drawn, spread, started
 from tarsus.design.judge import MEAN
 from tarsus.design.request import Given, Problems, settings_of
 from tarsus.design.walks import OBJECTIVES, WalkObjective, Walks
@@ -38,10 +38,8 @@ STEP, SHORTER = 0.15, 1.5
 """First step of such a search, in the unit cube, and the divisor of the next ones."""
 KNOWING = 3
 """Steps of the search on each hidden ground alone: from 0.15 to 0.07 of a range about the best of the few."""
-AGAIN = 4
-"""Times as many walks as elsewhere by which the gait that knows its ground is chosen, and then judged."""
 JITTER = 1e-3
-"""Standard deviation, in the unit cube, of what repeated walks of a gait differ by: what no timer and no leg keeps, and
+"""Standard deviation, in the unit cube, of what two probes of a gait differ by: what no timer and no leg keeps, and
 ten times what makes a walk that rings forget how it began."""
 
 
@@ -80,8 +78,9 @@ def adapt(
     it is the best for. The robot walks ``steps`` steps in all with up to four of them, the probes, each from a stand;
     what it senses weighs the training grounds by Bayes' rule, and it takes the gait that is best in expectation. Probes
     are those that lose least on training grounds, each judged by all the others. What is lost is measured on hidden
-    grounds, which nothing above has seen, against the best gait that a search finds for each of them alone. The chosen
-    gait is judged by a walk of its own from the start of the scene.
+    grounds, which nothing above has seen, against the best gait that a search finds for each of them alone. Gaits are
+    judged by the settled motion, the mean of several starts: in searches by short walks, on hidden grounds by long ones
+    from other starts.
 
     Parameters
     ----------
@@ -98,10 +97,8 @@ def adapt(
         As for `tarsus.design.landing`.
     settings
         Further ones: steps of all probes; gaits, how many at most; hidden and training, numbers of grounds; noise,
-        standard deviation of what is sensed as a share of it; repeats, walks that each gait is judged by on each
-        ground, whose values differ by a thousandth of their ranges (one is right where a walk settles; where it rings,
-        its speed is a matter of digits, and the best of many single walks is luck); symmetry, dead, candidates,
-        duration, seed.
+        standard deviation of what is sensed as a share of it; starts; duration of the long walks; from_rest [s], to
+        judge by an episode of that length from the scene's own start instead; symmetry, dead, candidates, seed.
 
     Raises
     ------
@@ -134,12 +131,10 @@ class _Adapter:
         self, request: GaitRequest, options: AdaptSettings, sense: tuple[Sense, ...], progress: Progress
     ) -> None:
         self.request, self.options, self.sense, self.progress = request, options, sense, progress
-        self.repeats = options.repeats
+        self.asked = 0
         self.rng = np.random.default_rng([options.seed, 41])
         self.sensed = tuple(one for sense in self.sense for one in _SENSED[sense])
-        self.walks = Walks(
-            request.scene, request.unknowns, request.objectives, request.duration, request.threads
-        )
+        self.quick, self.sure = request.walks(SEARCHED), request.walks()
 
     def design(self) -> AdaptiveGait:
         """The whole design."""
@@ -154,17 +149,17 @@ class _Adapter:
         each = self.options.steps // probes
         chosen, posterior = self._choice(library, training, costs, each, probes)
         self.progress(2, 4, "hidden grounds")
-        on_hidden = self._table(library, hidden)
+        on_hidden = self._table(library, hidden, self.sure)
         sensed = [self._sensed(library[one], hidden, each) for one in chosen]
         taken = posterior(self._noisy(np.concatenate([np.zeros((len(on_hidden), 0)), *sensed], axis=1)))
-        judged = on_hidden if self.repeats == 1 else self._table(library, hidden)
+        judged = on_hidden if self.request.starts is None else self._table(library, hidden, self.sure)
         self.progress(3, 4, "the gait that knows its ground")
         known = self._known(library, judged, taken, hidden)
         self.progress(4, 4, "done")
         return AdaptiveGait(
-            self.request, self.sense, tuple(self.walks.changes(one) for one in library), chosen,
+            self.request, self.sense, tuple(self.sure.changes(one) for one in library), chosen,
             tuple(one.name for one in self.sensed), posterior, on_hidden, known, taken, judged.argmin(axis=1), hidden,
-            each, self.walks.runs, self.repeats,
+            each, self.quick.runs + self.sure.runs,
         )  # fmt: skip
 
     def _choice(
@@ -232,31 +227,36 @@ class _Adapter:
         """Points (..., nu) as far from these as repeated walks differ."""
         return inside(points + JITTER * self.rng.standard_normal(points.shape), self._circular)
 
-    def _judged(self, points: Floats, grounds: Mapping[str, Floats]) -> Floats:
-        """Costs (nr,) of gaits at points (nr, nu), each on its own ground: of one walk, or the mean of several."""
-        if self.repeats == 1:
-            return self.walks.each(points, grounds)[:, 0]
-        given = {path: np.repeat(own, self.repeats) for path, own in grounds.items()}
-        costs = self.walks.each(self._moved(np.repeat(points, self.repeats, axis=0)), given)[:, 0]
-        return costs.reshape(len(points), self.repeats).mean(axis=1)
+    def _judged(self, points: Floats, grounds: Mapping[str, Floats], walks: Walks | None = None) -> Floats:
+        """Costs (nr,) of gaits at points (nr, nu), each on its own ground: of an episode, or the mean of the motions
+        that several starts lead to, other ones each time; by short walks unless others are given."""
+        walks, starts, count = walks or self.quick, self.request.starts, self.request.motion.starts
+        if starts is None:
+            return walks.each(points, grounds)[:, 0]
+        self.asked += 1
+        put = started(Grounds({}), starts, count, self.options.seed + self.asked)
+        rows, own = put.crossed(np.column_stack([points, *grounds.values()]))
+        nu = points.shape[1]
+        own |= {path: np.ascontiguousarray(rows[:, nu + i]) for i, path in enumerate(grounds)}
+        return walks.each(rows[:, :nu], own)[:, 0].reshape(len(points), count).mean(axis=1)
 
-    def _table(self, points: Floats, grounds: Grounds) -> Floats:
+    def _table(self, points: Floats, grounds: Grounds, walks: Walks | None = None) -> Floats:
         """Costs (ng, n) of gaits on grounds; of a walk that did not reach its end those of standing still."""
         n, ng = len(points), len(grounds)
         given = grounds.rows(np.repeat(np.arange(ng), n))
-        costs = self._judged(np.tile(points, (ng, 1)), given).reshape(ng, n)
+        costs = self._judged(np.tile(points, (ng, 1)), given, walks).reshape(ng, n)
         worst = float(np.max(costs, where=np.isfinite(costs), initial=0.0))
         return np.where(np.isfinite(costs), costs, worst)
 
     def _sensed(self, point: Floats, grounds: Grounds, steps: int) -> Floats:
-        """What is sensed (ng, ns) in the first steps of a gait at a point (nu,), without noise; walks differ by chance
-        as those that gaits are judged by."""
-        scene = self.walks.scene_of(point)
+        """What is sensed (ng, ns) in the first steps of a gait at a point (nu,), from a stand, without noise; where
+        gaits are judged by settled motions, two probes of one gait are not quite alike."""
+        scene = self.quick.scene_of(point)
         period = max((wave.period or 0.0 for wave in scene.waveforms.values()), default=0.0)
         points = np.repeat(point[None], len(grounds), axis=0)
-        points = points if self.repeats == 1 else self._moved(points)
+        points = points if self.request.starts is None else self._moved(points)
         names = tuple(name for one in self.sensed for name in one.measures)
-        seen = self.walks.measured(points, grounds.values, names, steps * period)
+        seen = self.quick.measured(points, grounds.values, names, steps * period)
         values = np.stack([one.of(seen) for one in self.sensed], axis=1)
         return np.where(np.isfinite(values), values, 0.0)
 
@@ -265,23 +265,22 @@ class _Adapter:
 
     def _known(self, library: Floats, costs: Floats, taken: NDArray[np.int64], hidden: Grounds) -> Floats:
         """Costs (nh,) of the best gait for each hidden ground: the best of the few, or what a further search on this
-        ground finds. Where walks differ by chance, what they were found by was partly luck: both, the gait that was
-        taken and the best single one are judged anew, and the best of those once more."""
+        ground finds. By settled motions what these were found by was partly luck: both, the gait that was taken and the
+        best single one are judged anew by long walks, and the best of those once more, each from other starts."""
         few, nu = library[costs.argmin(axis=1)], library.shape[1]
         given = hidden.rows(np.repeat(np.arange(len(hidden)), YOUNG))
         found, values = shorter_steps(
             lambda moved: self._judged(moved.reshape(-1, nu), given).reshape(-1, YOUNG),
             few, costs.min(axis=1), [STEP / SHORTER**i for i in range(KNOWING)], YOUNG, self.rng, self._circular,
         )  # fmt: skip
-        if self.repeats == 1:
+        if self.request.starts is None:
             return values
         single = np.broadcast_to(library[int(costs.mean(axis=0).argmin())], few.shape)
         rivals = np.stack([found, few, library[taken], single], axis=1)  # (nh, 4, nu)
         given = hidden.rows(np.repeat(np.arange(len(hidden)), rivals.shape[1]))
-        flat = rivals.reshape(-1, nu)
-        scores = np.mean([self._judged(flat, given) for _ in range(AGAIN)], axis=0).reshape(rivals.shape[:2])
+        scores = self._judged(rivals.reshape(-1, nu), given, self.sure).reshape(rivals.shape[:2])
         surest = rivals[np.arange(len(few)), scores.argmin(axis=1)]
-        again = np.mean([self._judged(surest, hidden.values) for _ in range(AGAIN)], axis=0)
+        again = self._judged(surest, hidden.values, self.sure)
         return np.where(np.isfinite(again), again, float(costs.max()))
 
 

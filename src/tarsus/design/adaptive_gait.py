@@ -34,9 +34,8 @@ class AdaptiveGait(DesignResult):
     what each probe tells; posterior: from what all probes tell to the number of a gait. costs (nh, k): of the gaits on
     the hidden grounds; known (nh,): of the best gait found for each ground by a search of its own; chosen (nh,): by the
     posterior; best (nh,): the best of the few, by other walks where there are several; grounds (nh,) by path.
-    probe_steps: of each probe. runs: made in all. repeats: walks that each cost is the mean of; with several the gait
-    that knows the ground is judged by other walks than those that it was found by, so that chance is nobody's merit,
-    and losses may be below 0.
+    probe_steps: of each probe. runs: made in all. Of settled motions the gait that knows the ground is judged from
+    other starts than those that it was found by, so that chance is nobody's merit, and losses may be below 0.
     """
 
     request: GaitRequest
@@ -52,7 +51,6 @@ class AdaptiveGait(DesignResult):
     grounds: Grounds
     probe_steps: int
     runs: int
-    repeats: int = 1
 
     def _of(self, gaits: NDArray[np.int64]) -> Floats:
         return self.costs[np.arange(len(gaits)), gaits]
@@ -104,7 +102,7 @@ class AdaptiveGait(DesignResult):
             for number, gait in enumerate(self.gaits)
         ]  # fmt: skip
         low, high = self.regret_interval
-        notes = [f"gait {number} {said}" for said, number in self.rule]
+        notes = [str(self.request.motion), *(f"gait {number} {said}" for said, number in self.rule)]
         notes.append(
             f"lost on {len(self.known)} hidden grounds: {percent(self.regret, 2)} ({interval(low, high, '%', 2)}); the "
             f"best single gait loses {percent(self.fixed_regret, 2)}, the best of these each time "
@@ -129,8 +127,9 @@ class AdaptiveGait(DesignResult):
             "table": [{"when": said, "gait": number} for said, number in self.rule],
             "posterior": asdict(self.posterior),
             "regret": self.regret, "regret_interval": list(self.regret_interval), "fixed_regret": self.fixed_regret,
-            "choice_regret": self.choice_regret, "hidden": len(self.known), "repeats": self.repeats,
-            "runs": self.runs, "version": package_version(),
+            "choice_regret": self.choice_regret, "hidden": len(self.known),
+            "motion": str(self.request.motion), "starts": self.request.motion.starts, "runs": self.runs,
+            "version": package_version(),
         }  # fmt: skip
 
     def texts(self) -> dict[str, str]:

@@ -12,15 +12,16 @@ from numpy.typing import NDArray
 from tarsus.design.gait_request import GaitRequest
 from tarsus.design.grounds import Grounds
 from tarsus.design.headers import gait_header_text
-from tarsus.design.judge import Certificate, Round
+from tarsus.design.judge import CLOSED, Certificate, Round
 from tarsus.design.results import DesignResult, csv_text, units_of
-from tarsus.design.walks import WalkObjective, Walks
+from tarsus.design.walks import WalkObjective
 from tarsus.files.jsontext import json_text
 from tarsus.files.toml import scene_text
 from tarsus.files.version import package_version
 from tarsus.fit.front import hypervolume, undominated
 from tarsus.model.scene import Scene
-from tarsus.tables.numbers import amount, percent
+from tarsus.orbits.motion import SettledMotion
+from tarsus.tables.numbers import percent
 from tarsus.tables.table import Column, Table
 
 Floats = NDArray[np.float64]
@@ -42,7 +43,9 @@ class GaitPoint:
     of the nominal front's gaits on the grounds that candidates were judged on, of all others in an attack of their
     own on the box); worst_ground: values by path of the ground where the first objective that depends on the ground
     is worst; energy [J]: plain, a drive period, and recovered: with charge recovery (NaN where nothing of the front
-    needs energy).
+    needs energy); intervals: between which 95 % of what the gait does lies with 95 % confidence, by objective: over
+    grounds and starts drawn by chance, over starts without grounds, and of the nominal front's gaits (NaN where fewer
+    than 93 were tried). nominal is the mean of starts that the gait was not chosen by; from rest, of the one start.
     """
 
     point: Floats
@@ -53,6 +56,7 @@ class GaitPoint:
     worst_ground: Mapping[str, float]
     energy: float
     recovered: float
+    intervals: tuple[tuple[float, float], ...]
 
 
 @dataclass(frozen=True, repr=False)
@@ -102,8 +106,7 @@ class GaitFront(DesignResult):
 
     def scene_of(self, point: GaitPoint, *, worst: bool = False) -> Scene:
         """The scene with a gait, on the scene's own ground or on the gait's worst one."""
-        walks = Walks(self.request.scene, self.request.unknowns, self.objectives, self.request.duration)
-        return walks.scene_of(point.point, point.worst_ground if worst else None)
+        return self.request.walks().scene_of(point.point, point.worst_ground if worst else None)
 
     @property
     def gain(self) -> float:
@@ -113,6 +116,35 @@ class GaitFront(DesignResult):
         if not self.objectives[0].most:
             own, other = other, own
         return own / other if other > 0.0 else (np.inf if own > 0.0 else np.nan)
+
+    @property
+    def spread_of(self) -> str:
+        """What intervals are over, in words."""
+        return "95 % of walks lie in the intervals, over starts" + (
+            "" if self.request.over is None else " and grounds drawn by chance"
+        )
+
+    @property
+    def better(self) -> bool | None:
+        """Whether the robust gait is more robust than the nominal optimum: better by more than 2 % in the worst that
+        was found, and at the worse end of its interval where both have one. None without a box."""
+        if np.isnan(self.gain):
+            return None
+        ends = np.array(
+            [one.intervals[0][0 if self.objectives[0].most else 1] for one in (self.robust, self.optimum)]
+        )
+        own, other = self.objectives[0].cost(ends)
+        return self.gain > 1.0 + CLOSED and (not np.isfinite(ends).all() or bool(own < other))
+
+    @property
+    def verdict(self) -> str:
+        """The comparison of the robust gait with the nominal optimum, in words; nothing without a box."""
+        if self.better is None:
+            return ""
+        said = f"worst {self.objectives[0].name}, robust gait over nominal optimum: {self.gain:.3g}"
+        return (
+            said if self.better else f"{said}: no gait was found that is more robust than the nominal optimum"
+        )
 
     @property
     def named(self) -> list[tuple[str, GaitPoint]]:
@@ -130,6 +162,9 @@ class GaitFront(DesignResult):
             for kind in ("nominal", "worst") if judged and one.grounded else ("nominal",):
                 columns.append(Column(f"worst {one.name}" if kind == "worst" else one.name, one.unit))
                 kinds.append((kind, j))
+            if one.grounded and np.isfinite([point.intervals[j] for _, point in self.named]).any():
+                columns.append(Column(f"{one.name}, 95 %", one.unit, 3))
+                kinds.append(("intervals", j))
         columns += [Column(path, unit) for path, unit in units_of(self.request.scene, paths).items()]
         rows = [
             (name, *(getattr(point, kind)[j] for kind, j in kinds), *(point.values[path] for path in paths))
@@ -138,8 +173,10 @@ class GaitFront(DesignResult):
         read = f", {self.reused} read" if self.reused else ""
         notes = [
             f"{self.candidates} gaits tried, {self.runs} walks{read}",
-            f"all numbers are of walks of {amount(self.request.duration, 's')} from one start, not of settled motion",
+            f"{self.request.motion}",
         ]
+        if isinstance(self.request.motion, SettledMotion):
+            notes.append(self.spread_of)
         if judged and self.gap == self.gap:
             notes.append(
                 f"gap of the worst grounds: {percent(self.gap, 2)}; {len(self.grounds)} grounds active"
@@ -150,10 +187,7 @@ class GaitFront(DesignResult):
                 f"of {looked.grounds} grounds drawn by chance at the end {looked.worse} were more than 2 % worse for "
                 f"any gait shown than known; at most {percent(looked.share, 2)} of the box are (95 %)"
             )
-        if judged:
-            notes.append(
-                f"worst {self.objectives[0].name}, robust gait over nominal optimum: {self.gain:.3g}"
-            )
+        notes += [self.verdict] if self.verdict else []
         names = " against ".join(one.name for one in self.objectives)
         title = f"GaitFront of '{self.request.scene.name}': {len(self.members)} gaits, {names}"
         return Table(title, columns, rows, notes)
@@ -181,6 +215,7 @@ class GaitFront(DesignResult):
             "robust": _point(self, self.robust), "optimum": _point(self, self.optimum), "gain": self.gain,
             "over": [] if request.over is None else list(request.over.names),
             "grounds": self.grounds.each(),
+            "motion": str(request.motion), "starts": request.motion.starts, "better": self.better,
             "gap": self.gap, "rounds": [{"what": one.what, "grounds": one.grounds, "gap": one.gap} for one in
             self.rounds], "candidates": self.candidates, "runs": self.runs, "reused": self.reused, "duration":
             request.duration, "version": package_version(),
@@ -200,6 +235,7 @@ def _point(design: GaitFront, point: GaitPoint) -> dict[str, Any]:
     names = [one.name for one in design.objectives]
     named = {key: dict(zip(names, getattr(point, key), strict=True)) for key in ("nominal", "risk", "worst")}
     return {
+        "intervals": {name: list(ends) for name, ends in zip(names, point.intervals, strict=True)},
         "values": dict(point.values), **named, "worst_ground": dict(point.worst_ground), "energy": point.energy,
         "energy_recovered": point.recovered,
     }  # fmt: skip
@@ -209,11 +245,13 @@ def _front_csv(design: GaitFront) -> str:
     kinds = ("nominal", "risk", "worst")
     paths = units_of(design.request.scene, design.request.unknowns.paths)
     head = ["gait", *(f"{path} ({unit})" for path, unit in paths.items()),
-            *(f"{one.name} {kind} ({one.unit})" for one in design.objectives for kind in kinds),
+            *(f"{one.name} {kind} ({one.unit})" for one in design.objectives
+              for kind in (*kinds, "low 95 %", "high 95 %")),
             "energy (J)", "energy with charge recovery (J)"]  # fmt: skip
     rows = [
         (name, *point.values.values(),
-         *(getattr(point, kind)[j] for j in range(len(design.objectives)) for kind in kinds),
+         *(one for j in range(len(design.objectives))
+           for one in (*(getattr(point, kind)[j] for kind in kinds), *point.intervals[j])),
          point.energy, point.recovered)
         for name, point in design.named
     ]  # fmt: skip

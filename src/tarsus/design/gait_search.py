@@ -14,9 +14,22 @@ from numpy.typing import NDArray
 from tarsus.base.progress import Progress, silent
 from tarsus.base.workers import Workers
 from tarsus.design.gait_front import GaitFront, GaitPoint
-from tarsus.design.gait_request import GaitRequest, GaitSettings, gait_request
-from tarsus.design.grounds import Grounds
-from tarsus.design.judge import CLOSED, NOMINAL, WORST, Attack, Certificate, Judge, Look, Risk, Round, excess
+from tarsus.design.gait_request import SEARCHED, GaitRequest, GaitSettings, gait_request
+from tarsus.design.grounds import Grounds, drawn, started, with_starts
+from tarsus.design.judge import (
+    CLOSED,
+    NOMINAL,
+    WORST,
+    Attack,
+    Certificate,
+    Each,
+    Judge,
+    Look,
+    Risk,
+    Round,
+    excess,
+    finite,
+)
 from tarsus.design.request import Given, settings_of
 from tarsus.design.walks import WalkObjective, Walks
 from tarsus.files.library import SceneLike, as_scene
@@ -24,6 +37,7 @@ from tarsus.files.runstore import UNIT_FILES, RunStore
 from tarsus.files.toml import scene_texts
 from tarsus.fit.front import FrontSearch, farthest, search_front, undominated
 from tarsus.fit.unknowns import Unknowns
+from tarsus.measure.shares import tolerance_interval
 
 Floats = NDArray[np.float64]
 
@@ -45,13 +59,18 @@ LAST_LOOKS = 3
 """Attacks at the end at most: grounds that one finds join, the best candidates are judged again, and the next looks
 elsewhere."""
 CLIMB = 4
-"""Steps uphill of an attack between rounds; the last attack looks at four times as many grounds, climbs twice as long,
-and from `ISLANDS` regions."""
-ISLANDS = 3
-"""Regions of the last attack: a worst ground that one climb misses lies beside another of the first looks."""
-CHECK = 16
-"""Grounds drawn by chance in the last look, for each that an attack between rounds looks at: what none of 768 is, is
-less than 0.4 % of a box."""
+"""Steps uphill of an attack."""
+CHECK = 4
+"""Grounds drawn by chance in the last look, for each that an attack between rounds looks at: what none of 192 is, is
+less than 1.6 % of a box, and 93 or more hold 95 % of what gaits do (`tolerance_interval`)."""
+CONFIRMED = 24
+"""Candidates of each kind (front, robust gait, nominal front) that walk as long as what is shown: twice as many as are
+shown, for a short walk orders neighbours by luck."""
+FRESH = 96
+"""Other starts on the scene's own ground, by which a gait's value there is stated: those that it was chosen by favour
+it. 93 or more hold 95 % of what the gait does."""
+_STATED = 2
+"""Number of that set of starts; 0 and 1 are those of short and of long walks."""
 
 KEPT_FILES = (
     *(
@@ -101,7 +120,9 @@ def gait(
     folder
         Where batches of runs are kept; with ``resume`` a design that was killed goes on there, and ends the same.
     settings
-        Further ones: symmetry, dead, candidates, look, loss, duration, seed.
+        Further ones: symmetry, dead, candidates, look, loss, starts, duration, from_rest, seed. Objectives are those of
+        the settled motion, the mean of ``starts`` on the scene's own ground, the risk over grounds and starts; with
+        ``from_rest`` [s] those of an episode of that length from the scene's own start.
 
     Returns
     -------
@@ -125,13 +146,12 @@ def gait(
 @dataclass(frozen=True)
 class _Found:
     """What a search found: points (n, nu) and their costs (n, k) for its goal; the objectives' costs (n, no) under
-    the risk and on the scene's own ground; grounds: how many they were judged on."""
+    the risk and on the scene's own ground."""
 
     points: Floats
     costs: Floats
     risked: Floats
     own: Floats
-    grounds: int = 1
 
 
 @dataclass(frozen=True)
@@ -179,31 +199,50 @@ def _within(best: float, loss: float) -> tuple[_Goal, float]:
 
 
 class _GaitSearch:
-    """The search of one request."""
+    """The search of one request: ``quick`` judges by short walks, ``sure`` by those that all that is shown comes from,
+    from other starts."""
 
     def __init__(
         self, request: GaitRequest, options: GaitSettings, store: RunStore, progress: Progress
     ) -> None:
         self.request, self.options, self.progress, self.memo = request, options, progress, store.memo()
-        self.walks = Walks(
-            request.scene, request.unknowns, request.objectives, request.duration, request.threads
-        )
-        own = Grounds.nominal(request.scene, () if request.over is None else request.over.names)
+        self.walks = request.walks()
         grounded = tuple(j for j, one in enumerate(request.objectives) if one.grounded)
-        seed = self.options.seed
-        self.judge = Judge(self._each, own, request.over, request.risk, seed, grounded)
+        over = request.over
+        if over is not None and request.starts is not None:
+            over = with_starts(over, request.starts, options.seed, MEAN_GROUNDS)
+        self.quick, self.sure = (
+            Judge(self._kept(walks), self._own(number), over, request.risk, options.seed, grounded)
+            for number, walks in enumerate((request.walks(SEARCHED), self.walks))
+        )
         self.tried = self.asked = 0
         self.certificate: Certificate | None = None
 
-    def _each(self, points: Floats, grounds: Mapping[str, Floats]) -> Floats:
+    def _own(self, number: int) -> Grounds:
+        """The scene's own ground, once for each of a number of starts; other ones for every set."""
+        own = Grounds.nominal(
+            self.request.scene, () if self.request.over is None else self.request.over.names
+        )
+        if self.request.starts is None:
+            return own
+        count = FRESH if number == _STATED else self.options.starts
+        return started(own, self.request.starts, count, 3 * self.options.seed + number)
+
+    def _kept(self, walks: Walks) -> Each:
         """Costs of walks, each made once and kept."""
-        nu = points.shape[1]
 
-        def walked(rows: Floats) -> dict[str, Floats]:
-            own = {path: np.ascontiguousarray(rows[:, nu + i]) for i, path in enumerate(grounds)}
-            return {"costs": self.walks.each(np.ascontiguousarray(rows[:, :nu]), own)}
+        def each(points: Floats, grounds: Mapping[str, Floats]) -> Floats:
+            nu = points.shape[1]
 
-        return self.memo.evaluate(np.column_stack([points, *grounds.values()]), walked)["costs"]
+            def walked(rows: Floats) -> dict[str, Floats]:
+                own = {path: np.ascontiguousarray(rows[:, nu + i]) for i, path in enumerate(grounds)}
+                return {"costs": walks.each(np.ascontiguousarray(rows[:, :nu]), own)}
+
+            lasting = np.full(len(points), walks.duration)
+            asked = np.column_stack([points, *grounds.values(), lasting])
+            return self.memo.evaluate(asked, walked)["costs"]
+
+        return each
 
     def _search(self, goal: _Goal, grounds: Grounds, risk: Risk, share: float, starts: Floats) -> _Found:
         """Search the front of a goal on grounds."""
@@ -211,9 +250,9 @@ class _GaitSearch:
 
         def costs(points: Floats) -> Floats:
             self.progress(self.tried, self.options.candidates, f"{goal.what}, {len(grounds)} grounds")
-            each = self.judge.costs(points, grounds)
+            each = self.quick.costs(points, grounds)
             self.tried += len(points)
-            every.append((self.judge.risked(each, grounds, risk), each[:, 0]))
+            every.append((self.quick.risked(each, grounds, risk), self.quick.nominal(each)))
             return goal.costs(*every[-1])
 
         search = search_of(int(share * self.options.candidates) - len(starts))
@@ -222,58 +261,73 @@ class _GaitSearch:
         unknowns = self.request.unknowns
         points, values = search_front(costs, len(unknowns), unknowns.numbers.circular, search, seed, starts)
         risked, own = (np.concatenate(part) for part in zip(*every, strict=True))
-        return _Found(points, values, risked, own, len(grounds))
+        return _Found(points, values, risked, own)
 
     def design(self) -> GaitFront:
-        """The whole design."""
-        request, own = self.request, self.judge.own
-        none = np.zeros((0, len(request.unknowns)))
-        share = SHARES if self.judge.robust else (1.0, 0.0, 0.0)
-        nominal = self._search(_FRONT, own, NOMINAL, share[0], none)
-        best = nominal.points[_best(nominal.costs)]
-        found, robust, grounds, rounds = nominal, best, own, []
-        if self.judge.robust:
-            starts = nominal.points[along(nominal.costs, STARTS)]
-            found, grounds, rounds = self._judged(_FRONT, starts, own, share[1])
-            goal, limit = _within(float(nominal.own[:, 0].min()), self.options.loss)
-            near = nominal.points[nominal.own[:, 0] <= limit]
-            near = near[farthest(near, request.unknowns.numbers.circular, STARTS)]
-            starts = np.concatenate([best[None], near, found.points[along(found.costs, STARTS)]])
-            compared, grounds, more = self._judged(goal, starts, grounds, share[2])
-            rounds += more
-            best = compared.points[_best(compared.own)]  # the optimum so far is among them
-            goal, _ = _within(float(compared.own[:, 0].min()), self.options.loss)
-            robust = compared.points[goal.pick(goal.costs(compared.risked, compared.own), 1)[0]]
-            found = self._again(found.points[along(found.costs, STARTS)], found, grounds)
-        made, gap = [], np.nan
+        """The whole design: searches by short walks, then what is shown by long ones."""
+        request, loss = self.request, self.options.loss
+        plain, pool, rivals, grounds, rounds = self._candidates()
+        found, made, gap = self._sure(pool, grounds), list[GaitPoint](), np.nan
         for number in range(LAST_LOOKS):
+            others = self._sure(rivals, grounds)
+            best = others.points[_best(others.own)]
+            goal, _ = _within(float(others.own[:, 0].min()), loss)
+            robust = others.points[goal.pick(goal.costs(others.risked, others.own), 1)[0]]
+            robust = robust if self.sure.robust else best
             chosen = np.concatenate([found.points[along(found.costs)], robust[None], best[None]])
-            made, gap, hurt = self._shown(chosen, grounds, number)
+            made, gap, hurt = self._shown(chosen, grounds)
             if not gap > CLOSED or number == LAST_LOOKS - 1:
                 break
             grounds = grounds.with_more(hurt)
             rounds.append(Round("last look", len(grounds), gap))
-            found = self._again(found.points[along(found.costs, STARTS)], found, grounds)
-        plain, _, _ = self._shown(nominal.points[along(nominal.costs)], grounds, None)
+            found = self._sure(pool, grounds)
+        alone = self._sure(plain, self.sure.own)
+        nominal = self._points(plain[along(alone.own)], grounds)
         return GaitFront(
-            request, tuple(made[:-2]), tuple(plain), made[-2], made[-1], grounds, tuple(rounds), gap,
+            request, tuple(made[:-2]), tuple(nominal), made[-2], made[-1], grounds, tuple(rounds), gap,
             found.points, found.costs, self.tried, self.memo.computed, self.memo.reused, self.certificate,
         )  # fmt: skip
 
-    def _again(self, points: Floats, before: _Found, grounds: Grounds) -> _Found:
-        """The candidates at these points judged anew where there are more grounds than they were judged on."""
-        if len(grounds) == before.grounds:
-            return before
-        each = self.judge.costs(points, grounds)
-        costs = self.judge.risked(each, grounds)
-        return _Found(points, costs, costs, each[:, 0], len(grounds))
+    def _candidates(self) -> tuple[Floats, Floats, Floats, Grounds, list[Round]]:
+        """Gaits that short walks find for the nominal front, the front, and the robust gait; the grounds for long ones,
+        and the rounds that made them."""
+        own, loss, circular = self.quick.own, self.options.loss, self.request.unknowns.numbers.circular
+        share = SHARES if self.quick.robust else (1.0, 0.0, 0.0)
+        nominal = self._search(_FRONT, own, NOMINAL, share[0], np.zeros((0, len(self.request.unknowns))))
+        plain = nominal.points[along(nominal.costs, CONFIRMED)]
+        starts = nominal.points[along(nominal.costs, STARTS)]
+        if not self.quick.robust:
+            return plain, starts, plain, self.sure.own, []
+        found, grounds, rounds = self._judged(_FRONT, starts, own, share[1])
+        goal, limit = _within(float(nominal.own[:, 0].min()), loss)
+        near = nominal.points[nominal.own[:, 0] <= limit]
+        near = near[farthest(near, circular, STARTS)]
+        pool = found.points[along(found.costs, STARTS)]
+        compared, grounds, more = self._judged(
+            goal, np.concatenate([plain[:1], near, pool]), grounds, share[2]
+        )
+        goal, _ = _within(float(compared.own[:, 0].min()), loss)
+        near = goal.pick(goal.costs(compared.risked, compared.own), CONFIRMED)
+        lasting = (
+            self.sure.own.with_more(grounds.points()[len(own) :])
+            if self.sure.by_planes
+            else self.sure.fixed(MEAN_GROUNDS)
+        )
+        return plain, pool, np.concatenate([compared.points[near], plain]), lasting, [*rounds, *more]
+
+    def _sure(self, points: Floats, grounds: Grounds) -> _Found:
+        """Candidates judged by long walks."""
+        self.progress(self.tried, self.options.candidates, "walks that confirm")
+        each = self.sure.costs(points, grounds)
+        costs = self.sure.risked(each, grounds)
+        return _Found(points, costs, costs, self.sure.nominal(each))
 
     def _judged(
         self, goal: _Goal, starts: Floats, grounds: Grounds, share: float
     ) -> tuple[_Found, Grounds, list[Round]]:
         """Search the front of a goal under the request's risk, its grounds, and the rounds that made them."""
-        if not self.judge.by_planes:
-            grounds = self.judge.fixed(MEAN_GROUNDS)
+        if not self.quick.by_planes:
+            grounds = self.quick.fixed(MEAN_GROUNDS)
             return self._search(goal, grounds, self.request.risk, share, starts), grounds, []
         found: list[_Found] = []
 
@@ -284,72 +338,74 @@ class _GaitSearch:
 
         first = starts[np.linspace(0, len(starts) - 1, min(goal.attacked, len(starts))).astype(int)]
         look = Look(self.options.look, CLIMB)
-        grounds, rounds, _ = self.judge.close_gap(improve, first, grounds, look, ROUNDS, goal.what)
+        grounds, rounds, _ = self.quick.close_gap(improve, first, grounds, look, ROUNDS, goal.what)
         return found[-1], grounds, rounds
 
-    def _last_look(self, points: Floats, active: Floats, risked: Floats, number: int) -> Attack:
-        """An attack on gaits at points (k, nu), of worst costs (k, no) on active grounds: four times as many grounds as
-        between rounds, and many more by chance, which certify the others: for the gaits that matter most, and for all
-        where that leaves nothing open."""
-        count = self.options.look
-        found = self.judge.attack(points, Look(4 * count, 2 * CLIMB, ISLANDS))
-        known = np.maximum(found.costs, active)
-        looked = np.repeat(known[:, None], CHECK * count, axis=1)
-        first = np.unique([*np.argmin(risked[:-2], axis=0), len(points) - 2, len(points) - 1])
-        for rows in filter(len, (first, np.setdiff1d(np.arange(len(points)), first))):
-            checked = self.judge.attack(points[rows], Look(CHECK * count, 2 * CLIMB, ISLANDS), by_chance=True)
-            looked[rows] = checked.first
-            worse = checked.costs > found.costs[rows]
-            found.costs[rows] = np.where(worse, checked.costs, found.costs[rows])
-            found.grounds[rows] = np.where(worse[:, :, None], checked.grounds, found.grounds[rows])
-            if self._open(active, found) > CLOSED and number < LAST_LOOKS - 1:
-                break  # there will be another look
-        beyond = (excess(known[:, None], looked) > CLOSED).any(axis=2)
-        self.certificate = Certificate(CHECK * count, int(beyond.sum(axis=1).max()))
-        return found
+    def _shown(self, points: Floats, grounds: Grounds) -> tuple[list[GaitPoint], float, Floats]:
+        """Points (k, nu) as gaits, after an attack on them; the gap of all but the last, which is of no front, and the
+        grounds (n, np) that open it."""
+        over, count = self.sure.over, CHECK * self.options.look
+        if not isinstance(over, Unknowns):
+            tried = None
+            if over is not None:
+                tried = self.sure.costs(
+                    points, drawn(over, count, np.random.default_rng([self.options.seed, 37]))
+                )
+            return self._points(points, grounds, tried), np.nan, np.zeros((0, 0))
+        self.progress(self.tried, self.options.candidates, "the last look at the box")
+        active = self.sure.costs(points, grounds).max(axis=1)
+        found = self.sure.attack(points, Look(self.options.look, CLIMB))
+        checked = self.sure.attack(points, Look(count, CLIMB), by_chance=True)
+        beyond = excess(np.maximum(found.costs, active)[:, None], checked.first) > CLOSED
+        self.certificate = Certificate(count, int(beyond.any(axis=2).sum(axis=1).max()))
+        worse = checked.costs > found.costs
+        found = Attack(
+            np.where(worse, checked.costs, found.costs),
+            np.where(worse[:, :, None], checked.grounds, found.grounds), found.tried + checked.tried, found.first,
+        )  # fmt: skip
+        gaps = excess(active, found.costs)[:-1]
+        made = self._points(points, grounds, checked.first, found)
+        if not self.sure.by_planes:
+            return made, np.nan, np.zeros((0, 0))
+        return made, float(gaps.max()), self.sure.hurting(found.grounds[:-1], gaps)
 
-    def _open(self, active: Floats, found: Attack) -> float:
-        """The gap of all gaits but the last, of worst costs (k, no) on active grounds; NaN where none join."""
-        return float(excess(active, found.costs)[:-1].max()) if self.judge.by_planes else np.nan
-
-    def _shown(
-        self, points: Floats, grounds: Grounds, look: int | None
-    ) -> tuple[list[GaitPoint], float, Floats]:
-        """Points (k, nu) as gaits; the gap of all but the last, which is of no front, and the grounds (n, np) that
-        open it. look: number of the attack on them; None for none, and then the worst is that of the grounds."""
+    def _points(
+        self, points: Floats, grounds: Grounds, tried: Floats | None = None, found: Attack | None = None
+    ) -> list[GaitPoint]:
+        """Points (k, nu) as gaits, with the costs (k, n, no) of grounds drawn by chance, of starts on the scene's own
+        one where there are none, and what an attack found worst."""
         request, objectives = self.request, self.request.objectives
-        each = self.judge.costs(points, grounds)
-        risked = self.judge.risked(each, grounds)
-        gap, worst, hurt = np.nan, np.full(risked.shape, np.nan), np.zeros((0, 0))
-        where: list[dict[str, float]] = [{} for _ in points]
-        first = next((j for j, one in enumerate(objectives) if one.grounded), 0)
+        each = self.sure.costs(points, grounds)
+        risked, own = self.sure.risked(each, grounds), self.sure.nominal(each)
+        worst: Floats = np.full(risked.shape, np.nan)
+        where: list[Mapping[str, float]] = [{} for _ in points]
+        if request.starts is not None:
+            fresh = self.sure.costs(points, self._own(_STATED))
+            own, tried = finite(fresh.mean(axis=1)), fresh if tried is None else tried
         if request.over is not None:
-            worst, at = each.max(axis=1), each[:, :, first].argmax(axis=1)
-            named = grounds.each()
-            where = [named[i] for i in at]
-        if look is not None and isinstance(request.over, Unknowns):
-            self.progress(self.tried, self.options.candidates, "the last look at the box")
-            found = self._last_look(points, worst, risked, look)
-            gap = self._open(worst, found)
-            if self.judge.by_planes:
-                hurt = self.judge.hurting(found.grounds[:-1], excess(worst, found.costs)[:-1])
-            for i in np.flatnonzero(found.costs[:, first] > worst[:, first]):
-                where[i] = dict(zip(request.over.names, found.grounds[i, first].tolist(), strict=True))
-            worst = np.maximum(worst, found.costs)
+            first = next((j for j, one in enumerate(objectives) if one.grounded), 0)
+            named, worst = grounds.each(), each.max(axis=1)
+            where = [named[i] for i in each[:, :, first].argmax(axis=1)]
+            if found is not None and isinstance(self.sure.over, Unknowns):
+                for i in np.flatnonzero(found.costs[:, first] > worst[:, first]):
+                    where[i] = dict(zip(self.sure.over.names, found.grounds[i, first].tolist(), strict=True))
+                worst = np.maximum(worst, found.costs)
         priced = any(one.priced for one in objectives)
         plain, recovered = self.walks.energies(points) if priced else np.full((2, len(points)), np.nan)
 
         def values(costs: Floats) -> tuple[float, ...]:
             return tuple(float(one.value(cost)) for one, cost in zip(objectives, costs, strict=True))
 
-        made = [
+        def intervals(costs: Floats) -> tuple[tuple[float, float], ...]:
+            return tuple(tolerance_interval(one.value(costs[:, j])) for j, one in enumerate(objectives))
+
+        return [
             GaitPoint(
-                point, self.walks.changes(point), values(each[i, 0]), values(risked[i]), values(worst[i]),
-                where[i], float(plain[i]), float(recovered[i]),
+                point, self.walks.changes(point), values(own[i]), values(risked[i]), values(worst[i]),
+                where[i], float(plain[i]), float(recovered[i]), intervals((each if tried is None else tried)[i]),
             )
             for i, point in enumerate(points)
         ]  # fmt: skip
-        return made, gap, hurt
 
 
 def search_of(candidates: int) -> FrontSearch:

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,9 @@ from tarsus.base.spec import get_value, with_values
 from tarsus.files.draws import read_draws
 from tarsus.fit.unknowns import Unknown, Unknowns
 from tarsus.model.scene import Scene
+
+if TYPE_CHECKING:
+    from tarsus.orbits.starts import Box
 
 Floats = NDArray[np.float64]
 
@@ -85,6 +88,31 @@ class Grounds:
 
 Over = Unknowns | Grounds
 """What a design is to bear: every ground of a box, each as likely as any other, or a finite number of grounds."""
+
+
+def with_starts(over: Over, starts: Box, seed: int, least: int) -> Over:
+    """Grounds with starts: a box with the axes of a box of starts as further sides; of a finite number of grounds each
+    as often as at least so many walks want, every time with another start."""
+    names, ends = tuple(starts.ends), np.array(list(starts.ends.values()))
+    if isinstance(over, Grounds):
+        times = -(-least // len(over))
+        which = np.tile(np.arange(len(over)), times)
+        along = ends[:, 0] + np.ptp(ends, axis=1) * starts.drawn(len(which), seed)
+        return Grounds({**over.rows(which), **dict(zip(names, along.T, strict=True))}, over.weights[which])
+    size, units = len(names), starts.units()
+    return Unknowns(
+        (*over.names, *names), (*over.units, *units.values()), np.append(over.low, ends[:, 0]),
+        np.append(over.high, ends[:, 1]), np.append(over.log, np.zeros(size, dtype=bool)),
+        (*over.priors, *(None,) * size),
+    )  # fmt: skip
+
+
+def started(own: Grounds, starts: Box, count: int, seed: int) -> Grounds:
+    """One ground, put on so many starts that are spread evenly over their box."""
+    ends = np.array(list(starts.ends.values()))
+    along = ends[:, 0] + np.ptp(ends, axis=1) * starts.drawn(count, seed)
+    same = np.zeros(count, dtype=int)
+    return Grounds({**own.rows(same), **dict(zip(starts.ends, along.T, strict=True))})
 
 
 def spread(box: Unknowns, count: int, seed: int = 0) -> Floats:

@@ -153,7 +153,8 @@ class Certificate:
 class Judge:
     """What candidates of one request are judged by.
 
-    each: see `Each`; own: the scene's own ground; over, risk, seed: of the request; grounded: numbers of the objectives
+    each: see `Each`; own: the scene's own ground, once for every start that its walks have; grounds of candidates begin
+    with it; over, risk, seed: of the request; grounded: numbers of the objectives
     that depend on the ground at all; one: whether one candidate is wanted, not a front: its gap alone has to be closed.
     """
 
@@ -183,18 +184,27 @@ class Judge:
     def risked(self, costs: Floats, grounds: Grounds, risk: Risk | None = None) -> Floats:
         """Costs (n, no) under the request's risk or another one, each objective for itself, of costs (n, ng, no); what
         has no value is the worst."""
+        if (risk or self.risk).tail is None:
+            return self.nominal(costs)
         each = np.moveaxis(costs, 2, 0)
         return finite(np.stack([(risk or self.risk)(one, grounds.weights) for one in each], axis=1))
+
+    def nominal(self, costs: Floats) -> Floats:
+        """Of costs (n, ng, no) those (n, no) on the scene's own ground, the mean of its starts: of the motions that
+        they lead to, by their share."""
+        return finite(costs[:, : len(self.own)].mean(axis=1))
 
     def fixed(self, count: int) -> Grounds:
         """Grounds that a risk averages over: the members, or so many spread over the box."""
         if isinstance(self.over, Grounds):
             return Grounds(
                 {path: np.append(self.own.values[path], own) for path, own in self.over.values.items()},
-                np.append(0.0, self.over.weights),
+                np.append(np.zeros(len(self.own)), self.over.weights),
             )
         assert self.over is not None
-        return self.own.with_more(spread(self.over, count, self.seed))
+        every = self.own.with_more(spread(self.over, count, self.seed))
+        own = np.full(len(self.own), 1.0 / len(self.own))  # the scene's own ground counts once
+        return Grounds(every.values, np.append(own, np.ones(count)))
 
     def attack(self, rows: Floats, look: Look, *, by_chance: bool = False) -> Attack:
         """Search the box for the worst grounds of candidates (k, nx): on the corners and an even spread, or on grounds

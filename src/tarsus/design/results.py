@@ -13,6 +13,7 @@ from tarsus.base.spec import float_paths
 from tarsus.base.units import format_quantity
 from tarsus.files.whole import write_text
 from tarsus.model.scene import Scene
+from tarsus.orbits.starts import UNITS
 from tarsus.tables.table import Table
 
 
@@ -62,9 +63,9 @@ def csv_text(head: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
 
 
 def units_of(scene: Scene, paths: Iterable[str]) -> dict[str, str]:
-    """Unit of every number by path."""
+    """Unit of every number by path; of a height and a speed of starts too."""
     known = float_paths(scene)
-    return {path: known[path].unit if path in known else "1" for path in paths}
+    return {path: known[path].unit if path in known else UNITS.get(path, "1") for path in paths}
 
 
 def values_in_words(values: Mapping[str, float], units: Mapping[str, str]) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,9 @@ from tarsus.measure.switching import rise_squares
 from tarsus.model.drive.waveforms import Constant
 from tarsus.model.scene import Scene
 from tarsus.solve.session import Session
+
+if TYPE_CHECKING:
+    from tarsus.orbits.starts import Box
 
 Floats = NDArray[np.float64]
 
@@ -119,7 +122,7 @@ class Walks:
     """Runs of a walker in which its gait is given; counts them.
 
     unknowns: of the gait; objectives: what walks are scored by; duration [s]: of a run, of which the first third is
-    transient; runs: how many have been made.
+    transient; starts: of the robot, whose axes grounds may have among their paths; runs: how many have been made.
     """
 
     scene: Scene
@@ -127,10 +130,13 @@ class Walks:
     objectives: tuple[WalkObjective, ...]
     duration: float
     threads: Workers = None
+    starts: Box | None = None
     runs: int = 0
 
     def __post_init__(self) -> None:
-        self._session = Session(self.scene)
+        self._sessions = {False: Session(self.scene)}
+        if self.starts is not None:
+            self._sessions[True] = Session(self.starts.scene)
 
     def each(self, points: Floats, grounds: Mapping[str, Floats]) -> Floats:
         """Costs (nr, no) of gaits at points (nr, nu), each on its own ground, values (nr,) by path."""
@@ -164,13 +170,20 @@ class Walks:
         seen: dict[str, Floats] = {}
         if measures:
             self.runs += len(points)
-            vary = {**self.unknowns.changes(points), **grounds}
-            batch = self._session.batch(vary, duration, threads=self.threads)
+            started, own = self._placed(grounds)
+            vary = {**self.unknowns.changes(points), **own}
+            batch = self._sessions[started].batch(vary, duration, threads=self.threads)
             seen = {name: one.value for name, one in batch.measured(measures).items()}
         if any(one.priced for one in self.objectives):
             seen["energy"] = self.energies(points, unsaid=0.0)[1]
             seen["weight"] = self._weight(grounds, len(points))
         return seen
+
+    def _placed(self, grounds: Mapping[str, Floats]) -> tuple[bool, dict[str, Floats]]:
+        """Whether grounds say how the robot starts, and their values (nr,) by path of a scene."""
+        axes = {} if self.starts is None else {p: v for p, v in grounds.items() if p in self.starts.ends}
+        own = {path: values for path, values in grounds.items() if path not in axes}
+        return bool(axes), own if not axes or self.starts is None else {**own, **self.starts.placed(axes)}
 
     def _weight(self, grounds: Mapping[str, Floats], count: int) -> Floats:
         gravity = self.scene.ground.gravity
@@ -214,8 +227,12 @@ class Walks:
         return {path: float(column[0]) for path, column in self.unknowns.changes(point[None]).items()}
 
     def scene_of(self, point: Floats, ground: Mapping[str, float] | None = None) -> Scene:
-        """The scene with the gait at a point (nu,), on a ground with other values by path."""
-        return with_values(self.scene, {**self.changes(point), **(ground or {})})
+        """The scene with the gait at a point (nu,), on a ground with other values by path, put down as these say; it
+        lasts as long as walks do."""
+        started, own = self._placed({path: np.array([value]) for path, value in (ground or {}).items()})
+        placed = {path: float(value[0]) for path, value in own.items()}
+        scene = self._sessions[started].scene
+        return with_values(scene, {**self.changes(point), **placed, "duration": self.duration})
 
 
 def _period_rises(scene: Scene) -> list[float]:
