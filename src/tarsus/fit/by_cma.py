@@ -48,11 +48,10 @@ def cma_es(
         import cma  # pyright: ignore[reportMissingImports]
     except ImportError:
         raise InputError("CMA-ES needs the package cma: pip install 'tarsus[optimise]'") from None
-    first = problem.point(np.full(len(problem.unknowns), 0.5) if start is None else start)
     chosen = {"bounds": [0.0, 1.0], "seed": seed, "verbose": -9, **options}
     if most is not None:
         chosen["maxfevals"] = most
-    strategy = cma.CMAEvolutionStrategy(first, step, chosen)
+    strategy = cma.CMAEvolutionStrategy(problem.point(start), step, chosen)
     while not strategy.stop():
         points = strategy.ask()
         strategy.tell(points, problem.costs(np.array(points)).tolist())

@@ -21,7 +21,7 @@ def minimize(problem: Residuals, start: ArrayLike | None = None, **options: Any)
         The point, its values [SI] and its cost.
     """
     chosen = {"method": "L-BFGS-B", "bounds": _bounds(problem), **options}
-    found = optimize.minimize(problem.cost, _start(problem, start), jac=problem.gradient, **chosen)
+    found = optimize.minimize(problem.cost, problem.point(start), jac=problem.gradient, **chosen)
     x = problem.point(found.x)
     slopes = int(found.get("njev", 0))
     return Found(x, problem.values(x), float(found.fun), int(found.nfev), slopes, str(found.message))
@@ -51,7 +51,3 @@ def differential_evolution(problem: Residuals, **options: Any) -> Found:
 
 def _bounds(problem: Residuals) -> list[tuple[float, float]]:
     return list(zip(*(one.tolist() for one in problem.bounds), strict=True))
-
-
-def _start(problem: Residuals, start: ArrayLike | None) -> np.ndarray:
-    return problem.point(np.full(len(problem.unknowns), 0.5) if start is None else start)

@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
 from tarsus.fit.readers import Reader, ReadSlopes
@@ -17,7 +17,6 @@ from tarsus.solve.engine import Accuracy
 from tarsus.solve.gradients import GradientRun
 from tarsus.solve.simulate import Shared
 
-Floats = NDArray[np.float64]
 Values = Callable[[Floats], Mapping[str, float]]
 """Numbers of the scene by path, of SI values (nu,) of the unknowns."""
 

@@ -9,9 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from tarsus.base.arrays import Floats
 
 JUMP = 5
 """Every fifth generation takes whole differences, which carry a chain from one mode to another (ter Braak 2006)."""
@@ -55,16 +54,3 @@ def chain(
         now, now_cost = np.where(taken[:, None], moved, now), np.where(taken, cost, now_cost)
         states.append(now)
     return np.concatenate(states[len(states) // BURNT :])
-
-
-def spread_over(points: Floats, count: int, first: int = 0) -> list[int]:
-    """Places of up to ``count`` of the points (n, nu), each as far from those before it as can be."""
-    chosen = [first]
-    distance = np.linalg.norm(points - points[first], axis=1)
-    while len(chosen) < min(count, len(points)):
-        place = int(np.argmax(distance))
-        if distance[place] == 0.0:
-            break
-        chosen.append(place)
-        distance = np.minimum(distance, np.linalg.norm(points - points[place], axis=1))
-    return chosen

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.fit.ranges import Range, weighted_quantile
 from tarsus.fit.unknowns import Unknowns
 from tarsus.fit.verdict import LEVEL, cut_ends, verdict_of
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -6,15 +6,16 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.fit.least_squares import least_squares_from
 from tarsus.fit.problem import Problem
 from tarsus.fit.ranges import Range
-from tarsus.fit.residuals import FAILED, Found, Residuals
+from tarsus.fit.residuals import FAILED, Found, Residuals, differences
 from tarsus.fit.terms import Term
 from tarsus.fit.unknowns import Unknown, Unknowns
 from tarsus.fit.verdict import verdict_of
@@ -23,10 +24,7 @@ from tarsus.solve.batch import simulate_batch
 from tarsus.solve.engine import Accuracy
 from tarsus.solve.run import Run
 from tarsus.solve.simulate import RECORDED, Shared, seconds_of
-from tarsus.tables import Column, Table
-from tarsus.tables.table import ROW
-
-Floats = NDArray[np.float64]
+from tarsus.tables.table import ROW, Column, Table, Tabled
 
 NORMAL = 1.959964
 """Standard errors to either side that hold 95 % of a normal distribution."""
@@ -35,8 +33,6 @@ EVEN = 16
 range of each of two unknowns, 32 points miss it in one case of nine."""
 STARTS = 3
 """Starts of a descent: neighbouring valleys of runs whose events differ by one."""
-STEP = 1e-4
-"""Step of differences of runs in the cube: central ones err by the square of it, and by the runs' accuracy over it."""
 
 
 class RunResiduals(Residuals):
@@ -93,18 +89,11 @@ class RunResiduals(Residuals):
         return np.concatenate([np.where(np.isfinite(rows), rows, FAILED), priors], axis=1)
 
     def jacobian(self, x: ArrayLike) -> Floats:
-        at = self.point(x)
-        ahead, behind = (
-            np.minimum(at + STEP * np.eye(len(at)), 1.0),
-            np.maximum(at - STEP * np.eye(len(at)), 0.0),
-        )
-        rows = self.residuals_at(np.concatenate([ahead, behind]))
-        width = (ahead - behind).sum(axis=1)
-        return ((rows[: len(at)] - rows[len(at) :]) / width[:, None]).T
+        return differences(self.residuals_at, self.point(x), np.arange(len(self.unknowns)))
 
 
 @dataclass(frozen=True)
-class FitResult:
+class FitResult(Tabled):
     """A fitted scene: what was found, and the problem it was found for."""
 
     found: Found
@@ -174,12 +163,6 @@ class FitResult:
                 for one in self.ranges
             },
         }  # fmt: skip
-
-    def __str__(self) -> str:
-        return self.table().text()
-
-    def _repr_html_(self) -> str:
-        return self.table().html()
 
 
 def fit(

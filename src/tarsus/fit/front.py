@@ -18,11 +18,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats, Ints
 from tarsus.fit.unknowns import even_points
 from tarsus.fit.valleys import inside
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 Costs = Callable[[Floats], Floats]
 """Costs (n, no) of points (n, nu) of the unit cube, the least the best."""
 
@@ -104,7 +103,7 @@ def crowding(costs: Floats) -> Floats:
     return apart
 
 
-def farthest(points: Floats, around: NDArray[np.bool_], count: int) -> Ints:
+def farthest(points: Floats, around: NDArray[np.bool_] | bool, count: int) -> Ints:
     """Rows of at most ``count`` distinct points (n, nu) of the unit cube, each the farthest from those before it, from
     the first one on. around (nu,): whether the range of an unknown closes on itself."""
     chosen: list[int] = []

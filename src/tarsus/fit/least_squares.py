@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.fit.normal_equations import Descent, NormalEquations, descend
 from tarsus.fit.residuals import Found, Residuals
 from tarsus.fit.uncertainty import uncertainty_of
-
-Floats = NDArray[np.float64]
 
 SETTLED = 1e-6
 """A descent ends where the next step is shorter than this part of a standard error: an exact Jacobian makes the last
@@ -52,8 +51,7 @@ def least_squares(
     >>> found.uncertainty.errors["robot.feet.tip.gap"] < 1e-7
     True
     """
-    first = problem.point(np.full(len(problem.unknowns), 0.5) if start is None else start)
-    return least_squares_from(problem, first[None], rounds, settled)[0]
+    return least_squares_from(problem, problem.point(start)[None], rounds, settled)[0]
 
 
 def least_squares_from(

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from tarsus.base.arrays import Floats
 
 RADII = np.array([2.0, 0.5, 0.1])
 """Regions that are tried at once, in units of the last one: a batch of three runs costs hardly more than one."""

@@ -16,7 +16,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from tarsus.base.arrays import Floats
 
 STUCK = 1e8
 """Damping beyond which a record is left where it is: steps are then 1e-8 of a Gauss-Newton step, far below what any

@@ -7,12 +7,13 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.spec import get_value, with_values
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.fit.case import Case
 from tarsus.fit.readers import OfMeasure
-from tarsus.fit.residuals import FAILED, Residuals
+from tarsus.fit.residuals import FAILED, Residuals, differences
 from tarsus.fit.term_rows import TermRole, TermRows, term_rows_of
 from tarsus.fit.terms import Term
 from tarsus.fit.unknowns import Unknown, Unknowns
@@ -22,13 +23,8 @@ from tarsus.solve.engine import Accuracy
 from tarsus.solve.results import Batch
 from tarsus.solve.simulate import RECORDED, Shared, seconds_of
 
-Floats = NDArray[np.float64]
 Derived = Callable[[Mapping[str, float]], Mapping[str, float]]
 """Further numbers of the scene by path, of the unknowns' SI values by name."""
-
-STEP = 1e-4
-"""Step of differences of runs in the cube, where there is no derivative: central ones err by the square of it, and by
-the runs' accuracy over it, which at that of single runs is 1e-6 of a residual."""
 
 
 class Problem(Residuals):
@@ -48,8 +44,6 @@ class Problem(Residuals):
         Of every run; by default that of single runs.
     derived
         Numbers of the scene that follow from the unknowns, arithmetic that is smooth.
-    threads
-        Worker threads of batches; by default one for each processor that this process may use.
 
     Raises
     ------
@@ -66,11 +60,10 @@ class Problem(Residuals):
         accuracy: Accuracy | None = None,
         *,
         derived: Derived | None = None,
-        threads: int | None = None,
     ) -> None:
         scene = as_scene(scene)
         self.scene, self.terms = scene, tuple(terms)
-        self.seconds, self.accuracy, self.threads = seconds_of(scene, duration), accuracy or RECORDED, threads
+        self.seconds, self.accuracy = seconds_of(scene, duration), accuracy or RECORDED
         self._derived, self._shared = derived, Shared()
         problems: list[str] = []
         for make in (self._set_unknowns, self._set_terms):
@@ -159,9 +152,7 @@ class Problem(Residuals):
         paths = list(dict.fromkeys(path for one in values for path in one))
         own = {path: float(get_value(self.scene, path)) for path in paths}
         vary = {path: np.array([one.get(path, own[path]) for one in values]) for path in paths}
-        batch = simulate_batch(
-            self.scene, vary, self.seconds, accuracy=self.accuracy, threads=self.threads, shared=self._shared
-        )
+        batch = simulate_batch(self.scene, vary, self.seconds, accuracy=self.accuracy, shared=self._shared)
         names = {one.reader.name for one in self._terms if isinstance(one.reader, OfMeasure)}
         measures = {name: one.value for name, one in batch.measured(names).items()} if names else {}
         parts = []
@@ -195,20 +186,10 @@ class Problem(Residuals):
         missing = np.isnan(found)
         if missing.any():
             columns = np.flatnonzero(missing.any(axis=0))
-            found[:, columns] = np.where(
-                missing[:, columns], self._differences(x, columns), found[:, columns]
-            )
+            runs = differences(lambda points: self._simulated(self.unknowns.values(points)), x, columns)
+            found[:, columns] = np.where(missing[:, columns], runs, found[:, columns])
         self._kept_slopes = key, found, tuple(dict.fromkeys(flags))
         return self._kept_slopes[1:]
-
-    def _differences(self, x: Floats, columns: NDArray[np.intp]) -> Floats:
-        """Differences (nr, nc) of the rows by some of the unknowns, of runs to both sides in one batch; at a side of
-        the cube to the inner one."""
-        steps = STEP * np.eye(len(x))[columns]
-        ahead, behind = np.minimum(x + steps, 1.0), np.maximum(x - steps, 0.0)
-        rows = self._simulated(self.unknowns.values(np.concatenate([ahead, behind])))
-        width = (ahead - behind).sum(axis=1)
-        return ((rows[: len(columns)] - rows[len(columns) :]) / width[:, None]).T
 
 
 def _numbers(asked: TermRows, batch: Batch, runs: NDArray[np.intp], measures: Mapping[str, Floats]) -> Floats:

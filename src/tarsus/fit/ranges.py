@@ -6,13 +6,12 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.fit.verdict import LEVEL, Verdict, cut_ends, half_width
 from tarsus.tables.numbers import amount
-
-Floats = NDArray[np.float64]
 
 FEWEST = 20
 """Draws from which an interval is made: of fewer its tails hold half a draw each."""

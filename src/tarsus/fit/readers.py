@@ -8,10 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.solve.gradients import Gradient, GradientRun
 from tarsus.solve.run import Run
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -30,14 +29,10 @@ class ReadSlopes:
 
 @dataclass(frozen=True)
 class OfMeasure:
-    """A measure by name."""
+    """A measure by name, whose value batches have."""
 
     name: str
     count: int = 1
-
-    def numbers(self, run: Run) -> Floats:
-        """Numbers (k,) of a run."""
-        return np.array([run.measures[self.name].value])
 
     def slopes(self, run: GradientRun) -> ReadSlopes:
         """Their derivatives."""

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.quantities import Quantity
 from tarsus.base.spec import get_value, with_values
@@ -31,8 +32,6 @@ from tarsus.solve.contacts import Contacts
 from tarsus.solve.outputs import Output, output_rows, output_slopes
 from tarsus.solve.tangents import Direction, Entering, entering
 from tarsus.solve.window import WindowBatch, WindowGradients, WindowSlopes, WindowStart, simulate_windows
-
-Floats = NDArray[np.float64]
 
 RATES = {
     Quantity.DISPLACEMENT: Quantity.VELOCITY, Quantity.VELOCITY: Quantity.ACCELERATION,
@@ -232,8 +231,11 @@ class RecordProblem:
             [np.inf if p.factor is None else FAR / np.log(p.factor) for p in self.priors.values()]
         )
 
-    def fitted(self, segments: Sequence[Segment], found: Minimum, own: Floats, place: Floats) -> RecordFit:
-        """What a descent came to: starts (nw, q) and numbers (np,)."""
+    def fitted(
+        self, segments: Sequence[Segment], found: Minimum, own: Floats, place: Floats, known: Floats | None = None
+    ) -> RecordFit:  # fmt: skip
+        """What a descent came to: starts (nw, q) and numbers (np,), of which there was the information ``known`` (np,
+        np), of independent standard deviations unless given."""
         flown = self.flown(segments, own, place)
         left = [
             [float(r @ r) / r.size if r.size else np.nan for r in one]
@@ -242,8 +244,9 @@ class RecordProblem:
         width = max(len(one) for one in left)
         pairs = zip(segments, flown.batch.starts, strict=True)
         information = found.equations.reduced()[0].sum(axis=0)
+        before = np.eye(len(information)) if known is None else known
         return RecordFit(
-            flown.values, place, np.asarray(np.linalg.inv(information + np.eye(len(information)))),
+            flown.values, place, np.asarray(np.linalg.inv(information + before)),
             tuple(replace(one, state=np.asarray(at.state, dtype=float), begin=at.t0) for one, at in pairs),
             flown.batch, np.array([[*one, *[np.nan] * (width - len(one))] for one in left]), bool(found.settled.all()),
         )  # fmt: skip

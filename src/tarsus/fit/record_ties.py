@@ -8,16 +8,42 @@ that of one window over the whole record is not. The starts of a record are elim
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.fit.normal_equations import Descent, NormalEquations, descend
 from tarsus.fit.record_problem import Flown, RecordFit, RecordProblem, Segment, free_of
 
-Floats = NDArray[np.float64]
+SETTLED = 0.1
+"""Standard errors to the minimum at which a descent ends: an interval is then as wide to a hundredth, and every step of
+many windows costs as much as their simulation some hundred times."""
+
+
+@dataclass(frozen=True)
+class Knowledge:
+    """What is known of the numbers: centre (np,) and information (np, np), in their standard deviations beforehand."""
+
+    centre: Floats
+    information: Floats
+
+    @classmethod
+    def beforehand(cls, count: int) -> Knowledge:
+        """That of so many numbers before any record."""
+        return cls(np.zeros(count), np.eye(count))
+
+    @classmethod
+    def of(cls, centre: Floats, covariance: Floats) -> Knowledge:
+        """That of numbers with a covariance (np, np)."""
+        return cls(centre, np.asarray(np.linalg.inv(covariance), dtype=np.float64))
+
+    @property
+    def covariance(self) -> Floats:
+        """Covariance (np, np)."""
+        return np.asarray(np.linalg.inv(self.information), dtype=np.float64)
 
 
 def solve_tied(
@@ -28,19 +54,21 @@ def solve_tied(
     *,
     weights: Floats | None = None,
     rounds: int = 12,
+    known: Knowledge | None = None,
 ) -> RecordFit:
     """Fit segments of records, each record's one after the other without gaps and in order.
 
     moved (np,): numbers to begin with; ties (2n,): standard deviations [m, m/s] of a start about the end of the window
-    before; weights (nw,): of the residuals.
+    before; weights (nw,): of the residuals; known: what is known of the numbers, no more than beforehand unless given.
     """
+    before = known or Knowledge.beforehand(len(moved))
     tied = _Tied(problem, tuple(segments), ties, np.ones(len(segments)) if weights is None else weights)
     found = descend(
         lambda own, at, _: tied.equations(own, at), np.zeros((len(tied.of), tied.wide)), moved,
-        prior=(np.zeros(len(moved)), np.eye(len(moved))), costs=lambda own, at, _: tied.costs(own, at),
-        how=Descent(rounds=rounds, far=problem.far),
+        prior=(before.centre, before.information), costs=lambda own, at, _: tied.costs(own, at),
+        how=Descent(rounds=rounds, settled=SETTLED, far=problem.far),
     )  # fmt: skip
-    return problem.fitted(segments, found, tied.each(found.own), found.shared)
+    return problem.fitted(segments, found, tied.each(found.own), found.shared, before.information)
 
 
 class _Tied:

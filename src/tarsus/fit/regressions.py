@@ -12,12 +12,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.fit.normal_equations import NormalEquations, held_step
 from tarsus.fit.residuals import Found, Residuals
-
-Floats = NDArray[np.float64]
 
 APART = 0.1
 """Steps begin at points so far apart (root mean square over the unit cube): a tenth of the bounds, nearer ones have

@@ -6,22 +6,38 @@ Points are those of the *cube*: every unknown runs from 0 at its lower bound to 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.fit.uncertainty import Uncertainty, uncertainty_of
 
 if TYPE_CHECKING:
     from tarsus.fit.unknowns import Unknowns
 
-Floats = NDArray[np.float64]
 
 FAILED = 1e3
 """Residual of what a run does not have, or did not reach its end for: beyond every other, and finite, so that a search
 can go on."""
+
+
+STEP = 1e-4
+"""Step of differences of runs in the cube: central ones err by the square of it, and by the runs' accuracy over it,
+which at that of single runs is 1e-6 of a residual."""
+
+
+def differences(rows_at: Callable[[Floats], Floats], x: Floats, which: NDArray[np.intp]) -> Floats:
+    """Differences (nr, nc) of rows by some coordinates of the cube, of points to both sides of x (nu,) in one batch; at
+    a side of the cube to the inner one. rows_at: rows (n, nr) at points (n, nu)."""
+    steps = STEP * np.eye(len(x))[which]
+    ahead, behind = np.minimum(x + steps, 1.0), np.maximum(x - steps, 0.0)
+    rows = rows_at(np.concatenate([ahead, behind]))
+    width = (ahead - behind).sum(axis=1)
+    return ((rows[: len(which)] - rows[len(which) :]) / width[:, None]).T
 
 
 class Residuals(ABC):
@@ -77,9 +93,11 @@ class Residuals(ABC):
         at = self.point(x)
         return uncertainty_of(self.jacobian(at), self.unknowns, at)
 
-    def point(self, x: ArrayLike) -> Floats:
-        """A point (nu,) as floats within the cube."""
-        return np.clip(np.asarray(x, dtype=float), 0.0, 1.0)
+    def point(self, x: ArrayLike | None) -> Floats:
+        """A point (nu,) as floats within the cube; its middle where none is given."""
+        return np.clip(
+            np.full(len(self.unknowns), 0.5) if x is None else np.asarray(x, dtype=float), 0.0, 1.0
+        )
 
     def values(self, x: ArrayLike) -> dict[str, float]:
         """SI values by name at a point (nu,) of the cube."""

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.base.spec import float_paths, with_values
@@ -18,8 +18,6 @@ from tarsus.fit.terms import Goal, Number, Reading, Samples, Term, Value
 from tarsus.measure.measure import no_measure
 from tarsus.model.scene import Scene
 from tarsus.solve.offered import offered
-
-Floats = NDArray[np.float64]
 
 
 class TermRole(Enum):

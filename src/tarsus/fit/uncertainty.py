@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
+
 if TYPE_CHECKING:
     from tarsus.fit.unknowns import Unknowns
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

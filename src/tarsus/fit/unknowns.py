@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.messages import PathErrors, nearest
 from tarsus.base.spec import Description, float_paths
 from tarsus.base.units import parse_quantity
 from tarsus.model.scene import Scene
 
-Floats = NDArray[np.float64]
 Value = float | str
 """A number in SI, or a text with a unit."""
 

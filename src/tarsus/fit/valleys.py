@@ -14,10 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats, Ints
 from tarsus.fit.unknowns import even_points
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 Cost = Callable[[Ints, Floats], Floats]
 """Costs (n,) of points (n, nu) of the unit cube, each in the family of its number (n,)."""
 

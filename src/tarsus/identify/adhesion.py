@@ -14,17 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import nnls
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.identify.detachment import Detachments
-from tarsus.identify.draws import newton_draws, within
+from tarsus.identify.draws import by_group, newton_draws, within
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.film import FilmFit
 from tarsus.identify.step import Residual, StepResult, Used, points_and_line
 from tarsus.identify.touchdown import ContactDurations, seen_contacts, simulated_contacts
 from tarsus.model.drive.waveforms import Waveform
 from tarsus.records.excluded import Excluded, Exclusion
-
-Floats = NDArray[np.float64]
 
 PATHS = ("ground.adhesion.initial", "ground.adhesion.rate")
 BOUNDS = ((0.0, np.inf), (0.0, np.inf))
@@ -128,20 +127,12 @@ def _fit(film: FilmFit, contacts: ContactDurations, seed: int) -> StepResult:
         PATHS,
         line.values,
         samples,
-        residuals=(
-            Residual(
-                "pull-off forces about the line",
-                "N",
-                float(np.sqrt(np.mean(rest**2))),
-                float(np.sqrt(np.mean(error**2))),
-                len(rest),
-            ),
-        ),
+        residuals=(Residual.of("pull-off forces about the line", "N", rest, error),),
         used=(Used("detachments", int(kept.sum()), len(kept)),),
         left_out=left,
         panels=panels,
         bounds=dict(zip(PATHS, reached, strict=True)),
-        files=frozenset(offs.traces[offs.items[int(r)].trace].file for r in np.flatnonzero(kept)),
+        files=offs.chosen(kept).files,
     )
 
 
@@ -201,11 +192,9 @@ def _draws(
 ) -> Floats:
     """Lines (draws, 2) as events scatter, with the pulls moved as earlier steps may be wrong (draws, n)."""
     design = np.column_stack([np.ones_like(duration), duration])
-    numbers, which = np.unique(groups, return_inverse=True)
     weighted = line.weights[:, None] * design
     pairs = np.einsum("na,nb->nab", weighted, design)
     parts = weighted * (pull - design @ line.free)[:, None]
-    information = np.array([pairs[which == k].sum(axis=0) for k in range(len(numbers))])
-    score = np.array([parts[which == k].sum(axis=0) for k in range(len(numbers))])
+    information, score = by_group(groups, pairs, parts)
     from_before = np.linalg.solve(design.T @ weighted, weighted.T @ pulls.T).T
     return line.free + newton_draws(information, score, seed) + from_before

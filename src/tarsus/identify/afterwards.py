@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from functools import partial
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -24,18 +25,21 @@ from tarsus.identify.checks import (
 from tarsus.identify.draws import DRAWS
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.foot import FootModel
-from tarsus.identify.heldout import Comparison, compare
+from tarsus.identify.heldout import Comparison, InAir, compare, compare_in_air
 from tarsus.identify.landing import LandingVerdict, judge_landing
-from tarsus.identify.pairs import InAir, compare_in_air
 from tarsus.identify.step import Shift, failures
 from tarsus.identify.steps import STEPS
 from tarsus.identify.surroundings import ground_checks, hum_checks
+from tarsus.identify.traces import Trace
+from tarsus.model.drive.waveforms import Waveform
 from tarsus.model.laws.landing import AnyLanding
 from tarsus.records.excluded import Excluded
 from tarsus.records.purpose import Purpose
 
 if TYPE_CHECKING:
     from tarsus.identify.chain import StepRunner
+
+Kind = TypeVar("Kind")
 
 _FILM = "ground.film.coefficient"
 _ADHESION = next(one for one in STEPS if one.name == "adhesion")
@@ -94,36 +98,39 @@ def _draw_over(chain: StepRunner, landings: Iterable[AnyLanding]) -> None:
 
 def held_out(chain: StepRunner) -> list[Comparison]:
     """Held-out records against simulations of the identified device."""
-    out: list[Comparison] = []
-    traces, unknown = chain.traces(Purpose.VALIDATION), _unknown(chain)
-    if traces and unknown:
+    unknown = _unknown(chain)
+    if chain.traces(Purpose.VALIDATION) and unknown:
         more = f" and {len(unknown) - 1} more numbers" if len(unknown) > 1 else ""
         chain.remark(f"held-out records are not simulated: {unknown[0]}{more} not known from these data")
-        return out
-    model, signals = chain.known.model(), chain.signals(Purpose.VALIDATION)
-    for trace in traces:
-        chain.report(f"validating on {trace.set}")
-        try:
-            if trace.set not in signals:
-                raise InputError("its set states no signal to simulate")
-            out.append(compare(model, trace, signals[trace.set], chain.ground()[0]))
-        except InputError as error:
-            chain.evidence.left_out.extend(Excluded(trace.file, "", said) for said in error.problems)
-    return out
+        return []
+    model = chain.known.model()
+    return _simulated(
+        chain,
+        Purpose.VALIDATION,
+        "validating on",
+        lambda trace, signal: compare(model, trace, signal, chain.ground()[0]),
+    )
 
 
 def in_the_air(chain: StepRunner) -> list[InAir]:
     """Records in the air against the identified structure and drive."""
-    out: list[InAir] = []
     if "hysteresis" not in chain.steps:
-        return out
-    signals = chain.signals(Purpose.AIR)
-    for trace in chain.traces(Purpose.AIR):
-        chain.report(f"in the air, {trace.set}")
+        return []
+    model = chain.known.model()
+    return _simulated(chain, Purpose.AIR, "in the air,", partial(compare_in_air, model))
+
+
+def _simulated(
+    chain: StepRunner, purpose: Purpose, doing: str, find: Callable[[Trace, Waveform], Kind]
+) -> list[Kind]:
+    """What is found of each record of a purpose with its drive; one that cannot be simulated is left out."""
+    out, signals = list[Kind](), chain.signals(purpose)
+    for trace in chain.traces(purpose):
+        chain.report(f"{doing} {trace.set}")
         try:
             if trace.set not in signals:
                 raise InputError("its set states no signal to simulate")
-            out.append(compare_in_air(chain.known.model(), trace, signals[trace.set]))
+            out.append(find(trace, signals[trace.set]))
         except InputError as error:
             chain.evidence.left_out.extend(Excluded(trace.file, "", said) for said in error.problems)
     return out

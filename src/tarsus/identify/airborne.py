@@ -14,10 +14,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.signal import lfilter
 
+from tarsus.base.arrays import Complexes, Floats
 from tarsus.base.errors import InputError
 from tarsus.base.events import IMPACTS
 from tarsus.base.spec import with_values
@@ -31,9 +31,6 @@ from tarsus.model.standing import rest_state
 from tarsus.records.measurement import Quantity
 from tarsus.records.purpose import IN_AIR
 from tarsus.solve import ResultCode, simulate
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 
 FINE = 4
 """Steps a sample on which forces beside the drive's are held: of what a difference leaves, a percent is enough."""

@@ -18,13 +18,13 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 from scipy.signal import lfilter
 
+from tarsus.base.arrays import Floats
 from tarsus.fit.verdict import LEVEL
 from tarsus.identify.airborne import AirRecord, moving, response
 from tarsus.identify.checks import GROUND, LAW, LOAD, STRUCTURE, SURE
 from tarsus.identify.estimates import Estimates
 from tarsus.model.drive.laws import PrandtlIshlinskii
 
-Floats = NDArray[np.float64]
 Columns = Callable[[AirRecord], list[Floats]]
 
 _WIDE = 30.0
@@ -61,16 +61,9 @@ class Difference:
     together: int = 1
 
 
-def _displacements_late(air: AirRecord) -> list[Floats]:
-    return [air.seen(-20e-6 * air.moved[1], 0.0)]
-
-
-def _velocities_late(air: AirRecord) -> list[Floats]:
-    return [air.seen(0.0, -20e-6 * air.moved[2])]
-
-
-def _all_late(air: AirRecord) -> list[Floats]:
-    return [air.seen(-20e-6 * air.moved[1], -20e-6 * air.moved[2])]
+def _late(x: float, v: float) -> Columns:
+    """So many times 20 us by which displacements and velocities are late."""
+    return lambda air: [air.seen(-20e-6 * x * air.moved[1], -20e-6 * v * air.moved[2])]
 
 
 def _clock_off(air: AirRecord) -> list[Floats]:
@@ -151,17 +144,17 @@ DIFFERENCES = (
     Difference(
         "displacements late",
         "the displacements are {:.3g} us late behind the voltage: a delay of their channels",
-        _displacements_late, 20.0, _DRIVEN,
+        _late(1.0, 0.0), 20.0, _DRIVEN,
     ),
     Difference(
         "velocities late",
         "the velocities are {:.3g} us late behind the voltage: a delay of their channels",
-        _velocities_late, 20.0, _ALL,
+        _late(0.0, 1.0), 20.0, _ALL,
     ),
     Difference(
         "all late",
         "all motion is {:.3g} us late behind the voltage: a delay, or a low-pass filter, between the two",
-        _all_late, 20.0, _ALL,
+        _late(1.0, 1.0), 20.0, _ALL,
     ),
     Difference(
         "clock", "the clock of the motion is {:.3g} ppm slower than that of the voltage", _clock_off, 1e3, _ALL

@@ -21,7 +21,9 @@ def assessed(found: Identification) -> Assessment | None:
     """
     known = found.known
     taken = {path for step in found.steps.values() for path in step.taken}
-    moving = (np.std(known.samples, axis=0) > 0.0) & np.array([path not in taken for path in known.paths])
+    moving = (np.std(known.samples, axis=0) > 0.0) & np.array(
+        [path not in taken for path in known.paths], dtype=bool
+    )
     names = tuple(path for path, yes in zip(known.paths, moving, strict=True) if yes)
     if not names:
         return None

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.fit.normal_equations import Descent, NormalEquations, descend
 from tarsus.identify.draws import DRAWS
 from tarsus.identify.flight import FilmConstants, FlightSide, FlownStretches, Moment, Stretches, equations_of
@@ -25,13 +26,11 @@ from tarsus.identify.volts import jumps_of
 from tarsus.impacts.detection import impacts_at_ground
 from tarsus.records.excluded import Excluded
 
-Floats = NDArray[np.float64]
-
 LONGEST = 20
 """Samples on each side of an impact that are fitted at most."""
 
 FEWEST = 5
-"""Samples there must be on each side."""
+"""Samples of free flight there must be on each side, so that no other contact hides between them."""
 
 _DESCENT = Descent(rounds=15)
 """Fifteen rounds: an impact that needs more is no single one, and `sound` looks whether it has settled."""
@@ -41,29 +40,40 @@ def find_bounces(traces: Sequence[Trace], foot: str, level: float) -> tuple[list
     """Impacts with a rebound in records, and those that cannot be used, with the reason.
 
     An impact lies between two samples, at most two apart, at which the foot approaches and departs; between
-    impacts, and between an impact and a stretch on the ground, there must be samples enough."""
+    impacts, and between an impact and a stretch on the ground, there must be samples enough. A jump of the drive, whose
+    moment no sample tells, ends what is fitted; one sample on that side is enough where the other has the rest, for
+    all coordinates of the state are measured."""
     found: list[Moment] = []
     left: list[Excluded] = []
     for number, trace in enumerate(traces):
         k = trace.point(foot)
         x, v = trace.x[k] - level, trace.v[k]
         impacts, slow = impacts_at_ground(x, v, trace.noise_x[k], trace.noise_v[k], trace.step)
-        # a place on the ground, an impact or a jump of the drive ends the flight on either side
-        ends = np.unique(np.concatenate([impacts, np.flatnonzero(slow), jumps_of(trace.volts)]))
-        for i in impacts:
-            earlier, later = ends[ends < i], ends[ends > i]
-            before = int(i - earlier[-1]) if len(earlier) else int(i) + 1
-            after = int(later[0] - i) if len(later) else len(v) - 1 - int(i)
-            if min(before, after) < FEWEST:
-                side = "before" if before < after else "after"
-                text = (
-                    f"the impact at {trace.time[i]:.5g} s has only {min(before, after)} samples of free "
-                    f"flight {side} it"
-                )
-                left.append(Excluded(trace.file, foot, text))
+        # a place on the ground or an impact ends the flight on either side, a jump of the drive what is fitted of it
+        contacts = np.unique(np.concatenate([impacts, np.flatnonzero(slow)]))
+        jumps = jumps_of(trace.volts)
+        ends = np.unique(np.concatenate([contacts, jumps]))
+        for i in impacts.tolist():
+            free = _beside(contacts, i, len(v))
+            fitted = (0, 0) if i in jumps else _beside(ends, i, len(v))
+            few = min(free)
+            if few >= FEWEST and min(fitted) > 0 and sum(fitted) >= 2 * FEWEST:
+                found.append(Moment(number, i, min(fitted[0], LONGEST), min(fitted[1], LONGEST)))
                 continue
-            found.append(Moment(number, int(i), min(before, LONGEST), min(after, LONGEST)))
+            side = "before" if free[0] < free[1] else "after"
+            text = f"the impact at {trace.time[i]:.5g} s has only {few} samples of free flight {side} it"
+            if few >= FEWEST:
+                text = f"the drive jumps {min(fitted)} samples from the impact at {trace.time[i]:.5g} s"
+            left.append(Excluded(trace.file, foot, text))
     return found, left
+
+
+def _beside(ends: NDArray[np.intp], last: int, count: int) -> tuple[int, int]:
+    """Samples before and after an impact, the last sample before which is given, to the nearest of some ends."""
+    k = int(np.searchsorted(ends, last))
+    before = last - int(ends[k - 1]) if k else last + 1
+    k = int(np.searchsorted(ends, last, side="right"))
+    return before, int(ends[k]) - last if k < len(ends) else count - 1 - last
 
 
 @dataclass(frozen=True)
@@ -116,14 +126,7 @@ class Bounces(Stretches[Moment]):
             found.own, found.own[:, [-1, -2]], covariance, chi, tuple(residuals), bounced.changes, inverse
         )
 
-    def about(
-        self,
-        model: FootModel,
-        film: FilmConstants,
-        unknowns: Floats,
-        free: bool,
-        offsets: Floats | None = None,
-    ) -> NormalEquations:
+    def about(self, model: FootModel, film: FilmConstants, unknowns: Floats, free: bool) -> NormalEquations:
         """Normal equations of impacts at their unknowns (ni, q) and what they share: the logarithms of the film's
         coefficient and thickness, then the displacement offsets [m] of the points in every record with impacts."""
         residuals, slopes, _ = Bounced(self, model, free).flown(unknowns, film.law())
@@ -184,14 +187,6 @@ class Bounced(FlownStretches[Moment]):
             speed = np.linalg.lstsq(basis, last[points:] - along * approach, rcond=None)[0]
             out.append([late, *at, *speed, *np.zeros(beside), approach, departure])
         return np.array(out)
-
-
-def fewer(bounces: Sequence[Moment], most: int) -> list[Moment]:
-    """At most ``most`` of the bounces, evenly from all."""
-    if len(bounces) <= most:
-        return list(bounces)
-    picked = np.unique(np.linspace(0, len(bounces) - 1, most).round().astype(int))
-    return [bounces[int(i)] for i in picked]
 
 
 @dataclass(frozen=True)

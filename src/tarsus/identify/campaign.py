@@ -219,7 +219,8 @@ def _missing(campaign: Campaign, folder: Path) -> list[str]:
         return ["records: expected at least one set of records"]
     if any((folder / file).is_file() for file in files):
         return []
-    return [f"records: none of its {len(files)} files is there, the first is '{folder / files[0]}'"]
+    what = "no file matches" if is_pattern(files[0]) else "there is no file"
+    return [f"records: none of the files that it names is there: {what} '{folder / files[0]}'"]
 
 
 def _unknown(campaign: Campaign, scene: Scene) -> list[str]:
@@ -266,6 +267,8 @@ def read_records(opened: Opened, name: str) -> list[RecordFile]:
     for file in one.files:
         path = opened.folder / file
         twin = next((known for known in earlier if _same(path, opened.folder / known)), None)
+        if any(one.file == twin != file and one.record is None for one in out):
+            twin = None  # what is wrong with both is worth more than that they are alike
         if not path.is_file():
             nothing = "no file matches it" if is_pattern(file) else "there is no such file"
             what = "is a folder" if path.is_dir() else f"is missing: {nothing}"

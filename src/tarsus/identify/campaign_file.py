@@ -38,7 +38,8 @@ def _whole(name: str, sets: Mapping[str, Any], above: tuple[str, ...]) -> Any:
         return one
     where = f"records.{name}.like"
     if like not in sets:
-        raise PathErrors([(where, f"there is no set of records '{like}'{nearest(like, sets)}")])
+        others = [one for one in sets if one != name]
+        raise PathErrors([(where, f"there is no set of records '{like}'{nearest(like, others)}")])
     if like in (*above, name):
         raise PathErrors([(where, f"'{like}' is like '{name}' itself")])
     other = _whole(like, sets, (*above, name))

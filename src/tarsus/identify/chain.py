@@ -12,6 +12,7 @@ import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import together
+from tarsus.base.progress import Progress
 from tarsus.base.spec import float_paths
 from tarsus.base.threads import single_threaded
 from tarsus.identify.campaign import Opened, RecordFile, read_campaign
@@ -27,7 +28,6 @@ from tarsus.identify.traces import Trace
 from tarsus.model.drive.waveforms import Waveform
 from tarsus.records.purpose import Purpose
 
-Progress = Callable[[int, int, str], None]
 Kind = TypeVar("Kind")
 
 _MESSAGES = 10
@@ -77,11 +77,11 @@ class StepRunner:
         used = {file for step in self.steps.values() for file in step.files}
         used |= {one.file for step in self.steps.values() for one in step.left_out}
         self.evidence.close(used | {one.file for one in (*comparisons, *in_air)})
-        if not self.steps:
-            raise InputError(
-                [f"{one.name} was not done: {said}" for one in self.not_done for said in one.reasons]
-                or ["no step could be done"]
-            )
+        if not self.steps and not any(r.record is not None for r in self.evidence.readings):
+            raise InputError([
+                *(f"excluded: {one}" for one in together([str(one) for one in self.evidence.left_out])),
+                *(f"{one.name} was not done: {said}" for one in self.not_done for said in one.reasons),
+            ] or ["no step could be done"])  # fmt: skip
         return Identification(
             opened=self.opened, readings=tuple(self.evidence.readings), left_out=tuple(self.evidence.left_out),
             steps=self.steps, not_done=tuple(self.not_done), known=self.known, level=self.evidence.level,
@@ -133,7 +133,8 @@ class StepRunner:
             return
         if reasons:
             self._forget(step.name)
-            self.not_done.append(NotDone(step.name, (*earlier, *reasons, *trouble.sentences())))
+            said = dict.fromkeys((*earlier, *reasons, *trouble.sentences()))
+            self.not_done.append(NotDone(step.name, tuple(said)))
             return
         if step.name in self.steps:
             self.known = self.known.without(self.steps.pop(step.name))
@@ -181,7 +182,8 @@ class StepRunner:
                 shown = path.rpartition(".")[2]
                 raise InputError(
                     f"it needs the {part}: {why}, and the {shown} of the device "
-                    f"{'are placeholders' if shown.endswith('s') else 'is a placeholder'}"
+                    f"{'are placeholders' if shown.endswith('s') else 'is a placeholder'}; record {records} (purpose "
+                    f"'{purpose.value}'), or state there what is known"
                 )
             self.remark(f"{why}: the {part} is that of the device file, as if it were certain")
 
@@ -243,21 +245,6 @@ class StepRunner:
 def identify(
     campaign: Opened | str | os.PathLike[str], seed: int = 1, progress: Progress | None = None
 ) -> Identification:
-    """Identify a device from the records of a campaign.
-
-    Parameters
-    ----------
-    campaign
-        Its file (campaign.toml) or the folder that holds it, or what `tarsus.identify.campaign.read_campaign` gave.
-    seed
-        Of the draws.
-    progress
-        Called as ``progress(done, total, what)``.
-
-    Raises
-    ------
-    InputError
-        With every problem of the campaign; if no step could be done at all, with every reason.
-    """
+    """Identify a device from the records of one campaign, as the verb does (`tarsus.identify.verb.identify`)."""
     opened = campaign if isinstance(campaign, Opened) else read_campaign(campaign)
     return StepRunner.of(opened, seed, progress).run()

@@ -12,13 +12,12 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tarsus.fit.verdict import LEVEL
 from tarsus.identify.draws import within
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.one_more import OneMore, in_a_line
-from tarsus.identify.restitution import BOUNDS, BounceStudy
+from tarsus.identify.restitution import BOUNDS, TURN, BounceStudy, variance_of
 from tarsus.identify.step import PREFERRED, UNDECIDED, Alternative, Check, StepResult
 from tarsus.records.excluded import Exclusion
 
@@ -27,7 +26,6 @@ if TYPE_CHECKING:
     from tarsus.identify.heldout import Comparison
     from tarsus.identify.instruments import Instruments
 
-Floats = NDArray[np.float64]
 
 STRUCTURE, LOAD, LAW, GROUND = "robot.structure.", ".load.", ".law.", "ground."
 """Parts of paths: what a check or a difference from the model touches."""
@@ -162,13 +160,12 @@ def with_speed(step: StepResult, study: BounceStudy, seed: int) -> StepResult:
     """Restitution with the hypothesis that it depends on the speed of the impact, by its logarithm: the draws of its
     share are those of an impact's speed each."""
     departure, approach = study.fitted.speeds[:, 0], -study.fitted.speeds[:, 1]
-    turn = np.array([[1.0, -1.0], [-1.0, 1.0]])
     middle = float(np.sum(departure * approach) / np.sum(approach**2))
-    row = np.array([1.0, -middle])
-    error = np.sqrt(np.einsum("a,nab,b->n", row, study.fitted.covariance * turn, row))
+    error = np.sqrt(variance_of(study.fitted.covariance * TURN, middle))
     speed = np.log(approach / np.exp(np.mean(np.log(approach))))
     groups = [one.trace for one in study.bounces.items]
-    found = in_a_line(np.column_stack([approach, approach * speed]), departure, error, groups, seed)
+    design = np.column_stack([approach, approach * speed])
+    found = in_a_line(design, departure, error, groups, seed, study.shared)
     if found is None:
         return step
     off = np.random.default_rng([seed, 29]).choice(found.value * speed, len(step.samples))
@@ -218,7 +215,8 @@ def _answers(
     """The model as it is and a hypothesis beside it, where they are weighed against each other at all."""
     if found.decided and found.weight < 0.5:
         return ()
-    figure = f"chi-squared of records left out lower by {found.gain:.3g}"
+    way = "higher" if found.gain < 0.0 else "lower"
+    figure = f"chi-squared of records left out {way} by {abs(found.gain):.3g} with '{names[1]}'"
     word = PREFERRED if found.decided else UNDECIDED
     return (
         Alternative(

@@ -14,11 +14,10 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.signal import resample
 
+from tarsus.base.arrays import Floats
 from tarsus.identify.with_error import WithError
 from tarsus.model.drive.waveforms import SweptSine
 from tarsus.records.measurement import Measurement, Quantity
-
-Floats = NDArray[np.float64]
 
 PACE = 1e-6
 """Share that is taken off at least: in a record of two seconds it moves the end by two microseconds."""

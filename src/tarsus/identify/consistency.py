@@ -10,16 +10,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import convolve1d
 from scipy.signal import firwin
 
+from tarsus.base.arrays import Floats
 from tarsus.identify.traces import Trace
 from tarsus.identify.volts import jumps_of
 from tarsus.records.excluded import Excluded
-
-Floats = NDArray[np.float64]
 
 _SPANS = (8, 32, 128, 512)
 """Samples over which displacements are compared with the integral of the velocity; the span at which the two are most

@@ -13,8 +13,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.fit.normal_equations import Descent, NormalEquations, descend
-from tarsus.identify.bounce import BounceFit, Bounces, fewer, find_bounces, known_offsets
+from tarsus.identify.bounce import BounceFit, Bounces, find_bounces, known_offsets
 from tarsus.identify.detachment import WORST
 from tarsus.identify.electrostatics import FILM, combinations_of
 from tarsus.identify.estimates import Estimates
@@ -23,8 +24,7 @@ from tarsus.identify.foot import FootModel
 from tarsus.identify.restitution import FEWEST, MOST, sound
 from tarsus.identify.step import StepResult, Used
 from tarsus.identify.traces import Trace
-
-Floats = NDArray[np.float64]
+from tarsus.records.excluded import evenly
 
 _SHARES = (0.0, -1.0, 1.0, -2.0, 2.0)
 """Places tried first, in standard deviations: 95 % of what was known."""
@@ -63,7 +63,7 @@ def film_by_impacts(
         return known, _unchanged(step, f"{len(found)} can be used, {FEWEST} are needed")
     model = known.model()
     free = model.scene.ground.impact is not None
-    bounces = Bounces(traces, fewer(found, MOST), level[0])
+    bounces = Bounces(traces, evenly(found, MOST), level[0])
     seen = np.log(np.column_stack([step.draws(path) for path in FILM]))
     value, covariance = np.log([step.value(path) for path in FILM]), np.cov(seen.T)
     begun, passed = _begun(model, bounces, free, value, covariance)
@@ -73,7 +73,7 @@ def film_by_impacts(
         )
     place, fitted = begun
     model = model.changed(dict(zip(FILM, np.exp(place).tolist(), strict=True)))
-    good = sound(model, bounces, fitted)[2]
+    good = sound(model, bounces, fitted).good
     if np.count_nonzero(good) < FEWEST:
         text = f"{np.count_nonzero(good)} of {len(good)} are single ones between free motions, {FEWEST} are needed"
         return known, _unchanged(step, text)
@@ -84,11 +84,11 @@ def film_by_impacts(
     narrower = np.linalg.cholesky(spread) @ np.linalg.inv(np.linalg.cholesky(covariance))
     new = place + (seen - value) @ narrower.T
     moved = _moved(known, seen, covariance, new, place - value)
-    files = {traces[bounces.items[int(r)].trace].file for r in np.flatnonzero(good)}
     if passed:
         text = f"Of {len(_SHARES)} films tried first, some let no flight be followed to the ground: {passed}."
         step = replace(step, notes=(*step.notes, text))
-    return moved, _with(step, moved, close, Used("impacts, for the film", int(good.sum()), len(found)), files)
+    used = Used("impacts, for the film", int(good.sum()), len(found))
+    return moved, _with(step, moved, close, used, bounces.chosen(good).files)
 
 
 def _unchanged(step: StepResult, why: str) -> StepResult:
@@ -172,7 +172,7 @@ def _determined(
 
 
 def _with(
-    step: StepResult, moved: Estimates, close: Sequence[Trace], used: Used, files: set[str]
+    step: StepResult, moved: Estimates, close: Sequence[Trace], used: Used, files: frozenset[str]
 ) -> StepResult:
     """The step with the numbers that it and the impacts tell together."""
     own = [moved.paths.index(path) for path in step.paths]

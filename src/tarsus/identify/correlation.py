@@ -7,15 +7,22 @@ from itertools import combinations, product
 from math import gcd
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.fit.ranges import Range
 from tarsus.fit.verdict import LEVEL, WIDTH
 
-Floats = NDArray[np.float64]
-
 _STEEPEST = 20.0
 """Largest ratio of two exponents in a product: beyond, one number is so much better known that it ties nothing."""
+GAIN = 3.0
+"""Times by which a product or sum, with the exponent or weight of the parameter in question 1, must be narrower than
+the parameter itself, beside being as narrow as a determined number (`tarsus.fit.verdict.WIDTH`)."""
+_PARTNERS = 2
+"""Largest number of other parameters in a product."""
+_POWER = 4
+"""Largest whole exponent that is tried."""
+SLACK = 1.5
+"""Times by which whole exponents may be wider than the fitted ones."""
 
 
 @dataclass(frozen=True)
@@ -46,22 +53,6 @@ class Combination:
         return " * ".join(name if power == 1.0 else f"{name}^{power:.3g}" for name, power in ordered)
 
 
-@dataclass(frozen=True)
-class ParameterCombinations:
-    """What counts as parameters that data determine together only: a product of powers, or a sum, that is as narrow as
-    a determined number (`tarsus.fit.verdict.WIDTH`), with the exponent or weight of the parameter in question 1.
-
-    gain: times by which it must be narrower than the parameter itself; partners: largest number of other parameters in
-    a product; power: largest whole exponent that is tried; slack: times by which whole exponents may be wider than the
-    fitted ones.
-    """
-
-    gain: float = 3.0
-    partners: int = 2
-    power: int = 4
-    slack: float = 1.5
-
-
 def correlation(u: Floats) -> Floats:
     """Pearson's correlations (np, np) of draws (ns, np); NaN for a parameter that does not vary."""
     spread = u.std(axis=0)
@@ -69,14 +60,12 @@ def correlation(u: Floats) -> Floats:
         return np.cov(u, rowvar=False, ddof=0).reshape(len(spread), -1) / np.outer(spread, spread)
 
 
-def find_exponents(
-    u: Floats, j: int, others: list[int], ties: ParameterCombinations
-) -> list[tuple[Floats, bool]]:
+def find_exponents(u: Floats, j: int, others: list[int]) -> list[tuple[Floats, bool]]:
     """Products of powers with parameter j that a cloud of points holds within `WIDTH`.
 
     Fewest partners first: for every set of them the exponents that leave least of ``u_j`` (least squares) are tried,
     and the narrowest set decides. Its exponents are then those of the smallest singular value of the cloud, and
-    preferred to them are the smallest whole numbers that are as narrow, within ``ties.slack`` or a fifth of
+    preferred to them are the smallest whole numbers that are as narrow, within ``SLACK`` or a fifth of
     `WIDTH`.
 
     Parameters
@@ -96,7 +85,7 @@ def find_exponents(
     """
     v = u - np.median(u, axis=0)
     own = float(_half_width(v[:, [j]])[0])
-    for size in range(1, ties.partners + 1):
+    for size in range(1, _PARTNERS + 1):
         best: tuple[float, list[int], Floats] | None = None
         for chosen in combinations(others, size):
             columns = [j, *chosen]
@@ -108,21 +97,19 @@ def find_exponents(
             width = float(_half_width(v[:, columns] @ powers[:, None])[0])
             if best is None or width < best[0]:
                 best = (width, columns, powers)
-        if best is not None and best[0] <= min(WIDTH, own / ties.gain):
-            return _preferred(v, best[1], best[2], own, ties)
+        if best is not None and best[0] <= min(WIDTH, own / GAIN):
+            return _preferred(v, best[1], best[2], own)
     return []
 
 
-def find_weight(
-    x: Floats, j: int, others: list[int], ties: ParameterCombinations
-) -> tuple[int, float, float] | None:
+def find_weight(x: Floats, j: int, others: list[int]) -> tuple[int, float, float] | None:
     """The sum ``x_j + w x_k``, ``w x_k`` of the sign of x_j, that a cloud of points holds within `WIDTH`.
 
     Parameters
     ----------
     x
         Parameters (ns, np), each of one sign.
-    j, others, ties
+    j, others
         As for `find_exponents`.
 
     Returns
@@ -140,7 +127,7 @@ def find_weight(
         if weight * np.sign(x[0, j] * x[0, k]) <= 0.0:
             continue
         left = float(_half_width(total[:, None])[0])
-        if left <= min(WIDTH * abs(middle), own / ties.gain) and (best is None or left < best[2]):
+        if left <= min(WIDTH * abs(middle), own / GAIN) and (best is None or left < best[2]):
             best = (k, weight, left)
     return best
 
@@ -150,22 +137,20 @@ def left_over(u: Floats, j: int, powers: Floats) -> float:
     return float(_half_width((u @ powers)[:, None])[0]) / abs(float(powers[j]))
 
 
-def _preferred(
-    v: Floats, columns: list[int], regressed: Floats, own: float, ties: ParameterCombinations
-) -> list[tuple[Floats, bool]]:
+def _preferred(v: Floats, columns: list[int], regressed: Floats, own: float) -> list[tuple[Floats, bool]]:
     """Exponents (np,) in order of preference, for the first of some columns."""
     cloud = v[:, columns]
     across = np.linalg.svd(cloud - cloud.mean(axis=0), full_matrices=False)[2][-1]
     fitted = regressed
     if abs(across[0]) > 1e-3 * np.abs(across).max():
         turned = across / across[0]
-        if _half_width(cloud @ turned[:, None])[0] <= ties.slack * _half_width(cloud @ regressed[:, None]):
+        if _half_width(cloud @ turned[:, None])[0] <= SLACK * _half_width(cloud @ regressed[:, None]):
             fitted = turned
-    if np.abs(fitted).min() < 0.5 / ties.power**2:  # a partner that hardly matters
+    if np.abs(fitted).min() < 0.5 / _POWER**2:  # a partner that hardly matters
         fitted = regressed
     narrowest = float(_half_width(cloud @ fitted[:, None])[0])
-    allowed = min(max(ties.slack * narrowest, 0.2 * WIDTH), WIDTH, own / ties.gain)
-    whole = _whole(np.sign(fitted), ties.power)
+    allowed = min(max(SLACK * narrowest, 0.2 * WIDTH), WIDTH, own / GAIN)
+    whole = _whole(np.sign(fitted), _POWER)
     widths = _half_width(cloud @ (whole / whole[:, :1]).T)
     fine = np.flatnonzero(widths <= allowed)
     out = []

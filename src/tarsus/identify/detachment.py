@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.fit.normal_equations import Descent, NormalEquations, descend
 from tarsus.identify.flight import (
     FilmConstants,
@@ -25,8 +26,6 @@ from tarsus.identify.foot import FootModel
 from tarsus.identify.traces import Hold, Trace, holds
 from tarsus.impacts.detection import STILL
 from tarsus.records.excluded import Excluded
-
-Floats = NDArray[np.float64]
 
 LONGEST = 0.025
 """Time [s] of a flight that is fitted at most."""

@@ -6,10 +6,10 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.stats import norm, t, truncnorm
 
-Floats = NDArray[np.float64]
+from tarsus.base.arrays import Floats
 
 DRAWS = 400
 """Draws of every step."""
@@ -29,6 +29,13 @@ def student(groups: float) -> float:
     if groups <= 1.5:
         return np.inf
     return float(np.sqrt(groups / (groups - 1.0)) * t.ppf(0.975, groups - 1.0) / NORMAL)
+
+
+def by_group(groups: ArrayLike, *rows: Floats) -> tuple[Floats, ...]:
+    """Sums (ng, ...) of rows (n, ...) over the groups that they are of, by the number (n,) of each."""
+    numbers, which = np.unique(groups, return_inverse=True)
+    parts = [which == k for k in range(len(numbers))]
+    return tuple(np.array([one[part].sum(axis=0) for part in parts]) for one in rows)
 
 
 def newton_draws(information: Floats, score: Floats, seed: int, prior: Floats | None = None) -> Floats:
@@ -131,9 +138,7 @@ def within(
     return values, samples, tuple(open_ends)
 
 
-def carried(
-    estimate: Callable[[Floats], Floats], values: Floats, samples: Floats, step: float = 1.0
-) -> Floats:
+def carried(estimate: Callable[[Floats], Floats], values: Floats, samples: Floats) -> Floats:
     """What the uncertainty of earlier parameters does to an estimate: deviations (draws, p), one a draw of theirs.
 
     The estimate is taken as linear in them over their spread, or in their logarithms where they are known to a factor
@@ -148,8 +153,6 @@ def carried(
         Of the earlier parameters (q,).
     samples
         Their draws (draws, q).
-    step
-        Standard deviations to move by.
     """
     base = np.asarray(estimate(values), dtype=float)
     scaled = _by_factors(values, samples)
@@ -174,8 +177,8 @@ def carried(
         one = spread[k] / np.sqrt(len(samples))
         direction = np.zeros(len(values))
         direction[used] = right[k] * one * size[used]
-        moved = np.asarray(estimate(back(even(values) + step * direction)), dtype=float) - base
-        out += np.outer(left[:, k] * np.sqrt(len(samples)), moved / step)
+        moved = np.asarray(estimate(back(even(values) + direction)), dtype=float) - base
+        out += np.outer(left[:, k] * np.sqrt(len(samples)), moved)
     return out
 
 

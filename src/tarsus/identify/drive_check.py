@@ -11,13 +11,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.identify.volts import jumps_of
 from tarsus.identify.with_error import WithError
 from tarsus.model.drive.waveforms import Waveform
-
-Floats = NDArray[np.float64]
 
 _GAIN = 0.03
 """Factor of the size: amplifiers are specified to a few percent, and a wrong unit or range is off by more."""
@@ -97,6 +95,11 @@ class DriveFit:
     smooth: bool
     fitted: Floats
 
+    def meant(self, signal: Waveform, rest: float, time: Floats, step: float) -> Floats:
+        """Volts (nt,) of the drive that was meant, with all of these, at times [s] of a record with this step."""
+        own = _meant(signal, rest, step, self.pace.value * time - self.late.value)
+        return self.gain.value * own + self.offset.value
+
     def unrounded(self, volts: Floats) -> Floats:
         """Volts (ns,) that were recorded, or what they were before they were rounded, where the fit says no more and no
         less than they do: a smooth drive of many digits, nowhere farther from it than rounding takes it."""
@@ -124,8 +127,7 @@ class _Case:
 
     def meant(self, late: float, pace: float, time: Floats | None = None) -> Floats:
         """Volts that were meant, at times of the record."""
-        since = pace * (self.time if time is None else time) - self.rest - late + 1e-6 * self.step
-        return np.where(since < 0.0, 0.0, self.signal.volts(np.maximum(since, 0.0)))
+        return _meant(self.signal, self.rest, self.step, pace * (self.time if time is None else time) - late)
 
     def averaged(self, values: Floats) -> Floats:
         """Running means (ns,)."""
@@ -134,6 +136,12 @@ class _Case:
         half = self.running // 2
         summed = np.cumsum(np.concatenate([[0.0], np.pad(values, half, mode="edge")]))
         return (summed[self.running :] - summed[: -self.running]) / self.running
+
+
+def _meant(signal: Waveform, rest: float, step: float, time: Floats) -> Floats:
+    """Volts of a drive that begins after a rest; a sample that a jump falls on, by rounding, is behind it."""
+    since = time - rest + 1e-6 * step
+    return np.where(since < 0.0, 0.0, signal.volts(np.maximum(since, 0.0)))
 
 
 def fit_drive(volts: Floats, step: float, rest: float, signal: Waveform) -> DriveFit | None:
@@ -364,6 +372,8 @@ def cut_short(record: float, rest: float, step: float, signal: Waveform) -> str 
     needed, lasts = stated_length(signal), record - rest
     if lasts >= needed - max(_LATE * step, _CUT * needed):
         return None
+    if lasts <= 0.0:
+        return f"the record lasts {record:.4g} s, and the rest before the drive that the campaign states {rest:.4g} s"
     return (
         f"the record ends {lasts:.4g} s after the drive begins, and the drive that the campaign states takes "
         f"{needed:.4g} s: is the file cut short?"

@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.fit.normal_equations import Descent, NormalEquations, descend
 from tarsus.identify.draws import DRAWS, carried, newton_draws
@@ -30,9 +30,7 @@ from tarsus.identify.foot import FootModel
 from tarsus.identify.step import Panel, StepResult, Used, measured_and_fitted, over_noise
 from tarsus.identify.traces import Trace
 from tarsus.identify.volts import Volts
-from tarsus.records.excluded import Excluded
-
-Floats = NDArray[np.float64]
+from tarsus.records.excluded import Excluded, evenly
 
 FILM = ("ground.film.coefficient", "ground.film.thickness")
 ATTRACTION = ("ground.electrostatic.coefficient", "ground.electrostatic.offset")
@@ -273,7 +271,7 @@ def _panels(
 ) -> tuple[Panel, ...]:
     k = model.points.index(model.foot_point)
     panels = []
-    for r in np.unique(np.linspace(0, len(close.traces) - 1, _SHOWN).round().astype(int)):
+    for r in evenly(range(len(close.traces)), _SHOWN):
         trace = close.traces[r]
         time = trace.time[close.first[r] : close.first[r] + close.counts[r]]
         gap = model.gap if trace.gap is None else trace.gap

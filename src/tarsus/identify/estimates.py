@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.identify.draws import DRAWS
 from tarsus.identify.foot import FootModel
 from tarsus.identify.step import StepResult
-
-Floats = NDArray[np.float64]
 
 PLACEHOLDER = "Placeholder, to be identified."
 """Origin of a number of a device that a campaign is to find."""

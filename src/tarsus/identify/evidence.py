@@ -72,7 +72,7 @@ class Evidence:
         for name, one in self.opened.campaign.records.items():
             if one.purpose in (Purpose.MODAL, Purpose.WALKING):
                 continue
-            traces = [trace for r in self.readings if r.set == name for trace in self._trace(name, r)]
+            traces = [trace for r in self.readings if r.set == name for trace in self._trace(r)]
             if one.purpose in _REPEATED:
                 traces = self._without(traces, odd_ones(traces))
             self.traces.setdefault(one.purpose, []).extend(traces)
@@ -89,34 +89,34 @@ class Evidence:
         used = [trace for purpose in purposes for trace in self.traces.get(purpose, [])]
         if self.instruments is None or not self.instruments.delaying:
             return used
-        files, out = {one.file for one in used}, []
-        for r in self.readings:
-            if r.file in files and r.record is not None and r.record.drive is not None:
-                one, record = (
-                    self.opened.campaign.records[r.set],
-                    self.instruments.prompt.taken_off(r.record, False),
-                )
-                points, pace = self.opened.model.points, self.instruments.slow
-                trace = trace_of(record, points, r.set, r.record.drive, one.rest, one.gap, 0.0, pace)
-                out.append(replace(trace, file=r.file))
-        return out
+        files, prompt = {one.file for one in used}, self.instruments.prompt
+        return [
+            self._traced(r, prompt.taken_off(r.record, False), 0.0)
+            for r in self.readings
+            if r.file in files and r.record is not None and r.record.drive is not None
+        ]
 
-    def _trace(self, name: str, reading: RecordFile) -> list[Trace]:
+    def _trace(self, reading: RecordFile) -> list[Trace]:
         """The record of a file, if it has one whose channels belong together."""
-        one, record = self.opened.campaign.records[name], self.record(reading)
+        record = self.record(reading)
         if record is None or record.drive is None:
             return []
-        late, pace = (
-            (0.0, 0.0) if self.instruments is None else (self.instruments.late, self.instruments.slow)
-        )
-        points = self.opened.model.points
         try:
-            trace = trace_of(record, points, name, record.drive, one.rest, one.gap, late, pace)
+            trace = self._traced(reading, record, 0.0 if self.instruments is None else self.instruments.late)
         except InputError as error:
             self.left_out += [excluded_of(reading.file, said) for said in error.problems]
             return []
-        trace = replace(trace, file=reading.file)
         return self._without([trace], not_together(trace))
+
+    def _traced(self, reading: RecordFile, record: Measurement, late: float) -> Trace:
+        """A record, so late [s] and by a clock as slow as its instruments', as a trace of its file."""
+        one, pace = (
+            self.opened.campaign.records[reading.set],
+            self.instruments.slow if self.instruments else 0.0,
+        )
+        points, drive = self.opened.model.points, record.drive or ""
+        trace = trace_of(record, points, reading.set, drive, one.rest, one.gap, late, pace)
+        return replace(trace, file=reading.file)
 
     def _without(self, traces: Sequence[Trace], wrong: Sequence[Excluded]) -> list[Trace]:
         self.left_out += wrong

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.identify.detachment import (
     PRIOR,
@@ -22,14 +22,12 @@ from tarsus.identify.detachment import (
     find_detachments,
     weak,
 )
-from tarsus.identify.draws import DRAWS, carried, newton_draws
+from tarsus.identify.draws import DRAWS, by_group, carried, newton_draws
 from tarsus.identify.estimates import PLACEHOLDER, Estimates
 from tarsus.identify.foot import FootModel
 from tarsus.identify.step import Panel, Residual, StepResult, Used, measured_and_fitted, over_noise
 from tarsus.identify.traces import Trace
-from tarsus.records.excluded import Excluded, Exclusion
-
-Floats = NDArray[np.float64]
+from tarsus.records.excluded import Excluded, Exclusion, enough, evenly
 
 PATHS = ("ground.film.coefficient", "ground.film.thickness")
 MOST = 120
@@ -94,14 +92,8 @@ def identify_film(
         raise InputError(
             f"{files}: channel '{model.foot_point}' shows no detachment with a free flight after it"
         )
-    if len(items) > MOST:
-        text = f"{len(items) - MOST} of {len(items)} detachments, evenly from all: {MOST} are enough"
-        count = len(items) - MOST
-        left.append(
-            Excluded("all records of ramped squares", model.foot_point, text, count, Exclusion.ENOUGH)
-        )
-        picked = np.unique(np.linspace(0, len(items) - 1, MOST).round().astype(int))
-        items = [items[int(i)] for i in picked]
+    items, others = enough(items, MOST, "detachments", "all records of ramped squares", model.foot_point)
+    left += others
     offs = Detachments(traces, items, level)
     rough = offs.fit(model, _first_guess(model), fixed=True)
     near_enough = rough.chi < max(_ROUGH * WORST, _ROUGH * float(np.median(rough.chi)))
@@ -125,7 +117,8 @@ def identify_film(
     fitted = offs.fit(model, whole.film, start=whole.unknowns[good], about=_first_guess(model))
     step, pulls = _result(model, known, offs, fitted, seed)
     used = Used("detachments", len(offs.items), found)
-    return FilmFit(_with(step, left, used), model.foot_point, offs, fitted, pulls)
+    step = replace(step, left_out=tuple(left), used=(used,))
+    return FilmFit(step, model.foot_point, offs, fitted, pulls)
 
 
 def wide_film(model: FootModel, seed: int) -> StepResult:
@@ -146,10 +139,6 @@ def wide_film(model: FootModel, seed: int) -> StepResult:
     )  # fmt: skip
 
 
-def _with(step: StepResult, left: Sequence[Excluded], used: Used) -> StepResult:
-    return replace(step, left_out=tuple(left), used=(used,))
-
-
 def _first_guess(model: FootModel) -> FilmGuess:
     """A film that damps the foot as much as the structure's first mode does, half a gap thick."""
     return FilmGuess(float(np.log(model.like_damping)), float(np.log(0.5 * model.gap)))
@@ -158,10 +147,7 @@ def _first_guess(model: FootModel) -> FilmGuess:
 def _result(
     model: FootModel, known: Estimates, offs: Detachments, fitted: FittedDetachments, seed: int
 ) -> tuple[StepResult, Floats]:
-    groups = np.array([one.trace for one in offs.items])
-    numbers = np.unique(groups)
-    information = np.array([fitted.information[groups == g].sum(axis=0) for g in numbers])
-    score = np.array([fitted.score[groups == g].sum(axis=0) for g in numbers])
+    information, score = by_group([one.trace for one in offs.items], fitted.information, fitted.score)
     own = newton_draws(information, score, seed, weak())
     centre, about = np.array([fitted.film.stiffness, fitted.film.thickness]), _first_guess(model)
 
@@ -187,7 +173,7 @@ def _result(
         combinations={"C / g0^3": (ratio, stiffness, "N s/m")},
         residuals=_residuals(offs, fitted),
         panels=_panels(model, offs, fitted),
-        files=frozenset(offs.traces[one.trace].file for one in offs.items),
+        files=offs.files,
     )
     return step, pulls
 
@@ -204,10 +190,9 @@ def _residuals(offs: Detachments, fitted: FittedDetachments) -> tuple[Residual, 
 
 def _panels(model: FootModel, offs: Detachments, fitted: FittedDetachments) -> tuple[Panel, ...]:
     k = model.points.index(model.foot_point)
-    picked = np.unique(np.linspace(0, len(offs.items) - 1, _SHOWN).round().astype(int))
     panels = []
-    for r in picked:
-        one = offs.items[int(r)]
+    for r in evenly(range(len(offs.items)), _SHOWN):
+        one = offs.items[r]
         trace = offs.traces[one.trace]
         part = slice(one.first, one.first + one.after)
         time = trace.time[part] - trace.time[one.first] + fitted.unknowns[r, 0]

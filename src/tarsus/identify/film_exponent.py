@@ -12,23 +12,19 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.fit.verdict import LEVEL
+from tarsus.identify.adhesion import PATHS as PULLS
 from tarsus.identify.detachment import Released
-from tarsus.identify.film import FilmFit
+from tarsus.identify.draws import by_group
+from tarsus.identify.film import PATHS, FilmFit
 from tarsus.identify.flight import SUBSTEPS, equations_of
 from tarsus.identify.foot import FootModel
 from tarsus.identify.one_more import FEWEST, OneMore, one_more
 from tarsus.identify.step import PREFERRED, UNDECIDED, Alternative, Check
 
-Floats = NDArray[np.float64]
-
 _ASSUMED, _OTHER = 3.0, 2.0
-PATHS = ("ground.film.coefficient", "ground.film.thickness")
-_PULLS = ("ground.adhesion.initial", "ground.adhesion.rate")
-"""What comes of the pulls at which the same flights begin: flights under another force than the film's tell them wrong
-as well, as on a ground that gives way."""
 
 
 def with_exponent(film: FilmFit, found: OneMore, seed: int) -> FilmFit:
@@ -56,8 +52,9 @@ def with_exponent(film: FilmFit, found: OneMore, seed: int) -> FilmFit:
             Alternative("exponent of the film", f"{value:g}", weight, said, value == _ASSUMED, word, change)
         )
     cause = f"the exponent of the film is {_OTHER:g} rather than {_ASSUMED:g} (as one more unknown {said})"
+    # flights under another force than the film's, as on a ground that gives way, tell their first pulls wrong as well
     check = Check(
-        "weight of the other exponent of the film", share, LEVEL, paths=(*PATHS, *_PULLS), cause=cause
+        "weight of the other exponent of the film", share, LEVEL, paths=(*PATHS, *PULLS), cause=cause
     )
     step = replace(
         step, combinations={**step.combinations, "C / g0^3": (ratio, drawn, unit)}, notes=notes,
@@ -79,17 +76,14 @@ def film_exponent(model: FootModel, film: FilmFit, seed: int) -> OneMore | None:
     seed
         Of the draws.
     """
-    records = np.array([one.trace for one in film.offs.items])
-    numbers = np.unique(records)
-    if len(numbers) < FEWEST:
+    records = [one.trace for one in film.offs.items]
+    if len(set(records)) < FEWEST:
         return None
     released, guess = Released(film.offs, model), film.fitted.film
     residuals, slopes, _ = released.flown(film.fitted.unknowns, guess.law)
     whole = [np.vstack([one, trace]) for one, trace in zip(slopes, _traces(released, film), strict=True)]
     system = equations_of(residuals, whole, film.fitted.unknowns.shape[1])
-    each, right = system.reduced()
-    information = np.array([each[records == k].sum(axis=0) for k in numbers])
-    score = np.array([right[records == k].sum(axis=0) for k in numbers])
+    information, score = by_group(records, *system.reduced())
     found = one_more(information, score, seed, _OTHER - _ASSUMED)
     return None if found is None else replace(found, value=_ASSUMED + found.value)
 

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import null_space
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.fit.normal_equations import NormalEquations
 from tarsus.identify.foot import FootModel
@@ -34,7 +35,6 @@ __all__ = [
     "of_model",
 ]  # fmt: skip
 
-Floats = NDArray[np.float64]
 
 _REACH = 8
 """Samples beside a flight in which its moment may lie: more than a guess is ever off."""
@@ -101,6 +101,11 @@ class Stretches(Generic[Item]):
             raise InputError("records that are fitted together are sampled at different rates")
         self.step = self.traces[items[0].trace].step
         self.volts = {k: Volts.of(self.traces[k].volts) for k in numbers} if volts is None else volts
+
+    @property
+    def files(self) -> frozenset[str]:
+        """Files of which there is one."""
+        return frozenset(self.traces[one.trace].file for one in self.items)
 
     def chosen(self, keep: NDArray[np.bool_]) -> Self:
         """Some of them."""

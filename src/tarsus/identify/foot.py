@@ -8,15 +8,13 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.base.spec import with_values
 from tarsus.model.drive.laws import VoltageLaw
 from tarsus.model.drive.waveforms import Waveform
 from tarsus.model.scene import Scene
 from tarsus.model.standing import rest_state
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

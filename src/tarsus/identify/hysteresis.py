@@ -10,11 +10,11 @@ place of the contact as seen from the rest."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.identify.draws import DRAWS, carried, newton_draws
 from tarsus.identify.estimates import Estimates
@@ -26,8 +26,6 @@ from tarsus.identify.traces import Trace
 from tarsus.identify.volts import Volts
 from tarsus.model.drive.laws import PrandtlIshlinskii
 from tarsus.records.excluded import Excluded
-
-Floats = NDArray[np.float64]
 
 _INDEPENDENT = 1e-3
 """Part of the gains that a combination of points must keep when the ground holds the foot: below, it says nothing of
@@ -43,10 +41,17 @@ _FEWEST = 50
 @dataclass(frozen=True)
 class Shares:
     """Participations of the coordinates but the first in a modal load (n - 1,), as known before the loops, with their
-    covariance (n - 1, n - 1); that of the first is the unit of the drive's force."""
+    covariance (n - 1, n - 1) and draws (draws, n - 1); that of the first is the unit of the drive's force. Of a load at
+    points, which is known, there are none."""
 
     values: Floats
     covariance: Floats
+    draws: Floats
+
+    @classmethod
+    def none(cls) -> Shares:
+        """Of a load at points."""
+        return cls(np.zeros(0), np.zeros((0, 0)), np.zeros((DRAWS, 0)))
 
 
 @dataclass(frozen=True)
@@ -86,19 +91,18 @@ class LoopFit:
     loops: Loops
     model: FootModel
     level: float
-    shares: Shares | None
+    shares: Shares
     paths: tuple[str, ...]
     values: Floats
     own: Floats
 
-    def again(self, model: FootModel, level: float, shares: Floats | None) -> Floats:
+    def again(self, model: FootModel, level: float, shares: Floats) -> Floats:
         """Parameters (p,) for another structure [of the model], contact level [m] and known shares (n - 1,)."""
-        known = None if self.shares is None or shares is None else Shares(shares, self.shares.covariance)
-        return _estimate(model, self.loops, level, known)
+        return _estimate(model, self.loops, level, replace(self.shares, values=shares))
 
 
 def fit_loops(
-    model: FootModel, traces: Sequence[Trace], level: float | None, shares: Shares | None, seed: int
+    model: FootModel, traces: Sequence[Trace], level: float | None, shares: Shares, seed: int
 ) -> LoopFit:
     """Fit the drive's law, and its participations, to static records.
 
@@ -112,7 +116,7 @@ def fit_loops(
     level
         Contact level of the foot from the rest [m]; None if it never touches: then the rest is taken as neutral.
     shares
-        What is known of a modal load; None for a load at points, which is known.
+        What is known of a modal load.
     seed
         Of the draws.
 
@@ -134,13 +138,9 @@ def fit_loops(
     )
 
 
-def _paths(model: FootModel, shares: Shares | None) -> tuple[str, ...]:
+def _paths(model: FootModel, shares: Shares) -> tuple[str, ...]:
     before = f"robot.drives.{model.drive}"
-    own = (
-        ()
-        if shares is None
-        else tuple(f"{before}.load.participation.{k + 1}" for k in range(len(shares.values)))
-    )
+    own = (f"{before}.load.participation.{k + 1}" for k in range(len(shares.values)))
     return (*own, *(f"{before}.law.{name}" for name in law_names(model.law)))
 
 
@@ -183,22 +183,18 @@ def _check_reach(model: FootModel, traces: Sequence[Trace]) -> None:
         )
 
 
-def _estimate(model: FootModel, loops: Loops, level: float, shares: Shares | None) -> Floats:
-    found = np.zeros(0)
-    if shares is not None:
-        found = _shared(model, loops, shares)
-        model = with_shares(model, found)
-    return np.concatenate([found, _law(model, loops, level)])
+def _estimate(model: FootModel, loops: Loops, level: float, shares: Shares) -> Floats:
+    found = _shared(model, loops, shares)
+    return np.concatenate([found, _law(with_shares(model, found), loops, level)])
 
 
-def _own(model: FootModel, loops: Loops, shares: Shares | None, values: Floats, seed: int) -> Floats:
+def _own(model: FootModel, loops: Loops, shares: Shares, values: Floats, seed: int) -> Floats:
     """Deviations (draws, p) by the scatter of the scores of blocks."""
-    count, split = len(loops.blocks), 0 if shares is None else len(shares.values)
-    known = model if shares is None else with_shares(model, values[:split])
-    inside = values[split + 1 :]
+    count, split = len(loops.blocks), len(shares.values)
+    known, inside = with_shares(model, values[:split]), values[split + 1 :]
     rows = split + len(inside)
     information, score, prior = np.zeros((count, rows, rows)), np.zeros((count, rows)), np.zeros((rows, rows))
-    if shares is not None:
+    if split:
         prior[:split, :split] = np.linalg.inv(shares.covariance)
         information[:, :split, :split], score[:, :split] = _about_shares(known, loops)
     size = np.ones(rows)
@@ -212,7 +208,7 @@ def _own(model: FootModel, loops: Loops, shares: Shares | None, values: Floats, 
         information[:, split:, split:] += (w @ w) * one.by_block(basis[:, :, None] * basis[:, None], count)
         score[:, split:] += one.by_block(basis * left[:, None], count)
     moves = newton_draws(information, score, seed, prior) / size
-    if shares is not None:
+    if split:
         given = values[:split]
         moves[:, split:] += carried(
             lambda s: _law(with_shares(model, s), loops, 0.0)[1:], given, given + moves[:, :split]
@@ -220,7 +216,7 @@ def _own(model: FootModel, loops: Loops, shares: Shares | None, values: Floats, 
     return np.insert(moves, split, -moves[:, split:] @ loops.rest[1:], axis=1)
 
 
-def _with(model: FootModel, values: Floats, shares: Shares | None) -> FootModel:
+def _with(model: FootModel, values: Floats, shares: Shares) -> FootModel:
     """The model with a drive as estimated: participations (n - 1,), if they are looked for, then the law's (p,)."""
     return model.changed(dict(zip(_paths(model, shares), values.tolist(), strict=True)))
 
@@ -235,6 +231,8 @@ def _shared(model: FootModel, loops: Loops, shares: Shares) -> Floats:
     """Participations (n - 1,) from what was known, and from the direction in which free points move together.
 
     The points' free motion is along ``by_drive``, linear in the participations; what lies across it is noise."""
+    if not len(shares.values):
+        return shares.values
     prior, found = np.linalg.inv(shares.covariance), shares.values
     for _ in range(_STEPS):
         information, score = _about_shares(with_shares(model, found), loops)
@@ -281,44 +279,25 @@ def identify_hysteresis(
     known: Estimates,
     traces: Sequence[Trace],
     level: tuple[float, float] | None,
-    shares: Shares | None,
-    share_draws: Floats,
+    shares: Shares,
     seed: int,
 ) -> StepResult:
     """The step: `fit_loops`, with draws over blocks and of everything the loops rely on.
 
-    Parameters
-    ----------
-    known
-        What was found before: the structure, with draws.
-    traces
-        Static records.
-    level
-        Contact level from the rest with its standard error [m]; None if the foot never touches.
-    shares, share_draws
-        Participations known before, with draws (draws, n - 1); None for a load at points.
-    seed
-        Of the draws.
-
-    Raises
-    ------
-    InputError
-        As `fit_loops`.
+    known: what was found before, the structure, with draws; level: with its standard error [m]. The others, and what is
+    raised, are as `fit_loops` has them.
     """
     at = None if level is None else level[0]
     fit = fit_loops(known.model(), traces, at, shares, seed)
     count, split = len(known.values), len(known.values) + 1
     random = np.random.default_rng([seed, 7])
     moved = fit.level + (0.0 if level is None else level[1]) * random.standard_normal(DRAWS)
-    given = np.zeros(0) if shares is None else shares.values
-    before = np.concatenate([known.samples, moved[:, None], share_draws], axis=1)
+    before = np.concatenate([known.samples, moved[:, None], shares.draws], axis=1)
 
     def again(values: Floats) -> Floats:
-        return fit.again(
-            known.model(values[:count]), float(values[count]), values[split:] if len(given) else None
-        )
+        return fit.again(known.model(values[:count]), float(values[count]), values[split:])
 
-    from_before = carried(again, np.concatenate([known.values, [fit.level], given]), before)
+    from_before = carried(again, np.concatenate([known.values, [fit.level], shares.values]), before)
     panels, residuals = _shown(_with(fit.model, fit.values, shares), fit)
     samples = sum(len(block.index) for block in fit.loops.blocks)
     notes = ()
@@ -348,7 +327,7 @@ def identify_hysteresis(
         panels=panels,
         notes=notes,
         files=frozenset(block.source.file for block in fit.loops.blocks),
-        taken=() if level is not None else fit.paths[len(given) : len(given) + 1],
+        taken=() if level is not None else fit.paths[len(shares.values) :][:1],
     )
 
 
@@ -363,15 +342,8 @@ def _shown(model: FootModel, fit: LoopFit) -> tuple[tuple[Panel, ...], tuple[Res
         for k, point in enumerate(model.points):
             fitted = model.by_drive[k] * force[index]
             rest = trace.x[k, index] - fitted
-            residuals.append(
-                Residual(
-                    f"{trace.file}, {point} in the air",
-                    "m",
-                    float(np.sqrt(np.mean((rest - rest.mean()) ** 2))),
-                    float(trace.noise_x[k]),
-                    len(rest),
-                )
-            )
+            label, noise = f"{trace.file}, {point} in the air", float(trace.noise_x[k])
+            residuals.append(Residual.of(label, "m", rest - rest.mean(), noise))
             if number == 0:
                 volts = trace.volts[index]
                 for title, shown, axis in (

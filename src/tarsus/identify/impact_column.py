@@ -2,24 +2,28 @@
 
 The flights on both sides of every impact are fitted again, with the velocities of all coordinates free to jump. The
 change of each point's velocity per unit change of the foot's, one number for all impacts, is a column of (3.22); the
-mass-weighted law has ``rows M^-1 n / (n M^-1 n)``. For records in the air beside those near the ground
-`tarsus.impacts.estimate_impact_map` does without the drive's law.
+mass-weighted law has ``rows M^-1 n / (n M^-1 n)``. Records near the ground less those of the same drive in the air
+give it without the drive's law (`tarsus.impacts.estimate_impact_map`).
 """
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+from collections.abc import Sequence
+from dataclasses import dataclass
 
+import numpy as np
+
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.identify.detachment import WORST
 from tarsus.identify.draws import DRAWS
 from tarsus.identify.foot import FootModel
-from tarsus.identify.restitution import FEWEST, BounceStudy, film_of
+from tarsus.identify.restitution import FEWEST, BounceStudy, film_of, variance_of
 from tarsus.identify.step import Curve, Panel, Residual, StepResult, Used
-from tarsus.impacts.estimates import common_ratio
-
-Floats = NDArray[np.float64]
+from tarsus.impacts.estimates import Spread, common_ratio
+from tarsus.impacts.impact_map import ImpactMapEstimate, estimate_impact_map
+from tarsus.records.excluded import Excluded
+from tarsus.records.measurement import Measurement, Quantity
 
 
 def identify_impact_column(model: FootModel, study: BounceStudy, seed: int) -> StepResult:
@@ -52,17 +56,8 @@ def identify_impact_column(model: FootModel, study: BounceStudy, seed: int) -> S
         draws = ratio.value + ratio.std * random.standard_normal(DRAWS)
         combinations[f"jump of {name} over the foot's"] = (ratio.value, draws, "1")
         rest = changes[:, i] - ratio.value * changes[:, k]
-        turn = np.array([1.0, -ratio.value])
-        unsure = np.einsum("a,nab,b->n", turn, pair, turn)
-        residuals.append(
-            Residual(
-                f"jumps of {name}",
-                "m/s",
-                float(np.sqrt(np.mean(rest**2))),
-                float(np.sqrt(np.mean(unsure))),
-                len(rest),
-            )
-        )
+        unsure = variance_of(pair, ratio.value)
+        residuals.append(Residual.of(f"jumps of {name}", "m/s", rest, np.sqrt(unsure)))
         agrees = ratio.low <= known[i] <= ratio.high
         notes.append(
             f"{name}: {ratio.value:.4g} [{ratio.low:.4g}, {ratio.high:.4g}]; the mass-weighted law has "
@@ -81,9 +76,59 @@ def identify_impact_column(model: FootModel, study: BounceStudy, seed: int) -> S
         combinations=combinations,
         residuals=tuple(residuals),
         used=(Used("impacts", int(good.sum()), len(good)),),
-        files=frozenset(
-            study.bounces.traces[study.bounces.items[int(r)].trace].file for r in np.flatnonzero(good)
-        ),
+        files=study.bounces.chosen(good).files,
         panels=(panel,) if curves else (),
         notes=tuple(notes),
     )
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Repeats of a set near the ground and of the one with the same drive in the air, by the sets' names."""
+
+    near: str
+    air: str
+    close: tuple[Measurement, ...]
+    in_air: tuple[Measurement, ...]
+
+
+def map_from_pairs(
+    model: FootModel, pairs: Sequence[Pair]
+) -> tuple[dict[str, ImpactMapEstimate], list[Excluded]]:
+    """Restitution and impact column by the sets near the ground, after section 3.4.2 of the source, and the pairs
+    that cannot tell them, with the reason: where the ground is felt before it is touched, through a film, the record
+    in the air does not explain the one near the ground."""
+    found: dict[str, ImpactMapEstimate] = {}
+    left: list[Excluded] = []
+    for pair in pairs:
+        name = _velocity(pair.close[0], model.foot_point)
+        try:
+            if name is None:
+                raise InputError(f"no channel is the velocity of point '{model.foot_point}'")
+            found[pair.near] = estimate_impact_map(pair.close, pair.in_air, model.scene.robot.structure, name)
+        except InputError as error:
+            reason = error.problems[0][:1].lower() + error.problems[0][1:]
+            left.append(
+                Excluded(f"{pair.near} less {pair.air}", name or "", f"as a pair: {reason.rstrip('.')}")
+            )
+    return found, left
+
+
+def _velocity(record: Measurement, point: str) -> str | None:
+    return next((c.name for c in record.channels if c.at == point and c.quantity is Quantity.VELOCITY), None)
+
+
+def from_pairs(found: dict[str, ImpactMapEstimate], seed: int) -> dict[str, tuple[float, Floats, str]]:
+    """Restitution and jumps by name, as (value, draws (nd,), unit)."""
+    random = np.random.default_rng([seed, 17])
+    out: dict[str, tuple[float, Floats, str]] = {}
+
+    def add(name: str, one: Spread) -> None:
+        out[name] = (one.value, one.value + one.std * random.standard_normal(DRAWS), "1")
+
+    for near, estimate in found.items():
+        add(f"restitution, from {near} less the air", estimate.restitution)
+        for name, one in zip(estimate.names, estimate.column, strict=True):
+            if name != estimate.foot:
+                add(f"jump of {name} over the foot's, from {near} less the air", one)
+    return out

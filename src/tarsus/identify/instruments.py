@@ -12,19 +12,16 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.fft import next_fast_len
 from scipy.ndimage import binary_dilation, convolve1d, correlate1d
 
+from tarsus.base.arrays import Complexes, Floats
 from tarsus.identify.clock import PACE, stretched
 from tarsus.identify.lateness import SAMPLES, Lateness, LowPass, lateness_of
 from tarsus.identify.volts import jumps_of
 from tarsus.identify.with_error import WithError
 from tarsus.modes.modal import ModalFit
 from tarsus.records.measurement import Measurement, Quantity
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 
 GAIN = 0.005
 """Part of a gain that is corrected at least: what vibrometers are calibrated to."""
@@ -171,12 +168,8 @@ class Instruments:
     def differ(self) -> bool:
         """Whether there is anything to take off."""
         quantities = Quantity.DISPLACEMENT, Quantity.VELOCITY
-        return bool(
-            self.late
-            or self.slow
-            or any(self.low(one) for one in quantities)
-            or any(self.lag(p) or any(self.gain(p, one) != 1.0 for one in quantities) for p in self.relations)
-        )
+        gains = (self.gain(point, one) for point in self.relations for one in quantities)
+        return self.delaying or bool(self.slow) or any(gain != 1.0 for gain in gains)
 
     def taken_off(self, record: Measurement, swept: bool) -> Measurement:
         """A record as if its instruments had neither gains nor lags nor a low-pass; ``swept``: nor a delay behind the

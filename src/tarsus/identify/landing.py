@@ -12,8 +12,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.identify.foot import FootModel
 from tarsus.identify.heldout import moved
@@ -21,8 +21,6 @@ from tarsus.identify.traces import Trace
 from tarsus.impacts.detection import STILL
 from tarsus.model.drive.waveforms import Waveform
 from tarsus.model.laws.landing import AnyLanding, CaptureUnlessPulled, PullAsPrinted, RestituteFirst
-
-Floats = NDArray[np.float64]
 
 WORSE = 2.0
 """The right rule leaves what numbers and noise leave, which differs by some per cent between records; a foot that is

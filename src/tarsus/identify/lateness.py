@@ -16,12 +16,11 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.signal import bessel, butter
 
+from tarsus.base.arrays import Complexes, Floats
 from tarsus.identify.draws import student
 from tarsus.identify.with_error import WithError
+from tarsus.modes.lsfd import stacked
 from tarsus.modes.modal import ModalFit
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 
 SAMPLES = 0.004
 """Samples of a delay that is looked for at least: a film is found 0.7 % off behind 0.2 us at 20 kHz, a twentieth of
@@ -70,11 +69,10 @@ class LowPass:
 @dataclass(frozen=True)
 class Lateness:
     """Of responses behind the drive: late [s] of what is slow, all together; low: the low-pass among it, None for a
-    pure delay; turned [rad]: by the drive's memory; corner: standard error of the low-pass's, as a part of it."""
+    pure delay; corner: standard error of the low-pass's, as a part of it."""
 
     late: WithError
     low: LowPass | None
-    turned: WithError
     corner: float = 0.0
 
     def off(self, step: float) -> bool:
@@ -159,8 +157,8 @@ class _Lines:
         """What the best amplitudes leave (no, 2 nf), these amplitudes (nm + 2, no) and their columns (2 nf, nm + 2)."""
         columns = self.columns(x, low)
         scale = np.linalg.norm(columns, axis=0)
-        design = _apart(columns.T / scale[:, None]).T
-        target = _apart(self.values)
+        design = stacked(columns.T / scale[:, None], -1).T
+        target = stacked(self.values, -1)
         amplitudes = np.linalg.lstsq(design, target.T, rcond=None)[0]
         return target - (design @ amplitudes).T, amplitudes / scale[:, None], design
 
@@ -188,7 +186,7 @@ class _Lines:
         for k in range(len(x)):
             moved = x.copy()
             moved[k] += _STEP
-            change = _apart((self.columns(moved, low) - self.columns(x, low)).T) / _STEP
+            change = stacked((self.columns(moved, low) - self.columns(x, low)).T, -1) / _STEP
             change = amplitudes.T @ change
             change -= (design @ np.linalg.lstsq(design, change.T, rcond=None)[0]).T
             slopes.append(change.ravel())
@@ -196,7 +194,7 @@ class _Lines:
         if self.repeats is None or len(self.repeats) < 2:
             error = np.sqrt(np.diag(inverse) * np.mean(left**2))
         else:
-            off = _apart(self.repeats - self.repeats.mean(axis=0)).reshape(len(self.repeats), -1)
+            off = stacked(self.repeats - self.repeats.mean(axis=0), -1).reshape(len(self.repeats), -1)
             moves = off @ np.array(slopes).T @ inverse
             count = len(moves)
             error = np.sqrt(np.mean(moves**2, axis=0) / count) * student(float(count))
@@ -204,11 +202,5 @@ class _Lines:
         return Lateness(
             WithError(float(x[m]) / turn, float(error[m]) / turn),
             low,
-            WithError(float(x[m + 1]), float(error[m + 1])),
             0.0 if low is None else float(error[-1]),
         )
-
-
-def _apart(values: Complexes) -> Floats:
-    """Real and imaginary parts (n, 2 nf) one behind the other."""
-    return np.concatenate([values.real, values.imag], axis=-1)

@@ -12,14 +12,13 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
 from tarsus.identify.traces import Trace
 from tarsus.identify.volts import Volts
 from tarsus.impacts.detection import STILL
 from tarsus.model.drive.laws import LinearForce, PrandtlIshlinskii, VoltageLaw
-
-Floats = NDArray[np.float64]
 
 SETTLING = 0.08
 """Time [s] after a contact is made or broken in which a static record is not used."""

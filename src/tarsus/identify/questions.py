@@ -72,7 +72,7 @@ def open_questions(
         if left:
             several = len(left) > 1
             said = f"undecided between {names}" if several else f"{names} is {left[0].word}: {left[0].figure}"
-            rows.append((question, said, next((one.record for one in left if one.record), None)))
+            rows.append((question, said, None))
     used = {one.purpose for one in found.opened.campaign.records.values()}
     attracted = found.model.scene.ground.acting.electrostatic is not None
     rows += [
@@ -129,6 +129,8 @@ def _record(found: Identification, path: str) -> str:
     purpose, rank, most = next(
         (one for start, one in _BEST.items() if path.startswith(start)), (Purpose.RAMPS, _hertz, "")
     )
+    if not serves(purpose, found.opened):
+        return "other gaits, or single legs: `tarsus recommend` ranks them"
     sets = [(rank(one), name, one) for name, one in found.opened.sets(purpose)]
     if not sets:
         return _wanted(found, purpose)

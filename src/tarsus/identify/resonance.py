@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 from scipy.stats import norm
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.fit.ranges import Range
 from tarsus.identify.draws import DRAWS, student
@@ -33,8 +34,6 @@ from tarsus.modes.lsfd import residues_of
 from tarsus.modes.modal import ModalFit, identify_modes
 from tarsus.modes.mode import ModeVerdict
 from tarsus.records.measurement import Measurement
-
-Floats = NDArray[np.float64]
 
 _ORDERS_PER_MODE = 6
 """Order of the models per mode that is sought: two describe one, the others take up noise and background."""
@@ -54,14 +53,12 @@ _WORST_SHAPE = 0.5
 
 @dataclass(frozen=True)
 class Resonances:
-    """The step's result, the modal fit behind it, the device with it, and the participations (None for a load at
-    points)."""
+    """The step's result, the modal fit behind it, the device with it, and the participations."""
 
     step: StepResult
     fit: ModalFit
     model: FootModel
-    shares: Shares | None
-    share_draws: Floats
+    shares: Shares
 
 
 def identify_resonances(
@@ -118,7 +115,6 @@ def identify_resonances(
     dampings = slice(len(numbers) - len(fit.modes), None)
     lines = np.maximum([mode.band for mode in fit.modes], fit.frf.line) / fit.frf.line
     samples[:, dampings] *= 1.0 + rounded / np.sqrt(lines) * random.standard_normal((DRAWS, len(fit.modes)))
-    shares, share_draws = _shares(model, fit, seed)
     step = StepResult(
         "resonances",
         tuple(changes),
@@ -132,7 +128,7 @@ def identify_resonances(
         left_out=agreed.left_out,
         notes=(*fit.remarks, *fit.refused),
     )
-    return Resonances(step, fit, model, shares, share_draws)
+    return Resonances(step, fit, model, _shares(model, fit, seed))
 
 
 def _fitted(model: FootModel, agreed: Agreed, inside: tuple[float, float], count: int) -> ModalFit:
@@ -270,14 +266,14 @@ def _mismatch(seen: Floats, known: Floats) -> float:
     return float(np.sqrt(np.max(1.0 - along)))
 
 
-def _shares(model: FootModel, fit: ModalFit, seed: int) -> tuple[Shares | None, Floats]:
+def _shares(model: FootModel, fit: ModalFit, seed: int) -> Shares:
     """Participations (n - 1,) of a modal load, and draws (draws, n - 1) over the repeats.
 
     Each repeat has its residues at its own poles: a damping ratio that is too small makes the residue too small too.
     """
     load = model.scene.robot.drives[model.drive].load
     if not isinstance(load, ModalLoad) or len(fit.modes) < 2:
-        return None, np.zeros((DRAWS, 0))
+        return Shares.none()
     known = _shapes(model)
     frf = fit.frf
     repeats = frf.values[None] if frf.repeats is None else frf.repeats
@@ -293,8 +289,7 @@ def _shares(model: FootModel, fit: ModalFit, seed: int) -> tuple[Shares | None, 
     mean = table.mean(axis=0)
     values = load.participation[0] * mean[1:] / mean[0]
     if len(table) < 2:
-        draws = np.repeat(values[None], DRAWS, axis=0)
-        return Shares(values, np.diag((0.1 * values) ** 2)), draws
+        return Shares(values, np.diag((0.1 * values) ** 2), np.repeat(values[None], DRAWS, axis=0))
     # means of as many repeats, as far from theirs as these are
     moved = (
         np.random.default_rng([seed, 11]).standard_normal((DRAWS, len(table))) @ (table - mean) / len(table)
@@ -302,4 +297,4 @@ def _shares(model: FootModel, fit: ModalFit, seed: int) -> tuple[Shares | None, 
     drawn = mean + moved * student(float(len(table)))
     off = load.participation[0] * drawn[:, 1:] / drawn[:, :1] - values
     covariance = np.atleast_2d(np.cov(off.T)) + np.diag((_KNOWN_TO * values) ** 2)
-    return Shares(values, covariance), values + off
+    return Shares(values, covariance, values + off)

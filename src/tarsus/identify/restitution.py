@@ -11,23 +11,24 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
-from tarsus.identify.bounce import BounceFit, Bounces, fewer, find_bounces, offsets_of_records
+from tarsus.identify.bounce import BounceFit, Bounces, find_bounces, offsets_of_records
 from tarsus.identify.detachment import WORST
-from tarsus.identify.draws import DRAWS, NORMAL, carried, newton_draws, within
+from tarsus.identify.draws import DRAWS, NORMAL, by_group, carried, newton_draws, within
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.flight import FilmConstants
 from tarsus.identify.foot import FootModel
 from tarsus.identify.step import Residual, StepResult, Used, points_and_line
 from tarsus.identify.traces import Trace
 from tarsus.impacts.estimates import Spread, common_ratio
-from tarsus.records.excluded import Excluded, Exclusion
-
-Floats = NDArray[np.float64]
+from tarsus.records.excluded import Excluded, Exclusion, enough
 
 PATH = "ground.restitution.coefficient"
-FEWEST = 5
-"""Bounces that are needed."""
+FEWEST = 3
+"""Bounces that are needed: one that is unlike two others is seen."""
+_RECORDS = 5
+"""Records from which on their scatter is that of the ratio, rather than that of all impacts."""
 BOUNDS = (0.0, 1.0)
 """A foot that departs has lost energy in the impact, and does not depart into the ground."""
 
@@ -37,17 +38,19 @@ twentieth."""
 _OUTSIDE = 3.5
 """Deviations from the middle ratio beyond which an impact is none like the others: of two thousand normal ones one
 is."""
-_TURN = np.array([[1.0, -1.0], [-1.0, 1.0]])
+TURN = np.array([[1.0, -1.0], [-1.0, 1.0]])
 """Sign that turns the approach velocity into a speed, in covariances."""
 
 
 @dataclass(frozen=True)
 class BounceStudy:
-    """The step's result, and the impacts it used, as fitted."""
+    """The step's result, and the impacts it used, as fitted; shared (draws, ni) [m/s]: what numbers of earlier steps
+    and zeros of the records do to the departure velocities, less the ratio times the approach."""
 
     step: StepResult
     bounces: Bounces
     fitted: BounceFit
+    shared: Floats
 
 
 def identify_restitution(
@@ -75,77 +78,103 @@ def identify_restitution(
     """
     found, left = find_bounces(traces, model.foot_point, level[0])
     total = len(found) + len(left)
-    items = fewer(found, MOST)
+    items, others = enough(found, MOST, "bounces", "all records of bounces", model.foot_point)
     files = ", ".join(sorted({trace.file for trace in traces}))
     if len(items) < FEWEST:
         raise InputError(
             f"{files}: channel '{model.foot_point}' shows {len(items)} bounces that can be used, of {total} "
-            "impacts; at least "
-            f"{FEWEST} are needed: drive it harder, sample faster or record longer"
+            f"impacts; at least {FEWEST} are needed: drive it harder, sample faster or record longer"
         )
-    if len(items) < len(found):
-        text = f"{len(found) - len(items)} of {len(found)} bounces, evenly from all: {MOST} are enough"
-        count = len(found) - len(items)
-        left.append(Excluded("all records of bounces", model.foot_point, text, count, Exclusion.ENOUGH))
+    left += others
     bounces = Bounces(traces, items, level[0])
     # a device with an impact map of its own need not follow the mass-weighted law
     fitted = bounces.fit(model, film_of(model), free=model.scene.ground.impact is not None)
-    settled, single, good = sound(model, bounces, fitted)
-    for r in np.flatnonzero(~good):
-        trace = traces[items[int(r)].trace]
-        at = trace.time[items[int(r)].last]
-        if single[r]:
-            ratio = -fitted.speeds[r, 0] / fitted.speeds[r, 1]
-            text = f"the impact at {at:.5g} s, with a ratio of {ratio:.3g}, is far off the others"
-            left.append(Excluded(trace.file, model.foot_point, text, kind=Exclusion.UNLIKE))
-            continue
-        if not settled[r]:
-            text = f"the fit of the motion around the impact at {at:.5g} s does not settle"
-            left.append(Excluded(trace.file, model.foot_point, text))
-            continue
-        text = (
-            f"the motion around the impact at {at:.5g} s is no free motion with one impact (chi-squared "
-            f"{fitted.chi[r]:.3g})"
-        )
-        left.append(Excluded(trace.file, model.foot_point, text))
-    if np.count_nonzero(good) < FEWEST:
+    kept = sound(model, bounces, fitted)
+    left += [_why_not(bounces, fitted, kept, int(r), model.foot_point) for r in np.flatnonzero(~kept.good)]
+    if np.count_nonzero(kept.good) < FEWEST:
         raise InputError(
-            f"{files}: channel '{model.foot_point}': {np.count_nonzero(good)} of {total} impacts are single "
-            "ones between free "
-            f"motions of this structure; at least {FEWEST} are needed"
+            f"{files}: channel '{model.foot_point}': {np.count_nonzero(kept.good)} of {total} impacts are single "
+            f"ones between free motions of this structure; at least {FEWEST} are needed"
         )
-    bounces = bounces.chosen(good)
-    fitted = _only(fitted, good)
-    return BounceStudy(_result(model, known, bounces, fitted, left, total, level[1], seed), bounces, fitted)
+    bounces = bounces.chosen(kept.good)
+    fitted = _only(fitted, kept.good)
+    step, shared = _result(model, known, bounces, fitted, left, total, level[1], seed)
+    return BounceStudy(step, bounces, fitted, shared)
 
 
-def sound(
-    model: FootModel, bounces: Bounces, fitted: BounceFit
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_], NDArray[np.bool_]]:
-    """Impacts (ni,) whose fit has settled; those of these that are one impact between free flights; and those of these
-    whose ratio of velocities is like most others'."""
+@dataclass(frozen=True)
+class Kept:
+    """Of impacts (ni,): settled: whose fit has settled; single: of these, one impact between free flights; caught: of
+    these, at which the foot was caught and let go again, where others rebound; good: whose ratio of velocities is like
+    that of the others that rebound."""
+
+    settled: NDArray[np.bool_]
+    single: NDArray[np.bool_]
+    caught: NDArray[np.bool_]
+    good: NDArray[np.bool_]
+
+
+def sound(model: FootModel, bounces: Bounces, fitted: BounceFit) -> Kept:
+    """Which impacts tell the restitution."""
     again = bounces.moved(model, film_of(model), fitted)
     error = np.sqrt(np.maximum(np.einsum("raa->ra", fitted.covariance), 0.0))
     settled = np.all(np.abs(again - fitted.speeds) <= error, axis=1) & (
         np.linalg.eigvalsh(fitted.covariance)[:, 0] > 0.0
     )
     single = (fitted.chi < WORST) & (fitted.speeds[:, 1] < 0.0) & settled
-    return settled, single, single & _alike(fitted, single)
+    caught = _caught(fitted, single)
+    return Kept(settled, single, caught, single & _alike(fitted, single & ~caught))
+
+
+def _why_not(bounces: Bounces, fitted: BounceFit, kept: Kept, r: int, foot: str) -> Excluded:
+    """Why an impact tells nothing of the restitution."""
+    trace = bounces.traces[bounces.items[r].trace]
+    at, kind = f"the impact at {trace.time[bounces.items[r].last]:.5g} s", Exclusion.UNUSABLE
+    if kept.caught[r]:
+        text = f"at {at} the foot is caught and let go again: it departs with none of the approach's velocity"
+    elif kept.single[r]:
+        ratio = -fitted.speeds[r, 0] / fitted.speeds[r, 1]
+        text, kind = f"{at}, with a ratio of {ratio:.3g}, is far off the others", Exclusion.UNLIKE
+    elif not kept.settled[r]:
+        text = f"the fit of the motion around {at} does not settle"
+    else:
+        text = f"the motion around {at} is no free motion with one impact (chi-squared {fitted.chi[r]:.3g})"
+    return Excluded(trace.file, foot, text, kind=kind)
+
+
+def _ratios(fitted: BounceFit, chosen: NDArray[np.bool_]) -> tuple[Floats, Floats, float]:
+    """Ratios of velocities (ni,), their errors (ni,) at the middle one of the chosen, and this: of those whose approach
+    is seen beyond its error, where there are any."""
+    departure, approach = fitted.speeds[:, 0], -fitted.speeds[:, 1]
+    ratio = departure / np.where(approach > 0.0, approach, np.nan)
+    seen = chosen & (approach > _OUTSIDE * np.sqrt(np.maximum(fitted.covariance[:, 1, 1], 0.0)))
+    middle = float(np.nanmedian(ratio[seen if seen.any() else chosen]))
+    error = np.sqrt(np.maximum(variance_of(fitted.covariance * TURN, middle), 0.0)) / np.abs(approach)
+    return ratio, np.where(error > 0.0, error, np.nan), middle
+
+
+def _caught(fitted: BounceFit, single: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Impacts of single ones at which adhesion held the foot and let it go at once: it departs with no velocity where
+    others, as many as are needed, depart with one that its error tells from this."""
+    none = fitted.speeds[:, 0] < _OUTSIDE * np.sqrt(np.maximum(fitted.covariance[:, 0, 0], 0.0))
+    rebounds = single & ~none
+    if np.count_nonzero(rebounds) < FEWEST:
+        return np.zeros(len(none), dtype=bool)
+    ratio, error, middle = _ratios(fitted, rebounds)
+    return single & none & (middle - ratio > _OUTSIDE * error)
 
 
 def _alike(fitted: BounceFit, single: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Impacts whose ratio is as far from the middle one as its error allows, or as most others are by theirs.
+    """Impacts of single ones whose ratio is as far from the middle one as its error allows, or as most others are by
+    theirs.
 
     A foot that was caught and let go again within a sample looks like a weak rebound."""
     if not single.any():
         return single
-    departure, approach = fitted.speeds[:, 0], -fitted.speeds[:, 1]
-    ratio = departure / np.where(approach > 0.0, approach, np.nan)
-    middle = float(np.nanmedian(ratio[single]))
-    error = np.sqrt(np.maximum(_variance(fitted.covariance * _TURN, middle), 0.0)) / np.abs(approach)
-    off = np.abs(ratio - middle) / np.where(error > 0.0, error, np.nan)
+    ratio, error, middle = _ratios(fitted, single)
+    off = np.abs(ratio - middle) / error
     usual = 1.4826 * float(np.nanmedian(off[single]))
-    return off < _OUTSIDE * max(usual, 1.0)
+    return single & (off < _OUTSIDE * max(usual, 1.0))
 
 
 def film_of(model: FootModel) -> FilmConstants:
@@ -176,32 +205,35 @@ def _result(
     total: int,
     level_error: float,
     seed: int,
-) -> StepResult:
+) -> tuple[StepResult, Floats]:
     equations = bounces.about(model, film_of(model), fitted.unknowns, fitted.free(model))
     zeros = offsets_of_records(model, bounces, equations, level_error, seed)
     fitted_speeds = zeros.moved(fitted.speeds, zeros.values)
     departure, approach = fitted_speeds[:, 0], -fitted_speeds[:, 1]
-    covariance = fitted.covariance * _TURN
+    covariance = fitted.covariance * TURN
     try:
         whole = common_ratio(departure, approach, covariance)
     except OverflowError:
         raise InputError("velocities before and after the impacts have no ratio in common") from None
 
+    def told(speeds: Floats) -> Floats:
+        ratio = common_ratio(speeds[:, 0], -speeds[:, 1], covariance).value
+        return np.concatenate([[ratio], speeds @ np.array([1.0, whole.value])])
+
     def again(values: Floats) -> Floats:
         other = known.model(values)
-        speeds = zeros.moved(bounces.moved(other, film_of(other), fitted), zeros.values)
-        return np.array([common_ratio(speeds[:, 0], -speeds[:, 1], covariance).value])
+        return told(zeros.moved(bounces.moved(other, film_of(other), fitted), zeros.values))
 
     def shifted(values: Floats) -> Floats:
-        speeds = zeros.moved(fitted.speeds, values)
-        return np.array([common_ratio(speeds[:, 0], -speeds[:, 1], covariance).value])
+        return told(zeros.moved(fitted.speeds, values))
 
     groups = np.array([one.trace for one in bounces.items])
     own = _draws(departure, approach, covariance, groups, whole, seed)
-    samples = whole.value + own[:, None] + carried(again, known.values, known.samples)
-    samples = samples + carried(shifted, zeros.values.ravel(), zeros.samples.reshape(len(samples), -1))
+    shared = carried(again, known.values, known.samples)
+    shared += carried(shifted, zeros.values.ravel(), zeros.samples.reshape(len(shared), -1))
+    samples = whole.value + own[:, None] + shared[:, :1]
     values, samples, reached = within(np.array([whole.value]), samples, (BOUNDS,))
-    noise = _variance(covariance, whole.value)
+    noise = variance_of(covariance, whole.value)
     rest = departure - whole.value * approach
 
     panels = points_and_line(
@@ -209,30 +241,17 @@ def _result(
         ("approach", "m/s", "departure", "m/s"), ("impacts", "e times approach"), (approach, departure),
         (0.0, whole.value), (np.sqrt(covariance[:, 0, 0]), np.sqrt(noise)),
     )  # fmt: skip
-    return StepResult(
-        "restitution",
-        (PATH,),
-        values,
-        samples,
-        residuals=(
-            Residual(
-                "departure velocities",
-                "m/s",
-                float(np.sqrt(np.mean(rest**2))),
-                float(np.sqrt(np.mean(noise))),
-                len(rest),
-            ),
-        ),
-        used=(Used("impacts", len(departure), total),),
-        files=frozenset(bounces.traces[one.trace].file for one in bounces.items),
-        left_out=tuple(left),
-        panels=panels,
+    step = StepResult(
+        "restitution", (PATH,), values, samples,
+        residuals=(Residual.of("departure velocities", "m/s", rest, np.sqrt(noise)),),
+        used=(Used("impacts", len(departure), total),), files=bounces.files, left_out=tuple(left), panels=panels,
         notes=(f"The scatter of e from impact to impact, beyond noise, is {whole.scatter:.2g}.",),
         bounds={PATH: reached[0]},
-    )
+    )  # fmt: skip
+    return step, shared[:, 1:]
 
 
-def _variance(covariance: Floats, ratio: float) -> Floats:
+def variance_of(covariance: Floats, ratio: float) -> Floats:
     """Variance (n,) of departure less ratio times approach."""
     turn = np.array([1.0, -ratio])
     return np.einsum("a,nab,b->n", turn, covariance, turn)
@@ -248,12 +267,12 @@ def _draws(
 ) -> Floats:
     """Deviations (draws,) of the ratio, as records scatter, and at least those that the regression over all impacts
     allows, which are all that few records determine."""
-    allowed = (whole.high - whole.low) / (2.0 * NORMAL)
-    numbers, which = np.unique(groups, return_inverse=True)
-    if len(numbers) < FEWEST:
+    weight = 1.0 / variance_of(covariance, whole.value)
+    # few impacts may agree by chance to less than their noise
+    allowed = max((whole.high - whole.low) / (2.0 * NORMAL), float(np.sum(weight * approach**2)) ** -0.5)
+    if len(np.unique(groups)) < _RECORDS:
         return allowed * np.random.default_rng([seed, 11]).standard_normal(DRAWS)
-    weight = 1.0 / _variance(covariance, whole.value)
     shares = weight * approach**2, weight * approach * (departure - whole.value * approach)
-    information, score = (np.asarray(np.bincount(which, share), dtype=np.float64) for share in shares)
+    information, score = by_group(groups, *shares)
     own = newton_draws(information[:, None, None], score[:, None], seed)[:, 0]
     return own * max(1.0, allowed / float(np.std(own)))

@@ -26,16 +26,15 @@ from tarsus.identify.tables import (
 from tarsus.identify.verdict import Assessment
 from tarsus.model.scene import Provenance, Scene, Source
 from tarsus.records.excluded import Excluded
-from tarsus.tables.table import Table
+from tarsus.tables.table import Table, Tabled
 
 if TYPE_CHECKING:
     from tarsus.identify.campaign import Opened, RecordFile
     from tarsus.identify.estimates import Estimates
     from tarsus.identify.film import FilmFit
     from tarsus.identify.foot import FootModel
-    from tarsus.identify.heldout import Comparison
+    from tarsus.identify.heldout import Comparison, InAir
     from tarsus.identify.landing import LandingVerdict
-    from tarsus.identify.pairs import InAir
     from tarsus.identify.resonance import Resonances
 
 RESULT_FILES = ("identified.toml", "identification.json", "draws.npz", "report.html")
@@ -43,7 +42,7 @@ RESULT_FILES = ("identified.toml", "identification.json", "draws.npz", "report.h
 
 
 @dataclass(frozen=True, repr=False)
-class Identification:
+class Identification(Tabled):
     """Everything that a campaign determines.
 
     opened: the campaign; readings: every file; left_out: data not used, with reasons; steps: results by name; not_done;
@@ -80,12 +79,6 @@ class Identification:
         return (
             f"<Identification of '{self.opened.campaign.name}': {numbers} numbers in {len(self.steps)} steps>"
         )
-
-    def __str__(self) -> str:
-        return self.table().text()
-
-    def _repr_html_(self) -> str:
-        return self.table().html()
 
     @property
     def model(self) -> FootModel:

@@ -8,13 +8,11 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.fit.verdict import LEVEL, Verdict
 from tarsus.records.excluded import Excluded
-
-Floats = NDArray[np.float64]
 
 ASSUMED, PREFERRED, UNDECIDED = Verdict.ASSUMED.value, Verdict.PREFERRED.value, Verdict.UNDECIDED.value
 """What records say of a number or a law that they do not determine: nothing, so that it is taken as known beforehand;
@@ -46,6 +44,12 @@ class Residual:
     rms: float
     noise: float
     count: int
+
+    @classmethod
+    def of(cls, label: str, unit: str, left: Floats, noise: Floats | float) -> Residual:
+        """Of what is left (n,), and the standard deviation of each of it by noise, or of all."""
+        rms, by_noise = (float(np.sqrt(np.mean(np.square(one)))) for one in (left, noise))
+        return cls(label, unit, rms, by_noise, left.size)
 
 
 @dataclass(frozen=True)
@@ -101,8 +105,7 @@ def measured_and_fitted(
 
 def over_noise(label: str, left: Floats) -> Residual:
     """What a fit leaves of a record, over its noise."""
-    rms = float(np.sqrt(np.mean(left**2)))
-    return Residual(f"{label}, over the noise", "1", rms, 1.0, left.size)
+    return Residual.of(f"{label}, over the noise", "1", left, 1.0)
 
 
 @dataclass(frozen=True)
@@ -112,7 +115,7 @@ class Alternative:
     question: what it is an answer to, such as "film exponent", or a path; name: the answer in words; weight: its share
     of all answers to the question, 0 to 1, NaN where answers are not weighed; figure: the figure it was judged by, in
     words, such as "contradicted by 6 of 9 sets"; used: whether the numbers rest on it; word: what the records say of
-    it; changes: by path, what the number would be with it [SI]; record: what to record to decide the question.
+    it; changes: by path, what the number would be with it [SI].
     """
 
     question: str
@@ -122,7 +125,6 @@ class Alternative:
     used: bool = False
     word: str = ""
     changes: Mapping[str, float] = field(default_factory=dict)
-    record: str = ""
 
 
 @dataclass(frozen=True)

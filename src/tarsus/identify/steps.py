@@ -11,19 +11,16 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.identify.adhesion import identify_adhesion
 from tarsus.identify.contact_film import film_by_impacts
-from tarsus.identify.draws import DRAWS
 from tarsus.identify.electrostatics import ATTRACTION, identify_close, wide_attraction
 from tarsus.identify.film import PATHS as FILM
 from tarsus.identify.film import identify_film, wide_film
 from tarsus.identify.film_exponent import film_exponent, with_exponent
-from tarsus.identify.hysteresis import identify_hysteresis
-from tarsus.identify.impact_column import identify_impact_column
-from tarsus.identify.pairs import Pair, from_pairs, map_from_pairs
+from tarsus.identify.hysteresis import Shares, identify_hysteresis
+from tarsus.identify.impact_column import Pair, from_pairs, identify_impact_column, map_from_pairs
 from tarsus.identify.resonance import (
     Resonances,
     identify_resonances,
@@ -41,7 +38,6 @@ from tarsus.records.purpose import Purpose
 if TYPE_CHECKING:
     from tarsus.identify.chain import StepRunner
 
-Floats = NDArray[np.float64]
 
 _SLOW = 0.01
 """Part of the drive's span that its slope over the first mode's angular frequency may be for a record to count as
@@ -97,10 +93,12 @@ def _structure(chain: StepRunner, band: tuple[float, float]) -> Resonances:
     assert evidence.instruments is not None  # there are records
     for instruments in evidence.instruments.hypotheses():
         taken = replace(evidence, instruments=instruments)
-        records = [one for r in chain.files_of(Purpose.MODAL) if (one := taken.record(r)) is not None]
+        read = [(r, one) for r in chain.files_of(Purpose.MODAL) if (one := taken.record(r)) is not None]
+        sets, records = [chain.opened.campaign.records[r.set] for r, _ in read], [one for _, one in read]
         rounded = rounding_of(records)
-        if "hysteresis" in chain.steps:
-            records = [straightened(record, chain.known.model()) for record in records]
+        drives = [(one.rest, one.signal) for one in sets if one.signal is not None]
+        if "hysteresis" in chain.steps and len(drives) == len(records):
+            records = straightened(records, drives, chain.known.model())
         try:
             found = identify_resonances(chain.opened.model, records, band, chain.seed, rounded)
         except InputError as error:
@@ -122,11 +120,8 @@ def _hysteresis(chain: StepRunner) -> StepResult:
     if not traces and not slow:
         raise InputError(chain.nothing_for(Purpose.LOOPS, "static loops"))
     compare_signs(chain, traces or slow)
-    shares = None if chain.resonances is None else chain.resonances.shares
-    draws = np.zeros((DRAWS, 0)) if chain.resonances is None else chain.resonances.share_draws
-    found = identify_hysteresis(
-        chain.known, traces or slow, chain.evidence.level, shares, draws, chain.seed + 1
-    )
+    shares = Shares.none() if chain.resonances is None else chain.resonances.shares
+    found = identify_hysteresis(chain.known, traces or slow, chain.evidence.level, shares, chain.seed + 1)
     if traces:
         return found
     return replace(

@@ -7,41 +7,65 @@ as much.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import resample
 
+from tarsus.base.arrays import Floats
+from tarsus.identify.drive_check import fit_drive
 from tarsus.identify.foot import FootModel
+from tarsus.model.drive.waveforms import Waveform
 from tarsus.records.measurement import Measurement
 
-Floats = NDArray[np.float64]
-
-_FINE = 4
-"""Places from sample to sample at which the law is asked: a sweep reaches nearly to half the sampling rate, and its
-second harmonic to the whole."""
+_FINE = 8
+"""Places from sample to sample at which the law is asked. A sweep reaches nearly to half the sampling rate, and plays
+stay where its first turn has left them: sixteen places a period miss it by two percent at most."""
 
 
-def straightened(record: Measurement, model: FootModel) -> Measurement:
-    """A record with the force of the model's law in place of its volts, in volts of the law's mean slope.
+def straightened(
+    records: Sequence[Measurement], drives: Sequence[tuple[float, Waveform]], model: FootModel
+) -> list[Measurement]:
+    """Records with the force of the model's law in place of their volts, in volts of the law's mean slope over all.
+
+    Between its samples a drive is the one that was meant, as it fits them, and what they have beside it. The samples
+    alone do not tell: of a sine that begins or ends at once Fourier's series overshoots, and plays keep that. One slope
+    for all, for a mean of responses that differ by factors has ripples where their drives do.
 
     Drive and motions are their changes from sample to sample, whose ratio is the same: plays let a sweep end at another
-    rest than it began at, which is no motion of the Fourier transform's period. A record without a known drive, or
-    whose volts do not move, stays.
+    rest than it began at, which is no motion of the Fourier transform's period. Unless all have a known drive that
+    moves they stay.
+
+    Parameters
+    ----------
+    records
+        Sweeps.
+    drives
+        Of each the time before its drive begins [s], and the drive that was meant.
+    model
+        With the law.
     """
-    if record.drive is None:
-        return record
-    volts = record[record.drive]
-    fine = _resampled(volts, _FINE * len(volts))
-    force = np.asarray(model.law.force(fine, model.history), dtype=np.float64)
-    spread = float(np.var(fine))
-    slope = float(np.mean((fine - fine.mean()) * force)) / spread if spread > 0.0 else 0.0
-    if slope == 0.0:
-        return record
-    values = record.values.copy()
-    values[record.index(record.drive)] += _resampled(force / slope - fine, len(volts))
-    return replace(record, values=np.diff(values, axis=1, prepend=values[:, :1]))
+    forces, top, bottom = [], 0.0, 0.0
+    for record, (rest, signal) in zip(records, drives, strict=True):
+        volts = np.zeros(1) if record.drive is None else record[record.drive]
+        fit = fit_drive(volts, record.step, rest, signal)
+        if record.drive is None or fit is None:
+            return list(records)
+        time = record.step / _FINE * np.arange(_FINE * len(volts), dtype=np.float64)
+        fine = fit.meant(signal, rest, time, record.step)
+        fine += _resampled(volts - fit.fitted, len(fine))
+        forces.append(np.asarray(model.law.force(fine, model.history), dtype=np.float64))
+        top += float((fine - fine.mean()) @ forces[-1])
+        bottom += float(np.var(fine)) * len(fine)
+    if top == 0.0 or bottom == 0.0:
+        return list(records)
+    out = []
+    for record, force in zip(records, forces, strict=True):
+        values = np.diff(record.values, axis=1, prepend=record.values[:, :1])
+        values[record.index(str(record.drive))] = _increments(bottom / top * force, record.count)
+        out.append(replace(record, values=values))
+    return out
 
 
 def _resampled(values: Floats, count: int) -> Floats:
@@ -50,3 +74,13 @@ def _resampled(values: Floats, count: int) -> Floats:
     line = np.polynomial.Polynomial([values[0], (values[-1] - values[0]) / (len(values) - 1)])
     places = np.arange(count) * (len(values) / count)
     return np.asarray(resample(values - line(np.arange(len(values))), count)) + line(places)
+
+
+def _increments(fine: Floats, count: int) -> Floats:
+    """Changes over ``count`` steps of what has ``_FINE`` values a step, as far as these are slower than half the steps'
+    rate. Of changes from a rest to a rest the Fourier transform's period makes no jump, whatever lies between."""
+    turn = np.exp(-2.0j * np.pi * np.arange(1, count // 2 + 1) / count)
+    spectrum = np.fft.rfft(np.diff(fine, prepend=fine[0]))[: count // 2 + 1]
+    spectrum[1:] *= (1.0 - turn) / (1.0 - turn ** (1.0 / _FINE))
+    spectrum[0] *= _FINE
+    return np.fft.irfft(spectrum, count) / _FINE

@@ -10,16 +10,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import f as f_distribution
 
+from tarsus.base.arrays import Floats
 from tarsus.identify.checks import GROUND, touched
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.step import Check
 from tarsus.identify.traces import SHORTEST, Trace, holds
 from tarsus.identify.volts import Volts
-
-Floats = NDArray[np.float64]
 
 _MAINS = (50.0, 60.0)
 """Frequencies of mains [Hz]."""

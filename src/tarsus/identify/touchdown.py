@@ -14,12 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.base.events import CONTACT_BEGINS, EventKind
 from tarsus.identify.detachment import Detachments, FittedDetachments
 from tarsus.identify.foot import FootModel
 from tarsus.model.drive.waveforms import Waveform
-
-Floats = NDArray[np.float64]
 
 _BEGIN = 1.5
 """Samples, at the beginning: a landing is seen to one sample, and its noise adds half of one."""

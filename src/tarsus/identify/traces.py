@@ -6,14 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.identify.volts import moved
 from tarsus.impacts.detection import STILL, runs_of
 from tarsus.records.measurement import Measurement, Quantity
-
-Floats = NDArray[np.float64]
 
 _FEWEST_AT_REST = 8
 """Samples at rest from which noise is estimated: to a quarter of itself then."""

@@ -3,25 +3,24 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.stats import norm
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
+from tarsus.base.progress import Progress
 from tarsus.base.spec import float_paths
 from tarsus.files.jsontext import json_text
 from tarsus.files.whole import write_text
 from tarsus.identify.campaign import Opened, read_campaign
 from tarsus.identify.chain import Identification, identify
 from tarsus.tables.numbers import amount
-from tarsus.tables.table import ROW, Column, Table
-
-Floats = NDArray[np.float64]
-Progress = Callable[[int, int, str], None]
+from tarsus.tables.table import ROW, Column, Table, Tabled
 
 FALSE_ALARMS = 0.01
 """Probability that a series of a device which does not change raises any alarm: one series in a hundred."""
@@ -57,7 +56,7 @@ class Drift:
 
 
 @dataclass(frozen=True, repr=False)
-class Tracking:
+class Tracking(Tabled):
     """Identifications of one device in the order in which they were recorded: names (n,), results, drifts by number."""
 
     names: tuple[str, ...]
@@ -112,12 +111,6 @@ class Tracking:
             },
             "alarms": self.alarms,
         }  # fmt: skip
-
-    def __str__(self) -> str:
-        return self.table().text()
-
-    def _repr_html_(self) -> str:
-        return self.table().html()
 
     def __repr__(self) -> str:
         return f"<Tracking of {len(self.names)} campaigns: {len(self.alarms)} numbers moved>"
@@ -219,15 +212,9 @@ def drift_of(values: ArrayLike, errors: ArrayLike, tests: int) -> tuple[int | No
         weight = 1.0 / error[before] ** 2
         mean = float(weight @ value[before] / weight.sum())
         apart = abs(value[now] - mean) / np.hypot(error[now], weight.sum() ** -0.5)
-        rate = _slope(known[: end + 1].astype(float), value[known[: end + 1]], error[known[: end + 1]])
+        so_far = known[: end + 1]
+        line, covariance = np.polyfit(so_far, value[so_far], 1, w=1.0 / error[so_far], cov="unscaled")
+        rate = float(line[0]), float(covariance[0, 0] ** 0.5)
         if since is None and (apart > limit or abs(rate[0]) > limit * rate[1]):
             since = int(now)
     return since, rate
-
-
-def _slope(at: Floats, value: Floats, error: Floats) -> tuple[float, float]:
-    """Weighted slope of values (n,) over places (n,), and its standard error."""
-    weight = 1.0 / error**2
-    centred = at - weight @ at / weight.sum()
-    size = float(weight @ centred**2)
-    return float(weight @ (centred * value)) / size, size**-0.5

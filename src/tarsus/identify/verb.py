@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, overload
 
+from tarsus.base.progress import Progress
 from tarsus.identify.campaign import Opened
 from tarsus.identify.chain import Identification
 from tarsus.identify.chain import identify as identify_one
@@ -14,7 +15,6 @@ if TYPE_CHECKING:
     from tarsus.identify.track import Tracking
 
 Named = Opened | str | os.PathLike[str]
-Progress = Callable[[int, int, str], None]
 
 
 @overload
@@ -47,7 +47,7 @@ def identify(
     Raises
     ------
     InputError
-        With every problem of the campaign; if no step could be done at all, with every reason.
+        With every problem of the campaign; if no record could be read, with every reason.
     """
     if not track:
         return identify_one(campaign, seed, progress)

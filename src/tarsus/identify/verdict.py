@@ -8,19 +8,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.fit.ranges import Range, range_of
 from tarsus.fit.verdict import WIDTH, Verdict, verdict_of
 from tarsus.identify.correlation import (
+    GAIN,
+    SLACK,
     Combination,
-    ParameterCombinations,
     correlation,
     find_exponents,
     find_weight,
     left_over,
 )
-
-Floats = NDArray[np.float64]
 
 _RELATED = 0.5
 """Correlation from which on another number is named: a quarter of the variance in common."""
@@ -110,7 +110,6 @@ def judge_samples(
     values: ArrayLike,
     samples: ArrayLike,
     *,
-    ties: ParameterCombinations | None = None,
     sizes: Mapping[str, float] | None = None,
     limits: Mapping[str, tuple[float, float]] | None = None,
     doubts: Mapping[str, Sequence[str]] | None = None,
@@ -118,7 +117,7 @@ def judge_samples(
     """Judge numbers by draws of them: fits to resampled repeats, or a chain.
 
     A number is *determined* as `tarsus.fit.verdict` has it. Else it may be determined *together with others*: a product
-    of its and at most ``ties.partners`` other numbers' powers is that narrow, and ``ties.gain`` times narrower than the
+    of its and at most two other numbers' powers is that narrow, and three times narrower than the
     number itself (see `find_exponents`), or a weighted sum with one other (see `find_weight`), which is named where it
     says much more than the product. A number whose sign the draws leave open is not determined, unless it has a size.
 
@@ -128,8 +127,6 @@ def judge_samples(
         Of the numbers, SI (np,).
     samples
         Draws (ns, np); rows with NaN are left out.
-    ties
-        Thresholds of combinations.
     sizes
         By name, for numbers that may be of either sign: what a change is compared with instead of the number itself.
     limits
@@ -144,7 +141,7 @@ def judge_samples(
         number, or fewer than 20 draws are finite.
     """
     drawn = _Draws.of(tuple(names), values, samples, sizes or {})
-    wanted, ends = ties or ParameterCombinations(), limits or {}
+    ends = limits or {}
     related = correlation(np.where(np.isfinite(drawn.u).all(axis=0), drawn.u, drawn.rows))
     verdicts: list[NumberVerdict] = []
     for j, name in enumerate(drawn.names):
@@ -157,7 +154,7 @@ def judge_samples(
         one = replace(one, verdict=verdict_of((one.low, one.high), cut, size=size, doubted=bool(against)))
         tie = None
         if one.verdict is Verdict.UNDECIDED and drawn.usable[j]:
-            tie = _known(verdicts, one, wanted) or _found(drawn, j, wanted)
+            tie = _known(verdicts, one) or _found(drawn, j)
         strongest: tuple[tuple[str, float], ...] = ()
         if one.verdict is Verdict.UNDECIDED and tie is None:
             order = np.argsort(-np.abs(np.nan_to_num(related[j])))
@@ -210,15 +207,15 @@ class _Draws:
         return cls(names, numbers, rows, scale, u, usable)
 
 
-def _found(drawn: _Draws, j: int, ties: ParameterCombinations) -> Combination | None:
+def _found(drawn: _Draws, j: int) -> Combination | None:
     """What draws hold fixed with number j: a product, or a sum that says more.
 
     A sum must leave half as much open as a product with whole exponents; one with fitted exponents must leave less.
     """
     others = [int(k) for k in np.flatnonzero(drawn.usable) if k != j]
     u = np.where(drawn.usable, drawn.u, 0.0)
-    products = find_exponents(u, j, others, ties)
-    summed = find_weight(drawn.rows, j, others, ties)
+    products = find_exponents(u, j, others)
+    summed = find_weight(drawn.rows, j, others)
     if summed is not None:
         k, weight, left = summed
         rival = np.inf
@@ -241,10 +238,10 @@ def _found(drawn: _Draws, j: int, ties: ParameterCombinations) -> Combination | 
     return Combination(tuple(terms), interval, whole)
 
 
-def _known(before: Sequence[NumberVerdict], own: Range, ties: ParameterCombinations) -> Combination | None:
+def _known(before: Sequence[NumberVerdict], own: Range) -> Combination | None:
     """A combination that was named for another number already, where it serves for this one as well.
 
-    What it leaves open of the number may then be ``ties.slack`` times as much, so that two numbers that are tied to
+    What it leaves open of the number may then be `SLACK` times as much, so that two numbers that are tied to
     each other are not given two combinations that differ by chance.
     """
     for verdict in before:
@@ -254,10 +251,10 @@ def _known(before: Sequence[NumberVerdict], own: Range, ties: ParameterCombinati
         size = None if tie.product else 1.0
         left = tie.interval.half_width(size) / abs(dict(tie.terms)[own.name])
         if tie.product:
-            narrow = left <= ties.slack * WIDTH
+            narrow = left <= SLACK * WIDTH
         else:
             narrow = tie.interval.half_width(abs(tie.interval.value)) <= WIDTH
-        if narrow and left <= ties.slack / ties.gain * own.half_width(size):
+        if narrow and left <= SLACK / GAIN * own.half_width(size):
             return tie
     return None
 

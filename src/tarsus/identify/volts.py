@@ -10,10 +10,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.model.drive.laws import VoltageLaw
 from tarsus.solve.flights import SUBSTEPS
-
-Floats = NDArray[np.float64]
 
 _FEWEST = 5
 """Samples of a stretch without a corner for it to be curved."""

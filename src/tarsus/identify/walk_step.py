@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.quantities import Quantity
 from tarsus.base.spec import float_paths, with_values
@@ -21,8 +21,6 @@ from tarsus.model.scene import Scene
 from tarsus.model.structure import Walker
 from tarsus.records.measurement import Measurement
 from tarsus.solve.outputs import Output
-
-Floats = NDArray[np.float64]
 
 GROUND_KNOWN, LEGS_KNOWN = 1.0, 0.1
 """Standard deviations of logarithms beforehand: a number of the ground within a factor of seven, one of a leg as far as
@@ -135,7 +133,7 @@ def identify_walking(
     left = np.concatenate(fit.left)
     followed = int(np.count_nonzero(left < FOLLOWED))
     share = Check(
-        "share of windows that are not followed", 1.0 - followed / len(left), MISFITS, paths=fit.paths,
+        "share of samples that are not followed", 1.0 - fit.followed, MISFITS, paths=fit.paths,
         cause="walks move otherwise than the model between some contacts",
     )  # fmt: skip
     contacts = f"{len(left)} windows between contacts, {1e3 * _median_length(fit):.3g} ms at the median"

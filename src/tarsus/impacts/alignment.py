@@ -6,15 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import convolve1d
 from scipy.optimize import fminbound
 from scipy.signal import correlate, correlation_lags, firwin, oaconvolve
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.records.measurement import Measurement, check_sampled_together
-
-Floats = NDArray[np.float64]
 
 _TAPS = 32
 """Samples on either side that a delayed sample is made of."""

@@ -11,11 +11,10 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.impacts.estimates import Spread, spread
 from tarsus.records.measurement import Measurement, Quantity, check_sampled_together
-
-Floats = NDArray[np.float64]
 
 _SIDE = 6
 """Samples on either side of an instant that its jump is judged by."""

@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.stats import norm, t
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
-
-Floats = NDArray[np.float64]
 
 _ROUNDS = 50
 """Rounds of the ratio at most: it ends before, at rounding."""

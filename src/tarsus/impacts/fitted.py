@@ -10,11 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
+from tarsus.base.arrays import Floats
 from tarsus.impacts.detection import Impacts
 from tarsus.impacts.free import FreeResponse, ImpactFit, fit_impact
 from tarsus.records.measurement import Measurement
-
-Floats = NDArray[np.float64]
 
 _AIR_ORDER = 5
 """Order of the polynomial that smooths the in-air velocity of the foot around an impact."""

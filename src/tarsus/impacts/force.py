@@ -8,14 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.impacts.free import point_rows
 from tarsus.model.structure.base import Matrices, Structure
 from tarsus.records.measurement import Measurement, Quantity
 from tarsus.tables.table import Column, Table, Tabled
-
-Floats = NDArray[np.float64]
-
 
 CLEAR = 5.0
 """How many of its standard deviations a foot's force must have for a ratio to it to mean anything."""

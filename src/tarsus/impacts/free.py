@@ -11,14 +11,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh, expm
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.model.structure.base import Structure
-
-Floats = NDArray[np.float64]
 
 _ROUNDS = 8
 """Gauss-Newton rounds for the instant of an impact at most; three are enough for a strong one."""

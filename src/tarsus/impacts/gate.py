@@ -17,12 +17,10 @@ GAIN_LIMIT = 0.05
 
 @dataclass(frozen=True)
 class GateVerdict:
-    """Whether a repeat passes, and why not in one sentence each; limits: those it was judged by."""
+    """Whether a repeat passes, and why not in one sentence each."""
 
     accepted: bool
     reasons: tuple[str, ...]
-    residual_limit: float
-    gain_limit: float
 
     def __str__(self) -> str:
         return "The repeat is accepted." if self.accepted else " ".join(self.reasons)
@@ -56,4 +54,4 @@ def residual_gate(
                 f"The repeat is rejected: channel '{name}' has a gain of {gain:.3f} against the in-air record, more "
                 f"than {gain_limit:.0%} off one."
             )
-    return GateVerdict(not reasons, tuple(reasons), residual_limit, gain_limit)
+    return GateVerdict(not reasons, tuple(reasons))

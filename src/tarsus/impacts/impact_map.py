@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.impacts.alignment import Alignment, align, delayed, subtract
 from tarsus.impacts.detection import Impacts, detect_impacts
@@ -23,8 +23,6 @@ from tarsus.impacts.gate import RESIDUAL_LIMIT, GateVerdict, residual_gate
 from tarsus.model.structure.base import Structure
 from tarsus.records.measurement import Measurement, Quantity
 from tarsus.tables.table import Column, Table, Tabled
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -6,14 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.linalg import eigh
 
+from tarsus.base.arrays import Floats
 from tarsus.impacts.free import point_rows
 from tarsus.measure.mac import mac
 from tarsus.model.structure.base import Structure
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -9,14 +9,13 @@ from itertools import combinations
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tarsus.base.arrays import Complexes
 from tarsus.base.errors import InputError
 from tarsus.modes.frf import estimate_frf
 from tarsus.records.excluded import Excluded
 from tarsus.records.measurement import Measurement, Quantity
 
-Complexes = NDArray[np.complex128]
 Kind = TypeVar("Kind")
 
 _MOTIONS = (Quantity.VELOCITY, Quantity.DISPLACEMENT, Quantity.ACCELERATION)

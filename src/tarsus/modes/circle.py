@@ -8,10 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from tarsus.base.arrays import Complexes, Floats
 from tarsus.base.errors import InputError
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 
 _LEVEL = 0.2
 """Part of the peak down to which lines belong to the circle: below, neighbours and background bend it."""

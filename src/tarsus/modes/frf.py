@@ -10,11 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import csd
 
+from tarsus.base.arrays import Complexes, Floats
 from tarsus.base.errors import InputError
 from tarsus.records.measurement import FrequencyResponse, Measurement, Quantity
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 
 _UNEXCITED = 1e-8
 """Part of the largest power below which a line holds no drive: a ten-thousandth of the amplitude, the digit of a

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.signal import coherence, resample, welch
 
 from tarsus.base.errors import InputError
+from tarsus.base.messages import nearest
 from tarsus.modes.agreement import alike
 from tarsus.modes.frf import MOTIONS, Frf, estimate_frf
 from tarsus.records.measurement import Channel, FrequencyResponse, Measurement, Quantity
@@ -217,6 +218,9 @@ def responses_of(
 
 def _with_drives(records: Sequence[Measurement], drive: str | None) -> list[Measurement]:
     """Records with their drive; those without are read on the clock of one that has it."""
+    names = [name for one in records for name in one.names]
+    if drive is not None and drive not in names:
+        raise InputError(f"drive: no record has a channel '{drive}'{nearest(drive, dict.fromkeys(names))}")
     known = [
         replace(one, drive=drive) if drive is not None and drive in one.names else one for one in records
     ]

@@ -6,15 +6,14 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.stats import norm, t
 
+from tarsus.base.arrays import Complexes, Floats
 from tarsus.fit.ranges import Range
 from tarsus.fit.verdict import LEVEL
+from tarsus.modes.lsfd import stacked
 from tarsus.modes.refine import LocalFit
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 
 FEWEST_REPEATS = 4
 """Repeats from which the scatter is taken: Student's quantile for three is twice that for four."""
@@ -51,12 +50,15 @@ class Scatter:
         unit = 1.0 / np.where(known > 0.0, known, 1.0)
         return unit, Scatter(self.information * unit * unit[:, None], self.score * unit)
 
-    def range_of(self, value: float, slope: Floats, unit: str, spread: float = 0.0) -> Range:
+    def range_of(
+        self, value: float, slope: Floats, unit: str, spread: float = 0.0, least: float = 0.0
+    ) -> Range:
         """95 % interval of a number with derivatives ``slope`` (k,) by the unknowns.
 
         The variance is the jackknife's over groups (leave one out; Efron and Stein 1981), with Student's quantile for
         the groups that count, by their information about the number; ``spread``, a standard deviation, is that between
-        ways to fit. Infinite with one group.
+        ways to fit, and ``least`` what noise alone leaves: of few groups one in some hundred agree to a quarter of it.
+        Infinite with one group.
         """
         units, scaled = self.scaled()
         slope, total = slope * units, scaled.information.sum(axis=0)
@@ -70,27 +72,37 @@ class Scatter:
         left = total - scaled.information + floor  # a group may hold nearly all
         off = np.linalg.solve(left, scaled.score[..., None])[..., 0] @ slope
         deviation = np.sqrt((groups - 1.0) / groups * np.sum((off - off.mean()) ** 2))
-        half = float(np.hypot(t.ppf(_TAIL, count - 1.0) * deviation, norm.ppf(_TAIL) * spread))
+        own = max(t.ppf(_TAIL, count - 1.0) * deviation, norm.ppf(_TAIL) * least)
+        half = float(np.hypot(own, norm.ppf(_TAIL) * spread))
         return Range(value, value - half, value + half, unit=unit)
 
 
 def pole_ranges(
-    pole: complex, scatter: Scatter, spread: tuple[float, float] = (0.0, 0.0)
+    pole: complex, scatter: Scatter, spread: ArrayLike = (0.0, 0.0), least: ArrayLike = (0.0, 0.0)
 ) -> tuple[Range, Range]:
     """Ranges of natural frequency [Hz] and damping ratio [1] of a pole [rad/s] whose real and imaginary part are the
-    unknowns, with the standard deviations of both between ways to fit."""
+    unknowns, with the standard deviations of both between ways to fit, and those that noise alone leaves."""
+    spread, least = np.asarray(spread, dtype=float), np.asarray(least, dtype=float)
     radius, (frequency, ratio) = abs(pole), numbers_of(pole)
     to_frequency = np.array([pole.real, pole.imag]) / radius / (2.0 * np.pi)
     to_ratio = np.array([-1.0 / radius + pole.real**2 / radius**3, pole.real * pole.imag / radius**3])
     return (
-        scatter.range_of(frequency, to_frequency, "Hz", spread[0]),
-        scatter.range_of(ratio, to_ratio, "1", spread[1]),
+        scatter.range_of(frequency, to_frequency, "Hz", spread[0], least[0]),
+        scatter.range_of(ratio, to_ratio, "1", spread[1], least[1]),
     )
 
 
 def numbers_of(pole: complex) -> tuple[float, float]:
     """Natural frequency [Hz] and damping ratio [1] of a pole [rad/s]."""
     return abs(pole) / (2.0 * np.pi), -pole.real / abs(pole)
+
+
+def variances_of(fit: LocalFit, rows: NDArray[np.bool_] | slice = slice(None)) -> Floats:
+    """Variances of frequency and damping ratio (2,) of a local fit by its misfit, were that white, in all of the
+    responses or some."""
+    slopes = fit.slopes[rows].reshape(-1, 2)
+    of_pole = np.diag(np.linalg.pinv(slopes.T @ slopes))
+    return np.array([of_pole[1] / (2.0 * np.pi) ** 2, of_pole[0] / abs(fit.pole) ** 2])
 
 
 def scatter_of(
@@ -138,5 +150,4 @@ def pole_shifts(fit: LocalFit, values: Complexes, repeats: Complexes) -> Complex
 def _scores(fit: LocalFit, values: Complexes, repeats: Complexes) -> Floats:
     """Score (nr, 2) of each repeat about real and imaginary part of the pole."""
     off = (repeats - values) / fit.noise[:, None]
-    parts = np.concatenate([off.real, off.imag], axis=2)
-    return parts.reshape(len(repeats), -1) @ fit.slopes.reshape(-1, 2)
+    return stacked(off, 2).reshape(len(repeats), -1) @ fit.slopes.reshape(-1, 2)

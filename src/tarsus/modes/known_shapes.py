@@ -10,17 +10,15 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from tarsus.base.arrays import Complexes, Floats
 from tarsus.base.errors import InputError
 from tarsus.modes.frf import Frf
 from tarsus.modes.intervals import FEWEST_REPEATS, Basis, Scatter
+from tarsus.modes.lsfd import stacked
 from tarsus.modes.modal import ModalFit
 from tarsus.modes.mode import IdentifiedMode, ModeVerdict
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 
 _RATIOS = (0.003, 0.01, 0.03, 0.1, 0.3, 0.7)
 """Damping ratios that are tried first, at frequencies as close as their bandwidth."""
@@ -66,14 +64,13 @@ class _Responses:
         parts = np.concatenate([by_frequency * gain[:, None], by_ratio * gain[:, None], curves])
         shapes = np.tile(self.shapes[which], (3, 1))
         full = np.einsum("po,pf->ofp", shapes, parts).reshape(-1, len(parts))
-        return np.concatenate([full.real, full.imag])
+        return stacked(full, 0)
 
     def fitted(self, x: Floats, which: list[int], tolerance: float) -> Floats:
         """Unknowns of some modes fitted together, from a start, until the sum of squares falls no more."""
 
         def left(at: Floats) -> Floats:
-            off = (self.model(at, which) - self.values).ravel()
-            return np.concatenate([off.real, off.imag])
+            return stacked((self.model(at, which) - self.values).ravel(), 0)
 
         def slopes(at: Floats) -> Floats:
             return self.slopes(at, which)
@@ -198,7 +195,7 @@ def _scatter(
     moved = None
     if frf.repeats is not None:
         off = ((frf.repeats - frf.values)[:, :, 0] / noise[:, None]).reshape(len(frf.repeats), -1)
-        score = np.concatenate([off.real, off.imag], axis=1) @ slopes
+        score = stacked(off, 1) @ slopes
         scale = np.sqrt(np.diag(full))
         moved = score / scale @ np.linalg.pinv(full / scale / scale[:, None]) / scale
         if (count := len(off)) >= FEWEST_REPEATS:

@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
+from tarsus.base.arrays import Complexes, Floats
 
 _BANDWIDTHS_APART = 0.5
 """Half-power bands within which poles of two orders are one track: closer modes are not told from one."""

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
+from tarsus.base.arrays import Complexes, Floats
+
+
+def stacked(values: Complexes, axis: int) -> Floats:
+    """Real parts, then imaginary parts, along an axis."""
+    return np.concatenate([values.real, values.imag], axis=axis)
 
 
 def pole_curves(frequency: Floats, poles: Complexes, hann: bool = False) -> Complexes:
@@ -44,9 +47,10 @@ def background_columns(frequency: Floats, degree: int) -> Complexes:
 
 
 def residues_of(
-    frequency: Floats, values: Complexes, poles: Complexes, degree: int = 2, hann: bool = False
+    frequency: Floats, values: Complexes, poles: Complexes, hann: bool = False
 ) -> tuple[Complexes, Complexes]:
-    """Residues of poles in responses (least-squares frequency domain), and what is left for the modes outside.
+    """Residues of poles in responses (least-squares frequency domain), and what is left for the modes outside: a
+    background of second degree in frequency, free in every response.
 
     Parameters
     ----------
@@ -56,8 +60,6 @@ def residues_of(
         Responses (nc, nf) in any unit.
     poles
         Poles (np,) [rad/s], above 0 Hz.
-    degree
-        Of the polynomial background in frequency, free in every response.
     hann
         Whether the responses are seen through Hann windows (`pole_curves`).
 
@@ -67,11 +69,11 @@ def residues_of(
         In the unit of the response times rad/s; each belongs to ``1 / (j w - pole)``, its conjugate to the conjugate.
     background : (nc, nf)
     """
-    own, rest = modal_columns(frequency, poles, hann), background_columns(frequency, degree)
+    own, rest = modal_columns(frequency, poles, hann), background_columns(frequency, 2)
     columns = np.concatenate([own, rest], axis=1)
     scale = np.linalg.norm(columns, axis=0)
-    design = np.concatenate([columns.real, columns.imag]) / scale
-    target = np.concatenate([values.real, values.imag], axis=1).T
+    design = stacked(columns, 0) / scale
+    target = stacked(values, 1).T
     found = np.linalg.lstsq(design, target, rcond=None)[0] / scale[:, None]
     count = len(poles)
     return (found[:count] + 1.0j * found[count : 2 * count]).T, (rest @ found[2 * count :]).T
@@ -80,4 +82,4 @@ def residues_of(
 def synthesise(frequency: Floats, poles: Complexes, residues: Complexes, hann: bool = False) -> Complexes:
     """Responses (..., nf) of poles (np,) with residues (..., np), conjugates included."""
     columns = modal_columns(frequency, poles, hann)
-    return np.concatenate([residues.real, residues.imag], axis=-1) @ columns.T
+    return stacked(residues, -1) @ columns.T

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.arrays import Complexes, Floats
 from tarsus.base.errors import InputError
 from tarsus.measure.mac import mac
 from tarsus.model.structure.modal import Modal
@@ -22,9 +23,6 @@ from tarsus.modes.spread import spreads
 from tarsus.records.measurement import FrequencyResponse
 from tarsus.tables.table import Column, Table, Tabled
 
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
-
 _SIGNIFICANT = 5.0
 """Standard deviations that a residue must have: of a million poles of noise one does."""
 _ROUNDS = 2
@@ -34,6 +32,9 @@ _SAME = 0.3
 _APART = 6.0
 """Half-power bandwidths from known modes at which a part of the band may add one: nearer, its poles mend the fit of
 those."""
+MOST_ORDER = 300
+"""Largest order of a model: the work grows as its fourth power, to minutes here, and a band of 100 modes is better cut
+into parts."""
 _STEADY = 0.5
 """Part of the orders that must have a pole for it to be taken for a neighbour beforehand."""
 _DAMPING_MOVES = 1.5
@@ -50,14 +51,13 @@ class ModalFit(Tabled):
 
     frf: the responses of the band; modes: by frequency, refused ones included; poles: of all models by order [rad/s],
     for a stabilisation diagram; synthesis (no, ni, nf): responses of all modes and of a background of second degree;
-    passed: sentences on parts of the band that showed nothing; delay [s] of the responses that all modes show.
+    delay [s] of the responses that all modes show.
     """
 
     frf: Frf
     modes: tuple[IdentifiedMode, ...]
     poles: dict[int, Complexes]
     synthesis: Complexes
-    passed: tuple[str, ...] = ()
     delay: float = 0.0
 
     def table(self) -> Table:
@@ -91,8 +91,7 @@ class ModalFit(Tabled):
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """A sentence for responses that the modes leave unexplained, one for a delay, and one for every part of the
-        band that showed nothing."""
+        """A sentence for responses that the modes leave unexplained, and one for a delay."""
         left = [
             f"the modes found leave {100.0 * self.misfit:.0f} % of the responses unexplained: some are missing; raise "
             "the order or narrow the band"
@@ -101,7 +100,7 @@ class ModalFit(Tabled):
             f"the modes show that the responses come {abs(1e3 * self.delay):.3g} ms "
             f"{'after' if self.delay > 0.0 else 'before'} the drive, as by a delay of an instrument: taken off"
         ] * (self.delay != 0.0)
-        return (*left, *late, *self.passed)
+        return (*left, *late)
 
     @property
     def misfit(self) -> float:
@@ -211,8 +210,10 @@ def identify_modes(
     Raises
     ------
     InputError
-        If no mode is found in the band, or it has too few lines.
+        If no mode is found in the band, or it has too few lines; for an order below 2 or above `MOST_ORDER`.
     """
+    if not 2 <= order <= MOST_ORDER:
+        raise InputError(f"order: expected a number from 2 to {MOST_ORDER}, got {order}")
     if isinstance(frf, FrequencyResponse):  # a line next to 0 Hz may be off the grid of the others
         frf = Frf.of(frf.between(max(band[0], 0.5 * float(np.median(np.diff(frf.frequency)))), band[1]))
     given = frf.between(*band)

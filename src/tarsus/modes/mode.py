@@ -7,17 +7,14 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tarsus.base.arrays import Complexes, Floats
 from tarsus.fit.ranges import Range
 from tarsus.fit.verdict import WIDTH, determined
 from tarsus.measure.mac import mac
 from tarsus.modes.frf import Frf
-from tarsus.modes.intervals import Basis, pole_ranges, pole_shifts, scatter_of
+from tarsus.modes.intervals import Basis, pole_ranges, pole_shifts, scatter_of, variances_of
 from tarsus.modes.refine import LocalFit
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 
 TILTED = np.radians(45.0)
 """Angle from a real mode: halfway to an imaginary one."""
@@ -94,8 +91,9 @@ def mode_of(frf: Frf, fit: LocalFit, orders: int, spread: Floats | None = None) 
     if repeats is not None:
         repeats = repeats.reshape(len(repeats), -1, len(frf.frequency))[..., fit.lines]
     scatter, basis = scatter_of(fit, channels, repeats, frf.line)
-    between = (0.0, 0.0) if spread is None else (float(spread[0]), float(spread[1]))
-    frequency, damping = pole_ranges(fit.pole, scatter, between)
+    # channels and lines have the noise that tells it from the misfit itself
+    least = np.sqrt(variances_of(fit)) if basis is Basis.REPEATS else np.zeros(2)
+    frequency, damping = pole_ranges(fit.pole, scatter, np.zeros(2) if spread is None else spread, least)
     shifts = None if repeats is None else pole_shifts(fit, channels, repeats)
     residues = (fit.residues / fit.pole**frf.derivatives).reshape(frf.values.shape[:2])
     square, size = np.sum((1.0j * residues) ** 2), float(np.sum(np.abs(residues) ** 2))

@@ -6,14 +6,11 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tarsus.base.arrays import Complexes, Floats
 from tarsus.modes.frf import Frf
 from tarsus.modes.lscf import fit_poles, pole_tracks
-from tarsus.modes.lsfd import background_columns, modal_columns
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
+from tarsus.modes.lsfd import background_columns, modal_columns, stacked
 
 _SHARE_OF_ORDERS = 0.15
 """Part of the orders that must have a pole: weak modes appear late."""
@@ -144,10 +141,10 @@ def _shares(
     unit = np.abs(1.0 / (2.0j * np.pi * frequency - poles[:, None])) ** 2
     gain = np.sqrt(np.sum(unit * near, axis=1) / count)
     columns = np.concatenate([modal_columns(frequency, poles), background_columns(frequency, 2)], axis=1)
-    design = np.concatenate([columns.real, columns.imag])
+    design = stacked(columns, 0)
     scale = np.linalg.norm(design, axis=0)
     basis, triangle = np.linalg.qr(design / scale)
-    target = basis.T @ np.concatenate([channels.real, channels.imag], axis=1).T
+    target = basis.T @ stacked(channels, 1).T
     alive = np.arange(len(poles))
     while len(alive):
         used = np.concatenate([alive, alive + len(poles), np.arange(2 * len(poles), len(scale))])

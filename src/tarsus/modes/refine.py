@@ -5,13 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from tarsus.modes.lsfd import background_columns, modal_columns, pole_curves, synthesise
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
+from tarsus.base.arrays import Complexes, Floats
+from tarsus.modes.lsfd import background_columns, modal_columns, pole_curves, stacked, synthesise
 
 _LINES = 10
 """And lines at least, twice its unknowns."""
@@ -78,11 +75,6 @@ class LocalFit:
         return float(np.sqrt(np.mean(np.abs(self.residues / self.deviation) ** 2 / 2.0)))
 
 
-def _stacked(values: Complexes, axis: int) -> Floats:
-    """Real parts, then imaginary parts, along an axis."""
-    return np.concatenate([values.real, values.imag], axis=axis)
-
-
 class _Problem:
     """Separable least squares: poles nonlinear; residues and background, of each channel, linear."""
 
@@ -102,7 +94,7 @@ class _Problem:
         self.start = start
         line = 2.0 * np.pi * (frequency[1] - frequency[0])
         self.unit = np.maximum(np.abs(start.real), 0.1 * line)
-        self.target = _stacked(values, 1).T * weights
+        self.target = stacked(values, 1).T * weights
         self.weights = weights
 
     def poles(self, theta: Floats) -> Complexes:
@@ -113,7 +105,7 @@ class _Problem:
         """Weighted residuals (2 nf, nc), weighted linear parameters (k, nc), orthonormal basis (2 nf, k), triangle."""
         own = modal_columns(self.frequency, self.poles(theta), self.hann)
         columns = np.concatenate([own, self.background], axis=1)
-        basis, triangle = np.linalg.qr(_stacked(columns, 0))
+        basis, triangle = np.linalg.qr(stacked(columns, 0))
         inner = basis.T @ self.target
         linear = np.asarray(np.linalg.solve(triangle, inner), dtype=float)
         return self.target - basis @ inner, linear, basis, triangle
@@ -139,8 +131,8 @@ class _Problem:
         for k, unit in enumerate(self.unit):
             both, apart = near[:, k, None] + far[:, k, None], 1.0j * (near[:, k, None] - far[:, k, None])
             real, imag = linear[k], linear[count + k]
-            out[:, :, k] = unit * _stacked(both * real + apart * imag, 0)
-            out[:, :, count + k] = unit * _stacked(apart * real - both * imag, 0)
+            out[:, :, k] = unit * stacked(both * real + apart * imag, 0)
+            out[:, :, count + k] = unit * stacked(apart * real - both * imag, 0)
         flat = out.reshape(len(out), -1)
         return (flat - basis @ (basis.T @ flat)).reshape(out.shape)
 

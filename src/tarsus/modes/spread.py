@@ -11,16 +11,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
+from tarsus.base.arrays import Complexes, Floats
 from tarsus.modes.frf import Frf
-from tarsus.modes.intervals import numbers_of
+from tarsus.modes.intervals import numbers_of, variances_of
 from tarsus.modes.lscf import fit_poles
 from tarsus.modes.refine import LocalFit, Surroundings, refine_pole
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 
 _WINDOWS = (Surroundings(1.5, 1), Surroundings(6.0, 3))
 """Half of the usual window with a simpler background, and twice the usual one with a richer one."""
@@ -98,13 +95,13 @@ def _between_windows(frf: Frf, fits: Sequence[LocalFit]) -> Floats:
     ends = np.array([fit.pole for fit in fits])
     out = np.zeros((len(fits), 2))
     for k, fit in enumerate(fits):
-        own, squares = _variances(fit), []
+        own, squares = variances_of(fit), []
         for window in _WINDOWS:
             window = replace(window, hann=frf.hann)
             other = refine_pole(frf.frequency, channels, fit.pole, np.delete(ends, k), window=window)
             if other is not None:
                 off = np.array(numbers_of(other.pole)) - numbers_of(fit.pole)
-                squares.append(np.maximum(off**2 - np.abs(_variances(other) - own), 0.0))
+                squares.append(np.maximum(off**2 - np.abs(variances_of(other) - own), 0.0))
         if squares:
             out[k] = np.mean(squares, axis=0)
     return out
@@ -123,19 +120,11 @@ def _between_files(frf: Frf, fits: Sequence[LocalFit]) -> Floats:
             information = slopes.T @ slopes
             step = np.linalg.pinv(information) @ slopes.T @ fit.misfit[rows].ravel()
             off = np.array(numbers_of(fit.pole + complex(*step))) - own
-            squares.append(off**2 - _variances(fit, rows))
+            squares.append(off**2 - variances_of(fit, rows))
             weights.append(np.trace(information))
         share = np.array(weights) / np.sum(weights)
         out[k] = np.maximum(share @ np.array(squares), 0.0) * np.sum(share**2)
     return out
-
-
-def _variances(fit: LocalFit, rows: NDArray[np.bool_] | slice = slice(None)) -> Floats:
-    """Variances of frequency and damping ratio (2,) of a local fit by its misfit, were that white, in all of the
-    responses or some."""
-    slopes = fit.slopes[rows].reshape(-1, 2)
-    of_pole = np.diag(np.linalg.pinv(slopes.T @ slopes))
-    return np.array([of_pole[1] / (2.0 * np.pi) ** 2, of_pole[0] / abs(fit.pole) ** 2])
 
 
 def noise_of(frf: Frf, misfit: Complexes) -> Floats:

@@ -12,6 +12,7 @@ from tarsus.modes.gather import decays, merged, responses_of
 from tarsus.modes.modal import ModalFit, identify_modes
 from tarsus.records.measurement import FrequencyResponse, Measurement
 from tarsus.records.readers import read_measurement, read_response
+from tarsus.tables.numbers import amount
 
 Source = str | os.PathLike[str] | Measurement | FrequencyResponse
 
@@ -61,6 +62,8 @@ def modes(
         raise InputError(
             "name at least one file of frequency responses, of records with a drive, or of free decays"
         )
+    if segment is not None and not segment > 0.0:
+        raise InputError(f"segment: expected a time above 0 s, got {amount(segment, 's')}")
     found = [_read(one, read or {}, decay) for one in sources]
     names = [one.source for one in found]
     found = [

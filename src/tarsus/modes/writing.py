@@ -116,7 +116,7 @@ def compared(fit: ModalFit, other: Mapping[str, Any]) -> Table:
     try:
         names, earlier = list(other["points"]), list(other["modes"])
         shapes = np.array([np.add(m["shape_real"], 1.0j * np.array(m["shape_imaginary"])) for m in earlier])
-    except (KeyError, TypeError, ValueError):
+    except (KeyError, TypeError, ValueError, IndexError):
         raise InputError("the set to compare with is no modes.json of `tarsus modes`") from None
     shared = [name for name in fit.frf.outputs if name in names]
     if not shared or not len(shapes):

@@ -4,9 +4,8 @@ them in whole digits of a recorder, or one by one, more often than at the values
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from tarsus.base.arrays import Floats
 
 _SHORTEST_RUN = 3
 """Samples on the outermost value: a peak of a smooth signal may have two."""

@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
+from typing import TypeVar
+
+import numpy as np
+
+Item = TypeVar("Item")
 
 
 class Exclusion(Enum):
     """What is wrong with data that were not used."""
 
     UNUSABLE = "they do not have what the step needs"
-    UNLIKE = "they have it, and are not as the model has them: evidence against the model, where they are many"
+    UNLIKE = (
+        "they have it, and are not as the model has them: evidence against the model, where they are many"
+    )
     ENOUGH = "nothing: others are enough"
 
 
@@ -31,6 +39,22 @@ class Excluded:
     def __str__(self) -> str:
         where = f"{self.file}, channel '{self.channel}'" if self.channel else self.file
         return f"{where}: {self.reason}" if where else self.reason
+
+
+def evenly(items: Sequence[Item], most: int) -> list[Item]:
+    """At most so many of some items, evenly from all."""
+    if len(items) <= most:
+        return list(items)
+    return [items[k] for k in np.linspace(0, len(items) - 1, most).round().astype(int).tolist()]
+
+
+def enough(
+    items: Sequence[Item], most: int, what: str, file: str, channel: str
+) -> tuple[list[Item], list[Excluded]]:
+    """At most so many of some items, evenly from all, and that the others are not used."""
+    count = max(len(items) - most, 0)
+    text = f"{count} of {len(items)} {what}, evenly from all: {most} are enough"
+    return evenly(items, most), [Excluded(file, channel, text, count, Exclusion.ENOUGH)] * (count > 0)
 
 
 def excluded_of(file: str, said: str) -> Excluded:

@@ -6,15 +6,13 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from tarsus.base.arrays import Complexes, Floats
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.base.quantities import Quantity
 from tarsus.records.clipping import heaped_samples
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)

@@ -6,20 +6,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import norm, qmc
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
-from tarsus.base.spec import get_value, with_values
+from tarsus.base.spec import Description, float_paths, get_value, with_values
 from tarsus.fit.verdict import LEVEL
-from tarsus.identify.limits import field_limits
 from tarsus.model.scene import Scene
 from tarsus.model.structure import Walker
 from tarsus.solve.tangents import Direction
 from tarsus.synthesis.devices import identified_paths
 from tarsus.synthesis.walks import MOST_LEGS
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -116,6 +113,30 @@ class Belief:
         return {
             name: {path: float(get_value(scene, path)) for path in one} for name, one in self.unknown.items()
         }
+
+
+def field_limits(scene: Scene, path: str) -> tuple[float, float]:
+    """Smallest and largest value [SI] that the description of a float allows; infinite where it sets none.
+
+    Raises
+    ------
+    InputError
+        If the scene has no float at the path.
+    """
+    if path not in float_paths(scene):
+        get_value(scene, path)  # an unknown path has a sentence of its own
+        raise InputError(f"{path}: expected the path of a number")
+    keys = path.split(".")
+    while keys:
+        name = keys.pop()
+        owner = get_value(scene, ".".join(keys)) if keys else scene
+        if isinstance(owner, Description):
+            extra = type(owner).model_fields[name].json_schema_extra
+            bounds = extra if isinstance(extra, dict) else {}
+            low = bounds.get("ge", bounds.get("gt", -np.inf))
+            high = bounds.get("le", bounds.get("lt", np.inf))
+            return float(low), float(high)  # type: ignore[arg-type]
+    raise InputError(f"{path}: expected the path of a number")
 
 
 def _together(scene: Scene, path: str) -> str:

@@ -12,6 +12,7 @@ import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import kind_of
+from tarsus.base.progress import Progress
 from tarsus.base.spec import FrozenDict, float_paths, with_values
 from tarsus.files.toml import description_text, write_scene
 from tarsus.files.whole import write_text
@@ -31,7 +32,6 @@ from tarsus.synthesis.record_files import write_csv, write_hdf, write_mat, write
 from tarsus.synthesis.recordings import Instrument, Recording, driven_by, placed, recorded, rest_of
 
 Writer = Callable[[Measurement, Path], dict[str, ChannelChoice]]
-Progress = Callable[[int, int, str], None]
 
 _FORMATS: dict[Purpose, tuple[str, Writer]] = {
     Purpose.MODAL: (".uff", write_uff),

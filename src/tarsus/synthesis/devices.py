@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import float_paths, with_values
 from tarsus.model.scene import Scene
 from tarsus.model.standing import rest_state
 from tarsus.model.structure import Walker
-
-Floats = NDArray[np.float64]
 
 _TRIES = 200
 """Draws of a device before it is given up."""

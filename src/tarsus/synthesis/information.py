@@ -15,8 +15,8 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.events import CONTACT_BEGINS, EventKind
 from tarsus.base.quantities import Quantity
@@ -28,9 +28,7 @@ from tarsus.solve.codes import ResultCode
 from tarsus.solve.contacts import Contacts
 from tarsus.solve.outputs import Output
 from tarsus.solve.tangents import Direction
-from tarsus.synthesis.recordings import Instrument, Recording, outputs_of, placed
-
-Floats = NDArray[np.float64]
+from tarsus.synthesis.recordings import Recording, outputs_of, placed
 
 IMPACTS = 3
 """Impacts of a window: as many as a descent from numbers a tenth off followed on a walker (5 ms of the millipede)."""
@@ -139,7 +137,7 @@ def told_by(
     tool = sensing or Sensing()
     there = placed(scene, recording, drive)
     outputs = [
-        one for one in outputs_of(there, recording, Instrument())
+        one for one in outputs_of(there, recording)
         if one.quantity in tool.noise or one.quantity in tool.share
     ]  # fmt: skip
     if not outputs:

@@ -7,7 +7,6 @@ electrode is recorded close to the ground as well (section 3.4.3)."""
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from tarsus.base.errors import InputError
@@ -20,8 +19,6 @@ from tarsus.solve import simulate
 from tarsus.synthesis.recordings import Recording, placed
 from tarsus.synthesis.sweep_level import sweep_level
 from tarsus.synthesis.walks import planned_walks
-
-Floats = NDArray[np.float64]
 
 SWEEPS = 6
 """Sweeps: three each way."""

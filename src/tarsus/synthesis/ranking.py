@@ -9,19 +9,17 @@ from functools import partial
 from itertools import combinations_with_replacement
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
+from tarsus.base.progress import Progress
 from tarsus.base.spec import float_paths
 from tarsus.base.workers import Workers, spread
 from tarsus.model.scene import Scene
 from tarsus.synthesis.belief import Belief
-from tarsus.synthesis.information import IMPACTS, Sensing, Told, deviations, gains_of, told_by
+from tarsus.synthesis.information import Sensing, Told, deviations, gains_of, told_by
 from tarsus.synthesis.recordings import Recording
-
-Floats = NDArray[np.float64]
-Progress = Callable[[int, int, str], None]
 
 MOST_REPEATS = 10
 """Records of one kind that a plan takes at most."""
@@ -91,8 +89,6 @@ def rank(
     budget: float,
     *,
     sensing: Sensing | None = None,
-    draws: int = DRAWS,
-    impacts: int | None = IMPACTS,
     seed: int = 0,
     threads: Workers = None,
     progress: Progress | None = None,
@@ -117,8 +113,6 @@ def rank(
         Time of recording [s].
     sensing
         The instruments.
-    draws, impacts
-        Devices drawn, their values among them; impacts of a window (`told_by`).
     seed
         Of the draws.
     progress
@@ -131,7 +125,7 @@ def rank(
         candidate can be recorded.
     """
     _check(candidates, belief, parameter, budget)
-    told = _all_told(scene, candidates, belief, sensing or Sensing(), belief.draws(draws, seed), impacts, threads,
+    told = _all_told(scene, candidates, belief, sensing or Sensing(), belief.draws(DRAWS, seed), threads,
                      progress)  # fmt: skip
     gained = _Gained(told, belief, sensing or Sensing(), parameter)
     alone = [gained.gain({k: 1}) for k in range(len(candidates))]
@@ -201,12 +195,12 @@ class _Gained:
 
 
 def _all_told(
-    scene: Scene, candidates: Sequence[Recording], belief: Belief, sensing: Sensing, logs: Floats, impacts: int | None,
+    scene: Scene, candidates: Sequence[Recording], belief: Belief, sensing: Sensing, logs: Floats,
     threads: Workers, progress: Progress | None,
 ) -> list[list[Told | str]]:  # fmt: skip
     """Of every candidate what it tells at every draw, or why it tells nothing."""
     drive = next(iter(scene.signals), next(iter(scene.robot.drives), ""))
-    work = partial(_told, scene, belief, sensing, drive, impacts)
+    work = partial(_told, scene, belief, sensing, drive)
     jobs = [(candidate, row) for candidate in candidates for row in logs]
     out: list[list[Told | str]] = []
     for i, one in enumerate(spread(work, jobs, threads)):
@@ -225,13 +219,12 @@ def _told(
     belief: Belief,
     sensing: Sensing,
     drive: str,
-    impacts: int | None,
     job: tuple[Recording, Floats],
 ) -> Told | str:
     recording, logs = job
     try:
         drawn = belief.scene(scene, logs)
-        return told_by(drawn, recording, belief.directions(drawn), sensing, drive=drive, impacts=impacts)
+        return told_by(drawn, recording, belief.directions(drawn), sensing, drive=drive)
     except InputError as error:
         return str(error)
 

@@ -24,8 +24,8 @@ from tarsus.synthesis.belief import Belief
 from tarsus.synthesis.information import Sensing
 from tarsus.synthesis.proposals import UNITS, proposals
 from tarsus.synthesis.ranking import Ranking, rank
-from tarsus.tables.numbers import amount
-from tarsus.tables.table import Column, Table
+from tarsus.tables.numbers import amount, percent
+from tarsus.tables.table import Column, Table, Tabled
 
 Values = str | float | Sequence[float | str]
 """One number or several: SI, or texts with units, in one text with commas between them."""
@@ -39,7 +39,7 @@ NOTHING = 10.0
 
 
 @dataclass(frozen=True, repr=False)
-class Recommendation:
+class Recommendation(Tabled):
     """Records by what each would tell of one number, or of all, and those chosen within the budget."""
 
     scene: Scene
@@ -69,14 +69,16 @@ class Recommendation:
                 f"{found.parameter} = {value}, known within {self._after(0.0)} (95 %)\n"
                 f"not known either: {others or 'nothing'}"
             )
+        noted = any(one.note for one in best)
         rows = [
-            (one.recording.name, one.recording.duration, self._after(one.gain), one.repeats or None, one.note)
+            (one.recording.name, one.recording.duration, self._after(one.gain), one.repeats or None,
+             *((one.note,) if noted else ()))
             for one in best
-        ]
+        ]  # fmt: skip
         more = len(found.ranked) - len(best)
         return Table(
             title,
-            ("record", Column("time", "s", 3), what, "in the plan", "note"),
+            ("record", Column("time", "s", 3), what, "times in the plan", *(("note",) if noted else ())),
             rows,
             [f"and {more} records that tell less"] if more else [],
             [self._plan(), self._numbers()],
@@ -91,14 +93,14 @@ class Recommendation:
         found, plan = self.ranking, self.ranking.plan
         if not plan.steps:
             what = found.parameter or "the numbers"
-            told = f"No record within {found.budget:g} s tells enough about {what} to be worth taking."
+            told = f"No record within {amount(found.budget, 's', 3)} tells enough about {what} to be worth taking."
             return Table(told, (), ())
         left = self._after(plan.gain)
         expected = (
             f"known within {left} (95 %)" if found.parameter else f"intervals narrower by {left} in the mean"
         )
         counts = Counter(recording.name for recording, _ in plan.steps)
-        title = f"Record, in {plan.cost:.3g} s of {found.budget:g} s:"
+        title = f"Record, in {amount(plan.cost, 's', 3)} of {amount(found.budget, 's', 3)}:"
         return Table(title, ("record", "times"), list(counts.items()), [f"Expected: {expected}."])
 
     def _numbers(self) -> Table:
@@ -114,7 +116,7 @@ class Recommendation:
             "Lower bounds: no estimate is closer, and a model or an instrument that is wrong not as close."
         ]
         notes += [f"Not from {of}: {', '.join(lacking)}."] if lacking else []
-        columns = ("number", "known now within", "lower bound", "at best")
+        columns = ("number", "known now within", "lower bound from these alone", "at best")
         return Table(f"What {of} can tell (95 %):", columns, rows, notes)
 
     def to_dict(self) -> dict[str, Any]:
@@ -144,13 +146,7 @@ class Recommendation:
             "records": records, "plan": plan, "numbers": numbers,
         }  # fmt: skip
 
-    def __str__(self) -> str:
-        return self.table().text()
-
-    __repr__ = __str__
-
-    def _repr_html_(self) -> str:
-        return self.table().html()
+    __repr__ = Tabled.__str__
 
 
 def _driven(recording: Any) -> dict[str, Any]:
@@ -172,7 +168,7 @@ def _within(std: float) -> str:
     factor = exp(1.96 * std) if std < 100.0 else inf
     if factor >= NOTHING:
         return "not at all"
-    return f"{100.0 * (factor - 1.0):.3g} %" if factor < NEAR else f"a factor of {factor:.3g}"
+    return percent(factor - 1.0) if factor < NEAR else f"a factor of {factor:.3g}"
 
 
 @single_threaded

@@ -5,14 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.files.steady import SteadyFile
 from tarsus.files.whole import write_text, written_whole
 from tarsus.records.measurement import Channel, Measurement, Quantity
 from tarsus.records.readers.choices import ChannelChoice
 
-Floats = NDArray[np.float64]
 Choices = dict[str, ChannelChoice]
 
 _UNITS = {

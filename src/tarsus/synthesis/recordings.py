@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
 from tarsus.model.drive.gait import AnyGait
@@ -20,8 +20,6 @@ from tarsus.solve import simulate
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.outputs import Output
 
-Floats = NDArray[np.float64]
-
 REST = 0.01
 """Time [s] a record lasts before the drive begins."""
 REPEATS = 3
@@ -32,13 +30,12 @@ REPEATS = 3
 class Instrument:
     """A vibrometer with velocity and displacement outputs and the volts beside it.
 
-    rate [Hz]; snr_db: noise of each channel below the root mean square of its own motion; displacement: whether there
-    are displacement outputs; wander [m]: standard deviation of the zero of the displacement from record to record.
+    rate [Hz]; snr_db: noise of each channel below the root mean square of its own motion; wander [m]: standard
+    deviation of the zero of the displacement from record to record.
     """
 
     rate: float = 20e3
     snr_db: float = 40.0
-    displacement: bool = True
     wander: float = 1e-6
 
 
@@ -87,7 +84,7 @@ def recorded(
     rate = instrument.rate / recording.share
     times = np.arange(int(np.floor(recording.duration * rate * (1.0 + 1e-12)))) / rate
     there = placed(scene, recording, drive)
-    outputs = outputs_of(there, recording, instrument)
+    outputs = outputs_of(there, recording)
     run = simulate(there, recording.duration)
     if run.ended is not ResultCode.DONE:
         raise InputError(f"'{recording.name}' cannot be recorded: {run.ended}")
@@ -108,10 +105,10 @@ def recorded(
         )  # fmt: skip
 
 
-def outputs_of(scene: Scene, recording: Recording, instrument: Instrument) -> list[Output]:
+def outputs_of(scene: Scene, recording: Recording) -> list[Output]:
     """What is recorded: the motion of the feet and of all points; of a walk that of the body, and the motional currents
     of all drives behind a bridge."""
-    robot, shown = scene.robot, instrument.displacement and recording.purpose is not Purpose.MODAL
+    robot, shown = scene.robot, recording.purpose is not Purpose.MODAL
     points = tuple(dict.fromkeys((*(foot.point for foot in robot.feet.values()), *robot.structure.points)))
     kinds = [Quantity.VELOCITY, Quantity.DISPLACEMENT][: 1 + shown]
     if recording.purpose is not Purpose.WALKING:

@@ -6,19 +6,18 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 from scipy.signal import lfilter
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
-from tarsus.base.messages import nearest
 from tarsus.base.spec import Amount, Description, MaybeAmount, quantity, with_values
+from tarsus.impacts.free import point_rows
 from tarsus.records.measurement import Channel, Measurement, Quantity
 
 if TYPE_CHECKING:
     from tarsus.solve import Run
 
-Floats = NDArray[np.float64]
 
 _OVERSAMPLING = 16
 """Samples of the run per recorded sample where the bandwidth of the instrument is limited."""
@@ -136,11 +135,4 @@ def point_velocities(run: Run, points: tuple[str, ...], times: Floats) -> Floats
     InputError
         For a point that the structure does not have.
     """
-    structure = run.scene.robot.structure
-    unknown = [name for name in points if name not in structure.points]
-    if unknown:
-        raise InputError(
-            [f"the structure has no point '{name}'{nearest(name, structure.points)}" for name in unknown]
-        )
-    rows = np.array([structure.row(name) for name in points]).reshape(len(points), structure.size)
-    return rows @ run.at(times).state.v
+    return point_rows(run.scene.robot.structure, points) @ run.at(times).state.v

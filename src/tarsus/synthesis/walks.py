@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from tarsus.base.errors import InputError
 from tarsus.model.drive.gait import AnyGait, Layout
 from tarsus.model.drive.waveforms import Square
 from tarsus.model.scene import Scene
+from tarsus.records.excluded import evenly
 from tarsus.records.purpose import Purpose
 from tarsus.synthesis.recordings import REPEATS, Recording
 
@@ -54,9 +53,8 @@ def exercises(layout: Layout, gait: AnyGait, said: str = "", periods: int = PERI
     half = 0.5 * (gait.high - gait.low)
     step = Square(amplitude=half, offset=gait.low + half, frequency=gait.frequency, duty=gait.duty)
     seconds, groups = periods / gait.frequency, layout.groups
-    chosen = np.unique(np.linspace(0, len(groups) - 1, min(MOST_LEGS, len(groups))).round().astype(int))
     out = []
-    for legs in (groups[k] for k in chosen.tolist()):
+    for legs in evenly(groups, MOST_LEGS):
         alone = dict.fromkeys((name for name, reach in layout.drives.items() if reach.legs == legs), step)
         name = f"exercise-{'-'.join(legs)}{said}"
         out.append(Recording(name, Purpose.WALKING, None, seconds, repeats=1, signals=alone))

@@ -5,17 +5,20 @@ from __future__ import annotations
 import re
 import shutil
 import tempfile
+from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import pytest
+from scipy.io import loadmat, savemat
 
 from laboratory import LABORATORY
 from tarsus.base.spec import FrozenDict
 from tarsus.files.library import load_scene
 from tarsus.files.toml import description_text
-from tarsus.identify.campaign import read_campaign
+from tarsus.identify.campaign import Opened, read_campaign
 from tarsus.identify.chain import Identification, StepRunner, identify
 from tarsus.model.scene import Scene
 from tarsus.records.purpose import Purpose
@@ -36,6 +39,8 @@ KEPT = (
     "held-out-square-8v-50hz",
     "held-out-sine-6v-100hz",
 )
+MAT = "ramps-20hz-50-2.mat"
+"""One of the files."""
 ONCE = "ramps-60hz-100"
 """Recorded once: eight flights in a record. The others, of fewer, are repeated."""
 
@@ -83,12 +88,24 @@ def copied(target: Path, *purposes: str) -> Path:
     return target
 
 
-def said(folder: Path) -> list[str]:
-    """What is excluded before any step, a sentence each."""
-    chain = StepRunner.of(read_campaign(folder))
+def grounded(opened: Opened) -> StepRunner:
+    """The chain before its first step, its records read and their ground found."""
+    chain = StepRunner.of(opened)
     chain.read()
     chain.find_ground()
-    return [str(one) for one in chain.evidence.left_out]
+    return chain
+
+
+def said(folder: Path) -> list[str]:
+    """What is excluded before any step, a sentence each."""
+    return [str(one) for one in grounded(read_campaign(folder)).evidence.left_out]
+
+
+def changed(folder: Path, change: Callable[[dict[str, Any]], object], file: str = MAT) -> None:
+    """Change the content of a MATLAB file by its names."""
+    content = {k: v for k, v in loadmat(folder / file, simplify_cells=True).items() if not k.startswith("__")}
+    change(content)
+    savemat(folder / file, content)
 
 
 def only(folder: Path, *purposes: str) -> None:

@@ -135,6 +135,19 @@ def test_a_trend_has_a_large_f_and_none_a_small_one():
     assert in_a_line(design[:3], flat[:3], error[:3], groups[:3], 1) is None, "too few to see a scatter"
 
 
+def test_a_trend_that_all_points_share_with_what_is_not_known_is_none():
+    random = np.random.default_rng(6)
+    x = np.linspace(-1.0, 1.0, 60)
+    design, error, groups = np.column_stack([np.ones(60), x]), np.full(60, 0.02), np.arange(60) // 6
+    tilted = 0.4 - 0.03 * x + 0.02 * random.standard_normal(60)
+    alone = in_a_line(design, tilted, error, groups, 1)
+    beside = in_a_line(design, tilted, error, groups, 1, 0.02 * random.standard_normal((400, 1)) * x)
+    level = in_a_line(design, tilted, error, groups, 1, 0.02 * random.standard_normal((400, 1)) * np.ones(60))
+    assert alone is not None and beside is not None and level is not None
+    assert alone.f > 16.0 and beside.f < 4.0 and beside.gain < 0.2 * alone.gain
+    assert level.f == pytest.approx(alone.f, rel=0.01), "what moves all points alike tilts none"
+
+
 def test_groups_that_hang_together_count_for_less():
     """A trend that one error shared by all points of a group makes is no trend of the model."""
     random = np.random.default_rng(9)

@@ -94,4 +94,4 @@ def test_what_goes_with_the_film_moves_along(truth, told):
 def test_without_impacts_nothing_changes(truth, seen):
     known, step = film_by_impacts(*seen, [], (), (-truth.gap, 0.0))
     assert known is seen[0] and np.array_equal(step.values, seen[1].values)
-    assert "0 can be used, 5 are needed" in step.notes[-1]
+    assert "0 can be used, 3 are needed" in step.notes[-1]

@@ -160,6 +160,7 @@ def test_a_record_may_end_when_the_drive_has_done_all_it_does(signal: Waveform, 
     assert cut_short(seconds + REST, REST, 1e-3, signal) is None
     if seconds:
         assert "is the file cut short?" in str(cut_short(0.9 * seconds + REST, REST, 1e-3, signal))
+        assert "the record lasts 1 s, and the rest before the drive" in str(cut_short(1.0, 2.0, 1e-3, signal))
 
 
 @pytest.mark.parametrize("wave", ["sine", "triangle", "loop", "up", "down"])

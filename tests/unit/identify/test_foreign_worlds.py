@@ -67,3 +67,16 @@ def test_nothing_is_determined_and_wrong(world: str, cause: str, tmp_path: Path)
         assert not failed and np.count_nonzero([word == "determined" for word in words]) >= len(words) - 1
     else:
         assert any(cause.lower() in one.lower() for one in said), said
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2])
+def test_drawn_devices_are_identified(seed: int, tmp_path: Path) -> None:
+    """The first rebounds three times in all and is else caught; the second meets the ground a sample or two after its
+    drive jumps, every time."""
+    device = DEVICE.drawn(0.1, seed)
+    found = identify(write_campaign(tmp_path, device, WORLDS["sound"]))
+    judged, step = assessed(found), found.steps["restitution"]
+    assert judged is not None and judged["ground.restitution.coefficient"].word == "determined"
+    off = abs(step.values[0] - device.restitution)
+    assert off < 3.0 * step.std[0] and off < 0.05 * device.restitution

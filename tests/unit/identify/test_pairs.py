@@ -12,7 +12,8 @@ from laboratory import LABORATORY
 from tarsus.files.library import load_scene
 from tarsus.identify.campaign import read_campaign, read_records
 from tarsus.identify.foot import FootModel
-from tarsus.identify.pairs import Pair, compare_in_air, from_pairs, map_from_pairs
+from tarsus.identify.heldout import compare_in_air
+from tarsus.identify.impact_column import Pair, from_pairs, map_from_pairs
 from tarsus.identify.traces import trace_of
 from tarsus.model.drive.waveforms import Square
 from tarsus.records.purpose import Purpose

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from identify.campaigns import folder, identified, modes_as_found
+from identify.campaigns import folder, grounded, identified, modes_as_found
 
 from tarsus.identify.campaign import Opened, read_campaign
 from tarsus.identify.chain import StepRunner
@@ -24,10 +24,7 @@ def changed(opened: Opened, factor: float) -> StepRunner:
     }
     values |= {"robot.drives.pzt.load.participation.1": factor, "ground.adhesion.rate": 1e-6 * factor}
     assert set(values) <= set(identified_paths(scene))
-    chain = StepRunner.of(replace(opened, model=opened.model.changed(values)))
-    chain.read()
-    chain.find_ground()
-    return chain
+    return grounded(replace(opened, model=opened.model.changed(values)))
 
 
 def first_steps(factor: float) -> dict[str, float]:

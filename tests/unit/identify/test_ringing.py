@@ -11,7 +11,7 @@ import pytest
 from laboratory import HEXAPOD
 from tarsus.files.library import load_scene
 from tarsus.identify.foot import FootModel
-from tarsus.identify.hysteresis import fit_loops
+from tarsus.identify.hysteresis import Shares, fit_loops
 from tarsus.identify.ringing import calmed
 from tarsus.identify.traces import trace_of
 from tarsus.model.drive.waveforms import Sampled
@@ -39,7 +39,7 @@ def loops(hexapod):
 
 def test_the_gain_of_a_drive_is_told_beside_the_ringing_of_its_loops(hexapod, loops):
     unlike = hexapod.changed({"robot.drives.pzt.law.gain": 1e-6})
-    found = fit_loops(unlike, [loops], None, None, seed=1)
+    found = fit_loops(unlike, [loops], None, Shares.none(), seed=1)
     gain = dict(zip(found.paths, found.values, strict=True))["robot.drives.pzt.law.gain"]
     assert gain == pytest.approx(hexapod.law.gain, rel=5e-5)  # as static motion alone: 6e-4 off
 

@@ -43,7 +43,7 @@ def test_the_interval_of_a_participation_covers_it_when_the_poles_are_found_in_t
             refine_pole(frequency, channels, *pair) for pair in ((upper[0], upper[1:]), (upper[1], upper[:1]))
         ]
         found = ModalFit(frf, tuple(mode_of(frf, one, 1) for one in fits if one is not None), {}, frf.values)
-        draws = _shares(model, found, seed)[1]
+        draws = _shares(model, found, seed).draws
         low, high = np.quantile(draws[:, 0], [0.025, 0.975])
         covered += bool(low <= load.participation[1] <= high)
     assert covered >= binom.ppf(1e-3, TRIALS, 0.95)

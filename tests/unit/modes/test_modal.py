@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -199,3 +200,16 @@ def test_errors_and_intervals_at_forty_decibels(drawn, repeats):
     assert np.abs(found.damping).max() < 0.03
     covered = np.concatenate([found.frequency_held, found.damping_held])
     assert 0.85 <= covered.mean() <= 1.0, "8 intervals of 95 % a structure"
+
+
+def test_repeats_that_agree_by_chance_are_known_no_better_than_their_noise():
+    """Six repeats that scatter by a tenth of the noise that their mean shows over the lines."""
+    frf, exact = responses(Quantity.VELOCITY, noise=0.01), responses(Quantity.VELOCITY)
+    random = np.random.default_rng(3)
+    drawn = random.standard_normal((6, *frf.values.shape)) * np.abs(frf.values - exact.values)
+    repeats = frf.values + 0.1 * (drawn - drawn.mean(axis=0))
+    fit = identify_modes(replace(frf, repeats=repeats), (110.0, 990.0), 12, between_fits=False)
+    for mode, (frequency, ratio) in zip(fit.modes, POLES, strict=True):
+        assert mode.basis is Basis.REPEATS
+        assert mode.damping.low < ratio < mode.damping.high
+        assert mode.frequency.low < frequency < mode.frequency.high

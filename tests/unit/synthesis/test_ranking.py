@@ -14,7 +14,7 @@ from tarsus.base.spec import get_value, with_values
 from tarsus.model.drive.waveforms import RampedSquare, Square, SweptSine
 from tarsus.records.purpose import Purpose
 from tarsus.solve.outputs import Output
-from tarsus.synthesis.belief import Belief
+from tarsus.synthesis.belief import Belief, field_limits
 from tarsus.synthesis.information import Sensing, Told, deviations, told_by
 from tarsus.synthesis.proposals import proposals
 from tarsus.synthesis.ranking import TRUST, rank
@@ -196,3 +196,12 @@ def test_what_cannot_be_ranked_is_said_at_once():
     blind = Sensing(noise={}, share={})
     with pytest.raises(InputError, match="the instruments show nothing"):
         told_by(walker, walk(walker, walker.gait, "walk"), {}, blind)
+
+
+def test_limits_are_those_of_the_description():
+    assert field_limits(DEVICE, "ground.restitution.coefficient") == (0.0, 1.0)
+    assert field_limits(DEVICE, "robot.structure.damping_ratios.0")[0] == 0.0
+    with pytest.raises(InputError, match="unknown path"):
+        field_limits(DEVICE, "ground.restitution.coeficient")
+    with pytest.raises(InputError, match="the path of a number"):
+        field_limits(DEVICE, "ground.restitution")

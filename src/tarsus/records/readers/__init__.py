@@ -90,6 +90,8 @@ def _content(path: Path) -> RawFile:
     """Series of a file, by the format that its first bytes show."""
     if path.is_dir():
         raise InputError(f"{path} is a folder; name a file in it")
+    if path.suffix == ".toml" and path.is_file():
+        raise InputError(f"{path.name} is a description (TOML), no record")
     content = read_bytes(path)
     head = content[:_HEAD]
     if not content:

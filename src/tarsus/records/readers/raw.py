@@ -11,13 +11,11 @@ from enum import Enum, auto
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
-
-Floats = NDArray[np.float64]
 
 
 class Domain(Enum):

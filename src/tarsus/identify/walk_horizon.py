@@ -1,0 +1,244 @@
+"""A record of a walk taken up from its beginning, as far as its motion is predicted, and farther with every fit.
+
+A walk forgets its start at every impact, so that from numbers that are off a prediction follows the record for some
+impacts only; as long as it does, the cost is smooth, and a descent finds numbers that follow it farther. So a record is
+taken up from the state in which the walker stands: what is predicted to within some tens of its noise is fitted, the
+horizon moves to where the prediction leaves the record then, and so on to its end. What has been followed is cut into
+windows, tied end to end (`tarsus.fit.record_ties`). Windows long past are no longer fitted: what they tell of the
+numbers is kept as a normal distribution.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tarsus.base.arrays import Floats
+from tarsus.base.errors import InputError
+from tarsus.fit.record_problem import RecordFit, RecordProblem, Segment
+from tarsus.fit.record_ties import Knowledge, solve_tied
+from tarsus.solve.contacts import Contacts
+from tarsus.solve.window import WindowStart, simulate_windows
+
+LEAVES, RUN = (20.0, 5.0), 5
+"""Times its noise by which a record leaves its prediction, over all channels in the root mean square of so many
+samples: far above what noise does, and little enough that no impact is missing or too many yet, as a rule; less where
+it is not followed so far."""
+MOST, SCATTER = 1.1, 5.0
+"""Mean square over a known noise up to which a window is followed, for ties are loose here, and by how many of its
+standard deviations more: of some thousand windows that are followed none is then taken for one that is not."""
+EVENTS = 12
+"""Events of a window that is long enough to be cut: over so many the effect of a number grows tenfold and more."""
+OPEN = 4
+"""Windows that are fitted together; what is older moves the numbers no more."""
+ROUNDS, AGAIN, GAIN = 2, 8, 0.9
+"""Steps of a descent, how often they are repeated, and the share of what was left that is left where they gain."""
+DRAWN, TRIED, SPREAD = 24, 4, 0.5
+"""Other numbers that are drawn where no descent follows the record, how many of these are gone down from, and their
+standard deviations in those of what is known."""
+
+
+@dataclass(frozen=True)
+class FollowedWalk:
+    """Windows of a record up to where it is predicted.
+
+    segments: the open ones last; closed: how many are not fitted any more; moved (np,): numbers; known: what all before
+    the open ones tells of them; covariance (np, np): with the open ones; left (nw,): mean square of what each leaves;
+    lost: whether an open one is not followed.
+    """
+
+    segments: list[Segment]
+    closed: int
+    moved: Floats
+    known: Knowledge
+    covariance: Floats
+    left: Floats
+    lost: bool = False
+
+    @property
+    def reached(self) -> float:
+        """End of the last window [s]."""
+        return self.segments[-1].span[1]
+
+
+@dataclass(frozen=True)
+class WalkFollower:
+    """Takes up a record of a problem by its number; near, ties (2n,): standard deviations [m, m/s] of its start, and of
+    starts of windows about the ends before; most: mean square over the noise up to which a window is followed, but for
+    its scatter; seed: of what is drawn."""
+
+    problem: RecordProblem
+    number: int
+    near: Floats
+    ties: Floats
+    most: float = MOST
+    seed: int = 0
+
+    def follow(self, moved: Floats, known: Knowledge) -> FollowedWalk:
+        """Windows up to the end of the record, from numbers (np,) of which so much is known, or as far as it is
+        followed from any that are tried."""
+        first = self._standing(moved, self._after(0.0))
+        at = self._grown(FollowedWalk([first], 0, moved, known, known.covariance, np.ones(1)))
+        while at.lost:
+            other = self._elsewhere(at)
+            if other.lost and other.reached <= self._after(at.reached):
+                break
+            at = other
+        if not at.lost or len(at.segments) == 1:
+            return at
+        return replace(at, segments=at.segments[:-1], left=at.left[:-1])
+
+    @property
+    def _last(self) -> float:
+        return float(self.problem.records[self.number].times[-1])
+
+    def _after(self, time: float) -> float:
+        """Some samples later."""
+        times = self.problem.records[self.number].times
+        return float(times[min(np.searchsorted(times, time) + RUN, len(times) - 1)])
+
+    def _grown(self, at: FollowedWalk) -> FollowedWalk:
+        """Farther, as long as the record is followed, to its end at most."""
+        while at.reached < self._last:
+            ahead = at
+            for far in LEAVES:
+                end = max(self._reach(at.segments[-1], at.moved, far), self._after(at.reached))
+                if ahead is at or end < ahead.reached:
+                    ahead = self._fitted(self._until(at, end))
+                if not ahead.lost:
+                    break
+            if ahead.lost:
+                return ahead
+            at = self._cut(ahead)
+        return at
+
+    def _standing(self, moved: Floats, end: float) -> Segment:
+        """The first window, from the state in which the walker stands; feet that lie on the ground there are held."""
+        plan = self.problem.lowered(moved)[1][self.number]
+        begun = simulate_windows(plan, [WindowStart(plan.initial, 0.0, [end])])[0].events
+        feet = sorted({int(i) for i in begun["foot"][begun["time"] == 0.0]})
+        contacts = Contacts(feet, [0.0] * len(feet))
+        return Segment(self.number, 0.0, (0.0, end), np.array(plan.initial), self.near, contacts)
+
+    def _reach(self, segment: Segment, moved: Floats, far: float) -> float:
+        """When the record leaves the prediction from a segment's start by so many times its noise."""
+        record = self.problem.records[self.number]
+        whole = replace(segment, span=(segment.begin, float(record.times[-1])))
+        left = np.array(self.problem.residuals([whole], np.zeros((1, len(segment.state))), moved)[0])
+        times = record.times[record.times > segment.begin]
+        off = np.convolve((left**2).mean(axis=0), np.ones(RUN) / RUN, "same")
+        gone = np.flatnonzero(off > far**2)
+        return float(times[gone[0]] if len(gone) else times[-1])
+
+    @staticmethod
+    def _until(at: FollowedWalk, end: float) -> FollowedWalk:
+        """The same with the last window up to a time."""
+        last = at.segments[-1]
+        return replace(at, segments=[*at.segments[:-1], replace(last, span=(last.span[0], end))])
+
+    def _fitted(self, at: FollowedWalk) -> FollowedWalk:
+        """The open windows after descents, as long as these gain."""
+        cost = worst = np.inf
+        for _ in range(AGAIN):
+            weights, opened = np.append(weights_of(at.left[at.closed : -1]), 1.0), at.segments[at.closed :]
+            fit = solve_tied(
+                self.problem, opened, at.moved, self.ties, weights=weights, rounds=ROUNDS, known=at.known
+            )
+            segments = [*at.segments[: at.closed], *fit.segments]
+            left = np.append(at.left[: at.closed], left_of(fit))
+            at = replace(at, segments=segments, moved=fit.moved, covariance=fit.covariance, left=left)
+            worst = float(np.max(left[at.closed :] / self._most(segments[at.closed :])))
+            if worst < 1.0 or worst > GAIN * cost:
+                break
+            cost = worst
+        return replace(at, lost=worst > 1.0)
+
+    def _most(self, segments: list[Segment]) -> Floats:
+        """Mean squares (nw,) over the noise up to which windows are followed."""
+        record = self.problem.records[self.number]
+        ends = np.array([one.span for one in segments])
+        count = (
+            len(record.channels) * np.diff(np.searchsorted(record.times, ends, side="right"), axis=1)[:, 0]
+        )
+        return np.asarray(self.most + SCATTER * np.sqrt(2.0 / np.maximum(count, 1)), dtype=np.float64)
+
+    def _elsewhere(self, at: FollowedWalk) -> FollowedWalk:
+        """The farthest that is come to from other numbers, which are taken from the first open window on: of those that
+        are drawn from what is known of them, the few from which this is predicted farthest and best."""
+        first = replace(at.segments[at.closed], span=(at.segments[at.closed].span[0], at.reached))
+        random = np.random.default_rng([self.seed, self.number, int(1e6 * at.reached)])
+        drawn = np.concatenate([
+            centre + by * random.standard_normal((DRAWN // 2, len(centre))) @ np.linalg.cholesky(spread).T
+            for centre, by, spread in (
+                (at.known.centre, SPREAD, at.known.covariance), (at.moved, 1.0 / SPREAD, at.covariance),
+            )
+        ])  # fmt: skip
+        costs = [self._cost(first, one) for one in drawn]
+        best = at
+        for k in np.argsort(costs)[:TRIED]:
+            if not np.isfinite(costs[k]):
+                break
+            begun = replace(first, span=(first.span[0], self._after(first.span[0])))
+            other = self._grown(replace(at, segments=[*at.segments[: at.closed], begun], moved=drawn[k]))
+            if not other.lost or other.reached > best.reached:
+                best = other
+            if not other.lost or other.reached > self._after(at.reached):
+                break
+        return best
+
+    def _cost(self, segment: Segment, moved: Floats) -> float:
+        """What a window leaves, every sample within what is far from its noise; infinite where no robot takes the
+        numbers."""
+        try:
+            left = self.problem.residuals([segment], np.zeros((1, len(segment.state))), moved)[0]
+        except InputError:
+            return float(np.inf)
+        return float(np.mean(np.minimum(np.array(left) ** 2, LEAVES[0] ** 2)))
+
+    def _cut(self, at: FollowedWalk) -> FollowedWalk:
+        """The last window in two where it is long enough, in the longest stretch without an event of its second half:
+        near an event a start changes by more than any noise."""
+        last = at.segments[-1]
+        plan = self.problem.lowered(at.moved)[1][self.number]
+        start = WindowStart(last.state, last.begin, [last.span[1]], last.contacts)
+        times = np.unique(simulate_windows(plan, [start])[0].events["time"])
+        times = np.append(times[times > last.begin], last.span[1])
+        if len(times) <= EVENTS:
+            return at
+        later = times[len(times) // 2 :]
+        k = int(np.argmax(np.diff(later)))
+        edge = float(0.5 * (later[k] + later[k + 1]))
+        window = simulate_windows(plan, [replace(start, times=[edge])])[0]
+        states, contacts = window.states, last.contacts.after(window.events, last.begin)
+        state = np.concatenate([states.x[:, -1], states.v[:, -1]])
+        after = Segment(self.number, edge, (edge, last.span[1]), state, self.near, contacts)
+        at = replace(
+            at, segments=[*at.segments[:-1], replace(last, span=(last.span[0], edge)), after],
+            left=np.append(at.left, at.left[-1]),
+        )  # fmt: skip
+        return at if len(at.segments) - at.closed <= OPEN else self._closed(at)
+
+    def _closed(self, at: FollowedWalk) -> FollowedWalk:
+        """The same with half of the open windows closed."""
+        count = OPEN // 2
+        old = at.segments[at.closed : at.closed + count]
+        weights = weights_of(at.left[at.closed : at.closed + count])
+        fit = solve_tied(self.problem, old, at.moved, self.ties, weights=weights, rounds=0, known=at.known)
+        known = Knowledge.of(at.moved, fit.covariance)
+        return replace(at, closed=at.closed + count, known=known)
+
+
+def _score(at: FollowedWalk) -> float:
+    """How badly the open windows are followed."""
+    return float(np.log(np.maximum(1.0, at.left[at.closed :])).sum())
+
+
+def left_of(fit: RecordFit) -> Floats:
+    """Mean square (nw,) of what each window leaves."""
+    return np.asarray(np.nanmean(fit.left, axis=1), dtype=np.float64)
+
+
+def weights_of(left: Floats) -> Floats:
+    """Weights (nw,) of windows by what they leave: those that are not followed count for less."""
+    return np.asarray(1.0 / np.sqrt(np.maximum(1.0, left)), dtype=np.float64)

@@ -1,0 +1,87 @@
+"""Which impacts tell the restitution: beside a jump of the drive, and beside others at which the foot is caught."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tarsus.identify.bounce import FEWEST, BounceFit, find_bounces
+from tarsus.identify.restitution import _alike, _caught
+from tarsus.identify.traces import Trace
+
+STEP = 5e-5
+NOISE_X, NOISE_V = 1e-9, 1e-4
+SAMPLES = 60
+
+
+def falling(last: int, jump: int | None = None) -> Trace:
+    """A foot that meets the ground 0.4 of a step after its last sample before, and departs half as fast, for good; the
+    drive jumps after a sample."""
+    time = STEP * np.arange(SAMPLES, dtype=np.float64)
+    after = time - time[last] - 0.4 * STEP
+    x = np.where(after < 0.0, -0.1 * after, 0.05 * after)
+    v = np.where(after < 0.0, -0.1, 0.05)
+    volts = np.where(np.arange(SAMPLES) > (SAMPLES if jump is None else jump), 2.0, -2.0)
+    volts[-1] = 2.0
+    noise = np.array([NOISE_X]), np.array([NOISE_V])
+    return Trace("made", "made", ("tip",), time, x[None], v[None], volts, *noise, np.array([1e-10]))
+
+
+@pytest.mark.parametrize(
+    ("jump", "sides"),
+    [
+        (None, (20, 20)),  # the longest that are fitted
+        (29, (1, 20)),  # between the last two samples before the impact
+        (28, (2, 20)),
+        (31, (20, 1)),
+        (30, None),  # with the impact itself: no sample on that side tells anything
+    ],
+)
+def test_an_impact_beside_a_jump_of_the_drive_is_fitted_up_to_the_jump(jump, sides):
+    found, left = find_bounces([falling(30, jump)], "tip", 0.0)
+    assert [(one.before, one.after) for one in found] == ([] if sides is None else [sides])
+    assert len(left) == (sides is None)
+
+
+def test_an_impact_beside_another_contact_is_not_used():
+    trace = falling(30)
+    stood = slice(30 + FEWEST - 1, 30 + FEWEST + 1)
+    trace.x[0, stood], trace.v[0, stood] = 0.0, 0.0
+    found, left = find_bounces([trace], "tip", 0.0)
+    assert not found and f"only {FEWEST - 1} samples of free flight after it" in left[0].reason
+
+
+def fits(departures: list[float], error: float, approaches: float | list[float] = 0.1) -> BounceFit:
+    """Impacts that approach at 0.1 m/s, or at the speeds that are given."""
+    count = len(departures)
+    speeds = np.column_stack([departures, -np.broadcast_to(approaches, count)])
+    covariance = np.tile(np.diag([error**2, error**2]), (count, 1, 1))
+    nothing = np.zeros((count, 5))
+    return BounceFit(
+        nothing, speeds, covariance, np.ones(count), (), np.zeros((1, 5)), np.zeros((count, 5, 5))
+    )
+
+
+@pytest.mark.parametrize(
+    ("departures", "error", "kept"),
+    [
+        ([0.0, 0.0005, -0.001, 0.0440, 0.0435, 0.0442], 1e-3, [3, 4, 5]),  # caught as often as not
+        ([0.0, 0.0440, 0.0442], 1e-3, [1, 2]),  # two tell no rule: the third is far off them
+        ([0.0, 0.0005, -0.001], 1e-3, [0, 1, 2]),  # nothing is left of any approach
+        ([0.0180, 0.0440, 0.0435, 0.0442], 1e-2, [0, 1, 2, 3]),  # too uncertain to tell
+    ],
+)
+def test_a_foot_that_is_caught_and_let_go_is_no_rebound(departures, error, kept):
+    fitted = fits(departures, error)
+    single = np.ones(len(departures), dtype=bool)
+    caught = _caught(fitted, single)
+    assert np.flatnonzero(_alike(fitted, single & ~caught)).tolist() == kept
+
+
+def test_impacts_whose_approach_is_lost_in_its_error_do_not_set_the_ratio_of_the_others():
+    departures, approaches = [-0.005, -0.004, -0.003, 0.052, 0.104], [0.004, 0.005, 0.003, 0.1, 0.2]
+    every = np.ones(5, dtype=bool)
+    assert _alike(fits(departures, 1e-2, approaches), every).all()
+    exact = fits(departures, 1e-2, approaches)
+    exact.covariance[3:] *= 1e-4  # the two that are well seen
+    assert _alike(exact, every)[3:].all()

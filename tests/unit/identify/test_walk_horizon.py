@@ -1,0 +1,59 @@
+"""A record taken up as far as it is predicted: where it is cut, and what becomes of one that is lost."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import tarsus as ts
+from tarsus.base.quantities import Quantity
+from tarsus.base.spec import get_value, with_values
+from tarsus.fit.verdict import Verdict
+from tarsus.identify.walk_horizon import weights_of
+from tarsus.identify.walking import WalkRecord, identify_walk
+from tarsus.solve.outputs import Output
+
+PATHS = ("ground.restitution.coefficient", "ground.friction.coefficient", "ground.adhesion.initial")
+BODY = tuple(
+    Output(kind, at) for kind in (Quantity.DISPLACEMENT, Quantity.VELOCITY) for at in ("body_x", "body")
+)
+
+
+def record(seconds: float) -> tuple[ts.Scene, WalkRecord]:
+    """A robot, and how its body moves, taken for that of one on another ground."""
+    truth = ts.load_scene("millipede", hz=50, volts=14)
+    times = np.arange(1, round(20e3 * seconds) + 1) / 20e3
+    noise = np.array([1e-7, 1e-7, 5e-5, 5e-5])
+    values = ts.simulate(truth, seconds).outputs(list(BODY), times)
+    values += noise[:, None] * np.random.default_rng(0).standard_normal(values.shape)
+    known = with_values(truth, dict(zip(PATHS, (0.5, 0.3, 5e-7), strict=True)))
+    return truth, WalkRecord(known, times, BODY, values, noise)
+
+
+def test_the_first_contacts_tell_the_ground() -> None:
+    truth, seen = record(0.03)
+    found = identify_walk([seen], dict.fromkeys(PATHS, 1.0))
+    assert found.followed == 1.0 and found.settled
+    assert len(found.edges[0]) > 2 and found.edges[0][0] == 0.0 and found.edges[0][-1] == seen.times[-1]
+    events = np.unique(ts.simulate(truth, 0.03).events["time"])
+    inner = found.edges[0][1:-1]
+    assert np.abs(inner[:, None] - events).min() > 1e-4  # no window begins near an event
+    error = np.log(found.values / [float(get_value(truth, path)) for path in PATHS])
+    assert np.abs(error / np.sqrt(np.diag(found.covariance))).max() < 3.5
+    assert np.sqrt(found.covariance[1, 1]) < 0.1  # told by the first steps
+
+
+@pytest.mark.slow
+def test_of_a_record_that_no_ground_explains_no_number_is_determined() -> None:
+    _, seen = record(0.05)
+    values = seen.values.copy()
+    values[:, 500:] = values[:, 499::-1]  # backwards in time from 25 ms on
+    found = identify_walk([replace(seen, values=values)], dict.fromkeys(PATHS, 1.0))
+    assert found.edges[0][-1] < 0.03 and found.followed < 0.7
+    assert not any(found.verdict(path) is Verdict.DETERMINED for path in PATHS)
+
+
+def test_windows_that_are_not_followed_count_for_less() -> None:
+    assert weights_of(np.array([0.5, 1.0, 4.0])) == pytest.approx([1.0, 1.0, 0.5])
