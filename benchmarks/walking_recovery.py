@@ -1,10 +1,11 @@
 """How well the ground under a walker, and its legs, are recovered while it walks: blind robots, a row each.
 
-Run ``python benchmarks/walking_recovery.py [robots] [first seed] [out.csv]``. Every robot has two, four or six legs,
-in turn, all springs and dampers of its legs and all numbers of its ground within 10 % of those of the packaged
-millipede; it walks at 14 V for 0.1 s, the motion of its body is seen at 20 kHz to 100 nm and 50 um/s (angles at the
-hips as much), and what is known beforehand is the design, and the ground to a power of ten. A row is appended for each
-robot, and those that are there already are left out, so that a run that was stopped goes on.
+Run ``python benchmarks/walking_recovery.py [robots] [first seed] [out.csv] [motion|acceleration|currents|charges]``.
+Every robot has two, four or six legs, in turn, all springs and dampers of its legs and all numbers of its ground within
+10 % of those of the packaged millipede; it walks at 14 V for 0.1 s, and what is known beforehand is the design, and the
+ground to a power of ten. Seen at 20 kHz are the motion of its body to 100 nm and 50 um/s (angles at the hips as much),
+or, to 40 dB, nothing but the body's acceleration, or the motional currents or charges of its drives. A row is appended
+for each robot, and those that are there already are left out, so that a run that was stopped goes on.
 """
 
 from __future__ import annotations
@@ -30,6 +31,8 @@ from tarsus.synthesis.devices import perturbed
 SECONDS, RATE, LENGTH, SPEED = 0.1, 20e3, 1e-7, 5e-5
 HALF = 1e-3
 """Half of the track and of the distance of legs along the body [m], at which angles are seen as motions."""
+NOISE = 0.01
+"""Of other channels, as a share of their root mean square: 40 dB."""
 SPREAD = 0.1
 LEGS = (2, 4, 6)
 NAMED = {
@@ -49,7 +52,7 @@ def design(legs: int) -> Scene:
     robot = scene.robot.model_dump(exclude_none=True)
     left, right = robot["structure"]["legs"].values()
     places = np.linspace(1.0, -1.0, pairs) * HALF
-    old = dict(zip(("L1", "R1"), (left, right), strict=True))
+    old = {"L1": left, "R1": right}
     robot["structure"]["legs"] = {
         f"{side}{k + 1}": old[f"{side}1"] | {"x": x, "y": HALF if side == "L" else -HALF}
         for k, x in enumerate(places.tolist())
@@ -79,8 +82,12 @@ def _renamed(one: object, old: str, new: str) -> object:
     return new + one.removeprefix(old) if isinstance(one, str) and one.startswith(old) else one
 
 
-def outputs_of(scene: Scene) -> tuple[Output, ...]:
-    """Displacement and velocity of the body, and its angles where it turns."""
+def outputs_of(scene: Scene, seen: str) -> tuple[Output, ...]:
+    """Displacement and velocity of the body, and its angles where it turns; or what else is seen."""
+    if seen == "acceleration":
+        return tuple(Output(Quantity.ACCELERATION, at) for at in ("body_x", "body"))
+    if seen in _ELECTRICAL:
+        return tuple(Output(_ELECTRICAL[seen], drive, motional=True) for drive in scene.robot.drives)
     turns = [name for name in scene.robot.structure.body_coordinates if name in ("roll", "pitch")]
     out = [
         Output(kind, at) for kind in (Quantity.DISPLACEMENT, Quantity.VELOCITY) for at in ("body_x", "body")
@@ -89,20 +96,25 @@ def outputs_of(scene: Scene) -> tuple[Output, ...]:
     return tuple(out)
 
 
-def record_of(truth: Scene, known: Scene, seed: int) -> WalkRecord:
+_ELECTRICAL = {"currents": Quantity.CURRENT, "charges": Quantity.CHARGE}
+
+
+def record_of(truth: Scene, known: Scene, seed: int, seen: str) -> WalkRecord:
     """What instruments see of the true robot as it walks; known: the scene that the record is taken for."""
     random = np.random.default_rng([seed, 41])
-    times, outputs = np.arange(1, round(SECONDS * RATE) + 1) / RATE, outputs_of(truth)
+    times, outputs = np.arange(1, round(SECONDS * RATE) + 1) / RATE, outputs_of(truth, seen)
     run = ts.simulate(truth, SECONDS)
     values = run.outputs(list(outputs), times)
     units = {Quantity.DISPLACEMENT: LENGTH, Quantity.ANGLE: LENGTH / HALF, Quantity.VELOCITY: SPEED}
     noise = np.array([units.get(one.quantity, SPEED / HALF) for one in outputs])
+    if seen != "motion":
+        noise = NOISE * np.sqrt((values**2).mean(axis=1))
     return WalkRecord(
         known, times, outputs, values + noise[:, None] * random.standard_normal(values.shape), noise
     )
 
 
-def row_of(seed: int) -> dict[str, object]:
+def row_of(seed: int, seen: str) -> dict[str, object]:
     """One blind robot: errors [%], standard deviations [%] and words of the ground's numbers, and how many intervals of
     the numbers that are determined cover the truth."""
     legs = LEGS[seed % len(LEGS)]
@@ -110,7 +122,7 @@ def row_of(seed: int) -> dict[str, object]:
     truth, known = perturbed(nominal, SPREAD, seed), unknown_device(nominal)
     begun = time.process_time()
     row: dict[str, object] = {"seed": seed, "legs": legs}
-    fit = identify_walk([record_of(truth, known, seed)], unknowns_of(known))
+    fit = identify_walk([record_of(truth, known, seed, seen)], unknowns_of(known))
     row |= _judged(fit, truth) | {"cpu_s": round(time.process_time() - begun, 1)}
     return row
 
@@ -147,6 +159,7 @@ def main() -> None:
     """Rows of robots that are not there yet."""
     count, first = (int(one) for one in (*sys.argv[1:3], *("50", "0")[len(sys.argv[1:3]) :]))
     file = Path(sys.argv[3] if len(sys.argv) > 3 else "walking_recovery.csv")
+    seen = sys.argv[4] if len(sys.argv) > 4 else "motion"
     there: set[int] = set()
     if file.exists():
         with file.open(newline="", encoding="utf-8") as lines:
@@ -154,7 +167,7 @@ def main() -> None:
     for seed in range(first, first + count):
         if seed in there:
             continue
-        row = row_of(seed)
+        row = row_of(seed, seen)
         begin = not file.exists()
         with file.open("a", newline="", encoding="utf-8") as lines:
             writer = csv.DictWriter(lines, list(row))

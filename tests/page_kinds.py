@@ -51,6 +51,8 @@ KINDS = {
     "adapt": ("design", "adapt", *_GAIT, *_GROUNDS, "--request", "hidden=8", "--request", "training=8"),
     "branch": ("branch", SCENES / "impact_oscillator.toml", "--along", "signals.shaker.amplitude=1 V:0.2 V"),
     "attractors": ("attractors", "millipede", "--starts", "6", "--over", "height=0:5um", "--no-edges"),
+    "atlas": ("atlas", "cantilever", "--x", "robot.feet.tip.gap=80um:90um", "--y", "signals.pzt.amplitude=4V:6.5V",
+              "--depth", "5"),
     "reproduce-cantilever": ("reproduce", "cantilever"),
     "reproduce-hexapod": ("reproduce", "hexapod", "--seeds", "2"),
     "reproduce-millipede": ("reproduce", "millipede"),

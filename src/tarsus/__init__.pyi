@@ -1,6 +1,7 @@
 # What `tarsus` offers, each name once: `__init__.py` reads it, and so do type checkers and editors. One line a module.
 
 # Verbs: what the command line does, with the same words.
+from tarsus.atlas.verb import atlas as atlas
 from tarsus.calibrate.calibrating import calibrate as calibrate
 from tarsus.cluster.verb import sweep as sweep
 from tarsus.identify.verb import identify as identify

@@ -13,14 +13,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.calibrate.prediction import Miss, median_and_interval
 from tarsus.files.library import load_scene
 from tarsus.model.scene import Scene, Source
-
-Floats = NDArray[np.float64]
 
 CALIBRATED, PREDICTED = "calibrated on", "predicted"
 """Roles of a row: the device was fitted to it, or never saw it."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.base.events import IMPACTS
 from tarsus.impacts.energy import directed
 from tarsus.measure.mac import mac
@@ -15,8 +15,6 @@ from tarsus.model.scene import Scene
 from tarsus.model.structure import Modal
 from tarsus.solve import Run
 from tarsus_reproduce.printed import modal_form, printed_model
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 from tarsus.files.jsontext import json_text
 from tarsus.files.whole import write_text
-from tarsus.tables import Column, Table
+from tarsus.tables.table import Column, Table, Tabled
 from tarsus_reproduce.forecast import Forecast
 from tarsus_reproduce.rows import PrintedRow, PrintedTable, relative_error
 
@@ -158,7 +158,7 @@ def found_at(table: Mapping[str, Any] | None, place: Sequence[str]) -> Any:
 
 
 @dataclass(frozen=True)
-class Reproduction:
+class Reproduction(Tabled):
     """What an experiment of the dissertation shows beside what Tarsus computes of it.
 
     name: of the experiment; title, about: what is compared, with which device; data: plain data, what `--json` prints;
@@ -212,9 +212,3 @@ class Reproduction:
         for path, text in zip(paths, texts, strict=True):
             write_text(path, text)
         return paths
-
-    def __str__(self) -> str:
-        return self.table().text()
-
-    def _repr_html_(self) -> str:
-        return self.table().html()

@@ -8,8 +8,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
 from tarsus.files.library import changed, load_scene
@@ -21,8 +21,6 @@ from tarsus_reproduce.impacts import ImpactEnergies, impact_energies
 from tarsus_reproduce.reproduction import Progress
 from tarsus_reproduce.robots import OBSERVED, SETTLE, describe, drive_frequency, printed_rows, row_scene
 from tarsus_reproduce.rows import PrintedRow
-
-Floats = NDArray[np.float64]
 
 PERIODS = 4
 """Drive periods a run over the ground has at least after its transient."""

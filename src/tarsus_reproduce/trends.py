@@ -13,11 +13,10 @@ from enum import Enum
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import find_peaks
 from scipy.stats import spearmanr
 
-Floats = NDArray[np.float64]
+from tarsus.base.arrays import Floats
 
 RELEVANT = 0.01
 """A change counts from so much of the largest magnitude on: what is said of a trend was read off a printed figure, in

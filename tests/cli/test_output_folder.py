@@ -23,11 +23,16 @@ WRITING = {
     "calibrate": ("cantilever", "calibration.json"),
     "branch": ("cantilever", "branch.json"),
     "attractors": ("cantilever", "attractors.json"),
+    "atlas": ("cantilever", "atlas.json"),
     "reproduce": ("cantilever", "reproduction.csv"),
 }
 """Verbs that write a folder: what they are asked about, and a file of theirs."""
 
-FURTHER = {"branch": ("--along", "signals.pzt.amplitude=8V:7V"), "yield": ("--scatter", "dead=0:1")}
+FURTHER = {
+    "atlas": ("--x", "robot.feet.tip.gap=60um:80um", "--y", "signals.pzt.amplitude=6V:8V"),
+    "branch": ("--along", "signals.pzt.amplitude=8V:7V"),
+    "yield": ("--scatter", "dead=0:1"),
+}
 
 
 @pytest.mark.parametrize("verb", WRITING)

@@ -32,7 +32,7 @@ def test_a_table_and_a_plan(tarsus, plain):
     assert lines[0] == f"{RATE} = 3.4 µN/s, known within a factor of 1.8 (95 %)"
     assert "ground.adhesion.initial" in lines[1] and RATE not in lines[1]
     assert lines[4].startswith("15 Hz, 6 V, lambda 0.25")
-    assert "of 0.7 s:" in result.out and "\nExpected: known within " in result.out
+    assert "of 700 ms:" in result.out and "\nExpected: known within " in result.out
     assert any(line.startswith("Lower bounds: ") for line in lines[-2:])
 
 

@@ -9,6 +9,7 @@ import pytest
 
 from tarsus.cli import app
 
+ATLAS = "atlas cantilever -o out --x robot.feet.tip.gap=60um:80um"
 SCATTER = "yield millipede --scatter robot.drives.*.law.gain=5%"
 ADAPT = "design adapt millipede --free gait.duty --over ground.friction.coefficient=0.2:0.6 -o out"
 RANK = "recommend cantilever --parameter ground.adhesion.rate --budget"
@@ -65,6 +66,26 @@ WRONG = [
     ("plot folder -o x.jpg", "ending in .png"),
     ("plot folder -o folder", "'folder' is a folder"),
     ("modes nothing.csv", "no such file"),
+    ("modes bare.csv", "give it with --read NAME=UNIT"),
+    ("modes driven.csv --drive volt", "drive: no record has a channel 'volt'; did you mean 'volts'?"),
+    ("modes driven.csv --order 100000", "order: expected a number from 2 to 300, got 100000"),
+    ("modes driven.csv --against taken", "taken is damaged: it is no JSON"),
+    ("modes empty.csv --order 1", "--order: expected a number of 2 or more, got 1"),
+    (
+        "modes empty.csv --band a:b",
+        "--band takes a lower and a higher frequency, such as 100Hz:1500Hz, got 'a:b'",
+    ),
+    ("modes empty.csv --band 500:100", "--band takes a lower and a higher frequency"),
+    ("modes empty.csv --segment -1s", "segment: expected a time above 0 s, got −1 s"),
+    ("modes bytes.toml", "bytes.toml is a description (TOML), no record"),
+    ("attractors millipede --starts 2.5", "--starts: expected a whole number, got '2.5'"),
+    ("attractors millipede --over height=5um:0", "height: the range from 5 µm to 0 m is empty"),
+    ("attractors millipede --over heigth=0:5um", "scene's only drive); did you mean 'height'?"),
+    ("attractors ./folder", "is a folder: expected a device by name, or a scene file"),
+    (
+        "recommend ./run --budget 2s",
+        "'./run' is a folder: expected a device by name, or a scene file (TOML); it holds scene.toml",
+    ),
     ("movie cantilever -o x.gif", "only walkers"),
     ("movie millipede -o x.mp4", "ending in .gif"),
     ("movie millipede -o x.gif --periods 0", "--periods: expected a number of 1 or more, got 0"),
@@ -72,7 +93,10 @@ WRONG = [
     ("sweep cantilever-adhesoin", "did you mean 'cantilever-adhesion'?"),
     ("sweep cantilever", "it is a calibration, not a sweep"),
     ("sweep cantilever-adhesion --threads 0", "--threads: expected a number of 1 or more, got 0"),
-    ("sweep cantilever-adhesion --threads x", 'unable to convert "x"'),
+    (
+        "sweep cantilever-adhesion --threads x",
+        "--threads: expected a whole number, got 'x'. See `tarsus sweep --help`.",
+    ),
     (f"{SCATTER} --require speed", "--require: there is no measure 'speed'; did you mean 'mean_speed'?"),
     (f"{SCATTER} --count 0", "--count takes ROBOTS or ROBOTS:DRAWS"),
     ("yield millipede --scatter dead=9:99", "--scatter dead, weak: at most 99 dead"),
@@ -82,9 +106,13 @@ WRONG = [
         "--multiple: expected a number of 1 or more",
     ),
     ("attractors millipede --starts 0", "--starts: expected a number of 1 or more, got 0"),
-    ("attractors millipede --over heigth=0:5um", "did you mean 'height'?"),
     ("attractors millipede --over gait.frequency=50:100", "gait.frequency: is no part of a start"),
     ("attractors millipede --over height=0:5V", "height: expected a length (m), got '5V'"),
+    (f"{ATLAS} --y signals.pzt.amplitude=4V", "--y takes PATH=a:b"),
+    (f"{ATLAS} --y signals.pzt.amplitude=4V:8m", "signals.pzt.amplitude: expected a voltage (V), got '8m'"),
+    (f"{ATLAS} --y signals.pzt.amplitude=0V:8V:log", "a logarithmic axis begins above 0"),
+    (f"{ATLAS} --y signals.pzt.amplitude=4V:8V --depth 20", "depth: expected 1 to 12"),
+    (f"{ATLAS} --y signals.pzt.amplitude=4V:8V --on slurm:tasks=2", "--on: expected dask:ADDRESS"),
     ("synthesize cantilever-capture -o out --rate 5V", "--rate: expected a frequency (Hz), got '5V'"),
     ("synthesize cantilever-capture -o out --snr-db nan", "snr_db: expected a finite number"),
     ("identify folder", "no such file"),
@@ -111,6 +139,8 @@ WRONG = [
 FILES = {
     "taken": "x",
     "empty.csv": "",
+    "driven.csv": "t [s],volts [V],tip [m/s]\n"
+    + "".join(f"{k / 1e3},{k % 7 % 3},{k % 5}\n" for k in range(400)),
     "bare.csv": "a,b\n0,1\n1,2\n2,3\n",
     "rows.csv": "freq_hz,volt_v,wave\n5,6,sine\n5,six,sine\n",
     "raises.py": "x = 1\nraise RuntimeError('boom')\n",

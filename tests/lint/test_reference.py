@@ -67,7 +67,7 @@ def test_what_is_listed_says_what_it_is(name):
 FIRST = (
     "load_scene", "files.library.device_names", "read_scene", "with_values", "get_value", "base.spec.float_paths",
     "quantity", "load_laws", "simulate", "simulate_batch", "gradient", "periodic", "branch", "attractors", "sweep",
-    "calibrate.calibrating.calibrate",
+    "atlas.verb.atlas", "calibrate.calibrating.calibrate",
     "load_ensemble", "fit.least_squares", "fit.minimize", "design.gait", "design.landing", "design.standing",
     "read_measurement",
 )  # fmt: skip

@@ -17,10 +17,11 @@ NOT_RUN = re.compile(r"git clone|python3 -m venv|pip install|\.venv/bin/|jupyter
 """Lines that install, open a window, or need a cluster: `benchmarks/newcomer.py` and tests/cluster do those."""
 
 SMALLER = {
-    "candidates=3000 ": "candidates=64 --request look=2 ",
+    "candidates=400 -o gaits": "candidates=64 --request look=2 --request from_rest=50ms -o gaits",
     "sense=slip -o": "sense=slip --request candidates=64 --request hidden=2 --request training=2"
-    " --request duration=50ms -o",
-    "duration=0.4s -o gaits": "duration=50ms --request candidates=64 --request look=2 -o gaits",
+    " --request from_rest=50ms -o",
+    "objective=speed,transport -o gaits": "objective=speed,transport --request from_rest=50ms"
+    " --request candidates=64 --request look=2 -o gaits",
     'um/s" -o out': 'um/s" --set "duration=10 ms" --count 4:2 -o out',
     "=0.15:0.5 -o landing": "=0.15:0.5 --request effort=0.02 -o landing",
     "effort=0.3 -o landing": "effort=0.02 -o again",
@@ -62,6 +63,7 @@ def request(folder: Path) -> None:
 HERE: dict[str, tuple[Callable[[Path], None], tuple[str, ...]]] = {
     "CONTRIBUTING.md": (examples, ("out/report.html",)),
     "add-a-law.md": (examples, ("out/report.html", "pulled/report.html")),
+    "attractors.md": (nothing, ("out/attractors.json", "out/attractor-3.toml")),
     "calibrate.md": (table_study, ("out/calibration.json", "out/branch-1.toml")),
     "determined.md": (nothing, ()),
     "gaits.md": (nothing, ("gaits/gait.h", "adaptive/adapt.json")),
@@ -73,6 +75,7 @@ HERE: dict[str, tuple[Callable[[Path], None], tuple[str, ...]]] = {
     "sweeps.md": (sweep_study, ("out/sweep.nc", "mine/sweep.nc")),
     "tutorial-gait.md": (nothing, ("gaits/gait.h",)),
     "tutorial-landing.md": (nothing, ("soft/landing.h",)),
+    "tutorial-two-robots.md": (nothing, ("gaits/attractors.json", "gaits/attractor-3.html")),
     "walking.md": (nothing, ("found/identified.toml", "found/draws.npz")),
     "yield.md": (nothing, ("out/yield.json",)),
 }

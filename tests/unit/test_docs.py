@@ -227,6 +227,10 @@ def gaits(names: Names) -> None:
     assert names["first"].travel == pytest.approx(1.539e-6, rel=1e-3)
 
 
+def a_map(names: Names) -> None:
+    assert names["found"].class_at(84e-6, 5.2) == "period 3, held" and '"period 3, held"' in PAGES["atlas.md"]
+
+
 def readme(names: Names) -> None:
     sentence, closure, contact = names["printed"].splitlines()
     assert sentence == names["run"].code.value and float(closure) < 1e-8
@@ -274,6 +278,16 @@ def whole_gait(names: Names) -> None:
     assert "#define GAIT_COUNT 8u" in names["header"]
 
 
+def two_robots(names: Names) -> None:
+    found = names["found"]
+    assert [attractor.impacts for attractor in found] == [8, 14, 12]
+    assert [attractor.share.count for attractor in found] == [48, 11, 1] and names["changes"] == 15
+    assert names["again"].measures.mean_speed.value == pytest.approx(335.9e-6, rel=1e-3)
+    assert 0.1 < names["low"][1].share.share < 0.35 and len(names["low"]) == 2
+    for factor, row in {0.98: (158, 331, 158), 1.0: (157, 336, 472), 1.02: (156, 341, 341)}.items():
+        assert np.multiply(1e6, names["speeds"][factor]) == pytest.approx(row, abs=0.6)
+
+
 def first_landing(names: Names) -> None:
     assert names["closing"]["time"] == pytest.approx(27.795e-6, abs=0.5e-9)
     account, design = names["account"], names["design"]
@@ -310,6 +324,7 @@ class Case(NamedTuple):
 CASES = [
     Case("README.md", readme),
     Case("add-a-law.md", a_law, law),
+    Case("atlas.md", a_map),
     Case("attractors.md", gaits),
     Case("batches.md", a_grid),
     Case("determined.md", ran, determined),
@@ -335,6 +350,7 @@ CASES = [
     Case("tutorial-gait.md", whole_gait, slow=True),
     Case("tutorial-landing.md", first_landing, count=4),
     Case("tutorial-landing.md", whole_landing, slow=True),
+    Case("tutorial-two-robots.md", two_robots, slow=True),
     Case("walking.md", a_law),
     Case("yield.md", a_yield, slow=True),
 ]

@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Floats = NDArray[np.float64]
+from tarsus.base.arrays import Floats
 
 
 class Dual(NDArrayOperatorsMixin):

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base import _linear
+from tarsus.base.arrays import Floats
 
-Floats = NDArray[np.float64]
 Array = NDArray[Any]
 
 EPS = float(np.finfo(float).eps)

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tarsus.base.errors import InputError
+from tarsus.base.progress import Progress
 from tarsus.calibrate.ensemble import SearchedEnsembles, searched_ensembles
 from tarsus.calibrate.excluding import ExcludedRow, exclude_each, missed_by
 from tarsus.calibrate.lowering import Lowered, lower_study
@@ -17,14 +18,12 @@ from tarsus.calibrate.prediction import Discrepancy, Prediction, predict_row
 from tarsus.calibrate.problem import Archive, CalibrationProblem
 from tarsus.calibrate.studyfile import Described, frozen_texts, load_study
 from tarsus.files.runstore import RunStore
+from tarsus.tables.table import Table, Tabled
 
 if TYPE_CHECKING:
     from tarsus.base.workers import Workers
     from tarsus.calibrate.description import Search
     from tarsus.model.laws import Law
-    from tarsus.tables import Table
-
-Progress = Callable[[int, int, str], None]
 
 
 @dataclass(frozen=True)
@@ -61,7 +60,7 @@ class Solution:
 
 
 @dataclass(frozen=True)
-class Calibration:
+class Calibration(Tabled):
     """A finished calibration: the study, its solution, and predictions of the rows that were not fitted."""
 
     described: Described
@@ -87,12 +86,6 @@ class Calibration:
         from tarsus.calibrate.writing import write_outputs
 
         return write_outputs(self, Path(folder))
-
-    def __str__(self) -> str:
-        return self.table().text()
-
-    def _repr_html_(self) -> str:
-        return self.table().html()
 
 
 ENOUGH_ROWS = 4

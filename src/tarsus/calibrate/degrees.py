@@ -18,12 +18,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+
+from tarsus.base.arrays import Floats
 
 if TYPE_CHECKING:
     from tarsus.calibrate.problem import HypothesisFit
 
-Floats = NDArray[np.float64]
 
 SETS = 12
 """Sets for each coefficient of the regression: slopes are then known within a third of the scatter of the pulls, and a

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
+from tarsus.base.arrays import Floats
 from tarsus.calibrate.prediction import Discrepancy, Prediction, discrepancy_of, predict_row
 from tarsus.calibrate.problem import Archive, CalibrationProblem, HypothesisFit
 from tarsus.calibrate.search import LEVEL, SearchResult, search_hypotheses
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
     from tarsus.calibrate.description import Search
     from tarsus.calibrate.objective import Hypothesis
 
-Floats = NDArray[np.float64]
 Readings = NDArray[np.floating]
 
 

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.base.workers import Workers, is_executor, spread, workers
 from tarsus.calibrate.ensemble import SearchedEnsembles, searched_ensembles
 from tarsus.calibrate.prediction import Discrepancy, Prediction, discrepancy_of
@@ -23,8 +24,6 @@ from tarsus.calibrate.prediction import Discrepancy, Prediction, discrepancy_of
 if TYPE_CHECKING:
     from tarsus.calibrate.description import Search
     from tarsus.calibrate.problem import Archive, CalibrationProblem
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

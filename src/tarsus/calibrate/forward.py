@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.spec import get_value, with_values
 from tarsus.base.workers import Workers, is_executor, spread, workers
@@ -26,7 +27,6 @@ from tarsus.solve.engine import Accuracy
 from tarsus.solve.seeds import random_velocities
 from tarsus.solve.simulate import Shared
 
-Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 
 DIFFERENCE = 1e-3

@@ -27,9 +27,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.fit.residuals import FAILED
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

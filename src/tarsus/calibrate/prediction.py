@@ -29,10 +29,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import norm
 
+from tarsus.base.arrays import Floats
 from tarsus.calibrate.objective import Cells, Hypothesis, existence, tolerance
 from tarsus.fit.ranges import weighted_quantile
-
-Floats = NDArray[np.float64]
 
 INTERVAL = 0.8
 """Probability of the intervals."""

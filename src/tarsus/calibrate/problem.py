@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.files.runstore import RunStore
 from tarsus.fit.residuals import Residuals
 
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
     from tarsus.calibrate.objective import Hypothesis, Objective, ReadingCosts
     from tarsus.fit.unknowns import Unknowns
 
-Floats = NDArray[np.float64]
 Readings = NDArray[np.floating]
 T = TypeVar("T")
 Simulate = Callable[[int, Floats, Sequence[int]], Readings]

@@ -8,12 +8,11 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from tarsus.base.arrays import Floats
 from tarsus.calibrate.expressions import Expression
 from tarsus.model.scene import Scene
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -13,19 +13,18 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats, Ints
 from tarsus.calibrate.degrees import Freedom, freedom_of_best
 from tarsus.calibrate.problem import Archive, HypothesisFit
-from tarsus.fit.chain import chain, spread_over
+from tarsus.fit.chain import chain
+from tarsus.fit.front import farthest
 from tarsus.fit.least_squares import least_squares
 from tarsus.fit.regressions import STEPS, Valleys, steps
 
 if TYPE_CHECKING:
     from tarsus.calibrate.description import Search
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 DOWN = 2.0 / 3.0
 """Share of a generation that is steps down; the others are children of the population by differential evolution, which
@@ -284,7 +283,7 @@ def _chained(fit: HypothesisFit, search: Search, scale: float) -> Floats:
     points, costs = fit.costs_visited()
     order = np.argsort(costs, kind="stable")
     inside = order[costs[order] <= costs[order[0]] + scale * points.shape[1]]
-    chosen = [int(inside[i]) for i in spread_over(points[inside], search.members)]
+    chosen = inside[farthest(points[inside], False, search.members)].tolist()
     taken = set(chosen)
     chosen += [int(i) for i in order if int(i) not in taken][: search.members - len(chosen)]
 

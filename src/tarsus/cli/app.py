@@ -25,7 +25,7 @@ DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
 VERBS = (
     "devices", "show", "new", "check", "simulate", "report", "plot", "movie", "sweep", "yield", "branch",
-    "attractors", "synthesize", "identify", "modes", "calibrate", "recommend", "design", "bench", "doctor",
+    "attractors", "atlas", "synthesize", "identify", "modes", "calibrate", "recommend", "design", "bench", "doctor",
     "completion",
 )  # fmt: skip
 """In the order of the help page; each is a function, or verbs of their own, in the module of `tarsus.cli` that has its
@@ -215,7 +215,7 @@ def _command(argv: list[str]) -> int:
 
 def _sentence(error: Any, argv: list[str]) -> str:
     """What is wrong with the words, where cyclopts says it in terms of programs."""
-    from cyclopts import MissingArgumentError, UnusedCliTokensError, ValidationError
+    from cyclopts import CoercionError, MissingArgumentError, UnusedCliTokensError, ValidationError
 
     error.verbose = False
     if isinstance(error, UnusedCliTokensError):
@@ -225,6 +225,8 @@ def _sentence(error: Any, argv: list[str]) -> str:
     if isinstance(error, MissingArgumentError) and error.argument is not None and not error.argument.tokens:
         given = [name for name in error.argument.names if name in argv]
         return f"{given[0]} takes a value." if given else f"{error.argument.names[0]} is missing."
+    if isinstance(error, CoercionError) and error.msg and error.token is not None:
+        return f"{error.token.keyword or error.token.value}: {error.msg}."
     return str(error)
 
 

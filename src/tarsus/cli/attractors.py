@@ -45,7 +45,7 @@ def attractors(
     box = requests.spans_of(over, "--over") if over else None
     the_scene = changes.scene(scene)
     target = None if output is None else pages.target(output, "attractors", attractor_files(starts))
-    with console.progress_bar("starts that have settled") as progress:
+    with console.progress_bar("attractors") as progress:
         found = tarsus.attractors(
             the_scene, starts=starts, over=box, edges=edges, seed=seed, threads=threads, progress=progress
         )

@@ -6,18 +6,16 @@ import contextlib
 import os
 import shutil
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from enum import IntEnum
 from pathlib import Path
 from typing import Any, TextIO
 
+from tarsus.base.progress import Progress
 from tarsus.cli.lines import Lines
 from tarsus.files.jsontext import json_text
-
-Progress = Callable[[int, int, str], None]
-"""Called as `progress(done, total, what)` by long work."""
 
 
 class Voice(IntEnum):

@@ -58,7 +58,16 @@ def identify(
 
             written.append(write_page(identify_html(found), folder / "report.html"))
     console.note(f"excluded: {one}" for one in together([str(one) for one in found.left_out]))
-    console.complain([f"{one.name} was not done: {said}" for one in found.not_done for said in one.reasons])
+    undone = dict[str, list[str]]()
+    for one in found.not_done:
+        for said in one.reasons:
+            undone.setdefault(said, []).append(one.name)
+    console.complain(
+        [
+            f"{' and '.join(those)} {'were' if len(those) > 1 else 'was'} not done: {said}"
+            for said, those in undone.items()
+        ]
+    )
     console.show(found, pages.json, written)
     return 1 if found.not_done else 0
 

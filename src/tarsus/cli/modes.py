@@ -5,15 +5,20 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any
 
-from tarsus.cli.options import FLAG, PAGES, Many, MaybeFolder, Pages
+from cyclopts import Parameter
+
+from tarsus.cli.options import FLAG, PAGES, Many, MaybeFolder, Pages, at_least
+
+UNIT = "give its unit under channels"
+"""What readers ask for, in the words of Python."""
 
 
 def modes(
     *files: Path,
     band: str | None = None,
-    order: int = 40,
+    order: Annotated[int, at_least(2)] = 40,
     drive: str | None = None,
-    segment: str | None = None,
+    segment: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     decay: Annotated[bool, FLAG] = False,
     read: Many = None,
     against: Path | None = None,
@@ -44,20 +49,26 @@ def modes(
     output
         folder for modes.json, modes.csv, shapes.unv (UFF 55) and report.html; nothing is written when left out.
     """
-    import json
-
     import tarsus
+    from tarsus.base.errors import InputError
     from tarsus.cli import console, requests
+    from tarsus.files.jsontext import read_json
     from tarsus.modes.writing import MODES_FILES, compared, summary_of, write_modes
 
     ends = _band(band)
     length = requests.quantities_of(segment=(segment, "s")).get("segment")
+    earlier = None if against is None else read_json(against)
     target = None if output is None else pages.target(output, "modes", MODES_FILES)
+    reading = _reading(requests.texts_of(read or (), "--read"))
     with console.spinner("identifying"):
-        fit = tarsus.modes(
-            *files, band=ends, order=order, drive=drive, segment=length, decay=decay,
-            read=_reading(requests.texts_of(read or (), "--read")),
-        )  # fmt: skip
+        try:
+            fit = tarsus.modes(
+                *files, band=ends, order=order, drive=drive, segment=length, decay=decay, read=reading
+            )
+        except InputError as error:
+            raise InputError(
+                [one.replace(UNIT, "give it with --read NAME=UNIT") for one in error.problems]
+            ) from None
     written: list[Path] = []
     names = tuple(str(file) for file in files)
     if target is not None and output is not None:
@@ -68,7 +79,7 @@ def modes(
                 from tarsus.report.pages import write_page
 
                 written.append(write_page(modes_html(fit, names), output / "report.html"))
-    beside = None if against is None else compared(fit, json.loads(against.read_text(encoding="utf-8")))
+    beside = None if earlier is None else compared(fit, earlier)
     if pages.json:
         console.print_json(summary_of(fit, names) | ({} if beside is None else {"compared": beside.json()}))
         return 0
@@ -82,15 +93,18 @@ def modes(
 def _band(text: str | None) -> tuple[float, float] | None:
     """Both ends of a band [Hz]."""
     from tarsus.base.errors import InputError
-    from tarsus.cli import requests
+    from tarsus.base.units import parse_quantity
 
     if text is None:
         return None
-    low, colon, high = text.partition(":")
-    ends = requests.quantities_of(band=(low, "Hz"), band_end=(high or None, "Hz"))
-    if not colon or len(ends) != 2 or not 0.0 <= ends["band"] < ends["band_end"]:
+    low, _, high = text.partition(":")
+    try:
+        ends = parse_quantity(low, "Hz"), parse_quantity(high, "Hz")
+    except InputError:
+        ends = None
+    if ends is None or not 0.0 <= ends[0] < ends[1]:
         raise InputError(f"--band takes a lower and a higher frequency, such as 100Hz:1500Hz, got '{text}'")
-    return ends["band"], ends["band_end"]
+    return ends
 
 
 def _reading(words: dict[str, str]) -> dict[str, Any]:

@@ -12,6 +12,8 @@ from cyclopts import Parameter
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from cyclopts import Token
+
     from tarsus.base.workers import Workers
     from tarsus.files.output import OutputFolder
     from tarsus.model.scene import Scene
@@ -20,14 +22,22 @@ FLAG = Parameter(negative=(), show_default=False)
 """A word that is given or not: there is no --no- form."""
 
 
+def _whole(_: object, tokens: Sequence[Token]) -> int:
+    """A whole number; cyclopts itself rounds 2.5."""
+    try:
+        return int(tokens[0].value)
+    except ValueError:
+        raise ValueError(f"expected a whole number, got '{tokens[0].value}'") from None
+
+
 def at_least(least: int) -> Parameter:
-    """Of a number: smaller ones are refused."""
+    """Of a whole number: smaller ones are refused."""
 
-    def check(_: object, value: float | None) -> None:
+    def check(_: object, value: int | None) -> None:
         if value is not None and value < least:
-            raise ValueError(f"expected a number of {least} or more, got {value:g}")
+            raise ValueError(f"expected a number of {least} or more, got {value}")
 
-    return Parameter(validator=check)
+    return Parameter(validator=check, converter=_whole)
 
 
 Count = Annotated[int, at_least(1)]

@@ -17,7 +17,7 @@ def recommend(
     budget: Annotated[str, Parameter(allow_leading_hyphen=True)],
     vary: Many = None,
     unknown: Many = None,
-    spread: str = "30 %",
+    spread: Annotated[str, Parameter(allow_leading_hyphen=True)] = "30 %",
     seed: Seed = 0,
     changes: Changes = UNCHANGED,
     work: Work = HERE,

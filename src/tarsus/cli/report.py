@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from tarsus.cli.options import Json, LawFiles
+from tarsus.cli.options import Json, LawFiles, Many
 
 
 def report(
@@ -12,6 +12,7 @@ def report(
     /,
     *,
     law: LawFiles = None,
+    draw: Many = None,
     browser: bool = True,
     json: Json = False,
 ) -> int:
@@ -20,7 +21,10 @@ def report(
     Parameters
     ----------
     folder
-        what `simulate`, `sweep`, `identify`, `calibrate`, `design`, `branch` or `reproduce` wrote.
+        what `simulate`, `sweep`, `identify`, `calibrate`, `design`, `branch`, `atlas` or `reproduce` wrote.
+    draw
+        over the map of an atlas: branch:8, what happens to the periodic motion along eight lines of it; a packaged
+        study or study file, the lines along which it ran; a .csv with two columns of numbers, a curve; may be repeated.
     browser
         open the page; without it its path is printed only.
     """
@@ -29,7 +33,7 @@ def report(
     from tarsus.report.verb import page_of
 
     with console.spinner("writing the report"):
-        page, again = page_of(folder, laws_of(law or ()))
+        page, again = page_of(folder, laws_of(law or ()), draw or ())
     if json:
         console.print_json({"page": str(page), "made_again": again})
     else:

@@ -140,6 +140,13 @@ def spans_of(words: Sequence[str], option: str, *, bare: bool = False) -> Any:
     return found
 
 
+def axis_of(word: str, option: str) -> tuple[str, str, str, str]:
+    """A `PATH=a:b` or `PATH=a:b:log` word as a path, both ends of its range, and "log" or ""."""
+    bare, log = (word.removesuffix(":log"), "log") if word.endswith(":log") else (word, "")
+    ((path, (low, high)),) = spans_of([bare], option).items()
+    return path, low, high, log
+
+
 @contextlib.contextmanager
 def workers_for(on: str | None, threads: int | None = None) -> Iterator[Workers]:
     """The workers of the Dask cluster that `--on` names, for the length of a block; without it the threads."""

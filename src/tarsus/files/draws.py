@@ -7,11 +7,9 @@ from pathlib import Path
 from zipfile import BadZipFile
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
-
-Floats = NDArray[np.float64]
 
 
 def write_draws(file: Path, paths: Sequence[str], values: Floats, samples: Floats) -> None:

@@ -59,8 +59,8 @@ def study_path(name: str | os.PathLike[str]) -> Path:
 
 
 def is_path(text: str) -> bool:
-    """Whether a word is the path of a file, and no name."""
-    return text.endswith(".toml") or os.sep in text
+    """Whether a word is the path of a file, and no name; a folder is neither."""
+    return text.endswith(".toml") or (os.sep in text and not os.path.isdir(text))
 
 
 def kind_of(name: str) -> FileKind:

@@ -19,6 +19,7 @@ MARKS = {
     "yield.json": FileKind.YIELD,
     "branch.json": FileKind.BRANCH,
     "attractors.json": FileKind.ATTRACTORS,
+    "atlas.json": FileKind.ATLAS,
     "identification.json": FileKind.IDENTIFICATION,
     "track.json": FileKind.TRACKING,
     "landing.json": FileKind.LANDING,

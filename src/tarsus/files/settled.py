@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from tarsus.base.arrays import Floats
 
 SETTLED = 1e-6
 """Difference of phases, and of speeds as part of the fastest, below which events repeat: a thousand times what steps of

@@ -40,6 +40,7 @@ class FileKind(Enum):
     YIELD = ("yield", "a yield", "`tarsus yield` wrote it")
     BRANCH = ("branch", "a branch of periodic motions", "`tarsus branch` wrote it")
     ATTRACTORS = ("attractors", "attractors of a robot", "`tarsus attractors` wrote it")
+    ATLAS = ("atlas", "an atlas of a robot", "`tarsus atlas` wrote it")
     FITTED = ("fitted calibration", "a fitted calibration", "`tarsus calibrate` wrote it")
     IDENTIFICATION = ("identification", "an identification", "`tarsus identify` wrote it")
     TRACKING = ("series of identifications", "a series of identifications", "`tarsus identify --track` wrote it")

@@ -48,6 +48,5 @@ def campaign_view(opened: Opened) -> View:
         "sets": {name: {"purpose": why, "files": count, "gap_m": gap} for name, why, count, gap in rows},
     }
     columns = ("records", "purpose", "files", Column("gap", "m"))
-    return View(
-        data, Table(f"{campaign.name}: {campaign.device}, {len(rows)} sets of records", columns, rows)
-    )
+    sets = f"{len(rows)} set{'s' * (len(rows) != 1)} of records"
+    return View(data, Table(f"{campaign.name}: {campaign.device}, {sets}", columns, rows))

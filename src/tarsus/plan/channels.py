@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats, Ints
 from tarsus.base.dual import Dual, slope_of, value_of
 from tarsus.base.errors import InputError
 from tarsus.base.spec import Description, get_value, with_values
@@ -23,9 +23,6 @@ if TYPE_CHECKING:
     from tarsus.model.drive.pieces import Channels, Pieces
     from tarsus.model.drive.signal import Signal
     from tarsus.model.scene import Drive, Scene
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

@@ -292,7 +292,7 @@ def _check_starts(scene: Scene, plan: Plan, rows: Rows) -> None:
     below = rest + moved < -1e-12 * np.maximum(rest, np.abs(moved))
     for run, foot in np.argwhere(below)[:1]:
         name = list(scene.robot.feet)[foot]
-        depth = format_quantity(-float(rest[run, foot] + moved[run, foot]), "m")
+        depth = format_quantity(float(f"{-float(rest[run, foot] + moved[run, foot]):.6g}"), "m")
         raise InputError(
             f"initial.displacement: in run {run} foot '{name}' would start {depth} below the ground"
         )

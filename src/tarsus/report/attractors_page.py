@@ -71,7 +71,7 @@ def _basins(found: Attractors) -> Plate:
     paths = list(found.box.ends)[:2]
     ends = np.array([found.box.ends[path] for path in paths])
     places = ends[:, 0] + (ends[:, 1] - ends[:, 0]) * found.points[:, : len(paths)]
-    across = places[:, 1] if len(paths) > 1 else found.label.astype(float)
+    across = places[:, 1] if len(paths) > 1 else found.label + (found.label >= 0.0)
 
     def draw(sheet: Sheet) -> None:
         (axes,) = sheet.grid(1, 2.6)
@@ -82,6 +82,8 @@ def _basins(found: Attractors) -> Plate:
         second = (paths[1], units[paths[1]]) if len(paths) > 1 else ("attractor", "")
         name_axes(axes, (paths[0], units[paths[0]]), second)
         few_ticks(axes, x=6, y=5)
+        if len(paths) == 1:
+            axes.set_yticks(np.unique(across))
         sheet.legend(axes)
 
     return plate(draw, "Starts by the motion they lead to.")

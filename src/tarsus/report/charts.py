@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from markupsafe import Markup
 
+from tarsus.base.arrays import Floats
 from tarsus.report.packing import packed, packed_times, script_text
 from tarsus.report.pages import Plate, rendered
 from tarsus.report.style import (
@@ -28,7 +29,6 @@ from tarsus.report.style import (
 )
 from tarsus.tables.numbers import number
 
-Floats = npt.NDArray[np.float64]
 Window = tuple[float, float]
 """Start and end of a stretch of an axis, most often of time [s]."""
 

@@ -13,7 +13,7 @@ from tarsus.base.spec import float_paths
 from tarsus.design.adaptive_gait import AdaptiveGait
 from tarsus.design.gait_front import GaitFront
 from tarsus.design.judge import CLOSED
-from tarsus.design.results import values_in_words
+from tarsus.design.results import units_of, values_in_words
 from tarsus.report.pages import Plate, page, rendered, write_page
 from tarsus.report.run_page import report_html
 from tarsus.report.sheet import Sheet, name_axes, plate
@@ -32,7 +32,7 @@ def write_gait_report(design: GaitFront, folder: Path, *, play: bool = True) -> 
     if play:
         (folder / "gaits").mkdir(exist_ok=True)
         for name, point in design.named:
-            run: Any = simulate(design.scene_of(point, worst=True), design.request.duration)
+            run: Any = simulate(design.scene_of(point, worst=True))
             pages.append(write_page(report_html(run), folder / "gaits" / f"{name}.html"))
     return [write_page(gait_html(design, linked=play), folder / "report.html"), *pages]
 
@@ -90,6 +90,7 @@ def _gaits(design: GaitFront, linked: bool) -> Table:
     for one in design.objectives:
         columns.append(Column(f"{one.name}, own ground" if judged else one.name, one.unit))
         columns += [Column(f"{one.name}, worst found", one.unit)] if judged and one.grounded else []
+        columns += [Column(f"{one.name}, 95 %", one.unit, 3)] if one.grounded else []
     priced = any(one.priced for one in design.objectives)
     columns += [Column("energy with charge recovery", "J")] if priced else []
     rows = []
@@ -98,6 +99,7 @@ def _gaits(design: GaitFront, linked: bool) -> Table:
         row: list[Any] = [title, values_in_words(dict(list(point.values.items())[:MOST_VALUES]), units)]
         for j, one in enumerate(design.objectives):
             row += [point.nominal[j], point.worst[j]] if judged and one.grounded else [point.nominal[j]]
+            row += [point.intervals[j]] if one.grounded else []
         rows.append([*row, point.recovered] if priced else row)
     return Table("", columns, rows)
 
@@ -108,8 +110,7 @@ def _rounds(design: GaitFront) -> Table:
 
 
 def _grounds(design: GaitFront) -> Table:
-    known = float_paths(design.request.scene)
-    columns = [Column(path, known[path].unit) for path in design.grounds.values]
+    columns = [Column(*one) for one in units_of(design.request.scene, design.grounds.values).items()]
     rows = enumerate(zip(*design.grounds.values.values(), strict=True))
     return Table("", ("ground", *columns), [(i, *row) for i, row in rows])
 

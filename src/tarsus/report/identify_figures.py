@@ -13,6 +13,7 @@ from matplotlib.colors import LinearSegmentedColormap
 from tarsus.identify.heldout import Comparison
 from tarsus.identify.step import Curve, Panel
 from tarsus.identify.verdict import Assessment
+from tarsus.records.excluded import evenly
 from tarsus.report.pages import Plate
 from tarsus.report.sheet import QUARTER, Sheet, few_ticks, name_axes, plate
 from tarsus.report.style import BLUE, INK, VERMILION, decimate
@@ -60,9 +61,8 @@ def panels(shown: Sequence[Panel], caption: str) -> Plate:
 
 def held_out(comparisons: Sequence[Comparison]) -> Plate:
     """The last period of held-out records over the simulations of the identified device."""
-    at = np.linspace(0, len(comparisons) - 1, min(len(comparisons), MOST_HELD_OUT)).round().astype(int)
     return panels(
-        [_last_period(comparisons[i]) for i in at],
+        [_last_period(one) for one in evenly(comparisons, MOST_HELD_OUT)],
         "The last drive period of held-out records, evenly from all: the gap of the foot as measured (points) and as "
         "simulated with the identified device (line).",
     )

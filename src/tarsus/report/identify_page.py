@@ -16,7 +16,7 @@ from tarsus.identify.result import Identification
 from tarsus.identify.step import StepResult, failures
 from tarsus.report import identify_figures, modal_figures
 from tarsus.report.pages import page, rendered
-from tarsus.tables.numbers import interval
+from tarsus.tables.numbers import amount, interval
 from tarsus.tables.table import ROW, Column, Table
 
 NOTABLE = 0.30
@@ -46,6 +46,7 @@ def identify_html(found: Identification) -> str:
         in_air=_in_air(found), zero=_zero(found), account=tables.account_table(found, reasons=True).bare(),
         sets=_sets(found), left_out=Table("", ("file", "channel", "how many", "reason"), listed),
         left=len(left), unlisted=max(0, len(left) - MOST_LISTED), notes=notes,
+        took=amount(found.seconds, "s", 2) if found.seconds < 100.0 else f"{found.seconds / 60.0:.0f} min",
     )  # fmt: skip
     return page(f"{name} – identification", body)
 

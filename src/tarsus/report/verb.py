@@ -17,15 +17,22 @@ PAGES = ("report.html", "reproduction.html", "index.html")
 """The page of a folder, by the verbs that write one."""
 
 
-def report(folder: str | os.PathLike[str], *, law: Sequence[str | os.PathLike[str]] = ()) -> Path:
+def report(
+    folder: str | os.PathLike[str],
+    *,
+    law: Sequence[str | os.PathLike[str]] = (),
+    draw: Sequence[str | os.PathLike[str]] = (),
+) -> Path:
     """The page of a folder that a verb wrote; of a run or a sweep it is made again from its files, nothing simulated.
 
     Parameters
     ----------
     folder
-        What `simulate`, `sweep`, `identify`, `calibrate`, `design`, `branch` or `reproduce` wrote.
+        What `simulate`, `sweep`, `identify`, `calibrate`, `design`, `branch`, `atlas` or `reproduce` wrote.
     law
         Python files with laws of your own, where the run has them.
+    draw
+        What the page of an atlas shows over its map, as `tarsus.atlas.result.Atlas.overlaid` takes it.
 
     Returns
     -------
@@ -35,15 +42,19 @@ def report(folder: str | os.PathLike[str], *, law: Sequence[str | os.PathLike[st
     Raises
     ------
     InputError
-        Where the folder holds no page and nothing to make one of.
+        Where the folder holds no page and nothing to make one of; for overlays of what is no atlas.
     """
-    return page_of(Path(folder), laws_of(law))[0]
+    return page_of(Path(folder), laws_of(law), draw)[0]
 
 
-def page_of(folder: Path, laws: Mapping[str, Any] | None = None) -> tuple[Path, bool]:
+def page_of(
+    folder: Path, laws: Mapping[str, Any] | None = None, draw: Sequence[str | os.PathLike[str]] = ()
+) -> tuple[Path, bool]:
     """The page, and whether it was made just now."""
     if not folder.is_dir():
         raise InputError(f"{folder}: is no folder; name one that a verb wrote with -o")
+    if draw:
+        return _map_page(folder, laws, draw), True
     if (folder / SUMMARY_FILE).is_file():
         from tarsus.report.run_page import write_report
 
@@ -54,6 +65,17 @@ def page_of(folder: Path, laws: Mapping[str, Any] | None = None) -> tuple[Path, 
         if (folder / name).is_file():
             return folder / name, False
     raise InputError(f"{folder}: holds no run and no page of tarsus ({', '.join(PAGES)})")
+
+
+def _map_page(folder: Path, laws: Mapping[str, Any] | None, draw: Sequence[str | os.PathLike[str]]) -> Path:
+    """The page of an atlas with something drawn over it; its runs are those that the folder holds."""
+    from tarsus.atlas.verb import REQUEST, read_atlas
+    from tarsus.report.atlas_page import atlas_html
+    from tarsus.report.pages import write_page
+
+    if not (folder / REQUEST).is_file():
+        raise InputError(f"{folder}: holds no atlas; --draw draws over its map")
+    return write_page(atlas_html(read_atlas(folder, laws).overlaid(*draw)), folder / REPORT_FILE)
 
 
 def _sweep_page(folder: Path) -> Path:

@@ -61,18 +61,31 @@ class Contacts:
         """What the feet do after the events, in time order, of a window that began with these at ``start`` [s]."""
         since = self.since if self.since is not None else [start] * len(self.held)
         held = dict(zip(self.held, since, strict=True))
-        for event in events:
-            follow_contact(held, event)
+        each = (events[name].tolist() for name in ("foot", "kind", "time"))
+        for foot, kind, time in zip(*each, strict=True):
+            _change(held, foot, kind, time)
         return contacts_of(held)
+
+    def earlier(self, by: float) -> Contacts:
+        """The same so long [s] before, as where a motion repeats."""
+        return Contacts(self.held, None if self.since is None else [one - by for one in self.since], self.leaving)
 
 
 def follow_contact(held: dict[int, float], event: np.void) -> None:
     """Take an event into account in the feet on the ground and since when they are there [s]."""
-    foot, kind = int(event["foot"]), event["kind"]
-    if kind in CONTACT_BEGINS:
-        if not (kind == EventKind.CONTACT_AT_START and foot in held):
-            held[foot] = float(event["time"])
-    elif kind in (EventKind.RELEASE, EventKind.BOUNCE):
+    _change(held, int(event["foot"]), int(event["kind"]), float(event["time"]))
+
+
+_BEGINS = frozenset(map(int, CONTACT_BEGINS))
+_ENDS = frozenset((int(EventKind.RELEASE), int(EventKind.BOUNCE)))
+_AT_START = int(EventKind.CONTACT_AT_START)
+
+
+def _change(held: dict[int, float], foot: int, kind: int, time: float) -> None:
+    if kind in _BEGINS:
+        if not (kind == _AT_START and foot in held):
+            held[foot] = time
+    elif kind in _ENDS:
         held.pop(foot, None)
 
 

@@ -174,7 +174,7 @@ class WindowBatch(Sequence[Window]):
 
     plan: Plan
     starts: Sequence[WindowStart]
-    data: Sequence[Rows]
+    data: Mapping[int, Rows]
     times: Floats
     first: npt.NDArray[np.int64]
     states: SampledStates
@@ -282,21 +282,26 @@ def simulate_windows(
         states = _walked(plan, given, data, samples)
     begin = np.concatenate([[0], ends])
     found = _slopes(plan, given, names, states, events, begin, slopes) if names else None
-    each = [one for some in data for one in _single(some)]
     return WindowBatch(
-        plan, starts, each, given.times, given.first, states, events, begin,
+        plan, starts, _singles(data, given.data), given.times, given.first, states, events, begin,
         tuple(ResultCode.of(int(code)) for code in codes), found,
     )  # fmt: skip
 
 
-def _single(rows: Rows) -> list[Rows]:
-    """Rows of data one by one."""
-    if len(rows) == 1:
-        return [rows]
-    parts = ("parameters", "initial", "sources", "scales", "channels")
-    return [
-        replace(rows, **{name: getattr(rows, name)[r : r + 1] for name in parts}) for r in range(len(rows))
-    ]
+def _singles(data: Sequence[Rows], wanted: npt.NDArray[np.int64]) -> dict[int, Rows]:
+    """Rows of data one by one, by number, those that are wanted: of thousands a call has a few."""
+    first = np.cumsum([0, *map(len, data)])
+    out = {}
+    for number in np.unique(wanted).tolist():
+        k = int(np.searchsorted(first, number, side="right")) - 1
+        r = number - int(first[k])
+        parts = ("parameters", "initial", "sources", "scales", "channels")
+        out[number] = (
+            data[k]
+            if len(data[k]) == 1
+            else replace(data[k], **{name: getattr(data[k], name)[r : r + 1] for name in parts})
+        )
+    return out
 
 
 @dataclass(frozen=True)
@@ -423,9 +428,9 @@ class _Batch:
 def _walked(plan: Plan, given: _Given, data: Sequence[Rows], samples: Floats) -> SampledStates:
     """States of a walker by its samples, window by window on data of its own."""
     parts = []
-    singles = [one for rows in data for one in _single(rows)]
-    for k, one in enumerate(singles):
-        own = np.flatnonzero(np.repeat(given.data == k, np.diff(given.first)))
+    number = np.repeat(given.data, np.diff(given.first))
+    for k, one in _singles(data, given.data).items():
+        own = np.flatnonzero(number == k)
         if len(own):
             parts.append((own, unpacked(Acting(plan, one), samples[own], given.times[own])[0]))
     if len(parts) == 1:

@@ -8,14 +8,12 @@ from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, field_validator
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.messages import PathErrors
 from tarsus.base.spec import Description
-
-Floats = NDArray[np.float64]
 
 
 class SweepAxis(Description):

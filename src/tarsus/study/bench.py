@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.base.events import IMPACTS
 from tarsus.base.progress import Progress, silent
 from tarsus.model.drive.laws import LinearForce
@@ -33,8 +34,6 @@ from tarsus.plan.lowering import Plan, lower_scene
 from tarsus.plan.slots import rows_of
 from tarsus.solve.batch import simulate_batch
 from tarsus.solve.engine import Accuracy, book_of, execute
-
-Floats = NDArray[np.float64]
 
 SIZES = (2, 6, 32)
 TIME_TOLERANCE = 1e-6

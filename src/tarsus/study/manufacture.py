@@ -8,14 +8,12 @@ from functools import lru_cache
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.spec import Description
 from tarsus.study.axes import SweepAxis, sobol_shares
-
-Floats = NDArray[np.float64]
 
 DRAWS = 2
 """Shares that say how many parts are dead and how many are weak; one more for each part says which."""

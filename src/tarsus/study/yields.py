@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.units import parse_quantity
 from tarsus.base.workers import Workers
@@ -28,8 +29,6 @@ from tarsus.study.sweeping import run_sweep
 from tarsus.study.workunit import OUTCOMES
 from tarsus.tables.numbers import amount, interval, percent, spaced
 from tarsus.tables.table import ROW, Column, Table, Tabled
-
-Floats = NDArray[np.float64]
 
 WALKS = ("mean_speed", "cost_of_transport")
 """Measures unless others are asked for: how fast it walks, and at what price."""

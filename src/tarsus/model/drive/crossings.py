@@ -6,9 +6,8 @@ from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from tarsus.base.arrays import Floats
 
 _NEARLY_REAL = 1e-5
 """Imaginary part up to which a root is a candidate: rounding splits a double root by its square root."""

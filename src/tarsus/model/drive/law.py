@@ -6,14 +6,13 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from tarsus.base.arrays import Floats
 from tarsus.base.dual import columns
 from tarsus.base.spec import Amount, Description, quantity
 from tarsus.model.drive.parts import Parts
 from tarsus.model.drive.track import Track, linear_track
-
-Floats = NDArray[np.float64]
 
 
 class VoltageLaw(Description, ABC):

@@ -15,10 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.base.dual import columns
 from tarsus.model.drive.track import Track
-
-Floats = NDArray[np.float64]
 
 
 def play_states(volts: Floats, thresholds: Floats, initial: Floats) -> Floats:

@@ -21,10 +21,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.base.dual import Dual, alike, columns, value_of
 from tarsus.base.errors import InputError
 
-Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 
 

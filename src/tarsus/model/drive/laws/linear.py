@@ -6,15 +6,14 @@ from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from tarsus.base.arrays import Floats
 from tarsus.base.dual import columns
 from tarsus.base.spec import Amount, quantity
 from tarsus.model.drive.law import VoltageLaw
 from tarsus.model.drive.parts import Parts, whole_parts
 from tarsus.model.drive.track import Track
-
-Floats = NDArray[np.float64]
 
 
 class LinearForce(VoltageLaw):

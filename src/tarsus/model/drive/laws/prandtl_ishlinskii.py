@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import model_validator
 
+from tarsus.base.arrays import Floats
 from tarsus.base.dual import columns, dot, value_of
 from tarsus.base.errors import InputError
 from tarsus.base.linear import product
@@ -20,8 +21,6 @@ from tarsus.model.drive.law import VoltageLaw
 from tarsus.model.drive.parts import Parts
 from tarsus.model.drive.plays import play_states, remembered, states_along, visited
 from tarsus.model.drive.track import Track
-
-Floats = NDArray[np.float64]
 
 _NEAR = 1e-13
 """Part of a stretch (of 2) from its end, or from another play's, within which a play engages there: a root is found to

@@ -8,13 +8,12 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.base.dual import columns, value_of
 from tarsus.model.drive.law import Cubic, VoltageLaw
 from tarsus.model.drive.parts import Parts, whole_parts
 from tarsus.model.drive.plays import ROUNDING, last_directions, visited
 from tarsus.model.drive.track import Track
-
-Floats = NDArray[np.float64]
 
 
 class TwoBranch(VoltageLaw):

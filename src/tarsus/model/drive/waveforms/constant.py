@@ -5,13 +5,11 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.base.spec import Amount, quantity
 from tarsus.model.drive.signal import Signal
 from tarsus.model.drive.track import Track, constant_track
-
-Floats = NDArray[np.float64]
 
 
 class Constant(Signal):

@@ -5,16 +5,14 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import model_validator
 
+from tarsus.base.arrays import Floats
 from tarsus.base.dual import columns
 from tarsus.base.messages import PathErrors
 from tarsus.base.spec import Amounts, quantity
 from tarsus.model.drive.signal import Signal
 from tarsus.model.drive.track import Track, chosen, linear_track
-
-Floats = NDArray[np.float64]
 
 
 class OnOff(Signal):

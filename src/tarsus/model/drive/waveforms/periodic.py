@@ -6,13 +6,11 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.base.dual import alike
 from tarsus.base.spec import Amount, quantity
 from tarsus.model.drive.signal import Signal
-
-Floats = NDArray[np.float64]
 
 
 class Periodic(Signal):

@@ -6,13 +6,11 @@ import math
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.base.spec import Amount, quantity
 from tarsus.model.drive.track import Track, chosen, constant_track, polyline_track
 from tarsus.model.drive.waveforms.periodic import Periodic
-
-Floats = NDArray[np.float64]
 
 
 class RampedSquare(Periodic):

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import ValidationInfo, field_validator, model_validator
 
+from tarsus.base.arrays import Floats
 from tarsus.base.dual import Dual, columns, value_of
 from tarsus.base.errors import InputError
 from tarsus.base.messages import PathErrors, nearest
@@ -18,8 +18,6 @@ from tarsus.base.spec import quantity
 from tarsus.base.units import is_number
 from tarsus.model.drive.signal import Signal
 from tarsus.model.drive.track import NoSlopeError, Track, cubic_track, each_run, linear_track, polynomial
-
-Floats = NDArray[np.float64]
 
 
 class Interpolation(Enum):

@@ -6,12 +6,10 @@ import math
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tarsus.base.arrays import Floats
 from tarsus.model.drive.track import Track, sine_track
 from tarsus.model.drive.waveforms.periodic import Periodic
-
-Floats = NDArray[np.float64]
 
 
 class Sine(Periodic):
