@@ -84,7 +84,10 @@ def simulated(costs: Costs, workers: int, runs: int, *, strided: bool = True, se
     left = [units // workers + (one < units % workers) for one in range(workers)]
     pool, helps = units, [one // HELP for one in left]
     pace = [2.0 if chance.random() < costs.slow else 1.0 for _ in range(workers)]
-    dies = [chance.expovariate(1.0 / costs.life) if math.isfinite(costs.life) else math.inf for _ in range(workers)]
+    dies = [
+        chance.expovariate(1.0 / costs.life) if math.isfinite(costs.life) else math.inf
+        for _ in range(workers)
+    ]
     # a cluster's file system as one server: an operation waits for those before it
     free, used, deaths, end = 0.0, 0.0, 0, 0.0
     serving = costs.per_unit / costs.operations
@@ -121,7 +124,9 @@ def main(words: list[str] | None = None) -> int:
     """The command line."""
     import argparse
 
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--workers", type=int, default=100)
     parser.add_argument("--runs", type=float, default=1e7)
     parser.add_argument("--queue", action="store_true", help="one queue instead of a share for each worker")

@@ -100,11 +100,15 @@ def measure(folder: Path, runs: int, chunk: int) -> None:
         file, outcomes = collect(sweep, store)
     after = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     assert outcomes == {"DONE": runs}
-    print(f"{os.path.getsize(file) / 1e6:.0f} MB; at most {after / 1e6:.2f} GB of memory, {before / 1e6:.2f} GB before")
+    print(
+        f"{os.path.getsize(file) / 1e6:.0f} MB; at most {after / 1e6:.2f} GB of memory, {before / 1e6:.2f} GB before"
+    )
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("folder", type=Path)
     parser.add_argument("--runs", type=int, default=10_000_000)
     parser.add_argument("--chunk", type=int, default=64)

@@ -54,7 +54,11 @@ def lab(tmp_path):
 def test_a_new_campaign_lists_the_records_of_a_folder(tarsus, lab):
     found = tarsus("new", "campaign", lab, "--device", "cantilever", "--json").json()
     text = (lab / "campaign.toml").read_text()
-    assert 'files = "steps-*.csv"' in text and 'drive = "volts"' in text and 'channel "tip velocity" [m/s]' in text
+    assert (
+        'files = "steps-*.csv"' in text
+        and 'drive = "volts"' in text
+        and 'channel "tip velocity" [m/s]' in text
+    )
     assert "[records.bare]" in text and any("bare-1.csv" in one for one in found["remarks"])
     again = tarsus("new", "campaign", lab)
     assert again.code == 2 and "stays as it is" in again.sentences[0]

@@ -105,6 +105,10 @@ WRONG = [
         "branch cantilever --along signals.pzt.amplitude=8V:4V --multiple 0",
         "--multiple: expected a number of 1 or more",
     ),
+    (
+        "branch cantilever --along signals.pzt.amplitude=8V:4V --starts -1",
+        "--starts: expected a number of 0 or more",
+    ),
     ("attractors millipede --starts 0", "--starts: expected a number of 1 or more, got 0"),
     ("attractors millipede --over gait.frequency=50:100", "gait.frequency: is no part of a start"),
     ("attractors millipede --over height=0:5V", "height: expected a length (m), got '5V'"),

@@ -56,9 +56,7 @@ def test_statistics_agree_with_a_single_run():
     found = foot_statistics(scene, 2, duration=0.2, settle=0.1, window=0.05)
     assert found.ok and found.bounces.shape == (8,)
     assert foot_statistics(scene, 2, duration=0.2, settle=0.1).bounces.shape == (2,)
-    start = ts.with_values(
-        scene, {"initial": ts.Initial(velocity=random_velocities(scene, "foot1", 1))}
-    )
+    start = ts.with_values(scene, {"initial": ts.Initial(velocity=random_velocities(scene, "foot1", 1))})
     run = ts.simulate(start, duration=0.3, accuracy=ACCURACY)
     gaps = run.at(0.1 + (np.arange(40_000) + 0.5) / 200_000).state.gap[0].reshape(4, 10_000)
     # the integral of the gap is known at events and marks, and a window's edges lie between them

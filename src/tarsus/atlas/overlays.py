@@ -68,7 +68,7 @@ def _boundaries(found: Atlas, count: int, threads: Workers) -> list[Overlay]:
     def followed(way: tuple[float, tuple[float, float]]) -> list[tuple[str, float, float]]:
         level, ends = way
         try:
-            made = branch(with_values(found.scene, {y.path: level}), {x.path: ends})
+            made = branch(with_values(found.scene, {y.path: level}), {x.path: ends}, starts=0)
         except InputError:
             return []
         return [(one.kind, one.at, level) for one in made.special]

@@ -1,11 +1,11 @@
-"""`tarsus branch`: the periodic motion of a driven robot along a parameter, with all that happens to it on the way."""
+"""`tarsus branch`: periodic motions of a driven robot along a number, with all that happens to them on the way."""
 
 from __future__ import annotations
 
 from pathlib import Path
 from typing import Annotated
 
-from tarsus.cli.options import PAGES, UNCHANGED, Changes, MaybeFolder, Pages, at_least
+from tarsus.cli.options import PAGES, UNCHANGED, Changes, MaybeFolder, Pages, Threads, at_least
 
 
 def branch(
@@ -13,21 +13,26 @@ def branch(
     /,
     *,
     along: str,
+    starts: Annotated[int, at_least(0)] = 60,
     changes: Changes = UNCHANGED,
     multiple: Annotated[int | None, at_least(1)] = None,
+    threads: Threads = None,
     output: MaybeFolder = None,
     pages: Pages = PAGES,
 ) -> int:
-    """Follow a periodic motion along a number of the scene, through folds, with flips, tori, grazing and sticking.
+    """Follow every periodic motion along a number of the scene, through folds, with flips, tori, grazing and sticking.
 
     Parameters
     ----------
     scene
-        a device (see `tarsus devices`) or a scene file; its motion at the first value is where the branch begins.
+        a device (see `tarsus devices`) or a scene file; its own motion at the first value is followed first.
     along
         path=a:b, e.g. signals.pzt.amplitude="4 V:8 V": the number that varies, and its range.
+    starts
+        how many starts at each end of the range are run to find the other motions that are followed; 0: the scene's
+        own motion alone.
     multiple
-        period of the motion in drive periods; the smallest that repeats when left out.
+        period of the scene's own motion in drive periods; the smallest that repeats when left out.
     output
         folder for branch.nc, branch.json and report.html.
     """
@@ -38,8 +43,8 @@ def branch(
     span = requests.spans_of([along], "--along")
     the_scene = changes.scene(scene)
     target = None if output is None else pages.target(output, "branch", BRANCH_FILES)
-    with console.spinner("following the motion"):
-        found = tarsus.branch(the_scene, span, multiple=multiple)
+    with console.spinner("following motions"):
+        found = tarsus.branch(the_scene, span, starts=starts, multiple=multiple, threads=threads)
     written: list[Path] = []
     if target is not None:
         with target.writing() as folder:

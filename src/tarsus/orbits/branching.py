@@ -1,9 +1,15 @@
-"""Branches of orbits along a parameter, with the points at which their character changes."""
+"""Branches of orbits along a parameter: which motions are followed, and how one leads to the next.
+
+The scene's own motion is followed from one end on; then every motion that starts at either end settle to, what each
+settles to where it ends, and the motions of twice the period that meet one in a flip. A motion that is on a branch
+already is not followed again.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,12 +17,17 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import float_paths, get_value, with_values
+from tarsus.base.workers import Workers
 from tarsus.files.library import SceneLike, as_scene
+from tarsus.orbits.attractors import attractors
+from tarsus.orbits.branches import Branch, Branches, BranchPoint
 from tarsus.orbits.follow import Follower, Point
-from tarsus.orbits.orbit import Orbit, periodic
-from tarsus.orbits.special import Change, crossings, why_lost
+from tarsus.orbits.looks import kept_events
+from tarsus.orbits.orbit import MOST_MULTIPLE, Orbit, converge, miss_of, periodic
+from tarsus.orbits.special import APART, Change, apart, crossings, why_lost
 from tarsus.orbits.stepping import FIRST, LEAST, Stepper
-from tarsus.tables.table import Column, Table, Tabled
+from tarsus.solve.simulate import Shared
+from tarsus.tables.numbers import amount
 
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
@@ -25,126 +36,66 @@ Floats = NDArray[np.float64]
 
 MOST_POINTS = 2000
 """Points after which a branch is left: it turns in circles or creeps."""
+MOST_BRANCHES = 64
+"""Branches after which no further one is begun: a motion that ends and settles anew so often is chaotic in between."""
+MEETS = 1e-4
+"""Mismatch after half a period, of the motion's size, below which a motion is at its flip: it grows with the root of
+the distance, which is 1e-8 of the range then."""
 BEYOND = (1e-9, 1e-7, 1e-5, 1e-4, 1e-3, 1e-2, 3e-2)
 """Shares of the range by which the parameter goes on where a motion ends, to settle anew: the first is what a change is
 told from the next one by, the last ones pass over what does not repeat."""
-
-
-@dataclass(frozen=True)
-class BranchPoint:
-    """A point of a branch. at: the parameter [SI]; kind: "orbit", or what happens there; note: in words."""
-
-    at: float
-    kind: str
-    orbit: Orbit
-    note: str = ""
-
-    def to_dict(self) -> dict[str, object]:
-        """Plain data as `tarsus branch --json` prints of it."""
-        return {"at": self.at, "kind": self.kind, "note": self.note, **self.orbit.to_dict()}
-
-
-@dataclass(frozen=True)
-class Branch(Tabled):
-    """Orbits of a scene along a path, in the order in which they were found; ended: why it ends, in words."""
-
-    scene: Scene
-    path: str
-    unit: str
-    points: tuple[BranchPoint, ...]
-    ended: str
-
-    @property
-    def special(self) -> tuple[BranchPoint, ...]:
-        """The points at which something happens."""
-        return tuple(point for point in self.points if point.kind != "orbit")
-
-    def __repr__(self) -> str:
-        kinds = [point.kind for point in self.special]
-        found = ", ".join(f"{kinds.count(kind)} {kind}" for kind in dict.fromkeys(kinds)) or "nothing special"
-        return f"<Branch of {self.scene.name!r} along {self.path}: {len(self.points)} points, {found}>"
-
-    def table(self) -> Table:
-        """What happens along the branch, and below it every orbit."""
-        at = Column(self.path, self.unit, 10)
-        orbits = [
-            (
-                one.at, one.orbit.kind, one.orbit.hardest_impact, one.orbit.highest_flight,
-                max(map(abs, one.orbit.multipliers.tolist()), default=None),
-            )
-            for one in self.points
-        ]  # fmt: skip
-        columns = (
-            at,
-            "motion",
-            Column("hardest impact", "m/s"),
-            Column("highest flight", "m"),
-            "largest |multiplier|",
-        )
-        ends = f"{len(self.points)} orbits; {self.ended}" if self.points else f"no orbit; {self.ended}"
-        return Table(
-            f"{self.scene.name} along {self.path}: {ends}",
-            ("kind", at, "what", "motion"),
-            [(one.kind, one.at, one.note, one.orbit.kind) for one in self.special],
-            parts=[Table("Orbits", columns, orbits)],
-        )
-
-    def doubled(self, flip: BranchPoint) -> Branch:
-        """The branch of twice the period that begins or ends in a flip of this one, over the same range.
-
-        Raises InputError for a point that is no flip.
-        """
-        if flip.kind != "flip":
-            raise InputError(
-                [f"{self.path} = {flip.at:g}: a period doubles in a flip, this point is '{flip.kind}'"]
-            )
-        found = list(_doubled(self, flip))
-        ended = found.pop().note
-        return replace(self, points=tuple(found), ended=ended)
-
-    def to_dict(self) -> dict[str, object]:
-        """Plain data, SI units."""
-        return {
-            "scene": self.scene.name, "along": self.path, "unit": self.unit, "ended": self.ended,
-            "points": [point.to_dict() for point in self.points],
-        }  # fmt: skip
+NOWHERE = "no orbit was found any further"
+GRAZED = "an orbit grazes the ground, and no other begins there"
+JUMPED = "a landing is decided otherwise, and the motion is another one beyond"
+LEFT = "it leaves the range"
+HALVED = "it meets a motion of half its period in a flip"
 
 
 def branch(
     scene: SceneLike,
     along: Mapping[str, tuple[float | str, float | str]],
     *,
+    starts: int = 60,
     multiple: int | None = None,
+    threads: Workers = None,
     progress: Callable[[float], None] | None = None,
-) -> Branch:
-    """Follow the motion that a scene settles to at one value of a number, up to another value.
+) -> Branches:
+    """Follow the motions that a scene settles to along a number, from one value to another and back.
 
     Parameters
     ----------
     scene
         Or a device's name, or a scene file's path.
     along
-        The path of the number, with the two values, in SI or texts with a unit, at which the branch begins and leaves
-        the range: ``{"signals.pzt.amplitude": ("8 V", "7.5 V")}``.
+        The path of the number, with its two values, in SI or texts with a unit:
+        ``{"signals.pzt.amplitude": ("8 V", "7.5 V")}``.
+    starts
+        Number of starts at each of both values, every settled motion of which (`tarsus.attractors`) is followed; 0: the
+        scene's own motion at the first value alone, and what that settles to where it ends.
     multiple
-        Period of the motion in drive periods; the smallest by default.
+        Period of the scene's own motion in drive periods; the smallest by default.
+    threads
+        Worker threads of the starts; by default one for each processor that this process may use.
     progress
         Called with the parameter's value of every point found.
 
     Returns
     -------
-    Branch
-        Points along the number, each with its orbit; those at which something happens are `Branch.special`.
+    Branches
+        One `Branch` for each motion, the scene's own first, of points along the number with their orbits; those at
+        which something happens are `Branches.special`, and `Branches.coexisting` says where several motions are stable.
 
     Raises
     ------
     InputError
         For more than one path, one that is none of the scene's numbers, an empty range, values that the scene does not
-        take, and where no periodic motion is found at the start.
+        take, fewer than 0 starts, and where no periodic motion is found at the start (nor, with starts, at the end).
     """
     scene = as_scene(scene)
     if len(along) != 1:
         raise InputError(f"along: a branch follows one number, got {len(along)}")
+    if starts < 0:
+        raise InputError(f"starts: expected 0 or more, got {starts}")
     ((path, edges),) = along.items()
     known = float_paths(scene)
     get_value(scene, path)
@@ -153,38 +104,223 @@ def branch(
     first, last = (get_value(with_values(scene, {path: edge}), path) for edge in edges)
     if first == last:
         raise InputError([f"{path}: the range from {first:g} to {last:g} is empty"])
-    found = list(_followed(scene, path, first, last, multiple, progress))
-    ended = found.pop().note
-    return Branch(scene, path, known[path].unit, tuple(found), ended)
+    tracer = Tracer(scene, path, known[path].unit, (first, last), bool(starts), progress)
+    others = tracer.own(multiple)
+    for at in (first, last) if starts else ():
+        others += tracer.settling_at(at, starts, threads)
+    if not tracer.branches:
+        raise InputError(others)
+    return Branches(
+        scene, path, known[path].unit, (first, last), starts, tuple(tracer.branches), tuple(others)
+    )
 
 
-def _followed(
-    scene: Scene, path: str, start: float, end: float, multiple: int | None,
-    progress: Callable[[float], None] | None,
-) -> Iterator[BranchPoint]:  # fmt: skip
-    """Points of the branch, and last one whose note says why it ends."""
-    bounds, span = (min(start, end), max(start, end)), abs(end - start)
-    heading, first = float(np.sign(end - start)), periodic(scene, values={path: start}, multiple=multiple)
-    while True:
-        follower = Follower.of(replace(first, scene=scene), path, span)
-        now = _first_point(follower, first, start, heading)
+@dataclass(frozen=True)
+class Seed:
+    """A motion to be followed: where [SI], its orbit, sense of the parameter, how it was found, in words; flip: the
+    point of a branch in which this one of twice the period begins."""
+
+    at: float
+    orbit: Orbit
+    heading: float
+    origin: str
+    flip: BranchPoint | None = None
+
+
+@dataclass
+class Tracer:
+    """Follows motions of a scene along a path between two ends [SI], every one once. everything: each from where it was
+    found both ways, and doublings too."""
+
+    scene: Scene
+    path: str
+    unit: str
+    ends: tuple[float, float]
+    everything: bool
+    progress: Callable[[float], None] | None
+    branches: list[Branch] = field(default_factory=list)
+    shared: Shared = field(default_factory=Shared)
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """The range, in order."""
+        return min(self.ends), max(self.ends)
+
+    @property
+    def span(self) -> float:
+        """Length of the range."""
+        return abs(self.ends[1] - self.ends[0])
+
+    def own(self, multiple: int | None) -> list[str]:
+        """Follow the scene's own motion from the first end on; what is in the way of that, in words.
+
+        Raises InputError for that where nothing else is followed.
+        """
+        first, last = self.ends
+        try:
+            orbit = periodic(self.scene, values={self.path: first}, multiple=multiple)
+        except InputError as error:
+            if not self.everything:
+                raise
+            return [f"at {amount(first, self.unit)}: {'; '.join(error.problems)}"]
+        self.begin(Seed(first, orbit, float(np.sign(last - first)), "the scene's own motion"))
+        return []
+
+    def settling_at(self, at: float, starts: int, threads: Workers) -> list[str]:
+        """Follow every motion that starts at one end settle to; what is said of those that settle to none."""
+        scene, where = with_values(self.scene, {self.path: at}), amount(at, self.unit)
+        found = attractors(scene, starts=starts, edges=False, threads=threads)
+        others = [
+            f"at {where}: {one.count} of {starts} starts: {words}" for words, one in found.others.items()
+        ]
+        heading = float(np.sign(sum(self.ends) - 2.0 * at))
+        for one in found:
+            share = f"{one.share.count} of {starts} starts at {where} settle to it"
+            if one.orbit is None:
+                others.append(
+                    f"at {where}: {one.share.count} of {starts} starts: {one.kind}, of which no orbit was found"
+                )
+            else:
+                self.begin(Seed(at, one.orbit, heading, share))
+        return others
+
+    def begin(self, seed: Seed) -> None:
+        """Follow a motion, and those that it leads to."""
+        waiting: list[tuple[Seed, int, str]] = [(seed, -1, "")]
+        while waiting and len(self.branches) < MOST_BRANCHES:
+            seed, source, side = waiting.pop(0)
+            number = self.known(seed)
+            if number is None:
+                number = len(self.branches)
+                made, leading = self.followed(seed, number)
+                if made is None:
+                    continue
+                self.branches.append(made)
+                waiting += leading
+            if side:
+                self.branches[source] = self.linked(self.branches[source], side, number)
+
+    def linked(self, own: Branch, side: str, number: int) -> Branch:
+        """A branch that leads to another one where it began or ended; in a flip of that, it has a point in common."""
+        said = getattr(own, side)
+        if said != HALVED:
+            where = "what is stable of it" if self.branches[number] is own else f"branch {number + 1}"
+            return replace(own, **{side: f"{said}; it settles to {where}"})
+        end = own.points[-1 if side == "ended" else 0]
+        flips = [point for point in self.branches[number].points if point.kind == "flip"]
+        near = sorted(flips, key=lambda point: abs(point.at - end.at))[:1]
+        points = (*own.points, *near) if side == "ended" else (*near, *own.points)
+        return replace(own, points=points, **{side: f"it meets branch {number + 1} in a flip"})
+
+    def known(self, seed: Seed) -> int | None:
+        """The number of the branch that a motion is on."""
+        near = BEYOND[0] * self.span
+        for i, one in enumerate(self.branches):
+            for pair in pairwise(one.points):
+                low, high = sorted(point.at for point in pair)
+                if low - near <= seed.at <= high + near and any(
+                    self.leads_to(point.orbit, seed) for point in pair
+                ):
+                    return i
+        return None
+
+    def leads_to(self, orbit: Orbit, seed: Seed) -> bool:
+        """Whether an orbit of a branch is that of a motion to be followed, changed to its value of the number."""
+        if orbit.multiple != seed.orbit.multiple or _kinds(orbit) != _kinds(seed.orbit):
+            return False
+        returns = self.follower(orbit).map(seed.at)
+        near = converge(self.scene, returns, orbit.state, orbit.multiple)
+        return near is not None and apart(near, seed.orbit) < APART
+
+    def follower(self, orbit: Orbit) -> Follower:
+        """What follows an orbit along the path."""
+        return replace(
+            Follower.of(replace(orbit, scene=self.scene), self.path, self.span), shared=self.shared
+        )
+
+    def followed(self, seed: Seed, number: int) -> tuple[Branch | None, list[tuple[Seed, int, str]]]:
+        """The branch of a motion, which gets a number, and what it leads to."""
+        leading: list[tuple[Seed, int, str]] = []
+        ways: list[tuple[list[BranchPoint], str]] = []
+        inside = self.bounds[0] < seed.at < self.bounds[1] and seed.flip is None
+        for heading, side in ((seed.heading, "ended"), (-seed.heading, "began")):
+            if side == "began" and not (self.everything and inside):
+                ways.append(
+                    (
+                        [],
+                        "the range begins there" if not inside else "a motion that ended settles to it there",
+                    )
+                )
+                continue
+            points: list[BranchPoint] = []
+            followed = self.way(replace(seed, heading=heading), points)
+            if followed is None:
+                return None, []
+            lost, beyond = followed
+            ways.append((points, lost))
+            if beyond is not None:
+                leading.append(
+                    (
+                        replace(beyond, origin=f"what branch {number + 1} settles to where it ends"),
+                        number,
+                        side,
+                    )
+                )
+        (onward, ended), (back, began) = ways
+        if seed.flip is not None:
+            began = "it begins in that flip"
+            back = [BranchPoint(seed.at, "orbit", seed.orbit), seed.flip]
+        made = Branch(tuple([*reversed(back[1:]), *onward]), seed.origin, began, ended)
+        return made, leading + self.doublings(made, number)
+
+    def way(self, seed: Seed, points: list[BranchPoint]) -> tuple[str, Seed | None] | None:
+        """Follow a motion one way and note its points: why they end, and what it settles to there; None where the
+        motion is none that can be followed."""
+        follower, heading = self.follower(seed.orbit), seed.heading
+        now = _first_point(follower, seed.orbit, seed.at, heading)
         if now is None:
-            yield BranchPoint(start, "end", first, "the branch cannot be followed from its first orbit")
-            return
-        yield BranchPoint(now.at, "orbit", now.orbit)
-        last, lost, heading = yield from _along(follower, now, heading, bounds, progress)
-        again = _beyond(follower, last, heading, bounds) if lost in (NOWHERE, GRAZED, JUMPED) else None
-        if again is None:
-            yield BranchPoint(last.at, "end", last.orbit, lost)
-            return
-        start, first = again
+            return None
+        points.append(BranchPoint(now.at, "orbit", now.orbit))
+        last, lost, heading = _along(follower, now, heading, self.bounds, points, self.progress)
+        if lost == HALVED:
+            return lost, Seed(last.at, last.orbit, heading, "")
+        settles = _beyond(follower, last, heading, self.bounds) if lost in (NOWHERE, GRAZED, JUMPED) else None
+        return lost, None if settles is None else Seed(*settles, heading, "")
+
+    def doublings(self, made: Branch, number: int) -> list[tuple[Seed, int, str]]:
+        """The motions of twice the period that meet a branch in its flips."""
+        out, origin = [], f"twice the period of branch {number + 1}, from its flip"
+        for one in made.special:
+            if self.everything and one.kind == "flip" and 2 * one.orbit.multiple <= MOST_MULTIPLE:
+                now = _doubled_point(self.follower(one.orbit), one)
+                if now is not None and now.at != one.at:
+                    out.append(
+                        (Seed(now.at, now.orbit, float(np.sign(now.at - one.at)), origin, one), number, "")
+                    )
+        return out
+
+
+def halved(orbit: Orbit) -> Orbit | None:
+    """The orbit of half the period that one meets where a branch of twice the period ends; None elsewhere."""
+    if orbit.multiple % 2:
+        return None
+    half = orbit.multiple // 2
+    if miss_of(orbit.map, orbit.state, half) > MEETS:
+        return None
+    return converge(orbit.scene, orbit.map, orbit.state, half)
+
+
+def _kinds(orbit: Orbit) -> list[tuple[int, int]]:
+    """Feet and kinds of an orbit's events, in no order."""
+    events = orbit.events[kept_events(orbit.events)]
+    return sorted(zip(events["foot"].tolist(), events["kind"].tolist(), strict=True))
 
 
 def _along(
-    follower: Follower, now: Point, heading: float, bounds: tuple[float, float],
+    follower: Follower, now: Point, heading: float, bounds: tuple[float, float], points: list[BranchPoint],
     progress: Callable[[float], None] | None,
-) -> Generator[BranchPoint, None, tuple[Point, str, float]]:  # fmt: skip
-    """Points of a branch after a first one: from the last of them why it ends, and the sense of the parameter there."""
+) -> tuple[Point, str, float]:  # fmt: skip
+    """Note points of a branch after a first one: the last, why it ends there, and the sense of the parameter."""
     low, high = bounds
     steps = Stepper(follower, now)
     for _ in range(MOST_POINTS):
@@ -192,58 +328,30 @@ def _along(
         now = steps.now
         if ahead is None:
             if (reason := why_lost(now)) is not None:
-                yield BranchPoint(now.at, reason[0], now.orbit, reason[1])
+                points.append(BranchPoint(now.at, reason[0], now.orbit, reason[1]))
             return now, NOWHERE, heading
         if isinstance(ahead, Change):
             kind, words = ahead.what
-            yield BranchPoint(ahead.here.at, kind, ahead.here.orbit, words)
+            points.append(BranchPoint(ahead.here.at, kind, ahead.here.orbit, words))
             if ahead.jumps:
                 return ahead.here, GRAZED if kind == "grazing" else JUMPED, heading
             steps.go(ahead.there)
             continue
         heading = float(np.sign(ahead.at - now.at)) or heading
-        for kind, at, note in crossings(steps.follower, now, ahead):
-            yield BranchPoint(at.at, kind, at.orbit, note)
+        points += [
+            BranchPoint(at.at, kind, at.orbit, note)
+            for kind, at, note in crossings(steps.follower, now, ahead)
+        ]
         if progress is not None:
             progress(ahead.at)
         if not low <= ahead.at <= high:
-            yield from _at_edge(steps.follower, now, ahead, low if ahead.at < low else high)
+            points += _at_edge(steps.follower, now, ahead, low if ahead.at < low else high)
             return ahead, LEFT, heading
+        if (half := halved(ahead.orbit)) is not None:
+            return replace(ahead, orbit=half), HALVED, heading
         steps.go(ahead, margins)
-        yield BranchPoint(ahead.at, "orbit", ahead.orbit)
+        points.append(BranchPoint(ahead.at, "orbit", ahead.orbit))
     return now, f"more than {MOST_POINTS} points", heading
-
-
-def _doubled(branch: Branch, flip: BranchPoint) -> Iterator[BranchPoint]:
-    """Points of the branch of twice the period that meets another one in a flip, and last one that says why it ends."""
-    ats = [point.at for point in branch.points]
-    bounds, orbit = (min(ats), max(ats)), replace(flip.orbit, scene=branch.scene)
-    follower = replace(Follower.of(orbit, branch.path, bounds[1] - bounds[0]), multiple=2 * orbit.multiple)
-    returns = orbit.map
-    values, vectors = np.linalg.eig(returns.free.T @ orbit.derivative)
-    away = returns.free @ np.real(vectors[:, int(np.argmin(np.abs(values + 1.0)))])
-    along = np.append(returns.free.T @ (away / follower.scale), 0.0)
-    along /= np.linalg.norm(along)
-    place = follower.place(flip.at, orbit.state, returns)
-    yield BranchPoint(flip.at, "flip", flip.orbit, flip.note)
-    step = FIRST
-    while step >= LEAST:
-        now = follower.solve(place + step * along, along, float(along @ place) + step)
-        if now is not None and abs(float(along @ (now.place - place))) > 0.5 * step:
-            break
-        step *= 0.5
-    else:
-        yield BranchPoint(flip.at, "end", flip.orbit, NOWHERE)
-        return
-    yield BranchPoint(now.at, "orbit", now.orbit)
-    last, lost, _ = yield from _along(follower, now, float(np.sign(now.at - flip.at)), bounds, None)
-    yield BranchPoint(last.at, "end", last.orbit, lost)
-
-
-NOWHERE = "no orbit was found any further"
-GRAZED = "an orbit grazes the ground, and no other begins there"
-JUMPED = "a landing is decided otherwise, and the motion is another one beyond"
-LEFT = "it leaves the range"
 
 
 def _first_point(follower: Follower, orbit: Orbit, at: float, sense: float) -> Point | None:
@@ -255,14 +363,31 @@ def _first_point(follower: Follower, orbit: Orbit, at: float, sense: float) -> P
     return follower.solve(place, along, float(along @ place))
 
 
-def _at_edge(follower: Follower, before: Point, after: Point, edge: float) -> Iterator[BranchPoint]:
+def _doubled_point(follower: Follower, flip: BranchPoint) -> Point | None:
+    """The first point of the branch of twice the period that meets another one in a flip, along the direction of its
+    multiplier -1."""
+    orbit, follower = flip.orbit, replace(follower, multiple=2 * flip.orbit.multiple)
+    returns = follower.map(flip.at)
+    values, vectors = np.linalg.eig(returns.free.T @ orbit.derivative)
+    away = returns.free @ np.real(vectors[:, int(np.argmin(np.abs(values + 1.0)))])
+    along = np.append(returns.free.T @ (away / follower.scale), 0.0)
+    along /= np.linalg.norm(along)
+    place, step = follower.place(flip.at, orbit.state, returns), FIRST
+    while step >= LEAST:
+        now = follower.solve(place + step * along, along, float(along @ place) + step)
+        if now is not None and abs(float(along @ (now.place - place))) > 0.5 * step:
+            return now
+        step *= 0.5
+    return None
+
+
+def _at_edge(follower: Follower, before: Point, after: Point, edge: float) -> list[BranchPoint]:
     """The orbit at the end of the range, between the last point inside and the first outside."""
     part = (edge - before.at) / (after.at - before.at)
     along = np.zeros_like(before.place)
     along[-1] = 1.0
     found = follower.solve(before.place + part * (after.place - before.place), along, edge / follower.span)
-    if found is not None:
-        yield BranchPoint(edge, "orbit", found.orbit)
+    return [] if found is None else [BranchPoint(edge, "orbit", found.orbit)]
 
 
 def _beyond(

@@ -1,4 +1,4 @@
-"""Branches and attractors as files: branch.nc, a point an entry, and branch.json with the orbits' events and states;
+"""Branches and attractors as files: branch.nc, a point an entry, and branch.json with orbits' events and states;
 attractors.json, and of each attractor a device file whose run settles to it."""
 
 from __future__ import annotations
@@ -16,51 +16,47 @@ from tarsus.files.whole import write_text
 
 if TYPE_CHECKING:
     from tarsus.orbits.attractors import Attractors
-    from tarsus.orbits.branching import Branch
+    from tarsus.orbits.branches import Branches
 
 BRANCH_FILES = ("branch.nc", "branch.json", "report.html")
 
 
-def branch_variables(branch: Branch) -> dict[str, Variable]:
-    """The branch as series over its points, in their order."""
-    orbits = [point.orbit for point in branch.points]
+def branch_variables(found: Branches) -> dict[str, Variable]:
+    """The branches as series over their points, one branch after the other."""
+    points = [point for one in found for point in one.points]
+    orbits = [point.orbit for point in points]
+    number = np.repeat(np.arange(len(found)) + 1.0, [len(one.points) for one in found])
     count = max((len(one.multipliers) for one in orbits), default=0)
     multipliers = np.full((len(orbits), count), np.nan, dtype=complex)
     for row, one in zip(multipliers, orbits, strict=True):
         row[: len(one.multipliers)] = one.multipliers
-    units = {"units": branch.unit, "long_name": branch.path}
+    units = {"units": found.unit, "long_name": found.path}
+
+    def series(name: str, unit: str) -> Variable:
+        return Variable(
+            ("point",), np.array([getattr(one, name) for one in orbits], dtype=float), {"units": unit}
+        )
+
     return {
-        "at": Variable(("point",), np.array([point.at for point in branch.points]), units),
-        "kind": Variable(("point",), np.array([point.kind for point in branch.points], dtype=object), {}),
-        "stable": Variable(("point",), np.array([float(one.stable) for one in orbits]), {"units": "1"}),
-        "period": Variable(("point",), np.array([one.period for one in orbits]), {"units": "s"}),
-        "multiple": Variable(
-            ("point",), np.array([one.multiple for one in orbits], dtype=float), {"units": "1"}
-        ),
-        "impacts": Variable(
-            ("point",), np.array([one.impacts for one in orbits], dtype=float), {"units": "1"}
-        ),
-        "hardest_impact": Variable(
-            ("point",), np.array([one.hardest_impact for one in orbits]), {"units": "m/s"}
-        ),
-        "highest_flight": Variable(
-            ("point",), np.array([one.highest_flight for one in orbits]), {"units": "m"}
-        ),
+        "at": Variable(("point",), np.array([point.at for point in points]), units),
+        "branch": Variable(("point",), number, {"units": "1"}),
+        "kind": Variable(("point",), np.array([point.kind for point in points], dtype=object), {}),
+        "stable": series("stable", "1"),
+        "period": series("period", "s"),
+        "multiple": series("multiple", "1"),
+        "impacts": series("impacts", "1"),
+        "hardest_impact": series("hardest_impact", "m/s"),
+        "highest_flight": series("highest_flight", "m"),
         "multiplier_real": Variable(("point", "multiplier"), np.real(multipliers).copy(), {"units": "1"}),
         "multiplier_imag": Variable(("point", "multiplier"), np.imag(multipliers).copy(), {"units": "1"}),
     }
 
 
-def write_branch(branch: Branch, folder: Path) -> tuple[Path, Path]:
-    """Write a branch into a folder and return the files."""
-    attrs = {
-        "title": branch.scene.name,
-        "along": branch.path,
-        "ended": branch.ended,
-        "source": f"tarsus {package_version()}",
-    }
-    write_netcdf(branch_variables(branch), attrs, folder / "branch.nc")
-    write_text(folder / "branch.json", json_text(branch.to_dict()) + "\n")
+def write_branch(found: Branches, folder: Path) -> tuple[Path, Path]:
+    """Write branches into a folder and return the files."""
+    attrs = {"title": found.scene.name, "along": found.path, "source": f"tarsus {package_version()}"}
+    write_netcdf(branch_variables(found), attrs, folder / "branch.nc")
+    write_text(folder / "branch.json", json_text(found.to_dict()) + "\n")
     return folder / "branch.nc", folder / "branch.json"
 
 

@@ -30,6 +30,9 @@ LEAST, MOST = 16, 1024
 AROUND = 1e-3
 """Distance [rad] in the fastest mode of the places that say how fast a pull changes: they are off by its square."""
 
+ACCUMULATED = (EventKind.REST, EventKind.AVERAGED_CONTACT)
+"""Kinds of contact in which infinitely many bounces end."""
+
 
 def kept_events(events: NDArray[np.void]) -> list[int]:
     """Numbers of the events of a period that distinguish one motion from another, in order.
@@ -39,7 +42,7 @@ def kept_events(events: NDArray[np.void]) -> list[int]:
     out: list[int] = []
     foot, kind = events["foot"].tolist(), events["kind"].tolist()
     for i in range(len(events)):
-        if kind[i] in (EventKind.REST, EventKind.AVERAGED_CONTACT):
+        if kind[i] in ACCUMULATED:
             while own := [k for k in out if foot[k] == foot[i]]:
                 if kind[own[-1]] != EventKind.BOUNCE:
                     break

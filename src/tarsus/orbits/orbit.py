@@ -238,7 +238,7 @@ def periodic(
         found = orbit_after(scene, count, wanted, free=multiple is None)
         if found is not None and not found.stable and multiple is None:
             first = _kicked(found, count)
-            mismatches = {k: _miss(found.map, first, k) for k in wanted} if first is not None else {}
+            mismatches = {k: miss_of(found.map, first, k) for k in wanted} if first is not None else {}
             found = None if first is None else _nearest(scene, found.map, first, mismatches, free=True)
         if found is not None and (found.stable or multiple is not None):
             return _smallest(found)
@@ -265,7 +265,7 @@ def orbit_after(
     returns: ReturnMap
     if isinstance(scene.robot.structure, Walker):
         returns, first = walk_map(scene, run, count)
-        mismatches = {k: _miss(returns, first, k) for k in wanted}
+        mismatches = {k: miss_of(returns, first, k) for k in wanted}
     else:
         start, contacts = _section(run, period, count)
         returns = return_map(scene, start / period, contacts)
@@ -296,7 +296,7 @@ def _nearest(
 
 def stable_near(scene: Scene, returns: ReturnMap, state: Floats) -> Orbit | None:
     """The stable orbit of the smallest period near a state that has settled; None where none is near."""
-    mismatches = {k: _miss(returns, state, k) for k in range(1, MOST_MULTIPLE + 1)}
+    mismatches = {k: miss_of(returns, state, k) for k in range(1, MOST_MULTIPLE + 1)}
     found = _nearest(scene, returns, state, mismatches, free=True)
     return _smallest(found) if found is not None and found.stable else None
 
@@ -320,7 +320,8 @@ def _kicked(orbit: Orbit, count: int) -> Floats | None:
     return state
 
 
-def _miss(returns: ReturnMap, state: Floats, multiple: int) -> float:
+def miss_of(returns: ReturnMap, state: Floats, multiple: int) -> float:
+    """Mismatch of a return after so many drive periods, as part of the motion's size."""
     return float(np.abs((returns(state, multiple).state - state) / returns.scales(state)).max())
 
 
@@ -351,7 +352,7 @@ def converge(scene: Scene, returns: ReturnMap, start: Floats, multiple: int) -> 
 def _smallest(found: Orbit) -> Orbit:
     """The same motion by its smallest period."""
     for k in range(1, found.multiple):
-        if found.multiple % k == 0 and _miss(found.map, found.state, k) <= 1e3 * CLOSED:
+        if found.multiple % k == 0 and miss_of(found.map, found.state, k) <= 1e3 * CLOSED:
             return converge(found.scene, found.map, found.state, k) or found
     return found
 

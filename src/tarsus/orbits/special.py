@@ -23,10 +23,11 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from tarsus.base.events import CONTACT_BEGINS, IMPACTS
-from tarsus.orbits.looks import kept_events
+from tarsus.orbits.looks import ACCUMULATED, kept_events
 
 if TYPE_CHECKING:
     from tarsus.orbits.follow import Follower, Point
+    from tarsus.orbits.orbit import Orbit
 
 Floats = NDArray[np.float64]
 Special = tuple[str, "Point", str]
@@ -127,27 +128,42 @@ def change(follower: Follower, now: Point, ahead: Point) -> Change | None:
         if (
             point is not None
             and point.sequence == now.sequence
-            and (not alike or _apart(point, here) < _apart(point, there))
+            and (not alike or apart(point.orbit, here.orbit) < apart(point.orbit, there.orbit))
         ):
             low, here = middle, point
         else:
             high, there = middle, point or there
     return (
         None
-        if alike and here.sequence == there.sequence and _apart(here, there) < APART
+        if alike and here.sequence == there.sequence and apart(here.orbit, there.orbit) < APART
         else Change(here, there)
     )
 
 
-def _apart(one: Point, other: Point) -> float:
-    """How far impacts of two orbits are apart, in speed and time as parts of the motion's speed and period; infinite
-    where they do not have the same events."""
-    if one.sequence != other.sequence:
+def apart(one: Orbit, other: Orbit) -> float:
+    """How far impacts of two orbits are apart, in speed and time as parts of the motion's speed and period, wherever
+    their sections are; infinite where they do not have the same events. How fast bounces that accumulate come to rest
+    says how many were resolved, and nothing of the motion."""
+    (a, b), k = ([found.events[kept_events(found.events)] for found in (one, other)]), one.multiple
+    if k != other.multiple or len(a) != len(b):
         return np.inf
-    speed, period = one.orbit.map.speed(one.orbit.state), one.orbit.period
-    kept = [point.orbit.events[kept_events(point.orbit.events)] for point in (one, other)]
-    fast = np.abs(kept[1]["speed_before"] - kept[0]["speed_before"]).max(initial=0.0) / speed
-    return max(float(fast), float(np.abs(kept[1]["time"] - kept[0]["time"]).max(initial=0.0)) / period)
+    speed, period, best = one.map.speed(one.state), one.period, np.inf
+    first = np.argsort(a["time"], kind="stable")
+    for j in range(k):
+        later = np.mod(b["time"] + other.start - one.start + j * one.map.period + EARLY * period, period)
+        order = np.argsort(later, kind="stable")
+        if [(e["foot"], e["kind"]) for e in a[first]] != [(e["foot"], e["kind"]) for e in b[order]]:
+            continue
+        faster = np.abs(b["speed_before"][order] - a["speed_before"][first]) / speed
+        faster[np.isin(a["kind"][first], ACCUMULATED)] = 0.0
+        late = np.abs(later[order] - a["time"][first] - EARLY * period).max(initial=0.0) / period
+        best = min(best, max(float(faster.max(initial=0.0)), float(late)))
+    return best
+
+
+EARLY = 1e-3
+"""Part of a period by which another orbit's events may be earlier than one's section and still be those behind it: an
+event so close to a section moves that."""
 
 
 def _difference(before: Point, after: Point) -> tuple[str, str]:

@@ -72,7 +72,7 @@ class WalkMap(ReturnMap):
         events: of its period, from the section on."""
         span = multiple * self.period
         start = self.start + _quiet(events, 0.0, span)
-        at = self._at(state)
+        at = self.contacts_at(state)
         held = dict(zip(at.held, at.since or (), strict=True))
         logged = events.copy()
         logged["time"] += self.start
@@ -83,7 +83,7 @@ class WalkMap(ReturnMap):
 
     def carried(self, state: Floats, periods: int) -> tuple[WalkMap, Floats] | None:
         """What a state becomes after so many periods; the section is in the longest time without an event."""
-        n2, contacts = 2 * len(self.plan.system.mass), self._at(state)
+        n2, contacts = 2 * len(self.plan.system.mass), self.contacts_at(state)
         place = state[:n2]
         for _ in range(periods + 1):  # the last of them shows the events
             held, before = dict(zip(contacts.held, contacts.since or (), strict=True)), place
@@ -135,7 +135,7 @@ class WalkMap(ReturnMap):
         size = 2 * n + len(self.aging)
         return np.eye(size)[:, [i for i in range(size) if i not in fixed]]
 
-    def _at(self, state: Floats) -> Contacts:
+    def contacts_at(self, state: Floats) -> Contacts:
         """What the feet do at the section in a state."""
         n2 = 2 * len(self.plan.system.mass)
         since = dict(zip(self.contacts.held, self.contacts.since or (), strict=True))
@@ -144,7 +144,7 @@ class WalkMap(ReturnMap):
 
     def window(self, state: Floats, times: ArrayLike) -> Window:
         """The motion from a state at the section, with outputs at times [s] after it."""
-        return self._window(state[: 2 * len(self.plan.system.mass)], times, self._at(state))
+        return self._window(state[: 2 * len(self.plan.system.mass)], times, self.contacts_at(state))
 
     def __call__(self, state: Floats, multiple: int = 1) -> Returned:
         """The state after ``multiple`` periods, and how far the walker has come."""
@@ -152,7 +152,7 @@ class WalkMap(ReturnMap):
         window = self.window(state, [end])
         found = np.concatenate([window.states.x[:, 0], window.states.v[:, 0]])
         travel = float(found[0] - state[0])
-        contacts = self._at(state).after(window.events, self.start)
+        contacts = self.contacts_at(state).after(window.events, self.start)
         since = dict(zip(contacts.held, contacts.since or (), strict=True))
         ages = np.array([since.get(i, np.nan) for i in self.aging]) - end
         return Returned(
@@ -186,7 +186,7 @@ class WalkMap(ReturnMap):
         when = np.asarray(times, dtype=float)
         return walk_tangents(
             self.plan, float(when[-1]), given, tables=self.book,  # type: ignore[arg-type]
-            accuracy=self.accuracy, times=when, start=self._at(state).begin(self.plan.feet, self.start),
+            accuracy=self.accuracy, times=when, start=self.contacts_at(state).begin(self.plan.feet, self.start),
         )  # fmt: skip
 
     def returning(self, found: Tangents) -> Floats:

@@ -22,7 +22,7 @@ from tarsus.tables.numbers import spaced
 
 if TYPE_CHECKING:
     from tarsus.design import GaitFront, LandingDesign
-    from tarsus.orbits import Branch, Orbit
+    from tarsus.orbits import Branches, Orbit
     from tarsus.solve import Batch, Run
 
 callable_package(__name__, "tarsus.report.plotted:plot")
@@ -141,12 +141,12 @@ def front(design: GaitFront, *, axes: Axes | None = None) -> Axes:
     return axes
 
 
-def branch(found: Branch, *, axes: Axes | None = None) -> Axes:
-    """Hardest impact of each orbit along a branch; what happens on it is marked by its name."""
-    from tarsus.report.branch_page import draw_branch
+def branch(found: Branches, *, axes: Axes | None = None) -> Axes:
+    """Hardest impact of each orbit along branches; what happens on them is marked by its name."""
+    from tarsus.report.branch_page import draw_branches
 
     axes = _on(axes)
-    draw_branch(axes, found, "hardest_impact", "m/s")
+    draw_branches(axes, found, "hardest_impact", "m/s")
     axes.set_title(found.scene.name)
     axes.legend(frameon=False)
     return axes

@@ -68,7 +68,9 @@ class Contacts:
 
     def earlier(self, by: float) -> Contacts:
         """The same so long [s] before, as where a motion repeats."""
-        return Contacts(self.held, None if self.since is None else [one - by for one in self.since], self.leaving)
+        return Contacts(
+            self.held, None if self.since is None else [one - by for one in self.since], self.leaving
+        )
 
 
 def follow_contact(held: dict[int, float], event: np.void) -> None:

@@ -87,9 +87,7 @@ def test_what_the_data_do_not_touch_is_not_determined_and_a_prior_is_told_apart(
     numbers = unknowns("abc", priors=(None, None, Prior(0.5, 0.05)))
     found = solve(problem(table, straight, numbers), search(spread=40, members=32))
     third = ranges(found)[2]
-    assert third.verdict is Verdict.ASSUMED and third.high - third.low == pytest.approx(
-        3.92 * 0.05, rel=0.5
-    )
+    assert third.verdict is Verdict.ASSUMED and third.high - third.low == pytest.approx(3.92 * 0.05, rel=0.5)
 
 
 def test_a_constraint_is_data():

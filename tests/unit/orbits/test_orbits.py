@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from differences import AROUND, slope
 from random_scenes import plain_scene
 from scene_files import scene
 from tarsus.orbits.orbit import Orbit
+from tarsus.solve.simulate import Shared
 
 TURN = 2.0 * math.pi
 
@@ -84,31 +86,70 @@ def test_an_orbit_of_a_given_period_may_be_unstable():
 
 
 def test_the_branch_of_the_table_is_born_in_a_fold_and_doubles_in_a_flip():
-    up = ts.branch(table(1.5), {"signals.table.amplitude": (1.5, 1.54)})
-    flips = [point for point in up.special if point.kind == "flip"]
+    up = ts.branch(table(1.5), {"signals.table.amplitude": (1.52, 1.54)}, starts=12)
+    (bouncing,) = [one for one in up if one.points[0].orbit.kind == "stable, period 1, 1 impact"]
+    flips = [point for point in bouncing.special if point.kind == "flip"]
     assert [point.at for point in flips] == [pytest.approx(math.hypot(math.pi / 3.0, 10.0 / 9.0), abs=1e-9)]
-    doubled = up.doubled(flips[0])
+    (doubled,) = [one for one in up if one.points[0] is flips[0]]
     assert doubled.ended == "it leaves the range" and doubled.points[1].orbit.multiple == 2
     last, alone = doubled.points[-1], ts.periodic(table(1.54))
     assert last.at == 1.54 and last.orbit.kind == alone.kind == "stable, period 2, 2 impacts"
     assert last.orbit.multipliers == pytest.approx(alone.multipliers, abs=1e-9)
-    with pytest.raises(ts.InputError, match="is 'orbit'"):
-        up.doubled(up.points[0])
-    down = ts.branch(table(1.08), {"signals.table.amplitude": (1.08, 1.0)})
+    down = ts.branch(table(1.08), {"signals.table.amplitude": (1.08, 1.0)}, starts=0)
     folds = [point for point in down.special if point.kind == "fold"]
     assert folds[0].at == pytest.approx(math.pi / 3.0, abs=1e-9)
 
 
+def test_a_doubled_motion_ends_in_the_flip_of_the_other():
+    """Followed from beyond the flip, it is joined with the motion of half its period, and not followed any further."""
+    path = "signals.table.amplitude"
+    found = ts.branch(table(1.535), {path: (1.535, 1.52)}, starts=8)
+    flip = pytest.approx(math.hypot(math.pi / 3.0, 10.0 / 9.0), abs=1e-9)
+    numbers = [i for i, one in enumerate(found) if one.points[0].orbit.kind == "stable, period 2, 2 impacts"]
+    assert len(numbers) == 1 and found[numbers[0]].points[-1].at == flip
+    joined = int(re.fullmatch(r"it meets branch (\d+) in a flip", found[numbers[0]].ended)[1])
+    assert flip in [point.at for point in found[joined - 1].special]
+    assert not any(len({i for i in one.branches} & {numbers[0], joined - 1}) > 1 for one in found.coexisting)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("ends", [(0.099, 0.102), (0.102, 0.099)], ids=["up", "down"])
+def test_where_motions_coexist_is_known_from_both_sides(ends):
+    """The oscillator's impacts begin in a grazing at 0.1 V upwards, and end in a fold below it downwards: there a plain
+    run that is carried down keeps them, where one from rest has none."""
+    path, own = "signals.shaker.amplitude", scene("impact_oscillator")
+    found = ts.branch(own, {path: ends}, starts=4)
+    (both,) = found.coexisting
+    assert both.high == pytest.approx(0.1, abs=1e-8) and sorted(both.branches) == [0, 1] and len(found) == 2
+    inside, below = 0.5 * (both.low + both.high), both.low - 1e-6
+    assert ts.periodic(own, values={path: inside}).impacts == 0
+    orbit = ts.periodic(own, values={path: 0.102})
+    state, kept = orbit.state, []
+    for at in (*np.linspace(0.102, inside, 12).tolist(), both.low + 1e-6, below):
+        returns = orbit.map.at_values(own, orbit.start / orbit.map.period, {path: at}, Shared())
+        for _ in range(60):
+            state = returns(state, 8).state
+        kept.append(len(returns(state, 8).events))
+    assert min(kept[:-1]) == 8 and kept[-1] < 8
+
+
+def test_no_start_says_that_nothing_else_was_looked_for():
+    alone = ts.branch(scene("impact_oscillator"), {"signals.shaker.amplitude": (0.099, 0.0995)}, starts=0)
+    assert alone.coexisting == () and alone.alone == "the scene's own motion alone was followed"
+    with pytest.raises(ts.InputError, match="starts: expected 0 or more"):
+        ts.branch(scene("impact_oscillator"), {"signals.shaker.amplitude": (0.1, 0.2)}, starts=-1)
+
+
 def test_the_oscillator_grazes_at_its_published_amplitude():
-    found = ts.branch(scene("impact_oscillator"), {"signals.shaker.amplitude": (0.099, 0.102)})
+    found = ts.branch(scene("impact_oscillator"), {"signals.shaker.amplitude": (0.099, 0.102)}, starts=0)
     (grazing,) = [point for point in found.special if point.kind == "grazing"]
     assert grazing.at == pytest.approx(0.1, abs=1e-8)
-    assert found.points[0].orbit.impacts == 0 and found.points[-1].orbit.impacts == 1
+    assert found[0].points[0].orbit.impacts == 0 and found[-1].points[-1].orbit.impacts == 1
 
 
 def test_of_several_changes_close_together_each_is_found():
     """A bounce is captured, the next capture ends in a grazing, and the bounce comes back."""
-    found = ts.branch("cantilever", {"robot.feet.tip.gap": ("60.5 um", "60.3 um")})
+    found = ts.branch("cantilever", {"robot.feet.tip.gap": ("60.5 um", "60.3 um")}, starts=0)
     assert [(point.kind, 1e6 * point.at) for point in found.special] == [
         ("capture", pytest.approx(60.41163, abs=1e-5)),
         ("grazing", pytest.approx(60.35818, abs=1e-5)),

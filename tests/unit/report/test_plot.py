@@ -78,9 +78,9 @@ def test_multipliers_and_branches_are_drawn():
     dots = ts.plot.multipliers(orbit).get_lines()[1]
     product = np.prod(dots.get_xdata() + 1j * dots.get_ydata())
     assert product.real == pytest.approx(orbit.determinant)
-    found = ts.branch(scene("impact_oscillator"), {"signals.shaker.amplitude": (1.0, 1.05)})
+    found = ts.branch(scene("impact_oscillator"), {"signals.shaker.amplitude": (1.0, 1.05)}, starts=0)
     axes = ts.plot.branch(found)
-    assert len(axes.get_lines()[0].get_xdata()) == len(found.points)
+    assert len(axes.get_lines()[0].get_xdata()) == len(found[0].points)
     assert axes.get_lines()[0].get_ydata()[0] == pytest.approx(1.6957329376, abs=1e-8)
 
 
