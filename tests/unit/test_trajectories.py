@@ -5,7 +5,7 @@ import pytest
 
 import tarsus as ts
 from scene_files import scene as scene_of
-from tarsus.model.standing import standing
+from tarsus.design.stance import standing
 
 PARTS = np.array([3.0625, 7.9375, 12.0625])
 """Ends of parts in drive periods, none at an edge of a drive."""

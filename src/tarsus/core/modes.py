@@ -39,7 +39,7 @@ from tarsus.core.blocks import split_modes
 
 Floats = NDArray[np.float64]
 
-NODES = _native.Nodes(nodes)
+NODES = _native.Nodes(vars(nodes))
 
 REDUNDANT = 1e-13
 """A foot whose mobility falls below this part by others that are held is held by them: rounding leaves 1e-16 of it."""

@@ -7,37 +7,32 @@ springs, damping, shapes, loads) have none; a value of theirs makes a plan anew.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from threading import Lock
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.base.linear import product
 from tarsus.base.spec import Description, float_paths, get_value, with_values
-from tarsus.base.units import format_quantity
-from tarsus.model.drive.pieces import Channels, Pieces, evaluate
+from tarsus.model.drive.pieces import Channels
 from tarsus.plan.channels import Course, drive_courses
-from tarsus.plan.lowering import Kind, Place, Plan, distinct, pack, scales, slot
+from tarsus.plan.lowering import Kind, Place, Plan, distinct, idle_forces, slot
+from tarsus.plan.rows import Rows, pack, rows_of, started
 
 if TYPE_CHECKING:
-    from tarsus.core import _native
     from tarsus.model.scene import Scene
 
 __all__ = [
     "Courses",
     "Kind",
     "Place",
-    "Rows",
     "bears",
     "check_bounds",
     "courses_of_all",
     "rows_for",
-    "rows_of",
     "slot",
     "slots",
     "unit_of",
@@ -46,60 +41,6 @@ __all__ = [
 Floats = NDArray[np.float64]
 Courses = Callable[[Sequence[str]], Mapping[str, Course]]
 """What drives do in the runs of a plan, by name, for those whose volts are asked for."""
-
-
-@dataclass(frozen=True)
-class Rows:
-    """The data of nr runs of one plan, a row a run, as the engine takes them.
-
-    pool: channels that runs are driven by, signals: the same for the engine; channels (nr, nc): those of each run, in
-    the plan's order.
-    parameters (nr, m, np) of the laws; initial (nr, 2n); sources (nr, m + 1): rest gaps [m] and gravity [m/s^2];
-    scales (nr, 3): length [m] and force [N] that tolerances refer to, and period [s] of the marks.
-    """
-
-    pool: Sequence[Pieces]
-    signals: _native.Signals
-    parameters: Floats
-    initial: Floats
-    sources: Floats
-    scales: Floats
-    channels: NDArray[np.int64]
-
-    def __len__(self) -> int:
-        return len(self.initial)
-
-    def __getstate__(self) -> dict[str, Any]:
-        return self.__dict__ | {"signals": None}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(state, signals=pack(state["pool"]))
-
-    def drive(self, channel: int, time: ArrayLike, run: int = 0) -> Floats:
-        """Values of a channel of the plan in a run at times [s], any shape: a drive's force [N], or volts."""
-        return evaluate(self.pool[self.channels[run, channel]], time)
-
-    def starting(self, state: Floats) -> Rows:
-        """The one run of these rows from another initial state (2n,)."""
-        return replace(self, initial=np.array(state, dtype=float)[None])
-
-    @property
-    def periods(self) -> Floats:
-        """Drive period of each run (nr,) [s]."""
-        return self.scales[:, 2]
-
-
-def rows_of(plan: Plan, count: int = 1, period: float = math.inf) -> Rows:
-    """``count`` runs of a plan as it is, with marks every ``period`` [s]."""
-    channels = len(plan.channels)
-
-    def each(row: Any) -> Floats:
-        return np.repeat(np.asarray(row, dtype=float)[None], count, axis=0)
-
-    return Rows(
-        plan.channels, plan.signals, each(plan.laws.parameters), each(plan.initial), each(plan.system.sources),
-        each([plan.length, plan.force, period]), np.repeat(np.arange(channels)[None], count, axis=0),
-    )  # fmt: skip
 
 
 def slots(scene: Scene) -> dict[str, Place]:
@@ -177,20 +118,11 @@ def rows_for(
         base.sources[:, at] = column
     for _, column in by_kind[Kind.GRAVITY].values():
         base.sources[:, feet] = column
-    _stand(scene, values, base.initial)
     for at, column in by_kind[Kind.INITIAL].values():
         base.initial[:, at] = column
-    if by_kind[Kind.INITIAL] or (by_kind[Kind.GAP] and scene.initial.displacement is not None):
-        _check_starts(scene, plan, base)
     rows = _driven(scene, plan, by_kind, base, duration, courses)
-    if not scaled:
-        return rows
-    spans = np.asarray(rows.signals.span)[rows.channels]
-    length, force = scales(
-        plan.laws, plan.system, spans[:, : plan.drives], rows.parameters, rows.initial, rows.sources
-    )
-    rows.scales[:, 0], rows.scales[:, 1] = length, force
-    return rows
+    found = started(plan, rows, _idle(scene, values, len(rows)), list(scene.robot.feet))
+    return found if scaled else replace(found, scales=rows.scales)
 
 
 def bears(scene: Scene, path: str) -> bool:
@@ -202,26 +134,17 @@ def bears(scene: Scene, path: str) -> bool:
     return not path.startswith(idle)
 
 
-def _stand(scene: Scene, values: Mapping[str, Floats], initial: Floats) -> None:
-    """Where a walker starts standing, the equilibrium of every run."""
-    from tarsus.model.standing import equilibrium
-
-    if scene.initial.standing is None:
-        return
-    bearing = {path: column for path, column in values.items() if bears(scene, path)}
-    if not bearing:
-        return
-    rows, which = distinct(np.stack(list(bearing.values()), axis=1))
-    starts = np.array(
-        [
-            equilibrium(
-                with_values(scene, dict(zip(bearing, row.tolist(), strict=True))),
-                driven=scene.initial.standing.driven,
-            )
-            for row in rows
-        ]
-    )
-    initial[:, : starts.shape[1]] = starts[which]
+def _idle(scene: Scene, values: Mapping[str, Floats], count: int) -> Floats:
+    """Forces (nr, nd) [N] that drives exert without volts, where a walker stands without."""
+    out = np.repeat(idle_forces(scene)[None], count, axis=0)
+    for d, (name, drive) in enumerate(scene.robot.drives.items()):
+        head = f"robot.drives.{name}."
+        own = {path.removeprefix(head): column for path, column in values.items() if path.startswith(head)}
+        if own and scene.initial.standing is not None:
+            rows, which = distinct(np.stack(list(own.values()), axis=1))
+            one = [with_values(drive, dict(zip(own, row.tolist(), strict=True))).exerted() for row in rows]
+            out[:, d] = np.array(one)[which]
+    return out
 
 
 def _driven(
@@ -283,16 +206,3 @@ def _marked(periods: Floats, duration: float) -> Floats:
     """Period [s] of the marks of each run: the longest of its drives' periods (nd, ...) within it, or all of it."""
     within = np.where(periods <= duration, periods, 0.0).max(axis=0, initial=0.0)
     return np.where(within > 0.0, within, duration)
-
-
-def _check_starts(scene: Scene, plan: Plan, rows: Rows) -> None:
-    """No run starts with a foot below the ground."""
-    rest = rows.sources[:, : plan.feet]
-    moved = product(rows.initial[:, : len(plan.system.mass)], plan.system.normals)
-    below = rest + moved < -1e-12 * np.maximum(rest, np.abs(moved))
-    for run, foot in np.argwhere(below)[:1]:
-        name = list(scene.robot.feet)[foot]
-        depth = format_quantity(float(f"{-float(rest[run, foot] + moved[run, foot]):.6g}"), "m")
-        raise InputError(
-            f"initial.displacement: in run {run} foot '{name}' would start {depth} below the ground"
-        )

@@ -20,7 +20,7 @@ from tarsus.solve.lanes import Doubt
 
 if TYPE_CHECKING:
     from tarsus.plan.lowering import Plan
-    from tarsus.plan.slots import Rows
+    from tarsus.plan.rows import Rows
     from tarsus.solve.engine import RawRuns
     from tarsus.solve.tangents import DataTangents, Entering
 

@@ -17,7 +17,7 @@ from tarsus.core import _native, nodes
 from tarsus.core import arrays as a
 from tarsus.core.modes import NODES, ModeBook
 from tarsus.core.replay import SampledStates, shown_states
-from tarsus.plan.slots import Rows, rows_of
+from tarsus.plan.rows import Rows, rows_of
 from tarsus.solve.acting import Acting
 from tarsus.solve.codes import EVENT_TYPE, ResultCode, event_places, structured_events, without_marks
 from tarsus.solve.contacts import Contacts
