@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.linear import eigh, product, solve
-from tarsus.model.robot import Robot
-from tarsus.model.scene import Scene
-from tarsus.model.structure import Walker
 from tarsus.model.structure.base import Array
+from tarsus.model.structure.walker import Walker
+
+if TYPE_CHECKING:
+    from tarsus.model.robot import Robot
+    from tarsus.model.scene import Scene
 
 _LOOSE = 1e-12
 """A motion with less than this share of the stiffest, all coordinates scaled to be alike, is not held."""

@@ -20,8 +20,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
 from tarsus.model.drive.waveforms import Constant
 from tarsus.plan.lowering import Plan, lower_scene
-from tarsus.plan.rows import Rows, rows_of
-from tarsus.plan.slots import rows_for, slot
+from tarsus.plan.slots import Rows, rows_for, rows_of, slot
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.contacts import Contacts, follow_contact
 from tarsus.solve.engine import Accuracy, ModeBook, book_of, execute, settings_of, structure_key

@@ -28,7 +28,7 @@ from tarsus.orbits.returns import (
     varied,
 )
 from tarsus.plan.lowering import Plan, lower_scene
-from tarsus.plan.rows import rows_of
+from tarsus.plan.slots import rows_of
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.contacts import Contacts, contacts_of, follow_contact
 from tarsus.solve.engine import tables_of

@@ -8,30 +8,32 @@ from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
 from itertools import accumulate
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.base.linear import largest_of, product, solve
+from tarsus.base.units import format_quantity
 from tarsus.core import _native
 from tarsus.core.arrays import Body as LeggedBody
 from tarsus.core.modes import Floats, LinearSystem
 from tarsus.model.drive.lower import lower
-from tarsus.model.drive.pieces import Pieces
+from tarsus.model.drive.pieces import Channels, Pieces
 from tarsus.model.laws.base import Law, SmoothLaw
 from tarsus.model.laws.impact_map import Body, MassWeighted
 from tarsus.model.laws.landing import PullAsPrinted
 from tarsus.model.laws.translate import translate
 from tarsus.model.standing import Stance, stance_of
 from tarsus.model.structure.walker import Walker
-from tarsus.plan.rows import pack, rows_of, started
 
 if TYPE_CHECKING:
     from tarsus.model.laws.program import Program
     from tarsus.model.robot import Robot
     from tarsus.model.scene import Ground, Scene
     from tarsus.model.structure.base import Matrices
+    from tarsus.plan.slots import Rows
 
 
 def without_native(of: Any) -> dict[str, Any]:
@@ -111,7 +113,7 @@ class Legs:
     @cached_property
     def native(self) -> _native.LeggedBody:
         """The body as the engine holds it: its weights are those of unit gravity, its gaps those of no run."""
-        return _native.LeggedBody(self.body)
+        return _native.LeggedBody(self.body._asdict())
 
 
 @dataclass(frozen=True)
@@ -160,8 +162,9 @@ class Plan:
     @cached_property
     def rules(self) -> _native.StartRules:
         """What the data of a run determine before it begins, as the engine holds it."""
-        return _native.StartRules(self.start_arrays())
+        return _native.StartRules(self.start_arrays)
 
+    @property
     def start_arrays(self) -> dict[str, Any]:
         """The same as the engine takes it, by name."""
         system, stance = self.system, self.stance
@@ -213,11 +216,13 @@ def lower_scene(scene: Scene, drive: Callable[..., tuple[Pieces, Pieces]] = lowe
         system, laws, channels, tuple(used), initial, np.array(periods), math.nan, math.nan, _rate(system),
         lower_legs(scene.robot, system), lower_stance(scene, system),
     )  # fmt: skip
+    row = SimpleNamespace(
+        signals=plan.signals, parameters=laws.parameters[None], initial=initial[None], sources=system.sources[None],
+        scales=np.zeros((1, 3)), channels=np.arange(len(channels))[None],
+    )  # fmt: skip
+    own, ((length, force, _),) = started(plan, row, idle_forces(scene)[None], list(scene.robot.feet))
     # what the engine has made of the plan by now does not depend on these three, and stays
-    own = started(plan, rows_of(plan), idle_forces(scene)[None], list(scene.robot.feet))
-    plan.__dict__.update(
-        initial=own.initial[0], length=float(own.scales[0, 0]), force=float(own.scales[0, 1])
-    )
+    plan.__dict__.update(initial=own.ravel(), length=float(length), force=float(force))
     return plan
 
 
@@ -453,6 +458,35 @@ def _initial_column(scene: Scene, path: str) -> int | None:
     if given is None or not keys[2].isdecimal() or int(keys[2]) >= len(given):
         return None
     return int(keys[2]) + (len(given) if keys[1] == "velocity" else 0)
+
+
+def pack(channels: Sequence[Pieces]) -> _native.Signals:
+    """Channels laid end to end as the engine takes them; one that holds its last value gets a piece for that."""
+    return _native.Signals(Channels.of(channels).arrays)
+
+
+def started(plan: Plan, rows: Rows, idle: Floats, feet: Sequence[str]) -> tuple[Floats, Floats]:
+    """Initial states of runs, (nr, 2n), where a walker starts standing those in which each stands, and their scales
+    (nr, 3), with lengths and forces of their own. idle (nr, nd) [N]: of drives without volts; feet: their names.
+
+    Raises InputError for the first run that would start below the ground, or does not stand.
+    """
+    initial, scales, refused = _native.start_rows(plan.rules, plan.laws.native, rows.signals, rows, idle)
+    if len(refused):
+        raise InputError(
+            [_refusal(int(run), int(fault), feet, int(foot), by) for run, fault, foot, by in refused]
+        )
+    return initial, scales
+
+
+def _refusal(run: int, fault: int, feet: Sequence[str], foot: int, by: float) -> str:
+    if _native.FAULTS[fault] == "below the ground":
+        depth = format_quantity(float(f"{by:.6g}"), "m")
+        return f"initial.displacement: in run {run} foot '{feet[foot]}' would start {depth} below the ground"
+    if _native.FAULTS[fault] == "pulled down":
+        missing = format_quantity(float(f"{by:.4g}"), "N")
+        return f"foot '{feet[foot]}' would have to be pulled down by {missing}: it does not stand"
+    return "the forces along the way do not balance: the robot would not stand still"
 
 
 def distinct(rows: Floats) -> tuple[Floats, np.ndarray]:

@@ -7,32 +7,35 @@ springs, damping, shapes, loads) have none; a value of theirs makes a plan anew.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from threading import Lock
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import Description, float_paths, get_value, with_values
-from tarsus.model.drive.pieces import Channels
+from tarsus.model.drive.pieces import Channels, Pieces, evaluate
 from tarsus.plan.channels import Course, drive_courses
-from tarsus.plan.lowering import Kind, Place, Plan, distinct, idle_forces, slot
-from tarsus.plan.rows import Rows, pack, rows_of, started
+from tarsus.plan.lowering import Kind, Place, Plan, distinct, idle_forces, pack, slot, started
 
 if TYPE_CHECKING:
+    from tarsus.core import _native
     from tarsus.model.scene import Scene
 
 __all__ = [
     "Courses",
     "Kind",
     "Place",
+    "Rows",
     "bears",
     "check_bounds",
     "courses_of_all",
     "rows_for",
+    "rows_of",
     "slot",
     "slots",
     "unit_of",
@@ -41,6 +44,60 @@ __all__ = [
 Floats = NDArray[np.float64]
 Courses = Callable[[Sequence[str]], Mapping[str, Course]]
 """What drives do in the runs of a plan, by name, for those whose volts are asked for."""
+
+
+@dataclass(frozen=True)
+class Rows:
+    """The data of nr runs of one plan, a row a run, as the engine takes them.
+
+    pool: channels that runs are driven by, signals: the same for the engine; channels (nr, nc): those of each run, in
+    the plan's order.
+    parameters (nr, m, np) of the laws; initial (nr, 2n); sources (nr, m + 1): rest gaps [m] and gravity [m/s^2];
+    scales (nr, 3): length [m] and force [N] that tolerances refer to, and period [s] of the marks.
+    """
+
+    pool: Sequence[Pieces]
+    signals: _native.Signals
+    parameters: Floats
+    initial: Floats
+    sources: Floats
+    scales: Floats
+    channels: NDArray[np.int64]
+
+    def __len__(self) -> int:
+        return len(self.initial)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return self.__dict__ | {"signals": None}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state, signals=pack(state["pool"]))
+
+    def drive(self, channel: int, time: ArrayLike, run: int = 0) -> Floats:
+        """Values of a channel of the plan in a run at times [s], any shape: a drive's force [N], or volts."""
+        return evaluate(self.pool[self.channels[run, channel]], time)
+
+    def starting(self, state: Floats) -> Rows:
+        """The one run of these rows from another initial state (2n,)."""
+        return replace(self, initial=np.array(state, dtype=float)[None])
+
+    @property
+    def periods(self) -> Floats:
+        """Drive period of each run (nr,) [s]."""
+        return self.scales[:, 2]
+
+
+def rows_of(plan: Plan, count: int = 1, period: float = math.inf) -> Rows:
+    """``count`` runs of a plan as it is, with marks every ``period`` [s]."""
+    channels = len(plan.channels)
+
+    def each(row: Any) -> Floats:
+        return np.repeat(np.asarray(row, dtype=float)[None], count, axis=0)
+
+    return Rows(
+        plan.channels, plan.signals, each(plan.laws.parameters), each(plan.initial), each(plan.system.sources),
+        each([plan.length, plan.force, period]), np.repeat(np.arange(channels)[None], count, axis=0),
+    )  # fmt: skip
 
 
 def slots(scene: Scene) -> dict[str, Place]:
@@ -121,8 +178,10 @@ def rows_for(
     for at, column in by_kind[Kind.INITIAL].values():
         base.initial[:, at] = column
     rows = _driven(scene, plan, by_kind, base, duration, courses)
-    found = started(plan, rows, _idle(scene, values, len(rows)), list(scene.robot.feet))
-    return found if scaled else replace(found, scales=rows.scales)
+    initial, scales = started(plan, rows, _idle(scene, values, len(rows)), list(scene.robot.feet))
+    return replace(
+        rows, initial=initial.reshape(rows.initial.shape), scales=scales if scaled else rows.scales
+    )
 
 
 def bears(scene: Scene, path: str) -> bool:

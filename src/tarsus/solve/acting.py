@@ -15,7 +15,7 @@ from tarsus.plan.lowering import Plan, program_of
 
 if TYPE_CHECKING:
     from tarsus.model.laws.base import Law
-    from tarsus.plan.rows import Rows
+    from tarsus.plan.slots import Rows
 
 Floats = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ from tarsus.core import arrays as a
 from tarsus.core.modes import NODES, ModeBook
 from tarsus.core.nodes import N
 from tarsus.plan.lowering import Plan, without_native
-from tarsus.plan.rows import Rows, rows_of
+from tarsus.plan.slots import Rows, rows_of
 
 if TYPE_CHECKING:
     from tarsus.solve.simulate import Shared

@@ -17,8 +17,7 @@ from tarsus.base.units import parse_quantity
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.model.drive.lower import lower
 from tarsus.plan.lowering import lower_scene
-from tarsus.plan.rows import Rows
-from tarsus.plan.slots import Courses, Floats, rows_for, slot
+from tarsus.plan.slots import Courses, Floats, Rows, rows_for, slot
 from tarsus.solve.acting import Acting
 from tarsus.solve.engine import RECORDED, Accuracy, Engine, RawWalks
 from tarsus.solve.motion import Marched, Motion, Replayed

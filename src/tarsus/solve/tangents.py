@@ -20,9 +20,8 @@ from tarsus.core.arrays import LANES
 from tarsus.core.modes import LinearSystem, ModeBook, derived_mode
 from tarsus.model.drive.pieces import TERMS
 from tarsus.plan.channels import SlopedDrive, sloped_drives
-from tarsus.plan.lowering import Plan, lower_legs, lower_scene, lower_system
-from tarsus.plan.rows import Rows, pack
-from tarsus.plan.slots import bears, check_bounds, rows_for, slot, unit_of
+from tarsus.plan.lowering import Plan, lower_legs, lower_scene, lower_system, pack
+from tarsus.plan.slots import Rows, bears, check_bounds, rows_for, slot, unit_of
 
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene

@@ -22,7 +22,7 @@ from tarsus.solve.window import Window, WindowBatch, WindowStart, simulate_windo
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
     from tarsus.plan.lowering import Plan
-    from tarsus.plan.rows import Rows
+    from tarsus.plan.slots import Rows
 
 Floats = NDArray[np.float64]
 

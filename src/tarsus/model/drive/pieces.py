@@ -114,6 +114,7 @@ class Channels(Sequence[Pieces]):
         after = np.cumsum(self.counts)
         return np.insert(value_of(self.begin), after, value_of(self.end)[after - 1])
 
+    @property
     def arrays(self) -> dict[str, NDArray[Any]]:
         """The channels as the engine takes them, laid end to end, by name."""
         names = ("counts", "loops", "starts", "coef", "kink")

@@ -22,6 +22,23 @@ inline Nodes nodes_of(const Fields& from) {
   from.copy(&nodes.derivative[0][0], N * N, "DERIVATIVE");
   from.copy(&nodes.once[0][0], N * N, "ONCE");
   from.copy(&nodes.twice[0][0], N * N, "TWICE");
+  from.copy(&nodes.left[0][0], N * N, "LEFT");
+  from.copy(&nodes.right[0][0], N * N, "RIGHT");
+  from.copy(&nodes.partial[0][0][0], N * N * N, "PARTIAL");
+  nodes.spacing = from.number("SPACING");
+  nodes.gauss = from.doubles("GAUSS");
+  nodes.gauss_weights = from.sized("GAUSS_WEIGHTS", nodes.gauss.size());
+  const std::vector<double> at_gauss = from.sized("AT_GAUSS", nodes.gauss.size() * N);
+  for (int a = 0; a < N; a++) {
+    for (double(&row)[N] : nodes.series) row[a] = 0.0;
+    for (size_t g = 0; g < nodes.gauss.size(); g++) {
+      double share = nodes.gauss_weights[g] * at_gauss[g * N + a];
+      for (int n = 0; n < SERIES; n++) {
+        nodes.series[n][a] += share;
+        share *= (1.0 - nodes.gauss[g]) / (n + 1);
+      }
+    }
+  }
   return nodes;
 }
 
