@@ -107,6 +107,10 @@ class Sweep(Description):
         default=CHUNK,
         description="runs in a unit of work, which is kept or done again whole; or the time that one takes, `2 s`",
     )
+    draw: tuple[str, ...] = Field(
+        default=(),
+        description="what an atlas over its two axes draws on the map: studies by name, tables beside the file",
+    )
 
     @field_validator("chunk")
     @classmethod
