@@ -1,7 +1,7 @@
 """What atlases cost and what they miss: quadtrees against full grids, and a large map against points of its own.
 
-    python benchmarks/atlas.py                      # five maps of 257 x 257 points as truth
-    python benchmarks/atlas.py --maps c --large     # 1025 x 1025 points of a map, and 12,000 of them run again
+python benchmarks/atlas.py                      # five maps of 257 x 257 points as truth
+python benchmarks/atlas.py --maps c --large     # 1025 x 1025 points of a map, and 12,000 of them run again
 """
 
 from __future__ import annotations
@@ -15,16 +15,26 @@ import numpy as np
 from scipy.ndimage import label
 
 import tarsus as ts
+from tarsus.atlas.axis import axes_of
 from tarsus.atlas.quadtree import Quadtree
 from tarsus.atlas.verb import AtlasPlan
+from tarsus.files.library import as_scene
+from tarsus.study.studyfile import load_sweep
 
 SCENES = Path(__file__).parents[1] / "tests" / "scenes"
 VOLTS = ("signals.pzt.amplitude", "4 V", "10 V")
-RESTITUTION = ("ground.restitution.coefficient", 0.1, 0.9)
+
+
+def packaged(name: str) -> tuple[Any, dict[str, Any], tuple[Any, ...], tuple[Any, ...]]:
+    """A packaged study of two numbers."""
+    study = load_sweep(name)
+    return study.scene, {}, *axes_of(study)
+
+
 MAPS: dict[str, tuple[Any, dict[str, Any], tuple[Any, ...], tuple[Any, ...]]] = {
     "a": ("cantilever", {}, ("ground.adhesion.rate", 1e-5, 1e-2, "log"), VOLTS),
-    "b": ("cantilever", {}, RESTITUTION, ("signals.pzt.frequency", 20.0, 200.0)),
-    "c": ("cantilever", {}, ("robot.feet.tip.gap", "50 um", "90 um"), VOLTS),
+    "b": packaged("cantilever-frequency-map"),
+    "c": packaged("cantilever-gap-map"),
     "ball": (
         SCENES / "vibrating_table.toml", {"ground.restitution.coefficient": 0.0},
         ("ground.gravity.acceleration", 0.5, 1.5), ("signals.table.amplitude", 0.5, 4.0),
@@ -40,7 +50,7 @@ MAPS: dict[str, tuple[Any, dict[str, Any], tuple[Any, ...], tuple[Any, ...]]] = 
 def plan_of(name: str, depth: int, coarse: int | None = None) -> AtlasPlan:
     """The plan of a map."""
     scene, values, x, y = MAPS[name]
-    return AtlasPlan.of(ts.with_values(ts.load_scene(scene), values), x, y, depth=depth, coarse=coarse)
+    return AtlasPlan.of(ts.with_values(as_scene(scene), values), x, y, depth=depth, coarse=coarse)
 
 
 def missed(truth: np.ndarray, drawn: np.ndarray, least: int) -> tuple[int, int]:
@@ -68,8 +78,12 @@ def against_truth(name: str, depth: int, threads: int | None) -> None:
     for coarse in range(depth - 4, depth - 1):
         grid = Quadtree.refined(depth, coarse, lambda points: truth[points[:, 0], points[:, 1]])
         wrong = float((grid.code != truth).mean())
-        regions = ", ".join("{1} of {0} missed above {2}".format(*missed(truth, grid.code, n), n) for n in (4, 16))
-        print(f"  from {2**coarse + 1}: {len(grid.points) / truth.size:.1%} run, {wrong:.2%} wrong; regions: {regions}")
+        regions = ", ".join(
+            "{1} of {0} missed above {2}".format(*missed(truth, grid.code, n), n) for n in (4, 16)
+        )
+        print(
+            f"  from {2**coarse + 1}: {len(grid.points) / truth.size:.1%} run, {wrong:.2%} wrong; regions: {regions}"
+        )
 
 
 def large(name: str, depth: int, points: int, threads: int | None) -> None:
@@ -79,7 +93,9 @@ def large(name: str, depth: int, points: int, threads: int | None) -> None:
     found = plan.run(threads=threads)
     clock, took = time.perf_counter() - clock, time.process_time() - begin
     share = len(found.code) / found.grid.code.size
-    print(f"{name}, {found.size}^2: {len(found.code)} runs ({share:.1%}), {took:.1f} s of CPU, {clock:.1f} s of clock")
+    print(
+        f"{name}, {found.size}^2: {len(found.code)} runs ({share:.1%}), {took:.1f} s of CPU, {clock:.1f} s of clock"
+    )
     at = np.random.default_rng(1).integers(0, found.size, (points, 2))
     share = at / (found.size - 1)
     places = np.column_stack([axis.at(share[:, i]) for i, axis in enumerate(plan.axes)])
@@ -89,7 +105,9 @@ def large(name: str, depth: int, points: int, threads: int | None) -> None:
 
 def main() -> None:
     """Measure what is asked for."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--maps", nargs="+", choices=MAPS, default=list(MAPS))
     parser.add_argument("--depth", type=int)
     parser.add_argument("--large", action="store_true")

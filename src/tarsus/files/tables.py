@@ -43,7 +43,11 @@ class FileKind(Enum):
     ATLAS = ("atlas", "an atlas of a robot", "`tarsus atlas` wrote it")
     FITTED = ("fitted calibration", "a fitted calibration", "`tarsus calibrate` wrote it")
     IDENTIFICATION = ("identification", "an identification", "`tarsus identify` wrote it")
-    TRACKING = ("series of identifications", "a series of identifications", "`tarsus identify --track` wrote it")
+    TRACKING = (
+        "series of identifications",
+        "a series of identifications",
+        "`tarsus identify --track` wrote it",
+    )
     LANDING = ("landing design", "a soft landing", "`tarsus design landing` wrote it")
     GAITS = ("gait design", "a front of gaits", "`tarsus design gait` wrote it")
     ADAPTIVE = ("adaptive gait", "an adaptive gait", "`tarsus design adapt` wrote it")

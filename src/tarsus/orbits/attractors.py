@@ -22,7 +22,7 @@ from tarsus.measure.walking import measures_of
 from tarsus.model.structure.walker import Walker
 from tarsus.orbits.basins import OTHERS, Survey, told_apart
 from tarsus.orbits.edges import Edge, edges_of
-from tarsus.orbits.orbit import MOST_MULTIPLE, Orbit, orbit_after
+from tarsus.orbits.orbit import Orbit, orbit_after
 from tarsus.orbits.settling import ALIKE, Settling
 from tarsus.orbits.starts import Box
 from tarsus.solve import Accuracy, simulate
@@ -117,10 +117,7 @@ class Attractor:
     @cached_property
     def orbit(self) -> Orbit | None:
         """The motion as an orbit, with its multipliers; None where there is no return map (friction of a structure,
-        contacts that remember) or Newton's method finds none of its period, which it looks for up to `MOST_MULTIPLE`
-        drive periods."""
-        if self.multiple > MOST_MULTIPLE:
-            return None
+        contacts that remember) or Newton's method finds none of its period."""
         try:
             return orbit_after(self.scene, self.settled, (self.multiple,), free=False, near=ALIKE)
         except InputError:

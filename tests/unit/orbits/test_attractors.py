@@ -120,3 +120,13 @@ def test_axes_that_are_no_part_of_a_start_are_refused(over, said):
 def test_a_scene_without_a_drive_has_no_attractors_to_look_for():
     with pytest.raises(ts.InputError, match="periodic"):
         ts.attractors(scene("ball"), starts=4)
+
+
+def test_a_motion_of_twelve_periods_has_multipliers():
+    """Each impact contracts areas by e^2: the multipliers' product, whatever the period."""
+    values = {"ground.restitution.coefficient": 0.759375, "signals.table.amplitude": 1.3984375}
+    (found,) = ts.attractors(
+        ts.with_values(ts.load_scene("ball-on-table"), values), starts=8, edges=False
+    ).found
+    assert (found.multiple, found.impacts) == (12, 12) and found.orbit is not None
+    assert np.prod(found.orbit.multipliers).real == pytest.approx(0.759375**24, rel=1e-9)
