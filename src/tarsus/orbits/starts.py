@@ -24,7 +24,6 @@ from tarsus.model.drive.waveforms import Constant
 from tarsus.model.scene import Initial
 from tarsus.orbits.returns import drive_period
 from tarsus.plan.lowering import Plan, lower_scene
-from tarsus.solve.trajectories import Trajectories
 from tarsus.tables.numbers import amount
 
 if TYPE_CHECKING:
@@ -138,6 +137,8 @@ RIGID = 1e-9
 
 def _usual(scene: Scene, plan: Plan, lift: Floats) -> dict[str, tuple[float, float]]:
     """Heights up to those of the feet in a run of the scene, and speeds, up and down, that carry it as high."""
+    from tarsus.solve.trajectories import Trajectories
+
     system, period = plan.system, drive_period(scene)
     times = np.asarray(period * (np.arange(WATCHED * 8) + 0.5) / 8.0, dtype=np.float64)
     runs = Trajectories.of(scene, {}, (WATCHED + 1) * period)
