@@ -33,6 +33,9 @@ if TYPE_CHECKING:
 SOON = 0.3
 """Share of their duration after which runs are looked at first: where a robot has a gait nearly all repeat by then, and
 the others begin anew, which costs as much again."""
+SAME = 1e-5
+"""Part of a measure below which it does not differ between starts: ten times what runs that count as settled may still
+have to go."""
 _GAP = re.compile(r"robot\.feet\.[^.]+\.gap")
 
 
@@ -131,6 +134,7 @@ def _of_robots(
         mean, over = np.nanmean(by_start, axis=1), np.nanstd(by_start, axis=1)
         within = np.sqrt(np.nanmean(spread.reshape(by_start.shape) ** 2, axis=1))
         per_foot = np.nanmean(feet.reshape(len(each), starts, *feet.shape[1:]), axis=1)
+    over[over <= SAME * np.abs(mean)] = 0.0
     for one in (mean, within, per_foot, over):
         one[failed] = np.nan
     return Scored(ended, mean, within, per_foot, over, settled.reshape(len(each), starts).mean(axis=1))
