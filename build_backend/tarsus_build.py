@@ -76,7 +76,7 @@ def _left_to_cmake() -> bool:
 
 
 def _with_compiler(requirements: list[str]) -> list[str]:
-    """Zig's compiler where there is no other, and for the engine in pages, which wheels for others have (TARSUS_PAGE=1)."""
+    """Zig's compiler where there is no other, and for the engine in pages, which wheels have (TARSUS_PAGE=1)."""
     has = _left_to_cmake() or _compiler()
     return requirements if has and os.environ.get("TARSUS_PAGE") != "1" else [*requirements, ZIG]
 
