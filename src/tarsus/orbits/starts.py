@@ -109,6 +109,13 @@ class Box:
 
         return np.asarray(Halton(len(self.ends), seed=seed).random(count))  # pyright: ignore[reportCallIssue]
 
+    @property
+    def own(self) -> Floats:
+        """The scene's own start, as a point (1, d) of the unit cube or beyond."""
+        ends = np.array(list(self.ends.values())).T
+        values = [0.0 if path in UNITS else get_value(self.scene, path) for path in self.ends]
+        return ((np.array(values, dtype=float) - ends[0]) / (ends[1] - ends[0]))[None]
+
     def late(self, values: Mapping[str, Floats], count: int) -> Floats:
         """By how much [s] the drive of each of so many runs is ahead, whose phase varies; else 0."""
         out = np.zeros(count)

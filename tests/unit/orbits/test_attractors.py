@@ -76,6 +76,15 @@ def test_beyond_the_flip_a_ball_bounces_with_twice_the_period():
     assert (2, 2) in [(one.multiple, one.impacts) for one in found.found]
 
 
+def test_a_motion_that_only_the_own_start_leads_to_is_found_with_no_share():
+    """A ball that lies on its table at first, and starts above it that all go on to bounce."""
+    scene = table(0.8, 0.5)
+    found = ts.attractors(scene, starts=3, over={"height": (0.24, 0.28)}, edges=False)
+    lying = found[found.own]
+    assert len(found) == 2 and lying.impacts == 0 and lying.share.count == 0 == len(lying.members)
+    assert found[0].share.count == 3 and (found.label == 0).all() and lying.share.high > 0.0
+
+
 def test_chaos_is_a_class_of_its_own():
     found = ts.attractors(table(0.9, 3.0), starts=4, edges=False)
     assert len(found) == 0
