@@ -122,6 +122,9 @@ def sound(model: FootModel, bounces: Bounces, fitted: BounceFit) -> Kept:
         np.linalg.eigvalsh(fitted.covariance)[:, 0] > 0.0
     )
     single = (fitted.chi < WORST) & (fitted.speeds[:, 1] < 0.0) & settled
+    # hops that end lower than is seen are chatter as often as not, whose flights no film explains
+    seen = single & (-fitted.speeds[:, 1] > _OUTSIDE * error[:, 1])
+    single = seen if np.count_nonzero(seen) >= FEWEST else single
     caught = _caught(fitted, single)
     return Kept(settled, single, caught, single & _alike(fitted, single & ~caught))
 
