@@ -121,12 +121,15 @@ def sound(model: FootModel, bounces: Bounces, fitted: BounceFit) -> Kept:
     settled = np.all(np.abs(again - fitted.speeds) <= error, axis=1) & (
         np.linalg.eigvalsh(fitted.covariance)[:, 0] > 0.0
     )
-    single = (fitted.chi < WORST) & (fitted.speeds[:, 1] < 0.0) & settled
-    # hops that end lower than is seen are chatter as often as not, whose flights no film explains
-    seen = single & (-fitted.speeds[:, 1] > _OUTSIDE * error[:, 1])
-    single = seen if np.count_nonzero(seen) >= FEWEST else single
+    single = (fitted.chi < WORST) & _seen(fitted) & settled
     caught = _caught(fitted, single)
     return Kept(settled, single, caught, single & _alike(fitted, single & ~caught))
+
+
+def _seen(fitted: BounceFit) -> NDArray[np.bool_]:
+    """Impacts (ni,) whose approach is seen beyond its error: hops that end slower are chatter as often as not, whose
+    flights no film explains."""
+    return -fitted.speeds[:, 1] > _OUTSIDE * np.sqrt(np.maximum(fitted.covariance[:, 1, 1], 0.0))
 
 
 def _why_not(bounces: Bounces, fitted: BounceFit, kept: Kept, r: int, foot: str) -> Excluded:
@@ -140,18 +143,18 @@ def _why_not(bounces: Bounces, fitted: BounceFit, kept: Kept, r: int, foot: str)
         text, kind = f"{at}, with a ratio of {ratio:.3g}, is far off the others", Exclusion.UNLIKE
     elif not kept.settled[r]:
         text = f"the fit of the motion around {at} does not settle"
+    elif not _seen(fitted)[r]:
+        text = f"at {at} the approach is slower than its error tells from none"
     else:
         text = f"the motion around {at} is no free motion with one impact (chi-squared {fitted.chi[r]:.3g})"
     return Excluded(trace.file, foot, text, kind=kind)
 
 
 def _ratios(fitted: BounceFit, chosen: NDArray[np.bool_]) -> tuple[Floats, Floats, float]:
-    """Ratios of velocities (ni,), their errors (ni,) at the middle one of the chosen, and this: of those whose approach
-    is seen beyond its error, where there are any."""
+    """Ratios of velocities (ni,), their errors (ni,) at the middle one of the chosen, and this."""
     departure, approach = fitted.speeds[:, 0], -fitted.speeds[:, 1]
     ratio = departure / np.where(approach > 0.0, approach, np.nan)
-    seen = chosen & (approach > _OUTSIDE * np.sqrt(np.maximum(fitted.covariance[:, 1, 1], 0.0)))
-    middle = float(np.nanmedian(ratio[seen if seen.any() else chosen]))
+    middle = float(np.nanmedian(ratio[chosen]))
     error = np.sqrt(np.maximum(variance_of(fitted.covariance * TURN, middle), 0.0)) / np.abs(approach)
     return ratio, np.where(error > 0.0, error, np.nan), middle
 
