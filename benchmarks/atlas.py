@@ -15,16 +15,26 @@ import numpy as np
 from scipy.ndimage import label
 
 import tarsus as ts
+from tarsus.atlas.axis import axes_of
 from tarsus.atlas.quadtree import Quadtree
 from tarsus.atlas.verb import AtlasPlan
+from tarsus.files.library import as_scene
+from tarsus.study.studyfile import load_sweep
 
 SCENES = Path(__file__).parents[1] / "tests" / "scenes"
 VOLTS = ("signals.pzt.amplitude", "4 V", "10 V")
-RESTITUTION = ("ground.restitution.coefficient", 0.1, 0.9)
+
+
+def packaged(name: str) -> tuple[Any, dict[str, Any], tuple[Any, ...], tuple[Any, ...]]:
+    """A packaged study of two numbers."""
+    study = load_sweep(name)
+    return study.scene, {}, *axes_of(study)
+
+
 MAPS: dict[str, tuple[Any, dict[str, Any], tuple[Any, ...], tuple[Any, ...]]] = {
     "a": ("cantilever", {}, ("ground.adhesion.rate", 1e-5, 1e-2, "log"), VOLTS),
-    "b": ("cantilever", {}, RESTITUTION, ("signals.pzt.frequency", 20.0, 200.0)),
-    "c": ("cantilever", {}, ("robot.feet.tip.gap", "50 um", "90 um"), VOLTS),
+    "b": packaged("cantilever-frequency-map"),
+    "c": packaged("cantilever-gap-map"),
     "ball": (
         SCENES / "vibrating_table.toml", {"ground.restitution.coefficient": 0.0},
         ("ground.gravity.acceleration", 0.5, 1.5), ("signals.table.amplitude", 0.5, 4.0),
@@ -40,7 +50,7 @@ MAPS: dict[str, tuple[Any, dict[str, Any], tuple[Any, ...], tuple[Any, ...]]] = 
 def plan_of(name: str, depth: int, coarse: int | None = None) -> AtlasPlan:
     """The plan of a map."""
     scene, values, x, y = MAPS[name]
-    return AtlasPlan.of(ts.with_values(ts.load_scene(scene), values), x, y, depth=depth, coarse=coarse)
+    return AtlasPlan.of(ts.with_values(as_scene(scene), values), x, y, depth=depth, coarse=coarse)
 
 
 def missed(truth: np.ndarray, drawn: np.ndarray, least: int) -> tuple[int, int]:

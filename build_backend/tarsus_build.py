@@ -2,7 +2,7 @@
 
 Where the machine has no C++ compiler that works, the one that comes as a wheel is used (``ziglang``); and an
 editable installation is one line that puts ``src`` on the path, so that PYTHONPATH, new files and data files behave
-as in any checkout.
+as in any checkout. With TARSUS_PAGE=1 in the environment the engine for pages is compiled as well, by ``ziglang``.
 """
 
 from __future__ import annotations
@@ -76,7 +76,9 @@ def _left_to_cmake() -> bool:
 
 
 def _with_compiler(requirements: list[str]) -> list[str]:
-    return requirements if _left_to_cmake() or _compiler() else [*requirements, ZIG]
+    """Zig's compiler where there is no other, and for the engine in pages, which wheels have (TARSUS_PAGE=1)."""
+    has = _left_to_cmake() or _compiler()
+    return requirements if has and os.environ.get("TARSUS_PAGE") != "1" else [*requirements, ZIG]
 
 
 def _use_compiler() -> None:

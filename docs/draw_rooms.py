@@ -10,6 +10,7 @@ NATIVE = Path(__file__).parents[1] / "src" / "tarsus" / "core" / "native"
 
 ROOMS = {
     "derive": "derivatives of steps, contact maps and events",
+    "packet": "a plan as bytes, run without Python",
     "record": "recorded steps: samples and energies",
     "modal": "a linear structure in each set of held feet",
     "legged": "a body on exact legs",

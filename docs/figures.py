@@ -75,7 +75,10 @@ def kept_millipede(found: Table, folder: Path) -> dict[str, Any]:
     )
     readings = found["readings"]
     return {
-        "variants": {name: {key: one[key] for key in counts} for name, one in found["variants"].items()},
+        "variants": {
+            name: {motion["motion"]: {key: motion[key] for key in counts} for motion in (one, one["settled"])}
+            for name, one in found["variants"].items()
+        },
         "readings": {
             "judged": readings["judged"], "seed": readings["seed"],
             **{key: {k: readings[key][k] for k in ("mean", "quantile_95")} for key in counts[:-1]},
@@ -335,20 +338,22 @@ def millipede() -> str:
     found = result("millipede")
     counts = ("agree", "contradict", "insensitive", "not_determined")
     rows = [
-        [DEVICES.get(name, f"`{name}`"), *(str(one[key]) for key in counts),
+        [DEVICES.get(name, f"`{name}`"), motion, *(str(one[key]) for key in counts),
          f"{one['directional_agree']} of {one['directional_total']}"]
-        for name, one in found["variants"].items()
+        for name, each in found["variants"].items() for motion, one in each.items()
     ]  # fmt: skip
-    readings, total = found["readings"], next(iter(found["variants"].values()))["directional_total"]
+    first = next(iter(found["variants"].values()))
+    readings, total = found["readings"], next(iter(first.values()))["directional_total"]
     at_most = f"{readings['agree']['quantile_95']:g}"
     rows.append(
         [f"{readings['judged']} random interpretations of what is not printed, mean (95 % agree with at most "
-         f"{at_most})",
+         f"{at_most})", "from rest, 10 periods",
          *(f"{readings[key]['mean']:.1f}" for key in counts),
          f"{readings['directional_agree']['mean']:.1f} of {total}"]
     )  # fmt: skip
     head = [
         "device",
+        "measured over",
         "agrees",
         "contradicts",
         "insensitive",

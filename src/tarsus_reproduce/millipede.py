@@ -1,14 +1,15 @@
 """The walking millipede against what the dissertation says of its simulations (section 4.4.1, Figs. 4.7-4.11).
 
 Each trend is judged on the measure that the figure shows and on the others that its words could mean, over the packaged
-study of the figure, by the rules of `tarsus_reproduce.trends`; replicates are the restitutions of Table 4.2. The named
-variants are packaged devices, each one interpretation of what is not printed.
+study of the figure, by the rules of `tarsus_reproduce.trends`; replicates are the restitutions of Table 4.2. Captions
+say maximum: such measures are of an episode from rest, all others of the settled motion, means over attractors by their
+share of several starts. The named variants are packaged devices, each one interpretation of what is not printed.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,9 +18,14 @@ from tarsus.base.errors import InputError
 from tarsus.base.spec import float_paths, with_values
 from tarsus.files.library import device_names, load_scene
 from tarsus.measure import STANDSTILL, Measure
+from tarsus.measure.walking import OF_EPISODES
 from tarsus.model.structure import Walker
+from tarsus.orbits.motion import FromRest, Motion, SettledMotion, motion_asked
+from tarsus.orbits.returns import drive_period
+from tarsus.orbits.scored import scored
 from tarsus.solve import Run, simulate
 from tarsus.solve.offered import offered
+from tarsus.solve.simulate import Shared
 from tarsus.study.studyfile import load_sweep
 from tarsus.study.sweep import Sweep
 from tarsus.study.workunit import OUTCOMES
@@ -52,8 +58,10 @@ class Coarse:
 class Swept:
     """A figure's study run on one device.
 
-    path, unit, x (nx,): what varies; replicates (nr,): restitutions; values, spreads (nx, nr) by measure; about:
-    unit and definition of each measure; codes: how many runs ended how.
+    path, unit, x (nx,): what varies; replicates (nr,): restitutions; values, spreads (nx, nr) by measure, spreads from
+    period to period and, of a settled motion, the standard error from start to start; motions: what each measure is
+    taken over; settled: share of the starts that repeat; about: unit and definition of each measure; codes: how many
+    runs ended how.
     """
 
     study: str
@@ -65,6 +73,8 @@ class Swept:
     spreads: dict[str, np.ndarray]
     about: dict[str, Measure]
     codes: dict[str, int]
+    motions: dict[str, Motion]
+    settled: float | None = None
 
     def curve(self, measure: str) -> TrendCurve:
         """One measure over what varies."""
@@ -77,6 +87,8 @@ class Swept:
             "unit": self.unit,
             "x": self.x.tolist(),
             "restitution": self.replicates.tolist(),
+            "motions": {name: str(one) for name, one in self.motions.items()},
+            "settled": self.settled,
             "measures": {name: values.tolist() for name, values in self.values.items()},
         }
 
@@ -89,6 +101,12 @@ class JudgedTrend:
     measure: str
     unit: str
     finding: Finding
+    motion: Motion
+
+    @property
+    def lasting(self) -> bool:
+        """Whether it is judged on the settled motion, by the first measure of it that the words could mean."""
+        return self.measure == next(name for name in self.trend.measures if name not in OF_EPISODES)
 
     @property
     def of_figure(self) -> bool:
@@ -98,29 +116,33 @@ class JudgedTrend:
 
 @dataclass(frozen=True)
 class Example:
-    """One run of Fig. 4.7."""
+    """One run of Fig. 4.7; settled: vertical amplitude and stride [m] of its settled motions by their share, and their
+    standard deviation over them."""
 
     name: str
     run: Run
+    settled: Mapping[str, tuple[float, float]] | None = None
 
     @property
     def amplitude(self) -> float:
-        """Vertical amplitude of the body after transients [m]."""
+        """Vertical amplitude of the body after the transients of the run [m]."""
         return self.run.measures["vertical_amplitude"].value
 
     @property
     def stride(self) -> float:
-        """Travel per drive period after transients [m]."""
+        """Travel per drive period after the transients of the run [m]."""
         return self.run.measures["stride"].value
 
 
 @dataclass(frozen=True)
 class GroundComparison:
-    """What is said of two runs of Fig. 4.7, and the ratio of the body's vertical amplitudes [1]."""
+    """What is said of two runs of Fig. 4.7, and the ratio of the body's vertical amplitudes [1]; lasting: the same of
+    their settled motions."""
 
     says: str
     verdict: TrendVerdict
     ratio: float
+    lasting: GroundComparison | None = None
 
     @property
     def words(self) -> str:
@@ -182,6 +204,26 @@ class DeviceTrends:
         return Score.of([*verdicts, (self.comparisons[0].verdict, True)])
 
     @property
+    def lasting(self) -> Score | None:
+        """By the settled motion; None where that was not judged."""
+        much = self.comparisons[0].lasting
+        if much is None:
+            return None
+        found = [
+            (one.finding.verdict, one.trend.directional)
+            for one in self.trends if one.lasting and self.scores(one.trend)
+        ]  # fmt: skip
+        return Score.of([*found, (much.verdict, True)])
+
+    @property
+    def motions(self) -> tuple[str, str]:
+        """What the two scores are of, in words."""
+        told = [one for swept in self.swept for one in swept.motions.values()]
+        kinds = (FromRest, SettledMotion)
+        first, last = ([str(one) for one in told if isinstance(one, kind)] for kind in kinds)
+        return next(iter(first), ""), next(iter(last), "")
+
+    @property
     def about(self) -> str:
         """What the device is, in short."""
         start = "standing" if stands(self.scene) else "with springs relaxed"
@@ -214,6 +256,8 @@ class DeviceTrends:
         grounds = examples(self.film)
         return {
             **vars(self.score),
+            "motion": self.motions[0],
+            "settled": None if self.lasting is None else {**vars(self.lasting), "motion": self.motions[1]},
             "about": self.about,
             "film_reading": self.film.value,
             "trends": [
@@ -225,6 +269,7 @@ class DeviceTrends:
                     "scored": one.of_figure and self.scores(one.trend),
                     "measure": one.measure,
                     "unit": one.unit,
+                    "motion": str(one.motion),
                     **one.finding.to_dict(),
                 }
                 for one in self.trends
@@ -235,11 +280,21 @@ class DeviceTrends:
                     **grounds[one.name],
                     "vertical_amplitude_m": one.amplitude,
                     "stride_m": one.stride,
+                    **{f"settled_{name}_m": value for name, (value, _) in (one.settled or {}).items()},
+                    **{
+                        f"settled_{name}_over_starts_m": off for name, (_, off) in (one.settled or {}).items()
+                    },
                 }
                 for one in self.examples
             ],
             "comparisons": [
-                {"says": one.says, "verdict": one.verdict.value, "ratio": one.ratio}
+                {
+                    "says": one.says,
+                    "verdict": one.verdict.value,
+                    "ratio": one.ratio,
+                    "settled": one.lasting
+                    and {"verdict": one.lasting.verdict.value, "ratio": one.lasting.ratio},
+                }
                 for one in self.comparisons
             ],
             "curves": {one.study: one.to_dict() for one in self.swept},
@@ -277,7 +332,7 @@ def judge_devices(
     """Run every figure's study and the two grounds of Fig. 4.7 on devices, and judge them.
 
     devices: names or files of walkers whose ground has film, electrostatics, adhesion and restitution, by default the
-    variants of `VARIANTS` that are installed; duration: model time of every run [s], by default that of the studies;
+    variants of `VARIANTS` that are installed; duration: of every episode [s], by default that of the studies;
     coarse: fewer values than the studies have. Raises InputError for an unknown device, one that is no walker, and one
     without a law that varies.
     """
@@ -307,28 +362,30 @@ def judge_scene(
 ) -> DeviceTrends:
     """Run and judge all figures on one scene; arguments and errors as for `judge_devices`.
 
-    `scored_only` leaves out what does not enter the score: the film's other unit, and other measures of a figure.
+    `scored_only` leaves out what does not enter the score of episodes: the film's other unit, other measures of a
+    figure, and settled motions.
     """
     walker_of(scene)
     film = FilmUnit.of(scene)
     said = scored_trends(film) if scored_only else TRENDS
     sweeps = _sweeps(scene, _measured(said, scored_only), duration, coarse)
     swept: dict[str, Swept] = {}
-    for number, (study, sweep) in enumerate(sweeps.items()):
+    for number, (study, each) in enumerate(sweeps.items()):
         if progress is not None:
             progress(number, len(sweeps), study)
-        swept[study] = _swept(study, sweep)
+        swept[study] = _swept(study, each)
     trends = tuple(
         _judged(trend, measure, swept[trend.study])
         for trend in said
         for measure in trend.measures[: 1 if scored_only else None]
     )
-    runs, comparisons = _fig_4_7(scene, film, duration)
+    runs, comparisons = _fig_4_7(scene, film, duration, lasting=not scored_only)
     return DeviceTrends(name, scene, film, tuple(swept.values()), trends, runs, comparisons)
 
 
 def _judged(trend: Trend, measure: str, swept: Swept) -> JudgedTrend:
-    return JudgedTrend(trend, measure, swept.about[measure].unit, trend.claim.judge(swept.curve(measure)))
+    found = trend.claim.judge(swept.curve(measure))
+    return JudgedTrend(trend, measure, swept.about[measure].unit, found, swept.motions[measure])
 
 
 def _measured(said: Sequence[Trend], scored_only: bool) -> dict[str, tuple[str, ...]]:
@@ -344,24 +401,25 @@ def _measured(said: Sequence[Trend], scored_only: bool) -> dict[str, tuple[str, 
 
 def _sweeps(
     scene: Scene, studies: Mapping[str, tuple[str, ...]], duration: float | None, coarse: Coarse | None
-) -> dict[str, Sweep]:
-    """Packaged studies on a scene, by name, with the measures given there, or their own."""
-    sweeps: dict[str, Sweep] = {}
+) -> dict[str, list[Sweep]]:
+    """Packaged studies on a scene, by name, with the measures given there, or their own: those of a whole run from
+    rest, and those of a drive period over the settled motion."""
+    sweeps: dict[str, list[Sweep]] = {}
     problems: list[str] = []
     for study, measures in studies.items():
         packaged = load_sweep(study)
-        table = {name: getattr(packaged, name) for name in type(packaged).model_fields}
-        own: dict[str, Any] = {
-            "scene": scene,
-            "duration": duration or packaged.duration,
-            "measures": measures or packaged.measures,
-        }
+        table: dict[str, Any] = {name: getattr(packaged, name) for name in type(packaged).model_fields}
+        table |= {"scene": scene, "from_rest": duration or packaged.from_rest}
         if coarse is not None:
             path, restitution = packaged.vary
             axis = packaged.vary[path].model_copy(update={"count": coarse.values})
-            own["vary"] = {path: axis, restitution: list(coarse.restitutions)}
+            table["vary"] = {path: axis, restitution: list(coarse.restitutions)}
+        every = measures or packaged.measures
+        whole = tuple(name for name in every if name in OF_EPISODES)
+        rest = tuple(name for name in every if name not in OF_EPISODES)
+        parts = [{"measures": whole}, {"measures": rest, "from_rest": None}]
         try:
-            sweeps[study] = Sweep(**{**table, **own})
+            sweeps[study] = [Sweep(**{**table, **own}) for own in parts if own["measures"]]
         except InputError as error:
             problems += [f"{study}: {text.removeprefix('Sweep.vary.')}" for text in error.problems]
     if problems:
@@ -369,34 +427,42 @@ def _sweeps(
     return sweeps
 
 
-def _swept(study: str, sweep: Sweep) -> Swept:
+def _swept(study: str, sweeps: Sequence[Sweep]) -> Swept:
+    """A study run over all that its measures are taken over."""
     from tarsus.study.sweeping import score_runs
 
-    path, other = sweep.vary
-    x, replicates = (sweep.vary[name].values_on_grid() for name in (path, other))
-    arrays = score_runs(sweep)
-    shape = (len(x), len(replicates))
-    counts = np.bincount(arrays["code"], minlength=len(OUTCOMES)).tolist()
-    about = offered(sweep.scene, sweep.seconds)
-    values, spreads = (
-        {name: arrays[what][:, j].reshape(shape) for j, name in enumerate(sweep.measures)}
-        for what in ("value", "spread")
-    )
-    return Swept(
-        study, path, float_paths(sweep.scene)[path].unit, x, replicates, values, spreads,
-        {name: about[name] for name in sweep.measures},
-        {name: count for name, count in zip(OUTCOMES, counts, strict=True) if count},
-    )  # fmt: skip
+    first = sweeps[0]
+    path, other = first.vary
+    x, replicates = (first.vary[name].values_on_grid() for name in (path, other))
+    found = Swept(study, path, float_paths(first.scene)[path].unit, x, replicates, {}, {}, {}, {}, {})
+    settled = None
+    for sweep in sweeps:
+        arrays, about, motion = score_runs(sweep), offered(sweep.scene, sweep.seconds), sweep.motion
+        spread = arrays["spread"]
+        if isinstance(motion, SettledMotion):
+            settled = float(arrays["settled"].mean())
+            spread = np.hypot(np.nan_to_num(spread), arrays["over_starts"] / np.sqrt(motion.starts))
+        for j, name in enumerate(sweep.measures):
+            found.values[name] = arrays["value"][:, j].reshape(len(x), len(replicates))
+            found.spreads[name] = spread[:, j].reshape(len(x), len(replicates))
+            found.about[name], found.motions[name] = about[name], motion
+        counts = np.bincount(arrays["code"], minlength=len(OUTCOMES)).tolist()
+        for name, count in zip(OUTCOMES, counts, strict=True):
+            if count:
+                found.codes[name] = found.codes.get(name, 0) + count
+    return replace(found, settled=settled)
 
 
 def _fig_4_7(
-    scene: Scene, film: FilmUnit, duration: float | None
+    scene: Scene, film: FilmUnit, duration: float | None, *, lasting: bool
 ) -> tuple[tuple[Example, ...], tuple[GroundComparison, ...]]:
-    """The runs on both grounds of Fig. 4.7, and what is said of them: only the first claim is scored (E15)."""
+    """The runs on both grounds of Fig. 4.7, and what is said of them: only the first claim is scored (E15); with
+    ``lasting`` of their settled motions too."""
     grounds = examples(film)
 
     def example(name: str, ground: Mapping[str, float]) -> Example:
-        return Example(name, simulate(with_values(scene, dict(ground)), duration))
+        own = with_values(scene, dict(ground))
+        return Example(name, simulate(own, duration), _settled(own) if lasting else None)
 
     first, second = (example(name, ground) for name, ground in grounds.items())
     causes = {
@@ -414,13 +480,34 @@ def _fig_4_7(
     return (first, second), (_compare(EXAMPLE_CLAIM, first, second), *alone)
 
 
+SETTLED = ("vertical_amplitude", "stride")
+"""What is told of the settled motions of Fig. 4.7."""
+
+
+def _settled(scene: Scene) -> dict[str, tuple[float, float]]:
+    """Each of them [m], the mean over starts, and its standard deviation from start to start."""
+    motion = motion_asked(drive_period(scene))
+    found = scored(motion, scene, {}, SETTLED, Shared())
+    assert found.over_starts is not None
+    return dict(
+        zip(SETTLED, zip(found.value[0].tolist(), found.over_starts[0].tolist(), strict=True), strict=True)
+    )
+
+
 def _compare(says: str, one: Example, other: Example) -> GroundComparison:
-    moves = [example.amplitude > STANDSTILL for example in (one, other)]
-    ratio = one.amplitude / other.amplitude if moves[1] else np.inf
+    lasting = None
+    if one.settled is not None and other.settled is not None:
+        mean = [example["vertical_amplitude"][0] for example in (one.settled, other.settled)]
+        lasting = GroundComparison(says, *_much(*mean))
+    return GroundComparison(says, *_much(one.amplitude, other.amplitude), lasting)
+
+
+def _much(one: float, other: float) -> tuple[TrendVerdict, float]:
+    """What two amplitudes [m] say of the claim that the one is much greater, and their ratio."""
+    moves = [amplitude > STANDSTILL for amplitude in (one, other)]
+    ratio = one / other if moves[1] else np.inf
     if not any(moves) or abs(ratio - 1.0) <= RELEVANT:
-        verdict = TrendVerdict.INSENSITIVE
-    elif not moves[0] or ratio < 1.0:
-        verdict = TrendVerdict.CONTRADICTS
-    else:
-        verdict = TrendVerdict.AGREES if ratio >= MUCH else TrendVerdict.NOT_DETERMINED
-    return GroundComparison(says, verdict, float(ratio))
+        return TrendVerdict.INSENSITIVE, float(ratio)
+    if not moves[0] or ratio < 1.0:
+        return TrendVerdict.CONTRADICTS, float(ratio)
+    return (TrendVerdict.AGREES if ratio >= MUCH else TrendVerdict.NOT_DETERMINED), float(ratio)

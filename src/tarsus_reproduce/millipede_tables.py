@@ -2,23 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from tarsus.files.library import load_scene
 from tarsus.measure import STANDSTILL
+from tarsus.measure.walking import OF_EPISODES
 from tarsus.tables import Column, Table, amount, spaced
+from tarsus.tables.numbers import percent
 from tarsus_reproduce.claims import DIRECTIONAL, TRENDS, examples
 from tarsus_reproduce.interpretations import (
     CHOICES,
     COUNTS,
+    PERIODS,
     UNPRINTED,
     Interpretations,
     judged_interpretations,
     packaged_interpretations,
 )
-from tarsus_reproduce.millipede import VARIANTS, DeviceTrends, judge_devices
+from tarsus_reproduce.millipede import VARIANTS, DeviceTrends, Example, GroundComparison, judge_devices
 from tarsus_reproduce.reproduction import FigureCall, Progress, Reproduction, Section
 from tarsus_reproduce.scatter import scatter_scores, scatter_table
 from tarsus_reproduce.trends import CRITERION, TrendVerdict
@@ -76,7 +81,8 @@ def millipede_reproduction(
     for name, table in (scatter or {}).items():
         variants[name]["scatter"] = table
     about = (
-        "figure", "quantity", "says", "directional", "scored", "measure", "unit", "verdict", "words", "first", "last",
+        "figure", "quantity", "says", "directional", "scored", "measure", "motion", "unit", "verdict", "words", "first",
+        "last",
     )  # fmt: skip
     return Reproduction(
         name="millipede",
@@ -108,23 +114,27 @@ def millipede_reproduction(
 def _scores(devices: Sequence[DeviceTrends], drawn: Interpretations) -> Table:
     rows: list[tuple[Any, ...]] = []
     for device in devices:
-        one = device.score
-        counts = (one.agree, one.contradict, one.insensitive, one.not_determined)
-        rows.append((device.name, *counts, f"{one.directional_agree} of {one.directional_total}"))
+        for one, motion in zip((device.score, device.lasting), device.motions, strict=True):
+            if one is None:
+                continue
+            counts = (one.agree, one.contradict, one.insensitive, one.not_determined)
+            rows.append((device.name, motion, *counts, f"{one.directional_agree} of {one.directional_total}"))
     if drawn.judged:
         plain = drawn.to_dict()
         means = [plain[name]["mean"] for name in COUNTS[:-1]]
         last = f"{means.pop():.1f} of {DIRECTIONAL}"
-        rows.append((f"{len(drawn.judged)} random interpretations, mean", *means, last))
+        rows.append((f"{len(drawn.judged)} random interpretations, mean", OF_DRAWN, *means, last))
     notes = [
-        "By the measure of each figure, the film in the device's own interpretation of its unit. Insensitive means "
-        "that nothing changes over the printed range: that tells of the device, not of the dissertation.",
+        "From rest: by the measure of each figure, whose caption says maximum, in one run from the device's start. "
+        "Settled: by the measure of a drive period that the words could mean as well, over the motions that last, "
+        "means by their share of the starts. The film is in the device's own interpretation of its unit. Insensitive "
+        "means that nothing changes over the printed range: that tells of the device, not of the dissertation.",
         f"White noise nearly always has local extrema; the {DIRECTIONAL} directional trends, which it rarely has, are "
         "counted apart.",
         *(f"{device.name}: {device.about}." for device in devices),
     ]
     verdicts = (Column(one.value, digits=2) for one in TrendVerdict)
-    columns = ("device", *verdicts, "directional trends that agree")
+    columns = ("device", "measured over", *verdicts, "directional trends that agree")
     return Table("Score over 15 trends and Fig. 4.7", columns, rows, notes)
 
 
@@ -148,17 +158,32 @@ def _trends(devices: Sequence[DeviceTrends]) -> Table:
                 other = "" if device.scores(trend) else "; not this device's film unit"
                 cells.append(f"{finding.verdict.value}\n{finding.words}; {ends}{other}")
             said = f"{trend.quantity} {trend.says}" if first else ""
-            shown = spaced(measure) + ("" if first else " *")
+            over = "from rest" if measure in OF_EPISODES else "settled"
+            shown = f"{spaced(measure)}{'' if first else ' *'}\n{over}"
             rows.append((trend.figure if first else "", said, shown, *cells))
     notes = (
         "The dissertation prints no numbers, only trends in words, and neither masses nor stiffness of its model: the "
         "devices are interpretations of it, none is the device. Each trend is judged on the measure of its figure and "
         "on others (*) that its words could mean; captions say maximum, so heights, travel and contact are those of "
-        "the whole run, and every rebound counts, however low. Replicates are the restitutions of Table 4.2.",
+        "a whole run from rest, and every rebound counts, however low. Measures of a drive period are of the settled "
+        f"motion ({_of_settled(devices)}). Replicates are the restitutions of Table 4.2.",
         CRITERION,
     )
     columns = ("Fig.", "the source says", "measure", *(device.name for device in devices))
     return Table("Trends of section 4.4.1", columns, rows, notes, flagged=flagged)
+
+
+OF_DRAWN = f"from rest, {PERIODS} periods"
+"""What random interpretations are measured over."""
+
+
+def _of_settled(devices: Sequence[DeviceTrends]) -> str:
+    """What settled motions are, and how many of the runs had settled."""
+    shares = ", ".join(
+        f"{device.name} {percent(float(np.mean(own)))}" for device in devices
+        if (own := [one.settled for one in device.swept if one.settled is not None])
+    )  # fmt: skip
+    return f"{devices[0].motions[1]}; of the starts so many repeat: {shares}" if shares else "not judged"
 
 
 def _shown(value: float, unit: str) -> str:
@@ -238,7 +263,9 @@ def _grounds(devices: Sequence[DeviceTrends]) -> tuple[Table, ...]:
         "attraction lowers the amplitude (erratum E15); both are computed, and only the first line is scored."
     )
     claims = list(zip(*(device.comparisons for device in devices), strict=True))
-    rows = [(own[0].says, *(f"{one.verdict.value}\n{one.words}" for one in own)) for own in claims]
+    rows = [
+        (own[0].says, *(f"{one.verdict.value}\n{one.words}{_lasting(one)}" for one in own)) for own in claims
+    ]
     flagged = [
         (k, 1 + j)
         for k, own in enumerate(claims)
@@ -248,14 +275,16 @@ def _grounds(devices: Sequence[DeviceTrends]) -> tuple[Table, ...]:
     columns = ("the source says", *(device.name for device in devices))
     tables.append(Table("What is said of Fig. 4.7", columns, rows, (note,), flagged=flagged))
     swings = [
-        (
-            device.name,
-            *(_still(getattr(one, what)) for what in ("amplitude", "stride") for one in device.examples),
-        )
+        (device.name, what, *(_still(value(one)) for value in (amplitude, stride) for one in device.examples))
         for device in devices
-    ]
+        for what, amplitude, stride in (
+            ("from rest", lambda one: one.amplitude, lambda one: one.stride),
+            *((("settled", _of("vertical_amplitude"), _of("stride")),) * (device.lasting is not None)),
+        )
+    ]  # fmt: skip
     columns = (
         "device",
+        "measured over",
         *(
             Column(f"({name})", "m", 3, over=what)
             for what in ("vertical amplitude", "stride")
@@ -263,6 +292,16 @@ def _grounds(devices: Sequence[DeviceTrends]) -> tuple[Table, ...]:
         ),
     )
     return (*tables, Table("Walks on both grounds", columns, swings))
+
+
+def _of(name: str) -> Callable[[Example], float]:
+    """A measure of the settled motions of an example [m]."""
+    return lambda one: (one.settled or {})[name][0]
+
+
+def _lasting(one: GroundComparison) -> str:
+    """The same of settled motions."""
+    return "" if one.lasting is None else f"; settled: {one.lasting.verdict.value}, {one.lasting.words}"
 
 
 def _still(length: float) -> float:

@@ -53,3 +53,28 @@ def test_the_run_of_a_cell_is_that_of_its_command_line(tmp_path, capsys):
     assert run["settled"]["multiple"] == 3
     impacts = run["measures"]["impacts"]["value"]
     assert np.isclose(impacts, float(row["impacts"]), rtol=0.02)
+
+
+def test_a_packaged_study_is_a_map(tmp_path, capsys):
+    out = tmp_path / "out"
+    words = (
+        "atlas",
+        "cantilever-gap-map",
+        "--set",
+        "robot.drives.pzt.capacitance=2 nF",
+        "--depth",
+        "2",
+        "-o",
+        str(out),
+    )
+    assert main([*words, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["x"]["path"] == "robot.feet.tip.gap" and found["points"] == [5, 5]
+
+
+def test_half_a_map_is_refused(tmp_path, capsys):
+    out = str(tmp_path / "out")
+    assert main(["atlas", "cantilever", "--x", "robot.feet.tip.gap=80um:90um", "-o", out]) != 0
+    assert "give both, or neither and a study of two numbers" in capsys.readouterr().err
+    assert main(["atlas", "cantilever", "-o", out]) != 0
+    assert "cantilever: is a device; say --x PATH=a:b and --y PATH=a:b" in capsys.readouterr().err

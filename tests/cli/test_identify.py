@@ -97,6 +97,10 @@ def test_the_packaged_robot(tarsus, tmp_path):
         path: one for step in found.json()["steps"].values() for path, one in step["parameters"].items()
     }
     true = float_paths(read_scene(lab / "truth" / "device.toml"))
+    written = float_paths(read_scene(lab / "identified" / "identified.toml"))
+    assert {path: written[path].value for path in numbers} == {
+        path: one["value"] for path, one in numbers.items()
+    }
     goals = {
         "robot.structure.frequencies.": 5e-4,
         "robot.drives.pzt.law.gain": 3e-4,

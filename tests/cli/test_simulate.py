@@ -52,6 +52,22 @@ def test_the_summary_says_what_it_counts_and_where_that_misleads(tarsus):
         assert scope in next(line for line in walk if line.startswith(f"{name} "))
 
 
+def test_beside_a_run_stands_what_other_starts_lead_to(tarsus, tmp_path):
+    words = ("simulate", "millipede", *SHORT, "--starts", "12")
+    told = tarsus(*words, "-o", tmp_path / "out")
+    assert told.code == 0 and "Not settled: after 6 drive periods" in told.out
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    found = tarsus(*words, "--json").json()["attractors"]
+    assert found["starts"] == 12 and len(found["attractors"]) > 1 and found["own_start"] == 1
+    for one in found["attractors"]:
+        assert one["motion"] in told.out and one["motion"] in page
+    assert told.out.count("leads here") == page.count("leads here") == 1
+    assert (
+        "tarsus attractors millipede" in page
+        and "attractors" not in tarsus("simulate", "millipede", *SHORT).out
+    )
+
+
 def test_settings_change_the_run(tarsus):
     high = tarsus("simulate", "cantilever", *SHORT, "--set", "volts=8", "--json").json()
     low = tarsus("simulate", "cantilever", *SHORT, "--set", "robot.feet.tip.gap=400 um", "--json").json()

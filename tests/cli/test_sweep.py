@@ -48,7 +48,7 @@ def study(tmp_path):
 def test_a_study_becomes_one_file(tarsus, study, tmp_path):
     result = tarsus("sweep", study(), "-o", tmp_path / "out")
     assert result.code == 0 and result.sentences == []
-    assert "small: 20 runs of 0.02 s" in result.out
+    assert "small: 20 runs, from rest, 20 ms" in result.out
     assert "20   The run reached its end." in result.out
     with xr.open_dataset(tmp_path / "out" / "sweep.nc") as dataset:
         assert dataset["peak"].shape == (2, 10)

@@ -98,7 +98,7 @@ WRONG = [
         "--threads: expected a whole number, got 'x'. See `tarsus sweep --help`.",
     ),
     (f"{SCATTER} --require speed", "--require: there is no measure 'speed'; did you mean 'mean_speed'?"),
-    (f"{SCATTER} --count 0", "--count takes ROBOTS or ROBOTS:DRAWS"),
+    (f"{SCATTER} --count 0", "--count takes ROBOTS, ROBOTS:DRAWS, ROBOTS:DRAWS:STARTS or"),
     ("yield millipede --scatter dead=9:99", "--scatter dead, weak: at most 99 dead"),
     ("branch cantilever --along signals.pzt.amplitud=8V:4V", "did you mean 'signals.pzt.amplitude'?"),
     (

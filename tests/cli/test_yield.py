@@ -26,16 +26,14 @@ def creeping(tmp_path_factory) -> str:
 
 
 def test_robots_become_curves_and_a_page(tarsus, creeping, tmp_path, opened):
-    result = tarsus(
-        "yield", creeping, *WORDS, "--count", "24:4", "--set", "duration=20 ms", "-o", tmp_path / "out"
-    )
+    result = tarsus("yield", creeping, *WORDS, "--count", "24:4:20ms", "-o", tmp_path / "out")
     assert result.code == 0, result.err
     (told,) = (one for one in result.sentences if "further runs" in one)
     assert (
         "after the 24 robots, 20 further runs (4 draws times 3 groups and 2)" in told
         and "--count 24:0" in told
     )
-    assert "24 robots" in result.out and "%" in result.out and "matters most" in result.out
+    assert "24 robots, from rest, 20 ms" in result.out and "%" in result.out and "matters most" in result.out
     found = json.loads((tmp_path / "out" / "yield.json").read_text(encoding="utf-8"))
     with xr.open_dataset(tmp_path / "out" / "robots" / "sweep.nc") as robots:
         speed = robots["mean_speed"].values
@@ -58,9 +56,7 @@ def test_robots_become_curves_and_a_page(tarsus, creeping, tmp_path, opened):
     words = (
         *WORDS,
         "--count",
-        "24:4",
-        "--set",
-        "duration=20 ms",
+        "24:4:20ms",
         "-o",
         tmp_path / "out",
         "--resume",
@@ -74,9 +70,18 @@ def test_robots_become_curves_and_a_page(tarsus, creeping, tmp_path, opened):
 
 
 def test_runs_about_legs_can_be_left_out(tarsus, creeping, tmp_path):
-    result = tarsus(
-        "yield", creeping, *WORDS, "--count", "24:0", "--set", "duration=10 ms", "-o", tmp_path / "out"
-    )
+    result = tarsus("yield", creeping, *WORDS, "--count", "6:0:2", "-o", tmp_path / "out")
+    assert result.code == 0 and "6 robots, settled motion, runs of 1 s from 2 starts" in result.out
+    found = json.loads((tmp_path / "out" / "yield.json").read_text(encoding="utf-8"))
+    with xr.open_dataset(tmp_path / "out" / "robots" / "sweep.nc") as robots:
+        assert found["settled"] == robots["settled"].values.mean() and set(2 * robots["settled"].values) <= {
+            0,
+            1,
+            2,
+        }
+        between = robots["mean_speed_over_starts"].values
+    assert found["between_starts_90"]["mean_speed"] == pytest.approx(np.quantile(between, 0.9))
+    assert found["motion"] in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert result.code == 0 and "runs" not in result.err.replace("runs/s", "")
     assert not (tmp_path / "out" / "legs").exists()
 
@@ -90,7 +95,7 @@ def test_runs_about_legs_can_be_left_out(tarsus, creeping, tmp_path):
         (("--scatter", "weak=0:3@x"), "--scatter dead, weak: expected fewest:most@60%"),
         (("--scatter", "ground.friction.coefficient"), "--scatter takes PATH=5%"),
         (("--scatter", "dead=0:9"), "--scatter dead, weak: "),
-        (("--count", "many"), "--count takes ROBOTS or ROBOTS:DRAWS"),
+        (("--count", "many"), "--count takes ROBOTS, ROBOTS:DRAWS, ROBOTS:DRAWS:STARTS or"),
     ],
 )
 def test_wrong_words_are_said_of_their_options(tarsus, creeping, tmp_path, words, said):

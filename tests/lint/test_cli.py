@@ -22,7 +22,8 @@ OF_THE_LINE = {
 """Options that are about words, files and the console."""
 
 OTHERWISE = {
-    "yield --count": {"robots", "draws"},
+    "yield --count": {"robots", "draws", "starts", "from_rest"},
+    "simulate --starts": set(),  # what `tarsus.attractors` finds, shown beside the run
     "reproduce --all": {"name"},
     "reproduce --resume": {"folder"},
 }

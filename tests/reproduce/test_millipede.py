@@ -9,6 +9,10 @@ import pytest
 
 import tarsus as ts
 from reproduce.coarse_studies import FEW, overdamped, ringing
+from tarsus.measure.walking import OF_EPISODES
+from tarsus.orbits.motion import FromRest, SettledMotion
+from tarsus.orbits.scored import scored
+from tarsus.solve.simulate import Shared
 from tarsus.study.studyfile import load_sweep
 from tarsus_reproduce.claims import DIRECTIONAL, PAYLOAD, TRENDS, FilmUnit, examples, scored_trends
 from tarsus_reproduce.millipede import (
@@ -96,17 +100,35 @@ def test_every_payload_of_a_standing_device_starts_in_its_own_equilibrium(found)
 def test_what_is_scored_alone_is_judged_alike(found):
     whole = found[0]
     alone = judge_scene("overdamped", overdamped(), coarse=FEW, duration=0.06, scored_only=True)
-    assert alone.score == whole.score
+    assert alone.score == whole.score and alone.lasting is None
     every = {(one.trend, one.measure): one.finding for one in whole.trends}
     assert [one.trend for one in alone.trends] == scored_trends(whole.film)
     assert all(repr(one.finding) == repr(every[one.trend, one.measure]) for one in alone.trends)
     assert {name for one in alone.swept for name in one.values} == {one.measure for one in alone.trends}
 
 
+def test_measures_of_a_period_are_judged_over_the_settled_motion(found):
+    for device in found:
+        assert device.motions == ("from rest, 60 ms", "settled motion, runs of 1 s from 4 starts")
+        for one in device.trends:
+            assert isinstance(one.motion, FromRest) == (one.measure in OF_EPISODES)
+        lasting = [one for one in device.trends if one.lasting and device.scores(one.trend)]
+        assert [one.trend for one in lasting] == scored_trends(device.film)
+        assert device.lasting is not None and device.lasting.total == 16 and device.lasting != device.score
+    scene, curve = found[1].scene, swept(found[1], PAYLOAD)
+    values = {curve.path: curve.x[[2]], "ground.restitution.coefficient": curve.replicates[[1]]}
+    alone = scored(SettledMotion(1.0, 4), scene, values, ("stride",), Shared())
+    assert curve.values["stride"][2, 1] == alone.value[0, 0]
+    within, between = alone.spread[0, 0], alone.over_starts[0, 0]
+    assert curve.spreads["stride"][2, 1] == pytest.approx(np.hypot(within, between / 2.0))
+
+
 def test_figure_4_7_body_stands_on_the_sticky_ground(found):
     first, second = found[0].examples
     assert first.amplitude > 5e-6 and second.amplitude < 1e-9
     much, attraction, adhesion = found[0].comparisons
+    assert much.lasting.verdict is AGREES and not much.lasting.lasting
+    assert first.settled["vertical_amplitude"][0] > 5e-6 > 1e-9 > second.settled["vertical_amplitude"][0]
     assert much.verdict is AGREES and adhesion.verdict is AGREES and attraction.verdict is not AGREES
 
 

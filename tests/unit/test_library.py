@@ -31,7 +31,9 @@ def test_every_float_of_a_device_has_provenance(name: str) -> None:
         assert len(origin.note.split()) >= 3, f"provenance of {path} is no sentence"
     alone = ("duration", "ground.impact", "ground.landing")  # choices, with or without a number
     fields = {
-        path for path in device.provenance if path.count(".") >= 2 or path in alone or path[:5] == "gait."
+        path
+        for path in device.provenance
+        if path.count(".") >= 2 or path in alone or path.startswith(("gait.", "initial."))
     }
     assert set(device.provenance) == fields, "provenance is given value by value"
 

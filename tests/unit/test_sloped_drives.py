@@ -9,11 +9,11 @@ import tarsus as ts
 from differences import AROUND, runs_around, slope
 from scene_files import scene as scene_of
 from tarsus.base.spec import float_paths, get_value, with_values
+from tarsus.design import standing
 from tarsus.model.drive.law import Cubic
 from tarsus.model.drive.laws import LinearForce, TwoBranch
 from tarsus.model.drive.lower import lower
 from tarsus.model.drive.pieces import evaluate
-from tarsus.model.standing import equilibrium
 from tarsus.plan.channels import sloped_drives
 from tarsus.plan.lowering import lower_scene
 from tarsus.solve import tangents
@@ -191,7 +191,8 @@ def test_a_walker_that_stands_otherwise_starts_otherwise():
     for p, path in enumerate(paths):
         value = ts.get_value(scene, path)
         step = 1e-3 * abs(value)
-        wanted = slope([equilibrium(ts.with_values(scene, {path: value + k * step})) for k in AROUND], step)
+        places = [ts.with_values(scene, {path: value + k * step, "initial.standing": None}) for k in AROUND]
+        wanted = slope([np.array(standing(one).initial.displacement) for one in places], step)
         assert moved[: len(wanted), p] == pytest.approx(
             wanted, rel=1e-9, abs=1e-9 * np.abs(wanted).max() + 1e-18
         )

@@ -8,9 +8,12 @@ import pytest
 import tarsus as ts
 from example_laws import OWN
 from scene_files import scene as scene_of
+from tarsus.base.spec import quantity
 from tarsus.model.drive.signal import Signal
+from tarsus.model.laws.ageing_adhesion import AgeingAdhesion
 from tarsus.model.scene import Scene
-from tarsus.plan.slots import Kind, slot, slots
+from tarsus.plan.lowering import lower_scene
+from tarsus.plan.slots import Kind, rows_for, slot, slots
 from tarsus.solve import Accuracy
 from tarsus.solve.simulate import Shared
 from tarsus.study import bench
@@ -226,3 +229,33 @@ def test_varied_values_may_have_units_and_wrong_ones_are_a_sentence():
         ts.simulate_batch("cantilever", {path: ["70 V"]})
     with pytest.raises(ts.InputError, match=r"robot\.feet\.tp\.gap: unknown path; did you mean"):
         ts.simulate_batch("cantilever", {"robot.feet.tp.gap": ["70 um"]})
+
+
+def test_tolerances_of_every_run_refer_to_its_own_lengths_and_forces():
+    """The least gap, but no less than a thousandth of the largest length; the largest force: of a drive, of weight, of
+    a law, and of the spring that a foot is moved by."""
+    film = ts.laws.Film(coefficient=1e-21, thickness=5e-6)
+    values = {
+        "robot.feet.tip.gap": np.array([2e-5, 1e-12, 1e-9, 2e-5]),
+        "ground.adhesion.initial": [0.0, 0.0, 0.0, 7.0],
+    }
+    sticky = chain(film=film, adhesion=ts.Adhesion(initial=0.0, rate=1.0))
+    plan = lower_scene(sticky)
+    rows = rows_for(sticky, plan, {path: np.array(of) for path, of in values.items()}, 0.01)
+    assert rows.scales[:, 0] == pytest.approx([2e-5, 5e-6, 5e-9, 2e-5], rel=1e-15)
+    spring = np.diag(plan.system.stiffness).min()
+    span = max(plan.channels[0].span, 2e-5 * spring)
+    assert rows.scales[:, 1] == pytest.approx(
+        [span, plan.channels[0].span, plan.channels[0].span, 7.0], rel=1e-12
+    )
+
+
+def test_scales_of_a_law_are_sums_of_its_fields():
+    ageing = AgeingAdhesion(initial=2.0, gain=3.0, ageing=1.0, fading=1.0)
+    scene = ts.with_values(chain(), {"ground.adhesion": None, "ground.laws": {"ageing": ageing}})
+    assert lower_scene(scene).force == 5.0
+    with pytest.raises(TypeError, match="its scales name 'depth', which is no field of it"):
+
+        class Deep(ts.laws.SmoothLaw):
+            length_scale = ("depth",)
+            strength: float = quantity("N", "of the force")

@@ -5,7 +5,8 @@ import pytest
 
 import tarsus as ts
 from scene_files import scene as scene_of
-from tarsus.model.standing import standing
+from tarsus.base.events import EventKind
+from tarsus.design.stance import standing
 
 PARTS = np.array([3.0625, 7.9375, 12.0625])
 """Ends of parts in drive periods, none at an edge of a drive."""
@@ -37,6 +38,24 @@ def test_runs_in_parts_have_the_events_of_whole_ones(of):
         assert len(expected) > 20
         assert events["kind"].tolist() == expected["kind"].tolist()
         assert np.abs(events["time"] - expected["time"]).max() < 1e-8 * period
+
+
+def test_a_part_may_end_while_bounces_accumulate():
+    """Rest is told of where the last bounces would end, which may be beyond the end of the part that has them."""
+    scene = ts.load_scene("ball-on-table", hz=100, volts=0.5)
+    whole = ts.simulate(scene, 0.2)
+    rest = next(e for e in whole.events if e["kind"] == EventKind.REST)
+    before = whole.events["time"][whole.events["time"] < rest["time"]][-1]
+    ends = before + np.linspace(0.05, 0.999, 20) * (rest["time"] - before)
+    runs = ts.Session(scene).trajectories({"robot.feet.ball.gap": np.zeros(len(ends))}, 0.2)
+    first = runs.advance([np.array([end]) for end in ends])
+    beyond = [float(part.events["time"][-1]) > end for part, end in zip(first, ends, strict=True)]
+    assert any(beyond) and not all(beyond)
+    then = runs.advance([np.array([0.2])] * len(ends))
+    for part, more in zip(first, then, strict=True):
+        events = np.concatenate([part.events, more.events])
+        assert events["kind"].tolist() == whole.events["kind"].tolist()
+        assert np.abs(events["time"] - whole.events["time"]).max() < 1e-12
 
 
 def test_each_run_goes_as_far_as_it_is_asked_to():

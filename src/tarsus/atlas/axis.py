@@ -13,6 +13,8 @@ from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.base.spec import float_paths, get_value, with_values
 from tarsus.model.scene import Scene
+from tarsus.study.axes import Logspace
+from tarsus.study.sweep import Sweep
 
 Floats = NDArray[np.float64]
 
@@ -65,3 +67,17 @@ class MapAxis:
     def to_dict(self) -> dict[str, Any]:
         """Plain data, SI."""
         return {"path": self.path, "from": self.low, "to": self.high, "log": self.log, "unit": self.unit}
+
+
+def axes_of(study: Sweep) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+    """Both axes of a study that varies two numbers, as `MapAxis.of` takes them. Raises InputError for others."""
+    paths = [path for name in study.vary for path in study.paths(name)]
+    if len(study.vary) != 2 or len(paths) != 2:
+        raise InputError(
+            f"{study.name}: varies {', '.join(paths)}; an atlas is over two numbers, each by itself"
+        )
+    x, y = (
+        (path, *axis.ends, "log" if isinstance(axis, Logspace) else "")
+        for path, axis in zip(paths, study.vary.values(), strict=True)
+    )
+    return x, y

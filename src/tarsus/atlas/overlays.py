@@ -38,7 +38,8 @@ class Overlay:
 
 def overlays_of(found: Atlas, what: str | os.PathLike[str], threads: Workers = None) -> list[Overlay]:
     """Overlays by a word: ``branch:N`` follows the periodic motion along N lines of the map (`tarsus.branch`); a table
-    (.csv, two columns [SI]) is a curve; a packaged study or study file is the lines along which it ran.
+    (.csv, two columns [SI]) is a curve; a packaged study or study file is what it says is drawn, or else the lines
+    along which it ran.
 
     Raises
     ------
@@ -53,7 +54,8 @@ def overlays_of(found: Atlas, what: str | os.PathLike[str], threads: Workers = N
         return _boundaries(found, int(count), threads)
     if Path(word).suffix == ".csv":
         return [Overlay(Path(word).stem, (_curve(word),))]
-    return [_cuts(found, word)]
+    study = load_sweep(word)
+    return [one for part in study.draw for one in overlays_of(found, part, threads)] or [_cuts(found, study)]
 
 
 def _boundaries(found: Atlas, count: int, threads: Workers) -> list[Overlay]:
@@ -91,14 +93,15 @@ def _curve(file: str) -> Floats:
         raise InputError(f"{file}: a curve has two columns of numbers [SI]") from None
 
 
-def _cuts(found: Atlas, name: str) -> Overlay:
+def _cuts(found: Atlas, study: Sweep) -> Overlay:
     """Lines along which a study ran: over the range of one number, at every value of the other."""
-    study = load_sweep(name)
     if study.scene.name != found.scene.name:
-        raise InputError(f"{name}: is a study of {study.scene.name}, and the map is of {found.scene.name}")
+        raise InputError(
+            f"{study.name}: is a study of {study.scene.name}, and the map is of {found.scene.name}"
+        )
     x, y = (_values(study, axis.path) for axis in (found.x, found.y))
     if len(x) == len(y) == 1:
-        raise InputError(f"{name}: varies neither {found.x.path} nor {found.y.path}")
+        raise InputError(f"{study.name}: varies neither {found.x.path} nor {found.y.path}")
     return Overlay(study.name, tuple(_lines(x, y)))
 
 

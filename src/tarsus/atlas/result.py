@@ -145,8 +145,10 @@ class Atlas(Tabled):
             values += [self.basin(code) for code in kinds]
         return Table("", columns, zip(*values, strict=True))
 
-    def write(self, folder: Path) -> list[Path]:
-        """Write atlas.json, atlas.nc and cells.csv into a folder and return them."""
+    def write(self, folder: str | os.PathLike[str]) -> list[Path]:
+        """Write atlas.json, atlas.nc and cells.csv into a folder, which is made if it is not there, and return them."""
+        folder = Path(folder)
+        folder.mkdir(parents=True, exist_ok=True)
         write_text(folder / "cells.csv", self.cells().csv())
         share = np.linspace(0.0, 1.0, self.size)
         along = {

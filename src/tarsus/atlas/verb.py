@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.atlas.axis import MapAxis
+from tarsus.atlas.axis import MapAxis, axes_of
 from tarsus.atlas.cells import MOST_PERIODS, Arrays, CellRuns
 from tarsus.atlas.quadtree import Ints, Quadtree
 from tarsus.atlas.result import ATLAS_FILES, Atlas
@@ -29,6 +29,7 @@ from tarsus.model.laws.base import Law
 from tarsus.model.scene import Scene
 from tarsus.orbits.returns import drive_period
 from tarsus.solve.trajectories import Trajectories
+from tarsus.study.studyfile import load_sweep
 
 REQUEST = "atlas-request.json"
 """What is asked, beside the scene, in the folder."""
@@ -52,8 +53,8 @@ UNIT = 2048
 def atlas(
     scene: SceneLike,
     *,
-    x: tuple[Any, ...],
-    y: tuple[Any, ...],
+    x: tuple[Any, ...] | None = None,
+    y: tuple[Any, ...] | None = None,
     depth: int = 8,
     starts: int = 1,
     coarse: int | None = None,
@@ -68,7 +69,8 @@ def atlas(
     Parameters
     ----------
     scene
-        A scene whose drives are periodic, or a device's name or a scene file's path.
+        A scene whose drives are periodic, or a device's name or a scene file's path. Without axes a study of two
+        numbers, packaged or a file, which has the scene, both axes, and what is drawn.
     x, y
         Both axes: (path, low, high), SI or texts with a unit, and "log" as a fourth where values go by equal factors.
     depth
@@ -107,8 +109,16 @@ def atlas(
     >>> found.grid.code.shape, found.class_at(70e-6, 8.0)
     ((9, 9), 'period 1, held')
     """
+    if (x is None) != (y is None):
+        raise InputError("x, y: an atlas has two axes; give both, or a study of two numbers and neither")
+    draw: tuple[str, ...] = ()
+    if x is None or y is None:
+        if isinstance(scene, Scene):
+            raise InputError("x, y: expected both axes of the scene's map")
+        study = load_sweep(scene)
+        scene, draw, (x, y) = study.scene, study.draw, axes_of(study)
     plan = AtlasPlan.of(as_scene(scene), x, y, depth=depth, starts=starts, coarse=coarse, periods=periods)
-    return plan.run(output, resume=resume, threads=threads, progress=progress)
+    return plan.run(output, resume=resume, threads=threads, progress=progress).overlaid(*draw)
 
 
 @dataclass(frozen=True)

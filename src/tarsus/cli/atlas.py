@@ -9,8 +9,8 @@ def atlas(
     scene: str,
     /,
     *,
-    x: str,
-    y: str,
+    x: str | None = None,
+    y: str | None = None,
     depth: Count = 8,
     starts: Count = 1,
     output: Folder,
@@ -25,7 +25,8 @@ def atlas(
     Parameters
     ----------
     scene
-        a device (see `tarsus devices`) or a scene file.
+        a device (see `tarsus devices`) or a scene file; without --x and --y a study of two numbers, packaged or a file,
+        such as millipede-map.
     x
         PATH=a:b or PATH=a:b:log, e.g. robot.feet.tip.gap="50 um:90 um": the number along the map.
     y
@@ -42,8 +43,8 @@ def atlas(
     from tarsus.cli.options import Pages
     from tarsus.report.atlas_page import write_atlas
 
-    axes = [requests.axis_of(word, option) for word, option in ((x, "--x"), (y, "--y"))]
-    plan = AtlasPlan.of(changes.scene(scene), *axes, depth=depth, starts=starts)
+    made, axes, draw = requests.map_of(scene, x, y, changes)
+    plan = AtlasPlan.of(made, *axes, depth=depth, starts=starts)
     target = Pages(overwrite=overwrite).target(output, "atlas", FILES, resume=resume)
     with (
         work.workers() as workers,
@@ -51,6 +52,6 @@ def atlas(
         target.writing(resume=resume) as folder,
         console.progress_bar("runs") as progress,
     ):
-        found = plan.run(folder, resume=resume, threads=workers, progress=progress)
+        found = plan.run(folder, resume=resume, threads=workers, progress=progress).overlaid(*draw)
         written = write_atlas(found, folder)
     return console.show(found, json, written)

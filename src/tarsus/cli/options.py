@@ -41,6 +41,7 @@ def at_least(least: int) -> Parameter:
 
 
 Count = Annotated[int, at_least(1)]
+MaybeCount = Annotated[int | None, at_least(1)]
 LawFiles = Annotated[
     list[Path] | None, Parameter(negative=(), help="a Python file with laws of your own; may be repeated.")
 ]

@@ -15,6 +15,7 @@ from tarsus.cli import console
 
 if TYPE_CHECKING:
     from tarsus.base.workers import Workers
+    from tarsus.cli.options import Changes
     from tarsus.model.scene import Scene
 
 _LAWS = "ground.laws."
@@ -145,6 +146,30 @@ def axis_of(word: str, option: str) -> tuple[str, str, str, str]:
     bare, log = (word.removesuffix(":log"), "log") if word.endswith(":log") else (word, "")
     ((path, (low, high)),) = spans_of([bare], option).items()
     return path, low, high, log
+
+
+def map_of(
+    name: str, x: str | None, y: str | None, changes: Changes
+) -> tuple[Scene, Sequence[tuple[Any, ...]], tuple[str, ...]]:
+    """The scene that a map is of, its two axes, and what is drawn: of words, or without them of a study that is named.
+    Raises InputError for one axis alone, and for a study that is none of two numbers."""
+    if x is not None and y is not None:
+        return changes.scene(name), [axis_of(x, "--x"), axis_of(y, "--y")], ()
+    if (x is None) != (y is None):
+        raise InputError("--x and --y: give both, or neither and a study of two numbers")
+    from tarsus.atlas.axis import axes_of
+    from tarsus.files.installed import kind_of
+    from tarsus.files.library import changed
+    from tarsus.files.tables import FileKind
+    from tarsus.model.laws.userfile import laws_of
+    from tarsus.study.studyfile import load_sweep
+
+    if kind_of(name) is FileKind.DEVICE:
+        raise InputError(
+            f"{name}: is a device; say --x PATH=a:b and --y PATH=a:b, or name a study of two numbers"
+        )
+    study = load_sweep(name, laws_of(changes.law or ()))
+    return changed(study.scene, **settings(changes.set_ or ())), axes_of(study), study.draw
 
 
 @contextlib.contextmanager

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from tarsus.cli.options import FLAG, PAGES, UNCHANGED, Changes, Duration, MaybeFolder, Pages
+from tarsus.cli.options import FLAG, PAGES, UNCHANGED, Changes, Duration, MaybeCount, MaybeFolder, Pages
 
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
@@ -17,6 +17,7 @@ def simulate(
     *,
     changes: Changes = UNCHANGED,
     duration: Duration = None,
+    starts: MaybeCount = None,
     output: MaybeFolder = None,
     mat: Annotated[bool, FLAG] = False,
     pages: Pages = PAGES,
@@ -27,6 +28,9 @@ def simulate(
     ----------
     scene
         a device (see `tarsus devices`) or a scene file.
+    starts
+        also say what the robot may do: the motions that so many other starts settle to, with their shares, and which
+        of them the run's own start leads to.
     output
         folder for scene, series, events, measures, provenance, citations and report.html.
     mat
@@ -46,14 +50,20 @@ def simulate(
         target = pages.target(output, "simulate", RUN_FILES)
     with console.spinner("simulating"):
         run = tarsus.simulate(the_scene, duration=seconds)
+    others: Any = None
+    if starts is not None:
+        with console.progress_bar("starts") as progress:
+            others = tarsus.attractors(the_scene, starts=starts, edges=False, progress=progress)
     written: list[Path] = []
     if target is not None:
         with target.writing() as folder:
-            written = _write(run, the_scene, seconds, folder, mat=mat, report=pages.report)
+            written = _write(run, others, seconds, folder, mat=mat, report=pages.report)
     if pages.json:
-        console.print_json(run_data(run, written))
+        console.print_json(run_data(run, written, others))
     else:
         print(run.table().text())
+        if others is not None:
+            print(f"\n{others.beside(run).text()}")
         console.wrote(written)
     console.note(remarks(the_scene))
     if not run.ok:
@@ -61,12 +71,14 @@ def simulate(
     return 0 if run.ok else 1
 
 
-def _write(run: Any, scene: Scene, duration: float, folder: Path, *, mat: bool, report: bool) -> list[Path]:
-    """The run's folder; the report compares energies with a run without adhesion."""
+def _write(run: Any, others: Any, duration: float, folder: Path, *, mat: bool, report: bool) -> list[Path]:
+    """The run's folder; the report compares energies with a run without adhesion, and lists what other starts lead
+    to."""
     import tarsus
     from tarsus.cli import console
     from tarsus.files.store import REPORT_FILE, write_run
 
+    scene: Scene = run.scene
     written = list(write_run(run, folder, mat=mat))
     if report:
         from tarsus.report import write_report
@@ -77,6 +89,6 @@ def _write(run: Any, scene: Scene, duration: float, folder: Path, *, mat: bool, 
                 companion = tarsus.simulate(
                     tarsus.with_values(scene, {"ground": scene.ground.without_adhesion}), duration=duration
                 )
-            write_report(run, folder / REPORT_FILE, companion)
+            write_report(run, folder / REPORT_FILE, companion, others)
         written.append(folder / REPORT_FILE)
     return written

@@ -138,8 +138,14 @@ def _run(chosen: Sweep, folder: Path, resume: bool, threads: Workers, pages: Pag
     seconds = time.perf_counter() - start
     code = 1 if result.failed == result.runs else 0
     if pages.json:
-        table = {"runs": result.runs, "units": result.units, "failed": result.failed, "seconds": seconds}
-        console.print_json(table | {"workers": result.workers, "kept": result.kept, "file": str(result.file)})
+        table = {"runs": result.runs, "motion": result.motion, "units": result.units, "failed": result.failed}
+        table |= {
+            "seconds": seconds,
+            "workers": result.workers,
+            "kept": result.kept,
+            "file": str(result.file),
+        }
+        console.print_json(table)
         return code
     print(result)
     console.wrote(written)

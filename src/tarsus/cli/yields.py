@@ -6,7 +6,7 @@ import contextlib
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from tarsus.cli.options import (
     HERE,
@@ -58,7 +58,8 @@ def yields(
         mean_speed and cost_of_transport when left out.
     count
         robots, and after a colon draws behind the Sobol indices, a power of 2, which take (legs + grounds + 2) times as
-        many runs beside those of the robots; 0 leaves them out.
+        many runs beside those of the robots; 0 leaves them out. After another colon the starts of every robot, over
+        whose settled motions it is measured, 4 of a walker; or a time, 1024:64:200ms: an episode from rest.
     output
         folder for both sweeps, yield.json and report.html.
     """
@@ -69,10 +70,10 @@ def yields(
     from tarsus.study.robots import Robots, as_arguments
     from tarsus.study.yields import YieldStudy
 
-    robots, draws = _counts(count)
+    robots, draws, over = _counts(count)
     with _options():
         drawing = Robots.of(changes.scene(scene), **as_arguments(_scattered(scatter or ())))
-        study = YieldStudy.of(drawing, _required(require), count=robots, draws=draws, seed=seed)
+        study = YieldStudy.of(drawing, _required(require), count=robots, draws=draws, seed=seed, **over)
     folder = output if output is not None else Path(f"{Path(scene).stem}.yield")
     names = [f"{place}/{name}" for place in ("robots", "legs") for name in SWEEP_FILES]
     target = Pages(overwrite=overwrite).target(
@@ -109,6 +110,7 @@ def _further(whole: Sweep, legs: Sweep) -> str:
 OPTIONS = (
     (r"Scattered\.count|Saltelli\.count", "--count"),
     (r"Sweep\.measures", "--require"),
+    (r"Sweep\.starts|Sweep\.from_rest", "--count"),
     (r"Sweep\.vary|(dead|weak)$", "--scatter dead, weak"),
 )
 """What the line calls fields of its sweeps."""
@@ -130,14 +132,22 @@ def _options() -> Iterator[None]:
         raise InputError(said) from None
 
 
-def _counts(text: str) -> tuple[int, int]:
-    """`ROBOTS` or `ROBOTS:DRAWS`."""
+def _counts(text: str) -> tuple[int, int, dict[str, Any]]:
+    """`ROBOTS`, `ROBOTS:DRAWS` or `ROBOTS:DRAWS:OVER`, where the last is what measures are taken over: a number of
+    starts, or the time of an episode from rest."""
     from tarsus.base.errors import InputError
 
-    found = re.fullmatch(r"([1-9]\d*)(?::(\d+))?", text.replace(" ", ""))
+    found = re.fullmatch(r"([1-9]\d*)(?::(\d+))?(?::([\d.]+[a-zµ ]*s?))?", text.replace(" ", ""))
     if found is None:
-        raise InputError(f"--count takes ROBOTS or ROBOTS:DRAWS, such as 1024:64, got '{text}'")
-    return int(found[1]), int(found[2]) if found[2] is not None else DRAWS
+        raise InputError(
+            f"--count takes ROBOTS, ROBOTS:DRAWS, ROBOTS:DRAWS:STARTS or ROBOTS:DRAWS:TIME, such as 1024:64, 1024:64:4 "
+            f"or 1024:64:200ms, got '{text}'"
+        )
+    robots, draws, last = found.groups()
+    over: dict[str, Any] = (
+        {} if last is None else {"starts": int(last)} if last.isdecimal() else {"from_rest": last}
+    )
+    return int(robots), int(draws) if draws is not None else DRAWS, over
 
 
 DRAWS = 64

@@ -39,7 +39,7 @@ from tarsus.core.blocks import split_modes
 
 Floats = NDArray[np.float64]
 
-NODES = _native.Nodes(nodes)
+NODES = _native.Nodes(vars(nodes))
 
 REDUNDANT = 1e-13
 """A foot whose mobility falls below this part by others that are held is held by them: rounding leaves 1e-16 of it."""
@@ -150,6 +150,12 @@ class ContactMode:
     slide_rate: Floats  # (m, 2nb): the rate along the ground of such a foot
     slide_feed: Floats  # (2m, m): force of the structure on what is held per unit force along the ground on such a foot
     bias: Bias
+
+    @property
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """The mode as the engine takes it, by name."""
+        given = {name: part for name, part in vars(self).items() if isinstance(part, np.ndarray)}
+        return given | {f"bias.{name}": part for name, part in vars(self.bias).items()}
 
     def at_rest_there(self, tangents: Floats | None, physical: Floats) -> Floats:
         """Displacements and velocities (2n,) that have entered the mode: held feet at rest where they are."""
@@ -551,16 +557,19 @@ class ModeBook:
     @cached_property
     def native(self) -> Any:
         """The modes and tables as the engine holds them."""
-        n, m = self.system.normals.shape
-        given = self.system.tangents
-        tangents = np.zeros((0, n)) if given is None else np.ascontiguousarray(given.T)
-        made = _native.Book(
-            self.lengths, m, self.system.loads.shape[1], n, self._rates, tangents, NODES, nodes,
-            partial(unbiased_mode, self.system),
-        )  # fmt: skip
+        made = _native.Book(self.arrays, NODES, partial(unbiased_mode, self.system))
         for mask in self._met:
             made.require(mask)
         return made
+
+    @property
+    def arrays(self) -> dict[str, Any]:
+        """The book as the engine takes it, by name."""
+        (n, m), given = self.system.normals.shape, self.system.tangents
+        return {
+            "lengths": self.lengths, "feet": m, "drives": self.system.loads.shape[1], "coordinates": n, "rates": int(self._rates),
+            "tangents": np.zeros(0) if given is None else np.ascontiguousarray(given.T),
+        }  # fmt: skip
 
     @property
     def slides(self) -> bool:

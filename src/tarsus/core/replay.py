@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.core import _native, nodes
+from tarsus.core import _native
 from tarsus.core.modes import NODES, ModeBook
 
 Floats = NDArray[np.float64]
@@ -83,7 +83,7 @@ def sample(sources: Floats, book: ModeBook, trace: Floats, times: Floats) -> Sam
     """
     m = len(sources) - 1
     given = (np.ascontiguousarray(one, dtype=float) for one in (sources, trace, times))
-    return shown_states(_native.sample_modal(book.native, NODES, nodes, *given), m, book.slides)
+    return shown_states(_native.sample_modal(book.native, NODES, *given), m, book.slides)
 
 
 def shown_states(rows: Floats, m: int, slides: bool) -> SampledStates:

@@ -19,8 +19,8 @@ from tarsus.design.learning import Learning
 from tarsus.design.legs import Landscape, LinkDesign, StepLift, landscape, leg, step_lift
 from tarsus.design.request import settings_text
 from tarsus.design.soft_landing import landing, learn
+from tarsus.design.stance import standing
 from tarsus.design.target import LandingObjective
-from tarsus.model.standing import standing
 
 __all__ = [
     "AdaptiveGait", "GaitFront", "GaitPoint", "Grounds", "LandingDesign", "LandingObjective", "Landscape", "Learning",

@@ -22,7 +22,7 @@ from tarsus.design.request import OVER, RISK, SEED, Count, Problems, Seed, Setti
 from tarsus.design.walks import WalkObjective, Walks, objectives_of, without_legs
 from tarsus.model.scene import Scene
 from tarsus.model.structure import Walker
-from tarsus.orbits.motion import FromRest, Motion, SettledMotion
+from tarsus.orbits.motion import Motion, SettledMotion, motion_asked
 from tarsus.orbits.starts import Box
 
 Floats = NDArray[np.float64]
@@ -41,8 +41,6 @@ REST = (
 SEARCHED = 0.3
 """Share of their duration that walks of a settled motion have in the search: 0.3 s of `millipede`, after which the mean
 of five starts is off by 0.2 mm/s (root of the mean square of 40 gaits) of up to 4 mm/s."""
-ROUNDING = 1e-9
-"""A duration is a drive period where it is so near to it: what division of frequencies leaves."""
 
 
 class Sense(Enum):
@@ -201,16 +199,8 @@ def _motion(scene: Scene, unknowns: GaitUnknowns, options: WalkSettings) -> Moti
         else [1.0 / float(lowest[0])]
     )
     slowest = max(periods, default=0.0)
-    if options.from_rest is None:
-        return SettledMotion.of(options.starts, slowest, options.duration)
-    if options.duration is not None:
-        raise InputError("duration: an episode is as long as from_rest says; give one of the two")
-    if options.from_rest < slowest * (1.0 - ROUNDING):
-        raise InputError(
-            f"from_rest: expected at least a drive period of the slowest gait, {slowest:.4g} s, got "
-            f"{options.from_rest:.4g} s"
-        )
-    return FromRest(options.from_rest)
+    starts = options.starts if options.from_rest is None else None
+    return motion_asked(slowest, starts, options.duration, options.from_rest)
 
 
 def _of_energy(scene: Scene, objectives: Sequence[WalkObjective]) -> list[str]:

@@ -19,7 +19,8 @@ from tarsus.files.tables import FileKind, kind_of_table, read_table
 DEVICES, STUDIES = "tarsus.devices", "tarsus.studies"
 """Entry point groups of files."""
 
-_OWN = {DEVICES: Path(__file__).parents[1] / "data" / "devices"}
+_DATA = Path(__file__).parents[1] / "data"
+_OWN = {DEVICES: _DATA / "devices", STUDIES: _DATA / "studies"}
 """Folders of the library's own files, by group: machines of other sources than any package's."""
 
 _WORDS = {DEVICES: ("device", "scene"), STUDIES: ("study", "study")}
@@ -38,7 +39,7 @@ def device_names() -> list[str]:
 
 
 def study_names() -> list[str]:
-    """Names of the sweeps among the studies of installed packages."""
+    """Names of the sweeps among the studies, the library's own and those of installed packages."""
     return [name for name in _files(STUDIES) if _kind(name) is not FileKind.CALIBRATION]
 
 
@@ -90,9 +91,7 @@ def _kind(name: str) -> FileKind | None:
 @lru_cache(maxsize=8)
 def _files(group: str) -> dict[str, Path | InputError]:
     """Files of a group by name; what cannot be loaded is there with the reason."""
-    found: dict[str, Path | InputError] = {}
-    if group in _OWN:
-        found = {file.stem: file for file in sorted(_OWN[group].glob("*.toml"))}
+    found: dict[str, Path | InputError] = {file.stem: file for file in sorted(_OWN[group].glob("*.toml"))}
     for entry in sorted(entry_points(group=group), key=lambda entry: entry.name):
         loaded = _loaded(entry)
         if isinstance(loaded, Path) and loaded.is_dir():

@@ -56,9 +56,14 @@ def settled(run: Any) -> Settled | None:
     None where that is not to be told: without a periodic drive, of runs of fewer than `FEWEST` + 1 periods, and where
     the last ones have no event.
     """
-    period, events, end = drive_period(run.scene), run.events, run.duration
-    count = 0 if period is None else math.floor(end / period * (1.0 + 1e-9))
-    if period is None or count <= FEWEST or not len(events):
+    period = drive_period(run.scene)
+    return None if period is None else repetition(run.events, period, run.duration)
+
+
+def repetition(events: NDArray[np.void], period: float, end: float) -> Settled | None:
+    """How the events of a run that ends at ``end`` [s] repeat from drive period [s] to drive period; as `settled`."""
+    count = math.floor(end / period * (1.0 + 1e-9))
+    if count <= FEWEST or not len(events):
         return None
     turns = events["time"] / period
     cut = _quiet(turns[turns > count - 2 * MOST_MULTIPLE])

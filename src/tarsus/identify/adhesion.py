@@ -113,6 +113,7 @@ def _fit(film: FilmFit, contacts: ContactDurations, seed: int) -> StepResult:
     )
     duration, pull, error = contacts.duration[kept], fitted.pull[kept], fitted.pull_error[kept]
     line = _line(duration, pull, error, late[kept])
+    error = np.hypot(error, line.values[1] * late[kept])  # when a contact began is not known exactly either
     groups = _events(offs)[kept]
     drawn = _draws(duration, pull, line, groups, film.pulls[:, kept], seed)
     _, samples, reached = within(line.values, drawn, BOUNDS)

@@ -153,7 +153,7 @@ def check(chain: StepRunner, comparisons: Sequence[Comparison]) -> None:
         steps["hysteresis"] = with_checks(steps["hysteresis"], (*beside, *ground))
         chain.known = drawn_over(known, fit, chain.seed)
         for name, step in steps.items():
-            steps[name] = replace(step, samples=chain.known.drawn(step))
+            steps[name] = chain.known.told(step)
     if chain.bounces is not None and "restitution" in steps:
         steps["restitution"] = with_speed(steps["restitution"], chain.bounces, chain.seed + 4)
         chain.known = chain.known.redrawn(steps["restitution"])

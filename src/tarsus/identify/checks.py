@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tarsus.fit.verdict import LEVEL
-from tarsus.identify.draws import within
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.one_more import OneMore, in_a_line
-from tarsus.identify.restitution import BOUNDS, TURN, BounceStudy, variance_of
+from tarsus.identify.restitution import BOUNDS, TURN, BounceStudy
 from tarsus.identify.step import PREFERRED, UNDECIDED, Alternative, Check, StepResult
+from tarsus.impacts.estimates import supported
 from tarsus.records.excluded import Exclusion
 
 if TYPE_CHECKING:
@@ -161,16 +161,19 @@ def with_speed(step: StepResult, study: BounceStudy, seed: int) -> StepResult:
     share are those of an impact's speed each."""
     departure, approach = study.fitted.speeds[:, 0], -study.fitted.speeds[:, 1]
     middle = float(np.sum(departure * approach) / np.sum(approach**2))
-    error = np.sqrt(variance_of(study.fitted.covariance * TURN, middle))
+    # at the speeds that the impacts support: noise of an approach makes its ratio fall with it
+    left, approach, weight = supported(departure, approach, study.fitted.covariance * TURN, middle)
+    if not np.all(approach > 0.0):
+        return step
     speed = np.log(approach / np.exp(np.mean(np.log(approach))))
     groups = [one.trace for one in study.bounces.items]
     design = np.column_stack([approach, approach * speed])
-    found = in_a_line(design, departure, error, groups, seed, study.shared)
+    found = in_a_line(design, middle * approach + left, weight**-0.5, groups, seed, study.shared)
     if found is None:
         return step
     off = np.random.default_rng([seed, 29]).choice(found.value * speed, len(step.samples))
-    drawn = step.samples + np.where(found.picked(len(off), seed), off, 0.0)[:, None]
-    _, drawn, _ = within(step.values, drawn, (BOUNDS,))
+    drawn = step.samples + (found.drawn(len(off), seed) * off)[:, None]
+    drawn = drawn.clip(*BOUNDS)
     slow, fast = approach.min(), approach.max()
     ends = middle + found.value * np.array([speed.min(), speed.max()])
     cause = (
@@ -197,8 +200,8 @@ def with_age(step: StepResult, seed: int) -> StepResult:
     if found is None:
         return step
     moves = found.moves / np.array([1.0, scale])
-    drawn = step.samples + np.where(found.picked(len(step.samples), seed)[:, None], moves, 0.0)
-    _, drawn, _ = within(step.values, drawn, ((0.0, np.inf), (0.0, np.inf)))
+    drawn = step.samples + np.outer(found.drawn(len(step.samples), seed), moves)
+    drawn = drawn.clip(0.0)
     way = "levels off" if found.value < 0.0 else "grows faster"
     cause = f"adhesion over contact time is not linear: it {way} with age"
     check = Check(

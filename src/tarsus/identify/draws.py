@@ -121,21 +121,21 @@ def within(
         open_ends.append((low if first <= low else -np.inf, high if last >= high else np.inf))
         if values[j] < low <= last or first <= high < values[j]:
             values[j] = min(max(values[j], low), high)
-    for follow in (True, True, False):  # what moves along may leave its own bounds
-        for j, (low, high) in enumerate(bounds):
-            drawn = samples[:, j].copy()
-            if np.all((drawn >= low) & (drawn <= high)):
-                continue
-            middle, spread = float(drawn.mean()), float(drawn.std())
-            ends = (low - middle) / spread, (high - middle) / spread
-            share = norm.cdf((drawn - middle) / spread)
-            inside: Any = truncnorm.ppf(share, *ends)
-            moved = (middle + spread * inside).clip(low, high)  # rounding
-            if follow:
-                off = samples - samples.mean(axis=0)
-                samples += np.outer(moved - drawn, off[:, j] @ off / (off[:, j] @ off[:, j]))
-            samples[:, j] = moved
-    return values, samples, tuple(open_ends)
+    for j, (low, high) in enumerate(bounds):
+        drawn = samples[:, j].copy()
+        if np.all((drawn >= low) & (drawn <= high)):
+            continue
+        middle, spread = float(drawn.mean()), float(drawn.std())
+        ends = (low - middle) / spread, (high - middle) / spread
+        share = norm.cdf((drawn - middle) / spread)
+        inside: Any = truncnorm.ppf(share, *ends)
+        moved = (middle + spread * inside).clip(low, high)  # rounding
+        off = samples - samples.mean(axis=0)
+        samples += np.outer(moved - drawn, off[:, j] @ off / (off[:, j] @ off[:, j]))
+        samples[:, j] = moved
+    # what moved along by a little too much is no longer normal, and is not cut off again
+    low, high = np.array(bounds, dtype=float).T
+    return values, samples.clip(low, high), tuple(open_ends)
 
 
 def carried(estimate: Callable[[Floats], Floats], values: Floats, samples: Floats) -> Floats:

@@ -59,9 +59,10 @@ class Estimates:
         paths = tuple(self.paths[i] for i in kept)
         return replace(self, paths=paths, values=self.values[kept], samples=self.samples[:, kept])
 
-    def drawn(self, step: StepResult) -> Floats:
-        """Draws of what a step found."""
-        return self.samples[:, [self.paths.index(path) for path in step.paths]]
+    def told(self, step: StepResult) -> StepResult:
+        """A step with the values and draws that its numbers have by now: what later steps say moves them as well."""
+        own = [self.paths.index(path) for path in step.paths]
+        return replace(step, values=self.values[own], samples=self.samples[:, own])
 
     def redrawn(self, step: StepResult) -> Estimates:
         """With other draws of what a step found."""

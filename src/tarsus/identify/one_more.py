@@ -46,10 +46,15 @@ class OneMore:
         return max(self.weight, 1.0 - self.weight) >= LEVEL
 
     def picked(self, draws: int, seed: int) -> NDArray[np.bool_]:
-        """Draws (draws,) that are made under the hypothesis: its share of them, none where it is decided."""
-        if self.decided:
+        """Draws (draws,) that are made under the hypothesis: its share of them, none where that is next to nothing."""
+        if self.weight <= 1.0 - LEVEL:
             return np.zeros(draws, dtype=bool)
         return np.random.default_rng([seed, 23]).random(draws) < self.weight
+
+    def drawn(self, draws: int, seed: int) -> Floats:
+        """The unknown in draws (draws,) over its value: about one under the hypothesis, within its error, else zero."""
+        off = self.error / abs(self.value) * np.random.default_rng([seed, 47]).standard_normal(draws)
+        return np.where(self.picked(draws, seed), 1.0 + off, 0.0)
 
 
 def one_more(

@@ -21,7 +21,7 @@ from tarsus.identify.flight import FilmConstants
 from tarsus.identify.foot import FootModel
 from tarsus.identify.step import Residual, StepResult, Used, points_and_line
 from tarsus.identify.traces import Trace
-from tarsus.impacts.estimates import Spread, common_ratio
+from tarsus.impacts.estimates import Spread, common_ratio, supported
 from tarsus.records.excluded import Excluded, Exclusion, enough
 
 PATH = "ground.restitution.coefficient"
@@ -121,9 +121,15 @@ def sound(model: FootModel, bounces: Bounces, fitted: BounceFit) -> Kept:
     settled = np.all(np.abs(again - fitted.speeds) <= error, axis=1) & (
         np.linalg.eigvalsh(fitted.covariance)[:, 0] > 0.0
     )
-    single = (fitted.chi < WORST) & (fitted.speeds[:, 1] < 0.0) & settled
+    single = (fitted.chi < WORST) & _seen(fitted) & settled
     caught = _caught(fitted, single)
     return Kept(settled, single, caught, single & _alike(fitted, single & ~caught))
+
+
+def _seen(fitted: BounceFit) -> NDArray[np.bool_]:
+    """Impacts (ni,) whose approach is seen beyond its error: hops that end slower are chatter as often as not, whose
+    flights no film explains."""
+    return -fitted.speeds[:, 1] > _OUTSIDE * np.sqrt(np.maximum(fitted.covariance[:, 1, 1], 0.0))
 
 
 def _why_not(bounces: Bounces, fitted: BounceFit, kept: Kept, r: int, foot: str) -> Excluded:
@@ -137,18 +143,18 @@ def _why_not(bounces: Bounces, fitted: BounceFit, kept: Kept, r: int, foot: str)
         text, kind = f"{at}, with a ratio of {ratio:.3g}, is far off the others", Exclusion.UNLIKE
     elif not kept.settled[r]:
         text = f"the fit of the motion around {at} does not settle"
+    elif not _seen(fitted)[r]:
+        text = f"at {at} the approach is slower than its error tells from none"
     else:
         text = f"the motion around {at} is no free motion with one impact (chi-squared {fitted.chi[r]:.3g})"
     return Excluded(trace.file, foot, text, kind=kind)
 
 
 def _ratios(fitted: BounceFit, chosen: NDArray[np.bool_]) -> tuple[Floats, Floats, float]:
-    """Ratios of velocities (ni,), their errors (ni,) at the middle one of the chosen, and this: of those whose approach
-    is seen beyond its error, where there are any."""
+    """Ratios of velocities (ni,), their errors (ni,) at the middle one of the chosen, and this."""
     departure, approach = fitted.speeds[:, 0], -fitted.speeds[:, 1]
     ratio = departure / np.where(approach > 0.0, approach, np.nan)
-    seen = chosen & (approach > _OUTSIDE * np.sqrt(np.maximum(fitted.covariance[:, 1, 1], 0.0)))
-    middle = float(np.nanmedian(ratio[seen if seen.any() else chosen]))
+    middle = float(np.nanmedian(ratio[chosen]))
     error = np.sqrt(np.maximum(variance_of(fitted.covariance * TURN, middle), 0.0)) / np.abs(approach)
     return ratio, np.where(error > 0.0, error, np.nan), middle
 
@@ -166,15 +172,33 @@ def _caught(fitted: BounceFit, single: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 def _alike(fitted: BounceFit, single: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Impacts of single ones whose ratio is as far from the middle one as its error allows, or as most others are by
-    theirs.
+    theirs; and those far off that lie with these on a line over the logarithm of speed, as many as are needed: what
+    repeats is no accident, and whether restitution depends on speed is asked of all of them.
 
     A foot that was caught and let go again within a sample looks like a weak rebound."""
     if not single.any():
         return single
     ratio, error, middle = _ratios(fitted, single)
     off = np.abs(ratio - middle) / error
-    usual = 1.4826 * float(np.nanmedian(off[single]))
-    return single & (off < _OUTSIDE * max(usual, 1.0))
+    most = _OUTSIDE * max(1.4826 * float(np.nanmedian(off[single])), 1.0)
+    near = single & (off < most)
+    residual, support, weight = supported(
+        fitted.speeds[:, 0], -fitted.speeds[:, 1], fitted.covariance * TURN, middle
+    )
+    seen = single & (support > 0.0)
+    far = np.flatnonzero(seen & ~near)
+    if len(far) < FEWEST:
+        return near
+    speed = np.log(np.where(seen, support, 1.0))
+    lever = np.sqrt(weight[far]) * support[far] * (speed[far] - speed[near & seen].mean())
+    left = np.sqrt(weight[far]) * residual[far]
+    order = np.argsort(
+        left / lever
+    )  # the median slope that single ones have, by what each of them says of it
+    share = np.cumsum(lever[order] ** 2)
+    slope = (left / lever)[order[np.searchsorted(share, 0.5 * share[-1])]]
+    more = far[np.abs(left - slope * lever) < most]
+    return near | np.isin(np.arange(len(near)), more) if len(more) >= FEWEST else near
 
 
 def film_of(model: FootModel) -> FilmConstants:
@@ -245,7 +269,10 @@ def _result(
         "restitution", (PATH,), values, samples,
         residuals=(Residual.of("departure velocities", "m/s", rest, np.sqrt(noise)),),
         used=(Used("impacts", len(departure), total),), files=bounces.files, left_out=tuple(left), panels=panels,
-        notes=(f"The scatter of e from impact to impact, beyond noise, is {whole.scatter:.2g}.",),
+        notes=(
+            f"The scatter of e from impact to impact, beyond noise, is {whole.scatter:.2g}.",
+            f"It is that of impacts at {1e3 * approach.min():.3g} to {1e3 * approach.max():.3g} mm/s.",
+        ),
         bounds={PATH: reached[0]},
     )  # fmt: skip
     return step, shared[:, 1:]

@@ -210,7 +210,10 @@ class WalkFollower:
         k = int(np.argmax(np.diff(later)))
         edge = float(0.5 * (later[k] + later[k + 1]))
         window = simulate_windows(plan, [replace(start, times=[edge])])[0]
-        states, contacts = window.states, last.contacts.after(window.events, last.begin)
+        states, contacts = (
+            window.states,
+            last.contacts.after(window.events, last.begin, float(window.times[-1])),
+        )
         state = np.concatenate([states.x[:, -1], states.v[:, -1]])
         after = Segment(self.number, edge, (edge, last.span[1]), state, self.near, contacts)
         at = replace(

@@ -95,7 +95,7 @@ def common_ratio(
     if y.size > 1:
         scatter = _scatter(y, x, cov, ratio)
         ratio = _solve(y, x, cov, scatter)
-    residual, support, weight = _parts(y, x, cov, ratio, scatter)
+    residual, support, weight = supported(y, x, cov, ratio, scatter)
     total = float(np.sum(weight * support**2))
     if y.size == 1:
         std, reach = total**-0.5, float(norm.ppf(0.975))
@@ -113,8 +113,12 @@ def common_ratio(
     return Spread(ratio, std, ratio - reach * std, ratio + reach * std, float(np.sqrt(scatter)), int(y.size))
 
 
-def _parts(y: Floats, x: Floats, cov: Floats, ratio: float, scatter: float) -> tuple[Floats, Floats, Floats]:
-    """Residuals y - ratio x, the x that each pair supports, and the weights of the residuals; each (n,)."""
+def supported(
+    y: Floats, x: Floats, cov: Floats, ratio: float, scatter: float = 0.0
+) -> tuple[Floats, Floats, Floats]:
+    """Residuals y - ratio x of pairs with covariances (n, 2, 2) of (y, x), the x that each pair as a whole supports
+    (free of the noise that its residual has), and the weights of the residuals; each (n,). scatter: variance of the
+    ratio from pair to pair."""
     residual = y - ratio * x
     noise = cov[:, 0, 0] - 2.0 * ratio * cov[:, 0, 1] + ratio**2 * cov[:, 1, 1]
     with_x = cov[:, 0, 1] - ratio * cov[:, 1, 1]
@@ -127,7 +131,7 @@ def _solve(y: Floats, x: Floats, cov: Floats, scatter: float) -> float:
     along would pull the ratio towards zero."""
     ratio = float(np.sum(x * y) / np.sum(x * x))
     for _ in range(_ROUNDS):
-        residual, support, weight = _parts(y, x, cov, ratio, scatter)
+        residual, support, weight = supported(y, x, cov, ratio, scatter)
         change = float(np.sum(weight * residual * support) / np.sum(weight * support**2))
         ratio += change
         if abs(change) < 1e-12 * (1.0 + abs(ratio)):
@@ -137,7 +141,7 @@ def _solve(y: Floats, x: Floats, cov: Floats, scatter: float) -> float:
 
 def _scatter(y: Floats, x: Floats, cov: Floats, ratio: float) -> float:
     """Variance of the ratio from pair to pair, by moments; never negative."""
-    residual, support, weight = _parts(y, x, cov, ratio, 0.0)
+    residual, support, weight = supported(y, x, cov, ratio, 0.0)
     precision = weight * support**2
     excess = float(np.sum(weight * residual**2)) - (y.size - 1)
     return max(0.0, excess / float(np.sum(precision) - np.sum(precision**2) / np.sum(precision)))

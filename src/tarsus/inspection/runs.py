@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from tarsus.base.events import EVENT_WORDS
 from tarsus.files.ledger import ledger_table
 from tarsus.files.settled import settled
 from tarsus.files.store import measures_table
 
+if TYPE_CHECKING:
+    from tarsus.orbits.attractors import Attractors
 
-def run_data(run: Any, written: Sequence[Path] = ()) -> dict[str, Any]:
-    """How a run ended, its measures [SI] and its energy account [J], and the files that were written of it."""
+
+def run_data(run: Any, written: Sequence[Path] = (), others: Attractors | None = None) -> dict[str, Any]:
+    """How a run ended, its measures [SI] and its energy account [J], and the files that were written of it; others:
+    what other starts lead to, under `attractors`."""
     kinds = run.events["kind"].tolist()
     return {
         "scene": run.scene.name,
@@ -31,6 +35,7 @@ def run_data(run: Any, written: Sequence[Path] = ()) -> dict[str, Any]:
         "ledger_J": {name: value for name, value in ledger_table(run).items() if name != "closure"},
         "ledger_closure": run.ledger.closure,
         "files": [str(path) for path in written],
+        **({} if others is None else {"attractors": others.to_dict()}),
     }
 
 

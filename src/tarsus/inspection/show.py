@@ -148,7 +148,7 @@ def check(name: Name, *, law: Sequence[Name] = ()) -> View:
 
             study = load_sweep(name, laws)
             noted = remarks(study.scene)
-            contents = f"{study.name} ({_count(study.runs, 'run')} of {study.seconds:g} s)"
+            contents = f"{study.name} ({_count(study.runs, 'run')}, {study.motion})"
         case FileKind.CALIBRATION:
             from tarsus.calibrate.studyfile import load_study
 

@@ -21,11 +21,12 @@ def study_view(study: Sweep) -> View:
         "scene": study.scene.name,
         "runs": study.runs,
         "duration_s": study.seconds,
+        "motion": str(study.motion),
         "vary": {name: list(ends) for name, ends in axes.items()},
         "measures": list(study.measures),
     }
     rows = [(name, study.vary[name].kind, *ends) for name, ends in axes.items()]
-    title = f"{study.name}: {study.runs} runs of {study.scene.name}, {study.seconds:g} s each"
+    title = f"{study.name}: {study.runs} runs of {study.scene.name}, {study.motion}"
     scored = f"scored by {', '.join(study.measures)}"
     return View(data, Table(title, ("varies", "values", "from", "to"), rows, [scored]))
 

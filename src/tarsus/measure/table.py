@@ -62,7 +62,7 @@ class RunTable:
         )  # fmt: skip
 
 
-def periods_used(reached: Floats, period: Floats, skip: int | None) -> tuple[Rows, Rows]:
+def periods_used(reached: Floats, period: Floats, skip: int | Rows | None) -> tuple[Rows, Rows]:
     """Number of the first drive period of the statistics (nr,), and of whole periods in all (nr,), of runs that reached
     a time [s]: at least one, which is a broken one if need be, but none where no time passed; see
     `tarsus.measure.period_statistics`."""
@@ -75,13 +75,14 @@ def periods_used(reached: Floats, period: Floats, skip: int | None) -> tuple[Row
 
 @dataclass(frozen=True)
 class Judgement:
-    """Runs, and how they are measured: by drive period [s], the runs' own unless given, after so many skipped ones, a
-    third of them unless given; height [m] and dwell [s] as in `Counting`. Nothing is computed before it is asked for.
+    """Runs, and how they are measured: by drive period [s], the runs' own unless given, after so many skipped ones, for
+    all or for each (nr,), a third of them unless given; height [m] and dwell [s] as in `Counting`. Nothing is computed
+    before it is asked for.
     """
 
     table: RunTable
     period: float | None = None
-    skip: int | None = None
+    skip: int | Rows | None = None
     height: float = RESOLUTION
     dwell: float | None = None
 

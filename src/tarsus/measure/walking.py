@@ -17,7 +17,7 @@ from tarsus.measure.periods import by_period, cautions_of
 from tarsus.measure.segments import Floats, Rows, firsts, largest, owners, places
 from tarsus.measure.switching import charging_energy
 from tarsus.measure.table import Judged, Judgement, RunTable
-from tarsus.measure.whole import in_whole_run
+from tarsus.measure.whole import WHOLE_RUN, in_whole_run
 from tarsus.model.structure import Walker
 
 STANDSTILL = 1e-10
@@ -332,3 +332,6 @@ _WALK = {
 }  # fmt: skip
 """Measures of walks by name: by drive period, and what the source plots of the body in a whole run from its start,
 transients included (Figs. 4.8-4.11)."""
+
+OF_EPISODES = frozenset(("max_heave", "max_surge", *WHOLE_RUN))
+"""Measures of a whole run from its start: a settled motion has none of them."""

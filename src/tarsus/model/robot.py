@@ -78,6 +78,10 @@ class Drive(Description):
         """The voltage that the actuator gets for a command: the amplifier's output."""
         return self.amplifier.output(command, self.history)
 
+    def exerted(self, volts: float = 0.0) -> float:
+        """The law's force [N] at a voltage, after the drive's history."""
+        return float(self.law.force([volts], self.history)[0])
+
 
 class Foot(Description):
     """A point of the structure that can touch the ground.

@@ -221,7 +221,8 @@ class Scene(Description):
             text = f"only a walker stands on its feet; this structure is of kind '{structure.kind}'"
             return [("initial.standing", text)]
         if self.initial.displacement is not None:
-            return [("initial.standing", "takes the place of initial.displacement: give one of the two")]
+            text = "takes the place of initial.displacement: give one of the two, the other as None"
+            return [("initial.standing", text)]
         return []
 
     def _landing_faults(self) -> list[tuple[str, str]]:

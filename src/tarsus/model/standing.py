@@ -1,87 +1,66 @@
-"""Standing still: a walker's start in static equilibrium on its feet, and a structure at rest in the air."""
+"""Standing still: where a walker stands on its feet, per unit of what bears on it, and a structure at rest in air."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.linear import eigh, product, solve
-from tarsus.base.spec import described, with_values
-from tarsus.base.units import format_quantity
-from tarsus.model.drive.lower import evaluate, lower
-from tarsus.model.scene import Ground, Initial, Provenance, Scene, Source
-from tarsus.model.structure import Walker
 from tarsus.model.structure.base import Array
+from tarsus.model.structure.walker import Walker
+
+if TYPE_CHECKING:
+    from tarsus.model.robot import Robot
+    from tarsus.model.scene import Scene
 
 _LOOSE = 1e-12
 """A motion with less than this share of the stiffest, all coordinates scaled to be alike, is not held."""
 
-_BALANCED = 1e-9
-"""Forces below this share of the largest are rounding."""
+
+@dataclass(frozen=True)
+class Stance:
+    """How a walker of n coordinates stands on all its m feet.
+
+    per_source (n, m + 1 + nd): its coordinates per unit of the rest gaps [m], of gravity [m/s^2] and of the forces of
+    its drives [N]; heights (m,), ways: the coordinates of the feet upward, and of those along the ground that nothing
+    but the ground holds; driven: whether it stands under the drives' first volts.
+    """
+
+    per_source: Array
+    heights: NDArray[np.int64]
+    ways: NDArray[np.int64]
+    driven: bool
 
 
-def standing(scene: Scene, *, driven: bool = False) -> Scene:
-    """The scene starting in static equilibrium: all feet on the ground, the body on its springs, everything at rest.
-
-    Feet are held at gap 0 under gravity and the drives' forces.  Along the way they stand where no force is left on
+def stance_of(robot: Robot, stiffness: Array, weight: Array, loads: Array, driven: bool) -> Stance:
+    """How a walker stands: feet at gap 0, the rest in balance. Along the way feet stand where no force is left on
     them, so that friction has nothing to hold; the body stays where it is.
 
-    Parameters
-    ----------
-    scene
-        Of a walker.
-    driven
-        With the drives' volts at t = 0; otherwise at 0 V, after their history.
+    weight (n,): constant forces per unit of gravity; loads (n, nd): forces of the drives.
 
-    Returns
-    -------
-    Scene
-        A changed copy, with `initial.displacement` [m] and [rad].
-
-    Raises
-    ------
-    InputError
-        For a structure that is no walker, a body that its feet do not hold up, a foot that pulls harder than
-        adhesion holds at first, and forces along the way that do not balance.
+    Raises InputError for a body or a foot that nothing holds up.
     """
-    described(scene)
-    return _starting_at(scene, equilibrium(scene, driven=driven), driven)
-
-
-def equilibrium(scene: Scene, *, driven: bool = False) -> Array:
-    """Coordinates (n,) [m] of that start, as `standing` finds them; raises what it raises.
-
-    It is what a scene with ``initial.standing`` starts from, computed anew wherever its mass, gravity, springs or
-    volts vary.
-    """
-    walker = scene.robot.structure
-    if not isinstance(walker, Walker):
-        raise InputError(f"only a walker stands on its feet; this structure is of kind '{walker.kind}'")
-    volts, load = _drives(scene, driven)
-    matrices = walker.matrices()
-    if scene.ground.gravity is not None:
-        load = load - scene.ground.gravity.acceleration * (product(matrices.mass, walker.vertical()))
-    heights = {name: walker.leg_coordinate(foot.point) + 1 for name, foot in scene.robot.feet.items()}
-    held = {place: -scene.robot.feet[name].gap for name, place in heights.items()}
+    walker = robot.structure
+    assert isinstance(walker, Walker)  # checked by Scene
+    m = len(robot.feet)
+    heights = [walker.leg_coordinate(foot.point) + 1 for foot in robot.feet.values()]
     ways = [0, *(walker.leg_coordinate(leg) for leg, one in walker.legs.items() if one.stiffness_l == 0.0)]
-    held |= dict.fromkeys(ways, 0.0)
-    x = _equilibrium(walker, matrices.stiffness, load, held)
-    held_by = product(matrices.stiffness, x)
-    push = held_by - load
-    scale = _BALANCED * float(np.abs(load).max(initial=0.0) + np.abs(held_by).max())
-    problems = []
-    for name, place in heights.items():
-        hold = push[place] + _hold(scene.ground, volts.get(scene.robot.feet[name].electrode, 0.0))
-        if hold < -scale:
-            missing = format_quantity(float(f"{-hold:.4g}"), "N")
-            problems.append(f"foot '{name}' would have to be pulled down by {missing}: it does not stand")
-    if float(np.abs(push[ways]).max()) > scale:
-        problems.append("the forces along the way do not balance: the robot would not stand still")
-    if problems:
-        raise InputError(problems)
-    return x
+    found = np.zeros((len(weight), m + 1 + loads.shape[1]))
+    found[heights, range(m)] = -1.0
+    free = [i for i in range(len(weight)) if i not in {*heights, *ways}]
+    if free:
+        inner = stiffness[np.ix_(free, free)]
+        size = np.sqrt(np.where(np.diag(inner) > 0.0, np.diag(inner), 1.0))
+        values, shapes = eigh(inner / np.outer(size, size))
+        if values[0] < _LOOSE * max(values[-1], 1.0):
+            raise InputError(_unsupported(walker, free[int(np.argmax(np.abs(shapes[:, 0])))]))
+        forces = np.column_stack([-product(stiffness, found[:, :m]), weight, loads])
+        found[free] = solve(inner, forces[free])
+    return Stance(found, np.array(heights), np.array(ways), driven)
 
 
 def rest_state(scene: Scene, volts: float = 0.0) -> tuple[float, ...]:
@@ -92,39 +71,8 @@ def rest_state(scene: Scene, volts: float = 0.0) -> tuple[float, ...]:
     structure = scene.robot.structure
     force = np.zeros(structure.size)
     for drive in scene.robot.drives.values():
-        force += drive.load.vector(structure) * float(drive.law.force([volts], drive.history)[0])
+        force += drive.load.vector(structure) * drive.exerted(volts)
     return tuple(np.linalg.solve(structure.matrices().stiffness, force).tolist())
-
-
-def _drives(scene: Scene, driven: bool) -> tuple[dict[str | None, float], Array]:
-    """Volts of every drive at the start, and the generalised force (n,) of all of them."""
-    volts: dict[str | None, float] = {}
-    load = np.zeros(scene.robot.structure.size)
-    signals = scene.actuator_volts if driven else {}
-    for name, drive in scene.robot.drives.items():
-        if (signal := signals.get(name)) is None:
-            volts[name], exerted = 0.0, float(drive.law.force([0.0], drive.history)[0])
-        else:
-            force, volt = lower(signal, drive.law, drive.history)
-            volts[name], exerted = float(evaluate(volt, 0.0)), float(evaluate(force, 0.0))
-        load += exerted * drive.load.vector(scene.robot.structure)
-    return volts, load
-
-
-def _equilibrium(walker: Walker, stiffness: Array, load: Array, held: Mapping[int, float]) -> Array:
-    """Coordinates (n,) where the free ones are in balance."""
-    x = np.zeros(len(load))
-    x[list(held)] = list(held.values())
-    free = [i for i in range(len(x)) if i not in held]
-    if not free:
-        return x
-    inner = stiffness[np.ix_(free, free)]
-    size = np.sqrt(np.where(np.diag(inner) > 0.0, np.diag(inner), 1.0))
-    values, shapes = eigh(inner / np.outer(size, size))
-    if values[0] < _LOOSE * max(values[-1], 1.0):
-        raise InputError(_unsupported(walker, free[int(np.argmax(np.abs(shapes[:, 0])))]))
-    x[free] = solve(inner, (load - product(stiffness, x))[free])
-    return x
 
 
 def _unsupported(walker: Walker, coordinate: int) -> str:
@@ -133,23 +81,4 @@ def _unsupported(walker: Walker, coordinate: int) -> str:
     leg = list(walker.legs)[(coordinate - walker.body_size) // 2]
     return (
         f"the foot of leg '{leg}' hangs on nothing: the leg has no stiffness upward and stands on no ground"
-    )
-
-
-def _hold(ground: Ground, volts: float) -> float:
-    """Pull [N] that a foot bears on the ground from the first moment on: adhesion, and smooth attraction."""
-    hold = sum(law.evaluate(0.0) for law in ground.acting_on("strength").values())
-    smooth = ground.acting_on("force").values()
-    return hold - sum(law.evaluate(0.0, 0.0, volts, 0.0) for law in smooth)
-
-
-def _starting_at(scene: Scene, x: Array, driven: bool) -> Scene:
-    at = "the drives' first volts" if driven else "0 V"
-    origin = Provenance(source=Source.DERIVED, note=f"Static equilibrium on all feet at {at}.")
-    return with_values(
-        scene,
-        {
-            "initial": Initial(displacement=tuple(x.tolist())),
-            "provenance": {**scene.provenance, "initial.displacement": origin},
-        },
     )

@@ -22,7 +22,7 @@ from tarsus.measure.walking import measures_of
 from tarsus.model.structure.walker import Walker
 from tarsus.orbits.basins import OTHERS, Survey, told_apart
 from tarsus.orbits.edges import Edge, edges_of
-from tarsus.orbits.orbit import MOST_MULTIPLE, Orbit, orbit_after
+from tarsus.orbits.orbit import Orbit, orbit_after
 from tarsus.orbits.settling import ALIKE, Settling
 from tarsus.orbits.starts import Box
 from tarsus.solve import Accuracy, simulate
@@ -67,9 +67,10 @@ class Share:
 class Attractor:
     """A settled motion, and how many starts lead to it.
 
-    scene: with a start that does; members: numbers of all that do; multiple: its period in drive periods; period [s] of
-    the drive; settled: drive periods after which that start's run repeats; impacts a period of the motion, the energy
-    lost in them [J] and travel [m] in it; confirmed: whether a run of that start a hundred times finer leads there.
+    scene: with a start that does; members: numbers of all that do, none where the scene's own start alone does;
+    multiple: its period in drive periods; period [s] of the drive; settled: drive periods after which that start's run
+    repeats; impacts a period of the motion, the energy lost in them [J] and travel [m] in it; confirmed: whether a run
+    of that start a hundred times finer leads there.
     """
 
     scene: Scene
@@ -117,10 +118,7 @@ class Attractor:
     @cached_property
     def orbit(self) -> Orbit | None:
         """The motion as an orbit, with its multipliers; None where there is no return map (friction of a structure,
-        contacts that remember) or Newton's method finds none of its period, which it looks for up to `MOST_MULTIPLE`
-        drive periods."""
-        if self.multiple > MOST_MULTIPLE:
-            return None
+        contacts that remember) or Newton's method finds none of its period."""
         try:
             return orbit_after(self.scene, self.settled, (self.multiple,), free=False, near=ALIKE)
         except InputError:
@@ -146,13 +144,15 @@ class Attractors:
     """Every settled motion that was found, most starts first, and what the others do.
 
     box: where the starts lie; points (nr, d) of its unit cube; label (nr,): number of the attractor that each leads to,
-    or below 0 a key of `OTHERS`; edges: between neighbouring basins.
+    or below 0 a key of `OTHERS`; own: the same of the scene's own start, which is none of these; edges: between
+    neighbouring basins.
     """
 
     scene: Scene
     box: Box
     points: Floats
     label: NDArray[np.intp]
+    own: int
     found: tuple[Attractor, ...]
     edges: tuple[Edge, ...] = ()
 
@@ -202,15 +202,41 @@ class Attractors:
             ))  # fmt: skip
         blank = (None,) * (len(columns) - 3)
         rows += [(words, one.share, (one.low, one.high), *blank) for words, one in self.others.items()]
-        units = self.box.units()
-        over = ", ".join(
-            f"{path} {amount(low, units[path])} to {amount(high, units[path])}"
-            for path, (low, high) in self.box.ends.items()
-        )
-        notes = [f"{self.starts} starts over {over}", *([MIXTURE] if len(self.found) > 1 else [])]
+        notes = [f"{self.starts} starts over {self._over()}", *([MIXTURE] if len(self.found) > 1 else [])]
         title = f"Attractors of {self.scene.name}: {len(self)} from {self.starts} starts"
         parts = [self._measures(), *([self._edges()] if self.edges else [])]
         return Table(title, columns, rows, notes, parts if self.found else ())
+
+    def beside(self, run: Any) -> Table:
+        """What else the robot of a run may do: motions by their share of the starts, and which the run's start leads
+        to."""
+        walks = isinstance(self.scene.robot.structure, Walker)
+        found: list[tuple[Any, ...]] = [
+            (i, one.kind, one.share, *((one.speed,) if walks else ())) for i, one in enumerate(self.found)
+        ]
+        none = Share.of(0, self.starts)
+        found += [
+            (key, words, self.others.get(words, none), *((None,) if walks else ()))
+            for key, words in OTHERS.items() if words in self.others or key == self.own
+        ]  # fmt: skip
+        rows = [
+            (words, one.share, (one.low, one.high), *speed, "leads here" if key == self.own else "")
+            for key, words, one, *speed in found
+        ]
+        columns = (
+            "motion", Column("starts", "%", 3), Column("95 % interval", "%", 2),
+            *((Column("speed", "m/s", 4),) if walks else ()), "the run's start",
+        )  # fmt: skip
+        notes = [f"{self.starts} starts over {self._over()}", MORE.format(run.scene.name)]
+        return Table("What it may do, settled", columns, rows, notes)
+
+    def _over(self) -> str:
+        """The box in words."""
+        units = self.box.units()
+        return ", ".join(
+            f"{path} {amount(low, units[path])} to {amount(high, units[path])}"
+            for path, (low, high) in self.box.ends.items()
+        )
 
     def _measures(self) -> Table:
         """Measures of every attractor and their mean by share, with the spread over attractors."""
@@ -257,10 +283,12 @@ class Attractors:
             "others": {words: {"starts": one.count, "share": one.share, "share_95": [one.low, one.high]}
                        for words, one in self.others.items()},
             "edges": [one.to_dict() for one in self.edges],
-            "points": self.points.tolist(), "label": (self.label + (self.label >= 0)).tolist(),
+            "own_start": self.own + (self.own >= 0), "points": self.points.tolist(),
+            "label": (self.label + (self.label >= 0)).tolist(),
         }  # fmt: skip
 
 
+MORE = "multipliers, energies, edges of basins, and pages that play: tarsus attractors {}"
 MIXTURE = "a mean over starts is one over this mixture: what one robot does is one of its attractors"
 
 
@@ -299,7 +327,8 @@ def attractors(
     -------
     Attractors
         Every settled motion with its share of the starts and 95 % interval, period [s], multipliers, measures, energy
-        [J], and a run of it; shares of starts whose runs have not settled, and of chaotic ones.
+        [J], and a run of it; shares of starts whose runs have not settled, and of chaotic ones; and what the scene's
+        own start leads to, which counts in no share.
 
     Raises
     ------
@@ -322,18 +351,20 @@ def attractors(
     box = Box.of(scene, over)
     points = box.drawn(starts, seed)
     survey = Survey.of(box, threads)
-    settling = survey.settled(points, progress=progress)
+    every = np.concatenate([points, box.own])
+    settling = survey.settled(every, progress=progress)
     label, groups = told_apart(settling)
-    found = tuple(_attractor(survey, settling, points, members) for members in groups)
+    found = tuple(_attractor(survey, settling, every, members) for members in groups)
+    label, own = label[:starts], int(label[starts])
     between: tuple[Edge, ...] = ()
     if edges and len(found) > 1:
         between = edges_of(survey, settling, points, label, progress)
-    return Attractors(scene, box, points, label, found, between)
+    return Attractors(scene, box, points, label, own, found, between)
 
 
 def _attractor(survey: Survey, settling: Settling, points: Floats, members: NDArray[np.intp]) -> Attractor:
-    """The attractor that some runs have settled to. Starts that settle sooner are further from the edge of its
-    basin: the first of them that a finer run confirms stands for it."""
+    """The attractor that some runs have settled to, the last of all runs from the scene's own start. Starts that settle
+    sooner are further from the edge of its basin: the first of them that a finer run confirms stands for it."""
     tried = members[np.argsort(settling.passed[members], kind="stable")][:TRIED]
     confirmed, chosen = False, int(tried[0])
     for r in tried.tolist():
@@ -342,9 +373,10 @@ def _attractor(survey: Survey, settling: Settling, points: Floats, members: NDAr
             confirmed, chosen = True, r
             break
     k, m = int(settling.multiple[chosen]), settling.runs.plan.feet
-    passed = int(settling.passed[chosen])
+    passed, starts = int(settling.passed[chosen]), len(points) - 1
+    members = members[members < starts]
     return Attractor(
-        survey.scene_at(points[chosen], passed + SHOWN), Share.of(len(members), len(points)), members, k, survey.period,
+        survey.scene_at(points[chosen], passed + SHOWN), Share.of(len(members), starts), members, k, survey.period,
         passed, round(float(settling.tally["impacts"][chosen, -k:].sum())),
         float(settling.tally["energy"][chosen, -k:].sum()),
         float(settling.seen[chosen, -k:, :, m].sum()), confirmed,

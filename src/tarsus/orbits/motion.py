@@ -1,4 +1,4 @@
-"""What is asked of a walker: the motion that it settles to, from many starts, or an episode from the scene's own start.
+"""What measures are taken over: the motion that a robot settles to, from many starts, or an episode from its own start.
 
 Contact makes several motions out of one drive, and a run begins with a transient: what is measured on a short run from
 one start is a number of that start. A mean over evenly spread starts is one over the attractors by their share.
@@ -17,6 +17,12 @@ LEAST = 1.0
 PERIODS = 20
 """Drive periods of it at least, wherever a robot steps so slowly that they take longer: a deviation that halves in each
 is below a percent after the third that is left out."""
+ROUNDING = 1e-9
+"""A duration is as long as another where it is so near to it: what division of frequencies leaves."""
+STARTS = 4
+"""Starts unless others are asked for."""
+OVER_STARTS = ("over_starts", "settled")
+"""What is known of the starts of a settled motion: what differs between them, and the share that repeats."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +40,8 @@ class FromRest:
 
 @dataclass(frozen=True)
 class SettledMotion:
-    """The settled motion: walks of a duration [s], whose first third is left out, from so many starts."""
+    """The settled motion: runs of a duration [s], whose first third is left out, or less where they repeat before, from
+    so many starts."""
 
     duration: float
     starts: int
@@ -46,16 +53,43 @@ class SettledMotion:
         Raises InputError for walks that are shorter than a settled motion wants.
         """
         least = max(LEAST, PERIODS * slowest)
-        if duration is not None and duration < least * (1.0 - 1e-9):
+        if duration is not None and duration < least * (1.0 - ROUNDING):
             given = amount(duration, "s")
             raise InputError(
-                f"duration: a settled motion takes walks of {amount(least, 's')} at least, got {given}; an episode of "
+                f"duration: a settled motion takes runs of {amount(least, 's')} at least, got {given}; an episode of "
                 f"that length from the scene's own start is from_rest = '{given}'"
             )
         return cls(least if duration is None else duration, starts)
 
     def __str__(self) -> str:
-        return f"settled motion, walks of {amount(self.duration, 's')} from {self.starts} starts"
+        return f"settled motion, runs of {amount(self.duration, 's')} from {self.starts} starts"
 
 
 Motion = SettledMotion | FromRest
+
+
+def motion_asked(
+    slowest: float,
+    starts: int | None = None,
+    duration: float | None = None,
+    from_rest: float | None = None,
+) -> Motion:
+    """What is asked for by these words, of drive periods of at most ``slowest`` [s]: a settled motion from so many
+    starts, or an episode.
+
+    Raises InputError for words that exclude each other, and for runs that are too short: they are measured by whole
+    drive periods, and a motion settles in some.
+    """
+    if from_rest is None:
+        return SettledMotion.of(STARTS if starts is None else starts, slowest, duration)
+    if duration is not None:
+        raise InputError("duration: an episode is as long as from_rest says; give one of the two")
+    if starts is not None:
+        raise InputError(
+            "starts: an episode from rest has the scene's own start alone; leave one of the two out"
+        )
+    if from_rest < slowest * (1.0 - ROUNDING):
+        raise InputError(
+            f"from_rest: expected at least a drive period of the slowest gait, {slowest:.4g} s, got {from_rest:.4g} s"
+        )
+    return FromRest(from_rest)

@@ -259,7 +259,7 @@ def orbit_after(
     not reach its end.
     """
     period = drive_period(scene)
-    run = simulate(scene, (count + MOST_MULTIPLE + 2) * period, replace(FINE, gap=1e-10))
+    run = simulate(scene, (count + max(wanted) + 2) * period, replace(FINE, gap=1e-10))
     if not run.ok:
         raise InputError([f"{scene.name}: {run.code}"])
     returns: ReturnMap

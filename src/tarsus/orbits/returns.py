@@ -122,7 +122,7 @@ class ReturnMap:
         """The state after ``multiple`` periods."""
         window = self.window(state, [self.start + multiple * self.period])
         found = window.states
-        contacts = self.contacts.after(window.events, self.start)
+        contacts = self.contacts.after(window.events, self.start, float(window.times[-1]))
         events = window.repeated(multiple * self.period)
         return Returned(np.concatenate([found.x[:, 0], found.v[:, 0]]), contacts, window.code, events)
 
@@ -205,7 +205,10 @@ class ReturnMap:
             window = self._window(state, [self.start + self.period], contacts)
             if window.code is not ResultCode.DONE:
                 return None
-            state, contacts = end_of(window), contacts.after(window.events, self.start).earlier(self.period)
+            state, contacts = (
+                end_of(window),
+                contacts.after(window.events, self.start, float(window.times[-1])).earlier(self.period),
+            )
         return self.sectioned(state, contacts)
 
     def sectioned(self, state: Floats, contacts: Contacts) -> tuple[ReturnMap, Floats] | None:

@@ -24,7 +24,6 @@ from tarsus.model.drive.waveforms import Constant
 from tarsus.model.scene import Initial
 from tarsus.orbits.returns import drive_period
 from tarsus.plan.lowering import Plan, lower_scene
-from tarsus.solve.trajectories import Trajectories
 from tarsus.tables.numbers import amount
 
 if TYPE_CHECKING:
@@ -110,6 +109,13 @@ class Box:
 
         return np.asarray(Halton(len(self.ends), seed=seed).random(count))  # pyright: ignore[reportCallIssue]
 
+    @property
+    def own(self) -> Floats:
+        """The scene's own start, as a point (1, d) of the unit cube or beyond."""
+        ends = np.array(list(self.ends.values())).T
+        values = [0.0 if path in UNITS else get_value(self.scene, path) for path in self.ends]
+        return ((np.array(values, dtype=float) - ends[0]) / (ends[1] - ends[0]))[None]
+
     def late(self, values: Mapping[str, Floats], count: int) -> Floats:
         """By how much [s] the drive of each of so many runs is ahead, whose phase varies; else 0."""
         out = np.zeros(count)
@@ -138,6 +144,8 @@ RIGID = 1e-9
 
 def _usual(scene: Scene, plan: Plan, lift: Floats) -> dict[str, tuple[float, float]]:
     """Heights up to those of the feet in a run of the scene, and speeds, up and down, that carry it as high."""
+    from tarsus.solve.trajectories import Trajectories
+
     system, period = plan.system, drive_period(scene)
     times = np.asarray(period * (np.arange(WATCHED * 8) + 0.5) / 8.0, dtype=np.float64)
     runs = Trajectories.of(scene, {}, (WATCHED + 1) * period)

@@ -90,7 +90,7 @@ class WalkMap(ReturnMap):
             window = self._window(place, [self.start + self.period], contacts)
             if window.code is not ResultCode.DONE:
                 return None
-            contacts = contacts.after(window.events, self.start).earlier(self.period)
+            contacts = contacts.after(window.events, self.start, float(window.times[-1])).earlier(self.period)
             place = end_of(window) - end_of(window)[0] * self.shift
         start = _quiet(window.events, self.start, self.start + self.period)
         began = contacts_of(held)
@@ -152,7 +152,7 @@ class WalkMap(ReturnMap):
         window = self.window(state, [end])
         found = np.concatenate([window.states.x[:, 0], window.states.v[:, 0]])
         travel = float(found[0] - state[0])
-        contacts = self.contacts_at(state).after(window.events, self.start)
+        contacts = self.contacts_at(state).after(window.events, self.start, float(window.times[-1]))
         since = dict(zip(contacts.held, contacts.since or (), strict=True))
         ages = np.array([since.get(i, np.nan) for i in self.aging]) - end
         return Returned(

@@ -8,12 +8,14 @@ from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
 from itertools import accumulate
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.base.linear import largest_of, product, solve
+from tarsus.base.units import format_quantity
 from tarsus.core import _native
 from tarsus.core.arrays import Body as LeggedBody
 from tarsus.core.modes import Floats, LinearSystem
@@ -23,6 +25,7 @@ from tarsus.model.laws.base import Law, SmoothLaw
 from tarsus.model.laws.impact_map import Body, MassWeighted
 from tarsus.model.laws.landing import PullAsPrinted
 from tarsus.model.laws.translate import translate
+from tarsus.model.standing import Stance, stance_of
 from tarsus.model.structure.walker import Walker
 
 if TYPE_CHECKING:
@@ -30,6 +33,7 @@ if TYPE_CHECKING:
     from tarsus.model.robot import Robot
     from tarsus.model.scene import Ground, Scene
     from tarsus.model.structure.base import Matrices
+    from tarsus.plan.slots import Rows
 
 
 def without_native(of: Any) -> dict[str, Any]:
@@ -69,15 +73,27 @@ class FootLaws:
     @cached_property
     def native(self) -> _native.Laws:
         """The laws as the engine holds them; their parameters come with every batch."""
-        return self._held(self.terms, self.programs)
+        return _native.Laws(self.arrays(self.terms, self.programs))
 
     @cached_property
     def by_programs(self) -> _native.Laws:
         """The same as programs alone, which carry derivatives."""
-        return self._held(*_terms(self.acting, self.columns, twins=False))
+        return _native.Laws(self.arrays(*_terms(self.acting, self.columns, twins=False)))
 
-    def _held(self, terms: Sequence[tuple[int, int, int, int]], programs: Sequence[Program]) -> _native.Laws:
-        return _native.Laws(self.flags, self.volts, self.parameters.shape[1], list(terms), list(programs))
+    def arrays(self, terms: Sequence[Sequence[int]], programs: Sequence[Program]) -> dict[str, Any]:
+        """The laws as the engine takes them, by name."""
+        scales = [
+            (dimension, number, self.columns[name] + law.names().index(field))
+            for number, (name, law) in enumerate(self.acting.items())
+            for dimension, fields in enumerate((law.length_scale, law.force_scale))
+            for field in fields
+        ]
+        out = {"flags": self.flags, "volts": self.volts, "columns": self.parameters.shape[1]}
+        out |= {"terms": np.array(terms, dtype=np.int64), "scales": np.array(scales, dtype=np.int64)}
+        for i, one in enumerate(programs):
+            out |= {f"{i}.code": one.code.astype(np.int64), f"{i}.constants": one.constants}
+            out[f"{i}.sizes"] = np.array([one.arguments, one.parameters])
+        return out
 
 
 @dataclass(frozen=True)
@@ -97,7 +113,7 @@ class Legs:
     @cached_property
     def native(self) -> _native.LeggedBody:
         """The body as the engine holds it: its weights are those of unit gravity, its gaps those of no run."""
-        return _native.LeggedBody(self.body)
+        return _native.LeggedBody(self.body._asdict())
 
 
 @dataclass(frozen=True)
@@ -107,7 +123,8 @@ class Plan:
     system: the linear structure; laws: flags, parameters and volts channel per foot; channels: forces of the drives,
     then volts of those of ``charged``; initial (2n,): displacements and velocities at t = 0; periods (nd,) [s]: of the
     signals, NaN where one does not repeat. length [m], force [N], rate [1/s]: scales that turn relative tolerances into
-    absolute ones. legs: of a structure that walks, its body and legs; None for any other.
+    absolute ones. legs: of a structure that walks, its body and legs; None for any other. stance: of a walker that
+    starts standing, how.
     """
 
     system: LinearSystem
@@ -120,6 +137,7 @@ class Plan:
     force: float
     rate: float
     legs: Legs | None = None
+    stance: Stance | None = None
 
     def __getstate__(self) -> dict[str, Any]:
         return without_native(self)
@@ -140,6 +158,26 @@ class Plan:
     def signals(self) -> _native.Signals:
         """The drive channels as the engine holds them."""
         return pack(self.channels)
+
+    @cached_property
+    def rules(self) -> _native.StartRules:
+        """What the data of a run determine before it begins, as the engine holds it."""
+        return _native.StartRules(self.start_arrays)
+
+    @property
+    def start_arrays(self) -> dict[str, Any]:
+        """The same as the engine takes it, by name."""
+        system, stance = self.system, self.stance
+        out = {
+            name: np.ascontiguousarray(getattr(system, name))
+            for name in ("normals", "stiffness", "weight", "loads")
+        }
+        none = np.zeros(0, dtype=np.int64)
+        return out | {
+            "feet": self.feet, "drives": self.drives, "driven": int(stance is not None and stance.driven),
+            "stance": np.zeros(0) if stance is None else stance.per_source,
+            "heights": none if stance is None else stance.heights, "ways": none if stance is None else stance.ways,
+        }  # fmt: skip
 
 
 def lower_scene(scene: Scene, drive: Callable[..., tuple[Pieces, Pieces]] = lower) -> Plan:
@@ -170,22 +208,35 @@ def lower_scene(scene: Scene, drive: Callable[..., tuple[Pieces, Pieces]] = lowe
     channels = (*forces, *(volts[d] for d in used))
     n = system.mass.shape[0]
     initial = np.zeros(2 * n)
-    if scene.initial.standing is not None:
-        from tarsus.model.standing import equilibrium
-
-        initial[:n] = equilibrium(scene, driven=scene.initial.standing.driven)
     if scene.initial.displacement is not None:
         initial[:n] = scene.initial.displacement
     if scene.initial.velocity is not None:
         initial[n:] = scene.initial.velocity
-    length, force = scales(
-        laws, system, np.array([[pieces.span for pieces in forces]]).reshape(1, -1), laws.parameters[None],
-        initial[None], system.sources[None],
+    plan = Plan(
+        system, laws, channels, tuple(used), initial, np.array(periods), math.nan, math.nan, _rate(system),
+        lower_legs(scene.robot, system), lower_stance(scene, system),
     )  # fmt: skip
-    return Plan(
-        system, laws, channels, tuple(used), initial, np.array(periods), float(length[0]), float(force[0]),
-        _rate(system), lower_legs(scene.robot, system),
+    row = SimpleNamespace(
+        signals=plan.signals, parameters=laws.parameters[None], initial=initial[None], sources=system.sources[None],
+        scales=np.zeros((1, 3)), channels=np.arange(len(channels))[None],
     )  # fmt: skip
+    own, ((length, force, _),) = started(plan, row, idle_forces(scene)[None], list(scene.robot.feet))
+    # what the engine has made of the plan by now does not depend on these three, and stays
+    plan.__dict__.update(initial=own.ravel(), length=float(length), force=float(force))
+    return plan
+
+
+def idle_forces(scene: Scene) -> np.ndarray:
+    """Forces (nd,) [N] that drives exert without volts, after their history."""
+    return np.array([one.exerted() for one in scene.robot.drives.values()])
+
+
+def lower_stance(scene: Scene, system: LinearSystem) -> Stance | None:
+    """How a walker stands that is to start so. Raises InputError where nothing holds it up."""
+    standing = scene.initial.standing
+    if standing is None:
+        return None
+    return stance_of(scene.robot, system.stiffness, system.weight, system.loads, standing.driven)
 
 
 def lower_system(scene: Scene) -> LinearSystem:
@@ -411,56 +462,31 @@ def _initial_column(scene: Scene, path: str) -> int | None:
 
 def pack(channels: Sequence[Pieces]) -> _native.Signals:
     """Channels laid end to end as the engine takes them; one that holds its last value gets a piece for that."""
-    of = Channels.of(channels)
-    return _native.Signals(of.counts, of.loops, of.starts, of.coef, of.kink)
+    return _native.Signals(Channels.of(channels).arrays)
 
 
-SMALLEST = 1e-12
-"""[m] Below the size of an atom a clearance is zero and no scale."""
-NEAREST = 1e-3
-"""Smallest part of a plan's largest length that tolerances may refer to: 1e-10 of it is 1e-13 of a far foot's gap then,
-whose rounding is 1e-16 of that."""
+def started(plan: Plan, rows: Rows, idle: Floats, feet: Sequence[str]) -> tuple[Floats, Floats]:
+    """Initial states of runs, (nr, 2n), where a walker starts standing those in which each stands, and their scales
+    (nr, 3), with lengths and forces of their own. idle (nr, nd) [N]: of drives without volts; feet: their names.
 
-
-def scales(
-    laws: FootLaws,
-    system: LinearSystem,
-    spans: Floats,
-    parameters: Floats,
-    initial: Floats,
-    sources: Floats,
-) -> tuple[Floats, Floats]:
-    """Length [m] and force [N] of nr runs (nr,) that tolerances refer to.
-
-    The length is the least rest gap that is any, and not below `NEAREST` of the largest length: a foot a millimetre
-    away, or a film as thick, says nothing of how exactly one must be known that works within a micrometre.
-
-    spans (nr, nd) [N] of the drives' forces; parameters (nr, m, np), initial (nr, 2n), sources (nr, m + 1) as in
-    `tarsus.plan.slots.Rows`.
+    Raises InputError for the first run that would start below the ground, or does not stand.
     """
-    n, m = system.normals.shape
-    lengths = [np.abs(sources[:, :m] + product(initial[:, :n], system.normals)), sources[:, :m]]
-    forces = [np.abs(spans), np.abs(sources[:, m:]) * np.abs(system.weight).max(initial=0.0)]
-    for name, law in laws.acting.items():
-        first, fields = laws.columns[name], law.names()
-        rows, which = distinct(parameters[:, 0, first : first + len(fields)])
-        given = list(law.parameters())  # most runs of a plan have its own
-        changed = [
-            law if row == given else law.model_copy(update=dict(zip(fields, row, strict=True)))
-            for row in rows.tolist()
-        ]
-        own = np.array([(one.length_scale(), one.force_scale()) for one in changed])[which]
-        lengths.append(own[:, :1])
-        forces.append(own[:, 1:])
-    length = np.concatenate(lengths, axis=1)
-    length = np.where(length > SMALLEST, length, 0.0).max(axis=1, initial=0.0)
-    length = np.where(length > 0.0, length, 1e-6)
-    nearest = np.where(sources[:, :m] > SMALLEST, sources[:, :m], np.inf).min(axis=1, initial=np.inf)
-    near = np.clip(nearest, NEAREST * length, length)
-    if n:  # by what moves a foot as far as that: a thick film, or a foot far away, makes no force
-        forces.append(near[:, None] * float(np.abs(np.diag(system.stiffness)).min()))
-    force = np.concatenate(forces, axis=1).max(axis=1, initial=0.0)
-    return near, np.where(force > 0.0, force, 1e-9)
+    initial, scales, refused = _native.start_rows(plan.rules, plan.laws.native, rows.signals, rows, idle)
+    if len(refused):
+        raise InputError(
+            [_refusal(int(run), int(fault), feet, int(foot), by) for run, fault, foot, by in refused]
+        )
+    return initial, scales
+
+
+def _refusal(run: int, fault: int, feet: Sequence[str], foot: int, by: float) -> str:
+    if _native.FAULTS[fault] == "below the ground":
+        depth = format_quantity(float(f"{by:.6g}"), "m")
+        return f"initial.displacement: in run {run} foot '{feet[foot]}' would start {depth} below the ground"
+    if _native.FAULTS[fault] == "pulled down":
+        missing = format_quantity(float(f"{by:.4g}"), "N")
+        return f"foot '{feet[foot]}' would have to be pulled down by {missing}: it does not stand"
+    return "the forces along the way do not balance: the robot would not stand still"
 
 
 def distinct(rows: Floats) -> tuple[Floats, np.ndarray]:

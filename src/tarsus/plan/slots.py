@@ -17,12 +17,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.base.linear import product
 from tarsus.base.spec import Description, float_paths, get_value, with_values
-from tarsus.base.units import format_quantity
 from tarsus.model.drive.pieces import Channels, Pieces, evaluate
 from tarsus.plan.channels import Course, drive_courses
-from tarsus.plan.lowering import Kind, Place, Plan, distinct, pack, scales, slot
+from tarsus.plan.lowering import Kind, Place, Plan, distinct, idle_forces, pack, slot, started
 
 if TYPE_CHECKING:
     from tarsus.core import _native
@@ -177,20 +175,13 @@ def rows_for(
         base.sources[:, at] = column
     for _, column in by_kind[Kind.GRAVITY].values():
         base.sources[:, feet] = column
-    _stand(scene, values, base.initial)
     for at, column in by_kind[Kind.INITIAL].values():
         base.initial[:, at] = column
-    if by_kind[Kind.INITIAL] or (by_kind[Kind.GAP] and scene.initial.displacement is not None):
-        _check_starts(scene, plan, base)
     rows = _driven(scene, plan, by_kind, base, duration, courses)
-    if not scaled:
-        return rows
-    spans = np.asarray(rows.signals.span)[rows.channels]
-    length, force = scales(
-        plan.laws, plan.system, spans[:, : plan.drives], rows.parameters, rows.initial, rows.sources
+    initial, scales = started(plan, rows, _idle(scene, values, len(rows)), list(scene.robot.feet))
+    return replace(
+        rows, initial=initial.reshape(rows.initial.shape), scales=scales if scaled else rows.scales
     )
-    rows.scales[:, 0], rows.scales[:, 1] = length, force
-    return rows
 
 
 def bears(scene: Scene, path: str) -> bool:
@@ -202,26 +193,17 @@ def bears(scene: Scene, path: str) -> bool:
     return not path.startswith(idle)
 
 
-def _stand(scene: Scene, values: Mapping[str, Floats], initial: Floats) -> None:
-    """Where a walker starts standing, the equilibrium of every run."""
-    from tarsus.model.standing import equilibrium
-
-    if scene.initial.standing is None:
-        return
-    bearing = {path: column for path, column in values.items() if bears(scene, path)}
-    if not bearing:
-        return
-    rows, which = distinct(np.stack(list(bearing.values()), axis=1))
-    starts = np.array(
-        [
-            equilibrium(
-                with_values(scene, dict(zip(bearing, row.tolist(), strict=True))),
-                driven=scene.initial.standing.driven,
-            )
-            for row in rows
-        ]
-    )
-    initial[:, : starts.shape[1]] = starts[which]
+def _idle(scene: Scene, values: Mapping[str, Floats], count: int) -> Floats:
+    """Forces (nr, nd) [N] that drives exert without volts, where a walker stands without."""
+    out = np.repeat(idle_forces(scene)[None], count, axis=0)
+    for d, (name, drive) in enumerate(scene.robot.drives.items()):
+        head = f"robot.drives.{name}."
+        own = {path.removeprefix(head): column for path, column in values.items() if path.startswith(head)}
+        if own and scene.initial.standing is not None:
+            rows, which = distinct(np.stack(list(own.values()), axis=1))
+            one = [with_values(drive, dict(zip(own, row.tolist(), strict=True))).exerted() for row in rows]
+            out[:, d] = np.array(one)[which]
+    return out
 
 
 def _driven(
@@ -283,16 +265,3 @@ def _marked(periods: Floats, duration: float) -> Floats:
     """Period [s] of the marks of each run: the longest of its drives' periods (nd, ...) within it, or all of it."""
     within = np.where(periods <= duration, periods, 0.0).max(axis=0, initial=0.0)
     return np.where(within > 0.0, within, duration)
-
-
-def _check_starts(scene: Scene, plan: Plan, rows: Rows) -> None:
-    """No run starts with a foot below the ground."""
-    rest = rows.sources[:, : plan.feet]
-    moved = product(rows.initial[:, : len(plan.system.mass)], plan.system.normals)
-    below = rest + moved < -1e-12 * np.maximum(rest, np.abs(moved))
-    for run, foot in np.argwhere(below)[:1]:
-        name = list(scene.robot.feet)[foot]
-        depth = format_quantity(float(f"{-float(rest[run, foot] + moved[run, foot]):.6g}"), "m")
-        raise InputError(
-            f"initial.displacement: in run {run} foot '{name}' would start {depth} below the ground"
-        )

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from markupsafe import Markup
@@ -27,6 +27,9 @@ from tarsus.report.series import RunSeries, joined, series_of
 from tarsus.tables.numbers import MISSING, amount, spaced
 from tarsus.tables.table import Column, Table
 
+if TYPE_CHECKING:
+    from tarsus.orbits.attractors import Attractors
+
 Shown = Plate | Callable[[int], Markup]
 """A figure, or what makes one with its number."""
 
@@ -42,16 +45,18 @@ EVENT_FIELDS = {kind: _LANDING if kind in IMPACTS else _HOLDING for kind in EVEN
 """What an event of each kind has a value for: leaving the ground is no impact and ends no flight."""
 
 
-def write_report(run: RunLike, path: str | Path, companion: RunLike | None = None) -> Path:
+def write_report(
+    run: RunLike, path: str | Path, companion: RunLike | None = None, others: Attractors | None = None
+) -> Path:
     """Write the report of a run as one self-contained HTML file and return its path.
 
-    `companion` is a run of the same scene with adhesion off, for the energy comparison (Fig. 2.12). Raises
-    InputError if `path` cannot be written.
+    `companion` is a run of the same scene with adhesion off, for the energy comparison (Fig. 2.12), `others` what
+    other starts lead to. Raises InputError if `path` cannot be written.
     """
-    return write_page(report_html(run, companion), path)
+    return write_page(report_html(run, companion, others), path)
 
 
-def report_html(run: RunLike, companion: RunLike | None = None) -> str:
+def report_html(run: RunLike, companion: RunLike | None = None, others: Attractors | None = None) -> str:
     """The page as text; see `write_report`."""
     series = series_of(run)
     other = None if companion is None else series_of(companion)
@@ -61,7 +66,7 @@ def report_html(run: RunLike, companion: RunLike | None = None) -> str:
     body = rendered(
         "run.html", run=run, signals=_signals(run.scene), landing=_landing(run.scene), warnings=_warnings(run),
         wall=run.wall_s if math.isfinite(run.wall_s) else 0.0, key=_key_figures(run), settled=settled(run),
-        walker=walker, motion=motion,
+        others=None if others is None else others.beside(run), walker=walker, motion=motion,
         measures=measures_summary(run.measures, ""), forces=forces,
         energies=figures.energies(series, other, detail), ledger=figures.ledger(series), account=account(run),
         events=_events(run), values=_values(run),

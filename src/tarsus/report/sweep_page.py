@@ -38,12 +38,20 @@ MOST_FAILURES = 30
 
 @dataclass(frozen=True)
 class _Scored:
-    """Runs (nr,): their values by axis, measures by name [SI], and outcomes; `every` so manieth run of the sweep."""
+    """Runs (nr,): their values by axis, measures by name [SI], and outcomes; `every` so manieth run of the sweep. Of
+    settled motions also the standard deviations between starts by measure, and the shares of starts that repeat."""
 
     points: Mapping[str, np.ndarray]
     values: Mapping[str, np.ndarray]
     code: np.ndarray
     every: int
+    between: Mapping[str, np.ndarray]
+    settled: np.ndarray | None
+
+    @property
+    def repeating(self) -> float | None:
+        """Share of all starts that repeat; None of episodes."""
+        return None if self.settled is None else float(np.nanmean(self.settled))
 
 
 def sweep_html(sweep: Sweep, collected: str | Path) -> str:
@@ -56,7 +64,7 @@ def sweep_html(sweep: Sweep, collected: str | Path) -> str:
         (name, _figures(sweep, found, name, units, kinds[name])) for name in sweep.measures[:MOST_MEASURES]
     ]
     body = rendered(
-        "sweep.html", sweep=sweep, runs=amount(sweep.runs, "1", 8), every=found.every,
+        "sweep.html", sweep=sweep, found=found, runs=amount(sweep.runs, "1", 8), every=found.every,
         lede=[f"{name}: {_span(found.points[name], units[name])}" for name in sweep.vary],
         done=int((found.code == DONE).sum()), total=len(found.code),
         measures=_table(found, units, kinds), figures=drawn, failures=_failures(found, units),
@@ -76,7 +84,12 @@ def _read(sweep: Sweep, file: Path) -> _Scored:
     with h5py.File(file, "r") as stored:
         values = {name: thin(stored[name][()]) for name in sweep.measures}  # type: ignore[index]
         code = thin(stored["code"][()])  # type: ignore[index]
-    return _Scored({name: thin(one) for name, one in sweep.points().items()}, values, code, every)
+        lasting = "settled" in stored
+        names = sweep.measures if lasting else ()
+        between = {name: thin(stored[f"{name}_over_starts"][()]) for name in names}  # type: ignore[index]
+        settled = thin(stored["settled"][()]) if lasting else None  # type: ignore[index]
+    points = {name: thin(one) for name, one in sweep.points().items()}
+    return _Scored(points, values, code, every, between, settled)
 
 
 def _span(values: np.ndarray, unit: str) -> str:
@@ -89,17 +102,19 @@ def _table(found: _Scored, units: Mapping[str, str], kinds: Mapping[str, str]) -
     for name, values in found.values.items():
         known = np.flatnonzero(np.isfinite(values))
         if not len(known):
-            rows.append((spaced(name), 0, None, None, None, "", ""))
+            rows.append((spaced(name), 0, *(None,) * (4 if found.between else 3), "", ""))
             continue
         low, high = (int(known[pick(values[known])]) for pick in (np.argmin, np.argmax))
         rows.append(
-            (spaced(name), len(known), values[low], np.median(values[known]), values[high], _where(found, low, units),
+            (spaced(name), len(known), values[low], np.median(values[known]), values[high],
+             *((float(np.nanmedian(found.between[name])),) if found.between else ()), _where(found, low, units),
              _where(found, high, units))
         )  # fmt: skip
     columns = (
         "measure",
         "runs",
         *(Column(one, ROW) for one in ("least", "median", "largest")),
+        *((Column("between starts, median", ROW, 2),) if found.between else ()),
         "least at",
         "largest at",
     )

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.core import _native, nodes
+from tarsus.core import _native
 from tarsus.core.modes import NODES, ModeBook
 from tarsus.model.drive.pieces import TERMS
 from tarsus.solve.contacts import Contacts
@@ -59,7 +59,7 @@ def swept(
     begin = Contacts().begin(plan.feet, 0.0)
     asked = tuple(np.ascontiguousarray(one) for one in (seeds.events, seeds.times, seeds.samples))
     found, flags, edges, refused = _native.adjoint_modal(
-        book.native, NODES, nodes, row.signals, plan.laws.by_programs, settings, row, begin, groups,
+        book.native, NODES, row.signals, plan.laws.by_programs, settings, row, begin, groups,
         _degrees(row, data), recorded, asked,
     )  # fmt: skip
     if refused:

@@ -57,13 +57,14 @@ class Contacts:
             since[list(self.held)] = self.since
         return start, held, leaving, since
 
-    def after(self, events: npt.NDArray[np.void], start: float) -> Contacts:
-        """What the feet do after the events, in time order, of a window that began with these at ``start`` [s]."""
+    def after(self, events: npt.NDArray[np.void], start: float, end: float) -> Contacts:
+        """What the feet do after the events, in time order, of a window that began with these at ``start`` [s] and ends
+        at ``end`` [s]: a foot whose last bounces accumulate just beyond it is on the ground by then."""
         since = self.since if self.since is not None else [start] * len(self.held)
         held = dict(zip(self.held, since, strict=True))
         each = (events[name].tolist() for name in ("foot", "kind", "time"))
         for foot, kind, time in zip(*each, strict=True):
-            _change(held, foot, kind, time)
+            _change(held, foot, kind, min(time, end))
         return contacts_of(held)
 
     def earlier(self, by: float) -> Contacts:

@@ -244,22 +244,22 @@ def settings_of(
 ) -> _native.Settings:
     """Settings of runs of a plan over ``duration`` [s]: relative tolerances as absolute ones for a length and a force
     of one, which the engine multiplies by a run's; whether apexes are found and steps recorded."""
+    return _native.Settings(settings_arrays(plan, duration, accuracy, track=track, record=record))
+
+
+def settings_arrays(
+    plan: Plan, duration: float, accuracy: Accuracy | None, *, track: bool = True, record: bool = False
+) -> dict[str, Any]:
+    """The same as the engine takes them, by name."""
     accuracy = accuracy or Accuracy()
-    out = _native.Settings()
-    out.end, out.period = duration, math.inf
-    out.gap, out.drive = accuracy.gap, accuracy.drive
-    out.gap_zero = 1e-14
-    out.force_zero = 1e-13
-    out.speed_zero = 1e-13 * plan.rate
-    given = accuracy.flight
-    out.rest_height, out.least_flight = (FLIGHT, LEAST_FLIGHT) if given is None else (0.0, given)
-    out.least_progress = 1e-10 / plan.rate
-    out.probe = 1e-7
-    out.most_steps, out.first_class = accuracy.steps, 0
-    if plan.legs is not None:
-        out.first_class = int(np.searchsorted(-step_lengths(duration), -0.5 / plan.rate))
-    out.track, out.record = track, record
-    return out
+    low, least = (FLIGHT, LEAST_FLIGHT) if accuracy.flight is None else (0.0, accuracy.flight)
+    first = 0 if plan.legs is None else int(np.searchsorted(-step_lengths(duration), -0.5 / plan.rate))
+    return {
+        "end": duration, "period": math.inf, "gap": accuracy.gap, "drive": accuracy.drive, "gap_zero": 1e-14,
+        "force_zero": 1e-13, "speed_zero": 1e-13 * plan.rate, "rest_height": low, "least_flight": least,
+        "least_progress": 1e-10 / plan.rate, "probe": 1e-7, "most_steps": accuracy.steps, "first_class": first,
+        "track": int(track), "record": int(record),
+    }  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.core import _native, nodes
+from tarsus.core import _native
 from tarsus.core.arrays import LANES
 from tarsus.core.modes import NODES, ModeBook
 from tarsus.solve.contacts import Contacts
@@ -142,7 +142,7 @@ def tangents(
         structural = [(given.derived(p, book), p - first) for p in own]
         powers = (plan.system, {p - first: given.structure[p] for p in own}) if energies else ()
         return _native.tangents_modal(
-            book.native, NODES, nodes, given.row.signals, laws, settings, given.row, begin,
+            book.native, NODES, given.row.signals, laws, settings, given.row, begin,
             given.data.lanes(first), structural, recorded, when, powers,
         )  # fmt: skip
 

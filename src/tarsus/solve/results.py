@@ -184,18 +184,20 @@ class Batch:
 
     def measured(self, names: Collection[str] | None = None, **options: Any) -> dict[str, Measured]:
         """Measures (nr,) of all runs with spread and feet: all that there are, or those of ``names``, in their order,
-        at the cost of these alone. Runs that did not reach their end have NaN; options as for `measure`.
+        at the cost of these alone. Runs that did not reach their end have NaN; options as for `measure`, and ``skip``
+        one number for all runs or one for each (nr,).
 
         Raises InputError for names that no measure has.
         """
         joined: dict[str, Measured] = {}
         for members, table in self.tables():
-            for name, one in measured(Judgement(table, **options), names).items():
+            own = {name: _of(members, one) for name, one in options.items()}
+            for name, one in measured(Judgement(table, **own), names).items():
                 if name not in joined:
                     joined[name] = one.blank(len(self))
                 joined[name].put(members, one, self.done[members])
         if names is not None and (wrong := [name for name in names if name not in joined]):
-            known = measured(Judgement(next(self.tables())[1], **options))
+            known = measured(Judgement(next(self.tables())[1]))
             raise InputError([no_measure(name, known) for name in wrong])
         return joined if names is None else {name: joined[name] for name in names}
 
@@ -271,6 +273,11 @@ class Batch:
         return dataset_of(self.variables(names, **options), attrs).set_coords(
             [] if self.axes else list(self.vary)
         )
+
+
+def _of(members: NDArray[np.int64], option: Any) -> Any:
+    """Of an option that is one for each run, those of some."""
+    return option[members] if isinstance(option, np.ndarray) else option
 
 
 def _joined(ends: Sequence[np.ndarray]) -> NDArray[np.intp]:

@@ -19,9 +19,8 @@ from tarsus.core import _native
 from tarsus.core.arrays import LANES
 from tarsus.core.modes import LinearSystem, ModeBook, derived_mode
 from tarsus.model.drive.pieces import TERMS
-from tarsus.model.standing import equilibrium
 from tarsus.plan.channels import SlopedDrive, sloped_drives
-from tarsus.plan.lowering import Plan, lower_legs, lower_system, pack
+from tarsus.plan.lowering import Plan, lower_legs, lower_scene, lower_system, pack
 from tarsus.plan.slots import Rows, bears, check_bounds, rows_for, slot, unit_of
 
 if TYPE_CHECKING:
@@ -265,8 +264,8 @@ def entering(
         for p, one in enumerate(found.values()):
             moved = {path: weight for path, weight in one.items() if path not in rest[p]}
             if any(bears(scene, path) for path in moved):
-                stencil = Stencil.of(scene, moved, STEP, plan)
-                data.initial[..., p] += _standing(scene, plan, stencil)
+                (stencil,), stood = _stepped(scene, plan, [moved], duration)
+                data.initial[..., p] += stencil.slope(plan.initial, stood.initial[1:])
     perturbed = {p: _walkers(scene, plan, one, data.initial[..., p]) for p, one in changed.items()}
     return Entering(tuple(found), row, data, structure, perturbed)
 
@@ -279,7 +278,7 @@ def _walkers(
     stencil = Stencil.of(scene, direction, STEP)
     changed = [stencil.scene(scene, float(place)) for place in stencil.places]
     if scene.initial.standing is not None:
-        initial += _standing(scene, plan, stencil)
+        initial += stencil.slope(plan.initial, [lower_scene(one).initial for one in changed])
     systems = [lower_system(one) for one in changed]
     plans = [
         replace(plan, system=system, legs=lower_legs(one.robot, system))
@@ -290,15 +289,6 @@ def _walkers(
         for one, weight in zip([plan, *plans], stencil.weights, strict=True)
         if weight != 0.0
     )
-
-
-def _standing(scene: Scene, plan: Plan, stencil: Stencil) -> Floats:
-    """Derivative (2n,) of the state in which a walker stands."""
-    assert scene.initial.standing is not None
-    n, driven, out = len(plan.initial) // 2, scene.initial.standing.driven, np.zeros(len(plan.initial))
-    there = [equilibrium(stencil.scene(scene, float(place)), driven=driven) for place in stencil.places]
-    out[:n] = stencil.slope(plan.initial[:n], there)
-    return out
 
 
 def _driven_by(row: Rows, scene: Scene, plan: Plan, lines: Mapping[str, SlopedDrive]) -> Rows:

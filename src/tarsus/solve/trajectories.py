@@ -120,7 +120,7 @@ class Trajectories:
         for r, start, window in zip(chosen.tolist(), starts, found, strict=True):
             self.code[r] = window.code
             if window.code is ResultCode.DONE:
-                self.contacts[r] = start.contacts.after(window.events, start.t0)
+                self.contacts[r] = start.contacts.after(window.events, start.t0, float(window.times[-1]))
                 self.time[r] = window.times[-1]
                 self.state[r] = np.concatenate([window.states.x[:, -1], window.states.v[:, -1]])
         return found

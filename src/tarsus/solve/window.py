@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tarsus.base.errors import InputError
-from tarsus.core import _native, nodes
+from tarsus.core import _native
 from tarsus.core import arrays as a
 from tarsus.core.modes import NODES, ModeBook
 from tarsus.core.replay import SampledStates, shown_states
@@ -406,7 +406,7 @@ class _Batch:
             for p in one.structure
         ]
         return _native.windows_modal(
-            book.native, NODES, nodes, laws.native, laws.by_programs, self.settings, self.entered(), structural,
+            book.native, NODES, laws.native, laws.by_programs, self.settings, self.entered(), structural,
             self.given.native(self.sources),
         )  # fmt: skip
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import shutil
 from collections.abc import Iterable, Iterator, Mapping
@@ -19,7 +20,7 @@ from tarsus.solve.labelled import measure_variables, outcome_variable
 from tarsus.solve.offered import offered
 from tarsus.study.axes import Floats, Grid
 from tarsus.study.sweep import Sweep
-from tarsus.study.workunit import OUTCOMES
+from tarsus.study.workunit import OUTCOMES, score_shapes
 
 BLOCK = 2**22
 """Numbers of the results that are written at a time (32 MB). Blocks do not depend on units, so that the file does not
@@ -42,14 +43,15 @@ def collect(sweep: Sweep, store: RunStore) -> tuple[Path, dict[str, int]]:
     InputError
         If a unit is not done, and where the disk has no room.
     """
-    feet = len(sweep.scene.robot.feet)
-    width = len(sweep.measures) * (2 + feet) + len(sweep.vary) + 1
+    shapes = score_shapes(sweep)
+    width = sum(math.prod(shape) for shape in shapes.values()) + len(sweep.vary) + 1
     counts = np.zeros(len(OUTCOMES), dtype=np.int64)
     attrs = {
         "title": sweep.name,
         "source": f"tarsus {package_version()}",
         "scene": sweep.scene.name,
         "duration_s": sweep.seconds,
+        "motion": str(sweep.motion),
         "plan": store.digest,
     }
 
@@ -64,12 +66,8 @@ def collect(sweep: Sweep, store: RunStore) -> tuple[Path, dict[str, int]]:
 
     target = store.place / COLLECTED_FILE
     part = part_of(target)
-    empty = {
-        "code": blank((sweep.runs,), np.int8),
-        "value": blank((sweep.runs, len(sweep.measures))),
-        "spread": blank((sweep.runs, len(sweep.measures))),
-        "per_foot": blank((sweep.runs, len(sweep.measures), feet)),
-    }
+    empty = {name: blank((sweep.runs, *shape)) for name, shape in shapes.items()}
+    empty["code"] = blank((sweep.runs,), np.int8)
     # one run is too few to distinguish a blank from a value: it is filled all the same
     variables = collected_variables(sweep, {axis: blank((sweep.runs,)) for axis in sweep.vary}, empty)
     try:
@@ -110,12 +108,16 @@ def _blocks(parts: Iterable[dict[str, np.ndarray]], runs: int) -> Iterator[tuple
 
 def _columns(sweep: Sweep, arrays: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     """Values (k, ...) of runs by the names of `collected_variables`."""
-    out = {"code": arrays["code"]}
-    for j, name in enumerate(sweep.measures):
-        out |= {name: arrays["value"][:, j], f"{name}_spread": arrays["spread"][:, j]}
-        if len(sweep.scene.robot.feet) > 1:
-            out[f"{name}_per_foot"] = arrays["per_foot"][:, j]
-    return out
+    whole = {name: arrays[name] for name in ("code", "settled") if name in arrays}
+    each = {"": "value", **{f"_{name}": name for name in ("spread", "per_foot", "over_starts")}}
+    if len(sweep.scene.robot.feet) == 1:
+        del each["_per_foot"]
+    return whole | {
+        f"{name}{ending}": arrays[key][:, j]
+        for j, name in enumerate(sweep.measures)
+        for ending, key in each.items()
+        if key in arrays
+    }
 
 
 def collected_variables(
@@ -151,6 +153,14 @@ def collected_variables(
         value, deviation = (arrays[key][:, j].reshape(shape) for key in ("value", "spread"))
         each = arrays["per_foot"][:, j].reshape(*shape, len(feet)) if len(feet) > 1 else None
         out |= measure_variables(name, definitions[name], dims, value, deviation, each, where)
+        if "over_starts" in arrays:
+            words = f"standard deviation of {name} from start to start: over attractors, by their shares"
+            notes = {"units": definitions[name].unit, "long_name": words, **where}
+            out[f"{name}_over_starts"] = Variable(dims, arrays["over_starts"][:, j].reshape(shape), notes)
+    if "settled" in arrays:
+        words = "share of the starts from which contacts repeat at the end of the run"
+        notes = {"units": "1", "long_name": words, **where}
+        out["settled"] = Variable(dims, arrays["settled"].reshape(shape), notes)
     if len(feet) > 1:
         out["foot"] = Variable(("foot",), np.array(feet), {})
     return out

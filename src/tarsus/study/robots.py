@@ -108,30 +108,36 @@ class Robots:
             raise InputError(problems)
         return cls(scene, axes, grounds, legs, parts, dead, weak, weakness)
 
-    def sweep(self, count: int, measures: Sequence[str], *, seed: int = 0, chunk: int | str = 64) -> Sweep:
-        """Runs of so many robots, each on a ground of its own."""
+    def sweep(self, count: int, measures: Sequence[str], *, seed: int = 0, **options: Any) -> Sweep:
+        """Runs of so many robots, each on a ground of its own; options: others of a sweep."""
         design = Scattered(
             count=count, seed=seed, parts=self.parts, dead=self.dead, weak=self.weak, weakness=self.weakness
         )
-        return self._sweep("robots", design, {**self.scatter, **self.over}, measures, chunk)
+        return self._sweep("robots", design, {**self.scatter, **self.over}, measures, options)
 
     def legs_sweep(
-        self, count: int, measures: Sequence[str], *, seed: int = 0, chunk: int | str = 64
+        self, count: int, measures: Sequence[str], *, seed: int = 0, **options: Any
     ) -> Sweep | None:
-        """Runs that determine whose scatter matters, no leg being dead; None where fewer than two vary."""
+        """Runs that determine whose scatter matters, no leg being dead; None where fewer than two vary; options: others
+        of a sweep."""
         axes = {name: axis for name, axis in {**self.scatter, **self.over}.items() if np.ptp(axis.ends) > 0.0}
         groups = tuple(self.legs.get(name, name) for name in axes)
         if len(set(groups)) < 2:
             return None
-        return self._sweep("legs", Saltelli(count=count, seed=seed, groups=groups), axes, measures, chunk)
+        return self._sweep("legs", Saltelli(count=count, seed=seed, groups=groups), axes, measures, options)
 
     def _sweep(
-        self, name: str, design: Any, axes: Mapping[str, SweepAxis], measures: Sequence[str], chunk: Any
+        self,
+        name: str,
+        design: Any,
+        axes: Mapping[str, SweepAxis],
+        measures: Sequence[str],
+        options: Mapping[str, Any],
     ) -> Sweep:
         own: Any = dict(axes)
         return Sweep(
             name=f"{self.scene.name}: {name}", scene=self.scene, vary=own, design=design,
-            measures=tuple(measures), chunk=chunk,
+            measures=tuple(measures), **options,
         )  # fmt: skip
 
 

@@ -54,6 +54,8 @@ def read_sweep(path: str | os.PathLike[str], laws: Mapping[str, type[Law]] | Non
     table["scene"] = scene_of_study(table.get("scene"), table.pop("set", {}), file.parent, laws)
     if isinstance(table.get("vary"), Mapping):
         table["vary"] = dict(flat_values(table["vary"]))
+    if isinstance(drawn := table.get("draw"), list):
+        table["draw"] = [str(file.parent / one) if str(one).endswith(".csv") else one for one in drawn]
     return validate(Sweep, {"name": file.stem, **table})
 
 
@@ -61,11 +63,11 @@ def frozen_texts(sweep: Sweep) -> dict[str, str]:
     """A sweep as the texts of two files by name, which `read_sweep` reads back to an equal sweep.
 
     Every setting is resolved and in SI: the study file holds what varies, the scene file the whole scene. Files of
-    the user's laws are there as they are, in the folder `LAW_FOLDER`.
+    the user's laws are there as they are, in the folder `LAW_FOLDER`. What a map would draw is left out.
     """
     import tomlkit
 
-    table = sweep.model_dump(mode="json", exclude={"scene"}, exclude_none=True)
+    table = sweep.model_dump(mode="json", exclude={"scene", "draw"}, exclude_none=True)
     for axis in table["vary"].values():
         if not axis["paths"]:
             del axis["paths"]

@@ -31,7 +31,10 @@ from tarsus.base.spec import (
 )
 from tarsus.base.units import parse_quantity
 from tarsus.measure.measure import no_measure
+from tarsus.measure.walking import OF_EPISODES
 from tarsus.model.scene import Scene
+from tarsus.model.structure.walker import Walker
+from tarsus.orbits.motion import FromRest, Motion, motion_asked
 from tarsus.solve.cost import MOST_STEPS, estimated_steps
 from tarsus.solve.offered import offered
 from tarsus.study.axes import AnyAxis, Floats, Grid, Sobol, SweepAxis
@@ -46,8 +49,14 @@ CHUNK = 64
 LONGEST_UNIT = 3600.0
 """Longest unit of work [s] that can be asked for: what is under way when a process dies is done again."""
 
-RESULTS = ("_spread", "_per_foot")
+FILED = {"run", "foot", "code", "settled"}
+"""What else a sweep's file names."""
+
+RESULTS = ("_spread", "_per_foot", "_over_starts")
 """What a measure has beside its value, as endings of its name."""
+
+EPISODE = "an episode from the scene's own start is from_rest = '0.2 s'"
+"""What to ask for instead of a settled motion."""
 
 AnyDesign = Annotated[Grid | Sobol | Scattered | Saltelli, Field(discriminator="kind")]
 """How the runs of a sweep are spread over its axes."""
@@ -73,7 +82,21 @@ class Sweep(Description):
     name: str = Field(min_length=1, description="what the sweep is called")
     scene: Scene
     duration: MaybeAmount = quantity(
-        "s", "model time of every run; the scene's own when absent", default=None, gt=0
+        "s",
+        "model time of every run; the scene's own when absent, of a settled motion 1 s or more",
+        default=None,
+        gt=0,
+    )
+    starts: int | None = Field(
+        default=None,
+        ge=1,
+        description="of every settled motion, which walkers are measured by; 4 unless given",
+    )
+    from_rest: MaybeAmount = quantity(
+        "s",
+        "measure an episode of so long from the scene's own start, transients and all",
+        default=None,
+        gt=0,
     )
     vary: Annotated[dict[_AxisName, AnyAxis], AfterValidator(FrozenDict)] = Field(
         description="axes by name: the path of a float, or any name for several paths together"
@@ -83,6 +106,10 @@ class Sweep(Description):
     chunk: int | str = Field(
         default=CHUNK,
         description="runs in a unit of work, which is kept or done again whole; or the time that one takes, `2 s`",
+    )
+    draw: tuple[str, ...] = Field(
+        default=(),
+        description="what an atlas over its two axes draws on the map: studies by name, tables beside the file",
     )
 
     @field_validator("chunk")
@@ -162,7 +189,10 @@ class Sweep(Description):
 
     @model_validator(mode="after")
     def _check(self) -> Sweep:
-        taken = {"run", "foot", "code", *(f"{name}{of}" for name in self.measures for of in ("", *RESULTS))}
+        taken = {*FILED, *(f"{name}{of}" for name in self.measures for of in ("", *RESULTS))}
+        faults = self._motion_faults()
+        if faults:
+            raise PathErrors(faults)
         faults = [
             (f"vary.{name}", "is a name of the results; give the axis another one")
             for name in self.vary
@@ -180,10 +210,50 @@ class Sweep(Description):
             raise PathErrors(faults)
         return self
 
+    def _motion_faults(self) -> list[tuple[str, str]]:
+        """Why measures cannot be taken over what is asked for."""
+        try:
+            motion = self.motion
+        except InputError as error:
+            return [_located(problem) for problem in error.problems]
+        if isinstance(motion, FromRest):
+            return []
+        paths = [path for name in self.vary for path in self.paths(name) if path.startswith("initial.")]
+        return [
+            (f"vary.{path}", f"a settled motion has starts of its own; {EPISODE}") for path in paths
+        ] + [
+            (f"measures.{i}", f"'{name}' is of a whole run from its start, which a settled motion has not; {EPISODE}")
+            for i, name in enumerate(self.measures) if name in OF_EPISODES
+        ]  # fmt: skip
+
+    @property
+    def motion(self) -> Motion:
+        """What measures are taken over: of a walker, and where starts are given, the settled motion from these; else,
+        or with `from_rest`, an episode from the scene's own start."""
+        walks = isinstance(self.scene.robot.structure, Walker)
+        if not walks and self.starts is None and self.from_rest is None:
+            return FromRest(self.scene.duration if self.duration is None else self.duration)
+        if self.from_rest is not None:
+            return motion_asked(0.0, self.starts, self.duration, self.from_rest)
+        return motion_asked(self._slowest(), self.starts, self.duration)
+
+    def _slowest(self) -> float:
+        """The longest drive period [s] that occurs: of a scene without one no motion settles."""
+        from tarsus.orbits.returns import drive_period
+
+        timed = {
+            path: axis.ends[0] for name, axis in self.vary.items() for path in self.paths(name)
+            if path.endswith(".frequency")
+        }  # fmt: skip
+        try:
+            return drive_period(with_values(self.scene, timed) if timed else self.scene)
+        except InputError as error:
+            raise InputError([f"{one}; {EPISODE}" for one in error.problems]) from None
+
     @property
     def seconds(self) -> float:
-        """Model time of every run [s]."""
-        return self.scene.duration if self.duration is None else self.duration
+        """Longest model time of a run [s]."""
+        return self.motion.duration
 
     @property
     def runs(self) -> int:
@@ -197,6 +267,12 @@ class Sweep(Description):
     def paths(self, axis: str) -> tuple[str, ...]:
         """Paths that take the values of an axis."""
         return self.vary[axis].paths or (axis,)
+
+
+def _located(problem: str) -> tuple[str, str]:
+    """A problem as a path and a sentence."""
+    path, colon, text = problem.partition(": ")
+    return (path, text) if colon and " " not in path else ("", problem)
 
 
 def _join(name: str, path: str) -> str:

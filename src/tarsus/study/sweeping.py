@@ -35,7 +35,7 @@ class SweepResult(Tabled):
 
     file: the collected NetCDF; runs: how many; kept: how many of them an earlier call had done; outcomes: how many runs
     ended how, by name in `OUTCOMES`, those that occurred; units: units of work; workers: runs of this call by who made
-    them: node, or node and process; name, seconds: of the sweep, and the time [s] of every run.
+    them: node, or node and process; name: of the sweep; motion: what its measures are taken over, in words.
     """
 
     file: Path
@@ -45,7 +45,7 @@ class SweepResult(Tabled):
     units: int = 0
     workers: Mapping[str, int] = field(default_factory=dict)
     name: str = ""
-    seconds: float = 0.0
+    motion: str = ""
 
     @property
     def failed(self) -> int:
@@ -55,7 +55,7 @@ class SweepResult(Tabled):
     def table(self) -> Table:
         """How the runs ended."""
         earlier = f", {self.kept} of them done before" if self.kept else ""
-        title = f"{self.name}: {self.runs} runs of {self.seconds:g} s{earlier}"
+        title = f"{self.name}: {self.runs} runs, {self.motion}{earlier}"
         return Table(title, ["runs", "outcome"], [(n, OUTCOMES[name]) for name, n in self.outcomes.items()])
 
 
@@ -105,7 +105,9 @@ def run_sweep(
         made.update(counted.runs)
 
     file, outcomes = finish(sweep, store, do)
-    return SweepResult(file, sweep.runs, kept, outcomes, store.units, dict(made), sweep.name, sweep.seconds)
+    return SweepResult(
+        file, sweep.runs, kept, outcomes, store.units, dict(made), sweep.name, str(sweep.motion)
+    )
 
 
 def finish(sweep: Sweep, store: RunStore, do: Callable[[Sequence[int]], None]) -> tuple[Path, dict[str, int]]:

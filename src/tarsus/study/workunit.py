@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tarsus.base.errors import InputError
-from tarsus.solve.batch import simulate_batch
+from tarsus.orbits.motion import OVER_STARTS, SettledMotion
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.simulate import Shared
 
 if TYPE_CHECKING:
-    from tarsus.solve.results import Batch
+    from tarsus.orbits.scored import Scored
     from tarsus.study.axes import Floats
     from tarsus.study.sweep import Sweep
 
@@ -46,37 +46,47 @@ def work_unit(
     Returns
     -------
     dict[str, ndarray]
-        code (k,) number in `OUTCOMES`; value, spread (k, nm) of every measure, SI; per_foot (k, nm, m). Runs that did
-        not reach their end have NaN.
+        code (k,) number in `OUTCOMES`; value, spread (k, nm) of every measure, SI; per_foot (k, nm, m); of a settled
+        motion also over_starts (k, nm) and settled (k,), see `tarsus.orbits.scored.Scored`. Runs that did not reach
+        their end have NaN.
     """
     count = len(next(iter(points.values())))
-    feet = list(sweep.scene.robot.feet)
-    names = sweep.measures
-    code = np.full(count, _NUMBERS["REFUSED"])
-    value, spread = (np.full((count, len(names)), np.nan) for _ in range(2))
-    per_foot = np.full((count, len(names), len(feet)), np.nan)
-    for first, batch in _batches(sweep, points, count, shared or Shared()):
-        part = slice(first, first + len(batch))
-        code[part] = [_NUMBERS[outcome.name] for outcome in batch.codes]
-        for j, measure in enumerate(batch.measured(names).values()):
-            value[part, j], spread[part, j] = measure.value, measure.spread
-            if measure.per_foot is not None:
-                per_foot[part, j] = measure.per_foot
-    return {"code": code, "value": value, "spread": spread, "per_foot": per_foot}
+    out = {"code": np.full(count, _NUMBERS["REFUSED"]), **_unknown(sweep, count)}
+    for first, made in _batches(sweep, points, count, shared or Shared()):
+        part = slice(first, first + len(made.code))
+        out["code"][part] = [_NUMBERS[outcome.name] for outcome in made.code]
+        for name, values in made.arrays().items():
+            out[name][part] = values
+    return out
+
+
+def score_shapes(sweep: Sweep) -> dict[str, tuple[int, ...]]:
+    """Shape of what `work_unit` tells of a run, by name."""
+    many, feet = len(sweep.measures), len(sweep.scene.robot.feet)
+    shapes: dict[str, tuple[int, ...]] = {"value": (many,), "spread": (many,), "per_foot": (many, feet)}
+    of_starts = zip(OVER_STARTS, ((many,), ()), strict=True)
+    return {**shapes, **(dict(of_starts) if isinstance(sweep.motion, SettledMotion) else {})}
+
+
+def _unknown(sweep: Sweep, count: int) -> dict[str, Floats]:
+    """What there is to tell of so many runs before it is known."""
+    return {name: np.full((count, *shape), np.nan) for name, shape in score_shapes(sweep).items()}
 
 
 def _batches(
     sweep: Sweep, points: Mapping[str, Floats], count: int, shared: Shared
-) -> list[tuple[int, Batch]]:
+) -> list[tuple[int, Scored]]:
     """All runs as one batch; where the scene refuses some of them, the others one by one, with their numbers."""
+    from tarsus.orbits.scored import scored
+
     vary = {path: points[axis] for axis in sweep.vary for path in sweep.paths(axis)}
     try:
-        return [(0, simulate_batch(sweep.scene, vary, sweep.seconds, threads=1, shared=shared))]
+        return [(0, scored(sweep.motion, sweep.scene, vary, sweep.measures, shared, threads=1))]
     except InputError:
         if count == 1:
             return []
     alone = []
     for k in range(count):
         one = {axis: values[k : k + 1] for axis, values in points.items()}
-        alone += [(k, batch) for _, batch in _batches(sweep, one, 1, shared)]
+        alone += [(k, made) for _, made in _batches(sweep, one, 1, shared)]
     return alone

@@ -130,6 +130,52 @@ def leader_of(indices: Mapping[str, Mapping[str, float]], draws: int) -> Leader 
 
 
 @dataclass(frozen=True)
+class Starts:
+    """What measures are taken over. words: as told; between (nr,) by measure: standard deviation [SI] from start to
+    start of every robot, over its attractors by their share; settled: share of all starts from which robots repeat at
+    the end. Nothing between starts of an episode.
+    """
+
+    words: str
+    between: Mapping[str, Floats] = field(default_factory=dict)
+    settled: float | None = None
+
+    @classmethod
+    def read(cls, file: Path, names: Sequence[str], words: str, starts: int) -> Starts:
+        """From a collected file of runs from so many starts; 0 of an episode."""
+        if not starts:
+            return cls(words)
+        found = measures_in(file, [*(f"{name}{BETWEEN}" for name in names), "settled"])[0]
+        settled = float(found.pop("settled").mean())
+        return cls(words, {name.removesuffix(BETWEEN): one for name, one in found.items()}, settled)
+
+    @property
+    def largest(self) -> dict[str, float]:
+        """What nine robots in ten do not exceed [SI] of what is between their starts, by measure."""
+        known = {name: one[np.isfinite(one)] for name, one in self.between.items()}
+        return {name: float(np.quantile(one, 0.9)) for name, one in known.items() if len(one)}
+
+    def notes(self, units: Mapping[str, str]) -> list[str]:
+        """Sentences about one robot's starts."""
+        if self.settled is None:
+            return []
+        parts = [f"{spaced(name)} {amount(one, units[name], 2)}" for name, one in self.largest.items()]
+        most = f"; from start to start one robot's values differ by up to {', '.join(parts)} (standard deviation, nine "
+        return [
+            f"measures are means over settled motions by their share of the starts{most * bool(parts)}"
+            f"{'in ten robots)' * bool(parts)}; {percent(self.settled)} of the runs had settled"
+        ]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values."""
+        return {"motion": self.words, "settled": self.settled, "between_starts_90": self.largest}
+
+
+BETWEEN = "_over_starts"
+"""Ending of what a sweep keeps of a measure between starts."""
+
+
+@dataclass(frozen=True)
 class Yield(Tabled):
     """What the runs say.
 
@@ -137,7 +183,7 @@ class Yield(Tabled):
     measure; outcomes: runs by how they ended; by_dead: for each number of dead legs robots, failed, and quantiles 5,
     50, 95 % of each measure; cost: by leg the mean of the first measure when it is dead, minus that when it is not, and
     its standard error; indices: by measure and group, as `Saltelli.indices`, from so many draws; required [SI] by
-    measure, None where nothing is.
+    measure, None where nothing is; motion: what measures are taken over.
     """
 
     robots: Robots
@@ -152,6 +198,7 @@ class Yield(Tabled):
     indices: Mapping[str, Mapping[str, Mapping[str, float]]]
     draws: int = 0
     required: Mapping[str, float | None] = field(default_factory=dict)
+    motion: Starts = field(default_factory=lambda: Starts(""))
 
     @property
     def leaders(self) -> dict[str, Leader]:
@@ -183,8 +230,10 @@ class Yield(Tabled):
         columns = ["measure", "is", *(Column(f"{share:.0%} of robots", ROW) for share in SHARES)]
         ended = Table("", ["runs", "outcome"], [(n, OUTCOMES[name]) for name, n in self.outcomes.items()])
         return Table(
-            f"{self.robots.scene.name}: {len(self.lost)} robots", [*columns, "what is required"], rows,
-            notes=[leader.sentence(name) for name, leader in self.leaders.items()], parts=[ended],
+            f"{self.robots.scene.name}: {len(self.lost)} robots, {self.motion.words}",
+            [*columns, "what is required"], rows,
+            notes=[*self.motion.notes(self.units), *(one.sentence(name) for name, one in self.leaders.items())],
+            parts=[ended],
             units=[self.units[name] for name in self.curves],
         )  # fmt: skip
 
@@ -203,7 +252,8 @@ class Yield(Tabled):
             for name, one in self.curves.items()
         }
         return {
-            "scene": self.robots.scene.name, "robots": len(self.lost), "measures": list(self.measures),
+            "scene": self.robots.scene.name, "robots": len(self.lost), **self.motion.to_dict(),
+            "measures": list(self.measures),
             "outcomes": dict(self.outcomes), "curves": curves, "by_dead": list(self.by_dead),
             "cost_of_a_dead_leg": {leg: {"difference": d, "error": e} for leg, (d, e) in self.cost.items()},
             "indices": {name: dict(one) for name, one in self.indices.items()},
@@ -218,6 +268,9 @@ def yield_(
     dead: tuple[int, int] = (0, 0),
     weak: tuple[int, int] | tuple[int, int, float] = (0, 0),
     require: Mapping[str, float | str | None] | None = None,
+    starts: int | None = None,
+    duration: float | str | None = None,
+    from_rest: float | str | None = None,
     robots: int = 1024,
     draws: int = 64,
     seed: int = 0,
@@ -243,6 +296,11 @@ def yield_(
     require
         Measures that robots are judged by, each with the value that a good one has, or None; mean speed and cost of
         transport without it. Of costs, slips and impacts less is better, of all other measures more.
+    starts, duration
+        Starts of every robot, 4 of a walker, and the longest time that a run takes to settle [s], 1 s or more: a
+        robot's measures are means over its settled motions by their share of the starts.
+    from_rest
+        Measure an episode of so long [s] from the scene's own start instead, transients and all.
     robots
         Number of robots.
     draws
@@ -279,7 +337,8 @@ def yield_(
     asked |= as_arguments(scatter)
     study = YieldStudy.of(
         Robots.of(drawing, **asked),
-        require, count=robots, draws=draws, seed=seed, chunk=chunk,
+        require, count=robots, draws=draws, seed=seed, chunk=chunk, starts=starts, duration=duration,
+        from_rest=from_rest,
     )  # fmt: skip
     name = scene if isinstance(scene, str | os.PathLike) else drawing.name
     folder = Path(output) if output is not None else Path(f"{Path(name).stem}.yield")
@@ -305,12 +364,14 @@ class YieldStudy:
         count: int = 1024,
         draws: int = 64,
         seed: int = 0,
-        chunk: int | str = "2 s",
+        **options: Any,
     ) -> YieldStudy:
-        """The sweeps of so many robots and draws. Raises InputError with every wrong measure and requirement."""
+        """The sweeps of so many robots and draws; options: starts, duration, from_rest and chunk of a `Sweep`. Raises
+        InputError with every wrong measure and requirement."""
         require = dict.fromkeys(WALKS) if require is None else require
         known = offered(robots.scene, robots.scene.duration)
-        sweep = robots.sweep(count, list(require), seed=seed, chunk=chunk)
+        options = {"chunk": "2 s", **options}
+        sweep = robots.sweep(count, list(require), seed=seed, **options)
         required: dict[str, float | None] = {}
         problems: list[str] = []
         for name, value in require.items():
@@ -320,7 +381,7 @@ class YieldStudy:
                 problems += [f"{name}: {one}" for one in error.problems]
         if problems:
             raise InputError(problems)
-        legs = robots.legs_sweep(draws, list(require), seed=seed, chunk=chunk) if draws else None
+        legs = robots.legs_sweep(draws, list(require), seed=seed, **options) if draws else None
         return cls(robots, sweep, legs, required)
 
     def run(
@@ -361,6 +422,8 @@ class YieldStudy:
         if not outcomes.get(ResultCode.DONE.name):
             raise InputError("no robot's run reached its end: see its sweep.nc for how they ended")
         found, units = measures_in(file, self.sweep.measures)
+        motion = self.sweep.motion
+        over = Starts.read(file, self.sweep.measures, str(motion), motion.starts)
         design, about_legs = self.sweep.design, self.legs.design if self.legs is not None else None
         assert isinstance(design, Scattered)
         dead = design.left(self.sweep.vary, slice(0, self.sweep.runs)) == 0.0
@@ -387,6 +450,7 @@ class YieldStudy:
             indices,
             about_legs.count if isinstance(about_legs, Saltelli) else 0,
             self.required,
+            over,
         )
 
 

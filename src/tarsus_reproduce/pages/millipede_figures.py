@@ -18,7 +18,7 @@ PANELS = (
     (("max_heave",), "largest heave"),
     (("max_peak",), "highest foot"),
     (("max_surge",), "farthest surge"),
-    (("stride",), "travel a period after transients"),
+    (("stride",), "travel a period, settled"),
     (("total_rebounds_any_height", "total_bounces"), "rebounds and (dotted) bounces in the run"),
     (("longest_contact",), "longest contact"),
 )

@@ -104,3 +104,36 @@ def test_branches_mark_where_the_motion_of_a_ball_doubles_its_period():
     places, e = flips[0].lines[0], 0.43
     flip = np.hypot(np.pi * (1 - e) / (1 + e), 2 * (1 + e * e) / (1 + e) ** 2)
     assert np.abs(places[:, 0] - flip).min() < 1e-6 and places[:, 1] == pytest.approx(e)
+
+
+def test_a_packaged_map_draws_its_closed_forms():
+    found = ts.atlas("ball-on-table-map", depth=2, coarse=2)
+    assert (found.x.path, found.y.path) == ("ground.restitution.coefficient", "signals.table.amplitude")
+    lift, bounce, flip = (one.lines[0] for one in found.overlays)
+    e = bounce[:, 0]
+    born = np.pi * (1 - e) / (1 + e)
+    np.testing.assert_allclose(bounce[:, 1], born, rtol=1e-7)
+    np.testing.assert_allclose(flip[:, 1], np.hypot(born, 2 * (1 + e * e) / (1 + e) ** 2), rtol=1e-7)
+    assert found.class_at(0.3, 0.95) == "period 1, stays on the ground" and set(lift[:, 1]) == {1.0}
+    assert found.class_at(0.7, 0.95) == "period 1"
+
+
+def test_the_packaged_map_of_the_walker_draws_the_cuts_of_figures(walker):
+    names = [
+        one.name for one in overlays_of(dataclasses.replace(walker, x=walker.y, y=walker.x), "millipede-map")
+    ]
+    assert len(names) == 2 and all("Fig. 4." in name for name in names)
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        ({"x": ("ground.restitution.coefficient", 0.1, 0.9)}, "an atlas has two axes; give both"),
+        ({}, "no study is called 'hexapod-table'"),
+    ],
+)
+def test_an_atlas_without_axes_is_a_study_of_two_numbers(given, sentence):
+    with pytest.raises(ts.InputError, match=sentence):
+        ts.atlas("hexapod-table", **given)
+    with pytest.raises(ts.InputError, match="an atlas is over two numbers, each by itself"):
+        ts.atlas("millipede-ground")

@@ -73,7 +73,7 @@ def test_luck_is_not_taken_for_knowledge_where_walks_ring(monkeypatch):
     often = adapt(scene, FREE, BOX, "nothing", starts=32, **many | {"from_rest": None})
     assert once.regret > 0.3 and "from rest, 21 ms" in str(once)
     assert abs(often.regret) < 0.05 and often.to_dict()["starts"] == 32
-    assert "settled motion, walks of 1 s from 32 starts" in str(often)
+    assert "settled motion, runs of 1 s from 32 starts" in str(often)
 
 
 def felt(rng: np.random.Generator, senses: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

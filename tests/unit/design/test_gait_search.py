@@ -204,7 +204,7 @@ def test_a_settled_front_is_a_mean_over_starts_and_says_its_interval(scene, monk
     scale = 1.0 + 0.2 * best.point[0]
     assert scale > 1.19 and best.nominal[0] == pytest.approx(1.5 * scale, rel=0.03)  # of 96 fresh starts
     assert best.intervals[0] == pytest.approx((scale, 2.0 * scale))
-    assert "settled motion, walks of 1 s from 16 starts" in str(found) and found.better is None
+    assert "settled motion, runs of 1 s from 16 starts" in str(found) and found.better is None
 
 
 def test_the_worst_is_that_of_grounds_and_starts_together(scene, monkeypatch):
@@ -304,7 +304,7 @@ def test_a_bad_request_is_refused_whole(scene):
             InputError, match=f"at least a drive period of the slowest gait, {slowest}, got 0.009 s"
         ):
             gait(scene, given, from_rest=0.009)
-    with pytest.raises(InputError, match="takes walks of 1 s at least, got 100 ms; an episode"):
+    with pytest.raises(InputError, match="takes runs of 1 s at least, got 100 ms; an episode"):
         gait(scene, FREE, duration=0.1)
     with pytest.raises(InputError, match="give one of the two"):
         gait(scene, FREE, duration=1.0, from_rest=0.1)

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from tarsus.identify.bounce import FEWEST, BounceFit, find_bounces
-from tarsus.identify.restitution import _alike, _caught
+from tarsus.identify.checks import TREND, with_speed
+from tarsus.identify.draws import DRAWS
+from tarsus.identify.restitution import PATH, BounceStudy, _alike, _caught
+from tarsus.identify.step import StepResult
 from tarsus.identify.traces import Trace
 
 STEP = 5e-5
@@ -85,3 +90,42 @@ def test_impacts_whose_approach_is_lost_in_its_error_do_not_set_the_ratio_of_the
     exact = fits(departures, 1e-2, approaches)
     exact.covariance[3:] *= 1e-4  # the two that are well seen
     assert _alike(exact, every)[3:].all()
+
+
+def test_impacts_far_off_that_lie_on_a_line_over_speed_are_no_accidents():
+    """Restitution that falls with speed: three slow impacts of a record beside thirty fast ones, and one caught
+    within a sample, which is on no line."""
+    fast, slow = np.linspace(0.114, 0.119, 30), np.array([0.064, 0.0645, 0.065])
+    approaches = np.concatenate([fast, slow, [0.09]])
+    departures = approaches * (0.36 - 0.09 * np.log(approaches / 0.116))
+    departures[-1] *= 0.7
+    every, error = np.ones(34, dtype=bool), 5e-4
+    assert np.flatnonzero(~_alike(fits(departures.tolist(), error, approaches.tolist()), every)).tolist() == [
+        33
+    ]
+    two = np.arange(34) != 32  # fewer than are needed for a rule: far off the others
+    assert np.flatnonzero(
+        two & ~_alike(fits(departures.tolist(), error, approaches.tolist()), two)
+    ).tolist() == [30, 31, 33]
+
+
+def trend(falling: float, seed: int) -> float:
+    """F of a trend in impacts at nearly one speed, and slower ones where restitution falls with speed, when what is not
+    known of the moment adds to the approach what it takes from the departure."""
+    random = np.random.default_rng(seed)
+    true = np.concatenate([np.full(30, 0.116), np.full(6, 0.064 if falling else 0.116)])
+    off = 6e-4 * random.standard_normal(36)
+    departures = true * (0.4 - falling * np.log(true / 0.1)) - off + 2e-4 * random.standard_normal(36)
+    fitted = fits(departures.tolist(), 1e-4, (true + off).tolist())
+    fitted.covariance[:] = 6e-4**2 * np.ones((2, 2)) + 2e-4**2 * np.eye(
+        2
+    )  # of departure and (signed) approach
+    step = StepResult("restitution", (PATH,), np.array([0.4]), np.full((DRAWS, 1), 0.4))
+    items = [SimpleNamespace(trace=k % 6) for k in range(36)]
+    study = BounceStudy(step, SimpleNamespace(items=items), fitted, np.zeros((DRAWS, 36)))
+    return with_speed(step, study, 1).checks[0].value
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_noise_of_approaches_is_no_trend_of_restitution_with_speed(seed):
+    assert trend(0.0, seed) < TREND < trend(0.09, seed)

@@ -131,7 +131,11 @@ def test_a_trend_has_a_large_f_and_none_a_small_one():
     assert tilted.value == pytest.approx(-0.05, abs=4.0 * tilted.error)
     slight = in_a_line(design, 0.4 + 0.02 * random.standard_normal(60) - 0.009 * x, error, groups, 1)
     assert slight is not None
-    assert slight.picked(4000, 1).mean() == pytest.approx(0.0 if slight.decided else slight.weight, abs=0.03)
+    drawn = slight.drawn(4000, 1)
+    assert (drawn != 0.0).mean() == pytest.approx(0.0 if slight.weight < 0.05 else slight.weight, abs=0.03)
+    drawn = tilted.drawn(4000, 1) * tilted.value  # what is decided for is drawn, with its error
+    assert drawn.mean() == pytest.approx(tilted.value, rel=0.01)
+    assert drawn.std() == pytest.approx(tilted.error, rel=0.05)
     assert in_a_line(design[:3], flat[:3], error[:3], groups[:3], 1) is None, "too few to see a scatter"
 
 

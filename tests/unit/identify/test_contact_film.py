@@ -73,16 +73,17 @@ def test_restitution_hangs_on_the_film_and_the_impacts_tell_both(truth, bounces,
     assert abs(before.value(PATH) / true - 1.0) > 0.03
     assert after.value(PATH) == pytest.approx(true, rel=0.02)
     low, high = after.interval(PATH)
-    assert low < true < high and high - low < 0.06 * true
+    assert low < true < high and high - low < 0.08 * true
 
 
 def test_the_film_is_told_as_an_impact_sees_it(truth, told):
-    """By ``C / g0^2``, twice the integral of ``C / (g + g0)^3`` over the way up."""
+    """By ``C / g0^2``, twice the integral of ``C / (g + g0)^3`` over the way up; by the four impacts whose approach is
+    seen, and by none of the hops of micrometres a second that ten others are taken for."""
     film, step = truth.scene.ground.film, told[1]
     drawn = step.draws(FILM[0]) / step.draws(FILM[1]) ** 2
     low, high = np.quantile(drawn, [0.025, 0.975])
     assert low < film.coefficient / film.thickness**2 < high < 4.0 * low
-    assert any(one.what == "impacts, for the film" and one.used >= 5 for one in step.used)
+    assert any(one.what == "impacts, for the film" and one.used == 4 for one in step.used)
 
 
 def test_what_goes_with_the_film_moves_along(truth, told):

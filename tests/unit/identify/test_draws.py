@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.stats import binom
+from scipy.stats import binom, norm, truncnorm
 
 from tarsus.identify.draws import DRAWS, carried, newton_draws, within
 from tarsus.identify.step import StepResult
@@ -105,3 +105,16 @@ def test_draws_inside_stay_and_an_estimate_far_outside_is_no_number():
     )
     step = StepResult("one", ("e",), near, drawn, bounds={"e": ends[0]})
     assert step.value("e") == 1.0 == step.interval("e")[1] and step.unsound() == []
+
+
+def test_two_numbers_that_go_together_are_cut_off_once():
+    """Adhesion and its growth by a line with one degree of freedom: the quantiles are those of the normal distribution
+    that is cut off, for what moves along and leaves its own bounds by a little does not move the first again."""
+    along = norm.ppf((np.arange(DRAWS) + 0.5) / DRAWS)
+    drawn = np.column_stack([3e-9 + 3e-8 * along, 3.6e-6 - 1.6e-6 * along])
+    values, samples, _ = within(np.array([3e-9, 3.6e-6]), drawn, ((0.0, np.inf), (0.0, np.inf)))
+    low, high = truncnorm.ppf([0.025, 0.975], -0.1, np.inf)
+    assert np.quantile(samples[:, 0], 0.025) == pytest.approx(3e-9 + 3e-8 * low, abs=1e-9)
+    assert samples.min() >= 0.0 and np.quantile(samples[:, 0], 0.975) < 3e-9 + 3e-8 * high
+    step = StepResult("adhesion", ("a", "b"), values, samples)
+    assert step.unsound() == [] and step.interval("b")[1] == pytest.approx(3.6e-6 - 1.6e-6 * low, rel=0.02)

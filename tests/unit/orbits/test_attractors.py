@@ -76,6 +76,15 @@ def test_beyond_the_flip_a_ball_bounces_with_twice_the_period():
     assert (2, 2) in [(one.multiple, one.impacts) for one in found.found]
 
 
+def test_a_motion_that_only_the_own_start_leads_to_is_found_with_no_share():
+    """A ball that lies on its table at first, and starts above it that all go on to bounce."""
+    scene = table(0.8, 0.5)
+    found = ts.attractors(scene, starts=3, over={"height": (0.24, 0.28)}, edges=False)
+    lying = found[found.own]
+    assert len(found) == 2 and lying.impacts == 0 and lying.share.count == 0 == len(lying.members)
+    assert found[0].share.count == 3 and (found.label == 0).all() and lying.share.high > 0.0
+
+
 def test_chaos_is_a_class_of_its_own():
     found = ts.attractors(table(0.9, 3.0), starts=4, edges=False)
     assert len(found) == 0
@@ -120,3 +129,13 @@ def test_axes_that_are_no_part_of_a_start_are_refused(over, said):
 def test_a_scene_without_a_drive_has_no_attractors_to_look_for():
     with pytest.raises(ts.InputError, match="periodic"):
         ts.attractors(scene("ball"), starts=4)
+
+
+def test_a_motion_of_twelve_periods_has_multipliers():
+    """Each impact contracts areas by e^2: the multipliers' product, whatever the period."""
+    values = {"ground.restitution.coefficient": 0.759375, "signals.table.amplitude": 1.3984375}
+    (found,) = ts.attractors(
+        ts.with_values(ts.load_scene("ball-on-table"), values), starts=8, edges=False
+    ).found
+    assert (found.multiple, found.impacts) == (12, 12) and found.orbit is not None
+    assert np.prod(found.orbit.multipliers).real == pytest.approx(0.759375**24, rel=1e-9)

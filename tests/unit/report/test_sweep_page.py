@@ -53,6 +53,29 @@ def test_measures_come_with_their_range_and_where_it_ends(tmp_path: Path) -> Non
     assert "Runs that failed" not in page.text
 
 
+def test_settled_motions_come_with_what_is_between_their_starts(tmp_path: Path) -> None:
+    from tarsus.files.series import write_netcdf
+
+    scene, rate = ts.load_scene("millipede"), "ground.adhesion.rate"
+    sweep = Sweep(name="walk", scene=scene, measures=("stride",), vary={rate: [1e-6, 2e-6, 3e-6]})
+    value = np.array([[1e-6], [2e-6], [np.nan]])
+    arrays = {
+        "code": np.array([0, 0, CODES.index("STALLED")], dtype=np.int8), "value": value, "spread": 0.0 * value,
+        "per_foot": np.repeat(value[:, :, None], 2, axis=2), "over_starts": 0.1 * value,
+        "settled": np.array([1.0, 0.5, 0.75]),
+    }  # fmt: skip
+    write_netcdf(
+        collected_variables(sweep, sweep.points(), arrays), {"title": "a walk"}, tmp_path / "sweep.nc"
+    )
+    text = Page(sweep_html(sweep, tmp_path / "sweep.nc")).text
+    assert "3 runs of millipede: settled motion, runs of 1 s from 4 starts." in text
+    assert "stride 2 1 µm 1.5 µm 2 µm 150 nm adhesion.rate 1 µN/s" in text
+    assert (
+        "75 % of the starts repeat" in text
+        and "starts repeat" not in Page(sweep_html(*made(tmp_path, ["DONE"] * 12))).text
+    )
+
+
 def test_failed_runs_are_counted_listed_and_left_out(tmp_path: Path) -> None:
     sweep, file = made(tmp_path, ["REFUSED", *["DONE"] * 10, "STALLED"])
     text = sweep_html(sweep, file)

@@ -8,8 +8,8 @@ import xarray as xr
 from study.sweep_case import RATE, RESTITUTION, small
 
 import tarsus as ts
+import tarsus.orbits.scored as scored
 import tarsus.study.sweeping as sweeping
-import tarsus.study.workunit as workunit
 from scene_files import scene
 from tarsus.solve import Accuracy
 from tarsus.study.axes import Linspace, Sobol
@@ -86,12 +86,12 @@ def test_another_sweep_is_not_resumed(tmp_path):
 
 def test_runs_that_end_early_are_kept_with_their_sentence(tmp_path, monkeypatch):
     sweep = small(vary={"ground.film.coefficient": [0.0, 1e-18]}, measures=("peak",))
-    batch = workunit.simulate_batch
+    batch = scored.simulate_batch
 
     def hurried(*words, **options):
         return batch(*words, **options, accuracy=Accuracy(steps=300))
 
-    monkeypatch.setattr(workunit, "simulate_batch", hurried)
+    monkeypatch.setattr(scored, "simulate_batch", hurried)
     result = run_sweep(sweep, tmp_path)
     dataset = opened(result)
     assert result.outcomes == {"DONE": 1, "STEP_LIMIT": 1}

@@ -114,6 +114,12 @@ class Channels(Sequence[Pieces]):
         after = np.cumsum(self.counts)
         return np.insert(value_of(self.begin), after, value_of(self.end)[after - 1])
 
+    @property
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """The channels as the engine takes them, laid end to end, by name."""
+        names = ("counts", "loops", "starts", "coef", "kink")
+        return {name: np.ascontiguousarray(value_of(getattr(self, name))) for name in names}
+
     def __len__(self) -> int:
         return len(self.counts)
 

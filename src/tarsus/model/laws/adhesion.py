@@ -14,6 +14,7 @@ class Adhesion(AdhesionLaw):
 
     slot = "adhesion"
     source = DISSERTATION
+    force_scale = ("initial",)
 
     initial: Amount = quantity("N", "adhesion at first contact C_a0", ge=0)
     rate: Amount = quantity("N/s", "growth of adhesion with contact time C_a", ge=0)
@@ -22,7 +23,3 @@ class Adhesion(AdhesionLaw):
     def strength(age: float, initial: float, rate: float) -> float:
         """Pull [N] that the contact holds, ``age`` [s] after it began."""
         return initial + rate * age
-
-    def force_scale(self) -> float:
-        """Strength [N] at first contact."""
-        return self.initial

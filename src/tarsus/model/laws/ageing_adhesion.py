@@ -17,6 +17,7 @@ class AgeingAdhesion(AdhesionLaw):
     """
 
     title = "ageing adhesion"
+    force_scale = ("initial", "gain")
 
     initial: Amount = quantity("N", "adhesion of a new contact C_0", ge=0)
     gain: Amount = quantity("N", "what an old contact has gained C_1", ge=0)
@@ -34,7 +35,3 @@ class AgeingAdhesion(AdhesionLaw):
     ) -> float:
         """Age [s] that is left of one after a time in the air."""
         return age * math.exp(-away / fading)
-
-    def force_scale(self) -> float:
-        """Strength [N] of an old contact."""
-        return self.initial + self.gain

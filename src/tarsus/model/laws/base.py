@@ -72,6 +72,10 @@ class Law(Description):
     """Whether the law acts on no foot without an electrode."""
     needs_strength: ClassVar[bool] = False
     """Whether the law acts only where a contact has a strength."""
+    length_scale: ClassVar[tuple[str, ...]] = ()
+    """Fields whose sum [m] is the gap over which the law changes, a scale of lengths beside those of the structure."""
+    force_scale: ClassVar[tuple[str, ...]] = ()
+    """Fields whose sum [N] is the force of the law, a scale of forces beside those of the structure."""
 
     @classmethod
     def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
@@ -84,6 +88,9 @@ class Law(Description):
                     f"{cls.__name__}.{name}: a law's field is a float with a unit, written "
                     f"{name}: float = quantity('N', 'what it is')"
                 )
+        for field in (*cls.length_scale, *cls.force_scale):
+            if field not in cls.names():
+                raise TypeError(f"{cls.__name__}: its scales name '{field}', which is no field of it")
         if "title" not in cls.__dict__:
             cls.title = cls.name().replace("_", " ")
         for function, leading in {cls.function_name or "": cls.leading, **cls.also}.items():
@@ -134,14 +141,6 @@ class Law(Description):
         function = self.function() if hook is None else self.functions()[hook][0]
         assert function is not None
         return function(*arguments, *self.parameters())
-
-    def length_scale(self) -> float:
-        """Gap [m] over which the law changes, as a scale of lengths beside those of the structure; 0 for none."""
-        return 0.0
-
-    def force_scale(self) -> float:
-        """Force [N] of the law, as a scale of forces beside those of the structure; 0 for none."""
-        return 0.0
 
 
 @lru_cache

@@ -18,6 +18,7 @@ class Film(DampingLaw):
     title = "squeeze film"
     source = DISSERTATION
     small = True
+    length_scale = ("thickness",)
 
     coefficient: Amount = quantity("N m^2 s", "film coefficient C", ge=0)
     thickness: Amount = quantity("m", "residual film thickness at contact; at zero a foot never lands", gt=0)
@@ -26,7 +27,3 @@ class Film(DampingLaw):
     def momentum(gap: float, coefficient: float, thickness: float) -> float:
         """Momentum [N s] whose rate is the film force, at ``gap`` [m]."""
         return 0.5 * coefficient / ((gap + thickness) * (gap + thickness))
-
-    def length_scale(self) -> float:
-        """The thickness [m]."""
-        return self.thickness

@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "base/fields.hpp"
+
 namespace tarsus {
 
 namespace nb = nanobind;
@@ -27,6 +29,25 @@ template <class T>
 std::vector<T> field(nb::handle group, const char* name) {
   return copied(nb::cast<Array<T>>(group.attr(name)));
 }
+
+// The fields that a dict holds: arrays, or single numbers.
+struct Given : Fields {
+  nb::dict from;
+
+  explicit Given(nb::dict d) : from(std::move(d)) {}
+  bool has(const std::string& name) const override { return from.contains(name.c_str()); }
+  std::vector<double> doubles(const std::string& name) const override { return taken<double>(name); }
+  std::vector<int64_t> integers(const std::string& name) const override { return taken<int64_t>(name); }
+
+ private:
+  template <class T>
+  std::vector<T> taken(const std::string& name) const {
+    if (!has(name)) throw std::invalid_argument("there is no " + name);
+    const nb::object found = from[name.c_str()];
+    return nb::isinstance<nb::float_>(found) || nb::isinstance<nb::int_>(found) ? std::vector<T>{nb::cast<T>(found)}
+                                                                                : copied(nb::cast<Array<T>>(found));
+  }
+};
 
 inline std::vector<uint8_t> booleans(nb::handle group, const char* name) {
   const auto array = nb::cast<Array<bool>>(group.attr(name));

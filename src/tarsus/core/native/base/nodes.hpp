@@ -1,8 +1,12 @@
 // Gauss-Lobatto nodes of a step and the constant matrices that act on nodal values; tarsus.core.nodes makes them.
 #pragma once
+#include <vector>
+
 #include "base/simd.hpp"
 
 namespace tarsus {
+
+constexpr int SERIES = 20;  // Taylor terms over a step that resolves every mode: 1/20! = 4e-19
 
 struct Nodes {
   double tau[N];            // scaled times of the nodes, 0 to 1
@@ -12,6 +16,11 @@ struct Nodes {
   double derivative[N][N];  // nodal values to nodal values of the derivative by the scaled time
   double once[N][N];        // [j][i]: integral from 0 to node i of the Lagrange polynomial of node j
   double twice[N][N];       // the same integrated twice
+  double left[N][N], right[N][N];  // nodal values on the two halves of a step from those on the whole, [to][from]
+  double partial[N][N][N];         // on [0, tau_j]: [j][to][from]
+  double spacing;                  // widest of neighbouring nodes
+  double series[SERIES][N];        // [n][a]: integral over [0, 1] of (1 - s)^n / n! times the polynomial of node a
+  std::vector<double> gauss, gauss_weights;  // Gauss's points on [0, 1], good for polynomials up to degree 31
 
   Row times() const { return load(tau); }
   // Truncation of a polynomial given by its nodal values.

@@ -29,9 +29,9 @@ constexpr int REPORTED = 8;  // numbers of an event: those of EventNumbers, and 
 // Eight of the directions, from ``first`` on.
 class Lens : public ModalTangent {
  public:
-  Lens(Book& book, const Nodes& nodes, const Halves& halves, const Signals& signals, const Laws& laws, const Settings& settings,
+  Lens(Book& book, const Nodes& nodes, const Signals& signals, const Laws& laws, const Settings& settings,
        const RunData& run, const Beginning& start, const DataTangents& data, size_t channels, const Directions& of, int first)
-      : ModalTangent(book, nodes, halves, signals, laws, settings, run, start, data, channels, {}), of_(of), first_(first) {}
+      : ModalTangent(book, nodes, signals, laws, settings, run, start, data, channels, {}), of_(of), first_(first) {}
 
   static DataTangents data(const DataTangents& nothing, const Directions& of, int first, const Signals& signals,
                            const int64_t* channels, const std::vector<int64_t>& groups) {
@@ -485,7 +485,7 @@ class ModalAdjoint {
     for (size_t first = 0; first < entries.size(); first += LANES) {
       const size_t last = std::min(first + LANES, entries.size());
       for (size_t n = first; n < last; n++) *entries[n].first = Lens::unit(int(n - first));
-      within_step(run_.book_, run_.nodes_, run_.halves_, mode, run_.step_.step_class, s, run_.acting_, unit_, run_.slope_room_, run_.inside_);
+      within_step(run_.book_, run_.nodes_, mode, run_.step_.step_class, s, run_.acting_, unit_, run_.slope_room_, run_.inside_);
       show(mode, run_.nodes_, run_.step_.length, s, run_.acting_, unit_, run_.inside_, run_.shown_);
       Row sum = Row(0.0);
       const auto add = [&](const std::vector<Row>& found, const std::vector<double>& by) {
@@ -620,7 +620,7 @@ class ModalAdjoint {
 
 // The derivatives of a number by all data of a run. nothing: of the sizes of the data; groups (feet, columns): number of the group
 // of each parameter of the laws, or -1.
-inline AdjointResult adjoint(Book& book, const Nodes& nodes, const Halves& halves, const Signals& signals, const Laws& laws,
+inline AdjointResult adjoint(Book& book, const Nodes& nodes, const Signals& signals, const Laws& laws,
                              const Settings& settings, const RunData& run, const Beginning& start, const DataTangents& nothing,
                              size_t channels, const std::vector<int64_t>& groups, const std::vector<int64_t>& degrees,
                              const RunRecord& record, const Objective& objective) {
@@ -629,7 +629,7 @@ inline AdjointResult adjoint(Book& book, const Nodes& nodes, const Halves& halve
   std::vector<DataTangents> data;
   for (int b = 0; b < of.blocks(); b++) data.push_back(Lens::data(nothing, of, b * LANES, signals, run.channels, groups));
   ModalAdjoint march(of, signals, degrees, channels, [&](int b) {
-    return std::make_unique<Lens>(book, nodes, halves, signals, laws, settings, run, start, data[b], channels, of, b * LANES);
+    return std::make_unique<Lens>(book, nodes, signals, laws, settings, run, start, data[b], channels, of, b * LANES);
   });
   return march.run(record, objective);
 }

@@ -17,7 +17,7 @@ namespace {
 //
 // Returns derivatives of the number by groups, initial state, sources, coef, begin, end, loops and the period; flags
 // (flags, 3): event, reason, lane -1; edges (edges, 3) at the very start: piece, turns, channel; whether it gave up.
-nb::tuple adjoint_modal(Book& book, const Nodes& nodes, nb::handle module, const Signals& signals, const Laws& laws,
+nb::tuple adjoint_modal(Book& book, const Nodes& nodes, const Signals& signals, const Laws& laws,
                         const Settings& settings, nb::handle rows, nb::handle start, const Integers& groups, const Integers& degrees,
                         nb::handle recorded, nb::handle seeds) {
   const Sizes& sizes = book.sizes;
@@ -30,12 +30,11 @@ nb::tuple adjoint_modal(Book& book, const Nodes& nodes, nb::handle module, const
       groups.size() != m * laws.columns || degrees.size() != signals.start.size()) {
     throw std::invalid_argument("the sizes of a recorded run and of what is asked of it differ");
   }
-  const Halves halves = halves_of(module);
   const Objective objective{by_events.data(), times.data(), by_samples.data(), times.size()};
   AdjointResult found;
   {
     nb::gil_scoped_release released;
-    found = adjoint(book, nodes, halves, signals, laws, settings, given.batch.of(0), window.begun(),
+    found = adjoint(book, nodes, signals, laws, settings, given.batch.of(0), window.begun(),
                     DataTangents::none(size_t(sizes.coordinates), laws, signals), given.batch.channels,
                     copied(groups), copied(degrees), window.record(), objective);
   }

@@ -17,8 +17,7 @@ constexpr size_t TOGETHER = 64;  // windows whose recorded steps are kept at a t
 struct ModalWindows {
   modal::Book& book;
   const Nodes& nodes;
-  const modal::Halves& halves;
-  const Laws &laws, &programs;
+    const Laws &laws, &programs;
   const Settings& settings;
 
   // Windows from one up to another, on the same data; structural: of every block.
@@ -37,11 +36,11 @@ struct ModalWindows {
       const double* trace = made.trace.data() + step * modal::recorded_width(book.sizes);
       for (size_t e = event; e < event + events; e++) made.notes[e].steps -= double(step);
       out.note(Code(made.codes[k]), made.events.data() + event, events);
-      const auto seen = modal::sample_steps(book, nodes, halves, runs[k].sources, trace, steps, starts.asked(w), starts.samples(w));
+      const auto seen = modal::sample_steps(book, nodes, runs[k].sources, trace, steps, starts.asked(w), starts.samples(w));
       out.samples.insert(out.samples.end(), seen.begin(), seen.end());
       const modal::RunRecord record{trace, steps, made.events.data() + event, made.notes.data() + event, events};
       for (size_t b = 0; b < on.blocks.size(); b++) {
-        modal::ModalTangent march(book, nodes, halves, on.signals, programs, settings, runs[k], begun[k], on.blocks[b],
+        modal::ModalTangent march(book, nodes, on.signals, programs, settings, runs[k], begun[k], on.blocks[b],
                                   on.rows.batch.channels, structural[b]);
         modal::TangentResult found = march.run(record, starts.asked(w), starts.samples(w), nullptr);
         out.note(w, b, events, std::move(found.events), found.samples, found.flags);
@@ -54,7 +53,7 @@ struct ModalWindows {
 
 // laws, programs: with twins and by programs alone; on: a list of (signals, rows, blocks of derivatives, of each block what is of
 // the structure: its book and lane).
-nb::tuple windows_modal(modal::Book& book, const Nodes& nodes, nb::handle module, const Laws& laws, const Laws& programs,
+nb::tuple windows_modal(modal::Book& book, const Nodes& nodes, const Laws& laws, const Laws& programs,
                         const Settings& settings, nb::list on, nb::list structural, nb::handle given) {
   const modal::Sizes& sizes = book.sizes;
   const std::vector<WindowData> data = window_data(on, size_t(sizes.coordinates), laws, sizes.drives);
@@ -69,11 +68,10 @@ nb::tuple windows_modal(modal::Book& book, const Nodes& nodes, nb::handle module
     }
     numbers[source][block].push_back({by, lane});
   }
-  const modal::Halves halves = halves_of(module);
   WindowsFound out(blocks);
   {
     nb::gil_scoped_release released;
-    const ModalWindows windows{book, nodes, halves, laws, programs, settings};
+    const ModalWindows windows{book, nodes, laws, programs, settings};
     for (size_t w = 0; w < starts.count;) {
       const size_t last = starts.alike(w, TOGETHER), source = size_t(starts.source(w));
       windows.run(starts, w, last, data[source], numbers[source], out);

@@ -8,13 +8,6 @@ namespace tarsus {
 
 typedef Array<uint8_t> Flags;
 
-inline modal::Halves halves_of(nb::handle module) {
-  modal::Halves out;
-  copy_to(&out.left[0][0], N * N, module, "LEFT");
-  copy_to(&out.right[0][0], N * N, module, "RIGHT");
-  return out;
-}
-
 // A recorded window of a modal system as Python has it, and where it began: arrays that are kept for as long as this.
 struct WindowRecord {
   double at;

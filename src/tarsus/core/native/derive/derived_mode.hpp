@@ -36,13 +36,13 @@ struct Levels {
   std::vector<Duhamel> phi;
   std::vector<std::vector<Matrix2>> flows;  // (N, blocks)
 
-  Levels(const ContactMode& mode, double length, const Nodes& nodes, const Quadrature& q) {
+  Levels(const ContactMode& mode, double length, const Nodes& nodes) {
     int halved = 0;
     while (mode.rate * std::ldexp(length, -halved) > 1.0) halved++;
     for (; halved >= 0; halved--) {
       lengths.push_back(std::ldexp(length, -halved));
-      phi.push_back(phi.empty() ? by_series(mode, nodes, q, lengths[0])
-                                : doubled(phi.back(), mode, nodes, q, lengths[lengths.size() - 2]));
+      phi.push_back(phi.empty() ? by_series(mode, nodes, lengths[0])
+                                : doubled(phi.back(), mode, nodes, lengths[lengths.size() - 2]));
       flows.emplace_back();
       for (int j = 0; j < N; j++) {
         for (int b = 0; b < mode.blocks_used; b++) flows.back().push_back(exponential_of(block_of(mode, b), nodes.tau[j] * lengths.back()));
@@ -63,24 +63,24 @@ struct PairTables {
   Matrix2 flow[N] = {};
   Row phi[N][4];
 
-  PairTables(const ContactMode& mode, const Matrix2& coupling, int b, int c, const Levels& levels, const Nodes& nodes, const Quadrature& q) {
-    for (int j = 0; j < N; j++) begin(mode, coupling, b, c, j, nodes.tau[j] * levels.lengths[0], q);
+  PairTables(const ContactMode& mode, const Matrix2& coupling, int b, int c, const Levels& levels, const Nodes& nodes) {
+    for (int j = 0; j < N; j++) begin(mode, coupling, b, c, j, nodes.tau[j] * levels.lengths[0], nodes);
     for (size_t level = 0; level + 1 < levels.lengths.size(); level++) {
       for (int j = 1; j < N; j++) {
         twice(j, levels.flows[level][j * mode.blocks_used + b], levels.flows[level][j * mode.blocks_used + c],
-              const_cast<Duhamel&>(levels.phi[level]), c, q);
+              const_cast<Duhamel&>(levels.phi[level]), c, nodes);
       }
     }
   }
 
  private:
-  void begin(const ContactMode& mode, const Matrix2& coupling, int b, int c, int j, double length, const Quadrature& q) {
+  void begin(const ContactMode& mode, const Matrix2& coupling, int b, int c, int j, double length, const Nodes& nodes) {
     const Matrix2 left = scaled(block_of(mode, b), length), right = scaled(block_of(mode, c), length), by = scaled(coupling, length);
     Matrix2 power = {{{1.0, 0.0}, {0.0, 1.0}}}, moved = {};
     std::fill_n(phi[j], 4, Row(0.0));
     double factorial = 1.0;
     for (int n = 0; n < SERIES; n++) {
-      for (int e = 0; e < 4; e++) phi[j][e] += load(q.series[n]) * (length * moved.a[e / 2][e % 2]);
+      for (int e = 0; e < 4; e++) phi[j][e] += load(nodes.series[n]) * (length * moved.a[e / 2][e % 2]);
       flow[j] = plus(flow[j], scaled(moved, 1.0 / factorial));
       moved = plus(times(moved, right), times(power, by));
       power = times(power, left);
@@ -88,12 +88,12 @@ struct PairTables {
     }
   }
 
-  void twice(int j, const Matrix2& to, const Matrix2& from, Duhamel& before, int c, const Quadrature& q) {
+  void twice(int j, const Matrix2& to, const Matrix2& from, Duhamel& before, int c, const Nodes& nodes) {
     Row first[4], moved[4], second[4];
     for (int e = 0; e < 4; e++) {
-      first[e] = combine(&q.left[0][0], load(before.at(j, c, e / 2, e % 2)));
-      moved[e] = combine(&q.left[0][0], phi[j][e]);
-      second[e] = combine(&q.right[0][0], phi[j][e]);
+      first[e] = combine(&nodes.left[0][0], load(before.at(j, c, e / 2, e % 2)));
+      moved[e] = combine(&nodes.left[0][0], phi[j][e]);
+      second[e] = combine(&nodes.right[0][0], phi[j][e]);
     }
     for (int e = 0; e < 4; e++) {
       const int r = e / 2, d = e % 2;
@@ -114,10 +114,10 @@ class Response {
   int source(int s) const { return sizes_.last() + s; }
 
   // Add what block b has through integrals from what comes into block c by the inputs of a mode's arrays.
-  void add(const ContactMode& by, int b, int c, int j, const Row* phi, const Quadrature& q) {
+  void add(const ContactMode& by, int b, int c, int j, const Row* phi, const Nodes& nodes) {
     const int ns = sizes_.stride;
     Row part[4];
-    for (int e = 0; e < 4; e++) part[e] = combine(&q.partial[j][0][0], phi[e]);
+    for (int e = 0; e < 4; e++) part[e] = combine(&nodes.partial[j][0][0], phi[e]);
     for (int i = 0; i < count_; i++) {
       const double* in = i < sizes_.last() ? by.inputs + i * 2 * ns : by.bias_inputs + (i - sizes_.last()) * 2 * ns;
       Row* to = at(j, i);
@@ -161,11 +161,11 @@ inline void fill_derived_inputs(DerivedStep& out, const ContactMode& mode, const
 }
 
 inline std::unique_ptr<DerivedStep> derive_step(const ContactMode& mode, const DerivedMode& by, const std::vector<double>& lengths, int k,
-                                                const Nodes& nodes, const Quadrature& q) {
+                                                const Nodes& nodes) {
   const Sizes& s = mode.sizes;
   const int ns = s.stride, nb = mode.blocks_used, state = s.state();
   auto out = std::unique_ptr<DerivedStep>(new DerivedStep{{s, k, lengths[k], mode.terms[k]}, std::vector<double>(size_t(state) * state, 0.0)});
-  Levels levels(mode, lengths[k], nodes, q);
+  Levels levels(mode, lengths[k], nodes);
   Response plain(s), moved(s);
   // outputs from block c, by rows of outputs on block b and what flows from c to b
   const auto add_outputs = [&](const ContactMode& rows, int b, int c, int j, const Matrix2& flow) {
@@ -178,16 +178,16 @@ inline std::unique_ptr<DerivedStep> derive_step(const ContactMode& mode, const D
     for (int j = 0; j < N; j++) {
       Row phi[4];
       for (int e = 0; e < 4; e++) phi[e] = load(levels.phi.back().at(j, b, e / 2, e % 2));
-      plain.add(mode, b, b, j, phi, q);
-      moved.add(*by.rows, b, b, j, phi, q);
+      plain.add(mode, b, b, j, phi, nodes);
+      moved.add(*by.rows, b, b, j, phi, nodes);
       add_outputs(*by.rows, b, b, j, levels.flows.back()[j * nb + b]);
     }
     for (int c = 0; c < nb; c++) {
       const Matrix2 coupling = by.pair(b, c);
       if (coupling.a[0][0] == 0.0 && coupling.a[0][1] == 0.0 && coupling.a[1][0] == 0.0 && coupling.a[1][1] == 0.0) continue;
-      const PairTables pair(mode, coupling, b, c, levels, nodes, q);
+      const PairTables pair(mode, coupling, b, c, levels, nodes);
       for (int j = 0; j < N; j++) {
-        moved.add(mode, b, c, j, pair.phi[j], q);
+        moved.add(mode, b, c, j, pair.phi[j], nodes);
         add_outputs(mode, b, c, j, pair.flow[j]);
       }
       for (int e = 0; e < 4; e++) out->flow[size_t(e / 2 * ns + b) * state + e % 2 * ns + c] = pair.flow[N - 1].a[e / 2][e % 2];

@@ -26,10 +26,10 @@ struct TangentResult {
 class ModalTangent {
  public:
   // ``structural``: the lanes whose numbers are the structure's own.
-  ModalTangent(Book& book, const Nodes& nodes, const Halves& halves, const Signals& signals, const Laws& laws,
+  ModalTangent(Book& book, const Nodes& nodes, const Signals& signals, const Laws& laws,
                const Settings& settings, const RunData& run, const Beginning& start, const DataTangents& data, size_t channels,
                const std::vector<Structural>& structural)
-      : book_(book), sizes_(book.sizes), nodes_(nodes), halves_(halves), settings_(start.ended(settings).of(run, book.sizes.feet)),
+      : book_(book), sizes_(book.sizes), nodes_(nodes), settings_(start.ended(settings).of(run, book.sizes.feet)),
         run_(run), data_(data),
         laws_(laws, run.parameters, data.parameters),
         fixed_laws_(laws, run.parameters, std::vector<Row>(data.parameters.size(), Row(0.0))), drives_(signals, nodes, data, run, channels),
@@ -104,7 +104,6 @@ class ModalTangent {
   Book& book_;
   const Sizes sizes_;
   const Nodes& nodes_;
-  const Halves& halves_;
   const Settings settings_;
   const RunData run_;
   const DataTangents& data_;
@@ -421,7 +420,7 @@ class ModalTangent {
   // What the powers over a step add to the energies.
   void track_powers(const Recorded& step) {
     const auto values = [&](double s) -> const Shown<double>& {
-      within_step(book_, nodes_, halves_, *step.mode, step.step_class, s, acting_, value_, value_room_, flown_);
+      within_step(book_, nodes_, *step.mode, step.step_class, s, acting_, value_, value_room_, flown_);
       show(*step.mode, nodes_, step.length, s, acting_, value_, flown_, by_structure_);
       return by_structure_;
     };
@@ -439,7 +438,7 @@ class ModalTangent {
 
   // Tangents of what is shown at scaled time s of the step, until the next are asked for.
   const Shown<Row>& shown_at(const Recorded& step, double s) const {
-    within_step(book_, nodes_, halves_, *now_.mode, step.step_class, s, acting_, slope_, slope_room_, inside_);
+    within_step(book_, nodes_, *now_.mode, step.step_class, s, acting_, slope_, slope_room_, inside_);
     for (const Structural& one : structural_) {
       find_inside(one, step, s);
       for (size_t k = 0; k < inside_.size(); k++) one.add(inside_structure_.moved[k], inside_[k]);
@@ -448,7 +447,7 @@ class ModalTangent {
   }
   const Shown<Row>& shown_at_end() const { return shown_with(step_, step_.fraction, flowed_, end_); }
   void find_inside(const Structural& one, const Recorded& step, double s) const {
-    inside_structure_.find(*one.book, nodes_, halves_, *now_.mode, step.step_class, s, acting_, value_);
+    inside_structure_.find(*one.book, nodes_, *now_.mode, step.step_class, s, acting_, value_);
   }
 
   const Shown<Row>& shown_with(const Recorded& step, double s, const std::vector<Row>& state, const std::vector<double>& value) const {
@@ -496,7 +495,7 @@ class ModalTangent {
 
   bool nearly_lands(const Recorded& step, int i) {
     return reported_.nearly_lands(nodes_, gaps_[i], step.fraction, [&](double s) {
-      within_step(book_, nodes_, halves_, *step.mode, step.step_class, s, acting_, value_, value_room_, flown_);
+      within_step(book_, nodes_, *step.mode, step.step_class, s, acting_, value_, value_room_, flown_);
       show(*step.mode, nodes_, step.length, s, acting_, value_, flown_, by_structure_);
       return std::pair<double, double>(by_structure_.gap[i], by_structure_.rate[i] * step.length);
     });
@@ -521,7 +520,7 @@ class ModalTangent {
     if (step.fraction == 1.0) {
       end_of_step(*tables_, acting_, slope_, flowed_);
     } else {
-      within_step(book_, nodes_, halves_, *now_.mode, step.step_class, step.fraction, acting_, slope_, slope_room_, flowed_);
+      within_step(book_, nodes_, *now_.mode, step.step_class, step.fraction, acting_, slope_, slope_room_, flowed_);
     }
     for (const Structural& one : structural_) {
       if (step.fraction == 1.0) {
@@ -546,7 +545,7 @@ class ModalTangent {
     if (step_.fraction == 1.0) {
       end_of_step(*tables_, acting_, value_, end_);
     } else {
-      within_step(book_, nodes_, halves_, *now_.mode, step_.step_class, step_.fraction, acting_, value_, value_room_, end_);
+      within_step(book_, nodes_, *now_.mode, step_.step_class, step_.fraction, acting_, value_, value_room_, end_);
     }
     std::vector<double> values(sizes_.inputs(), 0.0);
     const Weights weights(nodes_, step_.fraction);

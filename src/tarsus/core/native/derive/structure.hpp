@@ -30,7 +30,7 @@ class InsideByStructure {
 
   explicit InsideByStructure(const Sizes& s) : room_(s) {}
 
-  void find(DerivedBook& by, const Nodes& nodes, const Halves& halves, const ContactMode& mode, int k, double s,
+  void find(DerivedBook& by, const Nodes& nodes, const ContactMode& mode, int k, double s,
             const std::vector<int>& acting, const Entering<double>& whole) {
     Book& book = by.book;
     const int size = mode.sizes.state();
@@ -43,7 +43,7 @@ class InsideByStructure {
         room_.left.state = room_.part.state;
         room_.left.sources = room_.part.sources;
         for (int i : acting) {
-          for (int j = 0; j < N; j++) room_.left.input(i)[j] = weighted(load(halves.left[j]), room_.part.input(i));
+          for (int j = 0; j < N; j++) room_.left.input(i)[j] = weighted(load(nodes.left[j]), room_.part.input(i));
         }
         end_by_structure(by.step(mode, k), acting, room_.left, term_);
         const double* e = half.exponential;
@@ -53,7 +53,7 @@ class InsideByStructure {
         }
         moved = term_;
       }
-      halve(half, halves, acting, room_, s);
+      halve(half, nodes, acting, room_, s);
     }
     series(by.mode(mode), nodes, mode, s, s * book.lengths[k], mode.terms[k], acting);
   }

@@ -4,6 +4,7 @@
 // conformance test compares the two), or the program made of a law's plain Python. The parameters of a foot are one row; a term
 // has the column at which its own begin. The list of terms is data, so a new law needs no change here.
 #pragma once
+#include <algorithm>
 #include <vector>
 
 #include "laws/program.hpp"
@@ -77,6 +78,26 @@ struct Laws {
   std::vector<Program> programs;
   int fixed = 0, registers = 0;  // room for the fixed values of all programs of a foot; most registers of a program
   bool friction_by_speed = false;  // whether the law of friction takes the slip speed; it is a program then
+
+  // Lengths over which laws change and forces that they exert, each a sum of parameters; a length [m] and a force [N] beside those
+  // of the structure.
+  enum Dimension { LENGTH, STRENGTH_OF_LAW };
+  struct Scale {
+    int dimension;
+    std::vector<int> columns;
+  };
+  std::vector<Scale> scales;
+
+  // The largest of them for the parameters of a run, as those of its first foot say; 0 where there is none.
+  double scale(Dimension of, const double* parameters) const {
+    double most = 0.0;
+    for (const Scale& one : scales) {
+      double sum = 0.0;
+      for (int column : one.columns) sum += parameters[column];
+      if (one.dimension == of) most = std::max(most, sum);
+    }
+    return most;
+  }
 
   void add(int hook, Term term) {
     if (term.program >= 0) {

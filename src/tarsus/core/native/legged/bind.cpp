@@ -3,6 +3,7 @@
 
 #include "derive/convert.hpp"
 #include "derive/legged_tangent.hpp"
+#include "legged/unpack.hpp"
 #include "legged/window.hpp"
 #include "march/rows.hpp"
 
@@ -11,52 +12,6 @@ namespace tarsus {
 using namespace legged;
 
 namespace {
-
-template <class To, class From>
-std::vector<To> narrowed(const std::vector<From>& from) {
-  return std::vector<To>(from.begin(), from.end());
-}
-
-void make_body(Body* out, nb::handle group) {
-  new (out) Body();
-  out->mass = field<double>(group, "body_mass");
-  out->weight = field<double>(group, "body_weight");
-  out->lever = field<double>(group, "lever");
-  out->leg = narrowed<int>(field<int64_t>(group, "leg"));
-  out->drive = narrowed<int>(field<int64_t>(group, "drive"));
-  out->gain = field<double>(group, "gain");
-  out->load = field<double>(group, "body_load");
-  const int size = out->coordinates();
-  if (size < 2 || size > MOST_COORDINATES) throw std::invalid_argument("a rigid body has 2 to 6 coordinates");
-  out->drives = int(out->load.size()) / size;
-  const auto mass = field<double>(group, "mass"), weight = field<double>(group, "weight"),
-             gap = field<double>(group, "gap");
-  const auto stiffness = field<double>(group, "stiffness"), damping = field<double>(group, "damping");
-  const auto hip = field<double>(group, "hip");
-  const auto kind = field<int64_t>(group, "kind"), foot = field<int64_t>(group, "foot"),
-             first = field<int64_t>(group, "first");
-  for (size_t i = 0; i < mass.size(); i++) {
-    Leg leg;
-    leg.mass = mass[i];
-    leg.weight = weight[i];
-    leg.gap = gap[i];
-    leg.foot = int(foot[i]);
-    leg.first = int(first[i]);
-    leg.last = int(first[i + 1]);
-    for (int d = 0; d < DIRECTIONS; d++) {
-      leg.stiffness[d] = stiffness[2 * i + d];
-      leg.damping[d] = damping[2 * i + d];
-      leg.kind[d] = int(kind[2 * i + d]);
-      for (int b = 0; b < size; b++) {
-        const double by = hip[(2 * i + d) * size + b];
-        if (by == 0.0) continue;
-        leg.hip[d].at[leg.hip[d].count] = b;
-        leg.hip[d].by[leg.hip[d].count++] = by;
-      }
-    }
-    out->legs.push_back(leg);
-  }
-}
 
 // One step's matrices, for tests: state (4, N), force and film (2, N, N), largest |u| under a constant one.
 nb::tuple step_of(const LegTables& tables, int k, int kind) {
@@ -206,7 +161,7 @@ nb::tuple tangents_legged(const Body& body, const LegTables& tables, const Nodes
 }  // namespace
 
 void bind_legged(nb::module_& m) {
-  nb::class_<Body>(m, "LeggedBody").def("__init__", &make_body);
+  nb::class_<Body>(m, "LeggedBody").def("__init__", [](Body* out, nb::dict from) { new (out) Body(body_of(Given(std::move(from)))); });
   nb::class_<LegTables>(m, "LegTables")
       .def("__init__",
            [](LegTables* out, const Nodes& nodes, const Doubles& mass, const Doubles& stiffness,

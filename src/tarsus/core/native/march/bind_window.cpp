@@ -22,7 +22,7 @@ PowerArrays power_arrays(nb::handle system, const Sizes& sizes) {
 }
 
 // given: nothing, or the run's structure, and derivatives of its arrays by the lane of each of its numbers.
-std::unique_ptr<PowerSlopes> power_slopes(nb::tuple given, nb::handle module, const Book& book, const RunData& run,
+std::unique_ptr<PowerSlopes> power_slopes(nb::tuple given, const Nodes& nodes, const Book& book, const RunData& run,
                                           const DataTangents& data) {
   if (given.size() == 0) return nullptr;
   const Sizes& sizes = book.sizes;
@@ -30,7 +30,7 @@ std::unique_ptr<PowerSlopes> power_slopes(nb::tuple given, nb::handle module, co
   std::vector<std::pair<int, PowerArrays>> by;
   for (auto [lane, change] : changes) by.emplace_back(nb::cast<int>(lane), power_arrays(change, sizes));
   const size_t gravity = size_t(sizes.feet);
-  return std::make_unique<PowerSlopes>(sizes, GaussPoints{field<double>(module, "GAUSS"), field<double>(module, "GAUSS_WEIGHTS")},
+  return std::make_unique<PowerSlopes>(sizes, GaussPoints{nodes.gauss, nodes.gauss_weights},
                                        power_arrays(own, sizes), std::move(by), jet(run.sources[gravity], data.sources[gravity]),
                                        book.tangents);
 }
@@ -41,7 +41,7 @@ std::unique_ptr<PowerSlopes> power_slopes(nb::tuple given, nb::handle module, co
 // Returns derivatives of the event rows (events, 12, 8), of samples at ``times`` (times, width, 8), of the energies of
 // drives and weight, dampers, resistive and smooth forces, friction (5, 8) where ``powers`` are given (see power_slopes), and flags
 // (flags, 3): event, reason, lane.
-nb::tuple tangents_modal(Book& book, const Nodes& nodes, nb::handle module, const Signals& signals, const Laws& laws,
+nb::tuple tangents_modal(Book& book, const Nodes& nodes, const Signals& signals, const Laws& laws,
                          const Settings& settings, nb::handle rows, nb::handle start, nb::handle data, nb::list structural,
                          nb::handle recorded, const Doubles& times, nb::tuple powers) {
   const Sizes& sizes = book.sizes;
@@ -55,12 +55,11 @@ nb::tuple tangents_modal(Book& book, const Nodes& nodes, nb::handle module, cons
     if (&by->book != &book || lane < 0 || lane >= LANES) throw std::invalid_argument("derivatives of the structure are those of its book");
     numbers.push_back({by, lane});
   }
-  const Halves halves = halves_of(module);
-  const auto sums = power_slopes(powers, module, book, given.batch.of(0), tangents);
+  const auto sums = power_slopes(powers, nodes, book, given.batch.of(0), tangents);
   TangentResult result;
   {
     nb::gil_scoped_release released;
-    ModalTangent march(book, nodes, halves, signals, laws, settings, given.batch.of(0), window.begun(), tangents, given.batch.channels, numbers);
+    ModalTangent march(book, nodes, signals, laws, settings, given.batch.of(0), window.begun(), tangents, given.batch.channels, numbers);
     result = march.run(window.record(), times.data(), times.size(), sums.get());
   }
   return nb::make_tuple(returned_rows(std::move(result.events)), returned_rows(std::move(result.samples)),

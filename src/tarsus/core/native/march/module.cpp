@@ -13,6 +13,7 @@ void bind_windows(nanobind::module_&);
 void bind_record(nanobind::module_&);
 void bind_adjoint(nanobind::module_&);
 void bind_flights(nanobind::module_&);
+void bind_packet(nanobind::module_&);
 
 // Raise what arrived in Python meanwhile (Ctrl-C); only its main thread receives signals.
 static void raise_signals() {
@@ -35,4 +36,5 @@ NB_MODULE(_native, m) {
   tarsus::bind_record(m);
   tarsus::bind_adjoint(m);
   tarsus::bind_flights(m);
+  tarsus::bind_packet(m);
 }

@@ -5,17 +5,7 @@
 
 namespace tarsus::modal {
 
-constexpr int POINTS = 16;     // of the quadrature of polynomials up to degree 31
-constexpr int SERIES = 20;     // Taylor terms over a step that resolves every mode: 1/20! = 4e-19
 constexpr double REACH = 5.0;  // largest rate h over which the Taylor polynomial of the flow keeps 13 digits
-
-// Constant matrices that only the making of tables needs; tarsus.core.nodes makes them.
-struct Quadrature {
-  double series[SERIES][N];                // [n][a]: integral over [0, 1] of (1 - s)^n / n! times the polynomial of node a
-  double left[N][N], right[N][N];          // nodal values on each half of a step, [to][from]
-  double partial[N][N][N];                 // nodal values on [0, tau_j]: [j][to][from]
-  double spacing;                          // widest of neighbouring nodes
-};
 
 // Largest singular value.
 inline double norm_of(const Matrix2& x) {
@@ -132,7 +122,7 @@ struct Duhamel {
 };
 
 // By Taylor's series of exp(T (L - s)), for a step that resolves every mode.
-inline Duhamel by_series(const ContactMode& mode, const Nodes& nodes, const Quadrature& q, double h) {
+inline Duhamel by_series(const ContactMode& mode, const Nodes& nodes, double h) {
   Duhamel phi(mode.blocks_used);
   for (int b = 0; b < phi.nb; b++) {
     for (int j = 1; j < N; j++) {
@@ -143,7 +133,7 @@ inline Duhamel by_series(const ContactMode& mode, const Nodes& nodes, const Quad
       }
       Row sum[4] = {Row(0.0), Row(0.0), Row(0.0), Row(0.0)};
       for (int n = 0; n < SERIES; n++) {
-        for (int e = 0; e < 4; e++) sum[e] += load(q.series[n]) * power.a[e / 2][e % 2];
+        for (int e = 0; e < 4; e++) sum[e] += load(nodes.series[n]) * power.a[e / 2][e % 2];
         power = times(power, step);
       }
       for (int e = 0; e < 4; e++) store(phi.at(j, b, e / 2, e % 2), sum[e]);
@@ -153,7 +143,7 @@ inline Duhamel by_series(const ContactMode& mode, const Nodes& nodes, const Quad
 }
 
 // From a step to one twice as long: a polynomial of degree 7 on an interval is one on each of its halves.
-inline Duhamel doubled(Duhamel& half, const ContactMode& mode, const Nodes& nodes, const Quadrature& q, double half_length) {
+inline Duhamel doubled(Duhamel& half, const ContactMode& mode, const Nodes& nodes, double half_length) {
   Duhamel out(half.nb);
   for (int j = 1; j < N; j++) {
     for (int b = 0; b < half.nb; b++) {
@@ -161,8 +151,8 @@ inline Duhamel doubled(Duhamel& half, const ContactMode& mode, const Nodes& node
       Row left[2][2], right[2][2];
       for (int e = 0; e < 4; e++) {
         const Row from = load(half.at(j, b, e / 2, e % 2));
-        left[e / 2][e % 2] = combine(&q.left[0][0], from);
-        right[e / 2][e % 2] = combine(&q.right[0][0], from);
+        left[e / 2][e % 2] = combine(&nodes.left[0][0], from);
+        right[e / 2][e % 2] = combine(&nodes.right[0][0], from);
       }
       for (int e = 0; e < 4; e++) {
         const Row first = left[0][e % 2] * flow.a[e / 2][0], second = left[1][e % 2] * flow.a[e / 2][1];
@@ -202,13 +192,13 @@ inline void fill_envelope(StepClass& step, const ContactMode& mode, const Nodes&
 }
 
 // Effect of inputs on the state over [0, tau_j h] and at the end of the step, and with it on the outputs.
-inline void fill_inputs(StepClass& step, const ContactMode& mode, Duhamel& phi, const Quadrature& q) {
+inline void fill_inputs(StepClass& step, const ContactMode& mode, Duhamel& phi, const Nodes& nodes) {
   const Sizes& sizes = mode.sizes;
   const int ns = sizes.stride, ni = sizes.inputs(), nb = mode.blocks_used;
   std::vector<Row> partial(4 * nb), response(2 * nb);  // rows of nodal values
   for (int j = 1; j < N; j++) {
     for (int b = 0; b < nb; b++) {
-      for (int e = 0; e < 4; e++) partial[4 * b + e] = combine(&q.partial[j][0][0], load(phi.at(j, b, e / 2, e % 2)));
+      for (int e = 0; e < 4; e++) partial[4 * b + e] = combine(&nodes.partial[j][0][0], load(phi.at(j, b, e / 2, e % 2)));
     }
     for (int i = 0; i < sizes.last(); i++) {
       const double* in = mode.inputs + i * 2 * ns;
@@ -281,13 +271,13 @@ inline void fill_direct(StepClass& step, const ContactMode& mode, const Nodes& n
 }
 
 inline std::unique_ptr<StepClass> make_step_tables(const ContactMode& mode, const std::vector<double>& lengths, int k,
-                                                   const Nodes& nodes, const Quadrature& q) {
+                                                   const Nodes& nodes) {
   auto step = std::make_unique<StepClass>(mode.sizes, k, lengths[k], mode.terms[k]);
   const int ns = mode.sizes.stride;
   int halved = 0;  // times, to a step that resolves every mode, be it shorter than any that a run may take
   while (mode.rate * std::ldexp(lengths[k], -halved) > 1.0) halved++;
-  Duhamel phi = by_series(mode, nodes, q, std::ldexp(lengths[k], -halved));
-  for (; halved > 0; halved--) phi = doubled(phi, mode, nodes, q, std::ldexp(lengths[k], -halved));
+  Duhamel phi = by_series(mode, nodes, std::ldexp(lengths[k], -halved));
+  for (; halved > 0; halved--) phi = doubled(phi, mode, nodes, std::ldexp(lengths[k], -halved));
   for (int b = 0; b < mode.blocks_used; b++) {
     for (int j = 0; j < N; j++) {
       const Matrix2 flow = exponential_of(block_of(mode, b), nodes.tau[j] * step->length);
@@ -300,10 +290,10 @@ inline std::unique_ptr<StepClass> make_step_tables(const ContactMode& mode, cons
       }
     }
   }
-  fill_inputs(*step, mode, phi, q);
+  fill_inputs(*step, mode, phi, nodes);
   fill_bias(*step, mode, phi);
   fill_direct(*step, mode, nodes);
-  fill_envelope(*step, mode, nodes, q.spacing);
+  fill_envelope(*step, mode, nodes, nodes.spacing);
   const double x = mode.rate * step->length;
   for (int c = 0; c < TERMS && x <= 1e7; c++) step->growth[c] = c == 0 ? 1.0 : step->growth[c - 1] * x / c;
   for (int c = 0; c < N; c++) step->share[c] = c == 0 ? 1.0 / mode.rate : step->share[c - 1] * c / x;

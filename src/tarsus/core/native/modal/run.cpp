@@ -92,12 +92,6 @@ ModalResult run_all(Book& book, const Nodes& nodes, const Signals& signals, cons
 
 }  // namespace
 
-int modal_stride(int modes) {
-  if (modes <= 2) return 2;
-  if (modes <= 4) return 4;
-  return (modes + 7) / 8 * 8;
-}
-
 ModalResult run_modal(Book& book, const Nodes& nodes, const Signals& signals, const Laws& laws, const Settings& settings,
                       const std::vector<RunData>& runs, size_t channels, const std::vector<Beginning>& starts) {
   return by_shape(book.sizes.stride, [&](auto shape) {

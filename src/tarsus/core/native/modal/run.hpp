@@ -17,9 +17,6 @@ struct ModalResult {
   const ContactMode *mode = nullptr, *pending = nullptr;
 };
 
-// How many blocks a state of that many modes has room for.
-int modal_stride(int modes);
-
 // ``runs``: their data, each of as many channels; ``starts``: where each begins; none: all from t = 0 in the air, and film momenta of
 // strong films count from where steps begin.
 ModalResult run_modal(Book& book, const Nodes& nodes, const Signals& signals, const Laws& laws, const Settings& settings,

@@ -19,14 +19,13 @@ size_t steps_of(const Book& book, const Doubles& sources, const Doubles& trace) 
   return trace.size() / width;
 }
 
-nb::object sample_modal(Book& book, const Nodes& nodes, nb::handle module, const Doubles& sources, const Doubles& trace,
+nb::object sample_modal(Book& book, const Nodes& nodes, const Doubles& sources, const Doubles& trace,
                         const Doubles& times) {
   const size_t steps = steps_of(book, sources, trace);
-  const Halves halves = halves_of(module);
   std::vector<double> out;
   {
     nb::gil_scoped_release released;
-    out = sample_steps(book, nodes, halves, sources.data(), trace.data(), steps, times.data(), times.size());
+    out = sample_steps(book, nodes, sources.data(), trace.data(), steps, times.data(), times.size());
   }
   return returned(std::move(out), sample_width(book.sizes));
 }

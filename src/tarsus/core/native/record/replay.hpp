@@ -8,11 +8,6 @@
 
 namespace tarsus::modal {
 
-// Nodal values on the two halves of a step from those on the whole: [to][from].
-struct Halves {
-  double left[N][N], right[N][N];
-};
-
 // A recorded step; ``state`` (2 blocks), ``inputs`` (inputs, 8).
 struct Recorded {
   double time, length, fraction;
@@ -215,18 +210,18 @@ struct Inside {
 
 // The half of a step that holds its moment s, in place of the whole one in ``room.part``; s becomes that of the half.
 template <class Real>
-inline void halve(const StepClass& half, const Halves& halves, const std::vector<int>& acting, Inside<Real>& room, double& s) {
+inline void halve(const StepClass& half, const Nodes& nodes, const std::vector<int>& acting, Inside<Real>& room, double& s) {
   const auto on = [](const double (*matrix)[N], const Real* from, Real* to) {
     for (int j = 0; j < N; j++) to[j] = weighted(load(matrix[j]), from);
   };
-  for (int i : acting) on(halves.left, room.part.input(i), room.left.input(i));
+  for (int i : acting) on(nodes.left, room.part.input(i), room.left.input(i));
   const bool late = s >= 0.5;
   if (late) {
     room.left.state = room.part.state;
     room.left.sources = room.part.sources;
     end_of_step(half, acting, room.left, room.middle);
     room.part.state.swap(room.middle);
-    for (int i : acting) on(halves.right, room.part.input(i), room.left.input(i));
+    for (int i : acting) on(nodes.right, room.part.input(i), room.left.input(i));
   }
   for (int i : acting) std::copy_n(room.left.input(i), N, room.part.input(i));
   s = late ? 2.0 * s - 1.0 : 2.0 * s;
@@ -234,7 +229,7 @@ inline void halve(const StepClass& half, const Halves& halves, const std::vector
 
 // The state at scaled time s of a step of class k: the step is halved until a Taylor polynomial resolves the rest.
 template <class Real>
-inline void within_step(Book& book, const Nodes& nodes, const Halves& halves, const ContactMode& mode, int k, double s,
+inline void within_step(Book& book, const Nodes& nodes, const ContactMode& mode, int k, double s,
                         const std::vector<int>& acting, const Entering<Real>& whole, Inside<Real>& room, std::vector<Real>& to) {
   const int ns = mode.sizes.stride, size = 2 * ns;
   const Entering<Real>* from = &whole;
@@ -246,7 +241,7 @@ inline void within_step(Book& book, const Nodes& nodes, const Halves& halves, co
       for (int i : acting) std::copy_n(whole.input(i), N, room.part.input(i));
       from = &room.part;
     }
-    halve(book.step(mode, k), halves, acting, room, s);
+    halve(book.step(mode, k), nodes, acting, room, s);
   }
   const double span = s * book.lengths[k], *t = mode.blocks;
   std::vector<Real>& term = room.term;

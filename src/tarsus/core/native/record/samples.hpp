@@ -21,7 +21,7 @@ inline Place place_of(const double* trace, size_t width, size_t rows, double tim
 }
 
 // Samples (times, sample_width) of recorded steps.
-inline std::vector<double> sample_steps(Book& book, const Nodes& nodes, const Halves& halves, const double* sources,
+inline std::vector<double> sample_steps(Book& book, const Nodes& nodes, const double* sources,
                                         const double* trace, size_t rows, const double* times, size_t count) {
   const Sizes& sizes = book.sizes;
   const size_t width = recorded_width(sizes);
@@ -43,7 +43,7 @@ inline std::vector<double> sample_steps(Book& book, const Nodes& nodes, const Ha
       }
       last = at.row;
     }
-    within_step(book, nodes, halves, *step.mode, step.step_class, at.s, acting, entering, room, state);
+    within_step(book, nodes, *step.mode, step.step_class, at.s, acting, entering, room, state);
     show(*step.mode, nodes, step.length, at.s, acting, entering, state, shown);
     double* to = out.data() + n * sample_width(sizes);
     to = std::copy(shown.place.begin(), shown.place.end(), to);

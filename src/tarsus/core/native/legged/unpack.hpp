@@ -1,0 +1,52 @@
+// A walker's body and legs from named arrays; tarsus.core.arrays says what each is.
+#pragma once
+#include "base/fields.hpp"
+#include "legged/body.hpp"
+#include "legged/tables.hpp"
+
+namespace tarsus::legged {
+
+inline Body body_of(const Fields& from) {
+  Body out;
+  out.mass = from.doubles("body_mass");
+  const int nb = out.coordinates();
+  if (nb < 2 || nb > MOST_COORDINATES) throw std::invalid_argument("a rigid body has 2 to 6 coordinates");
+  out.weight = from.sized("body_weight", nb);
+  out.lever = from.sized("lever", nb);
+  out.leg = from.narrowed<int>("leg");
+  out.drive = from.narrowed<int>("drive");
+  out.gain = from.sized("gain", DIRECTIONS * out.drive.size());
+  out.load = from.doubles("body_load");
+  out.drives = int(out.load.size()) / nb;
+  const std::vector<double> mass = from.doubles("mass");
+  const size_t legs = mass.size();
+  const auto weight = from.sized("weight", legs), gap = from.sized("gap", legs);
+  const auto stiffness = from.sized("stiffness", DIRECTIONS * legs), damping = from.sized("damping", DIRECTIONS * legs);
+  const auto hip = from.sized("hip", DIRECTIONS * legs * nb);
+  const auto kind = from.narrowed<int>("kind"), foot = from.narrowed<int>("foot"), first = from.narrowed<int>("first");
+  Fields::check("a leg", kind.size() == DIRECTIONS * legs && foot.size() == legs && first.size() == legs + 1);
+  for (size_t i = 0; i < legs; i++) {
+    Leg leg;
+    leg.mass = mass[i];
+    leg.weight = weight[i];
+    leg.gap = gap[i];
+    leg.foot = foot[i];
+    leg.first = first[i];
+    leg.last = first[i + 1];
+    for (int d = 0; d < DIRECTIONS; d++) {
+      leg.stiffness[d] = stiffness[DIRECTIONS * i + d];
+      leg.damping[d] = damping[DIRECTIONS * i + d];
+      leg.kind[d] = kind[DIRECTIONS * i + d];
+      for (int b = 0; b < nb; b++) {
+        const double by = hip[(DIRECTIONS * i + d) * nb + b];
+        if (by == 0.0) continue;
+        leg.hip[d].at[leg.hip[d].count] = b;
+        leg.hip[d].by[leg.hip[d].count++] = by;
+      }
+    }
+    out.legs.push_back(leg);
+  }
+  return out;
+}
+
+}  // namespace tarsus::legged

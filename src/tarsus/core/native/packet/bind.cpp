@@ -1,0 +1,38 @@
+// Packets from Python: a plan run as a page runs it.
+#include "base/convert.hpp"
+#include "packet/packaged.hpp"
+
+namespace tarsus {
+
+namespace {
+
+// A packaged plan with a copy of its packet.
+struct OwnPackaged {
+  std::vector<double> memory;  // of eights of bytes
+  Packaged plan;
+
+  explicit OwnPackaged(const nb::bytes& packet) : memory((packet.size() + 7) / 8), plan(filled(packet), packet.size()) {}
+
+ private:
+  char* filled(const nb::bytes& packet) {
+    std::memcpy(memory.data(), packet.data(), packet.size());
+    return reinterpret_cast<char*>(memory.data());
+  }
+};
+
+// Code; end time, steps, rejected steps; events, samples at the times, marks of a walker; why it could not start.
+nb::tuple run_packaged(OwnPackaged& own, const Doubles& times) {
+  Packaged& plan = own.plan;
+  plan.run(copied(times));
+  return nb::make_tuple(plan.code, returned(std::vector<double>(plan.finish, plan.finish + 3)), returned_rows(std::vector<Event>(plan.events)),
+                        returned(std::vector<double>(plan.samples), plan.width), returned(std::vector<double>(plan.marks)),
+                        returned_rows(std::vector<Refusal>(plan.refused)));
+}
+
+}  // namespace
+
+void bind_packet(nb::module_& m) {
+  nb::class_<OwnPackaged>(m, "Packaged").def(nb::init<const nb::bytes&>()).def("run", &run_packaged);
+}
+
+}  // namespace tarsus

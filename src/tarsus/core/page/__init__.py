@@ -1,0 +1,1 @@
+"""The engine for pages: `core/native` as WebAssembly, which runs packets (`tarsus.solve.packet`) in a browser."""
