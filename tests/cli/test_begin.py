@@ -33,7 +33,7 @@ def test_a_new_law_acts(tarsus, tmp_path):
 def test_a_new_study_is_a_good_one(tarsus, tmp_path):
     file = tmp_path / "mine.toml"
     assert tarsus("new", "study", file, "--device", "cantilever-1").code == 0
-    assert "is a good study: restitution and film (15 runs of 0.04 s)" in tarsus("check", file).out
+    assert "is a good study: restitution and film (15 runs, from rest, 40 ms)" in tarsus("check", file).out
     assert 'scene = "cantilever-1"' in file.read_text()
 
 

@@ -10,7 +10,7 @@ import pytest
 from tarsus.identify.bounce import FEWEST, BounceFit, find_bounces
 from tarsus.identify.checks import TREND, with_speed
 from tarsus.identify.draws import DRAWS
-from tarsus.identify.restitution import PATH, BounceStudy, _alike, _caught
+from tarsus.identify.restitution import PATH, BounceStudy, _alike, _caught, _seen
 from tarsus.identify.step import StepResult
 from tarsus.identify.traces import Trace
 
@@ -83,13 +83,10 @@ def test_a_foot_that_is_caught_and_let_go_is_no_rebound(departures, error, kept)
     assert np.flatnonzero(_alike(fitted, single & ~caught)).tolist() == kept
 
 
-def test_impacts_whose_approach_is_lost_in_its_error_do_not_set_the_ratio_of_the_others():
+def test_impacts_whose_approach_is_lost_in_its_error_tell_nothing():
     departures, approaches = [-0.005, -0.004, -0.003, 0.052, 0.104], [0.004, 0.005, 0.003, 0.1, 0.2]
-    every = np.ones(5, dtype=bool)
-    assert _alike(fits(departures, 1e-2, approaches), every).all()
-    exact = fits(departures, 1e-2, approaches)
-    exact.covariance[3:] *= 1e-4  # the two that are well seen
-    assert _alike(exact, every)[3:].all()
+    assert _seen(fits(departures, 1e-2, approaches)).tolist() == [False, False, False, True, True]
+    assert _seen(fits(departures, 5e-4, approaches)).all()
 
 
 def test_impacts_far_off_that_lie_on_a_line_over_speed_are_no_accidents():

@@ -32,6 +32,16 @@ def table(gamma: float) -> ts.Scene:
     return scene("vibrating_table", values)
 
 
+@pytest.mark.parametrize("gamma", [1.06, 1.08, 1.3])
+def test_an_impact_where_a_period_of_the_drive_ends_moves_with_the_state(gamma):
+    """The ball starts half a period before its impact, at whatever phase of the table: where that is the end of a piece
+    of the drive, the impact has a moment of its own all the same. The determinant is e^2, the trace in closed form."""
+    found = ts.periodic(table(gamma))
+    sine = math.sqrt(1.0 - (math.pi / 3.0 / gamma) ** 2)
+    assert np.prod(found.multipliers).real == pytest.approx(0.25, rel=1e-9)
+    assert np.sum(found.multipliers).real == pytest.approx(2.25 * (1.0 - gamma * sine) - 1.0, abs=1e-7)
+
+
 def test_the_impact_oscillator_has_its_published_orbit(oscillator):
     assert oscillator.kind == "stable, period 1, 1 impact"
     (impact,) = oscillator.events

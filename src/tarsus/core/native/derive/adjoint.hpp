@@ -289,6 +289,7 @@ class ModalAdjoint {
       if (run_.moving_ || !run_.drives_.passed(was, now, step.time)) continue;
       passed_.kinks.push_back({r, int(c)});
       run_.reported_.shared_at = step.time;
+      run_.reported_.by_kink = true;
     }
     if (!moved) return;
     passed_.cursors.insert(passed_.cursors.end(), run_.drives_.player.cursor.begin(), run_.drives_.player.cursor.end());
@@ -307,7 +308,7 @@ class ModalAdjoint {
       if (!run_.moving_) {
         InstantMap map;
         map.foot = run_.first_foot(event, steps);
-        const bool shared = run_.at_shared();
+        const bool shared = run_.at_shared(event, map.foot);
         map.steps = steps;
         map.blocks.resize(lenses_.size());
         for (auto& one : map.blocks) one.reserve(2 * REPORTED + 1 + sizes_.feet + sizes_.state());

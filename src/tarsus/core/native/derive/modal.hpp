@@ -613,8 +613,11 @@ class ModalTangent {
     return int(e.foot) == foot && (e.kind == SLIP_BEGINS || e.kind == STICK_BEGINS);
   }
 
-  // Whether an instant shares the moment of the last one, or of a kink.
-  bool at_shared() const { return step_.fraction == 0.0 && reported_.shared_at >= now_.time.value - settings_.least_progress; }
+  // Whether the instant of a foot's event shares the moment of the last one, or of a kink: no kink makes a foot land.
+  bool at_shared(size_t event, int foot) const {
+    if (step_.fraction != 0.0 || reported_.shared_at < now_.time.value - settings_.least_progress) return false;
+    return !reported_.by_kink || now_.mode->is_held[foot] || record_->events[event].kind == CONTACT_AT_START;
+  }
 
   // How the moment of an event moves with the tangents, at a fixed time, of the gap or the pull that determines it.
   void take_moment(size_t event, int foot, const Row& shown) {
@@ -637,10 +640,10 @@ class ModalTangent {
   // The first event of an instant: how its moment moves, and the state with it.
   void begin_instant(size_t event, size_t steps) {
     first_foot_ = first_foot(event, steps);
-    if (!at_shared() && step_.fraction == 0.0 && moves_along(event, first_foot_)) {
+    if (!at_shared(event, first_foot_) && step_.fraction == 0.0 && moves_along(event, first_foot_)) {
       reported_.stay(now_.time.value);  // what pulls the foot along has jumped as the run began
     }
-    if (!at_shared()) {
+    if (!at_shared(event, first_foot_)) {
       const Shown<Row>& shown = shown_at_end();
       take_moment(event, first_foot_, now_.mode->is_held[first_foot_] ? shown.pull[first_foot_] : shown.gap[first_foot_]);
     }

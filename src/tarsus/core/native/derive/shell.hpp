@@ -31,6 +31,7 @@ class EventShell {
   std::vector<FootTangent> feet;
   Row shared = Row(0.0);     // derivative of the moment of the last event or moving kink,
   double shared_at = -INF;   // and that moment [s]
+  bool by_kink = false;      // it is a kink's: a foot that lands there has a moment of its own
 
   // force [N]: the scale of a run; period: derivative [s] of the marks'.
   EventShell(const Settings& settings, int count, double force, const Row& period)
@@ -45,6 +46,7 @@ class EventShell {
   void take_moment(size_t event, const Margin& found, double time) {
     shared = -found.by / found.rate;
     shared_at = time;
+    by_kink = false;
     if (found.grazes) flag(event, GRAZING);
   }
 
@@ -52,6 +54,7 @@ class EventShell {
   void stay(double time) {
     shared = Row(0.0);
     shared_at = time;
+    by_kink = false;
   }
 
   // A kink of a drive that moves by so much. False where that moves nothing.
@@ -61,6 +64,7 @@ class EventShell {
     }
     shared = by;
     shared_at = time;
+    by_kink = true;
     return any_less(Row(0.0), magnitude(by));
   }
 
