@@ -125,7 +125,8 @@ def find_detachments(
         k = trace.point(foot)
         height = trace.x[k] - level
         stays = holds(trace, foot, level)
-        for hold, following in zip(stays, [*(one.first for one in stays[1:]), len(trace.time)], strict=True):
+        then = [*(one.first for one in stays), len(trace.time)][1:]
+        for hold, following in zip(stays, then, strict=True):
             if hold.last >= len(trace.time) - FEWEST:
                 continue
             first = hold.last + _SKIPPED
