@@ -51,8 +51,9 @@ FINEST, NEAR = 1e-9, 1e-7
 """Shares of a range: to which a change is bisected, and within which two are one."""
 DOUBLING = 1e-4
 """Share of a range to which plain runs tell a doubling: near it a deviation hardly changes in a thousand periods."""
-EQUAL = 1e-10
-"""Difference, of the motion's size, of periods that are equal: what windows' steps leave is a tenth."""
+EQUAL = 1e-8
+"""Difference, of the motion's size, of periods that are equal: what windows' steps leave is a hundredth, and was taken
+for doublings where it is a hundred times less."""
 CHUNK, MOST, MULTIPLE = 16, 6000, 8
 """Drive periods that a run goes on at a time, and at most; longest motion that is told from none."""
 
