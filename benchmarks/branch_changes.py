@@ -49,8 +49,11 @@ GRID = 400
 """Values of a range at which a run is carried on."""
 FINEST, NEAR = 1e-9, 1e-7
 """Shares of a range: to which a change is bisected, and within which two are one."""
-EQUAL = 1e-10
-"""Difference, of the motion's size, of periods that are equal: what windows' steps leave is a tenth."""
+DOUBLING = 1e-4
+"""Share of a range to which plain runs tell a doubling: near it a deviation hardly changes in a thousand periods."""
+EQUAL = 1e-8
+"""Difference, of the motion's size, of periods that are equal: what windows' steps leave is a hundredth, and was taken
+for doublings where it is a hundred times less."""
 CHUNK, MOST, MULTIPLE = 16, 6000, 8
 """Drive periods that a run goes on at a time, and at most; longest motion that is told from none."""
 
@@ -161,11 +164,10 @@ class Plain:
                 last = high
             last = ahead
 
-    def doubling(self, low: Motion, high: Motion) -> float:
-        """Where the multiplier that doubles the period of one of two motions is -1."""
-        one = low if (low.kind or (9,))[0] < (high.kind or (9,))[0] else high
-        assert one.kind is not None
-        reach, k, start = 1e-3 * self.span, one.kind[0], one
+    def doubling(self, one: Motion, k: int, near: float) -> float:
+        """Where, near a value, the multiplier that doubles the period, k drive periods, of a motion is -1. Raises
+        ValueError where it is so nowhere near."""
+        reach, start = 1e-3 * self.span, one
 
         def multiplier(at: float) -> float:
             nonlocal start
@@ -188,7 +190,7 @@ class Plain:
                 way = out * 1e-4 * size / np.abs(out).max()
             return value + 1.0
 
-        return float(brentq(multiplier, one.at - reach, one.at + reach, xtol=1e-10 * self.span))  # pyright: ignore[reportArgumentType]
+        return float(brentq(multiplier, near - reach, near + reach, xtol=1e-10 * self.span))  # pyright: ignore[reportArgumentType]
 
 
 def repeats(states: np.ndarray, walks: bool) -> int:
@@ -197,8 +199,8 @@ def repeats(states: np.ndarray, walks: bool) -> int:
     if walks:  # body and feet get on alike
         states = np.concatenate([np.diff(states[:, :n], axis=0), states[1:, n:]], axis=1)
     size = np.repeat([max(float(np.abs(part).max()), 1e-300) for part in (states[:, :n], states[:, n:])], n)
-    for k in range(1, MULTIPLE + 1):
-        if np.abs(states[-k:] - states[-2 * k : -k]).max(axis=0).__truediv__(size).max() <= EQUAL:
+    for k in range(1, min(MULTIPLE, len(states) // 2) + 1):
+        if (np.abs(states[-k:] - states[-2 * k : -k]) / size).max() <= EQUAL:
             return k
     return 0
 
@@ -223,9 +225,10 @@ def truth_of(plain: Plain) -> list[float]:
             multiples = [(one.kind or (0,))[0] for one in (low, high)]
             doubles = 0 in multiples or max(multiples) == 2 * min(multiples)
             at = 0.5 * (low.at + high.at)
-            if doubles and min(low.kind or (9,), high.kind or (9,))[0] != 9:
+            one = low if (low.kind or (9,))[0] < (high.kind or (9,))[0] else high
+            if doubles and one.kind is not None:
                 with suppress(ValueError):
-                    at = plain.doubling(low, high)
+                    at = plain.doubling(one, one.kind[0], at)
             found += [] if any(abs(at - one) <= NEAR * plain.span for one in found) else [at]
     return sorted(found)
 
@@ -240,6 +243,11 @@ def seen(plain: Plain, branch: ts.orbits.Branch, i: int) -> bool | None:
     told = None
     for one in sides:
         if one is None or not one.orbit.stable:
+            continue
+        if here.kind == "flip":
+            with suppress(ValueError):
+                at = plain.doubling(plain.of(one.orbit, one.at), one.orbit.multiple, here.at)
+                told = told or abs(at - here.at) <= DOUBLING * plain.span
             continue
         step = np.sign(here.at - one.at) * NEAR * plain.span
         before = plain.settled(plain.of(one.orbit, one.at), here.at - 3.0 * step)
@@ -268,10 +276,7 @@ def judged(name: str) -> None:
     clock = time.process_time()
     found = ts.branch(scene, {path: (ends[0], ends[1])})
     took_branch = time.process_time() - clock
-    branches = [*found] if isinstance(found, tuple) else [found]
-    special = [
-        (one, i) for one in branches for i, p in enumerate(one.points) if p.kind not in ("orbit", "end")
-    ]
+    special = [(one, i) for one in found for i, p in enumerate(one.points) if p.kind != "orbit"]
     places = np.array([one.points[i].at for one, i in special])
     off = np.array([np.abs(places - at).min(initial=np.inf) for at in truth]) / plain.span
     missed = [at for at, one in zip(truth, off, strict=True) if one > NEAR]
