@@ -54,6 +54,8 @@ DOUBLING = 1e-4
 EQUAL = 1e-8
 """Difference, of the motion's size, of periods that are equal: what windows' steps leave is a hundredth, and was taken
 for doublings where it is a hundred times less."""
+PHASE = 0.1234
+"""Of the drive where periods are counted from: away from its edges, at which events are."""
 CHUNK, MOST, MULTIPLE = 16, 6000, 8
 """Drive periods that a run goes on at a time, and at most; longest motion that is told from none."""
 
@@ -107,7 +109,7 @@ class Plain:
     def chunk(self, motion: Motion, count: int = CHUNK) -> tuple[Motion, np.ndarray, Any]:
         """So many periods: the motion behind them, states (count, 2n) at their ends, and events."""
         runs, period = self.at(motion.at)
-        begin = CHUNK * period
+        begin = (CHUNK + PHASE) * period
         runs.time[0], runs.state[0] = begin, motion.state
         runs.contacts[0] = motion.contacts.earlier(-begin)
         (window,) = runs.advance([begin + period * np.arange(1, count + 1)])
@@ -120,15 +122,16 @@ class Plain:
     def first(self, at: float) -> Motion:
         """The motion from the scene's own start on."""
         runs, period = self.at(at)
-        runs.advance([np.array([CHUNK * period])])
-        return self.settled(Motion(at, runs.state[0], runs.contacts[0].earlier(CHUNK * period), None), at)
+        begin = (CHUNK + PHASE) * period
+        runs.advance([np.array([begin])])
+        return self.settled(Motion(at, runs.state[0], runs.contacts[0].earlier(begin), None), at)
 
     def of(self, orbit: ts.orbits.Orbit, at: float) -> Motion:
         """The motion of an orbit."""
         runs, _ = self.at(at)
         returns, n2 = orbit.map, len(runs.state[0])
         held = getattr(returns, "contacts_at", lambda state: returns.contacts)(orbit.state)
-        end = np.ceil(orbit.start / orbit.map.period + 1e-9) * orbit.map.period
+        end = (np.ceil(orbit.start / orbit.map.period - PHASE + 1e-9) + PHASE) * orbit.map.period
         runs.time[0], runs.state[0], runs.contacts[0] = orbit.start, orbit.state[:n2], held
         runs.advance([np.array([end])])
         return Motion(at, runs.state[0], runs.contacts[0].earlier(end), None)
