@@ -216,7 +216,7 @@ def lower_scene(scene: Scene, drive: Callable[..., tuple[Pieces, Pieces]] = lowe
         system, laws, channels, tuple(used), initial, np.array(periods), math.nan, math.nan, _rate(system),
         lower_legs(scene.robot, system), lower_stance(scene, system),
     )  # fmt: skip
-    row = SimpleNamespace(
+    row: Any = SimpleNamespace(
         signals=plan.signals, parameters=laws.parameters[None], initial=initial[None], sources=system.sources[None],
         scales=np.zeros((1, 3)), channels=np.arange(len(channels))[None],
     )  # fmt: skip

@@ -265,7 +265,7 @@ def entering(
             moved = {path: weight for path, weight in one.items() if path not in rest[p]}
             if any(bears(scene, path) for path in moved):
                 (stencil,), stood = _stepped(scene, plan, [moved], duration)
-                data.initial[..., p] += stencil.slope(plan.initial, stood.initial[1:])
+                data.initial[..., p] += stencil.slope(plan.initial, list(stood.initial[1:]))
     perturbed = {p: _walkers(scene, plan, one, data.initial[..., p]) for p, one in changed.items()}
     return Entering(tuple(found), row, data, structure, perturbed)
 
