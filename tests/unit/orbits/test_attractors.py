@@ -105,8 +105,8 @@ def test_the_millipede_has_three_gaits_whatever_the_threads():
 
 
 def test_a_drive_that_begins_elsewhere_leads_to_the_same_motion():
-    """The phase of the only drive and what it did before are parts of a start."""
-    over = {"signals.pzt.phase": (0.0, 6.28), "robot.drives.pzt.history.0": ("-10 V", "10 V")}
+    """The phase of the drive and what it did before are parts of a start."""
+    over = {"phase": ("0 deg", "360 deg"), "robot.drives.pzt.history.0": ("-10 V", "10 V")}
     found = ts.attractors("cantilever", starts=12, over=over, edges=False)
     assert [one.share.count for one in found.found] == [12]
     assert found[0].impacts == ts.periodic("cantilever").impacts
