@@ -23,7 +23,7 @@ from tarsus.model.structure.walker import Walker
 from tarsus.orbits.basins import OTHERS, Survey, told_apart
 from tarsus.orbits.edges import Edge, edges_of
 from tarsus.orbits.orbit import Orbit, orbit_after
-from tarsus.orbits.settling import ALIKE, Settling
+from tarsus.orbits.settling import ALIKE, SETTLED, Settling
 from tarsus.orbits.starts import Box
 from tarsus.solve import Accuracy, simulate
 from tarsus.tables.numbers import amount
@@ -246,8 +246,9 @@ class Attractors:
         rows, units = [], []
         for name in names:
             values = np.array([one[name].value for one in each])
-            mean = float(np.average(values, weights=weight))
-            spread = float(np.sqrt(np.average((values - mean) ** 2, weights=weight)))
+            counted = weight if weight.any() else None  # the scene's own start alone leads to one
+            mean = float(np.average(values, weights=counted))
+            spread = float(np.sqrt(np.average((values - mean) ** 2, weights=counted)))
             rows.append((name, *values.tolist(), mean, spread))
             units.append(each[0][name].unit)
         columns = ("measure", *(Column(str(i), "row") for i in range(1, len(each) + 1)), Column("mean by share", "row"),
@@ -376,9 +377,11 @@ def _attractor(survey: Survey, settling: Settling, points: Floats, members: NDAr
     k, m = int(settling.multiple[chosen]), settling.runs.plan.feet
     passed, starts = int(settling.passed[chosen]), len(points) - 1
     members = members[members < starts]
+    travel = float(settling.seen[chosen, -k:, :, m].sum())
+    travel = travel if abs(travel) > SETTLED * settling.sizes(chosen)[m] else 0.0
     return Attractor(
         survey.scene_at(points[chosen], passed + SHOWN), Share.of(len(members), starts), members, k, survey.period,
         passed, round(float(settling.tally["impacts"][chosen, -k:].sum())),
         float(settling.tally["energy"][chosen, -k:].sum()),
-        float(settling.seen[chosen, -k:, :, m].sum()), confirmed,
+        travel, confirmed,
     )  # fmt: skip

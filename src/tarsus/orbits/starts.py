@@ -119,7 +119,8 @@ class Box:
         """The scene's own start, as a point (1, d) of the unit cube or beyond."""
         ends = np.array(list(self.ends.values())).T
         values = [0.0 if path in UNITS else get_value(self.scene, path) for path in self.ends]
-        return ((np.array(values, dtype=float) - ends[0]) / (ends[1] - ends[0]))[None]
+        span = ends[1] - ends[0]
+        return ((np.array(values, dtype=float) - ends[0]) / np.where(span > 0.0, span, 1.0))[None]
 
     def late(self, points: Floats) -> Floats:
         """By how much [s] the drives of each start (nr, d) are ahead of the scene's own."""
@@ -158,11 +159,14 @@ def _ahead(scene: Scene, phase: Floats) -> dict[str, Floats]:
 
 
 def _lift(plan: Plan) -> Floats:
-    """Displacements (n,) that lift the feet by 1 m in the mean: of a free body as it is, else bent by forces there."""
+    """Displacements (n,) that lift the feet by 1 m in the mean: of a free body as it is, else bent by forces there. Where
+    feet face each other so that no lift is one of all, it is that of the first."""
     system = plan.system
     mass, stiffness, feet = (
         np.asarray(one, dtype=float) for one in (system.mass, system.stiffness, system.normals)
     )
+    if np.abs(feet.sum(axis=1)).max(initial=0.0) <= RIGID * np.abs(feet).max(initial=0.0):
+        feet = feet[:, :1]
     up = -np.linalg.solve(mass, np.asarray(system.weight, dtype=float))
     bent = float(up @ stiffness @ up) > RIGID * float(up**2 @ np.diag(stiffness)) or not up.any()
     shape = np.linalg.lstsq(stiffness, feet.sum(axis=1), rcond=None)[0] if bent else up
@@ -171,11 +175,13 @@ def _lift(plan: Plan) -> Floats:
 
 
 RIGID = 1e-9
-"""Share of what springs would hold if they did not move together, below which they are not strained."""
+"""Share of what springs would hold if they did not move together, below which they are not strained; and of a foot's
+normal, below which normals cancel."""
 
 
 def _usual(scene: Scene, plan: Plan, lift: Floats) -> dict[str, tuple[float, float]]:
-    """Heights up to those of the feet in a run of the scene, and speeds, up and down, that carry it as high."""
+    """Heights up to those of the feet in a run of the scene, and speeds, up and down, that carry it as high; no height
+    that takes a foot below its ground."""
     from tarsus.solve.trajectories import Trajectories
 
     system, period = plan.system, drive_period(scene)
@@ -188,6 +194,9 @@ def _usual(scene: Scene, plan: Plan, lift: Floats) -> dict[str, tuple[float, flo
     height = max(float(gaps.max(initial=0.0)), rest)
     if height <= plan.length:  # it stays on the ground: as high as a flight of one period
         height = max(weight / mass * period**2 / 8.0, plan.length)
+    raised = lift @ np.asarray(system.normals, dtype=float)[:, : plan.feet]
+    start = np.asarray(system.sources)[: plan.feet] + plan.initial[: len(lift)] @ system.normals[:, : plan.feet]
+    height = float(np.min(np.maximum(start, 0.0)[raised < 0.0] / -raised[raised < 0.0], initial=height))
     work = height**2 * float(lift @ system.stiffness @ lift) + 2.0 * height * weight
     speed = math.sqrt(max(work, 0.0) / mass) or height / period
     return {HEIGHT: (0.0, height), SPEED: (-speed, speed)}
