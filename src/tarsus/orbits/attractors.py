@@ -21,7 +21,7 @@ from tarsus.measure.shares import share_of
 from tarsus.measure.walking import measures_of
 from tarsus.model.structure.walker import Walker
 from tarsus.orbits.basins import OTHERS, Survey, told_apart
-from tarsus.orbits.edges import Edge, edges_of
+from tarsus.orbits.edges import Edge, edge_between, edges_of
 from tarsus.orbits.orbit import Orbit, orbit_after
 from tarsus.orbits.settling import ALIKE, SETTLED, Settling
 from tarsus.orbits.starts import Box
@@ -172,6 +172,19 @@ class Attractors:
         """Starts whose runs have not settled, by what they do instead."""
         counts = {words: int((self.label == key).sum()) for key, words in OTHERS.items()}
         return {words: Share.of(count, self.starts) for words, count in counts.items() if count}
+
+    def edge(self, first: int, second: int) -> Edge | None:
+        """An edge of the basins of two attractors, by their numbers from 0, whether neighbours among the starts or not.
+
+        None where the first basin ends at others between all pairs of starts that are tried. Raises InputError for one
+        attractor twice, and for one that no start leads to.
+        """
+        for one in (first, second):
+            if one not in range(len(self)) or not len(self[one].members) or first == second:
+                raise InputError(f"edge: expected two attractors that starts lead to, got {first} and {second}")
+        survey = Survey.of(self.box, None)
+        stand = [self.points[one.members[0]] if len(one.members) else self.box.own[0] for one in self.found]
+        return edge_between(survey, survey.settled(np.array(stand)), self.points, self.label, (first, second))
 
     def __repr__(self) -> str:
         return f"<Attractors of {self.scene.name!r}: {len(self)} from {self.starts} starts>"
