@@ -181,7 +181,9 @@ class Attractors:
         """
         for one in (first, second):
             if one not in range(len(self)) or not len(self[one].members) or first == second:
-                raise InputError(f"edge: expected two attractors that starts lead to, got {first} and {second}")
+                raise InputError(
+                    f"edge: expected two attractors that starts lead to, got {first} and {second}"
+                )
         survey = Survey.of(self.box, None)
         stand = [self.points[one.members[0]] if len(one.members) else self.box.own[0] for one in self.found]
         return edge_between(survey, survey.settled(np.array(stand)), self.points, self.label, (first, second))

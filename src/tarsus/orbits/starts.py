@@ -154,13 +154,18 @@ def _ahead(scene: Scene, phase: Floats) -> dict[str, Floats]:
         if isinstance(wave, Periodic)
     }
     if isinstance(scene.gait, CustomGait):
-        out |= {f"gait.phases.{leg}": late - scene.gait.frequency * turns for leg, late in scene.gait.phases.items()}
+        out |= {
+            f"gait.phases.{leg}": late - scene.gait.frequency * turns
+            for leg, late in scene.gait.phases.items()
+        }
     return out
 
 
 def _lift(plan: Plan) -> Floats:
-    """Displacements (n,) that lift the feet by 1 m in the mean: of a free body as it is, else bent by forces there. Where
-    feet face each other so that no lift is one of all, it is that of the first."""
+    """Displacements (n,) that lift the feet by 1 m in the mean: of a free body as it is, else bent by forces there.
+
+    Where feet face each other so that no lift is one of all, it is that of the first.
+    """
     system = plan.system
     mass, stiffness, feet = (
         np.asarray(one, dtype=float) for one in (system.mass, system.stiffness, system.normals)
@@ -195,7 +200,9 @@ def _usual(scene: Scene, plan: Plan, lift: Floats) -> dict[str, tuple[float, flo
     if height <= plan.length:  # it stays on the ground: as high as a flight of one period
         height = max(weight / mass * period**2 / 8.0, plan.length)
     raised = lift @ np.asarray(system.normals, dtype=float)[:, : plan.feet]
-    start = np.asarray(system.sources)[: plan.feet] + plan.initial[: len(lift)] @ system.normals[:, : plan.feet]
+    start = (
+        np.asarray(system.sources)[: plan.feet] + plan.initial[: len(lift)] @ system.normals[:, : plan.feet]
+    )
     height = float(np.min(np.maximum(start, 0.0)[raised < 0.0] / -raised[raised < 0.0], initial=height))
     work = height**2 * float(lift @ system.stiffness @ lift) + 2.0 * height * weight
     speed = math.sqrt(max(work, 0.0) / mass) or height / period
@@ -209,8 +216,8 @@ def _number(scene: Scene, path: str, given: Any) -> float:
     known = [*UNITS, *(one for one in float_paths(scene) if _starts(one))]
     if path not in known:
         told = "is no part of a start" if path in float_paths(scene) else "unknown path"
-        raise InputError([f"{path}: {told} (a start is {HEIGHT}, {SPEED}, {PHASE} of the drives, initial.* and a drive's "
-                          f"history){nearest(path, known)}"])  # fmt: skip
+        raise InputError([f"{path}: {told} (a start is {HEIGHT}, {SPEED}, {PHASE} of the drives, initial.*, a "
+                          f"drive's history){nearest(path, known)}"])  # fmt: skip
     return float(get_value(with_values(scene, {path: given}), path))
 
 

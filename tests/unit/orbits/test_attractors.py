@@ -126,10 +126,14 @@ def test_drives_of_a_gait_are_ahead_together():
     """A walker that is put down while it walks: the scene of each gait, whose legs have phases, walks it alone."""
     found = ts.attractors("millipede", starts=12, over={"phase": ("0 deg", "360 deg")}, edges=False)
     travels = [one.travel * 1e6 for one in found]
-    assert len(found) > 1 and all(min(abs(one - each) for each in (1.539, 3.293, 4.632)) < 1e-3 for one in travels)
+    assert len(found) > 1 and all(
+        min(abs(one - each) for each in (1.539, 3.293, 4.632)) < 1e-3 for one in travels
+    )
     for one in found:
         late = np.array(list(one.scene.gait.phases.values()))
-        assert np.ptp(late) == pytest.approx(0.5) and late.max() < 0.5  # alternating still, and ahead of the scene's own
+        assert (
+            np.ptp(late) == pytest.approx(0.5) and late.max() < 0.5
+        )  # alternating still, and ahead
         assert one.measures["stride"].value == pytest.approx(one.travel, rel=1e-4)
 
 
