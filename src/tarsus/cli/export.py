@@ -21,7 +21,7 @@ def export(
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> int:
-    """Write a robot for another tool: MuJoCo, MATLAB, C of a microcontroller, or any that takes an FMU.
+    """Write a robot for another tool: MuJoCo, MATLAB, or C of a microcontroller.
 
     Parameters
     ----------
@@ -29,8 +29,7 @@ def export(
         a device (see `tarsus devices`) or a scene file.
     to
         mjcf, a model of MuJoCo, run after writing where that is installed, with its loss in numbers; matlab, state
-        spaces, events, series, and a script that makes the run again; c, tables of the gait or of the drives; fmu, a
-        co-simulation unit of FMI 3.0.
+        spaces, events, series, and a script that makes the run again; c, tables of the gait or of the drives.
     output
         folder for the files.
     step

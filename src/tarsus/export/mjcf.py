@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import xml.etree.ElementTree as Xml
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -462,12 +462,18 @@ def _parts(system: object, moves: Floats) -> dict[str, Part]:
         spring = max(float(squares[k]), 0.0) * size**2
         parts[f"mode:{k + 1}"] = Part(row / size, size**2, spring, own, float(push[k]) * size)
     if mixed:
-        for k, (value, way) in enumerate(zip(*np.linalg.eigh(of_modes), strict=True)):
+        for k, (value, way) in enumerate(_ways(of_modes)):
             row = way @ onto
             size = np.abs(row).max()
             if value > 0.0:
                 parts[f"damper:{k + 1}"] = Part(row / size, 0.0, 0.0, float(value) * size**2, 0.0)
     return parts
+
+
+def _ways(damping: Floats) -> Iterator[tuple[float, Floats]]:
+    """Dampers (n,) that together are a damping matrix, each with its size."""
+    values, ways = np.linalg.eigh(damping)
+    return zip(values.tolist(), ways.T, strict=True)
 
 
 LOSSES = {

@@ -39,7 +39,6 @@ TARGETS: Mapping[str, Target] = MappingProxyType(
         "mjcf": Target("mujoco_files", ("model.xml", "units.json", "drives.csv", "run_model.py", "loss.txt", "loss.json")),
         "matlab": Target("matlab", ("model.mat", "events.csv", "series.mat", "laws.m", "run_model.m", "lost.txt")),
         "c": Target("c_headers", ("gait.h", "drives.h", "lost.txt")),
-        "fmu": Target("fmu", ("*.fmu", "lost.txt")),
     }
 )
 """Tools by the name that `--to` has."""
@@ -73,8 +72,7 @@ def export(
     to
         mjcf: a model of MuJoCo, which runs it after writing where it is installed, and tells the loss in numbers;
         matlab: the state space of every set of held feet, events, series, and a script that makes the run again;
-        c: the gait, or the drives' volts, as tables for a microcontroller;
-        fmu: a co-simulation unit (FMI 3.0).
+        c: the gait, or the drives' volts, as tables for a microcontroller.
     output
         The folder.
     duration
