@@ -104,7 +104,9 @@ def gait_header_text(scene: Scene, *, tick: float = 1e-6) -> str:
     return _header("GAIT", said, own, len(waves), constants)
 
 
-def drives_header_text(name: str, volts: Mapping[str, tuple[Sequence[int], Sequence[float]]], period: int, tick: float) -> str:
+def drives_header_text(
+    name: str, volts: Mapping[str, tuple[Sequence[int], Sequence[float]]], period: int, tick: float
+) -> str:
     """``drives.h``: for every drive the ticks of a period at which its volts change, and to what, in millivolts.
 
     Parameters

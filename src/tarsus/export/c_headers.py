@@ -6,7 +6,7 @@ import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.design.headers import drives_header_text, gait_header_text, in_ticks
-from tarsus.export.described import Described, knots
+from tarsus.export.subject import Subject, knots
 from tarsus.export.verb import Exported
 from tarsus.model.drive.laws import LinearForce
 from tarsus.model.drive.lower import lower
@@ -20,7 +20,7 @@ SAMPLES = 256
 """Values in a period of volts that are not constant between edges: a sine is held within 1.2 % of its amplitude."""
 
 
-def exported(described: Described, step: float | None) -> Exported:
+def exported(described: Subject, step: float | None) -> Exported:
     """``gait.h`` of a scene whose drives follow a gait alone, else ``drives.h``; step [s]: a tick of the timer.
 
     Raises InputError as the headers do, and for drives without a common period.
@@ -37,8 +37,12 @@ def exported(described: Described, step: float | None) -> Exported:
         _, volts = lower(command, unit, ())
         tables[name] = _table(volts, period, count)
         edges, levels = tables[name]
-        if not np.allclose(evaluate(volts, (np.append(edges[1:], count) - 0.5) * period / count), levels, atol=5e-4):
-            lost.append(f"{name}: its volts change all the time, and are held between {len(edges)} values a period")
+        if not np.allclose(
+            evaluate(volts, (np.append(edges[1:], count) - 0.5) * period / count), levels, atol=5e-4
+        ):
+            lost.append(
+                f"{name}: its volts change all the time, and are held between {len(edges)} values a period"
+            )
     files = {"drives.h": drives_header_text(scene.name, tables, count, period / count)}
     return Exported(_with_list(files, lost), tuple(lost))
 
@@ -47,7 +51,7 @@ def _with_list(files: dict[str, str], lost: list[str]) -> dict[str, str]:
     return files | {"lost.txt": "".join(f"- {one}\n" for one in lost)}
 
 
-def _period(described: Described) -> float:
+def _period(described: Subject) -> float:
     """The period of all drives [s]: the longest, of which the others' are whole parts; of drives that do not repeat the
     run's length."""
     waves = described.scene.waveforms.values()
@@ -58,8 +62,8 @@ def _period(described: Described) -> float:
     turns = max(own) / np.array(own)
     if np.abs(turns - np.rint(turns)).max() > 1e-9:
         raise InputError(
-            f"c: the drives' periods ({', '.join(f'{one:.6g} s' for one in own)}) have no common one: give signals of one "
-            "frequency"
+            f"c: the drives' periods ({', '.join(f'{one:.6g} s' for one in own)}) have no common one: "
+            "give signals of one frequency"
         )
     return max(own)
 

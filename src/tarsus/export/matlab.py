@@ -1,5 +1,5 @@
-"""What is written for MATLAB: matrices, the state space of every set of held feet, events, series, laws as functions, and
-a script that makes the run again."""
+"""What is written for MATLAB: matrices, the state space of every set of held feet, events, series, laws as functions,
+and a script that makes the run again."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import numpy as np
 from scipy.io import savemat
 
 from tarsus.base.events import FootState
-from tarsus.export.described import Described, Floats, expanded, knots
+from tarsus.export.subject import Floats, Subject, expanded, knots
 from tarsus.export.verb import Exported
 from tarsus.files.store import events_csv, write_matlab
 from tarsus.model.laws import MassWeighted, PullAsPrinted, RestituteFirst
@@ -28,15 +28,20 @@ ARGUMENTS = {
 """Functions of laws.m, by hook: what they take."""
 
 
-def exported(described: Described, step: float | None) -> Exported:
+def exported(described: Subject, step: float | None) -> Exported:
     """The files of a scene; a step is not used: the script finds its own."""
     model, reason = io.BytesIO(), _reason(described)
     savemat(model, _content(described, reason), format="5", long_field_names=True, oned_as="column")
     with TemporaryDirectory() as folder:
-        write_matlab(described.run, described.run.variables(), series := Path(folder) / "series.mat")
+        run: Any = described.run  # asked like a stored one
+        write_matlab(run, run.variables(), series := Path(folder) / "series.mat")
         whole = series.read_bytes()
     lost = [f"run_model.m does not run this robot: {reason}"] if reason else []
-    ageing = [name for name, law in described.scene.ground.acting_laws.items() if "remaining" in type(law).functions()]
+    ageing = [
+        name
+        for name, law in described.scene.ground.acting_laws.items()
+        if "remaining" in type(law).functions()
+    ]
     lost += [f"{name}: what a contact remembers of those before it" for name in ageing]
     out: dict[str, str | bytes] = {
         "model.mat": model.getvalue(), "series.mat": whole, "laws.m": laws_text(described.scene.ground.acting_laws),
@@ -47,7 +52,7 @@ def exported(described: Described, step: float | None) -> Exported:
     return Exported(out, tuple(lost))
 
 
-def _reason(described: Described) -> str:
+def _reason(described: Subject) -> str:
     """Why the script cannot make the run, "" where it can."""
     ground = described.scene.ground
     if described.scene.slides:
@@ -63,7 +68,7 @@ def _reason(described: Described) -> str:
     return ""
 
 
-def _content(described: Described, reason: str) -> dict[str, Any]:
+def _content(described: Subject, reason: str) -> dict[str, Any]:
     """Variables of model.mat; SI units."""
     plan, run, scene = described.plan, described.run, described.scene
     system = plan.system
@@ -90,10 +95,10 @@ def _content(described: Described, reason: str) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def state_spaces(described: Described) -> dict[str, Any]:
-    """A, B, C and D of every set of held feet that the run has met, in its order: the state is [x; v], the inputs are the
-    forces on the feet along their normals (m), of the drives (nd), and 1; the outputs gaps, gap rates, and the structure's
-    pull on held feet (0 for others), m each. ``along``: feet that are held along the ground as well."""
+def state_spaces(described: Subject) -> dict[str, Any]:
+    """A, B, C and D of every set of held feet that the run has met, in its order: the state is [x; v], the inputs are
+    the forces on the feet along their normals (m), of the drives (nd), and 1; the outputs gaps, gap rates, and the
+    structure's pull on held feet (0 for others), m each. ``along``: feet that are held along the ground as well."""
     plan, run = described.plan, described.run
     system, m = plan.system, len(described.feet)
     n, tangents = len(system.mass), _ways(described)
@@ -101,7 +106,11 @@ def state_spaces(described: Described) -> dict[str, Any]:
     times = times[times <= run.end_time]
     seen = run.states(0.5 * (times[1:] + times[:-1])) if m else None
     held = np.zeros((0, 1), dtype=bool) if seen is None else seen.held
-    stuck = held & (seen.contact == FootState.STUCK) if seen is not None and seen.contact is not None else np.zeros_like(held)
+    stuck = (
+        held & (seen.contact == FootState.STUCK)
+        if seen is not None and seen.contact is not None
+        else np.zeros_like(held)
+    )
     met = list(dict.fromkeys(zip(map(tuple, held.T.tolist()), map(tuple, stuck.T.tolist()), strict=True)))
     names = ("held", "along", "A", "B", "C", "D")
     out: dict[str, Any] = {name: np.empty(len(met), dtype=object) for name in names}
@@ -127,14 +136,16 @@ def state_spaces(described: Described) -> dict[str, Any]:
     return out
 
 
-def _ways(described: Described) -> Floats:
+def _ways(described: Subject) -> Floats:
     """Rows (n, m) of places along the ground, zeros for feet that know none."""
     system, structure = described.plan.system, described.scene.robot.structure
     if system.tangents is not None:
         return system.tangents
     if not described.scene.slides:
         return np.zeros_like(system.normals)
-    return np.stack([structure.row(f"{foot.point}_x") for foot in described.scene.robot.feet.values()], axis=1)
+    return np.stack(
+        [structure.row(f"{foot.point}_x") for foot in described.scene.robot.feet.values()], axis=1
+    )
 
 
 def laws_text(acting: Mapping[str, Law]) -> str:
@@ -145,7 +156,10 @@ def laws_text(acting: Mapping[str, Law]) -> str:
         lines.append(f"  law.{hook} = @{hook};")
         bodies += ["", f"function out = {hook}({arguments})", "  out = 0;"]
         for law in own:
-            bodies += [f"  % {type(law).name()}", *_statements(program_of(type(law), hook), arguments, law.parameters())]
+            bodies += [
+                f"  % {type(law).name()}",
+                *_statements(program_of(type(law), hook), arguments, law.parameters()),
+            ]
         bodies.append("end")
     return "\n".join([*lines, "end", *bodies, "", *_IFELSE, ""])
 
@@ -176,8 +190,9 @@ _SAME = (
 )  # fmt: skip
 _OPERATIONS: Mapping[Op, str] = {
     **{op: f"{'double' * (sign[0] in '<=~')}({{0}} {sign} {{1}})" for op, sign in _INFIX.items()},
-    **{Op[name]: f"double({name.lower()}({', '.join(f'{{{k}}}' for k in range(Op[name].operands))}))" for name in _SAME},
-    Op.COPY: "{0}", Op.NEGATE: "-{0}", Op.ABSOLUTE: "abs({0})", Op.MINIMUM: "min({0}, {1})", Op.MAXIMUM: "max({0}, {1})",
+    **{Op[name]: f"double({name.lower()}({'{0}, {1}' if Op[name].operands == 2 else '{0}'}))" for name in _SAME},
+    Op.COPY: "{0}", Op.NEGATE: "-{0}", Op.ABSOLUTE: "abs({0})", Op.MINIMUM: "min({0}, {1})",
+    Op.MAXIMUM: "max({0}, {1})",
     Op.TRUNC: "fix({0})", Op.ROUND: "ifelse(abs(rem({0}, 1)) == 0.5, 2 * round({0} / 2), round({0}))",
     Op.FLOOR_DIVIDE: "floor({0} / {1})", Op.MODULO: "mod({0}, {1})", Op.FMOD: "rem({0}, {1})",
     Op.COPYSIGN: "abs({0}) * (1 - 2 * (1 / {1} < 0 || {1} < 0))", Op.SELECT: "ifelse({0}, {1}, {2})",

@@ -1,4 +1,4 @@
-"""MuJoCo's model of a scene: joints whose sums are the heights of the feet, modes as tendons with inertia, contacts in pairs.
+"""MuJoCo's model of a scene: joints whose sums are heights of feet, modes as tendons, contacts in pairs.
 
 A walker is a tree: its body on slides and hinges, and every foot on two slides below its hip. Any other structure is a
 chain of bodies that weigh next to nothing: the way of a foot is the sum of its joints, and each mode of the structure a
@@ -13,13 +13,14 @@ import xml.etree.ElementTree as Xml
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 
 from tarsus.base.errors import InputError
-from tarsus.export.described import Described, Floats
+from tarsus.export.subject import Floats, Subject
 from tarsus.model.structure import Walker
 
 LIGHT = 1e-9
@@ -29,8 +30,8 @@ SOLID = 0.9999
 """MuJoCo's largest impedance: a contact is its spring and damper, and a ten thousandth of what would happen without."""
 
 STIFF, SHALLOW = 30.0, 100.0
-"""Rate of a contact's spring: at least so many times the fastest rate of the structure, and so high that a foot sinks in
-by the height of flights over so many."""
+"""Rate of a contact's spring: at least so many times the fastest rate of the structure, and so high that a foot sinks
+in by the height of flights over so many."""
 
 PHASE = 0.05
 """Default step, as an angle of the contact's spring [rad]."""
@@ -46,8 +47,8 @@ def restitution_of(ratio: float) -> float:
     """Restitution of a damped spring that only pushes, by its damping ratio.
 
     MuJoCo lets a contact go when its force would pull, before the spring is at rest again: with b = zeta and
-    w = sqrt(1 - zeta^2), e = exp(-b / w (pi - atan2(2 b w, 1 - 2 b^2))) (Schwager and Poeschel, Granular Matter 9, 2007,
-    465), and not exp(-pi b / w), which is that of a spring that pulls until its length is the old one: 0.46 for 0.38.
+    w = sqrt(1 - zeta^2), e = exp(-b / w (pi - atan2(2 b w, 1 - 2 b^2))) (Schwager and Poeschel, Granular Matter 9,
+    2007, 465), and not exp(-pi b / w), that of a spring that pulls until its length is the old one: 0.46 for 0.38.
     """
     if ratio < 1.0:
         root = math.sqrt(1.0 - ratio * ratio)
@@ -74,9 +75,12 @@ def damping_ratio(restitution: float, phase: float) -> float:
     """The damping ratio of a contact that has a restitution in steps of a phase [rad], at most `STIFFEST`."""
     if restitution <= stepped_restitution(STIFFEST, phase):
         return STIFFEST
-    if restitution >= stepped_restitution(0.0, phase):
+    if restitution >= stepped_restitution(0.0, phase) - 1e-6:
         return 0.0
-    return float(brentq(lambda ratio: stepped_restitution(ratio, phase) - restitution, 0.0, STIFFEST, xtol=1e-9))
+    root: Any = brentq(
+        lambda ratio: stepped_restitution(ratio, phase) - restitution, 0.0, STIFFEST, xtol=1e-9
+    )
+    return float(root)
 
 
 @dataclass(frozen=True)
@@ -106,14 +110,18 @@ def _power(value: float) -> float:
 class Mjcf:
     """The model of a scene; step [s]: as asked for, by default from the stiffness of its contacts."""
 
-    described: Described
+    described: Subject
     asked_step: float | None = None
 
     @cached_property
     def units(self) -> Units:
         """Scales: of gaps, of what moves with a foot, of contacts, for MuJoCo resets what
         accelerates by more than 1e10."""
-        return Units(_power(self.described.height), _power(1.0 / self.mobility.max()), _power(STIFF / self.contact_rate))
+        return Units(
+            _power(self.described.height),
+            _power(1.0 / self.mobility.max()),
+            _power(STIFF / self.contact_rate),
+        )
 
     @cached_property
     def mobility(self) -> Floats:
@@ -152,7 +160,7 @@ class Mjcf:
 
     @property
     def friction(self) -> float:
-        """Coefficient of friction of a foot that rests and pushes: the law's bound per unit of margin, and of strength."""
+        """Coefficient of friction of a foot that rests and pushes: the law's bound at a margin and a strength of 1."""
         laws = self.described.scene.ground.acting_on("friction")
         if not laws or not self.described.scene.slides:
             return 0.0
@@ -165,7 +173,9 @@ class Mjcf:
         n = len(self.described.plan.initial) // 2
         x, v = self.described.plan.initial[:n], self.described.plan.initial[n:]
         own = self.tree.own_units(self.units)
-        return np.linalg.solve(self.tree.moves, x) / own, np.linalg.solve(self.tree.moves, v) / own * self.units.time
+        return np.linalg.solve(self.tree.moves, x) / own, np.linalg.solve(
+            self.tree.moves, v
+        ) / own * self.units.time
 
     def text(self) -> str:
         """The file: XML, in MuJoCo's units, which its comment says."""
@@ -205,7 +215,10 @@ class Mjcf:
 
     def _feet(self, world: Xml.Element, contact: Xml.Element, sensor: Xml.Element) -> None:
         """A plane below every foot, the contact of the two, and where the foot is."""
-        ratio, rate = damping_ratio(self.restitution, self.step * self.contact_rate), self.contact_rate * self.units.time
+        ratio, rate = (
+            damping_ratio(self.restitution, self.step * self.contact_rate),
+            self.contact_rate * self.units.time,
+        )
         spring, damper = rate * rate, 2.0 * ratio * rate
         mu = self.friction
         for name, foot in self.described.scene.robot.feet.items():
@@ -247,7 +260,9 @@ class Mjcf:
     def _drives(self, tendon: Xml.Element, actuator: Xml.Element) -> None:
         onto = self.tree.moves.T @ self.described.plan.system.loads
         own = self.tree.own_units(self.units)
-        for name, load in zip(self.described.drives, (onto * (own / self.units.length)[:, None]).T, strict=True):
+        for name, load in zip(
+            self.described.drives, (onto * (own / self.units.length)[:, None]).T, strict=True
+        ):
             _tendon(tendon, f"drive:{name}", load, self.tree.joints)
             Xml.SubElement(actuator, "motor", name=f"drive:{name}", tendon=f"drive:{name}")
 
@@ -276,7 +291,7 @@ def _row(values: Sequence[float] | Floats) -> str:
 
 
 @dataclass(frozen=True)
-class Part:
+class TendonPart:
     """A tendon of the structure: its row over the joints (n,), mass [kg], stiffness [N/m], damping [N s/m] and constant
     force [N] along it."""
 
@@ -291,7 +306,7 @@ class Part:
 class Tree:
     """Bodies of a model, the topmost of them; joints (n,) in the order of MuJoCo's; moves (n, n): coordinates of the
     scene per unit of each joint [m or rad]; turns (n,): which joints are hinges; places: where feet are at rest, in
-    MuJoCo's units; size: of the robot, in these; falls: whether its bodies have their weight; parts: see `Part`."""
+    MuJoCo's units; size: of the robot, in these; falls: whether its bodies have their weight; parts: see `TendonPart`."""
 
     top: Xml.Element
     joints: tuple[str, ...]
@@ -300,7 +315,7 @@ class Tree:
     places: dict[str, tuple[float, float, float]]
     size: float
     falls: bool
-    parts: dict[str, Part]
+    parts: dict[str, TendonPart]
 
     def own_units(self, units: Units) -> Floats:
         """What a unit of each joint is (n,) [m or rad]."""
@@ -311,7 +326,9 @@ NDArrayBool = np.ndarray
 
 
 def _tendon(parent: Xml.Element, name: str, row: Floats, joints: Sequence[str], **numbers: float) -> None:
-    one = Xml.SubElement(parent, "fixed", name=name, **{key: _n(value) for key, value in numbers.items()})
+    one = Xml.SubElement(
+        parent, "fixed", name=name, attrib={key: _n(value) for key, value in numbers.items()}
+    )
     for joint, share in zip(joints, row, strict=True):
         if share:
             Xml.SubElement(one, "joint", joint=joint, coef=_n(share))
@@ -331,7 +348,9 @@ def _inertial(body: Xml.Element, mass: float, turning: Sequence[float]) -> None:
 
 
 def _slide(body: Xml.Element, name: str, axis: str, **numbers: float) -> None:
-    Xml.SubElement(body, "joint", name=name, type="slide", axis=axis, **{k: _n(v) for k, v in numbers.items()})
+    Xml.SubElement(
+        body, "joint", name=name, type="slide", axis=axis, attrib={k: _n(v) for k, v in numbers.items()}
+    )
 
 
 def _walker(model: Mjcf) -> Tree:
@@ -367,7 +386,13 @@ def _walker(model: Mjcf) -> Tree:
             ("x", "1 0 0", one.stiffness_l, one.damping_l), ("z", "0 0 1", one.stiffness_v, one.damping_v)
         ):  # fmt: skip
             joints.append(f"{leg}:{way}")
-            _slide(own, joints[-1], axis, stiffness=k / units.mass * units.time**2, damping=c / units.mass * units.time)
+            _slide(
+                own,
+                joints[-1],
+                axis,
+                stiffness=k / units.mass * units.time**2,
+                damping=c / units.mass * units.time,
+            )
         at = walker.leg_coordinate(leg)
         moves[at, :nb], moves[at + 1, :nb] = walker.hip_row_x(leg), walker.hip_row_z(leg)
         if leg in feet:
@@ -385,8 +410,8 @@ def _chain(model: Mjcf) -> Tree:
     rows, ways = _foot_rows(described)
     if np.linalg.matrix_rank(rows, 1e-8 * np.abs(rows).max(initial=1e-300)) < len(rows):
         raise InputError(
-            f"mjcf: the {len(rows)} ways of the feet of {described.scene.name} depend on each other ({n} coordinates), and "
-            "joints of MuJoCo cannot: leave feet out, or add coordinates"
+            f"mjcf: the {len(rows)} ways of the feet of {described.scene.name} depend on each other, of "
+            f"{n} coordinates, and joints of MuJoCo cannot: leave feet out, or add coordinates"
         )
     rest = _rest_of(rows, system.mass)
     places_of = np.vstack([rows, rest])  # heights and ways by coordinates
@@ -397,7 +422,7 @@ def _chain(model: Mjcf) -> Tree:
         if axis != "y" and last[axis] >= 0:
             adds[i, last[axis]] = -1.0
         last[axis] = i
-    moves = np.linalg.inv(adds @ places_of)
+    moves: Floats = np.asarray(np.linalg.inv(adds @ places_of), dtype=np.float64)
     mass = LIGHT / model.mobility.max() / units.mass
     size, names = 10.0, [f"{foot}:{way}" for foot, way in ways] + [f"inner:{i}" for i in range(n - len(rows))]
     top = at = Xml.Element("body")
@@ -422,7 +447,7 @@ def _chain(model: Mjcf) -> Tree:
     return Tree(top, tuple(names), moves, np.zeros(n, dtype=bool), places, size, False, _parts(system, moves))
 
 
-def _foot_rows(described: Described) -> tuple[Floats, list[tuple[str, str]]]:
+def _foot_rows(described: Subject) -> tuple[Floats, list[tuple[str, str]]]:
     """Rows (k, n) of the feet's heights, and of their places along the ground where they rub; and of which foot."""
     rows: list[Floats] = []
     ways: list[tuple[str, str]] = []
@@ -444,29 +469,29 @@ def _rest_of(rows: Floats, mass: Floats) -> Floats:
     return ways[len(rows) :]
 
 
-def _parts(system: object, moves: Floats) -> dict[str, Part]:
+def _parts(system: object, moves: Floats) -> dict[str, TendonPart]:
     """The structure's modes as tendons over the joints, and dampers that are of no mode."""
     mass, stiffness, damping, weight, gravity = (
         getattr(system, name) for name in ("mass", "stiffness", "damping", "weight", "gravity")
     )
     squares, shapes = eigh(stiffness, mass)
     onto = shapes.T @ mass @ moves  # modal coordinates by joints
-    of_modes = shapes.T @ damping @ shapes
+    of_modes = shapes.T @ (0.5 * (damping + damping.T)) @ shapes
     apart = of_modes - np.diag(np.diag(of_modes))
     mixed = np.abs(apart).max(initial=0.0) > 1e-9 * np.abs(of_modes).max(initial=1e-300)
-    parts: dict[str, Part] = {}
+    parts: dict[str, TendonPart] = {}
     push = shapes.T @ (gravity * weight)
     for k, row in enumerate(onto):
         size = np.abs(row).max()
         own = 0.0 if mixed else float(of_modes[k, k]) * size**2
         spring = max(float(squares[k]), 0.0) * size**2
-        parts[f"mode:{k + 1}"] = Part(row / size, size**2, spring, own, float(push[k]) * size)
+        parts[f"mode:{k + 1}"] = TendonPart(row / size, size**2, spring, own, float(push[k]) * size)
     if mixed:
         for k, (value, way) in enumerate(_ways(of_modes)):
             row = way @ onto
             size = np.abs(row).max()
             if value > 0.0:
-                parts[f"damper:{k + 1}"] = Part(row / size, 0.0, 0.0, float(value) * size**2, 0.0)
+                parts[f"damper:{k + 1}"] = TendonPart(row / size, 0.0, 0.0, float(value) * size**2, 0.0)
     return parts
 
 
@@ -487,9 +512,7 @@ LOSSES = {
 def _lost(model: Mjcf) -> list[str]:
     described = model.described
     ground, robot = described.scene.ground, described.scene.robot
-    out = [
-        f"{name}: {LOSSES[law.hook]}" for name, law in ground.acting_laws.items() if law.hook in LOSSES
-    ]
+    out = [f"{name}: {LOSSES[law.hook]}" for name, law in ground.acting_laws.items() if law.hook in LOSSES]
     if ground.holds:
         young, held = described.law("strength", 0.0), described.held_strength
         out.append(
@@ -500,11 +523,18 @@ def _lost(model: Mjcf) -> list[str]:
         out.append(f"impact: the map '{ground.impact.kind}'; impacts are mass-weighted")
     for law in ground.acting_on("friction").values() if described.scene.slides else ():
         if getattr(law, "kind", "") != "coulomb":
-            out.append(f"friction: the law '{getattr(law, 'kind', type(law).name())}'; it is Coulomb's, {model.friction:g}")
+            out.append(
+                f"friction: the law '{getattr(law, 'kind', type(law).name())}'; it is Coulomb's, {model.friction:g}"
+            )
     if ground.acting_on("rebound") and not hasattr(ground.restitution, "coefficient"):
         out.append(f"restitution: its change with speed; it is that at {described.impact_speed:.4g} m/s")
-    laws = {drive.law.kind for drive in robot.drives.values() if drive.law.kind != "linear"}
-    out += [f"drives: the law '{kind}' from volts to force; drives.csv has the forces" for kind in sorted(laws)]
+    damping = described.plan.system.damping
+    if np.abs(damping - damping.T).max(initial=0.0) > 1e-9 * np.abs(damping).max(initial=0.0):
+        out.append("damping: what of a matrix that is not symmetric takes no energy, or gives some")
+    laws = {str(getattr(drive.law, "kind", "")) for drive in robot.drives.values()}
+    out += [
+        f"drives: the law '{kind}' from volts to force; drives.csv has the forces" for kind in sorted(laws)
+    ]
     if any(foot.electrode for foot in robot.feet.values()):
         out.append("electrodes: volts are not in the model")
     if ground.holds:

@@ -8,14 +8,14 @@ from importlib.resources import files
 from importlib.util import find_spec
 
 from tarsus.base.errors import InputError
-from tarsus.export.described import Described
 from tarsus.export.mjcf import Mjcf
+from tarsus.export.subject import Subject
 from tarsus.export.verb import Exported
 from tarsus.files.jsontext import json_text
 from tarsus.tables.table import Table
 
 
-def exported(described: Described, step: float | None) -> Exported:
+def exported(described: Subject, step: float | None) -> Exported:
     """The files of a scene; step [s]: MuJoCo's. Raises InputError for a robot without feet or of too many, and where
     MuJoCo refuses the model."""
     if not described.feet:
@@ -44,7 +44,7 @@ def _text(measured: Table | None, lost: list[str]) -> str:
     return ("" if measured is None else f"{measured.text()}\n\n") + f"without a counterpart:\n{said}\n"
 
 
-def drives_csv(described: Described) -> str:
+def drives_csv(described: Subject) -> str:
     """Forces of the drives over time, straight lines between rows."""
     times, values = described.drive_table(described.run.duration)
     out = io.StringIO()

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from importlib import import_module
 from typing import Any
 
 import numpy as np
 
 from tarsus.base.errors import InputError
-from tarsus.export.described import LOW, Described, Floats
 from tarsus.export.mjcf import Mjcf
+from tarsus.export.subject import LOW, Floats, Subject
 from tarsus.solve.simulate import simulate
 from tarsus.tables.table import ROW, Column, Table
 
@@ -31,7 +32,7 @@ PHASES = 16
 
 
 @dataclass(frozen=True)
-class Motion:
+class SpringMotion:
     """MuJoCo's motion in SI: touchdowns as rows (nc, 4) of time, foot, approach and departure speed (0: held); state at
     the marks asked for (nk, n)."""
 
@@ -45,7 +46,7 @@ class Loaded:
 
     def __init__(self, mjcf: Mjcf) -> None:
         try:
-            import mujoco
+            mujoco: Any = import_module("mujoco")  # which has no types
         except ImportError:
             raise InputError('MuJoCo is not installed: pip install "tarsus[mujoco]"') from None
         self.mjcf, self.mujoco = mjcf, mujoco
@@ -56,11 +57,16 @@ class Loaded:
         described, units = mjcf.described, mjcf.units
         self.n, self.m = len(mjcf.tree.joints), len(described.feet)
         self.normal = np.array([foot.normal for foot in described.scene.robot.feet.values()], dtype=float)
-        for name in described.feet:  # the ground may be moved: where it is at its body's place MuJoCo asks the body alone
+        for name in (
+            described.feet
+        ):  # the ground may be moved: where it is at its body's place MuJoCo asks the body alone
             self.model.geom_sameframe[self.model.geom(f"ground:{name}").id] = 0
         ground = np.array([self.model.geom(f"ground:{name}").pos[2] for name in described.feet])
         radius = np.array([self.model.geom(f"foot:{name}").size[0] for name in described.feet])
-        self.ground, self.own = ground + self.normal * radius, mjcf.tree.own_units(units)  # of centres of feet
+        self.ground, self.own = (
+            ground + self.normal * radius,
+            mjcf.tree.own_units(units),
+        )  # of centres of feet
         self.heights = self._sensors("framepos")
         self.rates = self._sensors("framelinvel")
         self.drives = [self.model.actuator(f"drive:{name}").id for name in described.drives]
@@ -90,32 +96,35 @@ class Loaded:
 
     def advanced(self, state: Floats, controls: Floats) -> tuple[Floats, Floats, Floats]:
         """States (nt, ns) after every step, gaps and rates (nt, m) before it, in MuJoCo's units."""
-        from mujoco import rollout
-
         data = self.mujoco.MjData(self.model)
-        states, seen = rollout.rollout(self.model, data, state[None], controls[None])
+        states, seen = import_module("mujoco.rollout").rollout(self.model, data, state[None], controls[None])
         gap = self.normal * (seen[0][:, self.heights] - self.ground)
         return states[0], gap, self.normal * seen[0][:, self.rates]
 
-    def run(self, duration: float, marks: Floats) -> Motion:
+    def run(self, duration: float, marks: Floats) -> SpringMotion:
         """From the start over a duration [s]; marks (nk,) [s]: when the state is wanted."""
         step, units = self.mjcf.step, self.mjcf.units
         count = math.ceil(duration / step)
         state = self.state_of(*self.mjcf.start)
         wanted = np.minimum(np.rint(marks / step).astype(int), count) - 1
-        found, kept = _Feet(self.m, LOW * self.mjcf.described.height / units.length), np.zeros((len(marks), self.n))
+        found, kept = (
+            _Feet(self.m, LOW * self.mjcf.described.height / units.length),
+            np.zeros((len(marks), self.n)),
+        )
         for first in range(0, count, CHUNK):
-            times = step * np.arange(first, min(first + CHUNK, count))
+            times: Any = step * np.arange(first, min(first + CHUNK, count))
             states, gap, rate = self.advanced(state, self.controls(times))
             found.see(times, step, gap, rate * step / units.time)
             for k in np.flatnonzero((wanted >= first) & (wanted < first + len(times))):
                 kept[k] = self.mjcf.tree.moves @ (states[wanted[k] - first, 1 : 1 + self.n] * self.own)
             state = states[-1]
             if not np.isfinite(state).all():
-                raise InputError(f"mjcf: MuJoCo's motion is not finite after {times[-1]:.4g} s; give a shorter --step")
+                raise InputError(
+                    f"mjcf: MuJoCo's motion is not finite after {times[-1]:.4g} s; give a shorter --step"
+                )
         rows = np.array(found.rows).reshape(-1, 4)
         rows[:, 2:] *= units.length / step
-        return Motion(rows[np.argsort(rows[:, 0], kind="stable")], kept, count * step)
+        return SpringMotion(rows[np.argsort(rows[:, 0], kind="stable")], kept, count * step)
 
 
 class _Feet:
@@ -249,7 +258,9 @@ def loss(mjcf: Mjcf) -> Table:
     rows.append((f"{at}, worst moment of touch", mjcf.restitution, worst, _off(worst, mjcf.restitution), "1"))
     if described.scene.ground.holds and described.held_strength > 0.0:
         pull = pull_off(loaded)
-        rows.append(("pull-off force", described.held_strength, pull, _off(pull, described.held_strength), "N"))
+        rows.append(
+            ("pull-off force", described.held_strength, pull, _off(pull, described.held_strength), "N")
+        )
     window = _window(described)
     window = min(window, MOST_STEPS * mjcf.step)
     period = run.period
@@ -269,8 +280,8 @@ def loss(mjcf: Mjcf) -> Table:
         f"{motion.duration:.4g} s were run."
     )
     return Table(
-        f"{described.scene.name} in MuJoCo", columns, [row[:4] for row in rows], [note], [_touchdowns(described, motion)],
-        units=[str(row[4]) for row in rows],
+        f"{described.scene.name} in MuJoCo", columns, [row[:4] for row in rows], [note],
+        [_touchdowns(described, motion)], units=[str(row[4]) for row in rows],
     )  # fmt: skip
 
 
@@ -278,7 +289,7 @@ def _off(found: float, wanted: float) -> float | None:
     return (found - wanted) / wanted if wanted else None
 
 
-def _window(described: Described) -> float:
+def _window(described: Subject) -> float:
     """Time [s] that is compared: to a little behind the tenth touchdown, of a walker some periods at least."""
     run, found = described.run, described.touchdowns
     own = found[found["apex"] > LOW * described.height]
@@ -288,26 +299,38 @@ def _window(described: Described) -> float:
     return min(end, run.end_time)
 
 
-def _touchdowns(described: Described, motion: Motion) -> Table:
+def _touchdowns(described: Subject, motion: SpringMotion) -> Table:
     """The first touchdowns of both, and of the library with the laws that MuJoCo's model has."""
     own = _first(described.touchdowns, described.height)
-    bare = Described(described.scene, simulate(_bare(described), described.run.duration))
+    bare = Subject(described.scene, simulate(_bare(described), described.run.duration))
     fair = _first(bare.touchdowns, described.height)
     names, other = described.feet, motion.touchdowns[:TOUCHDOWNS]
     rows = []
     for k in range(max(len(own), len(fair), len(other))):
         row: list[object] = [k + 1]
         for found in (own, fair):
-            row += [names[found[k]["foot"]], *(float(found[k][f]) for f in ("time", "speed_before"))] if k < len(found) else [None] * 3
-        row += [names[int(other[k, 1])], float(other[k, 0]), float(other[k, 2])] if k < len(other) else [None] * 3
+            row += (
+                [names[found[k]["foot"]], *(float(found[k][f]) for f in ("time", "speed_before"))]
+                if k < len(found)
+                else [None] * 3
+            )
+        row += (
+            [names[int(other[k, 1])], float(other[k, 0]), float(other[k, 2])]
+            if k < len(other)
+            else [None] * 3
+        )
         rows.append(row)
     parts = []
     for over in ("Tarsus", "Tarsus, laws of the model", "MuJoCo"):
-        parts += [Column("foot", over=over), Column("time", "s", over=over), Column("speed", "m/s", over=over)]
+        parts += [
+            Column("foot", over=over),
+            Column("time", "s", over=over),
+            Column("speed", "m/s", over=over),
+        ]
     note = (
         f"Flights lower than {LOW:g} of the height of flights ({described.height:.3g} m) are left out. The second "
-        "columns are the library's without the laws that the model lacks: what differs from the first is lost with these "
-        "laws, what differs from the third by contacts that last."
+        "columns are the library's without the laws that the model lacks: what differs from the first is lost with "
+        "these laws, what differs from the third by contacts that last."
     )
     return Table("first touchdowns", (Column("number"), *parts), rows, [note])
 
@@ -316,7 +339,7 @@ def _first(found: np.ndarray, height: float) -> np.ndarray:
     return found[found["apex"] > LOW * height][:TOUCHDOWNS]
 
 
-def _bare(described: Described) -> Any:
+def _bare(described: Subject) -> Any:
     """The scene with the laws that MuJoCo's model has: restitution, friction, adhesion that does not grow."""
     from tarsus.base.spec import with_values
     from tarsus.model.laws import Adhesion, RestituteFirst

@@ -1,6 +1,7 @@
+# pyright: reportAttributeAccessIssue=false
 """Run model.xml with the forces of drives.csv, and print when feet touch the ground: needs mujoco and numpy alone.
 
-    python run_model.py [seconds]
+python run_model.py [seconds]
 """
 
 import csv
@@ -8,7 +9,7 @@ import json
 import sys
 from pathlib import Path
 
-import mujoco
+import mujoco  # type: ignore[import]
 import numpy as np
 
 here = Path(__file__).parent

@@ -11,7 +11,7 @@ from types import MappingProxyType
 from typing import Any
 
 from tarsus.base.errors import InputError
-from tarsus.export.described import Described
+from tarsus.export.subject import Subject
 from tarsus.files.library import SceneLike, as_scene, load_scene
 from tarsus.files.whole import write_text
 from tarsus.model.laws.userfile import laws_of
@@ -22,23 +22,27 @@ from tarsus.tables.view import View
 
 
 @dataclass(frozen=True)
-class Target:
+class ExportTarget:
     """A tool: module and name of the function that makes its files, and all that it may write."""
 
     module: str
     files: tuple[str, ...]
 
     @property
-    def made(self) -> Callable[[Described, float | None], Exported]:
+    def made(self) -> Callable[[Subject, float | None], Exported]:
         """The function."""
         return import_module(f"tarsus.export.{self.module}").exported
 
 
-TARGETS: Mapping[str, Target] = MappingProxyType(
+TARGETS: Mapping[str, ExportTarget] = MappingProxyType(
     {
-        "mjcf": Target("mujoco_files", ("model.xml", "units.json", "drives.csv", "run_model.py", "loss.txt", "loss.json")),
-        "matlab": Target("matlab", ("model.mat", "events.csv", "series.mat", "laws.m", "run_model.m", "lost.txt")),
-        "c": Target("c_headers", ("gait.h", "drives.h", "lost.txt")),
+        "mjcf": ExportTarget(
+            "mujoco_files", ("model.xml", "units.json", "drives.csv", "run_model.py", "loss.txt", "loss.json")
+        ),
+        "matlab": ExportTarget(
+            "matlab", ("model.mat", "events.csv", "series.mat", "laws.m", "run_model.m", "lost.txt")
+        ),
+        "c": ExportTarget("c_headers", ("gait.h", "drives.h", "lost.txt")),
     }
 )
 """Tools by the name that `--to` has."""
@@ -95,9 +99,15 @@ def export(
     target = target_of(to)
     if step is not None and not step > 0.0:
         raise InputError(f"step: expected a time above 0 s, got {step:g} s")
-    made = scene if isinstance(scene, Scene) else load_scene(scene, laws=laws_of(law)) if law else as_scene(scene)
+    made = (
+        scene
+        if isinstance(scene, Scene)
+        else load_scene(scene, laws=laws_of(law))
+        if law
+        else as_scene(scene)
+    )
     folder = Path(output)
-    found = target.made(Described.of(made, seconds_of(made, duration)), step)
+    found = target.made(Subject.of(made, seconds_of(made, duration)), step)
     for name, content in found.files.items():
         if isinstance(content, bytes):
             folder.mkdir(parents=True, exist_ok=True)
@@ -107,7 +117,7 @@ def export(
     return _view(folder, found)
 
 
-def target_of(name: str) -> Target:
+def target_of(name: str) -> ExportTarget:
     """The target of a name. Raises InputError for one that is none."""
     if name not in TARGETS:
         raise InputError(f"to: expected one of {', '.join(TARGETS)}, got '{name}'")
@@ -122,6 +132,11 @@ def _view(folder: Path, found: Exported) -> View:
     measured = found.measured
     data["measured"] = measured.json()
     whole = Table(
-        measured.title, measured.columns, measured.rows, measured.notes, [*measured.parts, lost], units=measured.units
+        measured.title,
+        measured.columns,
+        measured.rows,
+        measured.notes,
+        [*measured.parts, lost],
+        units=measured.units,
     )
     return View(data, whole)

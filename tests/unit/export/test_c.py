@@ -43,7 +43,9 @@ def test_a_program_plays_the_volts(name, most, tmp_path):
 def test_a_walker_has_its_gait(tmp_path):
     found = ts.export("millipede", "c", tmp_path, duration=0.01, step=2e-6)
     text = (tmp_path / "gait.h").read_text()
-    assert "gait_tick_ns = 2000u" in text and found.to_dict()["files"] == [str(tmp_path / n) for n in ("gait.h", "lost.txt")]
+    assert "gait_tick_ns = 2000u" in text and found.to_dict()["files"] == [
+        str(tmp_path / n) for n in ("gait.h", "lost.txt")
+    ]
 
 
 def test_equal_volts_have_equal_digests(tmp_path):
@@ -58,7 +60,11 @@ def test_drives_without_a_common_period_are_refused(tmp_path):
     scene = ts.load_scene("millipede")
     scene = ts.with_values(
         scene,
-        {"gait": None, "signals.L1": ts.Sine(amplitude=1.0, frequency=100.0), "signals.R1": ts.Sine(amplitude=1.0, frequency=70.0)},
+        {
+            "gait": None,
+            "signals.L1": ts.Sine(amplitude=1.0, frequency=100.0),
+            "signals.R1": ts.Sine(amplitude=1.0, frequency=70.0),
+        },
     )
     with pytest.raises(InputError, match="have no common one"):
         ts.export(scene, "c", tmp_path, duration=0.01)

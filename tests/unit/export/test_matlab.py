@@ -12,8 +12,8 @@ import pytest
 from scipy.io import loadmat
 
 import tarsus as ts
-from tarsus.export.described import Described
 from tarsus.export.matlab import laws_text, state_spaces
+from tarsus.export.subject import Subject
 
 HOSTILE = "a'; error('pwned') %{ \n \" \\ é */"
 
@@ -34,7 +34,9 @@ class Bent(ts.SmoothLaw):
 def octave(folder: Path, text: str) -> str:
     program = shutil.which("octave-cli") or shutil.which("octave")
     assert program, "this lane needs GNU Octave on the path (Debian: octave)"
-    done = subprocess.run([program, "--norc", "--eval", text], cwd=folder, capture_output=True, text=True, timeout=900)
+    done = subprocess.run(
+        [program, "--norc", "--eval", text], cwd=folder, capture_output=True, text=True, timeout=900
+    )
     return done.stdout + done.stderr
 
 
@@ -42,14 +44,16 @@ def octave(folder: Path, text: str) -> str:
 def test_state_spaces_are_the_motion(name):
     """Rates of the state by A and B, with the forces of drives and feet, are those of the run."""
     run = ts.simulate(name, "30 ms")
-    described = Described(run.scene, run)
+    described = Subject(run.scene, run)
     spaces, n = state_spaces(described), len(run.plan.system.mass)
     events = np.concatenate([[0.0], run.events["time"]])
     wide = np.argsort(np.diff(events))[-6:]
     for time in 0.5 * (events[wide] + events[wide + 1]):
-        around = run.at(time + np.array([-1e-9, 0.0, 1e-9]))
+        around = run.at(time + np.array([-1e-7, 0.0, 1e-7]))
         seen = around.state
-        still = np.zeros(len(described.feet)) if seen.contact is None else (seen.held & (seen.contact == 1))[:, 1]
+        still = (
+            np.zeros(len(described.feet)) if seen.contact is None else (seen.held & (seen.contact == 1))[:, 1]
+        )
         (k,) = [
             k for k in range(len(spaces["A"]))
             if np.array_equal(spaces["held"][k] > 0, seen.held[:, 1]) and np.array_equal(spaces["along"][k] > 0, still)
@@ -60,7 +64,7 @@ def test_state_spaces_are_the_motion(name):
         u = np.concatenate([feet, described.forces(np.array([time]))[:, 0], [1.0]])
         state = np.concatenate([seen.x[:, 1], seen.v[:, 1]])
         found = spaces["A"][k] @ state + spaces["B"][k] @ u
-        rate = (seen.v[:, 2] - seen.v[:, 0]) / 2e-9
+        rate = (seen.v[:, 2] - seen.v[:, 0]) / 2e-7
         assert found[n:] == pytest.approx(rate, rel=1e-3, abs=1e-3 * np.abs(rate).max())
         out = spaces["C"][k] @ state + spaces["D"][k] @ u
         m = len(described.feet)
@@ -81,16 +85,22 @@ def test_files_hold_what_names_say(tmp_path):
 
 def test_what_the_script_cannot_is_said(tmp_path):
     lost = ts.export("millipede", "matlab", tmp_path, duration=0.005).to_dict()["lost"]
-    assert lost == ["run_model.m does not run this robot: its feet rub on the ground, and the script knows no friction"]
+    assert lost == [
+        "run_model.m does not run this robot: its feet rub on the ground, and the script knows no friction"
+    ]
     assert loadmat(tmp_path / "model.mat", simplify_cells=True)["runs"] == 0
 
 
 @pytest.mark.octave
-@pytest.mark.parametrize(("name", "duration"), [("cantilever", "4 ms"), ("ball-on-table", "18 ms"), ("mems-switch", "0.1 ms")])
+@pytest.mark.parametrize(
+    ("name", "duration"), [("cantilever", "4 ms"), ("ball-on-table", "18 ms"), ("mems-switch", "0.1 ms")]
+)
 def test_octave_makes_the_run_again(name, duration, tmp_path):
     ts.export(name, "matlab", tmp_path, duration=duration)
     said = octave(tmp_path, "run_model();")
-    here, there, same, off = re.findall(r"(\d+) events here, (\d+) in events.csv; the first (\d+) .* to (\S+) s", said)[0]
+    here, there, same, off = re.findall(
+        r"(\d+) events here, (\d+) in events.csv; the first (\d+) .* to (\S+) s", said
+    )[0]
     assert here == there == same and int(same) >= 1, said
     assert float(off) < 1e-9 * 1e3 * ts.simulate(name, duration).end_time
 

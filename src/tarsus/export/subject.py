@@ -26,14 +26,14 @@ INNER = 24
 
 
 @dataclass(frozen=True)
-class Described:
+class Subject:
     """A scene and its own run."""
 
     scene: Scene
     run: Run
 
     @classmethod
-    def of(cls, scene: Scene, duration: float) -> Described:
+    def of(cls, scene: Scene, duration: float) -> Subject:
         """Simulated over a duration [s]."""
         return cls(scene, simulate(scene, duration))
 
@@ -102,7 +102,9 @@ class Described:
         moments = np.repeat(times, 2)
         rows = values.reshape(2 * len(times), -1)
         size = np.abs(rows).max(initial=0.0)
-        jumps = np.abs(values[:, 1] - values[:, 0]).max(axis=1, initial=0.0) > 1e-9 * size  # of a force of rounding none
+        jumps = (
+            np.abs(values[:, 1] - values[:, 0]).max(axis=1, initial=0.0) > 1e-9 * size
+        )  # of a force of rounding none
         kept = np.stack([jumps, np.ones_like(jumps)], axis=1).ravel()
         return moments[kept], rows[kept]
 
