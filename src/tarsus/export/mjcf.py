@@ -110,7 +110,7 @@ def _power(value: float) -> float:
 class Mjcf:
     """The model of a scene; step [s]: as asked for, by default from the stiffness of its contacts."""
 
-    described: Subject
+    subject: Subject
     asked_step: float | None = None
 
     @cached_property
@@ -118,7 +118,7 @@ class Mjcf:
         """Scales: of gaps, of what moves with a foot, of contacts, for MuJoCo resets what
         accelerates by more than 1e10."""
         return Units(
-            _power(self.described.height),
+            _power(self.subject.height),
             _power(1.0 / self.mobility.max()),
             _power(STIFF / self.contact_rate),
         )
@@ -126,14 +126,14 @@ class Mjcf:
     @cached_property
     def mobility(self) -> Floats:
         """Change of a foot's speed by a unit impulse (m,) [1/kg]."""
-        system = self.described.plan.system
+        system = self.subject.plan.system
         return np.einsum("ni,ni->i", system.normals, system.per_impulse[:, : system.normals.shape[1]])
 
     @property
     def contact_rate(self) -> float:
         """Rate of a contact's spring on what moves with its foot [rad/s]."""
-        plan = self.described.plan
-        return max(STIFF * plan.rate, SHALLOW * self.described.impact_speed / self.described.height)
+        plan = self.subject.plan
+        return max(STIFF * plan.rate, SHALLOW * self.subject.impact_speed / self.subject.height)
 
     @property
     def step(self) -> float:
@@ -142,27 +142,31 @@ class Mjcf:
 
     @property
     def reach(self) -> float:
-        """Height [m] up to which an actuator of adhesion pulls: a tenth of the depth of hard impacts. Without it a foot
-        would be free as soon as it trembles."""
-        return 0.1 * self.described.impact_speed / self.contact_rate
+        """Height [m] up to which an actuator of adhesion pulls: a tenth of the depth of hard impacts, and so low that the
+        structure's springs give way there by less than 1 / 500 of the adhesion. Without it a foot would be free as soon
+        as it trembles."""
+        system, depth = self.subject.plan.system, self.subject.impact_speed / self.contact_rate
+        pushed = system.per_impulse[:, : system.normals.shape[1]] / self.mobility
+        springs = np.einsum("ni,nk,ki->i", pushed, system.stiffness, pushed).max(initial=0.0)
+        return min(0.1 * depth, 2e-3 * self.subject.held_strength / springs) if springs > 0.0 else 0.1 * depth
 
     @property
     def restitution(self) -> float:
         """That of the scene at the speed of its hardest impact."""
-        speed = self.described.impact_speed
-        return self.described.law("rebound", speed) / speed
+        speed = self.subject.impact_speed
+        return self.subject.law("rebound", speed) / speed
 
     @cached_property
     def tree(self) -> Tree:
         """Bodies and joints."""
-        scene = self.described.scene
+        scene = self.subject.scene
         return _walker(self) if isinstance(scene.robot.structure, Walker) else _chain(self)
 
     @property
     def friction(self) -> float:
         """Coefficient of friction of a foot that rests and pushes: the law's bound at a margin and a strength of 1."""
-        laws = self.described.scene.ground.acting_on("friction")
-        if not laws or not self.described.scene.slides:
+        laws = self.subject.scene.ground.acting_on("friction")
+        if not laws or not self.subject.scene.slides:
             return 0.0
         law = next(iter(laws.values()))
         return float(law.evaluate(1.0, 1.0, *(0.0 for _ in law.leading[2:])))
@@ -170,8 +174,8 @@ class Mjcf:
     @cached_property
     def start(self) -> tuple[Floats, Floats]:
         """Joint positions and velocities (n,) at the start, in MuJoCo's units."""
-        n = len(self.described.plan.initial) // 2
-        x, v = self.described.plan.initial[:n], self.described.plan.initial[n:]
+        n = len(self.subject.plan.initial) // 2
+        x, v = self.subject.plan.initial[:n], self.subject.plan.initial[n:]
         own = self.tree.own_units(self.units)
         return np.linalg.solve(self.tree.moves, x) / own, np.linalg.solve(
             self.tree.moves, v
@@ -179,16 +183,16 @@ class Mjcf:
 
     def text(self) -> str:
         """The file: XML, in MuJoCo's units, which its comment says."""
-        units, root = self.units, Xml.Element("mujoco", model=self.described.scene.name)
+        units, root = self.units, Xml.Element("mujoco", model=self.subject.scene.name)
         said = (
             f" Lengths in {units.length:g} m, masses in {units.mass:g} kg, times in {units.time:g} s, forces in "
             f"{units.force:g} N; made by tarsus export. Controls: forces of the drives, then adhesion of the feet. "
         )
         root.append(Xml.Comment(said))
-        gravity = self.described.plan.system.gravity if self.tree.falls else 0.0
+        gravity = self.subject.plan.system.gravity if self.tree.falls else 0.0
         Xml.SubElement(
             root, "option", timestep=_n(self.step / units.time), cone="elliptic", integrator="Euler",
-            gravity=f"0 0 {_n(-gravity * units.time**2 / units.length)}", tolerance="1e-12", impratio="10",
+            gravity=f"0 0 {_n(-gravity * units.time**2 / units.length)}", tolerance="1e-20", impratio="10",
         )  # fmt: skip
         Xml.SubElement(root, "compiler", inertiafromgeom="false", angle="radian", autolimits="true")
         world = Xml.SubElement(root, "worldbody")
@@ -202,7 +206,7 @@ class Mjcf:
         self._modes(tendon, actuator)
         frame = Xml.SubElement(root, "keyframe")
         control = {name: 0.0 for name in (one.get("name", "") for one in actuator)}
-        held = self.described.held_strength / units.force
+        held = self.subject.held_strength / units.force
         control |= {name: held for name in control if name.startswith("adhesion:")}
         Xml.SubElement(
             frame, "key", name="start", qpos=_row(self.start[0]), qvel=_row(self.start[1]),
@@ -221,7 +225,7 @@ class Mjcf:
         )
         spring, damper = rate * rate, 2.0 * ratio * rate
         mu = self.friction
-        for name, foot in self.described.scene.robot.feet.items():
+        for name, foot in self.subject.scene.robot.feet.items():
             x, y, z = self.tree.places[name]
             height = z - foot.normal * foot.gap / self.units.length
             plane = Xml.SubElement(
@@ -235,7 +239,7 @@ class Mjcf:
                 contact, "pair", geom1=f"ground:{name}", geom2=f"foot:{name}", condim="3" if mu else "1",
                 solref=f"{_n(-spring)} {_n(-damper)}", solimp=f"{SOLID} {SOLID} 1 0.5 2",
             )  # fmt: skip
-            if self.described.scene.ground.holds:
+            if self.subject.scene.ground.holds:
                 pair.set("gap", _n(self.reach / self.units.length))
             if mu:
                 pair.set("friction", f"{_n(mu)} {_n(mu)} 0 0 0")
@@ -258,19 +262,19 @@ class Mjcf:
                 )  # fmt: skip
 
     def _drives(self, tendon: Xml.Element, actuator: Xml.Element) -> None:
-        onto = self.tree.moves.T @ self.described.plan.system.loads
+        onto = self.tree.moves.T @ self.subject.plan.system.loads
         own = self.tree.own_units(self.units)
         for name, load in zip(
-            self.described.drives, (onto * (own / self.units.length)[:, None]).T, strict=True
+            self.subject.drives, (onto * (own / self.units.length)[:, None]).T, strict=True
         ):
             _tendon(tendon, f"drive:{name}", load, self.tree.joints)
             Xml.SubElement(actuator, "motor", name=f"drive:{name}", tendon=f"drive:{name}")
 
     def _adhesion(self, actuator: Xml.Element) -> None:
-        if not self.described.scene.ground.holds:
+        if not self.subject.scene.ground.holds:
             return
-        most = 10.0 * self.described.held_strength / self.units.force
-        for name in self.described.feet:
+        most = 10.0 * self.subject.held_strength / self.units.force
+        for name in self.subject.feet:
             Xml.SubElement(
                 actuator, "adhesion", name=f"adhesion:{name}", body=f"foot:{name}", gain="1",
                 ctrlrange=f"0 {_n(max(most, 1e-12))}",
@@ -306,7 +310,7 @@ class TendonPart:
 class Tree:
     """Bodies of a model, the topmost of them; joints (n,) in the order of MuJoCo's; moves (n, n): coordinates of the
     scene per unit of each joint [m or rad]; turns (n,): which joints are hinges; places: where feet are at rest, in
-    MuJoCo's units; size: of the robot, in these; falls: whether its bodies have their weight; parts: see `TendonPart`."""
+    MuJoCo's units; size: of the robot, in these; falls: whether its bodies have weight; parts: see `TendonPart`."""
 
     top: Xml.Element
     joints: tuple[str, ...]
@@ -355,7 +359,7 @@ def _slide(body: Xml.Element, name: str, axis: str, **numbers: float) -> None:
 
 def _walker(model: Mjcf) -> Tree:
     """Body and legs as they are described: springs and dampers are those of joints."""
-    robot, units = model.described.scene.robot, model.units
+    robot, units = model.subject.scene.robot, model.units
     walker = robot.structure
     assert isinstance(walker, Walker)
     names, nb, n = walker.body_coordinates, walker.body_size, walker.size
@@ -404,7 +408,7 @@ def _walker(model: Mjcf) -> Tree:
 
 def _chain(model: Mjcf) -> Tree:
     """One joint below the other: those of feet first, upward and where a foot rubs along the ground, then others."""
-    described, units = model.described, model.units
+    described, units = model.subject, model.units
     system = described.plan.system
     n = len(system.mass)
     rows, ways = _foot_rows(described)
@@ -510,7 +514,7 @@ LOSSES = {
 
 
 def _lost(model: Mjcf) -> list[str]:
-    described = model.described
+    described = model.subject
     ground, robot = described.scene.ground, described.scene.robot
     out = [f"{name}: {LOSSES[law.hook]}" for name, law in ground.acting_laws.items() if law.hook in LOSSES]
     if ground.holds:

@@ -54,7 +54,7 @@ class Loaded:
             self.model = mujoco.MjModel.from_xml_string(mjcf.text())
         except ValueError as error:
             raise InputError(f"mjcf: MuJoCo refuses the model: {' '.join(str(error).split())}") from None
-        described, units = mjcf.described, mjcf.units
+        described, units = mjcf.subject, mjcf.units
         self.n, self.m = len(mjcf.tree.joints), len(described.feet)
         self.normal = np.array([foot.normal for foot in described.scene.robot.feet.values()], dtype=float)
         for name in (
@@ -75,14 +75,14 @@ class Loaded:
 
     def _sensors(self, kind: str) -> list[int]:
         """Places of the upward component of a sensor of every foot."""
-        return [int(self.model.sensor(f"{kind}:{name}").adr[0]) + 2 for name in self.mjcf.described.feet]
+        return [int(self.model.sensor(f"{kind}:{name}").adr[0]) + 2 for name in self.mjcf.subject.feet]
 
     def controls(self, times: Floats) -> Floats:
         """Controls (nt, nu) at times [s], drives at the middle of the step."""
         out = np.zeros((len(times), self.model.nu))
-        force = self.mjcf.described.forces(times + 0.5 * self.mjcf.step)
+        force = self.mjcf.subject.forces(times + 0.5 * self.mjcf.step)
         out[:, self.drives] = force.T / self.mjcf.units.force
-        out[:, self.pads] = self.mjcf.described.held_strength / self.mjcf.units.force
+        out[:, self.pads] = self.mjcf.subject.held_strength / self.mjcf.units.force
         return out
 
     def state_of(self, position: Floats, velocity: Floats) -> Floats:
@@ -108,7 +108,7 @@ class Loaded:
         state = self.state_of(*self.mjcf.start)
         wanted = np.minimum(np.rint(marks / step).astype(int), count) - 1
         found, kept = (
-            _Feet(self.m, LOW * self.mjcf.described.height / units.length),
+            _Feet(self.m, LOW * self.mjcf.subject.height / units.length),
             np.zeros((len(marks), self.n)),
         )
         for first in range(0, count, CHUNK):
@@ -172,13 +172,13 @@ def restitution(loaded: Loaded) -> tuple[float, float]:
     hardest impact: the robot undeformed, the
     ground below its foot, no drives and no adhesion, moved as an impulse at the foot would."""
     mjcf, units = loaded.mjcf, loaded.mjcf.units
-    system, speed = mjcf.described.plan.system, mjcf.described.impact_speed
+    system, speed = mjcf.subject.plan.system, mjcf.subject.impact_speed
     normal = system.normals[:, 0]
     response = system.per_impulse[:, 0] / (normal @ system.per_impulse[:, 0])
     depth, found = speed / mjcf.contact_rate, []
     saved = loaded.model.geom_pos.copy()
     _others_away(loaded, 0)
-    name = mjcf.described.feet[0]
+    name = mjcf.subject.feet[0]
     plane, at = loaded.model.geom(f"ground:{name}").id, mjcf.tree.places[name][2]
     count = math.ceil((12.0 / mjcf.contact_rate + 2.0 * depth / speed) / mjcf.step)
     for phase in range(PHASES):
@@ -198,7 +198,7 @@ def restitution(loaded: Loaded) -> tuple[float, float]:
 
 def _others_away(loaded: Loaded, but: int) -> None:
     """Put the ground out of reach of all feet but one."""
-    for i, name in enumerate(loaded.mjcf.described.feet):
+    for i, name in enumerate(loaded.mjcf.subject.feet):
         if i != but:
             loaded.model.geom_pos[loaded.model.geom(f"ground:{name}").id, 2] -= loaded.normal[i] * 1e6
 
@@ -207,7 +207,7 @@ def pull_off(loaded: Loaded) -> float:
     """Pull [N] of the structure on the first foot, held by adhesion alone and without weight, when it leaves the
     reach of adhesion under a force that grows slowly: (n' M^-1 n)^-1 n' M^-1 (F - K x - C v)."""
     mjcf, units, mujoco = loaded.mjcf, loaded.mjcf.units, loaded.mujoco
-    system, held = mjcf.described.plan.system, mjcf.described.held_strength
+    system, held = mjcf.subject.plan.system, mjcf.subject.held_strength
     normal = system.normals[:, 0]
     share = system.per_impulse[:, 0] / (normal @ system.per_impulse[:, 0])
     saved = loaded.model.geom_pos.copy()
@@ -249,7 +249,7 @@ def loss(mjcf: Mjcf) -> Table:
 
     Raises InputError where MuJoCo is not installed, or refuses the model.
     """
-    loaded, described = Loaded(mjcf), mjcf.described
+    loaded, described = Loaded(mjcf), mjcf.subject
     run = described.run
     rows: list[tuple[object, ...]] = []
     mean, worst = restitution(loaded)

@@ -42,7 +42,7 @@ def test_the_textbook_damping_is_another():
 def test_tendons_are_the_structure(name):
     """Inertia, springs and dampers of the tendons, taken together, are the scene's in the joints."""
     model = model_of(str(name), 0.002)
-    system, moves, parts = model.described.plan.system, model.tree.moves, model.tree.parts.values()
+    system, moves, parts = model.subject.plan.system, model.tree.moves, model.tree.parts.values()
     for matrix, one in ((system.mass, "mass"), (system.stiffness, "stiffness"), (system.damping, "damping")):
         if one == "damping" and (told := not np.allclose(matrix, matrix.T, rtol=1e-9, atol=0.0)):
             assert (
@@ -59,7 +59,7 @@ def test_tendons_are_the_structure(name):
 def test_feet_are_where_joints_say():
     """Heights of feet are sums of the joints above them."""
     model = model_of(str(SCENES / "three_feet.toml"), 0.002)
-    heights = model.described.plan.system.normals.T @ model.tree.moves
+    heights = model.subject.plan.system.normals.T @ model.tree.moves
     assert heights == pytest.approx(np.tril(np.ones((3, 4))), abs=1e-9)
 
 
@@ -96,7 +96,7 @@ def test_accelerations_are_those_of_the_scene(name):
     from tarsus.export.mujoco_run import Loaded
 
     model = model_of(name)
-    loaded, system = Loaded(model), model.described.plan.system
+    loaded, system = Loaded(model), model.subject.plan.system
     loaded.model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
     rng, data, n = np.random.default_rng(1), mujoco.MjData(loaded.model), len(system.mass)
     x, v = 1e-6 * rng.normal(size=n), 1e-6 * rng.normal(size=n)
@@ -134,7 +134,7 @@ def test_adhesion_holds_what_it_should(name):
     from tarsus.export.mujoco_run import Loaded, pull_off
 
     model = model_of(name, 0.1)
-    assert pull_off(Loaded(model)) == pytest.approx(model.described.held_strength, rel=0.01)
+    assert pull_off(Loaded(model)) == pytest.approx(model.subject.held_strength, rel=0.01)
 
 
 @pytest.mark.mujoco
