@@ -142,8 +142,8 @@ class Mjcf:
 
     @property
     def reach(self) -> float:
-        """Height [m] up to which an actuator of adhesion pulls: a tenth of the depth of hard impacts, and so low that the
-        structure's springs give way there by less than 1 / 500 of the adhesion. Without it a foot would be free as soon
+        """Height [m] up to which an actuator of adhesion pulls: a tenth of the depth of hard impacts, and so low that
+        springs give way there by less than 1 / 500 of the adhesion. Without it a foot would be free as soon
         as it trembles."""
         system, depth = self.subject.plan.system, self.subject.impact_speed / self.contact_rate
         pushed = system.per_impulse[:, : system.normals.shape[1]] / self.mobility
