@@ -12,6 +12,7 @@ import numpy as np
 from tarsus.base.errors import InputError
 from tarsus.export.mjcf import Mjcf
 from tarsus.export.subject import LOW, Floats, Subject
+from tarsus.solve.run import Run
 from tarsus.solve.simulate import simulate
 from tarsus.tables.table import ROW, Column, Table
 
@@ -266,12 +267,16 @@ def loss(mjcf: Mjcf) -> Table:
     period = run.period
     walks = run.marks is not None and period == period and window >= 2.0 * period
     marks = np.array([period, math.floor(window / period * (1.0 + 1e-9)) * period]) if walks else np.zeros(0)
-    motion = loaded.run(window, marks)
+    motion, bare = loaded.run(window, marks), simulate(_bare(described), run.duration)
     if walks:
         own = run.states(marks).x[0]
         turns = round((marks[1] - marks[0]) / period)
-        strides = [(one[1] - one[0]) / turns for one in (own, motion.marks[:, 0])]
-        rows.append((f"stride, mean of {turns} periods", *strides, _off(strides[1], strides[0]), "m"))
+        fair = bare.states(marks).x[0]
+        mine, same, other = ((one[1] - one[0]) / turns for one in (own, fair, motion.marks[:, 0]))
+        rows.append((f"stride, mean of {turns} periods", mine, other, _off(other, mine), "m"))
+        rows.append(
+            (f"stride by the laws of the model, mean of {turns} periods", same, other, _off(other, same), "m")
+        )
     columns = (
         "quantity", Column("Tarsus", ROW), Column("MuJoCo", ROW), Column("difference", "%", digits=3)
     )  # fmt: skip
@@ -281,7 +286,7 @@ def loss(mjcf: Mjcf) -> Table:
     )
     return Table(
         f"{described.scene.name} in MuJoCo", columns, [row[:4] for row in rows], [note],
-        [_touchdowns(described, motion)], units=[str(row[4]) for row in rows],
+        [_touchdowns(described, bare, motion)], units=[str(row[4]) for row in rows],
     )  # fmt: skip
 
 
@@ -299,11 +304,10 @@ def _window(described: Subject) -> float:
     return min(end, run.end_time)
 
 
-def _touchdowns(described: Subject, motion: SpringMotion) -> Table:
+def _touchdowns(described: Subject, bare: Run, motion: SpringMotion) -> Table:
     """The first touchdowns of both, and of the library with the laws that MuJoCo's model has."""
     own = _first(described.touchdowns, described.height)
-    bare = Subject(described.scene, simulate(_bare(described), described.run.duration))
-    fair = _first(bare.touchdowns, described.height)
+    fair = _first(Subject(described.scene, bare).touchdowns, described.height)
     names, other = described.feet, motion.touchdowns[:TOUCHDOWNS]
     rows = []
     for k in range(max(len(own), len(fair), len(other))):
