@@ -4,6 +4,7 @@
 from tarsus.atlas.verb import atlas as atlas
 from tarsus.calibrate.calibrating import calibrate as calibrate
 from tarsus.cluster.verb import sweep as sweep
+from tarsus.export.verb import export as export
 from tarsus.identify.verb import identify as identify
 from tarsus.synthesis.recommend import recommend as recommend
 from tarsus.inspection.begin import new as new

@@ -135,6 +135,13 @@ def law(folder: Path) -> Names:
 # ---- what must hold afterwards
 
 
+def exported(names: Names) -> None:
+    assert [Path(file).name for file in names["files"]] == [
+        "model.mat", "series.mat", "laws.m", "events.csv", "run_model.m", "lost.txt",
+    ]  # fmt: skip
+    assert names["lost"] == []
+
+
 def a_law(names: Names) -> None:
     assert names["run"].ok
 
@@ -329,6 +336,7 @@ CASES = [
     Case("batches.md", a_grid),
     Case("determined.md", ran, determined),
     Case("experiment.md", restitution, slow=True),
+    Case("export.md", exported),
     Case("extending.md", tooth),
     Case("files-in.md", files, records),
     Case("fit.md", a_fit),
