@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 
+from tarsus.base.arrays import Floats
 from tarsus.orbits.branches import Branches
+from tarsus.report.charts import Charts, with_room
 from tarsus.report.pages import Plate, page, rendered
-from tarsus.report.sheet import Sheet, few_ticks, name_axes, plate
+from tarsus.report.sheet import Sheet, few_ticks, plate
 from tarsus.report.style import (
     BLUE,
+    CONTACT,
     GREEN,
     INK,
     MUTED,
@@ -18,14 +25,17 @@ from tarsus.report.style import (
     RULE,
     SKY,
     VERMILION,
-    level_limits,
 )
 from tarsus.tables.numbers import spaced
 
-_MARKS = {
+MARKS = {
     "fold": ("s", VERMILION), "flip": ("D", PURPLE), "neimark-sacker": ("^", GREEN), "grazing": ("o", ORANGE),
     "sticking": ("v", INK), "capture": ("<", SKY), "simultaneous": ("P", MUTED), "events": ("X", MUTED),
 }  # fmt: skip
+"""What happens along a branch: its sign on paper, and its colour."""
+
+SMALLEST = 1e-4
+"""Multipliers below are drawn there: what is left of a deviation after a period is then far below what is seen."""
 
 MOST_LISTED = 60
 """Orbits in the page's table, four screens of it: every one is in `branch.json`."""
@@ -37,66 +47,81 @@ def branch_html(found: Branches) -> str:
     branches, several, orbits = whole.parts
     listed = orbits.bare(max(1, -(-len(orbits.rows) // MOST_LISTED)))
     body = rendered(
-        "branch.html", found=found, motion=_motion(found), multipliers=_multipliers(found), specials=whole.bare(),
+        "branch.html", found=found, motion=_motion(found), sizes=_sizes(found), plane=_plane(found),
+        specials=whole.bare(),
         branches=branches.bare(), several=several.bare(), orbits=listed,
     )  # fmt: skip
     return page(f"{found.scene.name} – branches", body)
 
 
-def draw_branches(axes: Axes, found: Branches, name: str, unit: str) -> None:
-    """A number of every orbit along the branches, such as `hardest_impact`: lines where a motion is stable, broken
-    where not, a mark where something happens, and shade where several motions are stable."""
-    named: set[str] = set()
+@dataclass(frozen=True)
+class BranchLine:
+    """A stretch of a branch: numbers of its orbits (n,) along the parameter, and whether their motion is stable."""
 
-    def once(word: str) -> str | None:
-        """A word for the legend, at its first use."""
-        if word in named:
-            return None
-        named.add(word)
-        return word
+    at: Floats
+    values: Floats
+    stable: bool
 
-    for one in found.coexisting:
-        axes.axvspan(
-            one.low, one.high, color=RULE, alpha=0.35, lw=0.0, zorder=0, label=once("several stable motions")
-        )
-    for number, branch in enumerate(found, 1):
-        at = np.array([point.at for point in branch.points])
-        values = np.array([getattr(point.orbit, name) for point in branch.points])
-        for stable, places in branch.parts():
-            axes.plot(
-                at[places], values[places], "-" if stable else "--", color=BLUE if stable else VERMILION, lw=1.2,
-                label=once("stable" if stable else "unstable"),
-            )  # fmt: skip
-        if len(found) > 1 and np.isfinite(values[len(at) // 2]):
-            middle = (at[len(at) // 2], values[len(at) // 2])
-            axes.annotate(str(number), middle, (0.0, 2.0), textcoords="offset points", color=MUTED, size=7.0)
-        for point, value in zip(branch.points, values.tolist(), strict=True):
-            if point.kind in _MARKS and np.isfinite(value):
-                marker, color = _MARKS[point.kind]
-                axes.plot(
-                    point.at, value, marker, color=color, ms=5.0, mew=0.0, zorder=5, label=once(point.kind)
-                )
-    name_axes(axes, (found.path, found.unit), (spaced(name), unit))
-    values = np.array([getattr(point.orbit, name) for branch in found for point in branch.points])
-    if limits := level_limits(values):
-        axes.set_ylim(*limits)
+    @property
+    def look(self) -> dict[str, Any]:
+        """How it is drawn: broken where the motion is unstable."""
+        if self.stable:
+            return {"label": "stable", "color": BLUE, "lw": 1.2}
+        return {"label": "unstable", "color": VERMILION, "lw": 1.2, "ls": (0, (4.0, 3.0))}
+
+
+@dataclass(frozen=True)
+class BranchPicture:
+    """A number of every orbit along the branches, such as `hardest_impact`: lines, the number of each branch half way
+    (place, value, text; none of an only one), and by its name what happens (place and value (n,))."""
+
+    lines: Sequence[BranchLine]
+    numbers: Sequence[tuple[float, float, str]]
+    marks: Mapping[str, tuple[Floats, Floats]]
+
+    @classmethod
+    def of(cls, found: Branches, name: str) -> BranchPicture:
+        """Of the branches found."""
+        lines, numbers, happens = [], [], {}
+        for number, branch in enumerate(found, 1):
+            at = np.array([point.at for point in branch.points])
+            values = np.array([getattr(point.orbit, name) for point in branch.points])
+            lines += [BranchLine(at[places], values[places], stable) for stable, places in branch.parts()]
+            half = len(at) // 2
+            if len(found) > 1 and np.isfinite(values[half]):
+                numbers.append((float(at[half]), float(values[half]), str(number)))
+            for point, value in zip(branch.points, values.tolist(), strict=True):
+                if point.kind in MARKS and np.isfinite(value):
+                    happens.setdefault(point.kind, []).append((point.at, value))
+        return cls(lines, numbers, {kind: tuple(np.array(rows).T) for kind, rows in happens.items()})
 
 
 def _motion(found: Branches) -> Plate:
     """Hardest impact and highest flight against the parameter."""
-
-    def draw(sheet: Sheet) -> None:
-        for axes, name, unit in zip(
-            sheet.grid(2, 2.2), ("hardest_impact", "highest_flight"), ("m/s", "m"), strict=True
-        ):
-            draw_branches(axes, found, name, unit)
-            few_ticks(axes, x=5, y=6)
-            sheet.legend(axes)
-
-    return plate(
-        draw,
-        "Approach speed of the hardest impact and height of the highest flight of a period along every branch.",
+    charts = _along(found, [1.7, 1.7])
+    for panel, name, unit in zip(
+        charts.panels, ("hardest_impact", "highest_flight"), ("m/s", "m"), strict=True
+    ):
+        drawn = BranchPicture.of(found, name)
+        for one in drawn.lines:
+            panel.plot(one.at, one.values, **one.look)
+        for place, value, text in drawn.numbers:
+            panel.annotate(text, (place, value))
+        for kind, (places, values) in drawn.marks.items():
+            panel.dots(places, values, color=MARKS[kind][1], label=kind)
+        if found.coexisting:
+            panel.shade((one.low, one.high) for one in found.coexisting)
+            panel.sign("several stable motions", CONTACT, area=True)
+        panel.set_ylabel(spaced(name), unit)
+    return charts.plate(
+        "Approach speed of the hardest impact and height of the highest flight of a period along every branch"
+        f"{', numbered as in the table' * (len(found) > 1)}."
     )
+
+
+def _along(found: Branches, heights: Sequence[float]) -> Charts:
+    at = [point.at for branch in found for point in branch.points]
+    return Charts(heights, found.path, found.unit, with_room(min(at), max(at)))
 
 
 def draw_multipliers(axes: Axes, multipliers: np.ndarray, size: float) -> None:
@@ -108,27 +133,35 @@ def draw_multipliers(axes: Axes, multipliers: np.ndarray, size: float) -> None:
     axes.set(xlabel="real part", ylabel="imaginary part")
 
 
-def _multipliers(found: Branches) -> Plate:
-    """Magnitude of the largest multipliers along the branches, and all of them in the plane."""
+def _sizes(found: Branches) -> Plate:
+    """Magnitude of the largest multipliers along the branches."""
     points = [point for branch in found for point in branch.points]
-    at = np.array([point.at for point in points])
-    most = min(2, max((len(point.orbit.multipliers) for point in points), default=0))
-    every = np.concatenate([point.orbit.multipliers for point in points])
+    charts = _along(found, [2.0])
+    (panel,) = charts.panels
+    for k, (color, word) in enumerate(((BLUE, "largest"), (ORANGE, "second"))):
+        kept = [point for point in points if len(point.orbit.multipliers) > k]
+        sizes = np.array([abs(point.orbit.multipliers[k]) for point in kept])
+        if kept:
+            panel.dots([point.at for point in kept], np.maximum(sizes, SMALLEST), color=color, label=word)
+    panel.axhline(1.0, color=MUTED)
+    panel.set_yscale("log")
+    panel.set_ylim(
+        top=2.0 * max(1.0, *(float(np.max(np.abs(one.orbit.multipliers), initial=0.0)) for one in points))
+    )
+    panel.set_ylabel("|multiplier|")
+    return charts.plate(
+        "The two largest multipliers along the branches; those below 1e-4 are drawn there. Above the line deviations "
+        "grow."
+    )
+
+
+def _plane(found: Branches) -> Plate:
+    """All multipliers in the complex plane."""
+    every = np.concatenate([point.orbit.multipliers for branch in found for point in branch.points])
 
     def draw(sheet: Sheet) -> None:
-        left, right = sheet.grid(2, 2.3)
-        for k in range(most):
-            values = [abs(p.orbit.multipliers[k]) if len(p.orbit.multipliers) > k else np.nan for p in points]
-            left.plot(at, np.maximum(values, 1e-4), ".", ms=2.5, color=(BLUE, ORANGE)[k])
-        left.axhline(1.0, color=RULE, lw=0.8, zorder=0)
-        left.set_yscale("log")
-        name_axes(left, (found.path, found.unit), ("|multiplier|", ""))
-        left.set_ylim(bottom=0.5e-4)
-        few_ticks(left, x=5)
-        draw_multipliers(right, every[np.abs(every) < 3.0], 2.5)
-        few_ticks(right, x=4, y=4)
+        (axes,) = sheet.grid(1, 2.3)
+        draw_multipliers(axes, every[np.abs(every) < 3.0], 2.5)
+        few_ticks(axes, x=4, y=4)
 
-    return plate(
-        draw,
-        "The two largest multipliers (below 1e-4: drawn there), and all: inside the circle deviations die out.",
-    )
+    return plate(draw, "All multipliers: inside the circle deviations die out.")

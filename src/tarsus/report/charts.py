@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from itertools import pairwise
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -27,7 +28,7 @@ from tarsus.report.style import (
     thinned,
     upright,
 )
-from tarsus.tables.numbers import number
+from tarsus.tables.numbers import number, pretty_unit
 
 Window = tuple[float, float]
 """Start and end of a stretch of an axis, most often of time [s]."""
@@ -62,6 +63,8 @@ class _Line:
     alpha: float
     order: float
     dots: bool = False
+    sparse: bool = False
+    hidden: bool = False
 
     def inside(self, window: Window | None) -> _Line:
         """What is seen of it within a window."""
@@ -72,11 +75,22 @@ class _Line:
 
 
 @dataclass
+class _Between:
+    """What lies between two hidden lines: an area, or an interval about every dot of a line."""
+
+    low: _Line
+    high: _Line
+    of: _Line | None
+    alpha: float
+
+
+@dataclass
 class ChartPanel:
     """One panel of a height [pixels]."""
 
     height: float
     _lines: list[_Line] = field(default_factory=list)
+    _between: list[_Between] = field(default_factory=list)
     _shaded: list[Window] = field(default_factory=list)
     _bars: list[tuple[str, float, float, Sequence[Window]]] = field(default_factory=list)
     _levels: list[tuple[float, str, float, list[float]]] = field(default_factory=list)
@@ -84,19 +98,57 @@ class ChartPanel:
     _limits: tuple[float | None, float | None] = (None, None)
     _names: list[tuple[float, str]] | None = None
     _label: tuple[str, str] = ("", "")
+    _log: bool = False
+    _texts: list[tuple[float, float, str]] = field(default_factory=list)
 
     def plot(
         self, x: npt.ArrayLike, y: npt.ArrayLike, *, color: str, lw: float = 1.1, ls: Dash = "-", label: str = "",
         alpha: float = 1.0, zorder: float = 2.0,
     ) -> None:  # fmt: skip
-        """A line through points (n,), x rising; it is broken where y is NaN."""
+        """A line through points (n,); it is broken where y is NaN. Where x turns, another line of that name goes on."""
         x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
-        self._lines.append(_Line(x, y, paint_of(color), lw, _dash(ls, lw), label, alpha, zorder))
+        for part, back in _rising(x):
+            step = -1 if back else 1
+            self._lines.append(
+                _Line(
+                    x[part][::step], y[part][::step], paint_of(color), lw, _dash(ls, lw), label, alpha, zorder
+                )
+            )
 
-    def dots(self, x: npt.ArrayLike, y: npt.ArrayLike, *, color: str, label: str = "") -> None:
-        """A dot at each point (n,), x rising."""
-        x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
-        self._lines.append(_Line(x, y, paint_of(color), 1.0, [], label, 1.0, 3.0, dots=True))
+    def dots(
+        self, x: npt.ArrayLike, y: npt.ArrayLike, *, color: str, label: str = "", low: npt.ArrayLike | None = None,
+        high: npt.ArrayLike | None = None, sparse: bool = False,
+    ) -> None:  # fmt: skip
+        """A dot at each point (n,), with its interval if low and high (n,) are given; sparse: of those that lie close
+        together on the screen only some, until one zooms in."""
+        x = np.asarray(x, dtype=float)
+        order = np.argsort(x, kind="stable")
+
+        def line(values: npt.ArrayLike, **look: bool) -> _Line:
+            row = np.asarray(values, dtype=float)[order]
+            self._lines.append(_Line(x[order], row, paint_of(color), 1.0, [], label, 1.0, 3.0, **look))
+            return self._lines[-1]
+
+        of = line(y, dots=True, sparse=sparse)
+        if low is not None and high is not None:
+            self._between.append(_Between(line(low, hidden=True), line(high, hidden=True), of, 1.0))
+
+    def fill_between(
+        self, x: npt.ArrayLike, low: npt.ArrayLike, high: npt.ArrayLike, *, color: str, alpha: float = 0.25
+    ) -> None:
+        """An area between two lines through points (n,), x rising."""
+        x = np.asarray(x, dtype=float)
+        lower, upper = (
+            _Line(x, np.broadcast_to(np.asarray(values, dtype=float), x.shape), paint_of(color), 0.0, [], "", alpha,
+                  1.0, hidden=True)
+            for values in (low, high)
+        )  # fmt: skip
+        self._lines += [lower, upper]
+        self._between.append(_Between(lower, upper, None, alpha))
+
+    def annotate(self, text: str, xy: tuple[float, float]) -> None:
+        """A word just above a point."""
+        self._texts.append((*xy, text))
 
     def axhline(self, y: float, *, color: str, lw: float = 0.7, ls: Dash = "-") -> None:
         """A level line from end to end, below the others."""
@@ -121,6 +173,10 @@ class ChartPanel:
             self._limits[1] if top is None else float(top),
         )
 
+    def set_yscale(self, kind: Literal["linear", "log"]) -> None:
+        """On a logarithmic axis what is not above 0 is left out."""
+        self._log = kind == "log"
+
     def set_yticks(self, places: npt.ArrayLike, names: Sequence[str]) -> None:
         """Names in place of numbers."""
         self._names = list(zip(np.asarray(places, dtype=float).tolist(), names, strict=True))
@@ -133,10 +189,15 @@ class ChartPanel:
         """A name for what is no line: shading (``area``), or a dashed level."""
         self._signs.append({"name": name, "area": area, "paint": f"var(--{paint_of(color)})"})
 
+    def _ordered(self) -> list[_Line]:
+        return sorted(self._lines, key=lambda line: line.order)
+
     def seen(self, window: Window | None) -> tuple[list[_Line], AxisScale]:
         """Its lines within a window, those in front last, and the prefix of their numbers."""
-        lines = [line.inside(window) for line in sorted(self._lines, key=lambda line: line.order)]
-        return lines, scale_of(self._label[1], *(line.y for line in lines))
+        lines = [line.inside(window) for line in self._ordered()]
+        return lines, AxisScale(1.0, pretty_unit(self._label[1])) if self._log else scale_of(
+            self._label[1], *(line.y for line in lines)
+        )
 
     def spec(self, window: Window, step: float, places: list[Floats]) -> dict[str, Any]:
         """All that the script draws, x in parts of `step`; its times are added to `places` unless they are there."""
@@ -144,7 +205,9 @@ class ChartPanel:
         x, rows = _columns(lines, window)
         x, rows = x / step, rows / scale.step
         low, high = (None if one is None else one / scale.step for one in self._limits)
-        limits = (level_limits(rows) if len(rows) == 1 and low is None and high is None else None) or (
+        if self._log:
+            rows = np.log10(np.where(rows > 0.0, rows, np.nan))
+        limits = (level_limits(rows) if not self._log and low is None and high is None else None) or (
             low,
             high,
         )
@@ -153,11 +216,16 @@ class ChartPanel:
             places.append(x)
         drawn = [
             {"color": line.color, "width": line.width, "dash": line.dash, "alpha": line.alpha,
-             "dots": line.dots, "values": packed(row, 16, gaps=True)}
+             "dots": line.dots, "sparse": line.sparse, "hidden": line.hidden, "values": packed(row, 16, gaps=True)}
             for line, row in zip(lines, rows, strict=True)
         ]  # fmt: skip
         bars = [
-            {"color": color, "low": a, "high": b, "spans": _inside(spans, window, step)}
+            {
+                "color": color,
+                "low": a / scale.step,
+                "high": b / scale.step,
+                "spans": _inside(spans, window, step),
+            }
             for color, a, b, spans in self._bars
         ]
         levels = [
@@ -169,28 +237,55 @@ class ChartPanel:
         return {
             "x": where, "height": round(self.height), "lines": drawn, "shaded": _inside(shaded, window, step),
             "bars": bars, "levels": levels, "limits": limits, "names": self._names,
+            "texts": [(a / step, b / scale.step, text) for a, b, text in self._texts],
+            "between": self._areas(), "log": self._log, "apart": _apart(lines),
         }  # fmt: skip
 
+    def _areas(self) -> list[dict[str, Any]]:
+        """What lies between lines, by their places in `spec`."""
+        place = {id(line): i for i, line in enumerate(self._ordered(), 1)}
+        return [
+            {"low": place[id(one.low)], "high": place[id(one.high)], "color": one.low.color, "alpha": one.alpha,
+             "of": one.of and place[id(one.of)]}
+            for one in self._between
+        ]  # fmt: skip
+
     def head(self, window: Window) -> dict[str, Any]:
-        """What stands above the panel: what its numbers are, the names of its lines in the order of `spec`, and for
-        those without a script name, least and largest value of each."""
+        """What stands above the panel: what its numbers are, names of lines with the places in `spec` of all that bear
+        it, and for those without a script name, least and largest value of each."""
         lines, scale = self.seen(window)
-        known = [(line.name, line.y[np.isfinite(line.y)] / scale.step) for line in lines]
+        named: dict[str, list[int]] = {}
+        for place, line in enumerate(lines, 1):
+            if not line.hidden:
+                named.setdefault(line.name or f"\0{place}", []).append(place)
+        parts = [[lines[place - 1] for place in places] for places in named.values()]
+        known = [(part[0].name, np.concatenate([one.y for one in part]) / scale.step) for part in parts]
+        finite = [(name, y[np.isfinite(y)]) for name, y in known]
         return {
             "label": scale.axis(self._label[0]), "signs": self._signs, "height": round(self.height),
             "lines": [
                 {
-                    "name": one.name, "paint": f"var(--{one.color})", "width": one.width, "dash": one.dash,
-                    "dots": one.dots,
+                    "name": part[0].name, "paint": f"var(--{part[0].color})", "width": part[0].width,
+                    "dash": part[0].dash, "dots": part[0].dots, "places": " ".join(map(str, places)),
                 }
-                for one in lines
+                for part, places in zip(parts, named.values(), strict=True)
             ],
-            "ends": [(name, number(float(y.min())), number(float(y.max()))) for name, y in known if len(y)],
+            "ends": [(name, number(float(y.min())), number(float(y.max()))) for name, y in finite if len(y)],
         }  # fmt: skip
 
 
 def _dash(ls: Dash, width: float) -> list[float]:
     return [] if isinstance(ls, str) else [round(part * width * 1.5, 2) for part in ls[1]]
+
+
+def _rising(x: Floats) -> list[tuple[slice, bool]]:
+    """Stretches in which x (n,) does not turn, each from the end of the one before, and whether it falls there."""
+    if np.all(np.diff(x) >= 0.0):
+        return [(slice(0, len(x)), False)]
+    signs = np.sign(np.diff(x))
+    going = signs[np.maximum.accumulate(np.where(signs != 0.0, np.arange(len(signs)), 0))]
+    ends = [0, *(np.flatnonzero(np.diff(going)) + 1).tolist(), len(x) - 1]
+    return [(slice(a, b + 1), bool(going[a] < 0.0)) for a, b in pairwise(ends)]
 
 
 def _inside(stretches: Iterable[Window], window: Window, step: float) -> list[Window]:
@@ -204,7 +299,7 @@ def _columns(lines: Sequence[_Line], window: Window) -> tuple[Floats, Floats]:
     if not lines:
         return np.array(window), np.zeros((0, 2))
     x = lines[0].x
-    if any(line.dots for line in lines):
+    if _apart(lines):
         return _beside(lines)
     if all(np.array_equal(line.x, x) for line in lines[1:]):
         rows = np.stack([line.y for line in lines])
@@ -214,16 +309,39 @@ def _columns(lines: Sequence[_Line], window: Window) -> tuple[Floats, Floats]:
     return thinned(*upright(x, rows), max(400, min(POINTS, NUMBERS // len(rows))))
 
 
+def _apart(lines: Sequence[_Line]) -> bool:
+    """Whether each line has numbers at its own places alone: dots have none between theirs, nor parts of a line."""
+    names = [line.name for line in lines if line.name and not line.hidden]
+    return any(line.dots for line in lines) or len(names) > len(set(names))
+
+
 def _beside(lines: Sequence[_Line]) -> tuple[Floats, Floats]:
     """Dots and lines at the places of all, each with numbers at its own alone; lines go on over the others'."""
-    x = np.concatenate([line.x for line in lines])
-    rows = np.full((len(lines), len(x)), np.nan)
+    own: list[tuple[Floats, list[int]]] = []
+    for i, line in enumerate(lines):
+        same = next((rows for x, rows in own if np.array_equal(x, line.x)), None)
+        if same is None:
+            own.append((line.x, [i]))
+        else:
+            same.append(i)
+    places = np.concatenate([x for x, _ in own])
+    values = np.full((len(lines), len(places)), np.nan)
     first = 0
-    for row, line in zip(rows, lines, strict=True):
-        row[first : first + len(line.x)] = line.y
-        first += len(line.x)
-    order = np.argsort(x, kind="stable")
-    return x[order], rows[:, order]
+    for x, rows in own:
+        for i in rows:
+            values[i, first : first + len(x)] = lines[i].y
+        first += len(x)
+    order = np.argsort(places, kind="stable")
+    return places[order], values[:, order]
+
+
+def with_room(low: float, high: float, *, log: bool = False) -> Window:
+    """A window with room for the dots at both of its ends."""
+    if log and low > 0.0:
+        beyond = (high / low) ** 0.03 if high > low else 1.1
+        return low / beyond, high * beyond
+    beyond = 0.03 * (high - low) or 0.05 * abs(high) or 1.0
+    return low - beyond, high + beyond
 
 
 class Charts:
@@ -245,7 +363,7 @@ class Charts:
         """The charts for a page; ``label`` tells those who do not see them what they show."""
         window = self._window
         if window is None:
-            every = [line.x for panel in self.panels for line in panel.seen(None)[0]]
+            every = [line.x for panel in self.panels for line in panel.seen(None)[0] if len(line.x)]
             window = (float(min(x[0] for x in every)), float(max(x[-1] for x in every)))
         scale = scale_of(self._unit, window[1] - window[0])
         places: list[Floats] = []

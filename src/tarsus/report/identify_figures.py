@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from textwrap import fill
 
 import numpy as np
 from markupsafe import Markup
-from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 
 from tarsus.identify.heldout import Comparison
 from tarsus.identify.step import Curve, Panel
 from tarsus.identify.verdict import Assessment
 from tarsus.records.excluded import evenly
+from tarsus.report.charts import Charts, with_room
 from tarsus.report.pages import Plate
-from tarsus.report.sheet import QUARTER, Sheet, few_ticks, name_axes, plate
+from tarsus.report.sheet import Sheet, plate
 from tarsus.report.style import BLUE, INK, VERMILION, decimate
 from tarsus.tables.numbers import number, path_end
 from tarsus.tables.table import Column, Table
@@ -29,13 +28,10 @@ MOST_HELD_OUT = 4
 PERIODS = 1.0
 """Drive periods of a held-out record that are drawn, after transients."""
 
-_POINTS, _ON_A_LINE = 300, 60
-"""Points of a curve that are drawn: of a cloud, and of a record beside a fitted line, which more of them would hide."""
+_POINTS = 600
+"""Points of a curve that are kept: three to a pixel of its panel, so that a zoom of three shows all that pixels can."""
 
 _TOLD = 0.3
-
-TITLE_LETTERS = 34
-"""Letters in a line of a panel's title: as many as a panel's width holds."""
 
 MOST_PAIRS = 12
 """Pairs of numbers that a narrow screen lists, on which their table of colours would be unreadable."""
@@ -50,13 +46,8 @@ OPPOSED = LinearSegmentedColormap.from_list("opposed", (VERMILION, "#f4f5f7", BL
 
 def panels(shown: Sequence[Panel], caption: str) -> Plate:
     """Panels: measured as points, fitted as lines."""
-    kept = list(shown[:MOST_PANELS])
-
-    def draw(sheet: Sheet) -> None:
-        for axes, panel in zip(sheet.grid(len(kept), 1.15, width=QUARTER), kept, strict=True):
-            _draw(axes, panel)
-
-    return plate(draw, caption)
+    drawn = Markup("").join(map(_drawn, shown[:MOST_PANELS]))
+    return Plate(Markup('<div class="panels">{}</div>').format(drawn), caption)
 
 
 def held_out(comparisons: Sequence[Comparison]) -> Plate:
@@ -111,25 +102,27 @@ def _last_period(one: Comparison) -> Panel:
     )
 
 
-def _draw(axes: Axes, panel: Panel) -> None:
-    """A panel: lines below, points above them, few enough of a record that both are seen."""
-    long = any(one.joined and len(one.x) > 2 and np.ptp(one.y) > 0.0 for one in panel.curves)
+def _drawn(panel: Panel) -> Markup:
+    """A panel: lines below, points above them, with two standard errors to either side."""
+    ends = [(float(one.x.min()), float(one.x.max())) for one in panel.curves if len(one.x)]
+    window = with_room(min(low for low, _ in ends), max(high for _, high in ends))
+    charts = Charts([0.95], panel.x_label, panel.x_unit, window)
+    (axes,) = charts.panels
     for one in panel.curves:
-        if one.joined:
-            x, y = one.x, one.y
-            if len(x) > _POINTS and np.all(np.diff(x) > 0.0):
-                x, y = decimate(x, y, _POINTS // 2)
-            elif len(x) > _POINTS:
-                x, y = (values[:: len(x) // _POINTS] for values in (x, y))
-            axes.plot(x, y, color=BLUE, lw=0.9, zorder=2)
+        x, y, error = one.x, one.y, one.error
+        if one.joined and len(x) > _POINTS and np.all(np.diff(x) > 0.0):
+            axes.plot(*decimate(x, y, _POINTS // 2), color=BLUE, label=one.label)
             continue
-        every = -(-len(one.x) // (_ON_A_LINE if long else _POINTS))
-        x, y = one.x[::every], one.y[::every]
-        if one.error is not None and len(one.x) <= _POINTS:
-            bars = 2.0 * one.error[::every]
-            axes.errorbar(x, y, yerr=bars, fmt=".", ms=3.0, color=INK, elinewidth=0.5, zorder=3)
+        every = slice(None, None, -(-len(x) // _POINTS))
+        x, y = x[every], y[every]
+        if one.joined:
+            axes.plot(x, y, color=BLUE, label=one.label)
+        elif error is None:
+            axes.dots(x, y, color=INK, label=one.label, sparse=True)
         else:
-            axes.plot(x, y, ".", ms=2.8, mew=0.0, color=INK, zorder=3)
-    axes.set_title(fill(panel.title, TITLE_LETTERS))
-    name_axes(axes, (panel.x_label, panel.x_unit), (panel.y_label, panel.y_unit))
-    few_ticks(axes, x=4, y=5)
+            bar = 2.0 * error[every]
+            axes.dots(x, y, color=INK, label=one.label, low=y - bar, high=y + bar)
+    axes.set_ylabel(panel.y_label, panel.y_unit)
+    return Markup('<div class="plate"><p class="title">{}</p>{}</div>').format(
+        panel.title, charts.html(panel.title)
+    )

@@ -25,6 +25,8 @@ NOTABLE = 0.30
 NO_ERROR, NO_CHANGE = 1e-6, 1e-5
 """Relative error, and change by another zero position, below which there is none: fits stop at some 1e-7."""
 
+_BESIDE = "Measured (points, bars two standard errors to either side) and fitted (lines)."
+
 MOST_LISTED = 60
 """Excluded data listed one by one; of more, the first ones and how many there are."""
 
@@ -60,7 +62,7 @@ def _step(found: Identification, step: StepResult) -> dict[str, Any]:
     return {
         "step": step, "modal": modal, "beside": bool(modal) or len(step.panels) in (1, 2),
         "residuals": tables.residuals_table(step),
-        "plate": identify_figures.panels(step.panels, "Measured (points) and fitted (lines).") if step.panels else None,
+        "plate": identify_figures.panels(step.panels, _BESIDE) if step.panels else None,
     }  # fmt: skip
 
 

@@ -7,9 +7,10 @@ import numpy as np
 from tarsus.modes.modal import ModalFit
 from tarsus.modes.mode import IdentifiedMode, ModeVerdict
 from tarsus.records.measurement import Quantity
+from tarsus.report.charts import Charts
 from tarsus.report.pages import Plate
 from tarsus.report.sheet import QUARTER, Sheet, few_ticks, name_axes, plate
-from tarsus.report.style import BLUE, INK, MUTED, RULE, VERMILION, decimate
+from tarsus.report.style import BLUE, INK, MUTED, ORANGE, VERMILION, decimate
 
 MOST_CURVES = 9
 """Modes whose Nyquist curve is drawn; of more, the lowest ones."""
@@ -26,29 +27,21 @@ def stabilisation(fit: ModalFit) -> Plate:
     pole = np.concatenate(list(fit.poles.values()))
     inside = (pole.imag / (2.0 * np.pi) > frequency[0]) & (pole.imag / (2.0 * np.pi) < frequency[-1])
 
-    def draw(sheet: Sheet) -> None:
-        (axes,) = sheet.grid(1, 2.0)
-        axes.fill_between(*decimate(frequency, height * top), color=RULE, lw=0.0, zorder=1)
-        for chosen, color, label in (
-            (pole.real >= 0.0, MUTED, "growing"),
-            (pole.real < 0.0, BLUE, "decaying"),
-        ):
-            hertz = pole[inside & chosen].imag / (2.0 * np.pi)
-            axes.plot(hertz, order[inside & chosen], ".", ms=2.2, color=color, label=label, zorder=2)
-        for mode in fit.modes:
-            broken = "-" if mode.verdict is ModeVerdict.DETERMINED else (0, (4, 3))
-            axes.axvline(mode.frequency.value, color=VERMILION, lw=0.8, ls=broken, zorder=1.5)
-        axes.set_ylim(0.0, top + 1.0)
-        axes.set_xlim(frequency[0], frequency[-1])
-        axes.set_xlabel("frequency (Hz)")
-        axes.set_ylabel("order of the model")
-        few_ticks(axes, x=4)
-        sheet.legend(axes, markerscale=3.0)
-
-    return plate(
-        draw,
+    charts = Charts([1.45], "frequency", "Hz", (float(frequency[0]), float(frequency[-1])))
+    (panel,) = charts.panels
+    x, grey = decimate(frequency, height * top)
+    panel.fill_between(x, 0.0, grey, color=MUTED)
+    for chosen, color, label in ((pole.real >= 0.0, MUTED, "growing"), (pole.real < 0.0, BLUE, "decaying")):
+        hertz = pole[inside & chosen].imag / (2.0 * np.pi)
+        panel.dots(hertz, order[inside & chosen], color=color, label=label, sparse=True)
+    for verdict, color, label in ((True, VERMILION, "mode"), (False, ORANGE, "mode, not determined")):
+        found = [m.frequency.value for m in fit.modes if (m.verdict is ModeVerdict.DETERMINED) is verdict]
+        panel.bars([(one, one) for one in found], 0.0, top + 1.0, color=color, label=label if found else "")
+    panel.set_ylim(0.0, top + 1.0)
+    panel.set_ylabel("order of the model")
+    return charts.plate(
         "Poles of models of every order over the size of the response (grey, logarithmic); vertical lines are the "
-        "modes found, broken where one is not determined.",
+        "modes found."
     )
 
 
@@ -84,20 +77,15 @@ def synthesis(fit: ModalFit) -> Plate:
         )
     ]
 
-    def draw(sheet: Sheet) -> None:
-        (axes,) = sheet.grid(1, 2.0)
-        for size, label, color in curves:
-            x, y = decimate(fit.frf.frequency, size, 350)
-            axes.semilogy(x, y, color=color, lw=0.9, label=label)
-        axes.set_xlim(fit.frf.frequency[0], fit.frf.frequency[-1])
-        axes.set_xlabel("frequency (Hz)")
-        axes.set_ylabel(f"response ({fit.frf.quantity.unit} per unit of drive)")
-        sheet.legend(axes)
-
-    return plate(
-        draw,
+    charts = Charts([1.45], "frequency", "Hz", (float(fit.frf.frequency[0]), float(fit.frf.frequency[-1])))
+    (panel,) = charts.panels
+    for size, label, color in curves:
+        panel.plot(fit.frf.frequency, size, color=color, lw=0.9, label=label)
+    panel.set_yscale("log")
+    panel.set_ylabel("response per unit of drive", fit.frf.quantity.unit)
+    return charts.plate(
         f"All responses together: measured, synthesised from {len(fit.modes)} modes and a smooth background, and their "
-        f"difference, {100.0 * fit.misfit:.2g} % of the measured ones in root mean square.",
+        f"difference, {100.0 * fit.misfit:.2g} % of the measured ones in root mean square."
     )
 
 

@@ -17,7 +17,7 @@ from tarsus.base.events import IMPACTS
 from tarsus.base.messages import nearest
 from tarsus.base.verb import callable_package
 from tarsus.report.sheet import name_axes
-from tarsus.report.style import CONTACT, CYCLE, INK, MOST_LINES
+from tarsus.report.style import CONTACT, CYCLE, INK, MOST_LINES, MUTED, level_limits
 from tarsus.tables.numbers import spaced
 
 if TYPE_CHECKING:
@@ -143,12 +143,24 @@ def front(design: GaitFront, *, axes: Axes | None = None) -> Axes:
 
 def branch(found: Branches, *, axes: Axes | None = None) -> Axes:
     """Hardest impact of each orbit along branches; what happens on them is marked by its name."""
-    from tarsus.report.branch_page import draw_branches
+    from tarsus.report.branch_page import MARKS, BranchPicture
 
-    axes = _on(axes)
-    draw_branches(axes, found, "hardest_impact", "m/s")
+    axes, drawn = _on(axes), BranchPicture.of(found, "hardest_impact")
+    for one in found.coexisting:
+        axes.axvspan(one.low, one.high, color=CONTACT, lw=0.0, zorder=0, label="several stable motions")
+    for one in drawn.lines:
+        axes.plot(one.at, one.values, **one.look)
+    for place, value, text in drawn.numbers:
+        axes.annotate(text, (place, value), (0.0, 2.0), textcoords="offset points", color=MUTED, size=7.0)
+    for kind, (places, values) in drawn.marks.items():
+        marker, color = MARKS[kind]
+        axes.plot(places, values, marker, color=color, ms=5.0, mew=0.0, zorder=5, label=kind)
+    name_axes(axes, (found.path, found.unit), ("hardest impact", "m/s"))
     axes.set_title(found.scene.name)
-    axes.legend(frameon=False)
+    if limits := level_limits(*(one.values for one in drawn.lines)):
+        axes.set_ylim(*limits)
+    named = dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
+    axes.legend(list(named.values()), list(named), frameon=False)
     return axes
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from tarsus.base.spec import float_paths
-from tarsus.report.charts import Charts
+from tarsus.report.charts import Charts, with_room
 from tarsus.report.pages import Plate, page, rendered
 from tarsus.report.style import BLUE, MUTED
 from tarsus.solve.offered import offered
@@ -142,7 +142,7 @@ def _against(found: _Scored, axis: str, axis_unit: str, measure: str, unit: str,
     x, y = found.points[axis], found.values[measure]
     known = np.isfinite(y)
     levels = np.unique(x)
-    charts = Charts([1.9], axis, axis_unit, _room(levels, log), log=log)
+    charts = Charts([1.9], axis, axis_unit, with_room(float(levels[0]), float(levels[-1]), log=log), log=log)
     (panel,) = charts.panels
     chosen = np.flatnonzero(known)[:: max(1, -(-int(known.sum()) // MOST_DOTS))]
     chosen = chosen[np.argsort(x[chosen], kind="stable")]
@@ -152,8 +152,8 @@ def _against(found: _Scored, axis: str, axis_unit: str, measure: str, unit: str,
     caption = f"{spaced(measure).capitalize()} against {axis}."
     if few and known.any():
         middle = np.array([_median_run(y[known & (x == one)]) for one in levels])
-        for k, part in enumerate(_stretches(np.isfinite(middle))):
-            name = "" if alone or k else "median run"
+        for part in _stretches(np.isfinite(middle)):
+            name = "" if alone else "median run"
             panel.plot(levels[part], middle[part], color=MUTED, lw=1.0, label=name, zorder=1.0)
         caption += "" if alone else " The line joins the median run of each value."
         if not np.isfinite(middle).all():
@@ -171,16 +171,6 @@ def _stretches(known: np.ndarray) -> list[slice]:
     """Stretches of at least two neighbours (n,) that are known."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], known, [False]])))
     return [slice(a, b) for a, b in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True) if b - a > 1]
-
-
-def _room(levels: np.ndarray, log: bool) -> tuple[float, float]:
-    """Limits with room for the dots at both ends."""
-    low, high = float(levels[0]), float(levels[-1])
-    if log and low > 0.0:
-        beyond = (high / low) ** 0.03 if high > low else 1.1
-        return low / beyond, high * beyond
-    beyond = 0.03 * (high - low) or 0.05 * abs(high) or 1.0
-    return low - beyond, high + beyond
 
 
 def _failures(found: _Scored, units: Mapping[str, str]) -> Table | None:

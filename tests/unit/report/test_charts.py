@@ -122,7 +122,7 @@ function look() {
     () => { found.whole = scale(); found.light = drawn("0,114,178"); document.getElementById("theme").click(); },
     () => { found.dark = drawn("74,168,228"); found.theme = root.dataset.theme; press("in"); },
     () => { found.near = scale(); press("on"); },
-    () => { found.on = scale(); press("all"); document.querySelector("button[data-line]").click(); },
+    () => { found.on = scale(); press("all"); document.querySelector("button[data-lines]").click(); },
     () => { found.down = built.plots[1].valToPos(1, "y") > built.plots[1].valToPos(0, "y"); },
     () => { found.again = scale(); found.hidden = !built.plots[0].series[1].show; },
     () => {
@@ -183,4 +183,59 @@ def test_axes_stand_under_a_prefix_of_what_is_seen():
     assert "height (µm)" in text and "time (ms)" in text
     assert times(found)[[0, -1]] == pytest.approx([2.0, 4.0]) and line(found).max() == pytest.approx(
         2.4, abs=1e-3
+    )
+
+
+def test_what_turns_and_what_bears_one_name_is_one_line_to_a_reader():
+    charts = Charts([1.0], "", "")
+    (axes,) = charts.panels
+    x = np.array([0.0, 1.0, 2.0, 1.5, 0.5])
+    axes.plot(x, x**2, color=BLUE, label="fitted")
+    axes.dots(
+        [1.2, 0.2], [3.0, 4.0], color=INK, label="measured", low=[2.0, 3.5], high=[5.0, 4.5], sparse=True
+    )
+    found, text = spec(charts), charts.html("what is seen")
+    (panel,) = found["panels"]
+    places = times(found)
+    assert panel["apart"] and np.all(np.diff(places) >= 0.0)
+    seen = [
+        [(a, b) for a, b in zip(places, line(found, 0, i), strict=True) if np.isfinite(b)] for i in range(5)
+    ]
+    np.testing.assert_allclose(seen[0], [(0, 0), (1, 1), (2, 4)], atol=1e-3)
+    np.testing.assert_allclose(seen[1], [(0.5, 0.25), (1.5, 2.25), (2, 4)], atol=1e-3)
+    np.testing.assert_allclose(seen[2], [(0.2, 4.0), (1.2, 3.0)], atol=1e-3)
+    assert panel["between"] == [{"low": 4, "high": 5, "color": "ink", "alpha": 1.0, "of": 3}]
+    np.testing.assert_allclose(seen[3], [(0.2, 3.5), (1.2, 2.0)], atol=1e-3)
+    assert [one["hidden"] for one in panel["lines"]] == [False, False, False, True, True]
+    assert re.findall(r'data-lines="([\d ]+)" aria-label="(\w+)"', text) == [
+        ("1 2", "fitted"),
+        ("3", "measured"),
+    ]
+
+
+def test_a_logarithmic_axis_keeps_the_digits_of_small_numbers():
+    charts = Charts([1.0], "", "")
+    (axes,) = charts.panels
+    x = np.linspace(0.0, 1.0, 50)
+    y = 10.0 ** (8.0 * x - 6.0)
+    axes.plot(x, y, color=BLUE)
+    axes.plot(x, -y, color=GREEN)
+    axes.set_yscale("log")
+    found = spec(charts)
+    np.testing.assert_allclose(10.0 ** line(found), y, rtol=1e-3)
+    assert np.isnan(line(found, 0, 1)).all(), "what is not above 0 is left out"
+
+
+def test_areas_and_words_are_under_the_prefix_of_their_axis():
+    charts = Charts([1.0], "time", "s", (0.0, 2e-3))
+    (axes,) = charts.panels
+    x = np.array([0.0, 1e-3, 2e-3])
+    axes.fill_between(x, 0.0, 3e-6 * np.ones(3), color=GREEN)
+    axes.annotate("2", (1e-3, 3e-6))
+    axes.bars([(1e-3, 1e-3)], 0.0, 3e-6, color=INK)
+    axes.set_ylabel("height", "m")
+    (panel,) = spec(charts)["panels"]
+    assert panel["between"][0] == {"low": 1, "high": 2, "color": "c-green", "alpha": 0.25, "of": None}
+    assert panel["texts"] == [[1.0, pytest.approx(3.0), "2"]] and panel["bars"][0]["high"] == pytest.approx(
+        3.0
     )

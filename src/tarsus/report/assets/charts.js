@@ -26,6 +26,19 @@ function shown(value) {
   return `${digits === "1" ? "" : `${digits}·`}10${raised(power.replace("+", ""))}`;
 }
 
+/** Which dots are drawn: one in every square of some pixels. */
+function sparse(u, i) {
+  const kept = [], taken = new Set(), [first, last] = u.series[0].idxs;
+  for (let k = first; k <= last; k++) {
+    const y = u.data[i][k];
+    if (y === null) continue;
+    const square = [u.valToPos(u.data[0][k], "x"), u.valToPos(y, "y")].map((at) => Math.round(at / 12)).join();
+    if (!taken.has(square)) kept.push(k);
+    taken.add(square);
+  }
+  return kept;
+}
+
 class Charts {
   constructor(figure) {
     this.figure = figure;
@@ -49,25 +62,26 @@ class Charts {
       padding: [6, 18, last ? 0 : 6, 0],
       legend: { show: false },
       cursor: { y: false, sync: { key: this.key.key }, drag: { x: true, y: false }, points: { size: 6 } },
-      scales: { x: { time: false, distr: this.spec.log ? 3 : 1, range: (_, low, high) => [low, high] }, y: { dir: this.flipped(panel) ? -1 : 1, range: (_, low, high) => this.reach(panel, low, high) } },
+      scales: { x: { time: false, distr: this.spec.log ? 3 : 1, range: (_, low, high) => [low, high] }, y: { dir: this.flipped(panel) ? -1 : 1, distr: panel.log ? 3 : 1, range: (_, low, high) => this.reach(panel, low, high) } },
       axes: [
-        { ...axis, show: last, size: 26, gap: 3, grid: { show: false }, 
+        { ...axis, show: last, size: 26, gap: 3, space: (_, __, ___, ____, room) => (room < 250 ? 34 : 50), grid: { show: false }, 
           values: (_, marks, __, ___, step) => marks.map((v) => (this.spec.log ? v === null ? "" : shown(v) : tick(v, step))) },
         { ...axis, size: this.wide(), gap: 4, space: panel.height < 120 ? 18 : 26,
           ...(names ? { splits: () => panel.names.map(([at]) => at), values: () => names, grid: { show: false }, ticks: { show: false }, space: 0,
             font: names.length > 12 ? `10px ${getComputedStyle(this.figure).fontFamily}` : font }
-            : { grid: { stroke: () => color("rule"), width: 0.5 }, values: (_, marks, __, ___, step) => marks.map((v) => tick(v, step)) }) },
+            : { grid: { stroke: () => color("rule"), width: 0.5 }, values: (_, marks, __, ___, step) => marks.map((v) => (panel.log ? v === null ? "" : shown(v) : tick(v, step))) }) },
       ],
       series: [{}, ...panel.lines.map((line) => ({
-        stroke: () => color(line.color), width: line.width, dash: line.dash, alpha: line.alpha, spanGaps: panel.lines.some((one) => one.dots),
-        ...(line.dots ? { paths: () => null, points: { show: true, size: 5, width: 0, fill: () => color(line.color) } } : { points: { size: 4 } }),
+        stroke: () => color(line.color), width: line.width, dash: line.dash, alpha: line.hidden ? 1 : line.alpha, spanGaps: panel.apart,
+        ...(line.hidden || line.dots ? { paths: () => null } : {}),
+        points: line.hidden ? { show: false } : line.dots ? { show: true, size: line.sparse ? 4 : 5, width: 0, fill: () => color(line.color), ...(line.sparse ? { filter: sparse } : {}) } : panel.apart ? { show: false } : { size: 4 },
       }))],
       hooks: {
         drawClear: [(u) => this.under(u, panel)],
         setScale: [(u, key) => key === "x" && this.share(u)],
         setCursor: [(u) => this.read(u, i)],
       },
-    }, [this.x[panel.x], ...panel.lines.map((line) => column(line.values))], host);
+    }, [this.x[panel.x], ...panel.lines.map((line) => column(line.values).map((v) => (panel.log && v !== null ? 10 ** v : v)))], host);
     plot.over.setAttribute("aria-hidden", "true");
     plot.setScale("x", { min: this.whole[0], max: this.whole[1] });
     return plot;
@@ -88,7 +102,8 @@ class Charts {
   reach(panel, low, high) {
     const [least, most] = this.flipped(panel) ? [panel.limits[1], panel.limits[0]] : panel.limits;
     const known = low !== null && high !== null && Number.isFinite(low) && Number.isFinite(high);
-    const [a, b] = known ? [low, high] : [0, 1];
+    const [a, b] = known ? [low, high] : [panel.log ? 0.1 : 0, 1];
+    if (panel.log) return [least === null ? 10 ** Math.floor(Math.log10(a)) : least, most === null ? 10 ** Math.ceil(Math.log10(b)) : most];
     const room = 0.06 * (b - a || Math.abs(b) || 1);
     return [least === null ? a - room : least, most === null ? b + room : most];
   }
@@ -113,6 +128,7 @@ class Charts {
       const [a, b] = [up(bar.low), up(bar.high)];
       for (const [start, end] of bar.spans) fill(start, end, Math.min(a, b), Math.max(a, b));
     }
+    for (const one of panel.between) this.between(u, one, up);
     for (const level of panel.levels) {
       ctx.strokeStyle = color(level.color);
       ctx.lineWidth = level.width * sharp;
@@ -122,7 +138,34 @@ class Charts {
       ctx.lineTo(bbox.left + bbox.width, up(level.at));
       ctx.stroke();
     }
+    ctx.fillStyle = color("muted");
+    ctx.font = `${12 * sharp}px ${getComputedStyle(this.figure).fontFamily}`;
+    for (const [x, y, text] of panel.texts) if (x >= min && x <= max) ctx.fillText(text, across(x), up(y) - 4 * sharp);
     ctx.restore();
+  }
+
+  /** An area between two lines, or the interval of every dot. */
+  between(u, one, up) {
+    const { ctx } = u, [x, low, high] = [u.data[0], u.data[one.low], u.data[one.high]];
+    const known = x.map((_, k) => k).filter((k) => low[k] !== null && high[k] !== null);
+    const at = (k) => u.valToPos(x[k], "x", true);
+    ctx.fillStyle = ctx.strokeStyle = color(one.color);
+    ctx.globalAlpha = one.alpha;
+    ctx.lineWidth = devicePixelRatio || 1;
+    ctx.setLineDash([]);
+    ctx.beginPath();
+    if (one.of === null) {
+      known.forEach((k, n) => ctx[n ? "lineTo" : "moveTo"](at(k), up(high[k])));
+      known.reverse().forEach((k) => ctx.lineTo(at(k), up(low[k])));
+      ctx.fill();
+    } else if (u.series[one.of].show) {
+      for (const k of known) {
+        ctx.moveTo(at(k), up(low[k]));
+        ctx.lineTo(at(k), up(high[k]));
+      }
+      ctx.stroke();
+    }
+    ctx.globalAlpha = 1;
   }
 
   /** Panels of one figure show one stretch of time. */
@@ -134,22 +177,45 @@ class Charts {
     this.sharing = false;
   }
 
-  read(u, i) {
-    const at = u.cursor.idx;
-    for (const out of this.panels[i].querySelectorAll("output")) {
-      const line = Number(out.dataset.line || out.parentNode.dataset.line);
-      out.textContent = at === null || at === undefined ? "" : shown(u.data[line][at]);
+  /** What a line shows at the cursor: its number there, or the one that is nearest to it on the screen. */
+  nearest(u, panel, lines) {
+    const at = u.cursor.idx, x = u.data[0];
+    let found = null, least = 16;
+    for (const line of lines) {
+      const row = u.data[line];
+      if (!panel.apart) return { line, k: at };
+      for (const step of [1, -1]) {
+        for (let k = at; k >= 0 && k < x.length; k += step) {
+          const off = Math.abs(u.valToPos(x[k], "x") - u.cursor.left);
+          if (off > least) break;
+          if (row[k] !== null) {
+            [found, least] = [{ line, k }, off];
+            break;
+          }
+        }
+      }
     }
-    if (i === 0) this.now.textContent = at === null || at === undefined ? "" : `: ${shown(u.data[0][at])}`;
+    return found;
+  }
+
+  read(u, i) {
+    const at = u.cursor.idx, panel = this.spec.panels[i], none = at === null || at === undefined;
+    for (const out of this.panels[i].querySelectorAll("output")) {
+      const found = none ? null : this.nearest(u, panel, (out.dataset.lines || out.parentNode.dataset.lines).split(" "));
+      const ends = found && panel.between.find((one) => one.of === Number(found.line));
+      const about = ends ? ` (${shown(u.data[ends.low][found.k])} to ${shown(u.data[ends.high][found.k])})` : "";
+      out.textContent = found ? shown(u.data[found.line][found.k]) + about : "";
+    }
+    if (i === 0) this.now.textContent = none ? "" : `: ${shown(u.data[0][at])}`;
   }
 
   listen() {
     this.panels.forEach((panel, i) => {
-      for (const button of panel.querySelectorAll("button[data-line]")) {
+      for (const button of panel.querySelectorAll("button[data-lines]")) {
         button.addEventListener("click", () => {
           const on = button.getAttribute("aria-pressed") !== "true";
           button.setAttribute("aria-pressed", on);
-          this.plots[i].setSeries(Number(button.dataset.line), { show: on });
+          for (const line of button.dataset.lines.split(" ")) this.plots[i].setSeries(Number(line), { show: on });
         });
       }
     });
