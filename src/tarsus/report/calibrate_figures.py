@@ -6,21 +6,24 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
+from tarsus.calibrate.results import options_word
+from tarsus.report.charts import Charts
 from tarsus.report.pages import Plate
-from tarsus.report.rows_figure import MEASURED, MODEL, OTHER_MODEL, RowMarks, RowPanel, rows_figure
-from tarsus.report.sheet import Sheet, plate
+from tarsus.report.rows_figure import Mark, RowMarks, RowPanel, rows_figure
 from tarsus.report.style import CYCLE
 
 _KINDS = {
-    "training": ("fitted", OTHER_MODEL, -0.16),
-    "left_out": ("excluded", MODEL, 0.16),
-    "predicted": ("predicted", MODEL, 0.0),
+    "training": ("fitted", Mark.OTHER_MODEL),
+    "left_out": ("excluded", Mark.MODEL),
+    "predicted": ("predicted", Mark.MODEL),
 }
-"""Kinds of predictions: their words, how they are drawn, and how far below the line."""
+"""Kinds of predictions: their words, and how they are drawn."""
 
 
 def predictions_figure(table: Mapping[str, Any], names: Sequence[str]) -> Plate:
-    """Every row as one line, observed as circles, medians as dots with their 80 % intervals; one panel a measure."""
+    """Every row beside the next, observed and medians as dots, these with their 80 % intervals; one panel a measure."""
     rows = table["rows"]
     panels = []
     for name in names:
@@ -32,12 +35,12 @@ def predictions_figure(table: Mapping[str, Any], names: Sequence[str]) -> Plate:
                 next((entry["unit"] for _, entry in known), "1"),
                 [
                     *(
-                        RowMarks(
-                            words, look, [(n, e["median"], e["low"], e["high"]) for n, e in found[key]], shift
-                        )
-                        for key, (words, look, shift) in _KINDS.items()
+                        RowMarks(words, mark, [(n, e["median"], e["low"], e["high"]) for n, e in found[key]])
+                        for key, (words, mark) in _KINDS.items()
                     ),
-                    RowMarks("measured", MEASURED, [(n, e.get("observed"), None, None) for n, e in known]),
+                    RowMarks(
+                        "measured", Mark.MEASURED, [(n, e.get("observed"), None, None) for n, e in known]
+                    ),
                 ],
             )
         )
@@ -48,29 +51,19 @@ def predictions_figure(table: Mapping[str, Any], names: Sequence[str]) -> Plate:
 def ranges(branches: Sequence[Mapping[str, Any]]) -> Plate:
     """90 % range of every unknown in parts of its bounds, one colour a hypothesis; dots are the best members."""
     names = list(branches[0]["unknowns"])
-
-    def draw(sheet: Sheet) -> None:
-        height = 0.1 + len(names) * max(0.26, 0.09 * len(branches))
-        (axes,) = sheet.grid(1, height)
-        for b, branch in enumerate(branches):
-            shift = 0.7 * ((b + 0.5) / len(branches) - 0.5)
-            color = CYCLE[b % len(CYCLE)]
-            y = [n + shift for n in range(len(names))]
-            low, high, best = (
-                [_place(one, one[key]) for one in branch["unknowns"].values()]
-                for key in ("low", "high", "best")
-            )
-            axes.hlines(y, low, high, color=color, lw=2.0)
-            axes.plot(best, y, "o", ms=3.2, color=color)
-        axes.set_yticks(range(len(names)), names)
-        axes.set_ylim(len(names) - 0.4, -0.6)
-        axes.set_xlim(0.0, 1.0)
-        axes.set_xlabel("between the bounds")
-
-    return plate(
-        draw,
-        "90 % range of each unknown between its bounds, on its own scale; one colour for each hypothesis, its best set "
-        "as a dot.",
+    charts = Charts([1.6], "unknown", "", rows=names)
+    (panel,) = charts.panels
+    for b, branch in enumerate(branches):
+        low, high, best = (
+            [_place(one, one[key]) for one in branch["unknowns"].values()] for key in ("low", "high", "best")
+        )
+        at = np.arange(len(names)) + 0.7 * ((b + 0.5) / len(branches) - 0.5)
+        panel.dots(at, best, color=CYCLE[b % len(CYCLE)], label=options_word(branch), low=low, high=high)
+    panel.set_ylim(-0.02, 1.02)
+    panel.set_ylabel("place between the bounds")
+    return charts.plate(
+        "90 % range of each unknown between its bounds, 0 the lower and 1 the upper, on its own scale; its best set as "
+        "a dot."
     )
 
 

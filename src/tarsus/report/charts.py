@@ -42,6 +42,9 @@ PIXELS = 118.0
 AXIS = 26
 """Height of the numbers below the lowest panel [pixels]."""
 
+LETTER, SHORT = 6.0, 3
+"""Height of a letter of a name that stands upright below an axis [pixels]; names up to so many letters lie."""
+
 POINTS = 5000
 """Samples of a line at most: a zoom of three still shows every pixel's."""
 
@@ -99,6 +102,7 @@ class ChartPanel:
     _names: list[tuple[float, str]] | None = None
     _label: tuple[str, str] = ("", "")
     _log: bool = False
+    _bend: float | None = None
     _texts: list[tuple[float, float, str]] = field(default_factory=list)
 
     def plot(
@@ -173,9 +177,9 @@ class ChartPanel:
             self._limits[1] if top is None else float(top),
         )
 
-    def set_yscale(self, kind: Literal["linear", "log"]) -> None:
-        """On a logarithmic axis what is not above 0 is left out."""
-        self._log = kind == "log"
+    def set_yscale(self, kind: Literal["log", "asinh"], *, linear_width: float = 1.0) -> None:
+        """A logarithmic axis, on which what is not above 0 is left out; or one that is linear up to a width only."""
+        self._log, self._bend = kind == "log", linear_width if kind == "asinh" else None
 
     def set_yticks(self, places: npt.ArrayLike, names: Sequence[str]) -> None:
         """Names in place of numbers."""
@@ -239,6 +243,7 @@ class ChartPanel:
             "bars": bars, "levels": levels, "limits": limits, "names": self._names,
             "texts": [(a / step, b / scale.step, text) for a, b, text in self._texts],
             "between": self._areas(), "log": self._log, "apart": _apart(lines),
+            "bend": None if self._bend is None else self._bend / scale.step,
         }  # fmt: skip
 
     def _areas(self) -> list[dict[str, Any]]:
@@ -348,16 +353,19 @@ class Charts:
     """Panels below each other, of the given heights [inch of a page 7.4 inch wide], with one horizontal axis.
 
     across, unit: what that axis is, and the SI unit of its numbers; window: its stretch that is shown, all without;
-    log: whether it is logarithmic.
+    log: whether it is logarithmic; rows: names of the places 0, 1, ... on it, which are not numbers then.
     """
 
     def __init__(
         self, heights: Sequence[float], across: str = "time", unit: str = "s", window: Window | None = None,
-        *, log: bool = False,
+        *, log: bool = False, rows: Sequence[str] | None = None,
     ) -> None:  # fmt: skip
         self.panels = [ChartPanel(PIXELS * height) for height in heights]
-        self.panels[-1].height += AXIS
-        self._across, self._unit, self._window, self._log = across, unit, window, log
+        longest = max(map(len, rows or ()), default=0)
+        self.panels[-1].height += AXIS if longest <= SHORT else LETTER * longest + 10.0
+        if rows is not None and window is None:
+            window = (-0.5, len(rows) - 0.5)
+        self._across, self._unit, self._window, self._log, self._rows = across, unit, window, log, rows
 
     def html(self, label: str) -> Markup:
         """The charts for a page; ``label`` tells those who do not see them what they show."""
@@ -373,6 +381,7 @@ class Charts:
                 "x": [packed_times(one) for one in places],
                 "window": [end / scale.step for end in window],
                 "log": self._log,
+                "rows": self._rows,
                 "panels": panels,
             }
         )
@@ -382,3 +391,15 @@ class Charts:
     def plate(self, caption: str) -> Plate:
         """The charts as a figure."""
         return Plate(self.html(caption), caption)
+
+
+def side_by_side(drawn: Iterable[tuple[str, Charts]], caption: str, *, small: bool = False) -> Plate:
+    """Charts with axes of their own as one figure, each under its title: two in a row of a page, or as many small ones
+    as there is room for, which tell the names of their lines by the colours in the caption alone."""
+    each = Markup("").join(
+        Markup('<div class="plate">{}{}</div>').format(
+            Markup('<p class="title">{}</p>').format(title) if title else "", charts.html(title or caption)
+        )
+        for title, charts in drawn
+    )
+    return Plate(Markup('<div class="{}">{}</div>').format("panels" if small else "pair", each), caption)

@@ -12,7 +12,7 @@ from tarsus.identify.heldout import Comparison
 from tarsus.identify.step import Curve, Panel
 from tarsus.identify.verdict import Assessment
 from tarsus.records.excluded import evenly
-from tarsus.report.charts import Charts, with_room
+from tarsus.report.charts import Charts, side_by_side, with_room
 from tarsus.report.pages import Plate
 from tarsus.report.sheet import Sheet, plate
 from tarsus.report.style import BLUE, INK, VERMILION, decimate
@@ -46,8 +46,7 @@ OPPOSED = LinearSegmentedColormap.from_list("opposed", (VERMILION, "#f4f5f7", BL
 
 def panels(shown: Sequence[Panel], caption: str) -> Plate:
     """Panels: measured as points, fitted as lines."""
-    drawn = Markup("").join(map(_drawn, shown[:MOST_PANELS]))
-    return Plate(Markup('<div class="panels">{}</div>').format(drawn), caption)
+    return side_by_side(((one.title, _drawn(one)) for one in shown[:MOST_PANELS]), caption, small=True)
 
 
 def held_out(comparisons: Sequence[Comparison]) -> Plate:
@@ -102,7 +101,7 @@ def _last_period(one: Comparison) -> Panel:
     )
 
 
-def _drawn(panel: Panel) -> Markup:
+def _drawn(panel: Panel) -> Charts:
     """A panel: lines below, points above them, with two standard errors to either side."""
     ends = [(float(one.x.min()), float(one.x.max())) for one in panel.curves if len(one.x)]
     window = with_room(min(low for low, _ in ends), max(high for _, high in ends))
@@ -123,6 +122,4 @@ def _drawn(panel: Panel) -> Markup:
             bar = 2.0 * error[every]
             axes.dots(x, y, color=INK, label=one.label, low=y - bar, high=y + bar)
     axes.set_ylabel(panel.y_label, panel.y_unit)
-    return Markup('<div class="plate"><p class="title">{}</p>{}</div>').format(
-        panel.title, charts.html(panel.title)
-    )
+    return charts

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
 
+from tarsus.base.arrays import Floats
 from tarsus.base.events import IMPACTS
 from tarsus.base.spec import float_paths, with_values
 from tarsus.design.energy import period_rises
+from tarsus.report.charts import ChartPanel, Charts, side_by_side, with_room
 from tarsus.report.series import RunSeries, last_turns
-from tarsus.report.sheet import Sheet, few_ticks, name_axes, plate
-from tarsus.report.style import BLUE, CONTACT, GREEN, INK, MUTED, ORANGE, RULE, VERMILION
+from tarsus.report.style import BLUE, GREEN, INK, MUTED, ORANGE, VERMILION
 from tarsus.solve import simulate
 from tarsus.tables.numbers import amount
 
@@ -26,6 +27,7 @@ SAMPLES = 1600
 SHOWN = 2
 """Periods drawn: the second shows that the first repeats."""
 BEFORE, AFTER = VERMILION, BLUE
+TITLES = ("before: plain step", "after: designed")
 
 
 class DesignPair:
@@ -55,6 +57,17 @@ class DesignPair:
         hits = [(float(one["time"]) - since, abs(float(one["speed_before"]))) for one in found]
         return hits if span is None else [one for one in hits if one[0] <= span]
 
+    def others(self, which: int) -> list[tuple[str, Floats]]:
+        """Displacements [m] (nt,) of the points that are not the foot's, by name."""
+        series = self.series[which]
+        own = series.foot_points[self.foot]
+        rows = zip(series.points, series["displacement"], strict=True)
+        return [(name, row) for name, row in rows if name != own]
+
+    def ground(self, which: int) -> float:
+        """Displacement [m] at which the foot touches."""
+        return float(self.series[which].ground_levels[self.foot])
+
     def since_edge(self, which: int, span: float) -> tuple[np.ndarray, np.ndarray]:
         """The samples (nt,) within `span` [s] of the second landing edge, and their times from it [s]."""
         time = self.series[which].time - self.series[which].time[0] - self.period
@@ -63,97 +76,90 @@ class DesignPair:
 
 
 def picture(pair: DesignPair) -> Plate:
-    """Fig. 5.1 before and after: heights above, volts below."""
-    most = 1.06 * max(float(series["gap"][pair.foot].max()) for series in pair.series)
-
-    def draw(sheet: Sheet) -> None:
-        for column, (top, bottom) in enumerate(sheet.stacks(2, [1.7, 0.75])):
-            _side(pair, column, top, bottom)
-            top.update_datalim([(0.0, most)])  # one scale for both
-            top.set_ylim(top=max(most, top.get_ylim()[1]))
-            name_axes(top, y=("height", "m"))
-            name_axes(bottom, ("time", "s"), ("volts", "V"))
-            sheet.legend(top)
-
-    return plate(
-        draw,
+    """Fig. 5.1 before and after: heights above, volts below, on one scale."""
+    rows = [values - pair.ground(which) for which in (0, 1) for _, values in pair.others(which)]
+    rows += [series["gap"][pair.foot] for series in pair.series]
+    most, least = max(float(row.max()) for row in rows), min(float(row.min()) for row in rows)
+    room = 0.06 * (most - least)
+    return side_by_side(
+        ((title, _side(pair, which, (least - room, most + room))) for which, title in enumerate(TITLES)),
         "Height of the foot above the ground and of the other points as far above it, and volts, over two periods of "
-        "the periodic regime, before and after, as in Fig. 5.1 of the source. Shaded: contact. Triangles: touchdowns.",
+        "the periodic regime, before and after, as in Fig. 5.1 of the source. Shaded: contact. Dots: touchdowns.",
     )
 
 
-def _side(pair: DesignPair, column: int, top: Axes, bottom: Axes) -> None:
+def _side(pair: DesignPair, which: int, limits: tuple[float, float]) -> Charts:
     """Heights and volts of the plain step, or of the design."""
-    series, color = pair.series[column], (BEFORE, AFTER)[column]
+    series, color = pair.series[which], (BEFORE, AFTER)[which]
     begin = float(series.time[0])
     time = series.time - begin
-    for start, end in series.contacts[pair.foot]:
-        if end > begin:
-            for axes in (top, bottom):
-                axes.axvspan(max(start - begin, 0.0), end - begin, color=CONTACT, lw=0.0, zorder=0.0)
-    point = series.foot_points[pair.foot]
-    for name, row in zip(series.points, series["displacement"], strict=True):
-        if name != point:
-            top.plot(time, row - series.ground_levels[pair.foot], color=MUTED, lw=0.8, label=name)
+    charts = Charts([1.7, 0.75], window=(0.0, float(time[-1])))
+    top, bottom = charts.panels
+    for panel in charts.panels:
+        panel.shade((max(a - begin, 0.0), b - begin) for a, b in series.contacts[pair.foot] if b > begin)
+    for name, values in pair.others(which):
+        top.plot(time, values - pair.ground(which), color=MUTED, lw=0.8, label=name)
     top.plot(time, series["gap"][pair.foot], color=color, label=series.feet[pair.foot])
-    top.axhline(0.0, color=INK, lw=0.6)
-    bottom.plot(time, series["volts"][pair.drive], color=color, drawstyle="steps-post")
-    hits = np.array([at for at, _ in pair.touchdowns(column)])
-    top.plot(hits, np.zeros(len(hits)), "^", ms=3.5, mew=0.0, color=INK)
-    top.set_title(("before: plain step", "after: designed")[column])
+    top.axhline(0.0, color=INK)
+    _hits(top, [at for at, _ in pair.touchdowns(which)], INK)
+    top.set_ylim(*limits)
+    top.set_ylabel("height", "m")
+    bottom.plot(time, series["volts"][pair.drive], color=color)
+    bottom.set_ylabel("drive", "V")
+    return charts
 
 
-def draw_gaps(axes: Axes, pair: DesignPair, span: float) -> None:
-    """Gaps of the foot before and after for a time [s] from the landing edge on, with the hardest touchdown of each."""
+def _hits(panel: ChartPanel, times: Sequence[float], color: str) -> None:
+    """Touchdowns, on the ground."""
+    if times:
+        panel.dots(times, np.zeros(len(times)), color=color, label="touchdowns")
+
+
+def gaps(pair: DesignPair, span: float) -> Iterator[tuple[str, str, Floats, Floats]]:
+    """Gaps of the foot before and after for a time [s] from the landing edge on: words with the hardest touchdown,
+    colour, times [s] and gaps [m] (nt,) each."""
     for which, series in enumerate(pair.series):
         kept, time = pair.since_edge(which, span)
         hardest = max((speed for _, speed in pair.touchdowns(which, span)), default=0.0)
         label = f"{('before', 'after')[which]}, hardest at {amount(hardest, 'm/s', 3)}"
-        axes.plot(time, series["gap"][pair.foot][kept], color=(BEFORE, AFTER)[which], label=label)
-    name_axes(axes, ("time after the landing edge", "s"), ("gap", "m"))
+        yield label, (BEFORE, AFTER)[which], time, series["gap"][pair.foot][kept]
 
 
 def landing_zoom(pair: DesignPair) -> Plate:
-    """The landing itself, before and after on one axis, with the speed of every touchdown."""
+    """The landing itself, before and after on one axis, with every touchdown."""
     span = min(0.5 * pair.period, 3.0 * pair.design.request.step.longest)
-
-    def draw(sheet: Sheet) -> None:
-        ((top, bottom),) = sheet.stacks(1, [1.6, 0.7])
-        draw_gaps(top, pair, span)
-        for which, series in enumerate(pair.series):
-            color = (BEFORE, AFTER)[which]
-            kept, time = pair.since_edge(which, span)
-            bottom.plot(time, series["volts"][pair.drive][kept], color=color, drawstyle="steps-post")
-            hits = np.array([at for at, _ in pair.touchdowns(which, span)])
-            top.plot(hits, np.zeros(len(hits)), "^", ms=4.5, mew=0.0, color=color)
-        top.axhline(0.0, color=INK, lw=0.6)
-        name_axes(bottom, ("time after the landing edge", "s"), ("volts", "V"))
-        sheet.legend(top)
-
-    return plate(draw, "The landing: gap and volts before and after, touchdowns as triangles.")
+    charts = Charts([1.6, 0.7], "time after the landing edge", window=(0.0, span))
+    top, bottom = charts.panels
+    for label, color, time, gap in gaps(pair, span):
+        top.plot(time, gap, color=color, label=label)
+    for which, series in enumerate(pair.series):
+        kept, time = pair.since_edge(which, span)
+        bottom.plot(time, series["volts"][pair.drive][kept], color=(BEFORE, AFTER)[which])
+        _hits(top, [at for at, _ in pair.touchdowns(which, span)], (BEFORE, AFTER)[which])
+    top.axhline(0.0, color=INK)
+    top.set_ylabel("gap", "m")
+    bottom.set_ylabel("drive", "V")
+    return charts.plate("The landing: gap and volts before and after; dots are touchdowns.")
 
 
 def on_grounds(design: LandingDesign) -> Plate:
     """Hardest touchdown on every ground, over each number that varies, before and after."""
-    paths, units = list(design.grounds.values), float_paths(design.request.scene)
+    units = float_paths(design.request.scene)
 
-    def draw(sheet: Sheet) -> None:
-        panels = sheet.grid(len(paths), 1.8)
-        for axes, path in zip(panels, paths, strict=True):
-            values = design.grounds.values[path]
-            for speed, color, label in (
-                (design.before_on_grounds.speed[0], BEFORE, "before"), (design.on_grounds.speed[0], AFTER, "after"),
-            ):  # fmt: skip
-                axes.plot(values, speed, "o", ms=3.0, mew=0.0, color=color, label=label)
-            name_axes(axes, (path, units[path].unit), ("hardest touchdown (m/s)", ""))
-            few_ticks(axes, x=5)
-            if np.isfinite(design.worst):
-                axes.axhline(design.worst, color=RULE, lw=0.8)
-            axes.set_ylim(bottom=0.0)
-        sheet.legend(panels[0])
+    def over(path: str) -> Charts:
+        values = design.grounds.values[path]
+        charts = Charts([1.6], path, units[path].unit, with_room(float(values.min()), float(values.max())))
+        (panel,) = charts.panels
+        panel.dots(values, design.before_on_grounds.speed[0], color=BEFORE, label="before")
+        panel.dots(values, design.on_grounds.speed[0], color=AFTER, label="after")
+        if np.isfinite(design.worst):
+            panel.axhline(design.worst, color=MUTED)
+        panel.set_ylim(bottom=0.0)
+        panel.set_ylabel("hardest touchdown", "m/s")
+        return charts
 
-    return plate(
-        draw,
+    return side_by_side(
+        (("", over(path)) for path in design.grounds.values),
         "Hardest touchdown of the period on the grounds that the design was judged on and on the worst that was found, "
         "over each number that varies; the line is the worst after.",
     )
@@ -165,23 +171,22 @@ def front(design: LandingDesign) -> Plate:
     plain = np.array(
         [one.energy if known else period_rises(np.array([one.signal.levels]))[0] for one in design.front]
     )
-    speeds = np.array([one.speed for one in design.front])
+    speeds, pairs = (
+        np.array([one.speed for one in design.front]),
+        np.array([one.pairs for one in design.front]),
+    )
     across = ("energy a period", "J") if known else ("sum of squared rises", "V^2")
-
-    def draw(sheet: Sheet) -> None:
-        (axes,) = sheet.grid(1, 1.9)
-        axes.step(plain, speeds, where="post", color=RULE, lw=0.8)
-        for pairs in sorted({one.pairs for one in design.front}):
-            own = np.array([one.pairs == pairs for one in design.front])
-            color = (MUTED, GREEN, BLUE, VERMILION, ORANGE, INK, MUTED)[pairs]
-            axes.plot(plain[own], speeds[own], "o", ms=4.0, mew=0.0, color=color, label=_pairs(pairs))
-        axes.set_ylim(bottom=0.0)
-        name_axes(axes, across, ("hardest touchdown (m/s)", ""))
-        sheet.legend(axes)
-
-    return plate(
-        draw,
-        "The front on the nominal ground: designs that no other beats in both touchdown speed and plain energy.",
+    charts = Charts([1.6], *across, with_room(float(plain.min()), float(plain.max())))
+    (panel,) = charts.panels
+    order = np.argsort(plain, kind="stable")
+    panel.plot(np.repeat(plain[order], 2)[1:], np.repeat(speeds[order], 2)[:-1], color=MUTED, lw=0.8)
+    for count in sorted(set(pairs.tolist())):
+        color = (MUTED, GREEN, BLUE, VERMILION, ORANGE, INK, MUTED)[count]
+        panel.dots(plain[pairs == count], speeds[pairs == count], color=color, label=_pairs(count))
+    panel.set_ylim(bottom=0.0)
+    panel.set_ylabel("hardest touchdown", "m/s")
+    return charts.plate(
+        "The front on the nominal ground: designs that no other beats in both touchdown speed and plain energy."
     )
 
 
@@ -194,18 +199,14 @@ def learning(design: LandingDesign) -> Plate:
     found = design.learning
     assert found is not None
     low, middle, high = np.quantile(found.speeds, [0.1, 0.5, 0.9], axis=0)
-
-    def draw(sheet: Sheet) -> None:
-        (axes,) = sheet.grid(1, 1.9)
-        axes.fill_between(np.arange(len(low)), low, high, color=RULE, lw=0.0)
-        axes.plot(np.arange(len(low)), middle, color=AFTER, label="learner")
-        axes.axhline(float(np.median(found.plain)), color=BEFORE, lw=0.8, label="plain step")
-        axes.set_ylim(bottom=0.0)
-        axes.set_xlabel("steps")
-        axes.set_ylabel("hardest touchdown (m/s)")
-        sheet.legend(axes)
-
-    return plate(
-        draw,
-        f"Learning on {len(found.grounds)} hidden grounds: median and middle 80 % of the touchdown speeds.",
+    charts, steps = Charts([1.6], "steps", ""), np.arange(len(low))
+    (panel,) = charts.panels
+    panel.fill_between(steps, low, high, color=AFTER)
+    panel.plot(steps, middle, color=AFTER, label="learner")
+    panel.axhline(float(np.median(found.plain)), color=BEFORE, ls=(0, (5, 3)))
+    panel.sign("plain step", BEFORE)
+    panel.set_ylim(bottom=0.0)
+    panel.set_ylabel("hardest touchdown", "m/s")
+    return charts.plate(
+        f"Learning on {len(found.grounds)} hidden grounds: median and middle 80 % of the touchdown speeds."
     )

@@ -114,10 +114,12 @@ def measure(batch: Batch, name: str, *, axes: Axes | None = None) -> Axes:
 
 def landing(design: LandingDesign, *, axes: Axes | None = None) -> Axes:
     """Gap of the foot over one period, with the plain step and with the design, from the landing edge on."""
-    from tarsus.report.landing_figures import DesignPair, draw_gaps
+    from tarsus.report.landing_figures import DesignPair, gaps
 
     axes = _on(axes)
-    draw_gaps(axes, DesignPair(design), design.request.step.period)
+    for label, color, time, gap in gaps(DesignPair(design), design.request.step.period):
+        axes.plot(time, gap, color=color, label=label)
+    name_axes(axes, ("time after the landing edge", "s"), ("gap", "m"))
     axes.set_title(repr(design)[1:-1])
     axes.legend(frameon=False)
     return axes

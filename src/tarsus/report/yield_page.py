@@ -6,18 +6,20 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from tarsus.base.spec import float_paths
+from tarsus.report.charts import Charts, side_by_side
 from tarsus.report.pages import Plate, page, rendered
-from tarsus.report.sheet import Sheet, few_ticks, name_axes, plate
 from tarsus.report.style import BLUE, MUTED, ORANGE
 from tarsus.study.yields import Yield
 from tarsus.tables.numbers import path_end, spaced
 from tarsus.tables.table import ROW, Column, Table
 
 BARS = 12
-"""Groups drawn at most, those that matter most: as many bars as have their names beside them in two inches."""
+"""Groups drawn at most, those that matter most: as many as have their names below them in half a page."""
+
+BINS = 40
+"""Of a histogram: a robot's place to a fortieth of their range."""
 
 
 def yield_html(found: Yield) -> str:
@@ -42,61 +44,59 @@ def _ranked(indices: Mapping[str, Mapping[str, float]]) -> list[tuple[str, Mappi
     return sorted(indices.items(), key=lambda one: -one[1]["total"])
 
 
-def _panels(found: Yield, draw: Callable[[Axes, str], object], caption: str) -> Plate:
-    """One panel for each measure."""
-
-    def all_of_them(sheet: Sheet) -> None:
-        panels = sheet.grid(len(found.measures), 2.0)
-        for axes, name in zip(panels, found.measures, strict=True):
-            draw(axes, name)
-        sheet.legend(panels[0])
-
-    return plate(all_of_them, caption)
+def _panels(found: Yield, drawn: Callable[[str], Charts], caption: str) -> Plate:
+    """One chart for each measure."""
+    return side_by_side((("", drawn(name)) for name in found.measures), caption)
 
 
 def _distributions(found: Yield) -> Plate:
-    def draw(axes: Axes, name: str) -> None:
+    def drawn(name: str) -> Charts:
         values = found.values[name][np.isfinite(found.values[name])]
-        axes.hist(values, bins=40, color=BLUE)
-        name_axes(axes, (spaced(name), found.units[name]), ("robots", ""))
-        few_ticks(axes, x=5, y=5)
+        counts, edges = np.histogram(values, bins=BINS)
+        charts = Charts([1.5], spaced(name), found.units[name], (float(edges[0]), float(edges[-1])))
+        (panel,) = charts.panels
+        for low, high, count in zip(edges[:-1].tolist(), edges[1:].tolist(), counts.tolist(), strict=True):
+            panel.bars([(low, high)], 0.0, count, color=BLUE)
+        panel.plot(0.5 * (edges[:-1] + edges[1:]), counts, color=BLUE, alpha=0.0)  # for the pointer
+        panel.set_ylim(0.0, 1.05 * float(counts.max()))
+        panel.set_ylabel("robots")
+        return charts
 
     return _panels(
-        found, draw, "How the measures are distributed over the robots whose runs reached their end."
+        found, drawn, "How the measures are distributed over the robots whose runs reached their end."
     )
 
 
 def _curves(found: Yield) -> Plate:
-    def draw(axes: Axes, name: str) -> None:
+    def drawn(name: str) -> Charts:
         curve = found.curves[name]
-        at = curve.requirement
-        axes.fill_between(at, 100.0 * curve.low, 100.0 * curve.high, color=BLUE, alpha=0.25, lw=0.0)
-        axes.plot(at, 100.0 * curve.share, color=BLUE, lw=1.2)
-        words = f"{spaced(name)} {'at most' if curve.less else 'at least'}"
-        name_axes(axes, (words, curve.unit), ("robots that meet it (%)", ""))
-        axes.set_ylim(0.0, 101.0)
-        few_ticks(axes, x=5, y=5)
+        charts = Charts([1.5], f"{spaced(name)} {'at most' if curve.less else 'at least'}", curve.unit)
+        (panel,) = charts.panels
+        panel.fill_between(curve.requirement, 100.0 * curve.low, 100.0 * curve.high, color=BLUE)
+        panel.plot(curve.requirement, 100.0 * curve.share, color=BLUE, lw=1.2)
+        panel.set_ylabel("robots that meet it (%)")
+        panel.set_ylim(0.0, 101.0)
+        return charts
 
     return _panels(
         found,
-        draw,
+        drawn,
         "Share of the robots that meet a requirement, with its 95 % interval; failed runs meet none.",
     )
 
 
 def _dead(found: Yield) -> Plate:
-    def draw(axes: Axes, name: str) -> None:
-        groups = [(one["dead"], one[name]) for one in found.by_dead if one[name] is not None]
-        if not groups:
-            return
-        at, rows = np.array([one for one, _ in groups]), np.array([row for _, row in groups])
-        axes.errorbar(at, rows[:, 1], yerr=[rows[:, 1] - rows[:, 0], rows[:, 2] - rows[:, 1]], fmt="o", ms=4.0,
-                      color=BLUE, ecolor=MUTED, lw=1.0)  # fmt: skip
-        name_axes(axes, ("dead legs", ""), (spaced(name), found.units[name]))
-        axes.set_xticks(at)
-        axes.margins(x=0.2)
+    def drawn(name: str) -> Charts:
+        groups = [(one["dead"], *one[name]) for one in found.by_dead if one[name] is not None]
+        dead, low, median, high = np.array(groups, dtype=float).reshape(-1, 4).T
+        most = int(max(one["dead"] for one in found.by_dead))
+        charts = Charts([1.5], "dead legs", "", rows=[str(count) for count in range(most + 1)])
+        (panel,) = charts.panels
+        panel.dots(dead, median, color=BLUE, label="median", low=low, high=high)
+        panel.set_ylabel(spaced(name), found.units[name])
+        return charts
 
-    return _panels(found, draw, "Median, and the range of nine robots in ten, by the number of dead legs.")
+    return _panels(found, drawn, "Median, and the range of nine robots in ten, by the number of dead legs.")
 
 
 def _dead_table(found: Yield) -> Table:
@@ -122,26 +122,29 @@ def _costs(found: Yield) -> Table | None:
 
 
 def _indices(found: Yield) -> Plate:
-    ranked = {name: _ranked(found.indices.get(name, {}))[:BARS] for name in found.measures}
-
-    def draw(axes: Axes, name: str) -> None:
-        at = np.arange(len(ranked[name]))
-        for offset, word, color in ((-0.2, "total", BLUE), (0.2, "first", ORANGE)):
-            values, errors = ([one[key] for _, one in ranked[name]] for key in (word, f"{word}_error"))
-            axes.barh(
-                at + offset, values, 0.38, color=color, label=word, xerr=errors,
-                error_kw={"ecolor": MUTED, "lw": 0.8},
-            )  # fmt: skip
-        axes.set_yticks(at, [path_end(group) for group, _ in ranked[name]])
-        axes.invert_yaxis()
-        axes.set_xlabel(f"Sobol index of {spaced(name)}")
-        few_ticks(axes, x=5)
+    def drawn(name: str) -> Charts:
+        ranked = _ranked(found.indices.get(name, {}))[:BARS]
+        charts = Charts([1.8], "scatter of", "", rows=[path_end(group) for group, _ in ranked])
+        (panel,) = charts.panels
+        for shift, word, color in ((-0.1, "total", BLUE), (0.1, "first", ORANGE)):
+            index, error = (np.array([one[key] for _, one in ranked]) for key in (word, f"{word}_error"))
+            panel.dots(
+                np.arange(len(ranked)) + shift,
+                index,
+                color=color,
+                label=word,
+                low=index - error,
+                high=index + error,
+            )
+        panel.axhline(0.0, color=MUTED)
+        panel.set_ylabel(f"Sobol index of {spaced(name)}")
+        return charts
 
     caption = (
         f"Share of the variance that a leg's scatter makes alone (first) and with all it acts together with (total), "
         f"the {BARS} largest; lines are 95 % intervals."
     )
-    return _panels(found, draw, caption)
+    return _panels(found, drawn, caption)
 
 
 def _settled(index: float) -> float:

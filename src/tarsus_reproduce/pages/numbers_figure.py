@@ -5,15 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from tarsus.report.pages import Plate
-from tarsus.report.rows_figure import (
-    MEASURED,
-    MODEL,
-    OTHER_MODEL,
-    THIRD_MODEL,
-    RowMarks,
-    RowPanel,
-    rows_figure,
-)
+from tarsus.report.rows_figure import Mark, RowMarks, RowPanel, rows_figure
 from tarsus_reproduce.forecast import Forecast
 from tarsus_reproduce.reproduction import NumberRow
 
@@ -39,9 +31,9 @@ def _quantity(rows: Sequence[NumberRow], cases: Sequence[str]) -> RowPanel:
         return [(n, one.median, one.low, one.high) for n, one in zip(lines, found, strict=True) if one]
 
     marks = [
-        RowMarks("measured", MEASURED, plain("measured")),
-        RowMarks("source's model", OTHER_MODEL, plain("source")),
-        RowMarks("without small forces", THIRD_MODEL, spread([row.without for row in rows]), 0.22),
-        RowMarks("Tarsus", MODEL, spread([row.ours for row in rows])),
+        RowMarks("measured", Mark.MEASURED, plain("measured")),
+        RowMarks("source's model", Mark.OTHER_MODEL, plain("source")),
+        RowMarks("without small forces", Mark.THIRD_MODEL, spread([row.without for row in rows])),
+        RowMarks("Tarsus", Mark.MODEL, spread([row.ours for row in rows])),
     ]
     return RowPanel(rows[0].quantity, rows[0].unit, marks)

@@ -55,21 +55,21 @@ class Charts {
   plot(panel, i) {
     const host = this.panels[i].querySelector(".plot"), last = i === this.spec.panels.length - 1;
     const font = `12px ${getComputedStyle(this.figure).fontFamily}`;
-    const names = panel.names && panel.names.map(([, text]) => text);
+    const { rows } = this.spec, names = panel.names && panel.names.map(([, text]) => text);
     const axis = { font, stroke: () => color("muted"), ticks: { stroke: () => color("rule"), width: 1, size: 4 } };
     const plot = new uPlot({
       width: host.clientWidth, height: panel.height,
       padding: [6, 18, last ? 0 : 6, 0],
       legend: { show: false },
       cursor: { y: false, sync: { key: this.key.key }, drag: { x: true, y: false }, points: { size: 6 } },
-      scales: { x: { time: false, distr: this.spec.log ? 3 : 1, range: (_, low, high) => [low, high] }, y: { dir: this.flipped(panel) ? -1 : 1, distr: panel.log ? 3 : 1, range: (_, low, high) => this.reach(panel, low, high) } },
+      scales: { x: { time: false, distr: this.spec.log ? 3 : 1, range: (_, low, high) => [low, high] }, y: { dir: this.flipped(panel) ? -1 : 1, distr: panel.log ? 3 : panel.bend ? 4 : 1, asinh: panel.bend, range: (_, low, high) => this.reach(panel, low, high) } },
       axes: [
-        { ...axis, show: last, size: 26, gap: 3, space: (_, __, ___, ____, room) => (room < 250 ? 34 : 50), grid: { show: false }, 
-          values: (_, marks, __, ___, step) => marks.map((v) => (this.spec.log ? v === null ? "" : shown(v) : tick(v, step))) },
+        { ...axis, show: last, gap: 3, ...this.across(), space: (_, __, ___, ____, room) => (room < 250 ? 34 : 50), grid: { show: false }, 
+          values: (_, marks, __, ___, step) => marks.map((v) => (rows ? rows[v] || "" : this.spec.log ? v === null ? "" : shown(v) : tick(v, step))) },
         { ...axis, size: this.wide(), gap: 4, space: panel.height < 120 ? 18 : 26,
           ...(names ? { splits: () => panel.names.map(([at]) => at), values: () => names, grid: { show: false }, ticks: { show: false }, space: 0,
             font: names.length > 12 ? `10px ${getComputedStyle(this.figure).fontFamily}` : font }
-            : { grid: { stroke: () => color("rule"), width: 0.5 }, values: (_, marks, __, ___, step) => marks.map((v) => (panel.log ? v === null ? "" : shown(v) : tick(v, step))) }) },
+            : { grid: { stroke: () => color("rule"), width: 0.5 }, values: (_, marks, __, ___, step) => marks.map((v) => (panel.log || panel.bend ? v === null ? "" : shown(v) : tick(v, step))) }) },
       ],
       series: [{}, ...panel.lines.map((line) => ({
         stroke: () => color(line.color), width: line.width, dash: line.dash, alpha: line.hidden ? 1 : line.alpha, spanGaps: panel.apart,
@@ -85,6 +85,18 @@ class Charts {
     plot.over.setAttribute("aria-hidden", "true");
     plot.setScale("x", { min: this.whole[0], max: this.whole[1] });
     return plot;
+  }
+
+  /** The horizontal axis: numbers, or names of rows from below up, as many as do not touch. */
+  across() {
+    const { rows } = this.spec;
+    if (!rows) return { size: 26 };
+    const splits = (u, _, low, high) => {
+      const every = Math.max(1, Math.ceil((15 * (high - low)) / (u.width - 80)));
+      return rows.map((__, k) => k).filter((k) => k % every === 0 && k >= low && k <= high);
+    };
+    const longest = Math.max(0, ...rows.map((name) => name.length));
+    return longest <= 3 ? { size: 26, splits } : { size: 6 * longest + 10, rotate: -90, splits };
   }
 
   /** Room for the numbers of the upward axes, one for all panels. */
@@ -206,7 +218,7 @@ class Charts {
       const about = ends ? ` (${shown(u.data[ends.low][found.k])} to ${shown(u.data[ends.high][found.k])})` : "";
       out.textContent = found ? shown(u.data[found.line][found.k]) + about : "";
     }
-    if (i === 0) this.now.textContent = none ? "" : `: ${shown(u.data[0][at])}`;
+    if (i === 0) this.now.textContent = none ? "" : `: ${this.spec.rows ? this.spec.rows[Math.round(u.data[0][at])] || "" : shown(u.data[0][at])}`;
   }
 
   listen() {
