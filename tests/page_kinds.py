@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 from calibrate.toys import ball_study
+from identify.campaigns import session, truth
+from modes.test_modal import responses
 
 from scene_files import SCENES
 from tarsus.cli import main
+from tarsus.records.measurement import Quantity
 from walking_devices import CREEPING
 
 __all__ = ["KINDS", "make_page"]
@@ -38,13 +42,15 @@ robot.feet.tip.gap = ["50 um", "60 um", "70 um"]
 
 KINDS = {
     "cantilever": ("simulate", "cantilever"),
-    "modes": ("simulate", "hexapod"),
+    "hexapod": ("simulate", "hexapod"),
     "walker": ("simulate", "hamr-like"),
     "millipede-30": ("simulate", "millipede-30"),
     "sweep": ("sweep", "{study}"),
     "yield": ("yield", CREEPING, *_YIELD),
     "calibrate": ("calibrate", "{ball}"),
     "identify": ("identify", "{campaign}"),
+    "track": ("identify", "{first}", "--track", "{second}"),
+    "modes": ("modes", "{p1}", "{p2}", "{p3}", "--band", "110Hz:990Hz"),
     "landing": ("design", "landing", "cantilever", "--foot", "tip", "--request", "levels=free=-8V:8V", *_BOX,
                 "--set", "robot.drives.pzt.capacitance=664 pF", "--request", "effort=0.03", "--request", "learn=10"),
     "gait": ("design", "gait", *_GAIT, *_GROUNDS, "--request", "look=2"),
@@ -70,7 +76,24 @@ def make_page(kind: str, folder: Path) -> Path:
         files["ball"] = ball_study(folder, _BALL, generations=0, leave_out=True)
     if "{campaign}" in words:
         assert main(["synthesize", "cantilever", "-o", str(files["campaign"]), "--seed", "3", "-q"]) == 0
+    if "{first}" in words:
+        files |= {
+            name: session(folder / name, truth(), seed) for seed, name in enumerate(("first", "second"), 11)
+        }
+    if "{p1}" in words:
+        files |= _responses(folder)
     code = main([*(word.format(**files) for word in words), "-o", str(folder / "out"), "-q"])
     assert code == 0, f"{kind}: {code}"
     pages = (folder / "out" / name for name in ("report.html", "reproduction.html"))
     return next(page for page in pages if page.is_file())
+
+
+def _responses(folder: Path) -> dict[str, Path]:
+    """A file of a frequency response of each of three points."""
+    frf = responses(Quantity.VELOCITY, 0.001)
+    head = "Frequency (Hz),v real (m/s/N),v imag (m/s/N)"
+    files = {f"p{k}": folder / f"p{k}.csv" for k in (1, 2, 3)}
+    for file, (row,) in zip(files.values(), frf.values, strict=True):
+        columns = np.column_stack([frf.frequency, row.real, row.imag])
+        np.savetxt(file, columns, delimiter=",", header=head, comments="", fmt="%.12g")
+    return files

@@ -9,6 +9,7 @@ import numpy as np
 
 from tarsus.orbits.attractors import Attractors
 from tarsus.orbits.basins import OTHERS
+from tarsus.report.charts import Charts
 from tarsus.report.pages import Plate, page, rendered, write_page
 from tarsus.report.run_page import report_html
 from tarsus.report.sheet import Sheet, few_ticks, name_axes, plate
@@ -49,20 +50,15 @@ def _colour(number: int) -> str:
 def _motion(found: Attractors) -> Plate:
     """Gaps of the first foot over two periods of every attractor."""
 
-    def draw(sheet: Sheet) -> None:
-        (axes,) = sheet.grid(1, 2.4)
-        for i, one in enumerate(found.found[: len(COLOURS)]):
-            end = one.run.duration
-            times = np.linspace(end - PERIODS * one.period, end, 600)
-            axes.plot(
-                (times - times[0]) / one.drive, one.run.states(times).gap[0], lw=1.0, color=_colour(i),
-                label=f"{i + 1}: {one.kind}",
-            )  # fmt: skip
-        name_axes(axes, ("drive periods", ""), (f"gap of {next(iter(found.scene.robot.feet), '')}", "m"))
-        few_ticks(axes, x=6, y=5)
-        sheet.legend(axes)
-
-    return plate(draw, f"Height of a foot over {PERIODS} periods of each settled motion.")
+    charts = Charts([1.9], "drive periods", "")
+    (panel,) = charts.panels
+    for i, one in enumerate(found.found[: len(COLOURS)]):
+        end = one.run.duration
+        times = np.linspace(end - PERIODS * one.period, end, 600)
+        phase, gap = (times - times[0]) / one.drive, one.run.states(times).gap[0]
+        panel.plot(phase, gap, lw=1.0, color=_colour(i), label=f"{i + 1}: {one.kind}")
+    panel.set_ylabel(f"gap of {next(iter(found.scene.robot.feet), '')}", "m")
+    return charts.plate(f"Height of a foot over {PERIODS} periods of each settled motion.")
 
 
 def _basins(found: Attractors) -> Plate:

@@ -393,13 +393,16 @@ class Charts:
         return Plate(self.html(caption), caption)
 
 
-def side_by_side(drawn: Iterable[tuple[str, Charts]], caption: str, *, small: bool = False) -> Plate:
+def side_by_side(
+    drawn: Iterable[tuple[str, Charts]], caption: str, *, small: bool = False, named: bool = False
+) -> Plate:
     """Charts with axes of their own as one figure, each under its title: two in a row of a page, or as many small ones
-    as there is room for, which tell the names of their lines by the colours in the caption alone."""
+    as there is room for, which show no names of their lines but in the first one, if that is to be `named`."""
     each = Markup("").join(
         Markup('<div class="plate">{}{}</div>').format(
             Markup('<p class="title">{}</p>').format(title) if title else "", charts.html(title or caption)
         )
         for title, charts in drawn
     )
-    return Plate(Markup('<div class="{}">{}</div>').format("panels" if small else "pair", each), caption)
+    frame = f"panels{' named' * named}" if small else "pair"
+    return Plate(Markup('<div class="{}">{}</div>').format(frame, each), caption)

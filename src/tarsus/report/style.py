@@ -56,7 +56,7 @@ class AxisScale:
 
     def axis(self, words: str) -> str:
         """What an axis is called: words with the unit."""
-        return f"{words} ({self.label})" if self.label else words
+        return f"{words} ({self.label})".lstrip() if self.label else words
 
 
 SMALLEST = 1e-15

@@ -5,11 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.ticker import MaxNLocator
 
+from tarsus.report.charts import Charts, side_by_side
 from tarsus.report.pages import Plate, page, rendered
-from tarsus.report.sheet import QUARTER, Sheet, few_ticks, name_axes, plate
 from tarsus.report.style import BLUE, VERMILION
 
 if TYPE_CHECKING:
@@ -29,24 +27,22 @@ def _numbers(series: Tracking) -> Plate:
     """Every number with its interval over the series; those that moved first."""
     order = sorted(series.drifts, key=lambda one: one.since is None)
 
-    def draw(sheet: Sheet) -> None:
-        for axes, one in zip(sheet.grid(len(order), 1.7, width=QUARTER), order, strict=True):
-            _draw(axes, one)
-
-    return plate(
-        draw,
+    return side_by_side(
+        ((one.path.removeprefix("ground.").removeprefix("robot."), _drawn(one)) for one in order),
         "Estimates with 95 % intervals in the order of the campaigns; red from where a number has moved.",
-    )
+        small=True,
+    )  # fmt: skip
 
 
-def _draw(axes: Axes, one: Drift) -> None:
+def _drawn(one: Drift) -> Charts:
     """One number."""
-    moved = np.arange(len(one.values)) >= (len(one.values) if one.since is None else one.since)
-    for part, color in ((~moved, BLUE), (moved, VERMILION)):
+    count = len(one.values)
+    charts = Charts([0.95], "campaign", "", rows=[str(number) for number in range(1, count + 1)])
+    (panel,) = charts.panels
+    moved = np.arange(count) >= (count if one.since is None else one.since)
+    for part, color, label in ((~moved, BLUE, "steady"), (moved, VERMILION, "moved")):
         at = np.flatnonzero(part)
-        bars = NINETY_FIVE * one.errors[at]
-        axes.errorbar(at + 1, one.values[at], bars, fmt="o", ms=3.0, lw=0.9, color=color)
-    name_axes(axes, ("campaign", ""), ("", one.unit))
-    axes.set_title(one.path.removeprefix("ground.").removeprefix("robot."))
-    few_ticks(axes, y=4)
-    axes.xaxis.set_major_locator(MaxNLocator(4, integer=True))
+        values, half = np.asarray(one.values)[at], NINETY_FIVE * np.asarray(one.errors)[at]
+        panel.dots(at, values, color=color, label=label, low=values - half, high=values + half)
+    panel.set_ylabel("", one.unit)
+    return charts

@@ -64,6 +64,19 @@ def folder() -> Path:
     return target
 
 
+def session(target: Path, device: Scene, seed: int) -> Path:
+    """A short session on a device: everything but the bounces."""
+    wanted = (*KEPT[:6], "ramps-60hz-100")
+    write_campaign(
+        device,
+        target,
+        Instrument(),
+        seed,
+        recordings=[r for r in planned(device, 20e3, "pzt") if r.name in wanted],
+    )
+    return target
+
+
 @lru_cache(maxsize=1)
 def identified() -> Identification:
     """What the chain finds in it."""

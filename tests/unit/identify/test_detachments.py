@@ -49,7 +49,9 @@ def test_a_hop_within_the_noise_is_no_flight():
     assert [said.reason for said in left] == [
         f"the foot is back on the ground too soon after its release at {time[55]:.5g} s"
     ]
-    away = replace(trace, x=trace.x + 1e-5)  # a record in which the foot never stands costs none of the others
+    away = replace(
+        trace, x=trace.x + 1e-5
+    )  # a record in which the foot never stands costs none of the others
     again, _ = find_detachments([away, trace], "tip", 0.0)
     assert [(one.trace, one.hold) for one in again] == [(1, one.hold) for one in items]
 

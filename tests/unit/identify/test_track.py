@@ -1,20 +1,15 @@
 """Numbers over a series of campaigns: what is steady raises no alarm, what moves does."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
-from identify.campaigns import KEPT, folder, truth
+from identify.campaigns import folder, session, truth
 
 import tarsus as ts
 from tarsus.base.errors import InputError
 from tarsus.base.spec import get_value, with_values
 from tarsus.identify.track import FALSE_ALARMS, drift_of, track
-from tarsus.model.scene import Scene
-from tarsus.synthesis.campaign_folder import write_campaign
-from tarsus.synthesis.plan import planned
-from tarsus.synthesis.recordings import Instrument
 
 
 def test_a_steady_device_raises_alarms_as_seldom_as_stated():
@@ -45,19 +40,6 @@ def test_a_jump_and_a_slow_drift_are_found():
 def test_a_series_needs_two_campaigns():
     with pytest.raises(InputError, match="at least two"):
         track([folder()])
-
-
-def session(folder: Path, device: Scene, seed: int) -> Path:
-    """A short session on a device: everything but the bounces."""
-    wanted = (*KEPT[:6], "ramps-60hz-100")
-    write_campaign(
-        device,
-        folder,
-        Instrument(),
-        seed,
-        recordings=[r for r in planned(device, 20e3, "pzt") if r.name in wanted],
-    )
-    return folder
 
 
 @pytest.mark.slow

@@ -18,7 +18,7 @@ def test_figures_of_a_fit():
         assert "<svg" in plate.picture and plate.caption
     for text in ("300 Hz, 2 %", "340 Hz, 1.5 %", "700 Hz, 5 %"):
         assert text in plates[1].picture, "a curve for every mode, with its figures"
-    assert "order of the model" in plates[0].picture
+    assert "order of the model" in plates[0].picture and "response per unit of drive" in plates[2].picture
     assert "3 modes" in plates[2].caption
     assert 0.0009 < fit.misfit < 0.0011, "the noise is what is left"
     assert f"{100.0 * fit.misfit:.2g} %" in plates[2].caption

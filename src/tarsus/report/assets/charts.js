@@ -18,10 +18,10 @@ const minus = (text) => text.replace("-", "−");
 const digits = (step) => (`${Number(step.toPrecision(3))}`.split(".")[1] || "").length;
 const tick = (value, step) => minus((Math.abs(value) < 1e-9 * step ? 0 : value).toFixed(digits(step)));
 const raised = (power) => power.replace(/./g, (sign) => (sign === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[Number(sign)]));
-function shown(value) {
+function shown(value, most = 1e6) {
   if (value === null || value === undefined) return "";
   const size = Math.abs(value);
-  if (size === 0 || (size >= 1e-4 && size < 1e6)) return minus(`${Number(value.toPrecision(4))}`);
+  if (size === 0 || (size >= 1e-4 && size < most)) return minus(`${Number(value.toPrecision(4))}`);
   const [mantissa, power] = value.toExponential(3).split("e"), digits = minus(`${Number(mantissa)}`);
   return `${digits === "1" ? "" : `${digits}·`}10${raised(power.replace("+", ""))}`;
 }
@@ -69,7 +69,7 @@ class Charts {
         { ...axis, size: this.wide(), gap: 4, space: panel.height < 120 ? 18 : 26,
           ...(names ? { splits: () => panel.names.map(([at]) => at), values: () => names, grid: { show: false }, ticks: { show: false }, space: 0,
             font: names.length > 12 ? `10px ${getComputedStyle(this.figure).fontFamily}` : font }
-            : { grid: { stroke: () => color("rule"), width: 0.5 }, values: (_, marks, __, ___, step) => marks.map((v) => (panel.log || panel.bend ? v === null ? "" : shown(v) : tick(v, step))) }) },
+            : { grid: { stroke: () => color("rule"), width: 0.5 }, values: (_, marks, __, ___, step) => marks.map((v) => (panel.log || panel.bend ? v === null ? "" : shown(v, 1e4) : tick(v, step))) }) },
       ],
       series: [{}, ...panel.lines.map((line) => ({
         stroke: () => color(line.color), width: line.width, dash: line.dash, alpha: line.hidden ? 1 : line.alpha, spanGaps: panel.apart,
