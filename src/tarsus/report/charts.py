@@ -111,6 +111,8 @@ class ChartPanel:
     ) -> None:  # fmt: skip
         """A line through points (n,); it is broken where y is NaN. Where x turns, another line of that name goes on."""
         x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
+        if not len(x):
+            return
         for part, back in _rising(x):
             step = -1 if back else 1
             self._lines.append(
@@ -127,6 +129,8 @@ class ChartPanel:
         together on the screen only some, until one zooms in."""
         x = np.asarray(x, dtype=float)
         order = np.argsort(x, kind="stable")
+        if not len(x):
+            return
 
         def line(values: npt.ArrayLike, **look: bool) -> _Line:
             row = np.asarray(values, dtype=float)[order]

@@ -48,7 +48,9 @@ class Charts {
     this.panels = [...figure.querySelectorAll(".panel")];
     this.now = figure.querySelector(".now");
     this.key = uPlot.sync(`charts${Charts.count++}`);
+    this.room = 50;
     this.plots = this.spec.panels.map((panel, i) => this.plot(panel, i));
+    if (this.room > 50) this.plots.forEach((plot) => plot.redraw(false, true));
     this.listen();
   }
 
@@ -66,7 +68,7 @@ class Charts {
       axes: [
         { ...axis, show: last, gap: 3, ...this.across(), space: (_, __, ___, ____, room) => (room < 250 ? 34 : 50), grid: { show: false }, 
           values: (_, marks, __, ___, step) => marks.map((v) => (rows ? rows[v] || "" : this.spec.log ? v === null ? "" : shown(v) : tick(v, step))) },
-        { ...axis, size: this.wide(), gap: 4, space: panel.height < 120 ? 18 : 26,
+        { ...axis, size: (_, words) => this.wide(words), gap: 4, space: panel.height < 120 ? 18 : 26,
           ...(names ? { splits: () => panel.names.map(([at]) => at), values: () => names, grid: { show: false }, ticks: { show: false }, space: 0,
             font: names.length > 12 ? `10px ${getComputedStyle(this.figure).fontFamily}` : font }
             : { grid: { stroke: () => color("rule"), width: 0.5 }, values: (_, marks, __, ___, step) => marks.map((v) => (panel.log || panel.bend ? v === null ? "" : shown(v, 1e4) : tick(v, step))) }) },
@@ -99,10 +101,13 @@ class Charts {
     return longest <= 3 ? { size: 26, splits } : { size: 6 * longest + 10, rotate: -90, splits };
   }
 
-  /** Room for the numbers of the upward axes, one for all panels. */
-  wide() {
-    const longest = Math.max(0, ...this.spec.panels.flatMap((panel) => (panel.names || []).map(([, text]) => text.length)));
-    return between(7 * longest + 12, 50, 120);
+  /** Room for the words of the upward axes, one for all panels: as much as the longest so far needs. */
+  wide(words) {
+    const longest = Math.max(0, ...(words || []).map((one) => (one || "").length));
+    const room = Math.max(this.room, between(7 * longest + 14, 50, 120));
+    if (room > this.room && this.plots) queueMicrotask(() => this.plots.forEach((plot) => plot.redraw(false, true)));
+    this.room = room;
+    return room;
   }
 
   /** Whether an upward axis counts downward, as rows of a table do. */
