@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import xarray
 
 from tarsus.base.spec import float_paths
 from tarsus.report.charts import Charts, with_room
@@ -47,6 +48,17 @@ class _Scored:
     every: int
     between: Mapping[str, np.ndarray]
     settled: np.ndarray | None
+
+    @property
+    def grid(self) -> tuple[np.ndarray, np.ndarray] | None:
+        """Values of both axes where the runs are all pairs of few of them."""
+        if len(self.points) != 2:
+            return None
+        first, second = (np.unique(one) for one in self.points.values())
+        pairs = len(set(zip(*self.points.values(), strict=True)))
+        whole = len(first) * len(second) == len(self.code) == pairs
+        sizes = (len(first), len(second))
+        return (first, second) if whole and min(sizes) > 1 and max(sizes) <= FEW else None
 
     @property
     def repeating(self) -> float | None:
@@ -135,6 +147,8 @@ def _figures(
         _against(found, name, units[name], measure, unit, isinstance(sweep.vary[name], Logspace))
         for name in list(sweep.vary)[:MOST_AXES]
     ]
+    if found.grid is not None:
+        plates.insert(0, _map(_over_both(found, found.grid, measure, units, unit)))
     return [plates[left : left + 2] for left in range(0, len(plates), 2)]
 
 
@@ -160,6 +174,27 @@ def _against(found: _Scored, axis: str, axis_unit: str, measure: str, unit: str,
             caption += " It is broken at values of which no run gave a number."
     panel.set_ylabel(spaced(measure), unit)
     return charts.plate(caption)
+
+
+def _over_both(
+    found: _Scored, grid: tuple[np.ndarray, np.ndarray], measure: str, units: Mapping[str, str], unit: str
+) -> xarray.DataArray:
+    """A measure over both swept values, the first one across."""
+    names, order = list(found.points), np.lexsort(tuple(found.points.values()))
+    coords = {
+        name: xarray.DataArray(levels, dims=name, attrs={"units": units[name]})
+        for name, levels in zip(names, grid, strict=True)
+    }
+    values = found.values[measure][order].reshape([len(levels) for levels in grid[::-1]])
+    return xarray.DataArray(values, coords, names[::-1], measure, {"units": unit})
+
+
+def _map(shown: xarray.DataArray) -> Plate:
+    from tarsus.report.saved import draw_measure
+    from tarsus.report.sheet import plate
+
+    caption = f"{spaced(str(shown.name)).capitalize()} over both swept values."
+    return plate(lambda sheet: draw_measure(sheet.grid(1, 2.3)[0], shown), caption)
 
 
 def _median_run(values: np.ndarray) -> float:

@@ -9,7 +9,7 @@ import pytest
 
 import tarsus as ts
 from tarsus.report.style import scale_of
-from tarsus.report.sweep_page import _median_run, _stretches, sweep_html
+from tarsus.report.sweep_page import _median_run, _over_both, _read, _stretches, sweep_html
 from tarsus.study.axes import Grid, Linspace, Logspace
 from tarsus.study.collecting import collected_variables
 from tarsus.study.sweep import Sweep
@@ -45,7 +45,7 @@ def test_measures_come_with_their_range_and_where_it_ends(tmp_path: Path) -> Non
     assert "Sweep: a <sweep>" in page.text and "All runs reached their end." in page.text
     assert "bounces 12 5 6 7 tip.gap 50 µm" in page.text
     assert "contact duration 12 1 ms 2.5 ms 4 ms" in page.text
-    assert page.tags.count("figure") == 4, "two measures against two swept values"
+    assert page.tags.count("figure") == 6, "two measures, each a map and against two swept values"
     assert (
         "3 values from 50 µm to 70 µm" in page.text
         and "The line joins the median run of each value." in page.text
@@ -102,6 +102,15 @@ def test_a_line_joins_runs_and_breaks_where_there_is_none() -> None:
     assert np.isnan(_median_run(np.zeros(0)))
     known = np.array([True, True, False, True, False, True, True, True])
     assert _stretches(known) == [slice(0, 2), slice(5, 8)]
+
+
+def test_a_grid_of_two_values_is_a_map(tmp_path: Path) -> None:
+    found = _read(*made(tmp_path, ["DONE"] * 11 + ["STALLED"]))
+    assert found.grid is not None
+    shown = _over_both(found, found.grid, "bounces", {GAP: "m", FILM: "N m^2 s"}, "1")
+    assert shown.dims == (FILM, GAP), "the first one across"
+    np.testing.assert_allclose(shown.sel({GAP: 60e-6}, method="nearest"), 6.0)
+    assert np.isnan(shown.values[-1, -1]) and np.isfinite(shown.values).sum() == 11
 
 
 def test_values_that_no_prefix_reaches_are_drawn_in_a_power_of_ten() -> None:
