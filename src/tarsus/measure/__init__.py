@@ -34,7 +34,7 @@ from tarsus.measure.periods import (
     window_statistics,
 )
 from tarsus.measure.table import Judged, Judgement, RunTable, periods_used
-from tarsus.measure.walking import STANDSTILL, measured, measures_of, walk_statistics
+from tarsus.measure.walking import STANDSTILL, WALK, measured, measures_of, walk_statistics
 from tarsus.measure.whole import WHOLE_RUN, InWholeRun, whole_run_statistics
 
 __all__ = [
@@ -44,6 +44,7 @@ __all__ = [
     "RESOLUTION",
     "STANDSTILL",
     "TOGETHER",
+    "WALK",
     "WHOLE_RUN",
     "Caution",
     "CautionKind",

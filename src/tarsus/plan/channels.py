@@ -74,19 +74,27 @@ def drive_courses(scene: Scene, values: Mapping[str, Floats], charged: Collectio
 
     Raises InputError for values that a signal, a gait or a drive refuses, and for a drive that cannot be lowered.
     """
-    out = {}
+    out, made = {}, dict[Any, Course]()
     for name, (wave, own, of_drive) in _varied(scene, values).items():
-        rows, which = distinct(np.stack([*own.values(), *of_drive.values()], axis=1))
-        split = len(own)
-        signal = dict(zip(own, rows[:, :split].T, strict=True))
-        drive = dict(zip(of_drive, rows[:, split:].T, strict=True))
-        wave = with_columns(wave, signal)
-        track = _track(scene.robot.drives[name], wave, drive, len(rows))
-        law = with_columns(scene.robot.drives[name], drive)
-        force, volts = lower_track(track, law.law, law.history, volts=name in charged)
-        period = np.broadcast_to(wave.periods(), len(rows))
-        out[name] = Course(force, volts, which, period[which])
+        drive = scene.robot.drives[name]
+        columns = [(path, column.tobytes()) for path, column in (*own.items(), *of_drive.items())]
+        key = (wave, drive.law, drive.history, drive.amplifier, *columns, name in charged)
+        if key not in made:  # a gait moves many drives alike
+            made[key] = _course(drive, wave, own, of_drive, name in charged)
+        out[name] = made[key]
     return out
+
+
+def _course(drive: Drive, wave: Signal, own: Columns, of_drive: Columns, charged: bool) -> Course:
+    """What a drive does by the numbers (nr,) of its signal and its own."""
+    rows, which = distinct(np.stack([*own.values(), *of_drive.values()], axis=1))
+    signal = dict(zip(own, rows[:, : len(own)].T, strict=True))
+    numbers = dict(zip(of_drive, rows[:, len(own) :].T, strict=True))
+    wave = with_columns(wave, signal)
+    law = with_columns(drive, numbers)
+    force, volts = lower_track(_track(drive, wave, numbers, len(rows)), law.law, law.history, volts=charged)
+    periods = np.broadcast_to(wave.periods(), len(rows))
+    return Course(force, volts, which, periods[which])
 
 
 Columns = Mapping[str, Any]

@@ -479,14 +479,20 @@ def started(plan: Plan, rows: Rows, idle: Floats, feet: Sequence[str]) -> tuple[
     return initial, scales
 
 
+REFUSALS = {
+    "below the ground": "foot '{foot}' would start {by} below the ground",
+    "pulled down": "foot '{foot}' would have to be pulled down by {by}: it does not stand",
+    "unbalanced": "the forces along the way do not balance: the robot would not stand still",
+}
+"""Why a run cannot start, by the engine's word for it."""
+
+
 def _refusal(run: int, fault: int, feet: Sequence[str], foot: int, by: float) -> str:
-    if _native.FAULTS[fault] == "below the ground":
-        depth = format_quantity(float(f"{by:.6g}"), "m")
-        return f"initial.displacement: in run {run} foot '{feet[foot]}' would start {depth} below the ground"
-    if _native.FAULTS[fault] == "pulled down":
-        missing = format_quantity(float(f"{by:.4g}"), "N")
-        return f"foot '{feet[foot]}' would have to be pulled down by {missing}: it does not stand"
-    return "the forces along the way do not balance: the robot would not stand still"
+    word = _native.FAULTS[fault]
+    below = word == "below the ground"
+    size = format_quantity(float(f"{by:.6g}"), "m") if below else format_quantity(float(f"{by:.4g}"), "N")
+    sentence = REFUSALS[word].format(foot=feet[foot], by=size)
+    return f"initial.displacement: in run {run} {sentence}" if below else sentence
 
 
 def distinct(rows: Floats) -> tuple[Floats, np.ndarray]:

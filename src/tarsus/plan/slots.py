@@ -34,6 +34,7 @@ __all__ = [
     "bears",
     "check_bounds",
     "courses_of_all",
+    "marked_period",
     "rows_for",
     "rows_of",
     "slot",
@@ -161,7 +162,7 @@ def rows_for(
         Where a run would start below the ground or does not stand, and for drives that cannot be lowered.
     """
     if not values:
-        return rows_of(plan, count, float(_marked(plan.periods, duration)))
+        return rows_of(plan, count, float(marked_period(plan.periods, duration)))
     base = rows_of(plan, len(next(iter(values.values()))))
     by_kind: dict[Kind, dict[str, tuple[int, Floats]]] = {kind: {} for kind in Kind}
     for path, column in values.items():
@@ -230,7 +231,7 @@ def _driven(
         periods[d] = course.periods
     channels = Channels.joined(pool)
     signals = pack(channels) if courses else base.signals
-    base.scales[:, 2] = _marked(periods, duration)
+    base.scales[:, 2] = marked_period(periods, duration)
     return replace(base, pool=channels, signals=signals)
 
 
@@ -261,7 +262,7 @@ def courses_of_all(scene: Scene, values: Mapping[str, Floats]) -> Callable[[NDAr
     return of
 
 
-def _marked(periods: Floats, duration: float) -> Floats:
+def marked_period(periods: Floats, duration: float) -> Floats:
     """Period [s] of the marks of each run: the longest of its drives' periods (nd, ...) within it, or all of it."""
     within = np.where(periods <= duration, periods, 0.0).max(axis=0, initial=0.0)
     return np.where(within > 0.0, within, duration)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -25,17 +26,17 @@ SAME = 1e-6
 """Drive voltages that differ by less than this part of the largest are one."""
 
 
-def walk_section(motion: Motion, index: int | None = None) -> Markup:
+def walk_section(motion: Motion, index: int | None = None, *, springs: bool = False) -> Markup:
     """The animation as an HTML fragment that needs nothing else: no file, no network, no library.
 
-    `index` numbers it among a page's figures.
+    `index` numbers it among a page's figures; springs: of a robot that stands still above feet on springs.
 
     It holds at most 2000 frames, fewer where there are many legs, so that it stays below 400 kB. Where no script
     runs, and in print, it is a still of four moments.
     """
-    drives = _distinct(motion)
+    drives = distinct_drives(motion)
     thin = motion.thinned(frame_limit(len(motion.legs), len(drives), CHARACTERS))
-    stage = stage_of(thin)
+    stage = replace(stage_of(thin), springs=springs)
     picture = still(thin, stage)
     return rendered(
         "player.html",
@@ -68,6 +69,7 @@ def payload(motion: Motion, stage: WalkStage, drives: Sequence[tuple[str, int]] 
             "along": stage.along,
             "force": stage.force,
             "back": list(BACK),
+            "springs": stage.springs,
         },
         "period": motion.period,
         "frames": len(motion.time),
@@ -83,7 +85,7 @@ def payload(motion: Motion, stage: WalkStage, drives: Sequence[tuple[str, int]] 
     }
 
 
-def _distinct(motion: Motion) -> list[tuple[str, int]]:
+def distinct_drives(motion: Motion) -> list[tuple[str, int]]:
     """The different drive voltages: (names of the drives that share one, row)."""
     alike: dict[int, list[str]] = {}
     for row, name in enumerate(motion.drives):
@@ -96,6 +98,11 @@ def _distinct(motion: Motion) -> list[tuple[str, int]]:
 
 
 def _caption(motion: Motion, stage: WalkStage) -> str:
+    if stage.springs:
+        return (
+            "The feet, each on the springs of its structure, which is drawn as one; places are not to scale. Motion is "
+            "drawn larger by the factors chosen. Arrows are forces of the ground on the feet."
+        )
     first, last = (amount(float(time), "s") for time in (motion.time[0], motion.time[-1]))
     places = "places of the hips are to scale"
     if not stage.true:

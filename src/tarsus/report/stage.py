@@ -31,6 +31,7 @@ class WalkStage:
 
     true: whether x and y are the model's; length, leg, thick: of the drawn robot, its legs and its body.
     up, along: factors that displacements are drawn with at first; force: a large force of the ground [N].
+    springs: whether legs are drawn as springs.
     """
 
     x: np.ndarray
@@ -43,6 +44,7 @@ class WalkStage:
     up: float
     along: float
     force: float
+    springs: bool = False
 
     @property
     def box(self) -> tuple[float, float, float, float]:

@@ -56,6 +56,7 @@ class Player {
     this.path = smoothed(this.walk, this.walk.body.surge);
     this.now = this.walk.start;
     this.playing = false;
+    this.again = false; // whether it begins again at its end
     for (const name of ["play", "icon", "back", "next", "time", "clock", "speed", "up", "along", "forces", "follow",
       "says"]) this[name] = part(name);
     this.stage = new Stage(part("stage"), this.walk);
@@ -63,8 +64,19 @@ class Player {
     this.fillChoices();
     this.listen();
     root.classList.add("live");
+    root.player = this;
     part("live").hidden = false;
     this.restyle();
+  }
+
+  /** Another walk of the same robot takes the place of this one, at the time since its start that is shown. */
+  take(walk) {
+    this.now = between(walk.start + this.now - this.walk.start, walk.start, walk.end);
+    this.walk = this.stage.walk = this.tracks.walk = walk;
+    this.tracks.kept = null;
+    this.path = smoothed(walk, walk.body.surge);
+    this.time.max = walk.frames - 1;
+    this.draw();
   }
 
   fillChoices() {
@@ -120,9 +132,10 @@ class Player {
       if (!this.playing) return;
       if (before !== null) this.now += ((stamp - before) / 1000) * Number(this.speed.value);
       before = stamp;
-      this.now = Math.min(this.now, this.walk.end);
+      const over = this.now - this.walk.end;
+      this.now = over >= 0 && this.again ? this.walk.start : Math.min(this.now, this.walk.end);
       this.draw();
-      if (this.now >= this.walk.end) this.pause();
+      if (over >= 0 && !this.again) this.pause();
       else requestAnimationFrame(turn);
     };
     requestAnimationFrame(turn);
