@@ -153,7 +153,7 @@ def test_contacts_that_touch_are_one():
     assert start.tolist() == [1.0, 5.0, 7.0] and end.tolist() == [3.0, 5.0, 7.0], (
         "a touch is a contact without length"
     )
-    none = histories_of(replace(run, all_events=events[:0])).flights.contacts(1e-7)
+    none = histories_of(replace(run, all_events=events[:0])).contacts(1e-7)
     assert all(part.size == 0 for part in none)
 
 

@@ -39,7 +39,7 @@ from tarsus.solve.run import Run
 from tarsus.solve.simulate import seconds_of
 from tarsus.tables.numbers import spaced
 
-POINTS, POINTS_OF_MANY = 1200, 600
+POINTS, POINTS_OF_MANY = 1000, 600
 """Samples of the figures, and of those of a robot with more feet than figures show."""
 FILM = 240
 """Frames of the moving picture before the first run."""
@@ -220,11 +220,10 @@ def _slider(one: Any) -> dict[str, Any]:
 
 def _name(paths: Sequence[str]) -> str:
     """A slider's name: of several alike numbers without the name of whom they belong to."""
-    keys = paths[0].split(".")
-    known = [key for key in keys if key not in ("ground", "robot", "feet", "drives", "laws", "signals", "gait", "initial")]
-    if len(paths) > 1 and len(known) > 1:
-        return f"{spaced(known[-1])} of {len(paths)}"
-    return spaced(" ".join(known))
+    keys = [key for k, key in enumerate(paths[0].split(".")) if k > 0 and key not in ("feet", "drives", "laws")]
+    if len(paths) > 1 and len(keys) > 1:
+        return f"{spaced(keys[-1])} of {len(paths)}"
+    return spaced(" ".join(keys))
 
 
 def _group(path: str) -> str:

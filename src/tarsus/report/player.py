@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -36,13 +35,14 @@ def walk_section(motion: Motion, index: int | None = None, *, springs: bool = Fa
     """
     drives = distinct_drives(motion)
     thin = motion.thinned(frame_limit(len(motion.legs), len(drives), CHARACTERS))
-    stage = replace(stage_of(thin), springs=springs)
+    stage = stage_of(thin, springs=springs)
     picture = still(thin, stage)
     return rendered(
         "player.html",
         still=picture.picture,
         moments=picture.caption,
         index=index,
+        springs=springs,
         caption=_caption(thin, stage),
         data=script_text(payload(thin, stage, drives)),
     )

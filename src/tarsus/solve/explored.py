@@ -97,29 +97,35 @@ class Explored:
         return _native.WALK_MEASURES if self.body else _native.FOOT_MEASURES
 
     @cached_property
-    def packet(self) -> bytes:
-        """What the engine for pages runs. Raises InputError for more contact modes than a packet holds."""
+    def arrays(self) -> dict[str, Any]:
+        """What the packet holds, by name. Raises InputError for more contact modes than a packet holds."""
         arrays = packet_arrays(self.scene, self.engine, self.rows, self.accuracy)
         system, lattice = self.engine.plan.system, self.lattice
         arrays |= {f"signals.{name}": of for name, of in lattice.pool.arrays.items()}
-        own = self.place({})
-        arrays |= {"rows.channels": lattice.channels[own], "rows.shown": lattice.shown[own]}
-        arrays |= {"seen.mass": system.mass, "seen.damping": system.damping, "seen.body": self.body}
         length = self.scene.robot.structure.length if self.body else 0.0
         worst = [DEFINITIONS[name].scope is Scope.WORST for name in self.measures]
         arrays |= {"measure.length": [float(length)], "measure.worst": np.array(worst, dtype=np.int64)}
+        arrays |= {"seen.mass": system.mass, "seen.damping": system.damping, "seen.body": self.body}
         arrays |= {f"lattice.{name}": getattr(lattice, name) for name in ("channels", "shown", "periods")}
-        return packed(arrays)
+        return arrays | self.row({})
+
+    @cached_property
+    def packet(self) -> bytes:
+        """What the engine for pages runs."""
+        return packed(self.arrays)
 
     @property
     def faults(self) -> tuple[str, ...]:
         """The engine's words for what a run cannot start with."""
         return tuple(_native.FAULTS)
 
-    def shown(self, times: Floats) -> tuple[int, Floats, Floats, Floats]:
-        """As the page's engine runs the packet: code, event rows, rows of what is shown at times [s], and measures (nq, 3):
-        value, spread and n of each of `measures`."""
-        found: tuple[int, Floats, Floats, Floats] = _native.Packaged(self.packet).show(times)
+    def shown(
+        self, times: Floats, values: Mapping[str, float] | None = None
+    ) -> tuple[int, Floats, Floats, Floats]:
+        """As the page's engine runs the packet with values of sliders: code, event rows, rows of what is shown at times
+        [s], and measures (nq, 3): value, spread and n of each of `measures`."""
+        packet = packed(self.arrays | self.row(values)) if values else self.packet
+        found: tuple[int, Floats, Floats, Floats] = _native.Packaged(packet).show(times)
         return found
 
     def sights(self, times: Floats) -> Sights:
@@ -155,15 +161,16 @@ class Explored:
         return with_values(self.scene, every) if every else self.scene
 
     def row(self, values: Mapping[str, float]) -> dict[str, Any]:
-        """The numbers of the packet's row, by name, as a page writes them for values of sliders."""
-        parts = {name: np.array(getattr(self.rows, name)[0]) for name in ("parameters", "initial", "sources", "scales")}
-        parts["parameters"] = parts["parameters"].ravel()
+        """The numbers of the packet's row, by name, as a page writes them for values of sliders, by the first path of
+        each."""
+        names = ("parameters", "initial", "sources", "scales")
+        out = {f"rows.{name}": np.array(getattr(self.rows, name)[0], dtype=float).ravel() for name in names}
         for one in self.sliders:
             if one.array and one.paths[0] in values:
-                parts[one.array.removeprefix("rows.")][list(one.at)] = values[one.paths[0]]
-        at = self.place({path: value for path, value in values.items()})
-        parts["scales"][2] = self.lattice.periods[at]
-        return parts | {"channels": self.lattice.channels[at], "shown": self.lattice.shown[at]}
+                out[one.array][list(one.at)] = values[one.paths[0]]
+        at = self.place(values)
+        out["rows.scales"][2] = self.lattice.periods[at]
+        return out | {"rows.channels": self.lattice.channels[at], "rows.shown": self.lattice.shown[at]}
 
 
 def _few(sliders: Sequence[Slider]) -> list[Slider]:

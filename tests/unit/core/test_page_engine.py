@@ -18,12 +18,14 @@ import tarsus as ts
 import tarsus.core.page
 from tarsus.core import _native
 from tarsus.core.arrays import EVENT_WIDTH
+from tarsus.solve.explored import Explored
 from tarsus.solve.packet import packed, packet_arrays, packet_of
 from tarsus.solve.simulate import Shared, prepared
 
 pytestmark = pytest.mark.wasm
 PAGE = Path(tarsus.core.page.__file__).parent
 SECONDS, FRAMES = 0.05, 50
+TIMES = f"const times = Array.from({{length: {FRAMES}}}, (_, n) => {SECONDS} * n / {FRAMES - 1});"
 LOAD = """
 const fs = require('fs'), [folder, ...rest] = process.argv.slice(2);
 const Engine = new Function(fs.readFileSync(%s, 'utf8') + '; return Engine')();
@@ -58,7 +60,7 @@ def test_events_are_those_of_the_module_for_python(folder, name):
     packet = packet_of(ts.load_scene(name), SECONDS, ts.Accuracy())
     (folder / f"{name}.bin").write_bytes(packet)
     code, finish, events, samples, marks, _ = _native.Packaged(packet).run(np.linspace(0.0, SECONDS, FRAMES))
-    found = in_node(folder, f"return new Engine(wasm, packet('{name}.bin')).run({FRAMES})")
+    found = in_node(folder, f"{TIMES} return new Engine(wasm, packet('{name}.bin')).run(times)")
     rows = np.array(found["events"], dtype=float).reshape(-1, EVENT_WIDTH)
     assert found["code"] == code and found["finish"][0] == finish[0]
     np.testing.assert_array_equal(rows[:, 1:3], events[:, 1:3])
@@ -76,7 +78,7 @@ def test_numbers_of_the_row_may_be_changed_between_runs(folder):
     found = in_node(
         folder,
         f"const e = new Engine(wasm, packet('scene.bin'));"
-        f"return {gaps}.map((gap) => {{ e.array('rows.sources')[0] = gap; return e.run(2).events; }})",
+        f"return {gaps}.map((gap) => {{ e.array('rows.sources')[0] = gap; return e.run([0]).events; }})",
     )
     for gap, events in zip(gaps, found, strict=True):
         wanted = ts.simulate(ts.with_values(scene, {path: gap}), SECONDS, ts.Accuracy()).motion.log.events
@@ -89,9 +91,10 @@ def test_memory_does_not_grow_with_runs(folder):
     (folder / "hexapod.bin").write_bytes(packet_of(ts.load_scene("hexapod"), 0.01, ts.Accuracy()))
     found = in_node(
         folder,
+        "const times = Array.from({length: 100}, (_, n) => n / 9900);"
         "const e = new Engine(wasm, packet('hexapod.bin')), own = e.array('rows.sources')[0], seen = [];"
         "for (let n = 0; n < 400; n++) {"
-        "  e.array('rows.sources')[0] = own * (1 + n % 40 / 40); seen.push(e.run(100).memory); }"
+        "  e.array('rows.sources')[0] = own * (1 + n % 40 / 40); seen.push(e.run(times).memory); }"
         "return [seen[100], seen[399]]",
     )
     assert found[0] == found[1]
@@ -109,7 +112,7 @@ def test_what_stops_the_engine_is_told_and_it_goes_on(folder):
         folder,
         "const e = new Engine(wasm, packet('lacking.bin')), said = [], drive = e.array('rows.sources');"
         "for (const gap of [7e-5, 1.0]) { e.array('rows.sources')[0] = gap;"
-        "  try { said.push(e.run(2).code); } catch (error) { said.push(error.message); } }"
+        "  try { said.push(e.run([0]).code); } catch (error) { said.push(error.message); } }"
         "try { new Engine(wasm, new ArrayBuffer(64)); } catch (error) { said.push(error.message); } return said",
     )
     assert found == ["the packet lacks the contact mode.1", 0, "this is no packet of a plan"]
@@ -121,7 +124,47 @@ def test_a_run_that_cannot_start_says_why(folder):
     found = in_node(
         folder,
         "const e = new Engine(wasm, packet('millipede.bin')), sources = e.array('rows.sources');"
-        "sources[sources.length - 1] = -1; return e.run(2)",
+        "sources[sources.length - 1] = -1; return e.run([0])",
     )
     faults = np.array(found["refusals"]).reshape(-1, 4)
     assert found["code"] == -1 and {_native.FAULTS[int(one)] for one in faults[:, 1]} == {"pulled down"}
+
+
+ROWS = {"cantilever": 14, "hexapod": 12, "mems-switch": 8, "quadruped": 6, "ball-on-table": 6, "millipede": 6}
+"""Rows of every device, their sliders put anywhere."""
+
+
+@pytest.mark.parametrize("name", ROWS)
+def test_measures_are_those_of_the_library(folder, name):
+    """All that the page shows of a run is what `simulate` says of the scene with the sliders' values."""
+    explored = Explored.of(ts.load_scene(name), 0.1 if name != "mems-switch" else 0.008)
+    (folder / "row.bin").write_bytes(explored.packet)
+    rng, rows, wanted = np.random.default_rng(len(name)), [], []
+    for _ in range(ROWS[name]):
+        values = {}
+        for one in explored.sliders:
+            share = rng.uniform()
+            stops = one.stops or (one.low + share * (one.high - one.low),)
+            values[one.paths[0]] = float(stops[int(share * len(stops))])
+        rows.append({key: np.asarray(of).tolist() for key, of in explored.row(values).items()})
+        run = ts.simulate(explored.changed(values), explored.seconds)
+        measured = [run.measures[key] for key in explored.measures]
+        wanted.append((run.motion.log.events, [(one.value, one.spread, one.n) for one in measured]))
+    (folder / "rows.json").write_text(json.dumps(rows))
+    found = in_node(
+        folder,
+        "const e = new Engine(wasm, packet('row.bin')), rows = JSON.parse(fs.readFileSync(folder + '/rows.json'));"
+        "return rows.map((row) => { for (const [name, of] of Object.entries(row)) {"
+        "  const to = e.array(name); of.forEach((v, k) => { to[k] = to instanceof BigInt64Array ? BigInt(v) : v; }); }"
+        "  const { events, measures } = e.run([0, e.duration], true); return [events, measures]; })",
+    )
+    parted = 0
+    for (events, measures), (own, expected) in zip(found, wanted, strict=True):
+        rows_there = np.array(events, dtype=float).reshape(-1, EVENT_WIDTH)
+        same = rows_there.shape == own.shape and np.abs(rows_there[:, 0] - own[:, 0]).max(initial=0.0) < 1e-9
+        parted += not same
+        if same:
+            there = np.array(measures, dtype=float).reshape(-1, 3)
+            size = np.abs(np.array([value for value, _, _ in expected]))[:, None] * [0.0, 1.0, 0.0]
+            np.testing.assert_allclose(there, expected, rtol=1e-7, atol=np.nan_to_num(1e-9 * size))
+    assert parted <= len(wanted) // 6, "what a chaotic row makes of rounding"

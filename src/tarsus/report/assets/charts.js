@@ -151,6 +151,8 @@ class Charts {
     const { min, max } = from.scales.x;
     for (const plot of this.plots) if (plot !== from) plot.setScale("x", { min, max });
     this.sharing = false;
+    if (this.told === `${[min, max]}`) return;
+    this.told = `${[min, max]}`;
     this.figure.dispatchEvent(new Event("zoom"));
   }
 

@@ -1,6 +1,6 @@
 // An explorer: sliders that change a run of the engine in this page; asks nothing of any network.
 
-const FRAMES = 480, WIDTH = 12, KIND = 2, MOST_ROWS = 200;
+const FRAMES = 360, WIDTH = 12, KIND = 2, MOST_ROWS = 200, ROUNDING = 1e-9, REST = 120;
 const TIME = 0, FOOT = 1, BEFORE = 3, AFTER = 4, PULL = 5, ENERGY = 7;
 
 /** The bytes of a script element: base64 of what was compressed. */
@@ -228,7 +228,8 @@ class Explorer {
     this.freeze.textContent = frozen ? "Freeze this as A" : "Freeze as A";
     this.say(shown.code === 0 ? "" : `${info.codes[shown.code]} It ended at ${amount(shown.finish[0], "s", 4)}.`, shown.code !== 0);
     this.tellMeasures();
-    this.tellEvents();
+    clearTimeout(this.later); // long lists wait until the sliders rest
+    this.later = setTimeout(() => this.tellEvents(), REST);
   }
 
   named(measures) {
@@ -240,7 +241,7 @@ class Explorer {
     const rows = info.measures.map(({ name, words, unit, definition }, k) => {
       const [value, spread, n] = shown.measures.subarray(3 * k, 3 * k + 3), a = frozen?.measures[3 * k];
       const cells = [made("td", { textContent: words, title: definition }), made("td", { className: "n", textContent: amount(value, unit, 5) }),
-        made("td", { className: "n", textContent: n > 1 && spread > 0 ? amount(spread, unit, 2) : "" })];
+        made("td", { className: "n", textContent: n > 1 && spread > ROUNDING * Math.abs(value) ? amount(spread, unit, 2) : "" })];
       if (frozen) {
         const change = value - a, share = a ? ` (${change > 0 ? "+" : ""}${Number(((100 * change) / Math.abs(a)).toPrecision(3))} %)`.replace("-", "−") : "";
         cells.push(made("td", { className: "n", textContent: amount(a, unit, 5) }),

@@ -146,6 +146,7 @@ class Stage {
     pen.fillStyle = colors.ground;
     pen.fillRect(0, ground - back, width, back + 3);
     line(pen, [[0, ground], [width, ground]], colors.muted);
+    if (stage.springs) return;
     const pixels = this.choices.along * this.scale, step = roundAbove(84 / pixels);
     const start = this.place(0, this.right, 0)[0];
     for (let k = Math.ceil(-start / (step * pixels)); start + k * step * pixels <= width; k++) {
@@ -262,6 +263,7 @@ class Tracks {
 
   /** Draw the cursor over the series, which are drawn only once for a size and a look of the page. */
   draw(now, look) {
+    if (!this.canvas.clientWidth) return; // a page may leave them out
     const { walk } = this, row = walk.names.length > 16 ? 10 : 15, curve = 58;
     const height = walk.volts.length * 22 + walk.names.length * row + 2 * (curve + 16) + 44;
     const { pen, width } = penFor(this.canvas, height, look.font);

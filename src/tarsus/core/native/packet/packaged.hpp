@@ -75,8 +75,8 @@ class Packaged {
   double duration() const { return settings_.end; }
   size_t feet() const { return rules_.m; }
 
-  // times [s]: increasing.
-  void run(const std::vector<double>& times) {
+  // times [s]: increasing; energies: whether a walker's are summed up, which a page does not show.
+  void run(const std::vector<double>& times, bool energies = true) {
     refused.clear();
     const Starting own = row();
     set_up(rules_, acting_, signals_, own, 0.0, refused);
@@ -85,12 +85,12 @@ class Packaged {
     marks.clear();
     if (!refused.empty()) return;
     const RunData data{own.parameters, own.initial, own.sources, own.scales, own.channels};
-    book_ != nullptr ? run_by_modes(data, times) : walk(data, times);
+    book_ != nullptr ? run_by_modes(data, times) : walk(data, times, energies);
   }
 
   // The same, with its measures, and rows of what a page shows of it (see Sights), of a packet that says what these are.
   void show(const std::vector<double>& times) {
-    run(times);
+    run(times, false);
     sights.clear();
     measures.clear();
     if (!refused.empty()) return;
@@ -203,11 +203,11 @@ class Packaged {
     }
   }
 
-  void walk(const RunData& data, const std::vector<double>& times) {
+  void walk(const RunData& data, const std::vector<double>& times, bool energies) {
     Log log;
     legged::Notes notes;
     notes.times = times;
-    legged::LeggedMarch system(body_, *tables_, nodes_, *between_, signals_, laws_, settings_, log, notes, settings_.record, channels());
+    legged::LeggedMarch system(body_, *tables_, nodes_, *between_, signals_, laws_, settings_, log, notes, energies && settings_.record, channels());
     width = system.sample_width();
     notes.samples.assign(times.size() * width, NOT_A_NUMBER);
     system.begin(data);
