@@ -231,6 +231,12 @@ def a_map(names: Names) -> None:
     assert names["found"].class_at(84e-6, 5.2) == "period 3, held" and '"period 3, held"' in PAGES["atlas.md"]
 
 
+def turned(names: Names) -> None:
+    assert names["high"] == pytest.approx(280e-6) and names["low"] == pytest.approx(17.5e-6)
+    assert names["value"] == names["knobs"].explored.scene.robot.feet["tip"].gap
+    assert len(names["wide"].events) == 0 and names["near"].events["time"][0] < 1e-3
+
+
 def readme(names: Names) -> None:
     sentence, closure, contact = names["printed"].splitlines()
     assert sentence == names["run"].code.value and float(closure) < 1e-8
@@ -329,6 +335,7 @@ CASES = [
     Case("batches.md", a_grid),
     Case("determined.md", ran, determined),
     Case("experiment.md", restitution, slow=True),
+    Case("explore.md", turned),
     Case("extending.md", tooth),
     Case("files-in.md", files, records),
     Case("fit.md", a_fit),

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from markupsafe import Markup
@@ -38,6 +38,9 @@ from tarsus.solve.explored import DEFINITIONS, Explored
 from tarsus.solve.run import Run
 from tarsus.solve.simulate import seconds_of
 from tarsus.tables.numbers import spaced
+
+if TYPE_CHECKING:
+    from tarsus.report.widget import ExplorerWidget
 
 POINTS, POINTS_OF_MANY = 1000, 600
 """Samples of the figures, and of those of a robot with more feet than figures show."""
@@ -170,6 +173,15 @@ class Explorer:
         """Write the page and return its path. Raises InputError where it cannot be written."""
         return write_page(self.html(), Path(output))
 
+    def widget(self) -> ExplorerWidget:
+        """The page as a widget of a notebook, whose sliders are read and set from Python. Raises InputError without the
+        package anywidget, and as `html`."""
+        try:
+            from tarsus.report.widget import ExplorerWidget
+        except ModuleNotFoundError:
+            raise InputError("a widget needs the package anywidget: pip install 'tarsus[notebook]'") from None
+        return ExplorerWidget(self)
+
     def _repr_html_(self) -> str:
         """The page in a frame of its own, which a notebook keeps."""
         text = Markup.escape(self.html())
@@ -208,6 +220,17 @@ class Explorer:
         if given and with_values(base, given).robot != scene.robot:
             return "scene", {}
         return f'ts.load_scene("{self.name}")', given
+
+
+def small_explorer(run: Any) -> Markup:
+    """An explorer of five sliders of the ground and the drive for the page of a run; nothing where the engine for pages was
+    not built, or cannot hold the scene."""
+    if engine_bytes() is None or not run.ok:
+        return Markup("")
+    try:
+        return Explorer(Explored.of(run.scene, float(run.duration), few=True)).fragment(small=True)
+    except InputError:  # more contact modes than a page holds, or none to begin with
+        return Markup("")
 
 
 def _slider(one: Any) -> dict[str, Any]:

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 
 DEFINITIONS = {**WALK, **PER_WINDOW, **WHOLE_RUN}
 """Measures of runs by name."""
-FEW = 5
-"""Sliders of a small explorer."""
+FEW, FEW_DRIVES = 5, 2
+"""Sliders of a small explorer, and those of them that are of the drives."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,8 @@ class Explored:
         Raises InputError as `tarsus.simulate` and `sliders_of` do.
         """
         engine, rows = prepared(scene, {}, seconds, Shared())
-        sliders, left = sliders_of(scene, engine.plan, ranges or {}, drives)
+        most = FEW_DRIVES if few else None
+        sliders, left = sliders_of(scene, engine.plan, ranges or {}, drives, most)
         if few:
             sliders = _few(sliders)
         lattice = lattice_of(scene, engine.plan, rows, sliders, seconds)
@@ -175,7 +176,7 @@ class Explored:
 
 def _few(sliders: Sequence[Slider]) -> list[Slider]:
     """The five that matter most: of the drives two, of the ground the rest."""
-    drives = [one for one in sliders if one.stops][:2]
+    drives = [one for one in sliders if one.stops]
     rest = [one for one in sliders if not one.stops and any(word in one.paths[0] for word in ("ground.", ".gap"))]
     first = sorted(rest, key=lambda one: next((k for k, word in enumerate(_GROUND) if word in one.paths[0]), 9))
     return [*first[: FEW - len(drives)], *drives]

@@ -82,12 +82,13 @@ def sliders_of(
     plan: Plan,
     ranges: Mapping[str, tuple[float, float]],
     drives: Sequence[str] | None = None,
+    most: int | None = None,
 ) -> tuple[list[Slider], list[str]]:
     """Sliders of every number that is data of a plan of a scene, those of the drives last, and paths of those that have
     none.
 
     ranges: ends [SI] by path, of draws or of the user; drives: numbers of drives, three at most, in place of the first
-    ones of `FIRST`.
+    ones of `FIRST`, of which there are so many at most.
 
     Raises InputError for ranges and numbers of drives that are none, and for more than three of these.
     """
@@ -101,7 +102,7 @@ def sliders_of(
         one = _slider(scene, plan, paths, infos[paths[0]], kind, ranges)
         left += [] if one else [paths[0]]
         found += [replace(one, **_address(plan, [places[path] for path in paths]))] if one else []
-    turned = [one for one in _turned(places, infos, drives) if one]
+    turned = [one for one in _turned(places, infos, drives)[:most] if one]
     movers = [
         _slider(scene, plan, paths, infos[paths[0]], places[paths[0]].kind, ranges) for paths in turned
     ]
@@ -224,7 +225,8 @@ def lattice_of(scene: Scene, plan: Plan, rows: Rows, sliders: Sequence[Slider], 
     Raises InputError for stops that a signal, a gait or a drive refuses.
     """
     axes = [one for one in sliders if one.stops]
-    grid = np.array(list(product(*(one.stops for one in axes)))).reshape(-1, len(axes))
+    combined = list(product(*(one.stops for one in axes)))
+    grid = np.array(combined, dtype=float).reshape(len(combined), len(axes))
     values = {path: grid[:, k] for k, one in enumerate(axes) for path in one.paths}
     names, count = list(scene.robot.drives), len(grid)
     courses = drive_courses(scene, values, names) if values else {}

@@ -75,7 +75,8 @@ class Explorer {
     this.due = false;
     this.frozen = null;
     this.listen(part);
-    this.begin(part);
+    this.start = () => this.begin(part);
+    if (this.info.plays) this.turned();
   }
 
   async begin(part) {
@@ -96,7 +97,7 @@ class Explorer {
     this.thaw.addEventListener("click", () => { this.frozen = null; this.tell(); this.draw(); });
     this.reset.addEventListener("click", () => this.take({}));
     for (const how of ["line", "python"]) part(how).addEventListener("click", () => this.copy(this[how]()));
-    this.charts.figure.addEventListener("zoom", () => this.turned());
+    this.charts.figure.addEventListener("zoom", () => this.shown && this.turned());
     addEventListener("message", ({ data, source }) => source === parent && parent !== window && data?.tarsus && this.take(data.tarsus));
     const reduced = matchMedia("(prefers-reduced-motion: reduce)").matches;
     this.player.again = true;
@@ -116,6 +117,8 @@ class Explorer {
   /** The last position of the sliders counts: those passed while a run goes on are left out. */
   turned() {
     this.due = true;
+    this.start?.();
+    this.start = null;
     this.ask();
   }
 
@@ -131,11 +134,9 @@ class Explorer {
 
   answered(data) {
     this.busy = false;
-    if (data.ready) {
-      this.due = true;
-    } else if (data.failed) {
+    if (data.failed) {
       this.say(`The engine stopped: ${data.failed}. It was started anew; turn a slider to go on.`, true);
-    } else {
+    } else if (!data.ready) {
       this.shown = this.read(data);
       this.draw();
       this.tell();
@@ -233,7 +234,7 @@ class Explorer {
   }
 
   named(measures) {
-    return Object.fromEntries(this.info.measures.map(({ name }, k) => [name, measures[3 * k]]));
+    return Object.fromEntries(this.info.measures.map(({ name }, k) => [name, Number.isFinite(measures[3 * k]) ? measures[3 * k] : null]));
   }
 
   tellMeasures() {
