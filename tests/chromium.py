@@ -22,8 +22,8 @@ const ready = (found) => { document.body.dataset.found = JSON.stringify(found); 
 
 
 def found_in(page: Path, *options: str, time: int | None = 5000) -> Any:
-    """What a page's scripts left in ``document.body.dataset.found`` as JSON after ``time`` ms of its own clock, or, without,
-    when it is loaded (see `HOLD`).
+    """What a page's scripts left in ``document.body.dataset.found`` as JSON after ``time`` ms of its own
+    clock, or, without, when it is loaded (see `HOLD`).
 
     The browser's profile lies beside the page. A machine without Chromium fails here.
     """
@@ -32,7 +32,8 @@ def found_in(page: Path, *options: str, time: int | None = 5000) -> Any:
     done = subprocess.run(
         [
             browser, "--headless", "--no-sandbox", "--disable-gpu", "--host-resolver-rules=MAP * ~NOTFOUND",
-            *([] if time is None else [f"--virtual-time-budget={time}"]), "--dump-dom", f"--user-data-dir={page.with_name('profile')}",
+            *([] if time is None else [f"--virtual-time-budget={time}"]), "--dump-dom",
+            f"--user-data-dir={page.with_name('profile')}",
             *options, page.as_uri(),
         ],
         capture_output=True, text=True, timeout=180,

@@ -1,4 +1,4 @@
-"""What an explorer turns: sliders with their ranges, drives lowered at all their stops, and rows that run as `simulate` does."""
+"""What an explorer turns: sliders, drives lowered at all their stops, and rows that run as `simulate` does."""
 
 from __future__ import annotations
 
@@ -41,14 +41,21 @@ def test_a_turned_row_runs_as_the_changed_scene(turned):
     series = run.variables(times)
     feet, drives = len(explored.scene.robot.feet), len(explored.scene.robot.drives)
     shown = iter(np.split(rows.T[1:], np.cumsum([drives, feet, feet, feet])))
-    for name in ("volts", "gap", "contact_force", *(["friction_force"] if "friction_force" in series else [])):
+    for name in (
+        "volts",
+        "gap",
+        "contact_force",
+        *(["friction_force"] if "friction_force" in series else []),
+    ):
         own, found = np.asarray(series[name].values, dtype=float), next(shown)
         np.testing.assert_allclose(found, own, rtol=0.0, atol=1e-6 * np.abs(own).max(), err_msg=name)
 
 
 def test_ranges_are_those_of_the_provenance_and_of_the_user():
     scene = ts.load_scene("cantilever")
-    sliders = {one.paths[0]: one for one in Explored.of(scene, 0.02, drives=["signals.pzt.amplitude"]).sliders}
+    sliders = {
+        one.paths[0]: one for one in Explored.of(scene, 0.02, drives=["signals.pzt.amplitude"]).sliders
+    }
     restitution, gap = sliders["ground.restitution.coefficient"], sliders["robot.feet.tip.gap"]
     assert (restitution.low, restitution.high) == scene.interval("ground.restitution.coefficient")
     assert restitution.known and not gap.known
@@ -74,7 +81,9 @@ def test_what_is_no_number_of_a_drive_is_told():
     with pytest.raises(InputError, match=r"ground\.film\.coefficient: is no number of what a drive does"):
         Explored.of(scene, 0.02, drives=["ground.film.coefficient"])
     with pytest.raises(InputError, match="3 numbers of drives at most"):
-        Explored.of(scene, 0.02, drives=[f"signals.pzt.{one}" for one in ("amplitude", "frequency", "duty", "phase")])
+        Explored.of(
+            scene, 0.02, drives=[f"signals.pzt.{one}" for one in ("amplitude", "frequency", "duty", "phase")]
+        )
     with pytest.raises(InputError, match="the scene has no such number"):
         ts.explore(scene, duration=0.02, over={"robot.feet.toe.gap": (0.0, 1.0)})
     explored = Explored.of(scene, 0.02, drives=["signals.pzt.amplitude"])

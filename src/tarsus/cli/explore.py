@@ -43,9 +43,7 @@ def explore(
     the_scene = changes.scene(scene)
     seconds = requests.duration_for(the_scene, duration)
     with console.spinner("making the explorer"):
-        found = tarsus.explore(
-            the_scene, duration=seconds, over=requests.grounds_of(over or ()), drive=drive
-        )
+        found = tarsus.explore(the_scene, duration=seconds, over=requests.grounds_of(over or ()), drive=drive)
         words = requests.texts_of(changes.set_ or (), "--set")
         found = replace(found, name="" if changes.law else scene, words=words)
         file = found.write(output)

@@ -74,7 +74,9 @@ def simulate(
     return 0 if run.ok else 1
 
 
-def _write(run: Any, others: Any, duration: float, folder: Path, *, mat: bool, report: bool, static: bool) -> list[Path]:
+def _write(
+    run: Any, others: Any, duration: float, folder: Path, *, mat: bool, report: bool, static: bool
+) -> list[Path]:
     """The run's folder; the report compares energies with a run without adhesion, and lists what other starts lead
     to."""
     import tarsus

@@ -116,7 +116,9 @@ def by_window(
     count = len(histories.flights.until)
     seen = WindowedHistories(histories, Windows.alike(edges, count), counting)
     wanted = PER_WINDOW if names is None else names
-    return {name: PER_WINDOW[name].values(name, seen).reshape(count, max(len(edges) - 1, 0)) for name in wanted}
+    return {
+        name: PER_WINDOW[name].values(name, seen).reshape(count, max(len(edges) - 1, 0)) for name in wanted
+    }
 
 
 def _measured(
@@ -180,5 +182,6 @@ PER_WINDOW: dict[str, PerWindow] = {
         "m/s", Scope.WORST, "highest approach speed of a touchdown in a {span}"
     ),
 }  # fmt: skip
-"""Measures of a foot in a window of time, by name, carried out by the engine's room of measures (`native/measure/windows.hpp`), so that pages
-with the engine have the same; one that is added here runs, batches, sweeps and tables have too."""
+"""Measures of a foot in a window of time, by name, carried out by the engine's room of measures
+(`native/measure/windows.hpp`), so that
+pages with the engine have the same; one that is added here runs, batches, sweeps and tables have too."""

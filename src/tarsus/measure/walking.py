@@ -230,7 +230,8 @@ WALK = {
         "m", Scope.ROBOT, "surge of the body per drive period", lambda walks, about: walks.robot(walks.stride, about)
     ),
     "mean_speed": _OfWalk(
-        "m/s", Scope.ROBOT, "stride over drive period", lambda walks, about: walks.robot(walks.native.mean_speed(), about)
+        "m/s", Scope.ROBOT, "stride over drive period",
+        lambda walks, about: walks.robot(walks.native.mean_speed(), about),
     ),
     "body_lengths_per_second": _OfWalk(
         "1/s", Scope.ROBOT,

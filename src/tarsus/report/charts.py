@@ -167,7 +167,8 @@ class ChartPanel:
         least = SHORTEST * (window[1] - window[0])
         shaded = [(a, max(b, a + least)) for a, b in self._shaded]
         return {
-            "x": where, "step": scale.step, "height": round(self.height), "lines": drawn, "shaded": _inside(shaded, window, step),
+            "x": where, "step": scale.step, "height": round(self.height), "lines": drawn,
+            "shaded": _inside(shaded, window, step),
             "bars": bars, "levels": levels, "limits": limits, "names": self._names,
         }  # fmt: skip
 

@@ -78,8 +78,9 @@ def explore(
     duration
         How long each run is [s], or a text with a unit; the scene's own when left out.
     over
-        Ends of sliders, (low, high) by path, numbers in SI or texts with units; or a ``draws.npz`` of `tarsus identify`,
-        whose 95 % intervals they are. All others go over the interval of their provenance, or a factor to either side.
+        Ends of sliders, (low, high) by path, numbers in SI or texts with units; or a ``draws.npz`` of
+        `tarsus identify`, whose 95 % intervals they are. All others go over the interval of their
+        provenance, or a factor to either side.
     drive
         Numbers of signals, gaits or drives that are sliders, three at most; by default amplitude, frequency and duty.
 
@@ -91,8 +92,9 @@ def explore(
     Raises
     ------
     InputError
-        As `tarsus.simulate`; for an unknown path or an empty range; for more contact modes than a page holds (nine feet of
-        a robot that is no walker have 512); and, where a page is made, without the engine for pages.
+        As `tarsus.simulate`; for an unknown path or an empty range; for more contact modes than a page
+        holds (nine feet of a robot that is no walker have 512); and, where a page is made, without the
+        engine for pages.
     """
     described = as_scene(scene)
     seconds = seconds_of(described, duration)
@@ -103,13 +105,19 @@ def explore(
     return found
 
 
-def _ranges(scene: Scene, over: Mapping[str, Range] | str | os.PathLike[str] | None) -> dict[str, tuple[float, float]]:
+def _ranges(
+    scene: Scene, over: Mapping[str, Range] | str | os.PathLike[str] | None
+) -> dict[str, tuple[float, float]]:
     """Ends [SI] by path."""
     if over is None:
         return {}
     if not isinstance(over, Mapping):
         draws = read_draws(Path(over))
-        return {path: (float(low), float(high)) for path, column in draws.items() for low, high in [np.percentile(column, [2.5, 97.5])]}
+        return {
+            path: (float(low), float(high))
+            for path, column in draws.items()
+            for low, high in [np.percentile(column, [2.5, 97.5])]
+        }
     infos, found, faults = float_paths(scene), {}, []
     for path, ends in over.items():
         if path not in infos:
@@ -117,7 +125,9 @@ def _ranges(scene: Scene, over: Mapping[str, Range] | str | os.PathLike[str] | N
             continue
         low, high = (parse_quantity(end, infos[path].unit) for end in ends)
         if not low < high:
-            faults.append(f"{path}: expected a range from its lower to its upper end, got {ends[0]} to {ends[1]}")
+            faults.append(
+                f"{path}: expected a range from its lower to its upper end, got {ends[0]} to {ends[1]}"
+            )
         found[path] = low, high
     if faults:
         raise InputError(faults)
@@ -160,12 +170,17 @@ class Explorer:
         """The explorer as a part of a page. small: of one that shows more below."""
         wasm = engine_bytes()
         if wasm is None:
-            raise InputError(f"the engine for pages is not built: run `{BUILD}` (needs `pip install ziglang`)")
+            raise InputError(
+                f"the engine for pages is not built: run `{BUILD}` (needs `pip install ziglang`)"
+            )
         shown = Shown(self.explored)
         return rendered(
-            "explorer.html", player=shown.player, charts=shown.charts.html("Volts, gaps, forces and energies over time"),
-            info=script_text(self.info(shown, small=small)), wasm=_compressed(wasm), packet=_compressed(self.explored.packet),
-            worker=Markup(asset("engine.js", "page", "tarsus.core") + asset("explorer_worker.js")), heading="h3" if small else "h2",
+            "explorer.html", player=shown.player,
+            charts=shown.charts.html("Volts, gaps, forces and energies over time"),
+            info=script_text(self.info(shown, small=small)), wasm=_compressed(wasm),
+            packet=_compressed(self.explored.packet),
+            worker=Markup(asset("engine.js", "page", "tarsus.core") + asset("explorer_worker.js")),
+            heading="h3" if small else "h2",
             listed=not small,
         )  # fmt: skip
 
@@ -191,16 +206,19 @@ class Explorer:
         """What the page's script knows of the scene."""
         one = self.explored
         load, given = self._loaded()
-        command = f"tarsus simulate {self.name or 'SCENE'} --duration \"{one.seconds!r} s\""
+        command = f'tarsus simulate {self.name or "SCENE"} --duration "{one.seconds!r} s"'
         counted = Counting.of(float(one.rows.periods[0])).words()
         return {
-            "sliders": [_slider(each) for each in one.sliders], "seconds": one.seconds, "feet": list(one.scene.robot.feet),
+            "sliders": [_slider(each) for each in one.sliders], "seconds": one.seconds,
+            "feet": list(one.scene.robot.feet),
             "drives": list(one.scene.robot.drives), "legs": shown.legs, "tracks": shown.tracks, "panels": shown.panels,
             "body": list(shown.coordinates), "points": shown.points, "plays": not small,
-            "kinds": [EVENT_WORDS.get(kind, "") for kind in range(max(EventKind) + 1)], "impacts": [int(kind) for kind in IMPACTS],
+            "kinds": [EVENT_WORDS.get(kind, "") for kind in range(max(EventKind) + 1)],
+            "impacts": [int(kind) for kind in IMPACTS],
             "codes": list(SENTENCES), "faults": [REFUSALS[word] for word in one.faults],
             "measures": [
-                {"name": name, "words": spaced(name), "unit": of.unit, "definition": of.words.format(span="drive period", **counted)}
+                {"name": name, "words": spaced(name), "unit": of.unit,
+                 "definition": of.words.format(span="drive period", **counted)}
                 for name, of in ((name, DEFINITIONS[name]) for name in one.measures)
             ],
             "command": command, "words": dict(self.words), "load": load, "given": given,
@@ -216,15 +234,17 @@ class Explorer:
         except InputError:  # with laws of the user
             return "scene", {}
         own = {path: of.value for path, of in float_paths(base).items()}
-        given = {path: of.value for path, of in float_paths(scene).items() if own.get(path, of.value) != of.value}
+        given = {
+            path: of.value for path, of in float_paths(scene).items() if own.get(path, of.value) != of.value
+        }
         if given and with_values(base, given).robot != scene.robot:
             return "scene", {}
         return f'ts.load_scene("{self.name}")', given
 
 
 def small_explorer(run: Any) -> Markup:
-    """An explorer of five sliders of the ground and the drive for the page of a run; nothing where the engine for pages was
-    not built, or cannot hold the scene."""
+    """An explorer of five sliders of the ground and the drive for the page of a run; nothing where the
+    engine for pages was not built, or cannot hold the scene."""
     if engine_bytes() is None or not run.ok:
         return Markup("")
     try:
@@ -235,7 +255,8 @@ def small_explorer(run: Any) -> Markup:
 
 def _slider(one: Any) -> dict[str, Any]:
     about = {
-        "paths": one.paths, "name": _name(one.paths), "group": _group(one.paths[0]), "value": one.value, "unit": one.unit,
+        "paths": one.paths, "name": _name(one.paths), "group": _group(one.paths[0]), "value": one.value,
+        "unit": one.unit,
         "doc": one.doc, "low": one.low, "high": one.high, "log": one.log, "array": one.array, "places": one.at,
     }  # fmt: skip
     return about | ({"stops": one.stops} if one.stops else {})
@@ -243,7 +264,9 @@ def _slider(one: Any) -> dict[str, Any]:
 
 def _name(paths: Sequence[str]) -> str:
     """A slider's name: of several alike numbers without the name of whom they belong to."""
-    keys = [key for k, key in enumerate(paths[0].split(".")) if k > 0 and key not in ("feet", "drives", "laws")]
+    keys = [
+        key for k, key in enumerate(paths[0].split(".")) if k > 0 and key not in ("feet", "drives", "laws")
+    ]
     if len(paths) > 1 and len(keys) > 1:
         return f"{spaced(keys[-1])} of {len(paths)}"
     return spaced(" ".join(keys))
@@ -272,7 +295,11 @@ class Shown:
         names = [foot.point for foot in scene.robot.feet.values()]
         structure: Any = scene.robot.structure
         self.leg_names = list(structure.legs) if self.walks else self.feet
-        self.legs = [names.index(leg) if leg in names else -1 for leg in self.leg_names] if self.walks else list(range(len(self.feet)))
+        self.legs = (
+            [names.index(leg) if leg in names else -1 for leg in self.leg_names]
+            if self.walks
+            else list(range(len(self.feet)))
+        )
         self.panels: list[dict[str, Any]] = []
 
     @cached_property
@@ -284,7 +311,11 @@ class Shown:
         whole = int(one.seconds / period * (1.0 + 1e-9))
         last = (max(whole - 8, 0) * period, whole * period) if repeats else (0.0, one.seconds)
         seen = one.sights(np.linspace(*last, FILM))
-        hips = [[leg.x, leg.y, leg.z] for leg in structure.legs.values()] if self.walks else [[0.0, 0.0, 0.0]] * len(self.feet)
+        hips = (
+            [[leg.x, leg.y, leg.z] for leg in structure.legs.values()]
+            if self.walks
+            else [[0.0, 0.0, 0.0]] * len(self.feet)
+        )
         places = np.array(hips, dtype=float).reshape(-1, 3)
 
         def of_legs(series: Floats) -> Floats:
@@ -292,9 +323,12 @@ class Shown:
             return np.stack([series[foot] if foot >= 0 else none for foot in self.legs])
 
         return Motion(
-            time=seen.time, body=dict(zip(self.coordinates, seen.body, strict=True)), legs=tuple(self.leg_names), hips=places,
-            foot_x=of_legs(seen.along) + places[:, :1], foot_z=of_legs(seen.gap), state=of_legs(seen.state).astype(np.uint8),
-            normal=of_legs(seen.ground), friction=of_legs(seen.friction), drives=tuple(one.scene.robot.drives), volts=seen.volts,
+            time=seen.time, body=dict(zip(self.coordinates, seen.body, strict=True)),
+            legs=tuple(self.leg_names), hips=places,
+            foot_x=of_legs(seen.along) + places[:, :1], foot_z=of_legs(seen.gap),
+            state=of_legs(seen.state).astype(np.uint8),
+            normal=of_legs(seen.ground), friction=of_legs(seen.friction),
+            drives=tuple(one.scene.robot.drives), volts=seen.volts,
             period=period if repeats else None,
         )  # fmt: skip
 
@@ -329,16 +363,37 @@ class Shown:
 
         drives, few = distinct_drives(self.motion), range(min(len(self.feet), MOST_FEET))
         colors = [INK] if len(drives) == 1 else CYCLE
-        panel("drive", "V", [("volts", row, label, colors[k % len(colors)], False) for k, (label, row) in enumerate(drives)])
+        panel(
+            "drive",
+            "V",
+            [("volts", row, label, colors[k % len(colors)], False) for k, (label, row) in enumerate(drives)],
+        )
         if self.walks:
             panel("travel", "m", [("body", 0, "body", BLUE, False), ("body", 0, "A", MUTED, True)])
         feet = [(k, self.feet[k], CYCLE[k % len(CYCLE)]) for k in few]
-        gaps = panel("gap", "m", [*(("gap", k, name, color, False) for k, name, color in feet), *([("gap", 0, "A", MUTED, True)] if feet else [])])
+        gaps = panel(
+            "gap",
+            "m",
+            [
+                *(("gap", k, name, color, False) for k, name, color in feet),
+                *([("gap", 0, "A", MUTED, True)] if feet else []),
+            ],
+        )
         if len(self.feet) == 1:
             gaps.shade([])
             gaps.sign("contact", CONTACT, area=True)
-        panel("force of ground", "N", [("ground", k, name if len(feet) > 1 else "", color, False) for k, name, color in feet])
-        panel("energy", "J", [("kinetic", None, "kinetic", VERMILION, False), ("elastic", None, "elastic", GREEN, False), ("lost", None, "lost at impacts", PURPLE, False)])
+        panel(
+            "force of ground",
+            "N",
+            [("ground", k, name if len(feet) > 1 else "", color, False) for k, name, color in feet],
+        )
+        panel(
+            "energy",
+            "J",
+            [
+                ("kinetic", None, "kinetic", VERMILION, False),
+                ("elastic", None, "elastic", GREEN, False),
+                ("lost", None, "lost at impacts", PURPLE, False),
+            ],
+        )
         return charts
-
-

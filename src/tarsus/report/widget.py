@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
 
 class ExplorerWidget(anywidget.AnyWidget):
-    """An explorer's page. values [SI]: of the sliders that are turned, by the first path of each, read and set from here;
-    measures [SI]: of the run that is shown, by name, None where there is none, once the page shows one.
+    """An explorer's page. values [SI]: of the sliders that are turned, by the first path of each, read and
+    set from here; measures [SI]: of the run that is shown, by name, None where there is none, once the page shows one.
 
     Raises TraitError for values of what is no slider, and beyond a slider's ends.
     """
@@ -40,7 +40,9 @@ class ExplorerWidget(anywidget.AnyWidget):
                 raise traitlets.TraitError(f"{path}: there is no such slider")
             _, low, high = sliders[path]
             if not low <= value <= high:
-                raise traitlets.TraitError(f"{path}: expected a value from {low:g} to {high:g}, got {value:g}")
+                raise traitlets.TraitError(
+                    f"{path}: expected a value from {low:g} to {high:g}, got {value:g}"
+                )
         try:
             self.explorer.explored.place(values)
         except InputError as error:

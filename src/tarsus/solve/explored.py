@@ -1,4 +1,4 @@
-"""A scene to be turned by sliders: its packet with what drives do at all their stops, and what a page needs to show it."""
+"""A scene to be turned by sliders: its packet with what drives do at all their stops, and what a page shows of it."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ FEW, FEW_DRIVES = 5, 2
 
 @dataclass(frozen=True)
 class Sights:
-    """What a page shows of a run at times (nt,) [s]: volts (nd, nt); of feet (m, nt) gap [m], force of the ground upward and
-    along it [N], state as in `tarsus.base.events.FootState` and place along the ground [m]; coordinates of a body (nb,
-    nt); kinetic and elastic energy, and that lost at impacts (nt,) [J]."""
+    """What a page shows of a run at times (nt,) [s]: volts (nd, nt); of feet (m, nt) gap [m], force of the
+    ground upward and along it [N], state as in `tarsus.base.events.FootState` and place along the ground
+    [m]; coordinates of a body (nb, nt); kinetic and elastic energy, and that lost at impacts (nt,) [J]."""
 
     time: Floats
     volts: Floats
@@ -149,7 +149,9 @@ class Explored:
             if one.stops:
                 value = next((values[path] for path in one.paths if path in values), one.value)
                 if value not in one.stops:
-                    raise InputError(f"{one.paths[0]}: {value:g} {one.unit} is none of the values that were lowered")
+                    raise InputError(
+                        f"{one.paths[0]}: {value:g} {one.unit} is none of the values that were lowered"
+                    )
                 at = at * len(one.stops) + one.stops.index(value)
         return at
 
@@ -177,8 +179,12 @@ class Explored:
 def _few(sliders: Sequence[Slider]) -> list[Slider]:
     """The five that matter most: of the drives two, of the ground the rest."""
     drives = [one for one in sliders if one.stops]
-    rest = [one for one in sliders if not one.stops and any(word in one.paths[0] for word in ("ground.", ".gap"))]
-    first = sorted(rest, key=lambda one: next((k for k, word in enumerate(_GROUND) if word in one.paths[0]), 9))
+    rest = [
+        one for one in sliders if not one.stops and any(word in one.paths[0] for word in ("ground.", ".gap"))
+    ]
+    first = sorted(
+        rest, key=lambda one: next((k for k, word in enumerate(_GROUND) if word in one.paths[0]), 9)
+    )
     return [*first[: FEW - len(drives)], *drives]
 
 

@@ -45,8 +45,8 @@ class Slider:
     """One or several alike numbers of a scene that are turned together.
 
     value, low, high: SI; log: whether the way from end to end is logarithmic; known: whether the range is that of the
-    provenance, or of draws. array, at: where in a packet the number stands; or, of what drives do, stops: the values that
-    are lowered.
+    provenance, or of draws. array, at: where in a packet the number stands; or, of what drives do, stops:
+    the values that are lowered.
     """
 
     paths: tuple[str, ...]
@@ -103,9 +103,7 @@ def sliders_of(
         left += [] if one else [paths[0]]
         found += [replace(one, **_address(plan, [places[path] for path in paths]))] if one else []
     turned = [one for one in _turned(places, infos, drives)[:most] if one]
-    movers = [
-        _slider(scene, plan, paths, infos[paths[0]], places[paths[0]].kind, ranges) for paths in turned
-    ]
+    movers = [_slider(scene, plan, paths, infos[paths[0]], places[paths[0]].kind, ranges) for paths in turned]
     some = [one for one in movers if one is not None]
     ideal = all(one.amplifier.ideal for one in scene.robot.drives.values())
     counts = (STOPS if ideal else FEWER_STOPS).get(len(some), ())
@@ -119,7 +117,9 @@ def sliders_of(
 def _check_asked(
     places: Mapping[str, Place], infos: Mapping[str, FloatInfo], ranges: Mapping[str, Any], drives: Sequence[str] | None
 ) -> None:  # fmt: skip
-    faults = [f"{path}: the scene has no such number" for path in (*ranges, *(drives or ())) if path not in infos]
+    faults = [
+        f"{path}: the scene has no such number" for path in (*ranges, *(drives or ())) if path not in infos
+    ]
     for path in drives or ():
         if path in infos and (path not in places or places[path].bounded):
             faults.append(f"{path}: is no number of what a drive does")
@@ -158,7 +158,10 @@ def _address(plan: Plan, places: Sequence[Place]) -> dict[str, Any]:
     kind = places[0].kind
     if kind is Kind.LAW:
         width = plan.laws.parameters.shape[1]
-        return {"array": "rows.parameters", "at": tuple(foot * width + places[0].at for foot in range(plan.feet))}
+        return {
+            "array": "rows.parameters",
+            "at": tuple(foot * width + places[0].at for foot in range(plan.feet)),
+        }
     if kind is Kind.INITIAL:
         return {"array": "rows.initial", "at": (places[0].at,)}
     at = (plan.feet,) if kind is Kind.GRAVITY else tuple(one.at for one in places)
@@ -253,6 +256,8 @@ def lattice_of(scene: Scene, plan: Plan, rows: Rows, sliders: Sequence[Slider], 
 
 def _different(channels: Channels) -> tuple[Channels, Ints]:
     """Channels without those that are the same, and the number there of each."""
+    if not len(channels):
+        return channels, np.zeros(0, dtype=np.int64)
     first: dict[bytes, int] = {}
     kept, where = [], np.zeros(len(channels), dtype=np.int64)
     starts, arrays = channels.first, channels.arrays

@@ -14,10 +14,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from doc_pages import PAGES
 
 import tarsus as ts
 import tarsus.core.page
-from doc_pages import PAGES
 from tarsus.cli import main
 from tarsus.core import _native
 from tarsus.core.arrays import EVENT_WIDTH
@@ -146,8 +146,8 @@ def alike(events, others):
 
 @pytest.mark.parametrize("name", ROWS)
 def test_measures_are_those_of_the_library(folder, name):
-    """All that the page shows of a run is what `simulate` says of the scene with the sliders' values; events may part only
-    where a number changed by rounding parts them natively too."""
+    """All that the page shows of a run is what `simulate` says of the scene with the sliders' values;
+    events may part only where a number changed by rounding parts them natively too."""
     explored = Explored.of(ts.load_scene(name), 0.1 if name != "mems-switch" else 0.008)
     (folder / "row.bin").write_bytes(explored.packet)
     rng, rows, wanted, turned = np.random.default_rng(len(name)), [], [], []
@@ -173,15 +173,25 @@ def test_measures_are_those_of_the_library(folder, name):
     met = 0
     for values, (events, measures), (own, expected) in zip(turned, found, wanted, strict=True):
         if not alike(np.array(events, dtype=float).reshape(-1, EVENT_WIDTH), own):
-            near = {one.paths[0]: values[one.paths[0]] * (1.0 + 1e-13) for one in explored.sliders if one.array}
+            near = {
+                one.paths[0]: values[one.paths[0]] * (1.0 + 1e-13) for one in explored.sliders if one.array
+            }
             moved = explored.changed(values | near)
             assert not alike(ts.simulate(moved, explored.seconds).motion.log.events, own), values
         else:
             met += 1
             there = np.array(measures, dtype=float).reshape(-1, 3)
-            size = np.abs([value for value, _, _ in expected])[:, None] * [0.0, 1e-7, 0.0]  # spreads may be rounding
+            size = np.abs([value for value, _, _ in expected])[:, None] * [
+                0.0,
+                1e-7,
+                0.0,
+            ]  # spreads may be rounding
             near = np.isclose(there, expected, rtol=1e-7, atol=np.nan_to_num(size), equal_nan=True)
-            assert near.all(), (np.array(explored.measures)[~near.all(axis=1)], there[~near], np.array(expected)[~near])
+            assert near.all(), (
+                np.array(explored.measures)[~near.all(axis=1)],
+                there[~near],
+                np.array(expected)[~near],
+            )
     assert met >= len(wanted) // 2
 
 

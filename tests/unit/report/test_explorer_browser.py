@@ -15,7 +15,8 @@ from tarsus.report.pages import asset
 pytestmark = pytest.mark.browser
 
 PROBE = """
-const faults = [], found = {}, root = document.querySelector(".explore"), part = (name) => root.querySelector(`.explore-${name}`);
+const faults = [], found = {}, root = document.querySelector(".explore"),
+part = (name) => root.querySelector(`.explore-${name}`);
 addEventListener("error", (event) => faults.push(event.message));
 window.requestAnimationFrame = () => 0;
 const shown = () => new Promise((done) => root.addEventListener("shown", ({ detail }) => done(detail), { once: true }));
@@ -23,7 +24,8 @@ addEventListener("DOMContentLoaded", async () => {
   await shown();
   const explorer = root.explorer, rest = () => new Promise((done) => setTimeout(done, 300));
   const turn = async (name, place) => {
-    const input = [...root.querySelectorAll(".explore-slider input")].find((one) => one.getAttribute("aria-label") === name);
+    const input = [...root.querySelectorAll(".explore-slider input")].find((one) =>
+    one.getAttribute("aria-label") === name);
     input.value = place;
     const later = shown();
     input.dispatchEvent(new Event("input"));
@@ -32,7 +34,8 @@ addEventListener("DOMContentLoaded", async () => {
   STEPS
   await rest();
   found.faults = faults;
-  found.requests = performance.getEntriesByType("resource").map((one) => one.name).filter((name) => !name.startsWith("blob:"));
+  found.requests = performance.getEntriesByType("resource").map((one) => one.name).filter((name) =>
+  !name.startsWith("blob:"));
   found.wide = document.documentElement.scrollWidth - innerWidth;
   ready(found);
 });
@@ -62,9 +65,12 @@ def test_sliders_run_the_scene_as_simulate_does(tmp_path, explorer):
         await turn("tip gap", 120);
         await turn("pzt amplitude", 4);
         await rest();
-        Object.assign(found, { values: explorer.values, events: [...explorer.shown.events], measures: explorer.named(explorer.shown.measures),
-          gap: [...explorer.shown.gap[0]], time: [...explorer.shown.time], line: explorer.line(), python: explorer.python(),
-          heads: [...part("measures").querySelectorAll("th")].map((one) => one.textContent), tally: part("tally").textContent });
+        Object.assign(found, { values: explorer.values, events: [...explorer.shown.events], measures:
+        explorer.named(explorer.shown.measures),
+          gap: [...explorer.shown.gap[0]], time: [...explorer.shown.time], line: explorer.line(),
+          python: explorer.python(),
+          heads: [...part("measures").querySelectorAll("th")].map((one) => one.textContent),
+          tally: part("tally").textContent });
         part("line").click();
         found.copied = part("copied").textContent;
         part("reset").click();
@@ -75,11 +81,15 @@ def test_sliders_run_the_scene_as_simulate_does(tmp_path, explorer):
     run = explorer.run(found["values"])
     assert set(found["values"]) == {"robot.feet.tip.gap", "signals.pzt.amplitude"} and found["back"] == {}
     wanted = run.motion.log.events
-    rows = np.array([np.nan if one is None else one for one in found["events"]], dtype=float).reshape(-1, wanted.shape[1])
+    rows = np.array([np.nan if one is None else one for one in found["events"]], dtype=float).reshape(
+        -1, wanted.shape[1]
+    )
     np.testing.assert_array_equal(rows[:, 1:3], wanted[:, 1:3])
     np.testing.assert_allclose(rows[:, 0], wanted[:, 0], rtol=0.0, atol=1e-9)
     for name, value in found["measures"].items():
-        assert run.measures[name].value == pytest.approx(np.nan if value is None else value, rel=1e-7, nan_ok=True), name
+        assert run.measures[name].value == pytest.approx(
+            np.nan if value is None else value, rel=1e-7, nan_ok=True
+        ), name
     gap = run.states(np.array(found["time"])).gap[0]
     np.testing.assert_allclose(found["gap"], gap, rtol=0.0, atol=1e-6 * gap.max())
     assert found["heads"] == ["measure", "value", "spread", "A", "change from A"]
@@ -98,10 +108,12 @@ def test_what_stops_the_engine_is_told_and_the_page_goes_on(tmp_path, explorer):
         tmp_path, explorer,
         """
         explorer.busy = true;
-        explorer.worker.postMessage({ row: [["rows.nothing", [0], 1]], place: 0, frames: 10, points: 10, seen: [0, 0.01] });
+        explorer.worker.postMessage({ row: [["rows.nothing", [0], 1]], place: 0, frames: 10, points: 10,
+        seen: [0, 0.01] });
         await rest();
         found.said = part("says").textContent;
-        explorer.worker.postMessage({ row: [["rows.channels", [0], 99999999n]], place: 99999, frames: 10, points: 10, seen: [0, 0.01] });
+        explorer.worker.postMessage({ row: [["rows.channels", [0], 99999999n]], place: 99999, frames: 10,
+        points: 10, seen: [0, 0.01] });
         await rest();
         await turn("tip gap", 100);
         found.later = explorer.shown.code;
@@ -136,4 +148,6 @@ widget.render({{ model, el: document.querySelector("div") }});
     path.write_text(page, encoding="utf-8")
     first, *_, last = found_in(path, time=None)
     assert first["values"] == {} and last["values"] == {"robot.feet.tip.gap": 5e-5}
-    assert last["measures"]["peak"] == pytest.approx(explorer.run(last["values"]).measures["peak"].value, rel=1e-7)
+    assert last["measures"]["peak"] == pytest.approx(
+        explorer.run(last["values"]).measures["peak"].value, rel=1e-7
+    )
