@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -111,7 +111,7 @@ class Histories:
     impacts: Points
     tops: Points
     knots: Knots
-    native: _native.Histories
+    native: Any
 
     def seen(self, height: float) -> Rows:
         """Numbers of the flights that leave the ground for an instrument: their apex clears ``height`` [m], or the run
@@ -161,7 +161,7 @@ class KnownHistories(Histories):
     knots: Knots
 
     @cached_property
-    def native(self) -> _native.Histories:
+    def native(self) -> Any:
         return _native.Histories.known(self.flights, self.impacts, self.tops, self.knots)
 
 
@@ -194,7 +194,7 @@ class EventHistories(Histories):
         return {name: self.__dict__[name] for name in self.__dataclass_fields__}
 
     @cached_property
-    def native(self) -> _native.Histories:
+    def native(self) -> Any:
         place = np.full(self.among, -1)
         place[list(self.feet)] = np.arange(len(self.feet))
         columns = [np.ascontiguousarray(self.events[name], dtype=float) for name in _FIELDS]
@@ -204,8 +204,9 @@ class EventHistories(Histories):
     @cached_property
     def flights(self) -> Flights:
         """Flights, by the events that begin and end them."""
-        *times, rebound, until, airborne, aloft = self.native.flights()
-        return Flights(*times, rebound.astype(bool), until, airborne.astype(bool), aloft.astype(bool))
+        first, start, end, apex, when, rebound, until, airborne, aloft = self.native.flights()
+        began, first_up, cut = (one.astype(bool) for one in (rebound, airborne, aloft))
+        return Flights(first, start, end, apex, when, began, until, first_up, cut)
 
     @cached_property
     def impacts(self) -> Points:

@@ -68,7 +68,9 @@ def periods_used(reached: Floats, period: Floats, skip: int | Rows | None) -> tu
     a time [s]: at least one, which is a broken one if need be, but none where no time passed; see
     `tarsus.measure.period_statistics`."""
     asked = np.ascontiguousarray(np.broadcast_to(-1 if skip is None else skip, reached.shape), dtype=np.int64)
-    return _native.periods_used(*(np.ascontiguousarray(one, dtype=float) for one in (reached, period)), asked)
+    ends, spans = (np.ascontiguousarray(one, dtype=float) for one in (reached, period))
+    dropped, count = _native.periods_used(ends, spans, asked)
+    return dropped, count
 
 
 @dataclass(frozen=True)

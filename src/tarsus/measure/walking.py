@@ -117,7 +117,7 @@ class _Walks:
         return np.zeros(0, dtype=kind)
 
     @cached_property
-    def native(self) -> _native.Walks:
+    def native(self) -> Any:
         """Periods of all runs by their marks. Raises InputError for a period that is no multiple of the run's own."""
         judgement, marks = self.judgement, self.marks
         own, span = judgement.table.period, judgement.spans
@@ -129,8 +129,9 @@ class _Walks:
             )
         columns = [marks["time"], marks["body"][:, 0], marks["lowest"], marks["highest"], marks["slipped"]]
         columns = [np.ascontiguousarray(one, dtype=float) for one in columns]
-        spans = (np.ascontiguousarray(one, dtype=float) for one in (own, span))
-        return _native.Walks(columns, len(self.table.feet), self.mark_first, *spans, *judgement.used)
+        marked, asked = (np.ascontiguousarray(one, dtype=float) for one in (own, span))
+        dropped, count = judgement.used
+        return _native.Walks(columns, len(self.table.feet), self.mark_first, marked, asked, dropped, count)
 
     @cached_property
     def _edges(self) -> tuple[Rows, Rows, Rows]:

@@ -68,7 +68,7 @@ class Windows:
 
     def number(self, own: Rows, times: Floats) -> Rows:
         """Of history ``own`` (nq,), number of its last edge at or before ``times`` (nq,), -1 before the first."""
-        return _native.edge_numbers(self.edges, self.first, own, np.ascontiguousarray(times))
+        return np.asarray(_native.edge_numbers(self.edges, self.first, own, np.ascontiguousarray(times)))
 
 
 @dataclass(frozen=True)
@@ -99,8 +99,7 @@ class WindowedHistories:
         return self._windows(own, times, ended=True)
 
     def _windows(self, own: Rows, times: Floats, *, ended: bool) -> tuple[Rows, Rows]:
-        found = _native.window_numbers(
-            self.windows.edges, self.windows.first, own, np.ascontiguousarray(times), ended
-        )
+        windows, when = self.windows, np.ascontiguousarray(times)
+        found = np.asarray(_native.window_numbers(windows.edges, windows.first, own, when, ended))
         inside = np.flatnonzero(found >= 0)
         return inside, found[inside]

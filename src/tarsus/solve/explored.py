@@ -103,7 +103,8 @@ class Explored:
         arrays = packet_arrays(self.scene, self.engine, self.rows, self.accuracy)
         system, lattice = self.engine.plan.system, self.lattice
         arrays |= {f"signals.{name}": of for name, of in lattice.pool.arrays.items()}
-        length = self.scene.robot.structure.length if self.body else 0.0
+        structure = self.scene.robot.structure
+        length = structure.length if isinstance(structure, Walker) else 0.0
         worst = [DEFINITIONS[name].scope is Scope.WORST for name in self.measures]
         arrays |= {"measure.length": [float(length)], "measure.worst": np.array(worst, dtype=np.int64)}
         arrays |= {"seen.mass": system.mass, "seen.damping": system.damping, "seen.body": self.body}
@@ -134,10 +135,13 @@ class Explored:
         _, events, rows, _ = self.shown(times)
         m, nd = len(self.scene.robot.feet), len(self.scene.robot.drives)
         sizes = [1, nd, m, m, m, m, m, self.body, 1]
-        time, volts, *feet, body, kinetic, elastic = np.split(rows.T, np.cumsum(sizes))
+        parts = np.split(rows.T, np.cumsum(sizes))
+        time, volts, gap, ground, friction, state, along, body, kinetic, elastic = parts
         passed = np.searchsorted(np.maximum.accumulate(events[:, a.E_TIME]), rows[:, 0], side="right")
         lost = np.concatenate([[0.0], np.cumsum(events[:, a.E_ENERGY])])[passed]
-        return Sights(time[0], volts, *feet, body, kinetic[0], elastic[0], lost)
+        return Sights(
+            time[0], volts, gap, ground, friction, state, along, body, kinetic[0], elastic[0], lost
+        )  # fmt: skip
 
     def place(self, values: Mapping[str, float]) -> int:
         """Number of the combination of the drives' stops with values by path in place of the scene's own.

@@ -270,7 +270,7 @@ def _different(channels: Channels) -> tuple[Channels, Ints]:
         where[c] = first.setdefault(key, len(first))
         if where[c] == len(kept):
             kept.append(c)
-    rows = np.concatenate([np.arange(starts[c], starts[c] + channels.counts[c]) for c in kept])
+    rows = np.concatenate([starts[c] + np.arange(int(channels.counts[c])) for c in kept])
     return Channels(
         channels.counts[kept], channels.loops[kept], channels.begin[rows], channels.end[rows], channels.coef[rows],
         channels.kink[rows], channels.periods[kept],
