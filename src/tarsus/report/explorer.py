@@ -95,6 +95,18 @@ def explore(
         As `tarsus.simulate`; for an unknown path or an empty range; for more contact modes than a page
         holds (nine feet of a robot that is no walker have 512); and, where a page is made, without the
         engine for pages.
+
+    Examples
+    --------
+    >>> import tarsus as ts
+    >>> knobs = ts.explore("cantilever", duration="20 ms", drive=["signals.pzt.amplitude"])
+    >>> knobs
+    <Explorer of cantilever: 8 sliders, 0.02 s>
+    >>> value, low, high = knobs.sliders["ground.restitution.coefficient"]  # the interval of its provenance
+    >>> low < value < high
+    True
+    >>> len(knobs.run({"robot.feet.tip.gap": 280e-6}).events)  # too far to be reached
+    0
     """
     described = as_scene(scene)
     seconds = seconds_of(described, duration)

@@ -14,7 +14,10 @@ from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
 from tarsus.core import _native
 from tarsus.core import arrays as a
-from tarsus.measure import PER_WINDOW, WALK, WHOLE_RUN, Scope
+from tarsus.measure.measure import Scope
+from tarsus.measure.periods import PER_WINDOW
+from tarsus.measure.walking import WALK
+from tarsus.measure.whole import WHOLE_RUN
 from tarsus.model.structure import Walker
 from tarsus.solve.engine import RECORDED, Accuracy, Engine
 from tarsus.solve.packet import packed, packet_arrays
