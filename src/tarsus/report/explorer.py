@@ -210,7 +210,9 @@ class Explorer:
         return ExplorerWidget(self)
 
     def _repr_html_(self) -> str:
-        """The page in a frame of its own, which a notebook keeps."""
+        """The page in a frame of its own, which a notebook keeps; without the engine for pages its words alone."""
+        if engine_bytes() is None:
+            return str(Markup.escape(repr(self)))
         text = Markup.escape(self.html())
         return f'<iframe srcdoc="{text}" style="width:100%;height:60rem;border:0" title="explorer"></iframe>'
 

@@ -205,9 +205,8 @@ class Player {
       const names = this.walk.names.filter((_, leg) => this.walk.state[leg][frame] === state);
       return names.length ? `, ${names.length > 6 ? `${names.length} feet` : names.join(" ")} ${word}` : "";
     }).join("");
-    const where = this.walk.stage.springs ? [] : [`travel ${amount(surge, "m")}`, `height ${amount(heave, "m")}`];
-    const said = [...where, feet ? feet.slice(2) : "no foot on the ground"].join(", ");
-    this.says.textContent = `${said[0].toUpperCase()}${said.slice(1)}.`;
+    const where = this.walk.stage.springs ? "Feet" : `Travel ${amount(surge, "m")}, height ${amount(heave, "m")}`;
+    this.says.textContent = `${where}${feet || ", no foot on the ground"}.`.replace("Feet, no", "No").replace("Feet,", "Feet:");
   }
 }
 
