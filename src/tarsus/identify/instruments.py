@@ -73,8 +73,8 @@ class Instruments:
     relations: by point, of those that can be compared; velocities: points of which the velocity, not the displacement,
     has the gain; lateness: of the sweeps' channels behind the drive, None where it is not known; of: the quantity of
     these channels; step [s]: between samples of the sweeps, or the finest of the other records; pace: share by which
-    the clock of the motion is slow beside that of the drive, None where it is not known; starts [s]: by source, how much
-    later than the others a sweep comes behind its drive.
+    the clock of the motion is slow beside that of the drive, None where it is not known; starts [s]: by source, how
+    much later than the others a sweep comes behind its drive.
     """
 
     relations: dict[str, Relation]
@@ -213,8 +213,8 @@ class Instruments:
         if self.starts:
             apart = max(self.starts.values()) - min(self.starts.values())
             out.append(
-                f"the sweeps begin up to {1e6 * apart:.3g} us apart beside their drive, as by a trigger that is late by "
-                "more or less: taken off of each; other records begin as late, by how much each is not known"
+                f"the sweeps begin up to {1e6 * apart:.3g} us apart beside their drive, as by a trigger that is late "
+                "by more or less: taken off of each; other records begin as late, by how much each is not known"
             )
         for point, one in self.relations.items():
             for quantity, other in ((Quantity.DISPLACEMENT, "velocity"), (Quantity.VELOCITY, "displacement")):

@@ -100,7 +100,8 @@ def _structure(chain: StepRunner, band: tuple[float, float]) -> Resonances:
         if "hysteresis" in chain.steps and len(drives) == len(records):
             records = straightened(records, drives, chain.known.model())
         try:
-            found = identify_resonances(chain.opened.model, records, band, chain.seed, rounded)
+            near = None if chain.resonances is None else chain.resonances.seen
+            found = identify_resonances(chain.opened.model, records, band, chain.seed, rounded, near)
         except InputError as error:
             problems += error.problems
             continue

@@ -45,7 +45,9 @@ class Volts:
     grid: NDArray[np.intp]
     turns: NDArray[np.intp]
     substeps: int
-    plays: dict[tuple[object, ...], tuple[Floats, Floats]] = field(default_factory=dict, compare=False, repr=False)
+    plays: dict[tuple[object, ...], tuple[Floats, Floats]] = field(
+        default_factory=dict, compare=False, repr=False
+    )
 
     @staticmethod
     def of(volts: Floats, substeps: int = SUBSTEPS) -> Volts:

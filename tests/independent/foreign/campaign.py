@@ -259,7 +259,7 @@ def _known(device: Device, world: World) -> str:
         f"participation = [{device.participation[0]}, 1.0]", "", "[robot.drives.pzt.law]",
         'kind = "prandtl_ishlinskii"', "constant = 0.0", "linear = 1e-6", "quadratic = 0.0", "cubic = 0.0",
         f"thresholds = {list(device.thresholds)}", f"weights = {[0.0] * len(device.weights)}", "", "[robot.feet.tip]",
-        'point = "tip"', f"gap = {world.gap * device.gap}", "normal = 1", "", "[ground]", "near_field_forces = true", "",
+        'point = "tip"', f"gap = {world.gap * device.gap}", "normal = 1", "[ground]", "near_field_forces = true", "",
         "[ground.restitution]", "coefficient = 0.5", "", "[ground.landing]", 'kind = "capture_unless_pulled"', "",
         "[ground.adhesion]", "initial = 0.0", "rate = 0.0", "", "[ground.film]", "coefficient = 1e-20",
         "thickness = 1e-5", "", "[signals.pzt]", 'kind = "square"', "amplitude = 8.0", "frequency = 50.0", "",

@@ -44,7 +44,9 @@ def test_the_clock_is_found_and_taken_off(slow):
 def test_one_clock_is_left_alone():
     found = clocks_of([(sweep(one, 0.0, k), one) for k, one in enumerate((UP, DOWN))]).pace
     assert found is not None and not Instruments({}, STEP, pace=found).differ
-    assert clocks_of([(sweep(UP, 1e-4, k), UP) for k in (1, 2)]).pace is None, "all pass all frequencies at one time"
+    assert clocks_of([(sweep(UP, 1e-4, k), UP) for k in (1, 2)]).pace is None, (
+        "all pass all frequencies at one time"
+    )
 
 
 @pytest.mark.parametrize("slow", [0.0, 5e-5])

@@ -141,7 +141,8 @@ def test_complex_responses(tmp_path, names, units, cells):
 
 # The last number of the third has fewer digits than any other of its file, and no line end: its bracket shows it whole.
 @pytest.mark.parametrize(
-    ("point", "last"), [(1, -0.5379717710776415 + 0.011383919080682809j), (3, 0.7207020447316804 - 0.00887084871009875j)]
+    ("point", "last"),
+    [(1, -0.5379717710776415 + 0.011383919080682809j), (3, 0.7207020447316804 - 0.00887084871009875j)],
 )
 def test_one_complex_number_a_line(point, last):
     response = read_response(
