@@ -31,7 +31,7 @@ _TURN = 0.2
 """Part of a turn of the most turned line between the shares that are tried."""
 _ROUNDS = 3
 """Linear steps to the best share, from within a fifth of a turn of it."""
-_GATHERED = 0.02
+_GATHERED = 0.1
 """Part of a turn within which lines are taken together."""
 _LATEST = 4.0
 """Samples by which the start of a sweep may be off another's: a trigger is late by one or two."""

@@ -224,7 +224,7 @@ def _prepared(model: FootModel, traces: Sequence[Trace], names: tuple[str, ...])
     } | _first_attraction(model, volts, gap)
     return _Close(
         tuple(traces),
-        tuple(Volts.of(trace.volts) for trace in traces),
+        tuple(trace.between for trace in traces),
         tuple(first),
         tuple(counts),
         names,

@@ -100,7 +100,7 @@ class Stretches(Generic[Item]):
         if len({round(self.traces[k].step, 12) for k in numbers}) > 1:
             raise InputError("records that are fitted together are sampled at different rates")
         self.step = self.traces[items[0].trace].step
-        self.volts = {k: Volts.of(self.traces[k].volts) for k in numbers} if volts is None else volts
+        self.volts = {k: self.traces[k].between for k in numbers} if volts is None else volts
 
     @property
     def files(self) -> frozenset[str]:

@@ -13,7 +13,6 @@ import numpy as np
 from tarsus.identify.flight import SUBSTEPS, FilmConstants, Launches, Varied, of_model
 from tarsus.identify.foot import FootModel
 from tarsus.identify.traces import Trace
-from tarsus.identify.volts import Volts
 
 _AWAY = 10.0
 """Own gaps of the device from which on the ground counts as away: a film damps a thousandth of what it does there."""
@@ -24,7 +23,7 @@ def calmed(model: FootModel, trace: Trace) -> Trace:
     and drive; as it is where the ground is near, whose film and contacts end the ringing."""
     if trace.gap is None or trace.gap < _AWAY * model.gap:
         return trace
-    force = Volts.of(trace.volts).force(model.law, model.history, 0, len(trace.volts))
+    force = trace.between.force(model.law, model.history, 0, len(trace.volts))
     start = np.zeros(len(model.flow))
     start[: len(model.row)] = np.linalg.solve(model.stiffness, model.load) * force[0]
     none, two = np.zeros(1), np.zeros((1, 2))

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
-from tarsus.identify.volts import moved
+from tarsus.identify.volts import Volts, moved
 from tarsus.impacts.detection import STILL, runs_of
 from tarsus.records.measurement import Measurement, Quantity
 
@@ -51,6 +52,11 @@ class Trace:
     def step(self) -> float:
         """Sampling step [s]."""
         return float((self.time[-1] - self.time[0]) / (len(self.time) - 1))
+
+    @cached_property
+    def between(self) -> Volts:
+        """The volts between the samples as well."""
+        return Volts.of(self.volts)
 
     def point(self, name: str) -> int:
         """Row of a point."""
