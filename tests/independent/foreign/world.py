@@ -129,6 +129,7 @@ WORLDS = {
     "no poling between": World(unpoled=True),
     "drag of the air": World(drag=2e-8),
     "attraction by the volts": World(charge=2e-19),
+    "weak attraction": World(charge=1e-20),
     "contacts scatter": World(scatter=0.1),
     "gap misstated": World(gap=1.05),
     "tip misstated": World(long=1.05),
