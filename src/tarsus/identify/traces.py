@@ -12,6 +12,7 @@ from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.identify.volts import Volts, moved
 from tarsus.impacts.detection import STILL, runs_of
+from tarsus.records.clipping import digit_of
 from tarsus.records.measurement import Measurement, Quantity
 
 _FEWEST_AT_REST = 8
@@ -117,7 +118,11 @@ def trace_of(
     x = record.values[[found[point, Quantity.DISPLACEMENT] for point in points]]
     v = record.values[[found[point, Quantity.VELOCITY] for point in points]]
     quiet_x, quiet_v = x[:, :still], v[:, :still]
-    noise_x, noise_v = quiet_x.std(axis=1, ddof=1), quiet_v.std(axis=1, ddof=1)
+    noise_x, noise_v = (
+        # a rest within one step of a converter shows no noise, but is as uncertain as the step
+        np.maximum(quiet.std(axis=1, ddof=1), [digit_of(one) / np.sqrt(12.0) for one in whole])
+        for quiet, whole in ((quiet_x, x), (quiet_v, v))
+    )
     return Trace(
         record.source,
         name,
