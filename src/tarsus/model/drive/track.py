@@ -75,6 +75,13 @@ class Track:
         return np.repeat(np.arange(len(self.loops)), np.diff(self.runs))
 
     @cached_property
+    def level(self) -> bool:
+        """Whether every run is one voltage for ever, without derivatives."""
+        parts = (self.begin, self.end, self.inner)
+        plain = len(self.kink) == len(self.loops) and not any(isinstance(one, Dual) for one in parts)
+        return bool(plain and self.amplitude is None and (self.loops < 0).all() and not self.inner[:, 1:].any())
+
+    @cached_property
     def plain(self) -> Track:
         """The track without the derivatives that its numbers may carry."""
         parts = {one.name: getattr(self, one.name) for one in fields(self)}
@@ -387,7 +394,17 @@ def _kinks(track: Track) -> NDArray[np.bool_]:
 
 def constant_track(volts: Any) -> Track:
     """Track of one voltage, or one a run (nr,), held for ever."""
-    return linear_track([0.0, 1.0], [volts], [volts], periodic=False)
+    if isinstance(volts, Dual):
+        return linear_track([0.0, 1.0], [volts], [volts], periodic=False)
+    level = np.atleast_1d(np.asarray(volts, dtype=np.float64))
+    count = len(level)
+    inner = np.zeros((count, 4))
+    inner[:, 0] = level
+    zeros, ones = np.zeros((2, count)) + [[0.0], [1.0]]
+    return Track(
+        np.arange(count + 1), zeros, ones, inner, None, np.zeros(count), level, level, np.ones(count, dtype=bool),
+        np.full(count, -1), np.full(count, np.nan),
+    )  # fmt: skip
 
 
 def sine_track(amplitude: Any, period: Any, phase: Any, offset: Any) -> Track:
