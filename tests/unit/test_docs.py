@@ -231,7 +231,7 @@ def stepped(names: Names) -> None:
 
 def environments(names: Names) -> None:
     assert set(names["info"]) >= {"progress", "bounces", "_final_obs"} or names["rewards"].shape == (16,)
-    assert names["reward"] != 0.0 and not names["truncated"].all() and names["seen"].shape == (16, 13)
+    assert names["reward"] != 0.0 and not names["truncated"].all() and names["seen"].shape == (16, 7)
 
 
 def leg(names: Names) -> None:

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.model.drive.lower import lower_track
+from tarsus.model.drive.laws.linear import LinearForce
+from tarsus.model.drive.lower import TERMS, lower_track
 from tarsus.model.drive.output import amplified
 from tarsus.model.drive.pieces import Channels
 from tarsus.model.drive.signal import Signal
@@ -32,7 +33,8 @@ class Command:
     """What one drive is told in nr robots, as R courses of voltage.
 
     which (nr,): the course of each; begun (R,) [s]: since when; asked, given: volts of the time since then, asked for
-    and behind the amplifier; past (R, H) [V]: visited before.
+    and behind the amplifier; past (R, H) [V]: visited before; level (R,) [V]: of courses that are one voltage each, as
+    it is then at once.
     """
 
     which: NDArray[np.intp]
@@ -40,6 +42,7 @@ class Command:
     asked: Track
     given: Track
     past: Floats
+    level: Floats | None = None
 
     @classmethod
     def own(cls, drive: Drive, wave: Signal, count: int, varied: bool) -> Command:
@@ -50,10 +53,13 @@ class Command:
         which = np.arange(count) if varied else np.zeros(count, dtype=np.intp)
         return cls(which, np.zeros(courses), asked, _amplified(drive, asked, past), past)
 
-    def told(self, drive: Drive, asked: Track, time: Floats) -> Command:
-        """Another course for all robots, (nr) of them, from times (nr,) [s] on."""
+    def told(self, drive: Drive, asked: Track | Floats, time: Floats) -> Command:
+        """Another course for all robots, or voltages (nr,) that are held, from times (nr,) [s] on."""
+        level = None if isinstance(asked, Track) else asked
+        track = asked if isinstance(asked, Track) else constant_track(asked)
         past = self.visited(time) if remembers(drive) else np.zeros((len(time), 0))
-        return Command(np.arange(len(time)), time.copy(), asked, _amplified(drive, asked, past), past)
+        level = level if drive.amplifier.ideal else None
+        return Command(np.arange(len(time)), time.copy(), track, _amplified(drive, track, past), past, level)
 
     def with_runs(self, other: Command, robots: NDArray[np.intp]) -> Command:
         """The same, but for some robots that follow another command."""
@@ -65,7 +71,9 @@ class Command:
             joined([getattr(self, name), getattr(other, name)]).picked(which) for name in ("asked", "given")
         )
         begun = np.concatenate([self.begun, other.begun])[which]
-        return Command(np.arange(len(which)), begun, *tracks, past[which])
+        levels = (self.level, other.level)
+        level = None if levels[0] is None or levels[1] is None else np.concatenate(levels)[which]
+        return Command(np.arange(len(which)), begun, *tracks, past[which], level)
 
     def volts(self, time: Floats, *, asked: bool = False) -> Floats:
         """Volts (nr,) at times (nr,) [s], those that are asked for or those behind the amplifier; after a jump."""
@@ -104,6 +112,7 @@ class Command:
     def arrays(self) -> dict[str, Any]:
         """Its numbers by name, from which `of` makes it again."""
         out: dict[str, Any] = {"which": self.which, "begun": self.begun, "past": self.past}
+        out |= {} if self.level is None else {"level": self.level}
         for name in ("asked", "given"):
             track = getattr(self, name)
             out |= {
@@ -120,7 +129,7 @@ class Command:
             Track(**{one.name: arrays.get(f"{name}.{one.name}") for one in fields(Track)})  # type: ignore[arg-type]
             for name in ("asked", "given")
         )
-        return cls(arrays["which"], arrays["begun"], asked, given, arrays["past"])
+        return cls(arrays["which"], arrays["begun"], asked, given, arrays["past"], arrays.get("level"))
 
 
 def remembers(drive: Drive) -> bool:
@@ -128,7 +137,30 @@ def remembers(drive: Drive) -> bool:
     return drive.law.has_memory or not drive.amplifier.ideal
 
 
-def asked_of(name: str, wave: Any, count: int, since: Floats, seconds: float, ramp: bool) -> Track:
+def held(commands: Sequence[tuple[Command, Drive, bool]], robots: int) -> tuple[Channels, NDArray[np.int64]] | None:
+    """What `Command.lowered` makes of commands that are one voltage each of drives without a memory, at once: channels
+    of all, and which (nr, nc) each robot is driven by, forces, then volts of drives that are charged. None of others."""
+    if not all(of.level is not None and isinstance(drive.law, LinearForce) for of, drive, _ in commands):
+        return None
+    values = [drive.law.gain * of.level + drive.law.offset for of, drive, _ in commands]  # type: ignore[union-attr]
+    courses = [of for of, _, _ in commands] + [of for of, _, charged in commands if charged]
+    values += [of.level for of in courses[len(commands) :]]
+    sizes = [len(of.begun) for of in courses]
+    count = sum(sizes)
+    begin = np.concatenate([of.begun for of in courses])
+    coef = np.zeros((count, TERMS))
+    coef[:, 0] = np.concatenate(values)
+    ones = np.ones(count, dtype=np.intp)
+    channels = Channels(ones, -ones, begin, begin + 1.0, coef, ones.astype(bool), np.full(count, np.nan))
+    which = np.empty((robots, len(courses)), dtype=np.int64)
+    first = 0
+    for c, of in enumerate(courses):
+        which[:, c] = of.which + first
+        first += sizes[c]
+    return channels, which
+
+
+def asked_of(name: str, wave: Any, count: int, since: Floats, seconds: float, ramp: bool) -> Track | Floats:
     """The course (nr) that a drive is asked for: voltages (nr,), held, or reached by a ramp from those ``since`` (nr,)
     [V] on, after so many seconds; or waveforms from now on. Raises InputError for what is neither."""
     if isinstance(wave, Signal):
@@ -147,7 +179,7 @@ def asked_of(name: str, wave: Any, count: int, since: Floats, seconds: float, ra
     if not np.isfinite(level).all():
         bad = level[~np.isfinite(level)][0]
         raise InputError(f"drive.{name}: expected finite volts, got {bad!r}")
-    return course(level, since, seconds, ramp)
+    return course(level, since, seconds, ramp) if ramp else level
 
 
 def course(level: Any, since: Floats, seconds: float, ramp: bool) -> Track:

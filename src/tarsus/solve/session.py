@@ -141,7 +141,7 @@ class Session:
 
     def _fresh(self, count: int) -> Robots:
         values = self.vary(self._rng, count) if callable(self.vary) else self._drawn(count)
-        checked = columns(self.scene, values, grid=False)
+        checked = {path: columns(self.scene, {path: of}, grid=False)[path] for path, of in values.items()}
         spread = {
             path: np.broadcast_to(one, (count,)) for path, one in checked.items() if len(one) in (1, count)
         }

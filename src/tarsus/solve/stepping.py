@@ -25,7 +25,7 @@ from tarsus.plan.lowering import pack
 from tarsus.plan.slots import Rows
 from tarsus.solve.acting import Acting
 from tarsus.solve.codes import ResultCode, structured_events, without_marks
-from tarsus.solve.commands import Command, asked_of
+from tarsus.solve.commands import Command, asked_of, held
 from tarsus.solve.contacts import CARRIED
 from tarsus.solve.engine import Accuracy
 from tarsus.solve.motion import account_of
@@ -189,18 +189,21 @@ class Robots:
     def _driven(self, commands: Mapping[str, Command]) -> Rows:
         """The robots' rows of data with what their drives do."""
         plan, rows = self.runs.plan, self.runs.rows
+        each = {name: getattr(rows, name)[self.runs.data] for name in ("parameters", "sources", "scales")}
+        each["scales"][:, 2] = np.inf  # no marks of periods
+        told = [(of, self.drive(name), d in plan.charged) for d, (name, of) in enumerate(commands.items())]
+        if (at_once := held(told, len(self)) if told else None) is not None:
+            return replace(rows, pool=at_once[0], signals=pack(at_once[0]), channels=at_once[1], **each)
         channels = np.zeros((len(self), len(plan.channels)), dtype=np.int64)
         pool: list[Channels] = []
-        for d, (name, command) in enumerate(commands.items()):
+        for d, (command, drive, charged) in enumerate(told):
             places = plan.channels_of(d)
-            force, volts = command.lowered(self.drive(name), len(places) > 1)
+            force, volts = command.lowered(drive, charged)
             for place, made in zip(places, (force, volts), strict=False):
                 assert made is not None
                 channels[:, place] = sum(map(len, pool)) + command.which
                 pool.append(made)
         joined = Channels.joined(pool) if pool else Channels.of(())
-        each = {name: getattr(rows, name)[self.runs.data] for name in ("parameters", "sources", "scales")}
-        each["scales"][:, 2] = np.inf  # no marks of periods
         return replace(rows, pool=joined, signals=pack(joined), channels=channels, **each)
 
     def _energies(self, parts: Parts) -> Floats:

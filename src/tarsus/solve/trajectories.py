@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -154,34 +155,31 @@ class Trajectories:
         No outputs, no derivatives: a step of `tarsus.Session`. account: energies, or the steps that they are integrated
         from."""
         settings = self._settings(account and self.plan.legs is None)
-        parts = 1 if workers(threads) == 1 else JOBS * workers(threads)
-        size = -(-len(self) // max(min(parts, len(self) // TOGETHER), 1))
+        most = len(self) // TOGETHER
+        size = len(self) if most < 2 else -(-len(self) // min(JOBS * workers(threads), most))
         jobs = [slice(first, first + size) for first in range(0, len(self), size)]
 
         def work(part: slice) -> Sequence[Any]:
-            own = replace(
-                rows, **{name: getattr(rows, name)[part] for name in _BY_RUN}, initial=self.state[part]
-            )
+            own = SimpleNamespace(initial=self.state[part], **{name: getattr(rows, name)[part] for name in _BY_RUN})
             ways = tuple(np.ascontiguousarray(one[part]) for one in (self.time, until, self.feet))
             plan, tables = self.plan, self.tables
             if plan.legs is None:
                 laws = plan.laws.native
-                return _native.advance_modal(tables.native, NODES, own.signals, laws, settings, own, ways)
+                return _native.advance_modal(tables.native, NODES, rows.signals, laws, settings, own, ways)
             return _native.advance_legged(
-                plan.legs.native, tables, NODES, own.signals, plan.laws.native, settings, own, ways, account
+                plan.legs.native, tables, NODES, rows.signals, plan.laws.native, settings, own, ways, account
             )
 
-        found = list(spread(work, jobs, threads))
+        found = [work(jobs[0])] if len(jobs) == 1 else list(spread(work, jobs, threads))
         codes, finish, states, feet, events, ends, first, second = (
             [one[k] for one in found] for k in range(8)
         )
-        self.code, self.state = np.concatenate(codes), np.concatenate(states)
-        self.time = np.concatenate(finish)[:, 0].copy()
-        self.feet = np.concatenate(feet).reshape(self.feet.shape)
+        self.code, self.state, self.feet = _all(codes), _all(states), _all(feet).reshape(self.feet.shape)
+        self.time = _all(finish)[:, 0].copy()
         walks = not isinstance(self.tables, ModeBook)
         return Parts(
-            np.concatenate(events), _one_after_another(ends, events), np.concatenate(first) if walks else None,
-            None if walks else np.concatenate(first), None if walks else _one_after_another(second, first),
+            _all(events), _one_after_another(ends, events), _all(first) if walks else None,
+            None if walks else _all(first), None if walks else _one_after_another(second, first),
         )  # fmt: skip
 
 
@@ -189,7 +187,13 @@ _DONE = ResultCode.DONE.number
 _BY_RUN = ("parameters", "sources", "scales", "channels")
 
 
+def _all(parts: Sequence[Any]) -> Any:
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)
+
+
 def _one_after_another(ends: Sequence[Any], rows: Sequence[Any]) -> NDArray[np.int64]:
     """Ends of what several calls returned, counted through all."""
+    if len(ends) == 1:
+        return ends[0]
     before = np.cumsum([0, *map(len, rows)])
     return np.concatenate([end + first for end, first in zip(ends, before, strict=False)])

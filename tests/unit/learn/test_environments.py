@@ -67,7 +67,7 @@ def test_many_are_each_what_one_is():
         dt="2 ms", steps=3,
     )  # fmt: skip
     seen, info = worlds.reset(seed=3)
-    assert seen.shape == (4, 13) and worlds.observation_space.contains(seen)
+    assert seen.shape == (4, 7) and worlds.observation_space.contains(seen)
     grounds = {path: of.copy() for path, of in info["ground"].items()}
     actions = np.random.default_rng(0).uniform(-1.0, 1.0, (3, 4, 2)).astype(np.float32)
     found = [worlds.step(one) for one in actions]

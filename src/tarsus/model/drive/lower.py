@@ -62,7 +62,7 @@ def lower_track(
         raise InputError("the history of a drive must be finite voltages")
     with np.errstate(all="ignore"):
         if isinstance(law, LinearForce):
-            level = _levels(track) if track.level else to_pieces(track, whole_parts(track, IDENTITY))
+            level = to_pieces(track, whole_parts(track, IDENTITY))
             gain, offset = (
                 np.repeat(np.broadcast_to(one, len(level)), level.counts) for one in (law.gain, law.offset)
             )
@@ -73,13 +73,3 @@ def lower_track(
         level = to_pieces(track, whole_parts(track, IDENTITY)) if volts else None
         track = track.twice() if law.has_memory else track
         return to_pieces(track, law.parts(track, history)), level
-
-
-def _levels(track: Track) -> Channels:
-    """What `to_pieces` makes of runs that are one voltage each: the way of a robot that is told volts step by step."""
-    if not np.isfinite(track.first).all():
-        raise InputError("the drive overflows: its voltage, gain or period is out of any physical range")
-    coef = np.zeros((track.count, TERMS))
-    coef[:, 0] = track.first
-    ones = np.ones(track.count, dtype=np.intp)
-    return Channels(ones, track.loops, track.begin, track.end, coef, track.kink, track.periods)

@@ -75,13 +75,6 @@ class Track:
         return np.repeat(np.arange(len(self.loops)), np.diff(self.runs))
 
     @cached_property
-    def level(self) -> bool:
-        """Whether every run is one voltage for ever, without derivatives."""
-        parts = (self.begin, self.end, self.inner)
-        plain = len(self.kink) == len(self.loops) and not any(isinstance(one, Dual) for one in parts)
-        return bool(plain and self.amplitude is None and (self.loops < 0).all() and not self.inner[:, 1:].any())
-
-    @cached_property
     def plain(self) -> Track:
         """The track without the derivatives that its numbers may carry."""
         parts = {one.name: getattr(self, one.name) for one in fields(self)}
@@ -400,10 +393,10 @@ def constant_track(volts: Any) -> Track:
     count = len(level)
     inner = np.zeros((count, 4))
     inner[:, 0] = level
-    zeros, ones = np.zeros((2, count)) + [[0.0], [1.0]]
+    zeros, ones = np.zeros(count), np.ones(count)
     return Track(
-        np.arange(count + 1), zeros, ones, inner, None, np.zeros(count), level, level, np.ones(count, dtype=bool),
-        np.full(count, -1), np.full(count, np.nan),
+        np.arange(count + 1), zeros, ones, inner, None, zeros, level, level, ones.astype(bool), np.full(count, -1),
+        np.full(count, np.nan),
     )  # fmt: skip
 
 
