@@ -66,9 +66,9 @@ Class = tuple[int, tuple[tuple[int, int], ...]] | None
 
 @dataclass(frozen=True)
 class Motion:
-    """A run at a value: its state (2n,) where the drives begin a period, what feet (m, k) carry on there as if that were
-    at 0 s, and the class of what it repeats, None where it does not; marks (ne, 2): when its events are, in periods, and their
-    approach speeds [m/s]."""
+    """A run at a value: its state (2n,) where the drives begin a period, what feet (m, k) carry on there as if that
+    were at 0 s, and the class of what it repeats, None where it does not; marks (ne, 2): when its events are, in
+    periods, and their approach speeds [m/s]."""
 
     at: float
     state: np.ndarray

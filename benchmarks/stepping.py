@@ -61,7 +61,8 @@ def many_robots(name: str, robots: int, steps: int) -> tuple[float, float]:
     ground = np.linspace(1e-7, 1e-6, robots)
     sim = ts.Session(scene, robots=robots, vary={"ground.adhesion.initial": ground}, threads=1)
     waves = {
-        f"signals.{drive}": {"kind": "on_off", "levels": [0.0] * steps, "durations": [1e-3] * steps} for drive in drives
+        f"signals.{drive}": {"kind": "on_off", "levels": [0.0] * steps, "durations": [1e-3] * steps}
+        for drive in drives
     }
     vary: dict[str, object] = {"ground.adhesion.initial": ground}
     for d, drive in enumerate(drives):
@@ -82,7 +83,9 @@ def many_robots(name: str, robots: int, steps: int) -> tuple[float, float]:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--robots", type=int, default=1024)
     parser.add_argument("--steps", type=int, default=20)
     asked = parser.parse_args()
@@ -90,4 +93,6 @@ if __name__ == "__main__":
         step, run = one_robot(name)
         print(f"{name}: a step of 1 ms {1e3 * step:.3f} ms, of a run 1 ms {1e3 * run:.3f} ms", flush=True)
     step, run = many_robots("millipede", asked.robots, asked.steps)
-    print(f"millipede, {asked.robots} robots, {asked.steps} ms: {step:.2f} s, batch {run:.2f} s, {step / run:.2f}")
+    print(
+        f"millipede, {asked.robots} robots, {asked.steps} ms: {step:.2f} s, batch {run:.2f} s, {step / run:.2f}"
+    )

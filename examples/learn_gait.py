@@ -1,8 +1,8 @@
 """Six legs learn to walk on grounds that they do not know: a gait that feels its way.
 
-A policy says at every drive period what the next one is to be, from what the body, the currents and the feet told of the
-last. Its numbers are found by CMA-ES on grounds drawn anew in every generation, and judged on 200 that it never met,
-beside the gait of the device.
+A policy says every hundredth of a second how the gait is to go on, from what the body and the feet tell. Its numbers
+are found by CMA-ES on grounds drawn anew in every generation, and judged on 200 that it never met, beside the gait of
+the device.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from tarsus import learn
 
 Floats = NDArray[np.float64]
 
-GROUND = learn.Box(
+GROUND = learn.GroundBox(
     {
         "ground.friction.coefficient": (0.15, 0.8),
         "ground.adhesion.initial": (5e-8, 2e-6),
@@ -27,7 +27,7 @@ GROUND = learn.Box(
     },
     log=True,
 )
-ACTIONS = learn.Phases(frequency=(60.0, 160.0), duty=(0.3, 0.7))
+ACTIONS = learn.PhaseAction(frequency=(60.0, 160.0), duty=(0.3, 0.7))
 SENSORS = learn.Sensors(currents=False)
 PERIOD, PERIODS = 0.01, 12
 FELT = 3
@@ -124,5 +124,7 @@ def judged(numbers: Floats, grounds: int = 200, seed: int = 10**6) -> tuple[Floa
 if __name__ == "__main__":
     learnt, own = judged(trained())
     fast, own = (1e-6 * ways / (PERIODS * PERIOD) for ways in (learnt, own))
-    print(f"on {len(own)} grounds never met: {1e6 * fast.mean():.0f} um/s, the device's gait {1e6 * own.mean():.0f}")
+    print(
+        f"on {len(own)} grounds never met: {1e6 * fast.mean():.0f} um/s, the device's gait {1e6 * own.mean():.0f}"
+    )
     print(f"faster on {100.0 * np.mean(fast > own):.0f} % of them")

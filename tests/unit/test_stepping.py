@@ -22,7 +22,7 @@ LONG = {"hexapod": 3.87e-3}
 def _commands(scene, steps=STEPS, seed=3):
     """Volts of every drive, one a step: of a gait's from 0 V on, of others up and down."""
     draws = {name: np.random.default_rng(seed + k) for k, name in enumerate(scene.robot.drives)}
-    if scene.gait is not None or scene.ground.electrostatic is not None:
+    if scene.gait is not None or scene.name == "two sticky feet":
         return {name: rng.uniform(0.0, 14.0 if scene.gait else 8.0, steps) for name, rng in draws.items()}
     ways = (-1.0) ** np.arange(steps)
     return {name: ways * rng.uniform(7.0, 10.0, steps) for name, rng in draws.items()}
@@ -346,7 +346,8 @@ def _moved(sim, scene, dt, command, by, *, state=None, volts=0.0, value=None):
 
 
 @pytest.mark.parametrize(
-    ("name", "path"), [("cantilever", "ground.film.coefficient"), ("millipede", "ground.adhesion.initial")]
+    ("name", "path"),
+    [("cantilever", "ground.restitution.coefficient"), ("millipede", "ground.adhesion.initial")],
 )
 def test_a_step_has_derivatives_by_state_command_and_ground(name, path):
     scene = SCENES[name]()
@@ -362,12 +363,16 @@ def test_a_step_has_derivatives_by_state_command_and_ground(name, path):
     assert slopes.names == (path, f"drive.{drive}", *(f"state.{i}" for i in range(2 * n)))
     assert len(state.all_events) and np.isfinite(slopes.state).all() and not slopes.flags
 
-    moved = {f"drive.{drive}": (1e-5, {"volts": 1.0}), path: (1e-4 * float(ts.get_value(scene, path)), {"value": path})}
+    moved = {
+        f"drive.{drive}": (1e-5, {"volts": 1.0}),
+        path: (1e-4 * float(ts.get_value(scene, path)), {"value": path}),
+    }
     moved |= {f"state.{i}": (1e-10 if i < n else 1e-7, {"state": i}) for i in (0, n)}
     for number, (size, what) in moved.items():
         ends = [_moved(sim, scene, dt, command, sign * size, **what) for sign in (1.0, -1.0)]
         expected, found = (ends[0] - ends[1]) / (2.0 * size), slopes.by(number)
+        there = np.concatenate([state.x, state.v])
         for part in (slice(n), slice(n, None)):
-            assert found[part] == pytest.approx(
-                expected[part], rel=1e-3, abs=1e-3 * np.abs(found[part]).max()
-            ), number
+            noise = 1e-9 * np.abs(there[part]).max() / size  # what a step errs by
+            near = pytest.approx(expected[part], rel=1e-3, abs=1e-3 * np.abs(found[part]).max() + noise)
+            assert found[part] == near, number

@@ -5,14 +5,24 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from tarsus.learn.actions import Phases, Switching, Volts
-from tarsus.learn.grounds import Box, Draws
+from tarsus.learn.actions import PhaseAction, SwitchingAction, VoltageAction
+from tarsus.learn.grounds import Draws, GroundBox
 from tarsus.learn.sensors import Sensors
 
 if TYPE_CHECKING:
-    from tarsus.learn.walkers import Walker, Walkers
+    from tarsus.learn.walkers import WalkerEnv, WalkerVectorEnv
 
-__all__ = ["Box", "Draws", "Phases", "Sensors", "Switching", "Volts", "Walker", "Walkers", "register"]
+__all__ = [
+    "Draws",
+    "GroundBox",
+    "PhaseAction",
+    "Sensors",
+    "SwitchingAction",
+    "VoltageAction",
+    "WalkerEnv",
+    "WalkerVectorEnv",
+    "register",
+]
 
 ID = "tarsus/Walker-v0"
 
@@ -25,12 +35,12 @@ def register() -> None:
     if ID not in registration.registry:
         own = registration.current_namespace is None
         registration.register(
-            ID if own else ID.partition("/")[2], entry_point="tarsus.learn.walkers:Walker",
-            vector_entry_point="tarsus.learn.walkers:Walkers",
+            ID if own else ID.partition("/")[2], entry_point="tarsus.learn.walkers:WalkerEnv",
+            vector_entry_point="tarsus.learn.walkers:WalkerVectorEnv",
         )  # fmt: skip
 
 
 def __getattr__(name: str) -> Any:
-    if name not in ("Walker", "Walkers"):
+    if name not in ("WalkerEnv", "WalkerVectorEnv"):
         raise AttributeError(f"module 'tarsus.learn' has no attribute '{name}'")
     return getattr(import_module("tarsus.learn.walkers"), name)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -29,7 +29,7 @@ class Action(ABC):
         """How many numbers between -1 and 1 a robot of the scene is told."""
 
     @abstractmethod
-    def told(self, scene: Scene, action: Floats, seconds: float) -> dict[str, Mapping[str, Any]]:
+    def told(self, scene: Scene, action: Floats, seconds: float) -> dict[str, Any]:
         """What `tarsus.Session.step` is told for actions (nr, size) of a step of so many seconds, by its arguments."""
 
     def prepared(self, scene: Scene) -> Scene:
@@ -38,7 +38,7 @@ class Action(ABC):
 
 
 @dataclass(frozen=True)
-class Volts(Action):
+class VoltageAction(Action):
     """Volts of the drives, held for the step, or reached by a ramp: -1 is ``low``, 1 is ``high`` [V]; drives: by name,
     all unless given."""
 
@@ -56,7 +56,7 @@ class Volts(Action):
 
 
 @dataclass(frozen=True)
-class Switching(Action):
+class SwitchingAction(Action):
     """When each drive is switched on and off within the step: two numbers a drive, of which the smaller is when it goes
     to ``high`` and the larger when it goes back to ``low`` [V]; -1 is the begin of the step, 1 its end."""
 
@@ -84,7 +84,7 @@ SHORTEST = 1e-6
 
 
 @dataclass(frozen=True)
-class Phases(Action):
+class PhaseAction(Action):
     """Phases of the legs' gait, in periods: 0 and 1, which are the same, at -1 and 1; frequency [Hz] and duty: between
     two bounds as well, where they are given."""
 
@@ -117,7 +117,8 @@ class Phases(Action):
         for name in ("frequency", "duty"):
             bounds = getattr(self, name)
             if bounds is not None:
-                out[name] = _between(*bounds, action[:, at])
+                low, high = bounds
+                out[name] = _between(low, high, action[:, at])
                 at += 1
         return {"gait": out}
 

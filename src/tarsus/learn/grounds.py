@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from os import PathLike
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Box:
+class GroundBox:
     """Numbers of a scene by path, each between two bounds: evenly, or with ``log`` their logarithms."""
 
     bounds: Mapping[str, tuple[float, float]]
@@ -31,8 +32,8 @@ class Box:
     def __call__(self, rng: np.random.Generator, count: int) -> dict[str, Floats]:
         """Values (count,) by path."""
         if self.log:
-            return {p: np.exp(rng.uniform(*np.log(ends), count)) for p, ends in self.bounds.items()}
-        return {path: rng.uniform(*ends, count) for path, ends in self.bounds.items()}
+            return {p: np.exp(rng.uniform(np.log(a), np.log(b), count)) for p, (a, b) in self.bounds.items()}
+        return {path: rng.uniform(low, high, count) for path, (low, high) in self.bounds.items()}
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,7 @@ class Draws:
     @classmethod
     def of(cls, file: str | PathLike[str]) -> Draws:
         """Those of the ``draws.npz`` of `tarsus identify`. Raises InputError for a file that is none."""
-        return cls(read_draws(file))
+        return cls(read_draws(Path(file)))
 
     def __call__(self, rng: np.random.Generator, count: int) -> dict[str, Floats]:
         """Values (count,) by path."""

@@ -14,7 +14,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.expressions import Expression
 from tarsus.base.units import parse_quantity
 from tarsus.files.library import SceneLike, as_scene
-from tarsus.learn.actions import Action, Volts
+from tarsus.learn.actions import Action, VoltageAction
 from tarsus.learn.sensors import Sensors
 from tarsus.measure.tally import TALLIED
 from tarsus.model.scene import Scene
@@ -66,7 +66,7 @@ class _Robots:
         return state, np.nan_to_num(reward, nan=0.0), ~state.ok, self.done >= self.steps
 
 
-class Walker(gymnasium.Env[Any, Any]):
+class WalkerEnv(gymnasium.Env[Any, Any]):
     """One robot as an environment, ``tarsus/Walker-v0``.
 
     Parameters
@@ -74,11 +74,12 @@ class Walker(gymnasium.Env[Any, Any]):
     scene
         A scene, or a device's name or a scene file's path.
     actions
-        What the agent tells it: `Volts`, `Phases` or `Switching`; volts between the gait's unless given.
+        What the agent tells it: `VoltageAction`, `PhaseAction` or `SwitchingAction`; unless given, volts between those
+        of the gait.
     sensors
         What the agent sees, `Sensors`.
     ground
-        What is drawn at every reset: a `Box`, `Draws` of an identification, or as `tarsus.Session` takes ``vary``.
+        What is drawn at every reset: a `GroundBox`, `Draws` of an identification, or as `tarsus.Session` takes ``vary``.
     reward
         Arithmetic of what a step came to: names in `tarsus.measure.tally.TALLIED`, and of a walker ``progress`` [m].
     dt
@@ -126,8 +127,8 @@ class Walker(gymnasium.Env[Any, Any]):
         return self.robots.sensors.seen(state)[0], float(reward[0]), bool(stopped[0]), bool(ended[0]), info
 
 
-class Walkers(VectorEnv[Any, Any, Any]):
-    """Many robots as one environment, on the batch: `Walker` in all else. An episode that ends begins anew in the same
+class WalkerVectorEnv(VectorEnv[Any, Any, Any]):
+    """Many robots as one environment, on the batch: `WalkerEnv` in all else. An episode that ends begins anew in the same
     step (`gymnasium.vector.AutoresetMode.SAME_STEP`)."""
 
     metadata = {"render_modes": [], "autoreset_mode": AutoresetMode.SAME_STEP}  # noqa: RUF012
@@ -173,8 +174,10 @@ class Walkers(VectorEnv[Any, Any, Any]):
         return seen, reward, stopped, ended, info
 
 
-def _volts_of(scene: Scene) -> Volts:
+def _volts_of(scene: Scene) -> VoltageAction:
     """Between the voltages of the scene's gait. Raises InputError where there is none."""
     if scene.gait is None:
-        raise InputError("actions: give Volts(low, high), for the scene has no gait that says between which")
-    return Volts(scene.gait.low, scene.gait.high)
+        raise InputError(
+            "actions: give VoltageAction(low, high), for the scene has no gait that says between which"
+        )
+    return VoltageAction(scene.gait.low, scene.gait.high)

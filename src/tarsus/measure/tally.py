@@ -14,7 +14,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Tally:
+class EventTally:
     """What is counted, of which kinds of events; or summed up of them, a field of the size that it has."""
 
     kinds: tuple[EventKind, ...]
@@ -29,12 +29,14 @@ class Tally:
         return np.bincount(places[own], weights, count).astype(float)
 
 
-TALLIED: Mapping[str, Tally] = {
-    "impacts": Tally(IMPACTS, "1", "feet that reach the ground with speed"),
-    "energy": Tally(IMPACTS, "J", "kinetic energy lost in impacts", "energy"),
-    "speed": Tally(IMPACTS, "m/s", "sum of the approach speeds of the impacts", "speed_before"),
-    "bounces": Tally((EventKind.BOUNCE,), "1", "impacts after which the foot departs"),
-    "captures": Tally((EventKind.CAPTURE,), "1", "impacts after which the foot is held"),
-    "rests": Tally((EventKind.REST, EventKind.AVERAGED_CONTACT), "1", "feet whose bounces have died out"),
+TALLIED: Mapping[str, EventTally] = {
+    "impacts": EventTally(IMPACTS, "1", "feet that reach the ground with speed"),
+    "energy": EventTally(IMPACTS, "J", "kinetic energy lost in impacts", "energy"),
+    "speed": EventTally(IMPACTS, "m/s", "sum of the approach speeds of the impacts", "speed_before"),
+    "bounces": EventTally((EventKind.BOUNCE,), "1", "impacts after which the foot departs"),
+    "captures": EventTally((EventKind.CAPTURE,), "1", "impacts after which the foot is held"),
+    "rests": EventTally(
+        (EventKind.REST, EventKind.AVERAGED_CONTACT), "1", "feet whose bounces have died out"
+    ),
 }
 """What is told of every drive period of a run that settles, and of every step of a robot that is stepped."""

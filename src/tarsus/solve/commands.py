@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from tarsus.model.robot import Drive
 
 Floats = NDArray[np.float64]
-Wave = "float | Floats | Signal | Sequence[Signal]"
 
 MOST_VISITED = 48
 """Voltages that are kept before those that no play remembers are dropped."""
@@ -67,13 +66,16 @@ class Command:
         which[robots] = len(self.begun) + other.which[robots]
         wide = max(self.past.shape[1], other.past.shape[1])
         past = np.concatenate([_padded(self.past, wide), _padded(other.past, wide)])
-        tracks = (
-            joined([getattr(self, name), getattr(other, name)]).picked(which) for name in ("asked", "given")
+        asked, given = (
+            joined([mine, its]) for mine, its in ((self.asked, other.asked), (self.given, other.given))
         )
         begun = np.concatenate([self.begun, other.begun])[which]
-        levels = (self.level, other.level)
-        level = None if levels[0] is None or levels[1] is None else np.concatenate(levels)[which]
-        return Command(np.arange(len(which)), begun, *tracks, past[which], level)
+        level = None
+        if self.level is not None and other.level is not None:
+            level = np.concatenate([self.level, other.level])[which]
+        return Command(
+            np.arange(len(which)), begun, asked.picked(which), given.picked(which), past[which], level
+        )
 
     def volts(self, time: Floats, *, asked: bool = False) -> Floats:
         """Volts (nr,) at times (nr,) [s], those that are asked for or those behind the amplifier; after a jump."""
@@ -137,9 +139,11 @@ def remembers(drive: Drive) -> bool:
     return drive.law.has_memory or not drive.amplifier.ideal
 
 
-def held(commands: Sequence[tuple[Command, Drive, bool]], robots: int) -> tuple[Channels, NDArray[np.int64]] | None:
+def held(
+    commands: Sequence[tuple[Command, Drive, bool]], robots: int
+) -> tuple[Channels, NDArray[np.int64]] | None:
     """What `Command.lowered` makes of commands that are one voltage each of drives without a memory, at once: channels
-    of all, and which (nr, nc) each robot is driven by, forces, then volts of drives that are charged. None of others."""
+    of all, and which (nr, nc) each robot is driven by, forces, then volts of charged drives. None of others."""
     if not all(of.level is not None and isinstance(drive.law, LinearForce) for of, drive, _ in commands):
         return None
     values = [drive.law.gain * of.level + drive.law.offset for of, drive, _ in commands]  # type: ignore[union-attr]

@@ -21,7 +21,6 @@ from tarsus.solve.batch import Batch, columns, simulate_batch
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.engine import RECORDED, Accuracy
 from tarsus.solve.simulate import Shared, changed_run, seconds_of
-from tarsus.solve.stepping import Robots, State, state_of
 
 if TYPE_CHECKING:
     from tarsus.base.workers import Workers
@@ -29,6 +28,7 @@ if TYPE_CHECKING:
     from tarsus.model.scene import Scene
     from tarsus.solve.run import Run
     from tarsus.solve.step_slopes import StepSlopes
+    from tarsus.solve.stepping import State, SteppedRobots
     from tarsus.solve.trajectories import Trajectories
 
 Floats = NDArray[np.float64]
@@ -77,7 +77,7 @@ class Session:
         self.account, self.threads = account, threads
         self._shared = Shared(self.scene)
         self._rng = np.random.default_rng()
-        self._now: Robots | None = None
+        self._now: SteppedRobots | None = None
         self._lock = threading.RLock()
 
     def __repr__(self) -> str:
@@ -139,7 +139,9 @@ class Session:
                     self._now.renewed(chosen, self._fresh(self.robots or 1))
             return self._state(None)
 
-    def _fresh(self, count: int) -> Robots:
+    def _fresh(self, count: int) -> SteppedRobots:
+        from tarsus.solve.stepping import SteppedRobots
+
         values = self.vary(self._rng, count) if callable(self.vary) else self._drawn(count)
         checked = {path: columns(self.scene, {path: of}, grid=False)[path] for path, of in values.items()}
         spread = {
@@ -150,7 +152,7 @@ class Session:
                 [f"{path}: expected one value or {count}, got {len(checked[path])}" for path in wrong]
             )
         longest = seconds_of(self.scene, None)
-        return Robots.at_start(
+        return SteppedRobots.at_start(
             self.scene, self._shared, spread, count, longest, self.accuracy, account=self.account
         )
 
@@ -238,7 +240,7 @@ class Session:
             state = self._state(parts, began)
             return state if slopes is None else (state, slopes)
 
-    def _robots(self) -> Robots:
+    def _robots(self) -> SteppedRobots:
         if self._now is None:
             raise InputError("there is no robot to step yet: call reset first")
         return self._now
@@ -250,6 +252,8 @@ class Session:
             raise InputError([said.replace("duration: ", "dt: ", 1) for said in error.problems]) from None
 
     def _state(self, parts: Any, began: Floats | None = None) -> State:
+        from tarsus.solve.stepping import state_of
+
         now = self._robots()
         n = now.runs.state.shape[1] // 2
         return state_of(
@@ -321,6 +325,8 @@ class Session:
             return out.getvalue()
 
     def _take(self, content: bytes, name: str) -> None:
+        from tarsus.solve.stepping import SteppedRobots
+
         try:
             with np.load(io.BytesIO(content), allow_pickle=False) as file:
                 arrays = dict(file)
@@ -333,7 +339,7 @@ class Session:
         if said["scene"] != self._digest() or said["robots"] != self.robots:
             raise InputError(f"{name}: of another scene, or of another number of robots")
         longest = seconds_of(self.scene, None)
-        self._now = Robots.taken(arrays, self.scene, self._shared, longest, self.accuracy)
+        self._now = SteppedRobots.taken(arrays, self.scene, self._shared, longest, self.accuracy)
         self.account = "spent" in arrays
         self._rng.bit_generator.state = said["generator"]
 

@@ -21,7 +21,7 @@ from tarsus.solve.tangents import DataTangents, Entering, add_drive, entering
 from tarsus.solve.window import Window, WindowGradients, simulate_window
 
 if TYPE_CHECKING:
-    from tarsus.solve.stepping import Robots
+    from tarsus.solve.stepping import SteppedRobots
 
 Floats = NDArray[np.float64]
 
@@ -58,7 +58,7 @@ class StepSlopes:
 
 
 def step_slopes(
-    robots: Robots,
+    robots: SteppedRobots,
     told: Mapping[str, Command],
     drive: Mapping[str, Any],
     seconds: float,
@@ -101,7 +101,7 @@ def _moves_drives(scene: Any, path: str) -> bool:
     return place is not None and place.kind in (Kind.DRIVE, Kind.GAIT)
 
 
-def _told(robots: Robots, command: Command, name: str, number: int, count: int) -> SlopedDrive:
+def _told(robots: SteppedRobots, command: Command, name: str, number: int, count: int) -> SlopedDrive:
     """A drive that is told a voltage, with its derivative by that as one number of so many."""
     drive = robots.drive(name)
     if not drive.amplifier.ideal:

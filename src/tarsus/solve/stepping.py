@@ -30,7 +30,7 @@ from tarsus.solve.contacts import CARRIED
 from tarsus.solve.engine import Accuracy
 from tarsus.solve.motion import account_of
 from tarsus.solve.simulate import Shared
-from tarsus.solve.trajectories import Parts, Trajectories
+from tarsus.solve.trajectories import StepLog, Trajectories
 
 if TYPE_CHECKING:
     from tarsus.base.workers import Workers
@@ -42,7 +42,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass
-class Robots:
+class SteppedRobots:
     """Robots of one scene on their way, that differ in slots.
 
     values (nr,) by path: what each has instead of the scene's; runs: where they are; commands: what drives are told, by
@@ -65,7 +65,7 @@ class Robots:
     def at_start(
         cls, scene: Scene, shared: Shared, values: Mapping[str, Floats], count: int, longest: float,
         accuracy: Accuracy, *, account: bool,
-    ) -> Robots:  # fmt: skip
+    ) -> SteppedRobots:  # fmt: skip
         """As they start; values (nr,) by path. Raises InputError as `Trajectories.of` does."""
         runs = Trajectories.of(scene, values, longest, accuracy=accuracy, shared=shared, count=count)
         out = cls(
@@ -78,14 +78,14 @@ class Robots:
     def __len__(self) -> int:
         return len(self.runs)
 
-    def copied(self) -> Robots:
+    def copied(self) -> SteppedRobots:
         """Another of the same, which goes its own way: nothing of what changes is shared."""
         out = copy(self)
         out.runs = self.runs.of_runs(np.arange(len(self)))
         out.commands, out.gait = dict(self.commands), dict(self.gait)
         return out
 
-    def renewed(self, robots: NDArray[np.intp], fresh: Robots) -> None:
+    def renewed(self, robots: NDArray[np.intp], fresh: SteppedRobots) -> None:
         """Let some robots begin anew as all of ``fresh`` do."""
         for name in ("time", "state", "feet", "code"):
             getattr(self.runs, name)[robots] = getattr(fresh.runs, name)[robots]
@@ -169,7 +169,7 @@ class Robots:
             out[name] = Command.own(self.drive(name), wave, count, moved)
         return out
 
-    def advance(self, commands: dict[str, Command], seconds: float, threads: Workers) -> Parts:
+    def advance(self, commands: dict[str, Command], seconds: float, threads: Workers) -> StepLog:
         """Go on for so many seconds under these commands; what happened."""
         before = self.runs.time.copy()
         if self._rows is None or commands is not self.commands:
@@ -206,7 +206,7 @@ class Robots:
         joined = Channels.joined(pool) if pool else Channels.of(())
         return replace(rows, pool=joined, signals=pack(joined), channels=channels, **each)
 
-    def _energies(self, parts: Parts) -> Floats:
+    def _energies(self, parts: StepLog) -> Floats:
         """Energies (nr, .) of a step, as `account_of` takes them."""
         if parts.energies is not None:
             return parts.energies
@@ -277,7 +277,7 @@ class Robots:
     @classmethod
     def taken(
         cls, arrays: Mapping[str, Any], scene: Scene, shared: Shared, longest: float, accuracy: Accuracy
-    ) -> Robots:
+    ) -> SteppedRobots:
         """Those of the arrays."""
 
         def group(head: str) -> dict[str, Any]:
@@ -428,7 +428,7 @@ class State:
         return {name: self._shown(one) for name, one in out.items()}
 
 
-def state_of(robots: Robots, began: Floats, parts: Parts | None, one: bool) -> State:
+def state_of(robots: SteppedRobots, began: Floats, parts: StepLog | None, one: bool) -> State:
     """Where robots are, after what happened in a step that began with displacements (nr, n)."""
     runs, system = robots.runs, robots.runs.plan.system
     n = len(system.mass)

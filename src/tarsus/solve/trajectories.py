@@ -38,7 +38,7 @@ JOBS = 4
 """Parts for each thread of robots that are stepped together: the last to end is then not waited for long."""
 
 
-class Parts(NamedTuple):
+class StepLog(NamedTuple):
     """What runs did on their way: event rows of all, one run after the other, and where those of each end (nr,);
     energies (nr, .) of a walker, recorded steps and where those of each run end of a structure, where asked for."""
 
@@ -149,7 +149,7 @@ class Trajectories:
             self.made[record] = settings_of(self.plan, self.longest, self.accuracy, record=record)
         return self.made[record]
 
-    def go_on(self, until: Floats, rows: Rows, *, account: bool = False, threads: Workers = None) -> Parts:
+    def go_on(self, until: Floats, rows: Rows, *, account: bool = False, threads: Workers = None) -> StepLog:
         """Let all runs go on to times of their own (nr,) [s], none before where it is, on rows of data (nr) that may
         have changed and are without periods, and move them there, also those that end before; what happened on the way.
         No outputs, no derivatives: a step of `tarsus.Session`. account: energies, or the steps that they are integrated
@@ -160,7 +160,9 @@ class Trajectories:
         jobs = [slice(first, first + size) for first in range(0, len(self), size)]
 
         def work(part: slice) -> Sequence[Any]:
-            own = SimpleNamespace(initial=self.state[part], **{name: getattr(rows, name)[part] for name in _BY_RUN})
+            own = SimpleNamespace(
+                initial=self.state[part], **{name: getattr(rows, name)[part] for name in _BY_RUN}
+            )
             ways = tuple(np.ascontiguousarray(one[part]) for one in (self.time, until, self.feet))
             plan, tables = self.plan, self.tables
             if plan.legs is None:
@@ -177,7 +179,7 @@ class Trajectories:
         self.code, self.state, self.feet = _all(codes), _all(states), _all(feet).reshape(self.feet.shape)
         self.time = _all(finish)[:, 0].copy()
         walks = not isinstance(self.tables, ModeBook)
-        return Parts(
+        return StepLog(
             _all(events), _one_after_another(ends, events), _all(first) if walks else None,
             None if walks else _all(first), None if walks else _one_after_another(second, first),
         )  # fmt: skip

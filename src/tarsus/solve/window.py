@@ -373,9 +373,10 @@ def _begun(one: WindowStart, feet: int) -> tuple[Any, Any, Any, Floats]:
 
 def _problems(one: WindowStart, state: Floats, times: Floats, feet: int, size: int) -> list[str]:
     """Sentences on where a window's start or times do not fit a plan of so many feet and numbers of a state."""
-    carried = not isinstance(one.contacts, Contacts)
-    problems = [] if carried else one.contacts.faults(feet, one.t0)
-    if carried and np.shape(one.contacts) != (feet, len(CARRIED)):
+    problems = []
+    if isinstance(one.contacts, Contacts):
+        problems += one.contacts.faults(feet, one.t0)
+    elif np.shape(one.contacts) != (feet, len(CARRIED)):
         problems.append(
             f"contacts: expected {feet} rows of {len(CARRIED)} numbers, as a window before left them"
         )

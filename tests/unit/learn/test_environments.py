@@ -11,12 +11,12 @@ import tarsus as ts
 from tarsus import learn
 from tarsus.files.draws import write_draws
 
-GROUND = learn.Box({"ground.friction.coefficient": (0.2, 0.6), "ground.adhesion.initial": (1e-7, 1e-6)})
+GROUND = learn.GroundBox({"ground.friction.coefficient": (0.2, 0.6), "ground.adhesion.initial": (1e-7, 1e-6)})
 ACTIONS = {
-    "volts": learn.Volts(0.0, 14.0),
-    "ramps": learn.Volts(0.0, 14.0, ramp=True),
-    "switching": learn.Switching(0.0, 14.0),
-    "phases": learn.Phases(frequency=(60.0, 120.0), duty=(0.3, 0.7)),
+    "volts": learn.VoltageAction(0.0, 14.0),
+    "ramps": learn.VoltageAction(0.0, 14.0, ramp=True),
+    "switching": learn.SwitchingAction(0.0, 14.0),
+    "phases": learn.PhaseAction(frequency=(60.0, 120.0), duty=(0.3, 0.7)),
 }
 
 
@@ -39,7 +39,7 @@ def test_by_its_entry_point_gymnasium_registers_it():
     try:
         with registration.namespace("tarsus"):
             learn.register()
-        assert registration.registry[learn.ID].entry_point == "tarsus.learn.walkers:Walker"
+        assert registration.registry[learn.ID].entry_point == "tarsus.learn.walkers:WalkerEnv"
         learn.register()
     finally:
         if kept is not None:
@@ -50,7 +50,7 @@ def test_seeds_draw_the_same_ground_and_actions_have_the_same_events():
     ways = []
     for seed in (7, 7, 8):
         world = _make()
-        seen, info = world.reset(seed=seed)
+        _, info = world.reset(seed=seed)
         assert set(info["ground"]) == set(GROUND.bounds)
         world.action_space.seed(1)
         rows = [world.step(world.action_space.sample()) for _ in range(5)]
@@ -118,15 +118,17 @@ def test_grounds_come_from_an_identification(tmp_path):
 
 
 def test_what_does_not_fit_is_said_in_a_sentence():
-    with pytest.raises(ts.InputError, match=r"reward: 'progres': there is no 'progres'; did you mean 'progress'"):
+    with pytest.raises(
+        ts.InputError, match=r"reward: 'progres': there is no 'progres'; did you mean 'progress'"
+    ):
         _make(reward="progres")
     with pytest.raises(ts.InputError, match="only numbers, names"):
         _make(reward="__import__('os').name")
-    with pytest.raises(ts.InputError, match=r"give Volts\(low, high\)"):
+    with pytest.raises(ts.InputError, match=r"give VoltageAction\(low, high\)"):
         _make(scene="cantilever")
     with pytest.raises(ts.InputError, match="the scene has no gait"):
-        _make(scene="cantilever", actions=learn.Phases())
+        _make(scene="cantilever", actions=learn.PhaseAction())
     with pytest.raises(ts.InputError, match="two bounds in order"):
-        learn.Box({"ground.friction.coefficient": (0.6, 0.2)})
+        learn.GroundBox({"ground.friction.coefficient": (0.6, 0.2)})
     with pytest.raises(ts.InputError, match="makes a plan of its own"):
-        _make(ground=learn.Box({"robot.structure.body.mass": (1e-7, 2e-7)})).reset()
+        _make(ground=learn.GroundBox({"robot.structure.body.mass": (1e-7, 2e-7)})).reset()
