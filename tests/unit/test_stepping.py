@@ -11,6 +11,8 @@ import pytest
 
 import tarsus as ts
 from scene_files import scene as scene_of
+from sliding_scenes import by_modes
+from tarsus.model.laws.ageing_adhesion import AgeingAdhesion
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.commands import remembered
 
@@ -20,10 +22,13 @@ LONG = {"hexapod": 3.87e-3}
 
 
 def _commands(scene, steps=STEPS, seed=3):
-    """Volts of every drive, one a step: of a gait's from 0 V on, of others up and down."""
+    """Volts of every drive, one a step: of legs' from 0 V on, of others up and down."""
     draws = {name: np.random.default_rng(seed + k) for k, name in enumerate(scene.robot.drives)}
-    if scene.gait is not None or scene.name == "two sticky feet":
-        return {name: rng.uniform(0.0, 14.0 if scene.gait else 8.0, steps) for name, rng in draws.items()}
+    if len(scene.robot.feet) > 1:
+        return {
+            name: rng.uniform(0.0, 8.0 if scene.name == "two sticky feet" else 14.0, steps)
+            for name, rng in draws.items()
+        }
     ways = (-1.0) ** np.arange(steps)
     return {name: ways * rng.uniform(7.0, 10.0, steps) for name, rng in draws.items()}
 
@@ -55,6 +60,18 @@ SCENES = {
     "hexapod": lambda: ts.load_scene("hexapod"),
     "hexapod-walker": lambda: ts.load_scene("hexapod-walker"),
     "sticky feet": lambda: scene_of("sticky_feet"),
+    "contacts that remember": lambda: ts.with_values(
+        ts.load_scene("millipede"),
+        {
+            "ground.adhesion": None,
+            "ground.laws": {
+                "ageing": AgeingAdhesion(initial=1e-7, gain=1e-5, ageing=2e-3, fading=3e-3),
+            },
+        },
+    ),
+    "feet that slide": lambda: by_modes(
+        ts.load_scene("millipede").model_copy(update={"initial": ts.Initial()}),
+    ),
 }
 
 

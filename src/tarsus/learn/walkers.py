@@ -79,7 +79,8 @@ class WalkerEnv(gymnasium.Env[Any, Any]):
     sensors
         What the agent sees, `Sensors`.
     ground
-        What is drawn at every reset: a `GroundBox`, `Draws` of an identification, or as `tarsus.Session` takes ``vary``.
+        What is drawn at every reset: a `GroundBox`, `Draws` of an identification, or what `tarsus.Session` takes as
+        ``vary``.
     reward
         Arithmetic of what a step came to: names in `tarsus.measure.tally.TALLIED`, and of a walker ``progress`` [m].
     dt
@@ -128,8 +129,8 @@ class WalkerEnv(gymnasium.Env[Any, Any]):
 
 
 class WalkerVectorEnv(VectorEnv[Any, Any, Any]):
-    """Many robots as one environment, on the batch: `WalkerEnv` in all else. An episode that ends begins anew in the same
-    step (`gymnasium.vector.AutoresetMode.SAME_STEP`)."""
+    """Many robots as one environment, on the batch: `WalkerEnv` in all else. An episode that ends begins anew in the
+    same step (`gymnasium.vector.AutoresetMode.SAME_STEP`)."""
 
     metadata = {"render_modes": [], "autoreset_mode": AutoresetMode.SAME_STEP}  # noqa: RUF012
 

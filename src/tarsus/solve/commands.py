@@ -3,6 +3,7 @@ drives remember of those before."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.model.drive.laws.linear import LinearForce
+from tarsus.model.drive.law import VoltageLaw
 from tarsus.model.drive.lower import TERMS, lower_track
 from tarsus.model.drive.output import amplified
 from tarsus.model.drive.pieces import Channels
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-MOST_VISITED = 48
+MOST_VISITED = 24
 """Voltages that are kept before those that no play remembers are dropped."""
 
 
@@ -31,17 +32,26 @@ MOST_VISITED = 48
 class Command:
     """What one drive is told in nr robots, as R courses of voltage.
 
-    which (nr,): the course of each; begun (R,) [s]: since when; asked, given: volts of the time since then, asked for
-    and behind the amplifier; past (R, H) [V]: visited before; level (R,) [V]: of courses that are one voltage each, as
-    it is then at once.
+    which (nr,): the course of each; begun (R,) [s]: since when; past (R, H) [V]: visited before; level (R,) [V]: of
+    courses that are one voltage each, which need no tracks; tracks: of others, the volts of the time since then, asked
+    for and behind the amplifier.
     """
 
     which: NDArray[np.intp]
     begun: Floats
-    asked: Track
-    given: Track
     past: Floats
-    level: Floats | None = None
+    level: Floats | None
+    tracks: tuple[Track, Track] | None
+
+    @property
+    def asked(self) -> Track:
+        """Volts of the time since then that are asked for."""
+        return self.tracks[0] if self.tracks is not None else constant_track(self.level)
+
+    @property
+    def given(self) -> Track:
+        """And those behind the amplifier."""
+        return self.tracks[1] if self.tracks is not None else constant_track(self.level)
 
     @classmethod
     def own(cls, drive: Drive, wave: Signal, count: int, varied: bool) -> Command:
@@ -50,45 +60,43 @@ class Command:
         asked = _of_runs(wave.track(), courses)
         past = np.broadcast_to(np.array(drive.history, dtype=float), (courses, len(drive.history)))
         which = np.arange(count) if varied else np.zeros(count, dtype=np.intp)
-        return cls(which, np.zeros(courses), asked, _amplified(drive, asked, past), past)
+        return cls(which, np.zeros(courses), past, None, (asked, _amplified(drive, asked, past)))
 
     def told(self, drive: Drive, asked: Track | Floats, time: Floats) -> Command:
         """Another course for all robots, or voltages (nr,) that are held, from times (nr,) [s] on."""
-        level = None if isinstance(asked, Track) else asked
+        ideal, own = drive.amplifier.ideal, np.arange(len(time))
+        past = self.visited(time) if drive.law.has_memory or not ideal else np.zeros((len(time), 0))
+        if ideal and not isinstance(asked, Track):
+            return Command(own, time.copy(), past, asked, None)
         track = asked if isinstance(asked, Track) else constant_track(asked)
-        past = self.visited(time) if remembers(drive) else np.zeros((len(time), 0))
-        level = level if drive.amplifier.ideal else None
-        return Command(np.arange(len(time)), time.copy(), track, _amplified(drive, track, past), past, level)
+        return Command(own, time.copy(), past, None, (track, _amplified(drive, track, past)))
 
     def with_runs(self, other: Command, robots: NDArray[np.intp]) -> Command:
         """The same, but for some robots that follow another command."""
         which = self.which.copy()
         which[robots] = len(self.begun) + other.which[robots]
         wide = max(self.past.shape[1], other.past.shape[1])
-        past = np.concatenate([_padded(self.past, wide), _padded(other.past, wide)])
-        asked, given = (
-            joined([mine, its]) for mine, its in ((self.asked, other.asked), (self.given, other.given))
-        )
-        begun = np.concatenate([self.begun, other.begun])[which]
-        level = None
+        past = np.concatenate([_padded(self.past, wide), _padded(other.past, wide)])[which]
+        begun, own = np.concatenate([self.begun, other.begun])[which], np.arange(len(which))
         if self.level is not None and other.level is not None:
-            level = np.concatenate([self.level, other.level])[which]
-        return Command(
-            np.arange(len(which)), begun, asked.picked(which), given.picked(which), past[which], level
-        )
+            return Command(own, begun, past, np.concatenate([self.level, other.level])[which], None)
+        asked, given = joined([self.asked, other.asked]), joined([self.given, other.given])
+        return Command(own, begun, past, None, (asked.picked(which), given.picked(which)))
 
     def volts(self, time: Floats, *, asked: bool = False) -> Floats:
         """Volts (nr,) at times (nr,) [s], those that are asked for or those behind the amplifier; after a jump."""
+        if self.level is not None:
+            return self.level[self.which]
         track = (self.asked if asked else self.given).picked(self.which)
         return _at(track, _within(track, time - self.begun[self.which]), after=True)
 
     def visited(self, time: Floats) -> Floats:
         """Volts (nr, H') visited by times (nr,) [s], the present ones last."""
+        if self.level is not None:  # since some time: no step is of no length
+            return remembered(np.concatenate([self.past, self.level[:, None]], axis=1)[self.which])
         track = self.given.picked(self.which)
         since = time - self.begun[self.which]
-        if (
-            track.loops >= 0
-        ).any():  # of what repeats, drives with a memory have forgotten all but the first rounds
+        if (track.loops >= 0).any():  # drives with a memory have forgotten all but the first rounds
             track = track.twice().twice()
         since = _within(track, since)
         last = np.where(since > 0.0, _at(track, since, after=False), np.nan)
@@ -114,53 +122,50 @@ class Command:
     def arrays(self) -> dict[str, Any]:
         """Its numbers by name, from which `of` makes it again."""
         out: dict[str, Any] = {"which": self.which, "begun": self.begun, "past": self.past}
-        out |= {} if self.level is None else {"level": self.level}
-        for name in ("asked", "given"):
-            track = getattr(self, name)
-            out |= {
-                f"{name}.{one.name}": value
-                for one in fields(Track)
-                if (value := getattr(track, one.name)) is not None
-            }
+        if self.tracks is None:
+            return out | {"level": self.level}
+        for name, track in zip(("asked", "given"), self.tracks, strict=True):
+            parts = {one.name: getattr(track, one.name) for one in fields(Track)}
+            out |= {f"{name}.{key}": value for key, value in parts.items() if value is not None}
         return out
 
     @classmethod
     def of(cls, arrays: Mapping[str, Any]) -> Command:
         """That of the numbers."""
-        asked, given = (
-            Track(**{one.name: arrays.get(f"{name}.{one.name}") for one in fields(Track)})  # type: ignore[arg-type]
-            for name in ("asked", "given")
-        )
-        return cls(arrays["which"], arrays["begun"], asked, given, arrays["past"], arrays.get("level"))
-
-
-def remembers(drive: Drive) -> bool:
-    """Whether what a drive does goes by the volts before."""
-    return drive.law.has_memory or not drive.amplifier.ideal
+        tracks = None
+        if "level" not in arrays:
+            asked, given = (
+                Track(**{one.name: arrays.get(f"{name}.{one.name}") for one in fields(Track)})  # type: ignore[arg-type]
+                for name in ("asked", "given")
+            )
+            tracks = asked, given
+        return cls(arrays["which"], arrays["begun"], arrays["past"], arrays.get("level"), tracks)
 
 
 def held(
-    commands: Sequence[tuple[Command, Drive, bool]], robots: int
+    commands: Sequence[tuple[Command, Drive, bool]], robots: int, varied: bool
 ) -> tuple[Channels, NDArray[np.int64]] | None:
-    """What `Command.lowered` makes of commands that are one voltage each of drives without a memory, at once: channels
-    of all, and which (nr, nc) each robot is driven by, forces, then volts of charged drives. None of others."""
-    if not all(of.level is not None and isinstance(drive.law, LinearForce) for of, drive, _ in commands):
-        return None
-    values = [drive.law.gain * of.level + drive.law.offset for of, drive, _ in commands]  # type: ignore[union-attr]
+    """What `Command.lowered` makes of commands that are one voltage each, at once: channels of all, and which (nr, nc)
+    each robot is driven by, forces, then volts of charged drives. None of other commands, and where numbers of drives
+    are ``varied`` of which a law knows one at a time."""
+    values, volts = [], []
+    for of, drive, charged in commands:
+        if of.level is None or (varied and type(drive.law).held is VoltageLaw.held):
+            return None
+        values.append(drive.law.held(of.level, of.past))
+        volts += [of.level] if charged else []
     courses = [of for of, _, _ in commands] + [of for of, _, charged in commands if charged]
-    values += [of.level for of in courses[len(commands) :]]
-    sizes = [len(of.begun) for of in courses]
-    count = sum(sizes)
     begin = np.concatenate([of.begun for of in courses])
+    count = len(begin)
     coef = np.zeros((count, TERMS))
-    coef[:, 0] = np.concatenate(values)
+    coef[:, 0] = np.concatenate([*values, *volts])
     ones = np.ones(count, dtype=np.intp)
     channels = Channels(ones, -ones, begin, begin + 1.0, coef, ones.astype(bool), np.full(count, np.nan))
     which = np.empty((robots, len(courses)), dtype=np.int64)
     first = 0
     for c, of in enumerate(courses):
         which[:, c] = of.which + first
-        first += sizes[c]
+        first += len(of.begun)
     return channels, which
 
 
@@ -173,6 +178,8 @@ def asked_of(name: str, wave: Any, count: int, since: Floats, seconds: float, ra
         if len(wave) != count:
             raise InputError(f"drive.{name}: expected a waveform for each of {count} robots, got {len(wave)}")
         return joined([_of_runs(one.track(), 1) for one in wave])
+    if isinstance(wave, float) and count == 1 and not ramp and math.isfinite(wave):
+        return np.array([wave])
     try:
         levels = np.asarray(wave, dtype=float)
         level = np.broadcast_to(levels, (count,)).copy() if levels.ndim < 2 else None

@@ -78,6 +78,7 @@ class Session:
         self._shared = Shared(self.scene)
         self._rng = np.random.default_rng()
         self._now: SteppedRobots | None = None
+        self._asked: tuple[float | str, float] = "1 ms", 1e-3  # the last text of a time, which is read once
         self._lock = threading.RLock()
 
     def __repr__(self) -> str:
@@ -246,8 +247,13 @@ class Session:
         return self._now
 
     def _seconds(self, dt: float | str) -> float:
+        if isinstance(dt, float) and 0.0 < dt < np.inf:
+            return dt
+        if dt == self._asked[0]:
+            return self._asked[1]
         try:
-            return seconds_of(self.scene, dt)
+            self._asked = dt, seconds_of(self.scene, dt)
+            return self._asked[1]
         except InputError as error:
             raise InputError([said.replace("duration: ", "dt: ", 1) for said in error.problems]) from None
 

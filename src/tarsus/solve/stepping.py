@@ -152,7 +152,8 @@ class SteppedRobots:
 
     def drive(self, name: str) -> Drive:
         """A drive, with the numbers of all robots where they differ."""
-        return with_columns(self.scene.robot.drives[name], self._of(f"robot.drives.{name}."))
+        own = self.scene.robot.drives[name]
+        return with_columns(own, self._of(f"robot.drives.{name}.")) if self.values else own
 
     def _of(self, head: str) -> dict[str, Floats]:
         return {path.removeprefix(head): of for path, of in self.values.items() if path.startswith(head)}
@@ -192,7 +193,8 @@ class SteppedRobots:
         each = {name: getattr(rows, name)[self.runs.data] for name in ("parameters", "sources", "scales")}
         each["scales"][:, 2] = np.inf  # no marks of periods
         told = [(of, self.drive(name), d in plan.charged) for d, (name, of) in enumerate(commands.items())]
-        if (at_once := held(told, len(self)) if told else None) is not None:
+        varied = any(path.startswith("robot.drives.") for path in self.values)
+        if told and (at_once := held(told, len(self), varied)) is not None:
             return replace(rows, pool=at_once[0], signals=pack(at_once[0]), channels=at_once[1], **each)
         channels = np.zeros((len(self), len(plan.channels)), dtype=np.int64)
         pool: list[Channels] = []
