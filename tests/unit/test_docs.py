@@ -201,7 +201,7 @@ def by_torch(names: Names) -> None:
     assert names["values"].grad[0].item() == pytest.approx(own, rel=1e-4)
     ends = []
     for by in (1e-5, -1e-5):
-        session = ts.Session(names["scene"])
+        session = ts.Session("hexapod")
         session.reset()
         for volts in (5.0, -3.0 + by, 2.0):
             state = session.step({"pzt": volts}, "1 ms")
