@@ -189,7 +189,7 @@ def asked_of(name: str, wave: Any, count: int, since: Floats, seconds: float, ra
         raise InputError(f"drive.{name}: expected volts, one or {count} numbers, or waveforms, got {wave!r}")
     if not np.isfinite(level).all():
         bad = level[~np.isfinite(level)][0]
-        raise InputError(f"drive.{name}: expected finite volts, got {bad!r}")
+        raise InputError(f"drive.{name}: expected finite volts, got {float(bad)!r}")
     return course(level, since, seconds, ramp) if ramp else level
 
 

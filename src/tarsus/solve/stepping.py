@@ -323,7 +323,8 @@ class State:
     _one: bool
 
     def __repr__(self) -> str:
-        return f"<State '{self.scene.name}': {len(self._time)} robots, t = {self._time.max():.6g} s>"
+        many = "" if self._one else f"{len(self._time)} robots, "
+        return f"<State '{self.scene.name}': {many}t = {self._time.max():.6g} s>"
 
     def _shown(self, of: Any) -> Any:
         return of[0] if self._one else of
