@@ -344,7 +344,8 @@ class RecordProblem:
             name: {self.feet[name][1]: 1.0} if name in self.feet else self._along(name)
             for name in self.numbers(names)
         }
-        found = entering(scene, plan, directions, end)
+        moving = with_values(scene, {"initial.standing": None})  # a window has a start of its own
+        found = entering(moving, plan, directions, end)
         if not self.feet:
             return found
         factors = np.ones(found.row.parameters.shape[1:])

@@ -39,7 +39,7 @@ FOLLOWED = 1.3
 """Mean square over the noise up to which a window is followed: an estimated one is good to a tenth."""
 ALL = 0.9
 """Share of the samples that are followed of which all are taken to be: the last contacts of a record may be lost."""
-TIES = 20
+TIES = 40
 """Steps of a descent of all windows together."""
 APART, LEAST_APART, ROUNDS = 0.1, 0.003, 4
 """Spread of logarithms from foot to foot at first, and at least, where it is less than any interval; and how often
@@ -133,7 +133,7 @@ class WalkFit:
         """Whether the records determine a number."""
         j = self.paths.index(path)
         of_prior = float(np.sqrt(self.covariance[j, j]) / self.prior[j])
-        return verdict_of(self.interval(path), of_prior=of_prior, doubted=self.followed < ALL)
+        return verdict_of(self.interval(path), of_prior=of_prior, doubted=self.followed < ALL or not self.settled)
 
 
 def _walker(records: Sequence[WalkRecord]) -> Walker:
