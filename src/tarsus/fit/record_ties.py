@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
@@ -122,26 +121,24 @@ class _Tied:
         flown = self.problem.flown(self.segments, starts, moved, names)
         left = self.problem.left_of(self.segments, flown)
         slopes = self.problem.slopes_of(self.segments, flown, names)
-        shared = np.arange(self.wide, self.wide + len(names))
-        normal = np.zeros((len(self.of), self.wide + len(names), self.wide + len(names)))
-        right, cost, count = np.zeros(normal.shape[:2]), np.zeros(len(normal)), np.full(len(normal), -float(self.wide))
+        records, every = len(self.of), self.wide + len(names)
+        shared = np.arange(self.wide, every)
+        normal, right = np.zeros((records, every, every)), np.zeros((records, every))
+        cost, count = np.zeros(records), np.full(records, -float(self.wide))
         for r, numbers in enumerate(self.of):
             parts = [(np.arange(size), starts[numbers[0]], np.eye(size))]
             for w, k in enumerate(numbers):
                 mine = np.concatenate([np.arange(w * size, (w + 1) * size), shared])
                 parts.append((mine, self.weights[k] * np.concatenate(left[k]), self.weights[k] * slopes[k]))
-            parts += zip(self._tied(len(numbers), shared), self._gaps(flown, numbers), self._ties(flown, numbers, names), strict=True)
+            tied = zip(self._gaps(flown, numbers), self._ties(flown, numbers, names), strict=True)
+            for w, (off, by) in enumerate(tied):
+                parts.append((np.concatenate([np.arange(w * size, (w + 2) * size), shared]), off, by))
             for columns, off, by in parts:
                 normal[r][np.ix_(columns, columns)] += by.T @ by
                 right[r][columns] -= by.T @ off
                 cost[r] += off @ off
                 count[r] += off.size
         return NormalEquations.split(normal, right, cost, count, self.wide)
-
-    def _tied(self, count: int, shared: NDArray[np.intp]) -> list[NDArray[np.intp]]:
-        """Unknowns of each of the gaps between so many windows: both starts, and the numbers."""
-        size = self.size
-        return [np.concatenate([np.arange(w * size, (w + 2) * size), shared]) for w in range(count - 1)]
 
     def _ties(self, flown: Flown, numbers: Sequence[int], names: Sequence[str]) -> list[Floats]:
         """Slopes (2n, 4n + np) of each of the gaps by both starts and the numbers; an end that has none moves with

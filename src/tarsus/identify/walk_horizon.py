@@ -28,9 +28,9 @@ it is not followed so far."""
 MOST, SCATTER = 1.1, 5.0
 """Mean square over a known noise up to which a window is followed, for ties are loose here, and by how many of its
 standard deviations more: of some thousand windows that are followed none is then taken for one that is not."""
-EVENTS = 6
-"""Moments of events in a window at most: over more the effect of a number grows so that a step which the slopes tell
-holds no farther than a fraction of its interval, and descents of all windows creep."""
+EVENTS = 1.5
+"""Moments of events in a window at most, for each foot: with more the effect of a number grows so that slopes hold over
+a fraction of its interval only, and a descent of all windows creeps (of 12 for two feet by a tenth of one a step)."""
 OPEN = 4
 """Windows that are fitted together; what is older moves the numbers no more."""
 ROUNDS, AGAIN, GAIN = 2, 8, 0.9
@@ -142,19 +142,20 @@ class WalkFollower:
         samples = np.searchsorted(self.problem.records[self.number].times, times)
         times = times[np.diff(samples, prepend=-1) > 0]  # within one sample a foot that chatters does so once
         times, edges = times[times > last.begin], list[float]()
-        while len(times) > EVENTS:
-            later = times[EVENTS // 2 : EVENTS + 1]
+        most = max(int(EVENTS * plan.feet), 3)
+        while len(times) > most:
+            later = times[most // 2 : most + 1]
             k = int(np.argmax(np.diff(later)))
             edges.append(float(0.5 * (later[k] + later[k + 1])))
             times = times[times > edges[-1]]
-        ends, pieces = [*edges, end], [replace(last, span=(last.span[0], [*edges, end][0]))]
-        if edges:
-            window = simulate_windows(plan, [replace(start, times=edges)])[0]
-            states = np.vstack([window.states.x, window.states.v]).T
-        for k, edge in enumerate(edges):
+        window, ends = simulate_windows(plan, [replace(start, times=[*edges, end])])[0], [*edges, end]
+        pieces = [replace(last, span=(last.span[0], ends[0]))]
+        for edge, after, state in zip(
+            edges, ends[1:], np.vstack([window.states.x, window.states.v]).T[:-1], strict=True
+        ):
             gone = window.events[window.events["time"] <= edge]
             contacts = last.contacts.after(gone, last.begin, edge)
-            pieces.append(Segment(self.number, edge, (edge, ends[k + 1]), states[k], self.near, contacts))
+            pieces.append(Segment(self.number, edge, (edge, after), state, self.near, contacts))
         left = np.concatenate([at.left[: len(at.segments)], np.ones(len(edges))])
         return replace(at, segments=[*at.segments[:-1], *pieces], left=left)
 

@@ -133,7 +133,8 @@ class WalkFit:
         """Whether the records determine a number."""
         j = self.paths.index(path)
         of_prior = float(np.sqrt(self.covariance[j, j]) / self.prior[j])
-        return verdict_of(self.interval(path), of_prior=of_prior, doubted=self.followed < ALL or not self.settled)
+        doubted = self.followed < ALL or not self.settled
+        return verdict_of(self.interval(path), of_prior=of_prior, doubted=doubted)
 
 
 def _walker(records: Sequence[WalkRecord]) -> Walker:
