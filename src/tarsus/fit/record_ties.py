@@ -63,12 +63,13 @@ def solve_tied(
     """
     before = known or Knowledge.beforehand(len(moved))
     tied = _Tied(problem, tuple(segments), ties, np.ones(len(segments)) if weights is None else weights)
+    prior = before.centre, before.information
     found = descend(
         lambda own, at, _: tied.equations(own, at), np.zeros((len(tied.of), tied.wide)), moved,
-        prior=(before.centre, before.information), costs=lambda own, at, _: tied.costs(own, at),
+        prior=prior, costs=lambda own, at, _: tied.costs(own, at),
         how=Descent(rounds=rounds, settled=SETTLED, far=problem.far),
     )  # fmt: skip
-    return problem.fitted(segments, found, tied.each(found.own), found.shared, before.information)
+    return problem.fitted(segments, found, tied.each(found.own), found.shared, prior)
 
 
 class _Tied:

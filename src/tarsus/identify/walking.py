@@ -103,7 +103,8 @@ class WalkRecord:
 class WalkFit:
     """What records determine.
 
-    paths (np,); values (np,) [SI]; covariance (np, np) of the logarithms, what was known beforehand included; prior
+    paths (np,); values (np,) [SI]; covariance (np, np) of the logarithms, what was known beforehand included, and the
+    square of the step that a descent which ended early had ahead; prior
     (np,): standard deviations of the logarithms beforehand; left: by record, mean square of what each window leaves
     over the noise; edges: by record [s]; residuals: by record, (nc, nt) over the noise, NaN outside of the windows;
     followed: share of the samples that are in windows that are followed to their noise; settled: whether the numbers
@@ -133,8 +134,7 @@ class WalkFit:
         """Whether the records determine a number."""
         j = self.paths.index(path)
         of_prior = float(np.sqrt(self.covariance[j, j]) / self.prior[j])
-        doubted = self.followed < ALL or not self.settled
-        return verdict_of(self.interval(path), of_prior=of_prior, doubted=doubted)
+        return verdict_of(self.interval(path), of_prior=of_prior, doubted=self.followed < ALL)
 
 
 def _walker(records: Sequence[WalkRecord]) -> Walker:
@@ -255,7 +255,7 @@ def identify_walk(
     residuals = _residuals(problem, segments, fit.moved)
     return WalkFit(
         paths, np.array([fit.values[path] for path in paths]),
-        fit.covariance[: len(paths), : len(paths)] * np.outer(prior, prior), prior,
+        (fit.covariance + np.outer(fit.ahead, fit.ahead))[: len(paths), : len(paths)] * np.outer(prior, prior), prior,
         tuple(left[of == k] for k in range(len(records))),
         tuple(np.array([one[0][0], *(end for _, end in one)]) for one in ends), residuals,
         _followed(problem, segments, left), fit.settled,
