@@ -10,6 +10,7 @@ numbers is kept as a normal distribution.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -86,7 +87,7 @@ class WalkFollower:
             if other.lost and other.reached <= self._after(at.reached):
                 break
             at = other
-        good = at.left[at.closed :] < self._most(at.segments[at.closed :])
+        good = at.left[at.closed :] < most_of(self.problem, at.segments[at.closed :], self.most)
         kept = max(at.closed + int(good.argmin()) if at.lost else len(good) + at.closed, 1)
         return replace(at, segments=at.segments[:kept], left=at.left[:kept])
 
@@ -148,11 +149,11 @@ class WalkFollower:
             k = int(np.argmax(np.diff(later)))
             edges.append(float(0.5 * (later[k] + later[k + 1])))
             times = times[times > edges[-1]]
-        window, ends = simulate_windows(plan, [replace(start, times=[*edges, end])])[0], [*edges, end]
+        ends = [*edges, end]
+        window = simulate_windows(plan, [replace(start, times=ends)])[0]
         pieces = [replace(last, span=(last.span[0], ends[0]))]
-        for edge, after, state in zip(
-            edges, ends[1:], np.vstack([window.states.x, window.states.v]).T[:-1], strict=True
-        ):
+        states = np.vstack([window.states.x, window.states.v]).T
+        for edge, after, state in zip(edges, ends[1:], states[:-1], strict=True):
             gone = window.events[window.events["time"] <= edge]
             contacts = last.contacts.after(gone, last.begin, edge)
             pieces.append(Segment(self.number, edge, (edge, after), state, self.near, contacts))
@@ -170,20 +171,12 @@ class WalkFollower:
             segments = [*at.segments[: at.closed], *fit.segments]
             left = np.append(at.left[: at.closed], left_of(fit))
             at = replace(at, segments=segments, moved=fit.moved, covariance=fit.covariance, left=left)
-            worst = float(np.max(left[at.closed :] / self._most(segments[at.closed :])))
+            most = most_of(self.problem, segments[at.closed :], self.most)
+            worst = float(np.max(left[at.closed :] / most))
             if worst < 1.0 or worst > GAIN * cost:
                 break
             cost = worst
         return replace(at, lost=worst > 1.0)
-
-    def _most(self, segments: list[Segment]) -> Floats:
-        """Mean squares (nw,) over the noise up to which windows are followed."""
-        record = self.problem.records[self.number]
-        ends = np.array([one.span for one in segments])
-        count = (
-            len(record.channels) * np.diff(np.searchsorted(record.times, ends, side="right"), axis=1)[:, 0]
-        )
-        return np.asarray(self.most + SCATTER * np.sqrt(2.0 / np.maximum(count, 1)), dtype=np.float64)
 
     def _elsewhere(self, at: FollowedWalk) -> FollowedWalk:
         """The farthest that is come to from other numbers, which are taken from the first open window on: of those that
@@ -229,6 +222,20 @@ class WalkFollower:
         fit = solve_tied(self.problem, old, at.moved, self.ties, weights=weights, rounds=0, known=at.known)
         known = Knowledge.of(at.moved, fit.covariance)
         return replace(at, closed=at.closed + count, known=known)
+
+
+def samples_of(problem: RecordProblem, segments: Sequence[Segment]) -> Floats:
+    """How many samples (nw,) windows have of each channel."""
+    times = [problem.records[one.record].times for one in segments]
+    pairs = zip(times, segments, strict=True)
+    return np.array([float(np.ptp(np.searchsorted(at, one.span, side="right"))) for at, one in pairs])
+
+
+def most_of(problem: RecordProblem, segments: Sequence[Segment], most: float) -> Floats:
+    """Mean squares (nw,) over the noise up to which windows are followed: so much, and their scatter."""
+    channels = np.array([len(problem.records[one.record].channels) for one in segments])
+    count = np.maximum(channels * samples_of(problem, segments), 1.0)
+    return np.asarray(most + SCATTER * np.sqrt(2.0 / count), dtype=np.float64)
 
 
 def left_of(fit: RecordFit) -> Floats:
