@@ -29,10 +29,10 @@ from tarsus.solve.outputs import Output, output_rows
 NEAR = (1e-6, 1e-3)
 """Standard deviations [m, m/s] of a first start about the walker at rest: as far as its release from the ground moves
 it."""
-TIED = (20e-9, 20e-6)
-"""Standard deviations [m, m/s] of a start about the end of the window before: what no model has of a motion within some
-milliseconds, below the noise of any instrument that sees it."""
-SLACK = 10.0
+TIED = (3e-9, 3e-6)
+"""Standard deviations [m, m/s] of a start about the end of the window before: what no model has of a motion within a
+millisecond, far below the noise of any instrument that sees it, for a record has dozens of windows."""
+SLACK = 60.0
 """Times as loose as in the end windows are tied at first, where the cost is smoother."""
 ZERO = 1e-5
 """Standard deviation of the zero of a displacement [m] from record to record; of an angle over the arm."""
