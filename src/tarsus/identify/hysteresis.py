@@ -19,8 +19,7 @@ from tarsus.base.errors import InputError
 from tarsus.identify.draws import DRAWS, carried, newton_draws
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.foot import FootModel
-from tarsus.identify.loops import Block, Centred, across, basis_of, blocks_of, law_names
-from tarsus.identify.ringing import calmed
+from tarsus.identify.loops import Block, Centred, across, basis_of, blocks_of, calmed, law_names
 from tarsus.identify.step import Panel, Residual, StepResult, Used, measured_and_fitted
 from tarsus.identify.traces import Trace
 from tarsus.identify.volts import Volts

@@ -5,7 +5,7 @@ force N on the foot. In the air N = 0; on the ground two points tell both."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
+from tarsus.identify.foot import FootModel, response
 from tarsus.identify.traces import Trace
 from tarsus.identify.volts import Volts
 from tarsus.impacts.detection import STILL
@@ -22,6 +23,8 @@ from tarsus.model.drive.laws import LinearForce, PrandtlIshlinskii, VoltageLaw
 
 SETTLING = 0.08
 """Time [s] after a contact is made or broken in which a static record is not used."""
+_AWAY = 10.0
+"""Own gaps of the device from which on the ground counts as away: a film damps a thousandth of what it does there."""
 
 
 @dataclass(frozen=True)
@@ -137,3 +140,20 @@ class Centred:
 def across(vector: Floats) -> Floats:
     """Orthonormal rows (n - 1, n) across a vector (n,)."""
     return np.linalg.svd(vector[None, :])[2][1:]
+
+
+def calmed(model: FootModel, trace: Trace) -> Trace:
+    """A record without its ringing (displacements less what they are beyond ``by_drive F``), by the model's structure
+    and drive; as it is where the ground is near, whose film and contacts end the ringing.
+
+    Every corner of a slow voltage, where its slope changes by dV', sets each mode ringing by ``dV' / omega`` volts. The
+    mode rings for about ``1 / (zeta omega)``: with a soft robot as long as a straight run of its loops, and a mean over
+    few such runs does not average it out."""
+    if trace.gap is None or trace.gap < _AWAY * model.gap:
+        return trace
+    volts = Volts.of(trace.volts)
+    force = volts.force(model.law, model.history, 0, len(trace.volts))
+    force = force - force[0]
+    moved = response(model.flow, np.outer(model.inputs[:, 0], force), trace.step / volts.substeps)
+    still = np.outer(model.by_drive, force)
+    return replace(trace, x=trace.x - (model.rows @ moved[: len(model.row)] - still)[:, :: volts.substeps])
