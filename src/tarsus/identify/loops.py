@@ -6,7 +6,6 @@ force N on the foot. In the air N = 0; on the ground two points tell both."""
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -98,43 +97,13 @@ def basis_of(law: VoltageLaw, volts: Floats, history: tuple[float, ...]) -> Floa
     return np.column_stack([along.force(unit, history, 0, len(volts)) for unit in units])
 
 
-@dataclass(frozen=True)
-class Centred:
-    """Samples of blocks about the means of their records, whose zeros then no longer matter: the force is ``basis @
-    parameters`` and moves the points.
-
-    basis (n, p); motion (n, np) [m]; block (n,): number of the block each is of.
-    """
-
-    basis: Floats
-    motion: Floats
-    block: NDArray[np.intp]
-
-    @staticmethod
-    def of(basis: Floats, motion: Floats, block: NDArray[np.intp], trace: NDArray[np.intp]) -> Centred:
-        """From samples (n, ...) and the number (n,) of the record each is of."""
-        parts = [trace == number for number in np.unique(trace)]
-        basis, motion = basis.copy(), motion.copy()
-        for part in parts:
-            basis[part] -= basis[part].mean(axis=0)
-            motion[part] -= motion[part].mean(axis=0)
-        return Centred(basis, motion, block)
-
-    @cached_property
-    def squares(self) -> Floats:
-        """Sum of the basis' products (p, p)."""
-        return self.basis.T @ self.basis
-
-    @cached_property
-    def cross(self) -> Floats:
-        """Sum of the products of basis and motion (p, np)."""
-        return self.basis.T @ self.motion
-
-    def by_block(self, rows: Floats, count: int) -> Floats:
-        """Sums (count, ...) over the samples of each block of rows (n, ...)."""
-        out = np.zeros((count, *rows.shape[1:]))
-        np.add.at(out, self.block, rows)
-        return out
+def moments(rows: Floats, block: NDArray[np.intp], trace: NDArray[np.intp], count: int) -> Floats:
+    """Second moments (count, r, r) by block of samples (n, r) about the means of their records, whose zeros then no
+    longer matter; block, trace (n,): numbers of the block and of the record each sample is of."""
+    rows = rows.copy()
+    for number in np.unique(trace):
+        rows[trace == number] -= rows[trace == number].mean(axis=0)
+    return np.array([rows[block == k].T @ rows[block == k] for k in range(count)])
 
 
 def across(vector: Floats) -> Floats:
