@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from laboratory import HEXAPOD
+from tarsus.base.spec import get_value
 from tarsus.files.library import load_scene
 from tarsus.identify.electrostatics import identify_close
 from tarsus.identify.estimates import Estimates
+from tarsus.identify.flight import ATTRACTION, FILM
 from tarsus.identify.foot import FootModel
 from tarsus.identify.traces import trace_of
 from tarsus.records.purpose import Purpose
@@ -29,11 +31,9 @@ def test_attraction_and_damping_at_the_smallest_gap_hold_the_truth():
     ]
     step = identify_close(model, Estimates.nothing(model), traces, seed=7)
     assert step.used[0].used == len(traces) == 6 and not step.left_out
-    gap, ground = min(one.gap for one in takes), scene.ground
-    truth = (
-        ground.film.coefficient / (gap + ground.film.thickness) ** 3,
-        ground.electrostatic.coefficient / (gap + ground.electrostatic.offset) ** 2,
-    )
+    gap = min(one.gap or 1.0 for one in takes)
+    film, thickness, pull, offset = (float(get_value(scene, path)) for path in (*FILM, *ATTRACTION))
+    truth = film / (gap + thickness) ** 3, pull / (gap + offset) ** 2
     for true, (value, draws, _) in zip(truth, step.combinations.values(), strict=True):
         low, high = np.quantile(draws, [0.025, 0.975])
         assert low < true < high and value == pytest.approx(true, rel=0.2)
