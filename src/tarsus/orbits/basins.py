@@ -15,7 +15,6 @@ from tarsus.model.structure.walker import Walker
 from tarsus.orbits.returns import drive_period
 from tarsus.orbits.settling import Settling
 from tarsus.orbits.starts import Box
-from tarsus.solve.codes import ResultCode
 from tarsus.solve.engine import RECORDED, Accuracy
 from tarsus.solve.trajectories import Trajectories
 
@@ -54,7 +53,7 @@ class Survey:
     ) -> Settling:
         """Runs from starts at points (nr, d) of the unit cube, after they have settled or not."""
         values = self.box.values(points)
-        offset = np.mod(-self.box.late(values, len(points)), self.period)
+        offset = np.mod(-self.box.late(points), self.period)
         longest = (MOST_PERIODS + 200) * self.period
         runs = Trajectories.of(self.box.scene, values, longest, accuracy=accuracy)
         walks = isinstance(self.box.scene.robot.structure, Walker)
@@ -95,7 +94,7 @@ def told_apart(settling: Settling) -> tuple[NDArray[np.intp], list[NDArray[np.in
     groups = motions_of(settling, np.flatnonzero(settling.multiple))
     for i, one in enumerate(groups):
         label[one] = i
-    label[[code is not ResultCode.DONE for code in settling.runs.code]] = FAILED
+    label[~settling.runs.done] = FAILED
     open_ = np.flatnonzero(label == UNSETTLED)
     label[open_[settling.chaotic(open_)]] = CHAOTIC
     return label, [np.array(one) for one in groups]
