@@ -122,12 +122,6 @@ class NormalEquations:
         """The same with a matrix (q, q) added to every record's: another damping, or what is known besides."""
         return replace(self, own=self.own + ridge)
 
-    def alone(self) -> NormalEquations:
-        """The same where nothing is shared: what is shared stays as it is."""
-        return replace(
-            self, across=self.across[..., :0], shared=self.shared[:, :0, :0], right_shared=self.right_shared[:, :0]
-        )  # fmt: skip
-
     def eliminated(self) -> NormalEquations:
         """The same of the shared ones alone, with the own unknowns where the records want them."""
         information, score = self.reduced()

@@ -20,9 +20,10 @@ from scipy.signal import lfilter
 
 from tarsus.base.arrays import Floats
 from tarsus.fit.verdict import LEVEL
-from tarsus.identify.airborne import AirRecord, moving, response
+from tarsus.identify.airborne import AirRecord, moving
 from tarsus.identify.checks import GROUND, LAW, LOAD, STRUCTURE, SURE
 from tarsus.identify.estimates import Estimates
+from tarsus.identify.foot import response
 from tarsus.model.drive.laws import PrandtlIshlinskii
 
 Columns = Callable[[AirRecord], list[Floats]]
