@@ -33,6 +33,11 @@ class VoltageLaw(Description, ABC):
         cuts stay where they are, for a force that is continuous is the same on either side to first order.
         """
 
+    def held(self, volts: Floats, past: Floats) -> Floats:
+        """Forces (R,) [N] at voltages (R,) [V] that are held, of actuators that have visited others (R, H) [V] before;
+        numbers of the law may be one of each."""
+        return np.array([self.force([v], tuple(row))[0] for v, row in zip(volts, past, strict=True)])
+
     def small_signal_gain(self) -> Floats:
         """Ascending powers (3,) of the voltage in the gain [N/V] of a small signal about it.
 

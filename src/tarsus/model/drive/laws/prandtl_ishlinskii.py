@@ -76,8 +76,20 @@ class PrandtlIshlinskii(VoltageLaw):
     def force(self, volts: ArrayLike, history: Sequence[float] = ()) -> Floats:
         """Force (N,) [N] along a sequence of voltages (n,) [V], monotone from each to the next."""
         v = np.atleast_1d(np.asarray(volts, dtype=np.float64))
-        free = ((self.cubic * v + self.quadratic) * v + self.linear) * v + self.constant
-        return free + product(self.states(v, history), self.plays()[1])
+        return self.force_with(v, self.states(v, history))
+
+    def force_with(self, volts: Floats, states: Floats) -> Floats:
+        """Force (N,) [N] at voltages (N,) with the plays in some states (N, n) [V]."""
+        free = ((self.cubic * volts + self.quadratic) * volts + self.linear) * volts + self.constant
+        return free + product(states, self.plays()[1])
+
+    def held(self, volts: Floats, past: Floats) -> Floats:
+        """Forces (R,) [N] at voltages (R,) [V] that are held; see `VoltageLaw.held`."""
+        r, w, _ = self._felt()
+        states = remembered((*past.T, volts), r)
+        c = np.broadcast_to(self.coefficients(), (len(volts), 4)).T
+        free = ((c[3] * volts + c[2]) * volts + c[1]) * volts + c[0]
+        return free + dot(states, np.broadcast_to(w, states.shape))
 
     def parts(self, track: Track, history: Sequence[float]) -> Parts:
         """The track cut where plays engage: on each part the engaged follow the voltage, the others rest."""
