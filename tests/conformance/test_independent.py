@@ -8,7 +8,7 @@ import pytest
 
 import tarsus as ts
 from independent.compare import compare
-from random_scenes import branched_scene, plain_scene, sliding_scene
+from random_scenes import branched_scene, creeping_scene, plain_scene, sliding_scene
 from sliding_scenes import biped, by_modes, cantilever
 from tarsus.base.events import EventKind
 from tarsus.base.spec import get_value, with_values
@@ -73,6 +73,15 @@ def test_feet_by_contact_modes_slip_and_stick_as_there(scene: str) -> None:
 )
 def test_feet_that_nobody_chose_slip_and_stick_as_there(seed: int) -> None:
     found = compare(sliding_scene(seed), TIGHT)
+    assert found.wrong is None, found
+
+
+@pytest.mark.parametrize(
+    ("seed", "legged"),
+    [(6, False), *(pytest.param(s, k, marks=pytest.mark.slow) for s in range(10, 12) for k in (True, False))],
+)
+def test_they_agree_under_drives_that_creep(seed: int, legged: bool) -> None:
+    found = compare(creeping_scene(seed, legged), TIGHT)
     assert found.wrong is None, found
 
 
