@@ -26,6 +26,8 @@ def line(name: str, field: FieldInfo) -> str:
     value = field.get_default(call_default_factory=not field.default_factory_takes_validated_data)
     if isinstance(value, float) and isinstance(unit, str):
         value = format_quantity(value, unit)
+    if value == "":
+        return said + "; empty by default."
     return said + (f"; ``{value}`` by default." if isinstance(value, (str, float, int, bool)) else ".")
 
 

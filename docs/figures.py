@@ -329,7 +329,7 @@ def hexapod() -> str:
 DEVICES = {
     "millipede": "`millipede` (chosen among interpretations)",
     "millipede-table": "`millipede-table` (damping of Table 4.1)",
-    "millipede-printed": "`millipede-printed` ((2.13) as printed)",
+    "millipede-printed": "`millipede-printed` (pull rule as printed)",
 }
 
 

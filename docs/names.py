@@ -34,9 +34,14 @@ def names_of(words: str) -> list[str]:
                     f"{home}.{own}" if home.startswith(f"{package}.{name}.") else f"{package}.{name}"
                 )
         return found
-    module = package_of(package)
+    module, top = package_of(package), import_module("tarsus")
     offered = {name: getattr(module, name) for name in module.__all__}
-    return [f"{package}.{name}" for name, one in offered.items() if not isinstance(one, ModuleType)]
+    at_top = {name for name, one in offered.items() if name in top.__all__ and getattr(top, name) is one}
+    return [
+        f"tarsus.{name}" if name in at_top else f"{package}.{name}"  # one page for an object
+        for name, one in offered.items()
+        if not isinstance(one, ModuleType)
+    ]
 
 
 def package_of(name: str) -> ModuleType:
@@ -53,7 +58,7 @@ def listed(page: str) -> list[str]:
     found: list[str] = []
     for words, name in re.findall(r"^\.\. names:: (.*)$|^   (tarsus\S*)$", page, re.MULTILINE):
         found += names_of(words) if words else [name]
-    return found
+    return list(dict.fromkeys(found))
 
 
 def write_lists() -> None:

@@ -12,7 +12,8 @@ import numpy as np
 
 from tarsus.calibrate.prediction import Miss
 from tarsus.files.library import changed
-from tarsus.measure import Counting, by_window, histories_of
+from tarsus.measure import Counting, histories_of
+from tarsus.measure.periods import by_window
 from tarsus.tables import Column, Table
 from tarsus_reproduce.ensembles import packaged_errors, packaged_members, packaged_misses
 from tarsus_reproduce.forecast import (

@@ -327,8 +327,8 @@ def branches(signal: Signal, law: Any, history: Sequence[float], end: float) -> 
 
 
 def creeping(signal: Signal, law: Any, history: Sequence[float], end: float) -> list[Piece]:
-    """What follows at once, and lags of plays: z(t) = z(a) exp(-(t - a)/T) + the integral of exp(-(t - s)/T) play(s)/T from
-    a on, by Gauss's quadrature, in parts that are short against every lag, and a polynomial through each."""
+    """What follows at once, and lags of plays: z(t) = z(a) exp(-(t - a)/T) + the integral of exp(-(t - s)/T) play(s)/T
+    from a on, by Gauss's quadrature, in parts that are short against every lag, and a polynomial through each."""
     now, own = law.instant, len(law.instant.thresholds)
     widths = np.array([*now.thresholds, *law.thresholds])
     weights, lags = np.array(law.weights), np.array(law.times)

@@ -8,7 +8,6 @@ import inspect
 import re
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -25,15 +24,9 @@ SHAPE = re.compile(
 UNIT = re.compile(r"\[[^\]]+\]|\bunit|\bSI\b|\bshares?\b|\bdimensionless\b|\bsame\b")
 
 
-@cache
-def found(full: str) -> Any:
-    """The object of a full name; what a package offers hides a file of the same name."""
-    place, *parts = full.split(".")
-    one: Any = importlib.import_module(place)
-    for part in parts:
-        place = f"{place}.{part}"
-        one = getattr(one, part) if hasattr(one, part) else importlib.import_module(place)
-    return one
+REFERENCE = load_file(DOCS / "reference.py")
+found = cache(REFERENCE.object_of)
+EXAMPLES = REFERENCE.examples()
 
 
 def test_every_name_on_the_page_exists_once():
@@ -80,23 +73,40 @@ def test_what_a_user_meets_first_says_what_it_returns(name):
     assert re.search(r"^Returns\n-------\n\S.*\n    \S", told, re.MULTILINE)
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        "load_scene",
-        "simulate",
-        "simulate_batch",
-        "sweep",
-        "calibrate.calibrating.calibrate",
-        "fit.least_squares",
-    ],
-)
-def test_examples_of_the_reference_run(name, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (examples,) = doctest.DocTestFinder(recurse=False).find(found(f"tarsus.{name}"), name)
-    assert len(examples.examples) >= 3
+OWN = [name for name in LISTED if ">>>" in (inspect.getdoc(found(name)) or "")]
+"""Names whose docstring has an example."""
+
+
+def ran(examples: doctest.DocTest) -> None:
     result = doctest.DocTestRunner().run(examples)
-    assert result.failed == 0 and result.attempted >= 3 - 2 * name.startswith("calibrate")
+    assert result.failed == 0 and result.attempted >= 1
+
+
+@pytest.mark.parametrize("name", OWN)
+def test_examples_of_docstrings_run(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (examples,) = doctest.DocTestFinder(recurse=False).find(found(name), name)
+    ran(examples)
+
+
+@pytest.mark.parametrize(
+    "example",
+    [pytest.param(one, id=one.names[0], marks=[pytest.mark.slow] * one.slow) for one in EXAMPLES],
+)
+def test_examples_of_the_reference_run(example, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    ran(
+        doctest.DocTestParser().get_doctest(
+            example.text, {}, example.names[0], str(example.file), example.line
+        )
+    )
+
+
+def test_every_page_of_the_reference_has_an_example():
+    shown = [name for one in EXAMPLES for name in one.names]
+    those = {id(found(name)) for name in (*shown, *OWN)}
+    assert [name for name in LISTED if id(found(name)) not in those] == []
+    assert [name for name in shown if id(found(name)) not in {id(found(one)) for one in LISTED}] == []
 
 
 def test_summaries_of_the_reference_are_whole_sentences():

@@ -13,12 +13,12 @@ from tarsus.measure import (
     CautionKind,
     Counting,
     Scope,
-    by_window,
     histories_of,
     period_statistics,
     whole_run_statistics,
     window_statistics,
 )
+from tarsus.measure.periods import by_window
 from tarsus.solve.codes import EVENT_TYPE
 
 BOUNCE, CAPTURE, RELEASE, REST, START, MARK = 1, 2, 3, 4, 5, 6

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from tarsus.measure import PER_WINDOW, Judgement, PerWindow, RunTable, Scope, measured, measures_of
+from tarsus.measure import Judgement, RunTable, Scope, measured, measures_of
+from tarsus.measure.periods import PER_WINDOW, PerWindow
 from tarsus.solve.codes import EVENT_TYPE
 from tarsus.solve.offered import offered
 

@@ -10,7 +10,8 @@ from random_scenes import plain_scene
 from scene_files import scene as scene_of
 from scene_files import with_gradients
 from tarsus.base.spec import float_paths, get_value
-from tarsus.measure import PER_WINDOW, WHOLE_RUN
+from tarsus.measure.periods import PER_WINDOW
+from tarsus.measure.whole import WHOLE_RUN
 from tarsus.plan.slots import slots
 from tarsus.solve import objective as module
 from tarsus.solve.adjoint import Seeds, swept

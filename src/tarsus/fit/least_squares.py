@@ -57,7 +57,7 @@ def least_squares(
 def least_squares_from(
     problem: Residuals, starts: ArrayLike, rounds: int = 50, settled: float = SETTLED
 ) -> list[Found]:
-    """The same from several starts (n, nu) [each in its unknown's unit], whose trials share a batch; in their order.
+    """The same from several starts (n, nu), points of the unit cube, whose trials share a batch; in their order.
 
     Raises InputError as `least_squares`.
     """

@@ -130,8 +130,8 @@ def _regressed(points: Floats, residuals: Floats, base: int, count: int) -> tupl
     """Slopes (nu, nr) of residuals from the nearest so many visited points, the nearer the heavier, and the distance of
     the farthest."""
     distance = _distances(points, points[base])
-    distance[base] = np.inf
-    near = np.argsort(distance, kind="stable")[: min(count, len(points) - 1)]
+    others = np.flatnonzero(distance > 0.0)  # a point that was visited twice, as corners are, tells no slope
+    near = others[np.argsort(distance[others], kind="stable")[:count]]
     radius = float(distance[near[-1]])
     weight = np.maximum(1.0 - (distance[near] / (1.0001 * radius)) ** 3, 1e-3) ** 1.5
     moved, changed = points[near] - points[base], residuals[near] - residuals[base]

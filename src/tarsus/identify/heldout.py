@@ -19,16 +19,10 @@ from tarsus.identify.foot import FootModel
 from tarsus.identify.step import Curve, Panel
 from tarsus.identify.traces import Trace
 from tarsus.impacts.detection import STILL, impacts_at_ground
-from tarsus.measure import (
-    RESOLUTION,
-    Counting,
-    Flights,
-    Knots,
-    KnownHistories,
-    Points,
-    by_window,
-    periods_used,
-)
+from tarsus.measure import RESOLUTION, Counting, Flights
+from tarsus.measure.history import Knots, KnownHistories, Points
+from tarsus.measure.periods import by_window
+from tarsus.measure.table import periods_used
 from tarsus.model.drive.waveforms import Waveform
 from tarsus.model.scene import Scene
 from tarsus.model.standing import rest_state

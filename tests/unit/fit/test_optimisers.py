@@ -11,6 +11,7 @@ from tarsus.base.errors import InputError
 from tarsus.fit import (
     Residuals,
     Unknowns,
+    by_regressions,
     cma_es,
     differential_evolution,
     least_squares,
@@ -52,6 +53,28 @@ def test_scipy_with_derivatives_finds_the_bottom(optimise):
     found = optimise(Valley(), np.array([0.2, 0.7]))
     assert found.values == {"a": pytest.approx(1.0, abs=1e-3), "b": pytest.approx(1.0, abs=2e-3)}
     assert found.cost < 1e-6 and 0 < found.slopes <= found.evaluations < 60
+
+
+def test_regressions_find_the_bottom():
+    found = by_regressions(Valley(), screening=16, generations=40)  # of a bent valley only nearly
+    assert found.x == pytest.approx([0.75, 0.75], abs=0.05) and found.slopes == 0
+
+
+class Slope(Residuals):
+    """One number, whose residual is least at the upper bound."""
+
+    unknowns = Unknowns(("a",), ("1",), np.zeros(1), np.ones(1), np.zeros(1, dtype=bool), (None,))
+
+    def residuals_at(self, points):
+        assert np.isfinite(points).all()
+        return 2.0 - points
+
+    def jacobian(self, x):
+        raise AssertionError("no derivatives are asked for")
+
+
+def test_regressions_go_on_from_a_corner_that_was_visited_twice():
+    assert by_regressions(Slope(), screening=8, generations=12).x == pytest.approx([1.0])
 
 
 def test_differential_evolution_asks_for_whole_generations():
