@@ -160,7 +160,7 @@ def sentence_of_choice(what: str, choice: Table, names: Mapping[str, str]) -> st
 LANDINGS = {
     "restitute": "restitution first",
     "capture": "held unless pulled",
-    "printed": "(2.13) with its own signs",
+    "printed": "the source's rule with its own signs",
 }
 POLARITIES = {"lifting": "0 to 10 V lifting", "pressing": "0 to 10 V pressing", "both": "−10 to 10 V"}
 AVERAGES = {"apex": "mean apex", "time": "time mean"}

@@ -40,9 +40,16 @@ def test_a_run_that_repeats_has_settled(made, duration, multiple):
         assert (longer.multiple, longer.since) == (told.multiple, told.since)
 
 
-def test_too_few_periods_and_no_drive_say_nothing():
-    assert settled(ts.simulate("cantilever", 0.08)) is None
-    assert settled(ts.simulate(scene("ball"))) is None
+def test_where_events_do_not_tell_the_run_says_so():
+    short, still = ts.simulate("cantilever", 0.08), ts.simulate(ts.load_scene("cantilever", volts=0.5), 0.2)
+    for run, periods, why in (
+        (short, 4, "it lasts 4 drive periods"),
+        (still, 10, "no contact begins or ends"),
+    ):
+        told = settled(run)
+        assert told.multiple is None and told.periods == periods
+        assert why in str(told) and str(told) in str(run)
+    assert settled(ts.simulate(scene("ball"))) is None  # without a drive there is nothing to repeat
 
 
 def test_a_stored_run_says_the_same(tmp_path):

@@ -33,8 +33,8 @@ def attractors(
         how many starts are spread over the box.
     over
         an axis of the box, PATH=a:b; may be repeated: height=0:5um and speed=-1mm/s:1mm/s of a robot that is put down
-        or thrown as a whole, initial.*, a drive's history, the phase of a scene's only drive. When left out, heights up
-        to those of its feet in a run, and speeds that carry it there.
+        or thrown as a whole, phase=0:360deg of all drives when it is, initial.*, a drive's history. When left out,
+        heights up to those of its feet in a run, and speeds that carry it there.
     output
         folder for attractors.json, report.html, and of each attractor a device file and a page with its motion.
     """

@@ -8,12 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from tarsus.base.arrays import Floats
 from tarsus.design.energy import energy_of
 from tarsus.design.headers import digest, header_text, in_comment
 from tarsus.design.results import DesignResult, csv_text
+from tarsus.design.trials import SAME
 from tarsus.files.jsontext import json_text
 from tarsus.files.toml import description_text, scene_text
 from tarsus.files.version import package_version
+from tarsus.measure.shares import share_of
 from tarsus.model.scene import Scene, override
 from tarsus.tables.numbers import amount
 from tarsus.tables.table import Column, Table
@@ -50,7 +53,9 @@ class LandingDesign(DesignResult):
     with the plain step and with the design. grounds: those that the design was judged on, and the worst of a box that
     were found; on_grounds, before_on_grounds (1, ng). attack: the search for the worst ground of a box; rounds: of
     cutting planes. worst [m/s]: hardest touchdown on any of these grounds, NaN without any; nominal_worst: the same of
-    the design for the nominal ground alone. loss [m/s]: of rounding. runs: made in all; settle: periods of a run.
+    the design for the nominal ground alone. loss [m/s]: of rounding. put_down (nr,) [m/s]: hardest touchdown of the
+    motion that other starts settle to on the nominal ground, NaN of runs that did not reach their end. runs: made in
+    all; settle: periods of a run.
     """
 
     request: LandingRequest
@@ -69,6 +74,7 @@ class LandingDesign(DesignResult):
     rounds: tuple[Round, ...]
     loss: float
     front: tuple[FrontPoint, ...]
+    put_down: Floats
     runs: int
     settle: int
     learning: Learning | None = None
@@ -82,6 +88,12 @@ class LandingDesign(DesignResult):
     def touchdowns(self) -> float:
         """Touchdowns a step on the nominal ground."""
         return float(self.after.touchdowns[0, 0])
+
+    @property
+    def as_stated(self) -> tuple[int, float, float, float]:
+        """How many other starts settle to touchdowns no harder than stated, their share and its 95 % interval."""
+        count = int((self.put_down <= (1.0 + SAME) * self.speed).sum())
+        return count, *share_of(count, len(self.put_down))
 
     @property
     def switching_times(self) -> tuple[float, ...]:
@@ -112,6 +124,12 @@ class LandingDesign(DesignResult):
             f"plain step: {amount(float(before.speed[0, 0]), 'm/s')}, {_touchdowns(before.touchdowns[0, 0])}",
             f"designed: {amount(self.speed, 'm/s')}, {_touchdowns(self.touchdowns)}, {self.regime.words}",
         ]
+        if len(self.put_down):
+            hardest = amount(float(np.nanmax(self.put_down, initial=0.0)), "m/s")
+            notes.append(
+                f"put down otherwise: {self.as_stated[0]} of {len(self.put_down)} starts settle to touchdowns no "
+                f"harder; the hardest is {hardest}"
+            )
         if math.isfinite(self.worst):
             looked = "" if self.attack is None else f", {self.attack.tried} looked at"
             rival = amount(self.nominal_worst, "m/s")
@@ -150,6 +168,8 @@ class LandingDesign(DesignResult):
             "durations": list(self.signal.durations), "period": step.period, "tick": step.period / request.ticks,
             "rounding_loss": self.loss, "energy": energy, "energy_recovered": recovered,
             "plain": _landed(self.before, 0), "nominal": _landed(self.after, 0), "regime": self.regime.words,
+            "put_down": {"starts": len(self.put_down), "share": self.as_stated[1],
+                         "share_95": list(self.as_stated[2:]), "speeds": self.put_down.tolist()},
             "periods_to_settle": self.settle - 1, "scenarios": _scenarios(self),
             "rounds": [{"grounds": one.grounds, "score": one.score, "worst": one.worst} for one in self.rounds],
             "worst_ground": worst, "front": [

@@ -30,6 +30,8 @@ Floats = NDArray[np.float64]
 
 SHOWN = 12
 """Signals of the search's front for each number of pairs that are run again for the front of the design."""
+STARTS = 48
+"""Other starts that a design is put down from: a motion that a twentieth of them lead to is missed once in ten."""
 
 
 def landing(
@@ -123,12 +125,13 @@ def _designed(search: LandingSearch) -> LandingDesign:
     on_grounds = trials.on(rounded.rows, grounds)
     exact, whole = (trials.on(one.rows, grounds).speed for one in (robust[-1], rounded))
     loss = request.risk(whole, grounds.weights)[0] - request.risk(exact, grounds.weights)[0]
+    signal = request.step.waveform(rounded.row)
     return LandingDesign(
-        request, request.step.waveform(rounded.row), request.step.waveform(robust[-1].row), rounded.pairs,
+        request, signal, request.step.waveform(robust[-1].row), rounded.pairs,
         search.target.plain, trials.on(rounded.rows, search.nominal), regime_of(trials, rounded.rows, search.nominal),
         grounds, on_grounds, trials.on(plain.rows, grounds),
         np.nan if request.over is None else float(on_grounds.speed.max()), nominal_worst, attack, rounds, float(loss),
-        _front(search, nominal, robust), trials.runs, trials.periods,
+        _front(search, nominal, robust), trials.put_down(signal, STARTS), trials.runs, trials.periods,
     )  # fmt: skip
 
 

@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 from tarsus.base.events import IMPACTS
 from tarsus.base.spec import with_values
 from tarsus.model.drive.waveforms import OnOff
+from tarsus.orbits.starts import Box
+from tarsus.plan.lowering import lower_scene
 from tarsus.solve.codes import EventColumns
 from tarsus.solve.gradients import GradientBatch, GradientRun
 from tarsus.solve.session import Session
@@ -117,9 +119,28 @@ class Trials:
     def speeds(self, signals: Floats, grounds: Grounds, periods: int) -> Floats:
         """Hardest touchdown [m/s] of every period (n, periods) of longer runs on the first ground; NaN where a run did
         not reach its end."""
-        batch = self._batch(signals, grounds.rows(np.zeros(len(signals), dtype=np.int64)), periods)
+        return self._by_period(
+            self._batch(signals, grounds.rows(np.zeros(len(signals), dtype=np.int64)), periods), periods
+        )
+
+    def put_down(self, signal: OnOff, count: int) -> Floats:
+        """Hardest touchdown [m/s] in the last `SEEN` of `LONGEST` periods (count,) of a signal, from so many starts
+        that are spread evenly over the usual box of `tarsus.orbits.starts`; NaN where a run did not reach its end, and
+        none at all where feet remember their contacts, whose box is not known."""
+        scene = with_values(self.scene, {"signals": {**self.scene.signals, self.drive: signal}})
+        if lower_scene(scene).laws.remembers:
+            return np.zeros(0)
+        box = Box.of(scene, None)
+        self.runs += count
+        batch = Session(box.scene).batch(
+            box.values(box.drawn(count, 0)), LONGEST * self.period, threads=self.threads
+        )
+        return self._by_period(batch, LONGEST)[:, -SEEN:].max(axis=1)
+
+    def _by_period(self, batch: Batch, periods: int) -> Floats:
+        """Hardest touchdown [m/s] of every period (nr, periods) of runs."""
         run, rows = self._touchdowns(batch, 0.0)
-        found = np.zeros((len(signals), periods))
+        found = np.zeros((len(batch), periods))
         turn = np.clip(np.ceil(rows["time"] / self.period) - 1.0, 0.0, periods - 1.0).astype(np.int64)
         np.maximum.at(found, (run, turn), np.abs(rows["speed_before"]))
         return np.where(batch.done[:, None], found, np.nan)

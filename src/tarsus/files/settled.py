@@ -27,14 +27,18 @@ FEWEST = 4
 
 @dataclass(frozen=True)
 class Settled:
-    """How a run's contacts repeat. multiple: after so many drive periods, 0 where they do not; since: drive periods of
-    the run before they do; periods: whole ones of the run."""
+    """How a run's contacts repeat. multiple: after so many drive periods, 0 where they do not, None where its events do
+    not tell; since: drive periods of the run before they do; periods: whole ones of the run."""
 
-    multiple: int
+    multiple: int | None
     since: int
     periods: int
 
     def __str__(self) -> str:
+        if self.multiple is None:
+            few = f"it lasts {self.periods} drive period{'s' * (self.periods != 1)}, and {FEWEST + 1} are needed"
+            why = few if self.periods <= FEWEST else "in the last drive periods no contact begins or ends"
+            return f"Whether it has settled is not told: {why}."
         if not self.multiple:
             return (
                 f"Not settled: after {self.periods} drive periods contacts do not repeat; measures are of a transient, "
@@ -51,18 +55,20 @@ def drive_period(scene: Any) -> float | None:
 
 
 def settled(run: Any) -> Settled | None:
-    """Whether the contacts of a run (`tarsus.files.store.RunLike`) repeat at its end.
-
-    None where that is not to be told: without a periodic drive, of runs of fewer than `FEWEST` + 1 periods, and where
-    the last ones have no event.
-    """
+    """Whether the contacts of a run (`tarsus.files.store.RunLike`) repeat at its end; None without a periodic drive."""
     period = drive_period(run.scene)
-    return None if period is None else repetition(run.events, period, run.duration)
+    if period is None:
+        return None
+    count = _whole(run.duration, period)
+    return repetition(run.events, period, run.duration) or Settled(None, count, count)
 
 
 def repetition(events: NDArray[np.void], period: float, end: float) -> Settled | None:
-    """How the events of a run that ends at ``end`` [s] repeat from drive period [s] to drive period; as `settled`."""
-    count = math.floor(end / period * (1.0 + 1e-9))
+    """How the events of a run that ends at ``end`` [s] repeat from drive period [s] to drive period.
+
+    None where they do not tell: of runs of fewer than `FEWEST` + 1 periods, and where the last ones have no event.
+    """
+    count = _whole(end, period)
     if count <= FEWEST or not len(events):
         return None
     turns = events["time"] / period
@@ -83,6 +89,11 @@ def repetition(events: NDArray[np.void], period: float, end: float) -> Settled |
             since = len(same) - next((i for i, one in enumerate(reversed(same)) if not one), len(same))
             return Settled(k, since, count)
     return Settled(0, count, count)
+
+
+def _whole(end: float, period: float) -> int:
+    """Whole periods [s] up to an end [s]."""
+    return math.floor(end / period * (1.0 + 1e-9))
 
 
 def _quiet(turns: Floats) -> float | None:

@@ -60,7 +60,7 @@ class RecordSet(Defaults):
 
     purpose: Purpose = Field(description="the step they serve")
     files: tuple[str, ...] = Field(
-        description="one file a repeat, beside the campaign file; a pattern, such as ``ramps-*.mat``, is all that it matches"
+        description="one file a repeat, beside the campaign file; a pattern, as ``ramps-*.mat``, is all that it matches"
     )
     like: str | None = Field(
         default=None,

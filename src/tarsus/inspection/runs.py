@@ -39,8 +39,8 @@ def run_data(run: Any, written: Sequence[Path] = (), others: Attractors | None =
     }
 
 
-def _settled(run: Any) -> dict[str, int | str] | None:
-    """Whether its contacts repeat at the end, as `Settled`; nothing where that is not to be told."""
+def _settled(run: Any) -> dict[str, int | str | None] | None:
+    """Whether its contacts repeat at the end, as `Settled`; nothing without a periodic drive."""
     found = settled(run)
     return None if found is None else {**vars(found), "sentence": str(found)}
 

@@ -21,9 +21,9 @@ from tarsus.measure.shares import share_of
 from tarsus.measure.walking import measures_of
 from tarsus.model.structure.walker import Walker
 from tarsus.orbits.basins import OTHERS, Survey, told_apart
-from tarsus.orbits.edges import Edge, edges_of
+from tarsus.orbits.edges import Edge, edge_between, edges_of
 from tarsus.orbits.orbit import Orbit, orbit_after
-from tarsus.orbits.settling import ALIKE, Settling
+from tarsus.orbits.settling import ALIKE, SETTLED, Settling
 from tarsus.orbits.starts import Box
 from tarsus.solve import Accuracy, simulate
 from tarsus.tables.numbers import amount
@@ -173,6 +173,21 @@ class Attractors:
         counts = {words: int((self.label == key).sum()) for key, words in OTHERS.items()}
         return {words: Share.of(count, self.starts) for words, count in counts.items() if count}
 
+    def edge(self, first: int, second: int) -> Edge | None:
+        """An edge of the basins of two attractors, by their numbers from 0, whether neighbours among the starts or not.
+
+        None where the first basin ends at others between all pairs of starts that are tried. Raises InputError for one
+        attractor twice, and for one that no start leads to.
+        """
+        for one in (first, second):
+            if one not in range(len(self)) or not len(self[one].members) or first == second:
+                raise InputError(
+                    f"edge: expected two attractors that starts lead to, got {first} and {second}"
+                )
+        survey = Survey.of(self.box, None)
+        stand = [self.points[one.members[0]] if len(one.members) else self.box.own[0] for one in self.found]
+        return edge_between(survey, survey.settled(np.array(stand)), self.points, self.label, (first, second))
+
     def __repr__(self) -> str:
         return f"<Attractors of {self.scene.name!r}: {len(self)} from {self.starts} starts>"
 
@@ -246,8 +261,9 @@ class Attractors:
         rows, units = [], []
         for name in names:
             values = np.array([one[name].value for one in each])
-            mean = float(np.average(values, weights=weight))
-            spread = float(np.sqrt(np.average((values - mean) ** 2, weights=weight)))
+            counted = weight if weight.any() else None  # the scene's own start alone leads to one
+            mean = float(np.average(values, weights=counted))
+            spread = float(np.sqrt(np.average((values - mean) ** 2, weights=counted)))
             rows.append((name, *values.tolist(), mean, spread))
             units.append(each[0][name].unit)
         columns = ("measure", *(Column(str(i), "row") for i in range(1, len(each) + 1)), Column("mean by share", "row"),
@@ -312,8 +328,9 @@ def attractors(
         Number of starts, spread evenly over the box.
     over
         Ends of the box by axis, SI or texts with a unit: ``height`` and ``speed`` [m, m/s] of a robot that is put down
-        or thrown as a whole, or paths: of ``initial``, of a drive's ``history``, of the ``phase`` of a scene's only
-        drive. By default heights up to those of the feet in a run of the scene, and speeds that carry it there.
+        or thrown as a whole, ``phase`` [rad] in their common period of all drives when it is, or paths: of ``initial``,
+        of a drive's ``history``. By default heights up to those of the feet in a run of the scene, and speeds that
+        carry it there.
     edges
         Look for what lies between two basins, by bisection between starts.
     seed
@@ -375,9 +392,11 @@ def _attractor(survey: Survey, settling: Settling, points: Floats, members: NDAr
     k, m = int(settling.multiple[chosen]), settling.runs.plan.feet
     passed, starts = int(settling.passed[chosen]), len(points) - 1
     members = members[members < starts]
+    travel = float(settling.seen[chosen, -k:, :, m].sum())
+    travel = travel if abs(travel) > SETTLED * settling.sizes(chosen)[m] else 0.0
     return Attractor(
         survey.scene_at(points[chosen], passed + SHOWN), Share.of(len(members), starts), members, k, survey.period,
         passed, round(float(settling.tally["impacts"][chosen, -k:].sum())),
         float(settling.tally["energy"][chosen, -k:].sum()),
-        float(settling.seen[chosen, -k:, :, m].sum()), confirmed,
+        travel, confirmed,
     )  # fmt: skip

@@ -54,7 +54,7 @@ class Survey:
     ) -> Settling:
         """Runs from starts at points (nr, d) of the unit cube, after they have settled or not."""
         values = self.box.values(points)
-        offset = np.mod(-self.box.late(values, len(points)), self.period)
+        offset = np.mod(-self.box.late(points), self.period)
         longest = (MOST_PERIODS + 200) * self.period
         runs = Trajectories.of(self.box.scene, values, longest, accuracy=accuracy)
         walks = isinstance(self.box.scene.robot.structure, Walker)

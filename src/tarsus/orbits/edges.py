@@ -7,7 +7,7 @@ one foot lands, is held or slips in one run and not in the other.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -35,6 +35,8 @@ WATCHED = 120
 """Drive periods in which two neighbours part: a growth of 1.25 a period makes 1e-10 a difference of 1."""
 MULTIPLES = (1, 2, 3, 4)
 """Multiples of the drive period that the motion at an edge is looked for with."""
+TRIED = 8
+"""Pairs of starts, closest first, between which an edge of two basins is looked for: others may lie between them."""
 TOGETHER = 1e-2
 """Difference in time, of a drive period, up to which events of two runs are the same."""
 
@@ -86,7 +88,8 @@ def edges_of(
     low, high = (points[[side[i] for side in ends.values()]] for i in (0, 1))
     own = label[[side[0] for side in ends.values()]]
     tell = progress or (lambda done, total, what: None)
-    found = _bisected(survey, settling, label, own, low, high, tell)
+    stand = [int(np.flatnonzero(label == i)[0]) for i in range(int(label.max()) + 1)]
+    found = _bisected(survey, settling, stand, own, low, high, tell)
     edges = []
     for i, one in enumerate(found):
         tell(i, len(found), "unstable motions at edges of basins")
@@ -94,10 +97,27 @@ def edges_of(
     return tuple(edges)
 
 
+def edge_between(
+    survey: Survey, settling: Settling, points: Floats, label: NDArray[np.intp], pair: tuple[int, int]
+) -> Edge | None:
+    """An edge of the basins of two attractors, by their numbers; None where between the `TRIED` closest pairs of starts
+    the first basin ends at another one.
+
+    settling: a run of each attractor, in order; points, label: as `edges_of`.
+    """
+    one, other = (np.flatnonzero(label == i) for i in pair)
+    apart = np.linalg.norm(points[one][:, None] - points[other][None], axis=2)
+    a, b = np.unravel_index(np.argsort(apart, axis=None)[:TRIED], apart.shape)
+    own = np.full(len(a), pair[0], dtype=np.intp)
+    stand, low, high = range(len(settling.runs)), points[one[a]], points[other[b]]
+    found = _bisected(survey, settling, stand, own, low, high, lambda done, total, what: None)
+    return next((_edge(survey, between, ends) for between, ends in found if between == pair), None)
+
+
 def _bisected(
     survey: Survey,
     settling: Settling,
-    label: NDArray[np.intp],
+    stand: Sequence[int],
     own: NDArray[np.intp],
     low: Floats,
     high: Floats,
@@ -105,9 +125,9 @@ def _bisected(
 ) -> list[tuple[tuple[int, int], Floats]]:
     """Starts on either side of every edge, and where they lead: all edges are bisected together.
 
-    low, high (ne, d): starts that lead to the attractors ``own`` (ne,), and ones that lead elsewhere.
+    stand: a run of every attractor; low, high (ne, d): starts that lead to the attractors ``own`` (ne,), and ones that
+    lead elsewhere.
     """
-    stand = [int(np.flatnonzero(label == i)[0]) for i in range(int(label.max()) + 1)]
     beyond = survey.known(settling, stand, high)
     halvings = round(-np.log2(CLOSEST))
     for i in range(halvings):

@@ -3,7 +3,8 @@
     x(0) = x0 + h u,   v(0) = v0 + s u,   u: feet lifted by 1 m
 
 `height` h and `speed` s lift and throw the robot as a whole: a body that is free upwards rises as it is, one that
-springs hold is bent as a force on its feet bends it. Everything else that a start consists of goes by its path.
+springs hold is bent as a force on its feet bends it. `phase` is where in their common period all drives are when it
+is put down. Everything else that a start consists of goes by its path.
 """
 
 from __future__ import annotations
@@ -20,7 +21,9 @@ from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.base.spec import float_paths, get_value, with_values
 from tarsus.base.units import parse_quantity
+from tarsus.model.drive.gait import CustomGait
 from tarsus.model.drive.waveforms import Constant
+from tarsus.model.drive.waveforms.periodic import Periodic
 from tarsus.model.scene import Initial
 from tarsus.orbits.returns import drive_period
 from tarsus.plan.lowering import Plan, lower_scene
@@ -31,9 +34,9 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-HEIGHT, SPEED = "height", "speed"
-UNITS = {HEIGHT: "m", SPEED: "m/s"}
-"""The two numbers of a start that are no paths of a scene."""
+HEIGHT, SPEED, PHASE = "height", "speed", "phase"
+UNITS = {HEIGHT: "m", SPEED: "m/s", PHASE: "rad"}
+"""The numbers of a start that are no paths of a scene."""
 
 WATCHED = 24
 """Drive periods of the scene's own run, in whose second half the box's height is seen."""
@@ -62,6 +65,8 @@ class Box:
         lift = _lift(plan)
         if over is None:
             return cls(explicit, _usual(explicit, plan, lift), lift)
+        if PHASE in over:
+            explicit = _with_phases(explicit)
         problems, ends = [], {}
         for path, pair in over.items():
             try:
@@ -96,7 +101,7 @@ class Box:
             for i in np.flatnonzero(self.lift) if axis in along else ():
                 path = f"initial.{of}.{i}"
                 out[path] = out.get(path, get_value(self.scene, path)) + along[axis] * self.lift[i]
-        return out
+        return out | _ahead(self.scene, along[PHASE]) if PHASE in along else out
 
     def units(self) -> dict[str, str]:
         """Unit of every axis."""
@@ -114,23 +119,59 @@ class Box:
         """The scene's own start, as a point (1, d) of the unit cube or beyond."""
         ends = np.array(list(self.ends.values())).T
         values = [0.0 if path in UNITS else get_value(self.scene, path) for path in self.ends]
-        return ((np.array(values, dtype=float) - ends[0]) / (ends[1] - ends[0]))[None]
+        span = ends[1] - ends[0]
+        return ((np.array(values, dtype=float) - ends[0]) / np.where(span > 0.0, span, 1.0))[None]
 
-    def late(self, values: Mapping[str, Floats], count: int) -> Floats:
-        """By how much [s] the drive of each of so many runs is ahead, whose phase varies; else 0."""
-        out = np.zeros(count)
-        for path, phases in values.items():
-            if path.endswith(".phase"):
-                out = phases / (2.0 * math.pi) * drive_period(self.scene)
-        return out
+    def late(self, points: Floats) -> Floats:
+        """By how much [s] the drives of each start (nr, d) are ahead of the scene's own."""
+        low, high = self.ends.get(PHASE, (0.0, 0.0))
+        turned = points[:, list(self.ends).index(PHASE)] if PHASE in self.ends else np.zeros(len(points))
+        return (low + (high - low) * turned) / (2.0 * math.pi) * drive_period(self.scene)
+
+
+def _with_phases(scene: Scene) -> Scene:
+    """The scene with a gait whose legs have a phase each. Raises InputError where a drive's signal has none."""
+    problems = [
+        f"{PHASE}: signals.{name} is {type(wave).__name__}, which has no phase"
+        for name, wave in scene.signals.items()
+        if not isinstance(wave, (Constant, Periodic))
+    ]
+    if problems:
+        raise InputError(problems)
+    layout = scene.robot.layout()
+    if scene.gait is None or layout is None:
+        return scene
+    numbers = scene.gait.model_dump(exclude={"kind", "phases"})
+    return scene.model_copy(update={"gait": CustomGait(**numbers, phases=scene.gait.delays(layout))})
+
+
+def _ahead(scene: Scene, phase: Floats) -> dict[str, Floats]:
+    """Values (nr,) by path of a scene's drives that are ahead by phases (nr,) [rad] of their common period."""
+    turns = phase / (2.0 * math.pi) * drive_period(scene)
+    out = {
+        f"signals.{name}.phase": wave.phase + 2.0 * math.pi * wave.frequency * turns
+        for name, wave in scene.signals.items()
+        if isinstance(wave, Periodic)
+    }
+    if isinstance(scene.gait, CustomGait):
+        out |= {
+            f"gait.phases.{leg}": late - scene.gait.frequency * turns
+            for leg, late in scene.gait.phases.items()
+        }
+    return out
 
 
 def _lift(plan: Plan) -> Floats:
-    """Displacements (n,) that lift the feet by 1 m in the mean: of a free body as it is, else bent by forces there."""
+    """Displacements (n,) that lift the feet by 1 m in the mean: of a free body as it is, else bent by forces there.
+
+    Where feet face each other so that no lift is one of all, it is that of the first.
+    """
     system = plan.system
     mass, stiffness, feet = (
         np.asarray(one, dtype=float) for one in (system.mass, system.stiffness, system.normals)
     )
+    if np.abs(feet.sum(axis=1)).max(initial=0.0) <= RIGID * np.abs(feet).max(initial=0.0):
+        feet = feet[:, :1]
     up = -np.linalg.solve(mass, np.asarray(system.weight[:, 0], dtype=float))
     bent = float(up @ stiffness @ up) > RIGID * float(up**2 @ np.diag(stiffness)) or not up.any()
     shape = np.linalg.lstsq(stiffness, feet.sum(axis=1), rcond=None)[0] if bent else up
@@ -139,11 +180,13 @@ def _lift(plan: Plan) -> Floats:
 
 
 RIGID = 1e-9
-"""Share of what springs would hold if they did not move together, below which they are not strained."""
+"""Share of what springs would hold if they did not move together, below which they are not strained; and of a foot's
+normal, below which normals cancel."""
 
 
 def _usual(scene: Scene, plan: Plan, lift: Floats) -> dict[str, tuple[float, float]]:
-    """Heights up to those of the feet in a run of the scene, and speeds, up and down, that carry it as high."""
+    """Heights up to those of the feet in a run of the scene, and speeds, up and down, that carry it as high; no height
+    that takes a foot below its ground."""
     from tarsus.solve.trajectories import Trajectories
 
     system, period = plan.system, drive_period(scene)
@@ -156,6 +199,11 @@ def _usual(scene: Scene, plan: Plan, lift: Floats) -> dict[str, tuple[float, flo
     height = max(float(gaps.max(initial=0.0)), rest)
     if height <= plan.length:  # it stays on the ground: as high as a flight of one period
         height = max(weight / mass * period**2 / 8.0, plan.length)
+    raised = lift @ np.asarray(system.normals, dtype=float)[:, : plan.feet]
+    start = (
+        np.asarray(system.sources)[: plan.feet] + plan.initial[: len(lift)] @ system.normals[:, : plan.feet]
+    )
+    height = float(np.min(np.maximum(start, 0.0)[raised < 0.0] / -raised[raised < 0.0], initial=height))
     work = height**2 * float(lift @ system.stiffness @ lift) + 2.0 * height * weight
     speed = math.sqrt(max(work, 0.0) / mass) or height / period
     return {HEIGHT: (0.0, height), SPEED: (-speed, speed)}
@@ -165,20 +213,15 @@ def _number(scene: Scene, path: str, given: Any) -> float:
     """An end of an axis [SI]."""
     if path in UNITS:
         return parse_quantity(given, UNITS[path]) if isinstance(given, str) else float(given)
-    known = [*UNITS, *(one for one in float_paths(scene) if _starts(one, scene))]
+    known = [*UNITS, *(one for one in float_paths(scene) if _starts(one))]
     if path not in known:
         told = "is no part of a start" if path in float_paths(scene) else "unknown path"
-        raise InputError([f"{path}: {told} (a start is {HEIGHT}, {SPEED}, initial.*, a drive's history, and the phase "
-                          f"of a scene's only drive){nearest(path, known)}"])  # fmt: skip
+        raise InputError([f"{path}: {told} (a start is {HEIGHT}, {SPEED}, {PHASE} of the drives, initial.*, a "
+                          f"drive's history){nearest(path, known)}"])  # fmt: skip
     return float(get_value(with_values(scene, {path: given}), path))
 
 
-def _starts(path: str, scene: Scene) -> bool:
+def _starts(path: str) -> bool:
     """Whether a number says how a run starts, and nothing of what the robot or its drive is."""
     keys = path.split(".")
-    driven = [name for name, wave in scene.waveforms.items() if not isinstance(wave, Constant)]
-    return (
-        keys[0] == "initial"
-        or (keys[:2] == ["robot", "drives"] and keys[3] == "history")
-        or (keys[0] == "signals" and keys[2:] == ["phase"] and driven == [keys[1]])
-    )
+    return keys[0] == "initial" or (keys[:2] == ["robot", "drives"] and keys[3] == "history")

@@ -21,6 +21,7 @@ from tarsus.design.landing_search import LandingSearch
 from tarsus.design.learning import learn_on_hidden_grounds
 from tarsus.design.trials import Trials, regime_of, settled_periods
 from tarsus.files.toml import parse_scene, read_scene, scene_text
+from tarsus.orbits.starts import Box
 
 GAP = "robot.feet.tip.gap"
 BOX = {GAP: ("66 um", "74 um"), "ground.restitution.coefficient": (0.15, 0.5)}
@@ -54,6 +55,22 @@ def test_the_speed_is_that_of_a_single_run_of_the_designed_scene(quick):
     lost = last["speed_before"] - last["speed_after"]
     assert quick.after.impulse[0, 0] == pytest.approx((2.0 * last["energy"] / lost).max(), rel=1e-4)
     assert quick.speed < 0.5 * quick.before.speed[0, 0] and quick.regime.words == "periodic"
+
+
+def test_other_starts_are_told_and_are_those_of_single_runs(quick):
+    told = quick.to_dict()["put_down"]
+    assert (
+        told["starts"] == len(quick.put_down) == 48
+        and told["share_95"][0] < told["share"] <= told["share_95"][1]
+    )
+    assert any("put down otherwise" in note for note in quick.table().notes)
+    box = Box.of(quick.scene, None)
+    values = box.values(box.drawn(48, 0))
+    for r in (0, 7):
+        start = ts.with_values(box.scene, {path: float(each[r]) for path, each in values.items()})
+        events = ts.simulate(start, 0.64).events
+        late = events[np.isin(events["kind"], IMPACTS) & (events["time"] > 0.48)]
+        assert quick.put_down[r] == pytest.approx(late["speed_before"].max(), rel=1e-4)
 
 
 def test_the_step_is_kept(quick):

@@ -70,6 +70,16 @@ def test_the_edge_of_the_basins_is_the_unstable_bounce(ball):
     )
 
 
+def test_an_edge_of_any_two_basins_is_found_on_asking(ball):
+    edge = ball.edge(1, 0)
+    assert edge.between == (1, 0) and edge.width < 2e-10
+    assert np.sort_complex(edge.orbit.multipliers) == pytest.approx(
+        multipliers_of_bounce(0.8, 0.5, -1.0), abs=1e-6
+    )
+    with pytest.raises(ts.InputError, match="two attractors that starts lead to, got 1 and 1"):
+        ball.edge(1, 1)
+
+
 def test_beyond_the_flip_a_ball_bounces_with_twice_the_period():
     gamma = math.hypot(math.pi / 3.0, 10.0 / 9.0) + 0.01
     found = ts.attractors(table(0.5, gamma), starts=12, over={"height": (0.1, 0.14)}, edges=False)
@@ -105,11 +115,41 @@ def test_the_millipede_has_three_gaits_whatever_the_threads():
 
 
 def test_a_drive_that_begins_elsewhere_leads_to_the_same_motion():
-    """The phase of the only drive and what it did before are parts of a start."""
-    over = {"signals.pzt.phase": (0.0, 6.28), "robot.drives.pzt.history.0": ("-10 V", "10 V")}
+    """The phase of the drive and what it did before are parts of a start."""
+    over = {"phase": ("0 deg", "360 deg"), "robot.drives.pzt.history.0": ("-10 V", "10 V")}
     found = ts.attractors("cantilever", starts=12, over=over, edges=False)
     assert [one.share.count for one in found.found] == [12]
     assert found[0].impacts == ts.periodic("cantilever").impacts
+
+
+def test_drives_of_a_gait_are_ahead_together():
+    """A walker that is put down while it walks: the scene of each gait, whose legs have phases, walks it alone."""
+    found = ts.attractors("millipede", starts=12, over={"phase": ("0 deg", "360 deg")}, edges=False)
+    travels = [one.travel * 1e6 for one in found]
+    assert len(found) > 1 and all(
+        min(abs(one - each) for each in (1.539, 3.293, 4.632)) < 1e-3 for one in travels
+    )
+    for one in found:
+        late = np.array(list(one.scene.gait.phases.values()))
+        assert (
+            np.ptp(late) == pytest.approx(0.5) and late.max() < 0.5
+        )  # alternating still, and ahead
+        assert one.measures["stride"].value == pytest.approx(one.travel, rel=1e-4)
+
+
+def test_a_mass_between_two_stops():
+    """Feet that face each other: no lift is one of both, and none goes through the other stop. Mirrored in x and half a
+    period the system is itself, so that motions are symmetric or come in pairs."""
+    given = scene("impact_oscillator", {"robot.feet.stop.gap": 0.5})
+    other = given.robot.feet["stop"].model_copy(update={"normal": 1})
+    feet = {"stop": given.robot.feet["stop"], "other": other}
+    both = given.model_copy(update={"robot": given.robot.model_copy(update={"feet": feet})})
+    found = ts.attractors(both, starts=8, edges=False)
+    assert 0.0 < found.box.ends["height"][1] <= 0.5
+    assert found[0].confirmed and found[0].impacts % 2 == 0
+    kinds = found[0].run.events
+    late = kinds[kinds["time"] > found[0].run.duration - 4.0 * found[0].period]
+    assert (late["foot"] == 0).sum() == pytest.approx((late["foot"] == 1).sum(), abs=1)
 
 
 @pytest.mark.parametrize(
@@ -119,6 +159,7 @@ def test_a_drive_that_begins_elsewhere_leads_to_the_same_motion():
         ({"ground.restitution.coefficient": (0.1, 0.2)}, "is no part of a start"),
         ({"nothing": (0.0, 1.0)}, "nothing: unknown path"),
         ({"initial.displacement.7": (0.0, 1.0)}, "initial.displacement.7"),
+        ({"signals.table.phase": (0.0, 1.0)}, "is no part of a start"),
     ],
 )
 def test_axes_that_are_no_part_of_a_start_are_refused(over, said):

@@ -26,10 +26,16 @@ const measures = spec.measures.map(({ bits, low, step, data }) => {
 const KINDS = ["#56b4e9", "#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#f0e442", "#7b3fa0", "#8fd19e", "#a6761d", "#f4a6c0", "#274b8f"];
 const OPEN = { chaotic: "#3a3a3a", "not settled": "#8a8a8a" };
 const RAMP = [[68, 1, 84], [72, 40, 120], [62, 74, 137], [49, 104, 142], [38, 130, 142], [31, 158, 137], [53, 183, 121], [110, 206, 88], [181, 222, 43], [253, 231, 37]];
-let used = 0;
-const colours = spec.classes.map((one) => (one.open ? OPEN[one.name] || "#c8c8c8" : KINDS[used++ % KINDS.length]));
-const LINES = ["c-vermilion", "ink", "c-purple", "c-green", "c-blue"], line = (i) => style(LINES[i % LINES.length]);
 const rgb = (hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16));
+// beyond as many classes as there are colours: the same ones paler, then darker
+const ROUNDS = [[0, 0], [255, 0.6], [0, 0.5]];
+function kind(i) {
+  const [to, share] = ROUNDS[Math.floor(i / KINDS.length) % ROUNDS.length];
+  return `#${rgb(KINDS[i % KINDS.length]).map((one) => Math.round(one + share * (to - one)).toString(16).padStart(2, "0")).join("")}`;
+}
+let used = 0;
+const colours = spec.classes.map((one) => (one.open ? OPEN[one.name] || "#c8c8c8" : kind(used++)));
+const LINES = ["c-vermilion", "ink", "c-purple", "c-green", "c-blue"], line = (i) => style(LINES[i % LINES.length]);
 const ramp = (share) => {
   const at = clamp(share, 0, 1) * (RAMP.length - 1), i = Math.min(Math.floor(at), RAMP.length - 2);
   return RAMP[i].map((value, k) => Math.round(value + (at - i) * (RAMP[i + 1][k] - value)));
