@@ -4,6 +4,7 @@
 from tarsus.atlas.verb import atlas as atlas
 from tarsus.calibrate.calibrating import calibrate as calibrate
 from tarsus.cluster.verb import sweep as sweep
+from tarsus.export.verb import export as export
 from tarsus.identify.verb import identify as identify
 from tarsus.synthesis.recommend import recommend as recommend
 from tarsus.inspection.begin import new as new
@@ -46,7 +47,7 @@ from tarsus.study.sweep import Sweep as Sweep
 from tarsus.tables.table import Table as Table
 
 # Rooms: further laws, waveforms, gaits and so on, by the names that their own pages list.
-from tarsus import design as design, impacts as impacts, measure as measure, solve as solve, synthesis as synthesis
+from tarsus import design as design, impacts as impacts, learn as learn, measure as measure, solve as solve, synthesis as synthesis
 from tarsus.model import laws as laws, structure as structures
 from tarsus.model.drive import gait as gaits, laws as drives, waveforms as waveforms
 from tarsus.report import plot as plot

@@ -66,6 +66,7 @@ HERE: dict[str, tuple[Callable[[Path], None], tuple[str, ...]]] = {
     "attractors.md": (nothing, ("out/attractors.json", "out/attractor-3.toml")),
     "calibrate.md": (table_study, ("out/calibration.json", "out/branch-1.toml")),
     "determined.md": (nothing, ()),
+    "export.md": (nothing, ("mujoco/model.xml", "matlab/run_model.m", "firmware/gait.h")),
     "gaits.md": (nothing, ("gaits/gait.h", "adaptive/adapt.json")),
     "gallery.md": (nothing, ("out/report.html", "hexapod/reproduction.html")),
     "identify.md": (nothing, ("result/identified.toml",)),

@@ -20,14 +20,14 @@ def movie(
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> int:
-    """Show a walk as a GIF: of a folder that `simulate` wrote, or of a device or scene that is simulated now.
+    """Show a walk as a GIF or WebM: of a folder that `simulate` wrote, or of a device or scene that is simulated now.
 
     Parameters
     ----------
     walk
         a run's folder, a device (see `tarsus devices`) or a scene file.
     output
-        the file, ending in .gif.
+        the file, ending in .gif, or in .webm where ffmpeg is installed.
     periods
         drive periods shown, the last ones of the run.
     width
@@ -36,8 +36,9 @@ def movie(
     import tarsus
     from tarsus.base.errors import InputError
     from tarsus.cli import console, options, requests
+    from tarsus.report.movie import ENDINGS
 
-    options.check_new_file(output, (".gif",), overwrite)
+    options.check_new_file(output, ENDINGS, overwrite)
     shown: Any = walk
     seconds = None
     if not Path(walk).is_dir():

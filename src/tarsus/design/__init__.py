@@ -12,7 +12,7 @@ from tarsus.design.gait_request import Sense
 from tarsus.design.gait_search import gait
 from tarsus.design.gait_unknowns import Symmetry
 from tarsus.design.grounds import Grounds
-from tarsus.design.headers import gait_header_text, header_text
+from tarsus.design.headers import drives_header_text, gait_header_text, header_text
 from tarsus.design.landing_design import LandingDesign
 from tarsus.design.landing_request import Sensor
 from tarsus.design.learning import Learning
@@ -24,6 +24,6 @@ from tarsus.design.target import LandingObjective
 
 __all__ = [
     "AdaptiveGait", "GaitFront", "GaitPoint", "Grounds", "LandingDesign", "LandingObjective", "Landscape", "Learning",
-    "LinkDesign", "Sense", "Sensor", "StepLift", "Symmetry", "adapt", "gait", "gait_header_text", "header_text",
-    "landing", "landscape", "learn", "leg", "settings_text", "standing", "step_lift",
+    "LinkDesign", "Sense", "Sensor", "StepLift", "Symmetry", "adapt", "drives_header_text", "gait", "gait_header_text",
+    "header_text", "landing", "landscape", "learn", "leg", "settings_text", "standing", "step_lift",
 ]  # fmt: skip

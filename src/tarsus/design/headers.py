@@ -104,6 +104,49 @@ def gait_header_text(scene: Scene, *, tick: float = 1e-6) -> str:
     return _header("GAIT", said, own, len(waves), constants)
 
 
+def drives_header_text(
+    name: str, volts: Mapping[str, tuple[Sequence[int], Sequence[float]]], period: int, tick: float
+) -> str:
+    """``drives.h``: for every drive the ticks of a period at which its volts change, and to what, in millivolts.
+
+    Parameters
+    ----------
+    name
+        What the tables are of.
+    volts
+        By drive: ticks in order, the first 0, and the volts [V] from each of them on.
+    period
+        Ticks of the period.
+    tick
+        Of the timer [s].
+
+    Raises
+    ------
+    InputError
+        For a period of more ticks than 32 bits hold, and for no drives.
+    """
+    _fits(period)
+    if not volts:
+        raise InputError("the robot has no drive: there is nothing to tabulate")
+    counts = [len(times) for times, _ in volts.values()]
+    times = [int(one) for ticks, _ in volts.values() for one in ticks]
+    levels = [round(1e3 * one) for _, values in volts.values() for one in values]
+    begins = [sum(counts[:k]) for k in range(len(counts) + 1)]
+    said = (
+        f"Drives of {in_comment(name)}; made by tarsus, do not edit.",
+        f"In order: {in_comment(', '.join(volts))}.",
+        "Drive i goes to drives_millivolts[k] at drives_ticks[k] of every period, for k from drives_begin[i] to",
+        "drives_begin[i + 1] - 1.",
+    )
+    constants = {
+        "uint32_t drives_tick_ns": round(tick * 1e9), "uint32_t drives_period_ticks": period,
+        "uint32_t drives_count": len(volts), "uint32_t drives_begin": begins, "uint32_t drives_ticks": times,
+        "int32_t drives_millivolts": levels,
+    }  # fmt: skip
+    own = digest([round(tick * 1e9), period, begins, times, levels, list(volts)])
+    return _header("DRIVES", said, own, len(times), constants)
+
+
 def _fits(ticks: int) -> None:
     if ticks >= 2**WIDEST:
         raise InputError(f"tick: {ticks} ticks a period do not fit into {WIDEST} bits; give a longer tick")
@@ -112,13 +155,14 @@ def _fits(ticks: int) -> None:
 def _header(
     kind: str, said: Sequence[str], own: str, count: int, constants: Mapping[str, int | list[int]]
 ) -> str:
-    """A header of numbers and rows of ``count`` numbers by type and name, under a comment."""
+    """A header of numbers and rows of numbers by type and name, most of them of ``count``, under a comment."""
 
     def line(name: str, value: int | list[int]) -> str:
         suffix = "u" if name.startswith("u") else ""
         if isinstance(value, int):
             return f"static const {name} = {value}{suffix};"
-        return f"static const {name}[{kind}_COUNT] = {{{', '.join(f'{one}{suffix}' for one in value)}}};"
+        size = f"{kind}_COUNT" if len(value) == count else str(len(value))
+        return f"static const {name}[{size}] = {{{', '.join(f'{one}{suffix}' for one in value)}}};"
 
     guard = f"TARSUS_{kind}_H"
     comment = "\n * ".join(said)

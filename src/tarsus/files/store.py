@@ -191,7 +191,7 @@ def write_run(run: RunLike, directory: str | Path, mat: bool = False) -> list[Pa
         write_scene(run.scene, stage / SCENE_FILE)
         _write_netcdf(run, variables, stage / SERIES_FILE)
         if mat:
-            _write_matlab(run, variables, stage / MATLAB_FILE)
+            write_matlab(run, variables, stage / MATLAB_FILE)
         (stage / EVENTS_FILE).write_text(events_csv(run.events, run.foot_names), encoding="utf-8")
         _write_json(stage / MEASURES_FILE, _measured(run))
         _write_json(stage / PROVENANCE_FILE, provenance_table(run.scene))
@@ -324,7 +324,8 @@ def _write_netcdf(run: RunLike, variables: Variables, path: Path) -> None:
     write_netcdf(variables, attrs, path)
 
 
-def _write_matlab(run: RunLike, variables: Variables, path: Path) -> None:
+def write_matlab(run: RunLike, variables: Variables, path: Path) -> None:
+    """Series and events as MATLAB variables (`.mat`, version 5); units in structures, names in cell arrays."""
     from scipy.io import savemat
 
     content = matlab_content(variables)

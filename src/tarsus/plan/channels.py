@@ -98,7 +98,7 @@ def _varied(
     """Of every drive that numbers have a part in: its signal, and the numbers of that and of the drive, by their
     paths in these. Those of a gait are numbers of the square waves that it gives to its drives."""
     gait = {path.removeprefix("gait."): of for path, of in values.items() if path.startswith("gait.")}
-    waves = _gait_waves(scene, gait) if gait else {}
+    waves = gait_waves(scene, gait) if gait else {}
     out = {}
     for name in scene.robot.drives:
         signal, drive = f"signals.{name}.", f"robot.drives.{name}."
@@ -117,7 +117,7 @@ def _varied(
     return out
 
 
-def _gait_waves(scene: Scene, gait: Columns) -> dict[str, dict[str, Any]]:
+def gait_waves(scene: Scene, gait: Columns) -> dict[str, dict[str, Any]]:
     """Numbers of the square waves of a gait, for every drive that it moves."""
     layout, own = scene.robot.layout(), scene.gait
     assert own is not None and layout is not None  # checked by Scene
@@ -267,12 +267,12 @@ def _sloped(wave: Signal, drive: Drive, count: int, charged: bool) -> SlopedDriv
     periods = wave.periods()
     period, by_period = float(value_of(periods)[0]), slope_of(periods, count)[0]
     return SlopedDrive(
-        _channel(force, count), _channel(volts, count) if volts and charged else None,
+        channel_slopes(force, count), channel_slopes(volts, count) if volts and charged else None,
         *((None, 0.0 * by_period) if np.isnan(period) else (period, by_period)),
     )  # fmt: skip
 
 
-def _channel(channels: Channels, count: int) -> Sloped:
+def channel_slopes(channels: Channels, count: int) -> Sloped:
     """The one channel, with its derivatives by so many numbers, and a piece for the value after the last one, unless it
     repeats."""
     coef, begin, end, loop = (

@@ -1,9 +1,11 @@
-"""A walk as a moving picture (GIF): the robot from its right, the ground passing below it, motion enlarged."""
+"""A walk as a moving picture (GIF or WebM): the robot from its right, the ground passing below it, motion enlarged."""
 
 from __future__ import annotations
 
 import math
 import os
+import shutil
+import subprocess
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -32,6 +34,9 @@ FRAMES = 48
 
 PERIODS = 2
 """Drive periods shown: from one to the next the ground has passed on."""
+
+ENDINGS = (".gif", ".webm")
+"""Of the files that can be written."""
 
 BELOW = 0.12
 """Room below the ground for its marks, of a leg's length."""
@@ -62,14 +67,14 @@ def movie(
     duration: float | str | None = None,
     law: Sequence[str | os.PathLike[str]] = (),
 ) -> Path:
-    """Show a walk as a GIF that repeats.
+    """Show a walk as a GIF that repeats, or as a WebM where ffmpeg is installed.
 
     Parameters
     ----------
     walk
         A run, a run's folder, or a device, scene file or scene that is simulated now.
     output
-        The file, ending in .gif.
+        The file, ending in .gif, or in .webm: about an eighth of the size, by ffmpeg.
     periods
         Drive periods shown, the last ones of the run.
     width
@@ -101,14 +106,14 @@ def movie(
 
 
 def write_movie(run: RunLike, path: str | Path, *, width: int = 720, periods: int = PERIODS) -> Path:
-    """Write the last drive periods of a walk as a GIF that repeats, and return its path.
+    """Write the last drive periods of a walk as a GIF that repeats or a WebM, and return its path.
 
     Parameters
     ----------
     run
         A walker's run, or one read back from its folder.
     path
-        The file, ending in .gif.
+        The file, ending in .gif or .webm.
     width
         Of the picture [pixels].
     periods
@@ -117,14 +122,17 @@ def write_movie(run: RunLike, path: str | Path, *, width: int = 720, periods: in
     Raises
     ------
     InputError
-        For a robot without legs of its own, a name of another format, a width or number of periods that is too small.
+        For a robot without legs of its own, a name of another format, a width or number of periods that is too small,
+        and for a WebM where there is no ffmpeg or it fails.
     """
     target = Path(path)
     problems = []
     if not isinstance(run.scene.robot.structure, Walker):
         problems.append(f"{run.scene.name}: only walkers can be shown walking")
-    if target.suffix.lower() != ".gif":
-        problems.append(f"{target}: expected a name ending in .gif")
+    if target.suffix.lower() not in ENDINGS:
+        problems.append(f"{target}: expected a name ending in {' or '.join(ENDINGS)}")
+    elif target.suffix.lower() == ".webm" and shutil.which("ffmpeg") is None:
+        problems.append(f"{target}: a WebM needs ffmpeg on the path, and there is none; a GIF needs nothing")
     if not (100 <= width <= WIDEST and periods >= 1):
         problems.append(f"expected a width of 100 to {WIDEST} pixels and a period, got {width} and {periods}")
     if problems:
@@ -132,11 +140,31 @@ def write_movie(run: RunLike, path: str | Path, *, width: int = 720, periods: in
     motion = _shown(motion_of(run), periods)
     stage = stage_of(motion)
     frames = list(_frames(motion, stage, width))
+    if target.suffix.lower() == ".webm":
+        with written_whole(target) as part:
+            _film(frames, part)
+        return target
     palette = _side_by_side(frames).quantize(COLOURS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
     small = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
     with written_whole(target) as part:
         small[0].save(part, save_all=True, append_images=small[1:], duration=PACE_MS, loop=0, optimize=True)
     return target
+
+
+def _film(frames: list[Image.Image], file: Path) -> None:
+    """Write frames as VP9, whose pictures have even sides. Raises InputError with ffmpeg's last line where it fails."""
+    width, height = frames[0].size
+    done = subprocess.run(
+        [
+            "ffmpeg", "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}",
+            "-r", f"{1000 / PACE_MS:g}", "-i", "-", "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-c:v", "libvpx-vp9",
+            "-crf", "32", "-b:v", "0", "-pix_fmt", "yuv420p", str(file),
+        ],
+        input=b"".join(frame.tobytes() for frame in frames), capture_output=True, check=False,
+    )  # fmt: skip
+    if done.returncode:
+        said = done.stderr.decode(errors="replace").strip().splitlines() or ["it says nothing"]
+        raise InputError(f"{file.name}: ffmpeg could not write it: {said[-1]}")
 
 
 def _shown(motion: Motion, periods: int) -> Motion:

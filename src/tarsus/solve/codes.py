@@ -46,6 +46,11 @@ class ResultCode(Enum):
         result = _CODES[code]
         return cls.DIVERGED if makes_energy and result in (cls.STALLED, cls.NOT_FINITE) else result
 
+    @property
+    def number(self) -> int:
+        """The kernel's return code for it."""
+        return next(code for code, result in _CODES.items() if result is self)
+
 
 CLOSED = 1e-8
 """Largest closure of an energy account that counts as closed: at the accuracy of a single run rounding leaves 1e-12 and

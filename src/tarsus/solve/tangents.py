@@ -255,7 +255,7 @@ def entering(
         for name in data.__dataclass_fields__:
             getattr(data, name)[..., own] = getattr(by_data, name)
     for name, one in lines.items():
-        _add_drive(data, row, plan, names.index(name), one)
+        add_drive(data, row, plan, names.index(name), one)
         if one.period == float(rows.periods[0]):
             data.period[0] += one.by_period
     _drop_rounding(data, row)
@@ -305,7 +305,7 @@ def _driven_by(row: Rows, scene: Scene, plan: Plan, lines: Mapping[str, SlopedDr
     return _one_row(replace(row, pool=tuple(pool), channels=channels))
 
 
-def _add_drive(data: DataTangents, row: Rows, plan: Plan, drive: int, of: SlopedDrive) -> None:
+def add_drive(data: DataTangents, row: Rows, plan: Plan, drive: int, of: SlopedDrive) -> None:
     """Add the derivatives of a drive."""
     for c, one in zip(plan.channels_of(drive), (of.force, of.volts), strict=False):
         assert one is not None

@@ -1,6 +1,7 @@
 """Walks as moving pictures."""
 
 import errno
+import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +28,30 @@ def test_a_movie_shows_a_period_and_filled_feet_on_the_ground(tmp_path):
     assert (
         max(dark) - min(dark) > 10
     )  # a foot is filled while it is stuck; outlines and ground stay as they are
+
+
+@pytest.mark.browser
+def test_a_webm_has_the_frames_of_the_gif(tmp_path):
+    """Read back by ffmpeg, which this lane needs beside Chromium."""
+    walk = ts.simulate("millipede-printed", "30 ms")
+    with Image.open(write_movie(walk, tmp_path / "walk.gif", width=240, periods=1)) as movie:
+        count, size = movie.n_frames, movie.size
+        movie.seek(count // 2)
+        wanted = np.asarray(movie.convert("L")).astype(float)
+    film = write_movie(walk, tmp_path / "walk.webm", width=240, periods=1)
+    command = ["ffmpeg", "-loglevel", "error", "-i", film, "-f", "rawvideo", "-pix_fmt", "gray", "-"]
+    raw = np.frombuffer(subprocess.run(command, capture_output=True, check=True).stdout, dtype=np.uint8)
+    wide, high = (side + side % 2 for side in size)
+    frames = raw.reshape(-1, high, wide)
+    assert abs(len(frames) - count) <= 1  # a GIF holds equal frames once, for longer
+    middle = frames[count // 2, : size[1], : size[0]].astype(float)
+    assert np.corrcoef(middle.ravel(), wanted.ravel())[0, 1] > 0.9
+
+
+def test_a_webm_without_ffmpeg_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(ts.InputError, match="a WebM needs ffmpeg on the path"):
+        write_movie(ts.simulate("millipede-printed", "12 ms"), tmp_path / "walk.webm")
 
 
 def test_what_cannot_be_shown_is_said(tmp_path):

@@ -40,6 +40,11 @@ class VoltageLaw(Description, ABC):
         track = track.twice() if self.has_memory else track
         return to_pieces(track, self.parts(track, history))
 
+    def held(self, volts: Floats, past: Floats) -> Floats:
+        """Forces (R,) [N] at voltages (R,) [V] that are held, of actuators that have visited others (R, H) [V] before;
+        numbers of the law may be one of each."""
+        return np.array([self.force([v], tuple(row))[0] for v, row in zip(volts, past, strict=True)])
+
     def small_signal_gain(self) -> Floats:
         """Ascending powers (3,) of the voltage in the gain [N/V] of a small signal about it.
 

@@ -291,7 +291,7 @@ class LeggedTangent : public LeggedMarch {
       const bool begins = window && feet[i].since == clock.time;
       foot.since = f < 0 ? 0.0 : data_.since[f][lane] + (begins ? data_.start[lane] : 0.0);
       foot.aged = 0.0;
-      foot.parted = window ? data_.start[lane] : 0.0;
+      foot.parted = window && feet[i].parted == clock.time ? data_.start[lane] : 0.0;
       for (int d = 0; d < DIRECTIONS; d++) {
         foot.u[d] = data_.initial[nb + 2 * i + 1 - d][lane];
         foot.w[d] = data_.initial[n + nb + 2 * i + 1 - d][lane];

@@ -10,6 +10,7 @@ void bind_modal(nanobind::module_&);
 void bind_legged(nanobind::module_&);
 void bind_window(nanobind::module_&);
 void bind_windows(nanobind::module_&);
+void bind_parts(nanobind::module_&);
 void bind_record(nanobind::module_&);
 void bind_adjoint(nanobind::module_&);
 void bind_flights(nanobind::module_&);
@@ -33,6 +34,7 @@ NB_MODULE(_native, m) {
   tarsus::bind_legged(m);
   tarsus::bind_window(m);
   tarsus::bind_windows(m);
+  tarsus::bind_parts(m);
   tarsus::bind_record(m);
   tarsus::bind_adjoint(m);
   tarsus::bind_flights(m);
