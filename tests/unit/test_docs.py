@@ -145,6 +145,11 @@ def a_law(names: Names) -> None:
     assert names["run"].ok
 
 
+def walks(names: Names) -> None:
+    a_law(names)
+    assert names["uphill"].ok and names["uphill"].measures.stride.value == pytest.approx(-2.8e-6, rel=0.1)
+
+
 def a_grid(names: Names) -> None:
     assert names["contact"].shape == (5, 3) and np.isfinite(names["contact"]).all()
     assert names["data"]["peak"].dims == ("ground.film.coefficient", "signals.pzt.amplitude")
@@ -406,7 +411,7 @@ CASES = [
     Case("tutorial-landing.md", first_landing, count=4),
     Case("tutorial-landing.md", whole_landing, slow=True),
     Case("tutorial-two-robots.md", two_robots, slow=True),
-    Case("walking.md", a_law),
+    Case("walking.md", walks),
     Case("yield.md", a_yield, slow=True),
 ]
 

@@ -12,7 +12,7 @@ from tarsus.report.motion import Motion, frame_limit
 from tarsus.report.packing import packed, packed_states, script_text
 from tarsus.report.pages import rendered
 from tarsus.report.stage import BACK, WalkStage, stage_of
-from tarsus.report.walk_figures import still
+from tarsus.report.walk_figures import rising, still
 from tarsus.tables.numbers import amount
 
 CHARACTERS = 290_000
@@ -72,6 +72,7 @@ def payload(motion: Motion, stage: WalkStage, drives: Sequence[tuple[str, int]] 
             "springs": stage.springs,
         },
         "period": motion.period,
+        "incline": motion.incline,
         "frames": len(motion.time),
         "time": packed(motion.time[None, :], 16),
         "body": {name: packed(values[None, :], 16) for name, values in motion.body.items()},
@@ -111,7 +112,7 @@ def _caption(motion: Motion, stage: WalkStage) -> str:
         f"The walk from {first} to {last}, seen from the robot's right, its left side paler and set back. Motion is "
         f"drawn larger by the factors chosen; {places}; length of legs and thickness of body are not the model's. "
         "Ticks on the ground are travel of the body's centre, which the small triangle shows. "
-        "Arrows are forces of the ground on the feet."
+        "Arrows are forces of the ground on the feet." + rising(motion)
     )
 
 

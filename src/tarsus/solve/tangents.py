@@ -148,7 +148,7 @@ class DataTangents:
     def none(cls, rows: Rows, count: int, terms: int = TERMS) -> DataTangents:
         """Of so many numbers that nothing depends on; terms: of pieces that may have derivatives."""
         signals = rows.signals
-        pieces, m = len(np.asarray(signals.start)), rows.sources.shape[1] - 1
+        pieces, m = len(np.asarray(signals.start)), rows.sources.shape[1] - 2
         shapes = (
             rows.parameters.shape[1:], rows.initial.shape[1:], rows.sources.shape[1:], (m,), (pieces, terms), (pieces,),
             (pieces,), (len(np.asarray(signals.loop)),), (1,), (1,),
@@ -409,7 +409,7 @@ def _structure_slope(scene: Scene, plan: Plan, direction: Direction) -> LinearSy
             best, least = found, off
         if off <= AGREED:
             break
-    return replace(plan.system, rest_gap=np.zeros_like(plan.system.rest_gap), gravity=0.0, **best)
+    return replace(plan.system, rest_gap=np.zeros_like(plan.system.rest_gap), gravity=np.zeros(2), **best)
 
 
 def _differences(

@@ -127,7 +127,7 @@ def test_a_run_that_cannot_start_says_why(folder):
     found = in_node(
         folder,
         "const e = new Engine(wasm, packet('millipede.bin')), sources = e.array('rows.sources');"
-        "sources[sources.length - 1] = -1; return e.run([0])",
+        "sources[sources.length - 2] = -1; return e.run([0])",
     )
     faults = np.array(found["refusals"]).reshape(-1, 4)
     assert found["code"] == -1 and {_native.FAULTS[int(one)] for one in faults[:, 1]} == {"pulled down"}

@@ -218,6 +218,12 @@ class Stage {
       arrow(pen, x, y - 4, long, 0, colors.push);
       say(amount(force, "N"), x + long + 6);
     }
+    const tilt = this.walk.incline, pull = 18;
+    if (tilt) {
+      const [dx, dy] = [-pull * Math.sin(tilt), pull * Math.cos(tilt)];
+      arrow(pen, x + pull - dx / 2, y - 9 - dy / 2, dx, dy, this.look.ink);
+      say("gravity", x + 2 * pull + 4);
+    }
   }
 
   /** The feet from above, forward to the right, left side up. */

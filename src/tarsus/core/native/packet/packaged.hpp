@@ -137,7 +137,7 @@ class Packaged {
     const int64_t* chosen = packet_.at<int64_t>("rows.channels", channels());
     Fields::check("rows.channels", channels() >= rules_.drives);
     for (size_t c = 0; c < channels(); c++) Fields::check("rows.channels", chosen[c] >= 0 && chosen[c] < signals_.channels());
-    return {packet_.at<double>("rows.parameters", size_t(std::max(laws_.feet, 1)) * laws_.columns), packet_.at<double>("rows.sources", rules_.m + 1),
+    return {packet_.at<double>("rows.parameters", size_t(std::max(laws_.feet, 1)) * laws_.columns), packet_.at<double>("rows.sources", rules_.m + GRAVITIES),
             packet_.at<double>("rows.idle", rules_.drives), chosen, packet_.at<double>("rows.initial", 2 * rules_.n),
             packet_.at<double>("rows.scales", 3)};
   }
