@@ -28,7 +28,7 @@ def unit_of(scene: ts.Scene | str, folder: Path) -> Path:
 
 
 class Loaded:
-    """A unit that has been loaded, its variables by name."""
+    """A unit that is loaded for the length of a block, its variables by name."""
 
     def __init__(self, unit: Path, folder: Path) -> None:
         from fmpy import extract, read_model_description
@@ -45,6 +45,13 @@ class Loaded:
         self.slave.instantiate(loggingOn=True)
         self.slave.enterInitializationMode(startTime=0.0)
         self.slave.exitInitializationMode()
+
+    def __enter__(self) -> Loaded:
+        return self
+
+    def __exit__(self, *said: object) -> None:
+        self.slave.terminate()
+        self.slave.freeInstance()  # a library that is there when the process ends frees its state twice
 
     def tell(self, name: str, value: float) -> None:
         self.slave.setFloat64([self.numbers[name]], [value])
@@ -109,19 +116,20 @@ def test_steps_through_fmpy_are_those_of_a_session_and_of_a_run(name, values, tm
 @pytest.mark.fmu
 def test_a_unit_rolls_back_and_knows_nothing_of_another(tmp_path):
     unit = unit_of("millipede", tmp_path)
-    one, other = (Loaded(unit, tmp_path / name) for name in ("one", "other"))
-    one.tell("volts.L1", 3.0)
-    one.step(0.0)
-    kept = one.slave.getFMUState()
     ways = []
-    for _ in range(2):
-        one.tell("volts.R1", 9.0)
-        one.step(DT)
-        ways.append((one.seen("time"), one.seen("volts.R1"), one.seen("body.surge")))
-        one.slave.setFMUState(kept)
-        assert one.seen("time") == DT and one.seen("volts.R1") == 0.0
-    assert ways[0] == ways[1] and ways[0][0] == 2 * DT
-    assert other.seen("time") == 0.0 and other.seen("volts.L1") == 14.0
+    with Loaded(unit, tmp_path / "one") as one, Loaded(unit, tmp_path / "other") as other:
+        one.tell("volts.L1", 3.0)
+        one.step(0.0)
+        kept = one.slave.getFMUState()
+        for _ in range(2):
+            one.tell("volts.R1", 9.0)
+            one.step(DT)
+            ways.append((one.seen("time"), one.seen("volts.R1"), one.seen("body.surge")))
+            one.slave.setFMUState(kept)
+            assert one.seen("time") == DT and one.seen("volts.R1") == 0.0
+        one.slave.freeFMUState(kept)
+        assert other.seen("time") == 0.0 and other.seen("volts.L1") == 14.0
+    assert ways[0] == ways[1] and ways[0][0] == 2 * DT and ways[0][2] != 0.0
 
 
 @pytest.mark.fmu
@@ -129,16 +137,16 @@ def test_what_is_refused_moves_nothing(tmp_path):
     from fmpy.fmi1 import FMICallException
     from fmpy.fmi3 import fmi3Discard
 
-    one = Loaded(unit_of("cantilever", tmp_path), tmp_path / "one")
-    one.step(0.0)
-    before = one.seen("displacement.tip")
-    one.tell("volts.pzt", np.inf)
-    with pytest.raises(FMICallException) as said:
-        one.step(DT)
-    assert said.value.status == fmi3Discard
-    assert one.seen("displacement.tip") == before and one.seen("time") == DT
-    one.tell("volts.pzt", 1.0)
-    assert not one.step(DT) and one.seen("time") == 2 * DT
+    with Loaded(unit_of("cantilever", tmp_path), tmp_path / "one") as one:
+        one.step(0.0)
+        before = one.seen("displacement.tip")
+        one.tell("volts.pzt", np.inf)
+        with pytest.raises(FMICallException) as said:
+            one.step(DT)
+        assert said.value.status == fmi3Discard
+        assert one.seen("displacement.tip") == before and one.seen("time") == DT
+        one.tell("volts.pzt", 1.0)
+        assert not one.step(DT) and one.seen("time") == 2 * DT
 
 
 @pytest.mark.fmu
