@@ -12,6 +12,7 @@ from tarsus.inspection.installation import devices as devices, doctor as doctor
 from tarsus.inspection.show import check as check, show as show
 from tarsus.modes.verb import modes as modes
 from tarsus.orbits import attractors as attractors, branch as branch
+from tarsus.report.explorer import explore as explore
 from tarsus.report.movie import movie as movie
 from tarsus.report.verb import report as report
 from tarsus.solve import simulate as simulate

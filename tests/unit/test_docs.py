@@ -154,6 +154,11 @@ def a_law(names: Names) -> None:
     assert names["run"].ok
 
 
+def walks(names: Names) -> None:
+    a_law(names)
+    assert names["uphill"].ok and names["uphill"].measures.stride.value == pytest.approx(-2.8e-6, rel=0.1)
+
+
 def a_grid(names: Names) -> None:
     assert names["contact"].shape == (5, 3) and np.isfinite(names["contact"]).all()
     assert names["data"]["peak"].dims == ("ground.film.coefficient", "signals.pzt.amplitude")
@@ -277,6 +282,12 @@ def a_map(names: Names) -> None:
     assert names["found"].class_at(84e-6, 5.2) == "period 3, held" and '"period 3, held"' in PAGES["atlas.md"]
 
 
+def turned(names: Names) -> None:
+    assert names["high"] == pytest.approx(280e-6) and names["low"] == pytest.approx(17.5e-6)
+    assert names["value"] == names["knobs"].explored.scene.robot.feet["tip"].gap
+    assert len(names["wide"].events) == 0 and names["near"].events["time"][0] < 1e-3
+
+
 def readme(names: Names) -> None:
     sentence, closure, contact = names["printed"].splitlines()
     assert sentence == names["run"].code.value and float(closure) < 1e-8
@@ -382,6 +393,7 @@ CASES = [
     Case("batches.md", a_grid),
     Case("determined.md", ran, determined),
     Case("experiment.md", restitution, slow=True),
+    Case("explore.md", turned),
     Case("export.md", exported, count=1),
     Case("export.md", simulated_unit, lane="fmu"),
     Case("extending.md", tooth),
@@ -409,7 +421,7 @@ CASES = [
     Case("tutorial-landing.md", first_landing, count=4),
     Case("tutorial-landing.md", whole_landing, slow=True),
     Case("tutorial-two-robots.md", two_robots, slow=True),
-    Case("walking.md", a_law),
+    Case("walking.md", walks),
     Case("yield.md", a_yield, slow=True),
 ]
 

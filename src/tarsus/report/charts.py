@@ -167,7 +167,8 @@ class ChartPanel:
         least = SHORTEST * (window[1] - window[0])
         shaded = [(a, max(b, a + least)) for a, b in self._shaded]
         return {
-            "x": where, "height": round(self.height), "lines": drawn, "shaded": _inside(shaded, window, step),
+            "x": where, "step": scale.step, "height": round(self.height), "lines": drawn,
+            "shaded": _inside(shaded, window, step),
             "bars": bars, "levels": levels, "limits": limits, "names": self._names,
         }  # fmt: skip
 
@@ -254,6 +255,7 @@ class Charts:
             {
                 "x": [packed_times(one) for one in places],
                 "window": [end / scale.step for end in window],
+                "step": scale.step,
                 "log": self._log,
                 "panels": panels,
             }

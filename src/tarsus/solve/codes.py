@@ -64,6 +64,8 @@ _CODES = {
     a.NOT_FINITE: ResultCode.NOT_FINITE,
     a.JAMMED: ResultCode.JAMMED,
 }
+SENTENCES = tuple(_CODES[code].value for code in sorted(_CODES))
+"""What each of the engine's codes says, in their order."""
 
 _FIELDS = {
     "time": "f8", "foot": "i4", "kind": "i1", "speed_before": "f8", "speed_after": "f8", "pull": "f8", "strength": "f8",

@@ -222,7 +222,7 @@ def electrical_energy(run: Run) -> float:
     row, system = run.motion.acting.rows, run.plan.system
     n = len(system.mass)
     ends = np.array([row.initial[0], run.motion.last])[:, :n]
-    weight = float(row.sources[0, -1] * (system.weight @ (ends[1] - ends[0])))
+    weight = float((ends[1] - ends[0]) @ system.weight @ row.sources[0, -2:])
     taken, times = run.ledger.work_in - weight, np.array([0.0, run.end_time])
     for drive, signal, load in zip(
         drives.values(), run.scene.actuator_volts.values(), system.loads.T, strict=True

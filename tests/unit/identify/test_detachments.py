@@ -11,7 +11,8 @@ from laboratory import LABORATORY
 from tarsus.base.spec import with_values
 from tarsus.files.library import load_scene
 from tarsus.identify.campaign import read_campaign, read_records
-from tarsus.identify.detachment import Detachments, FilmGuess, find_detachments
+from tarsus.identify.detachment import Detachments, find_detachments
+from tarsus.identify.film import film_sought
 from tarsus.identify.foot import FootModel
 from tarsus.identify.traces import Trace, trace_of
 from tarsus.model.standing import rest_state
@@ -49,7 +50,9 @@ def test_a_hop_within_the_noise_is_no_flight():
     assert [said.reason for said in left] == [
         f"the foot is back on the ground too soon after its release at {time[55]:.5g} s"
     ]
-    away = replace(trace, x=trace.x + 1e-5)  # a record in which the foot never stands costs none of the others
+    away = replace(
+        trace, x=trace.x + 1e-5
+    )  # a record in which the foot never stands costs none of the others
     again, _ = find_detachments([away, trace], "tip", 0.0)
     assert [(one.trace, one.hold) for one in again] == [(1, one.hold) for one in items]
 
@@ -68,10 +71,12 @@ def test_a_pressed_foot_does_not_let_go(tmp_path):
     model = FootModel(truth, "tip", "pzt", points)
     level = -model.gap - float(model.row @ rest_state(truth))
     items, _ = find_detachments(traces, "tip", level)
-    film = FilmGuess.of(truth.ground.film.coefficient, truth.ground.film.thickness)
-    fitted = Detachments(traces, items, level).fit(model, film, fixed=True)
+    film, offs = truth.ground.film, Detachments(traces, items, level, model)
+    place = np.log([film.coefficient / film.thickness**3, film.thickness])
+    fitted = offs.under(film_sought(model), place)
     assert len(items) > 20
-    assert np.all(fitted.pull > -3.0 * fitted.pull_error)
+    pulls = offs.pulls_of(fitted)
+    assert np.all(pulls.pull > -3.0 * pulls.error)
     run = simulate(
         with_values(truth, {"signals.pzt": take.signal, "initial.displacement": rest_state(truth)}), 0.1
     )

@@ -15,6 +15,7 @@ void bind_record(nanobind::module_&);
 void bind_adjoint(nanobind::module_&);
 void bind_flights(nanobind::module_&);
 void bind_packet(nanobind::module_&);
+void bind_measure(nanobind::module_&);
 
 // Raise what arrived in Python meanwhile (Ctrl-C); only its main thread receives signals.
 static void raise_signals() {
@@ -39,4 +40,5 @@ NB_MODULE(_native, m) {
   tarsus::bind_adjoint(m);
   tarsus::bind_flights(m);
   tarsus::bind_packet(m);
+  tarsus::bind_measure(m);
 }
