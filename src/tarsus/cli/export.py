@@ -29,8 +29,8 @@ def export(
         a device (see `tarsus devices`) or a scene file.
     to
         mjcf, a model of MuJoCo, run after writing where that is installed, with its loss in numbers; matlab, state
-        spaces, events, series, and a script that makes the run again; c, tables of the gait or of the drives; fmu, a unit
-        of FMI 3.0 for co-simulation.
+        spaces, events, series, and a script that makes the run again; c, tables of the gait or of the drives; fmu, a
+        unit of FMI 3.0 for co-simulation.
     output
         folder for the files.
     step

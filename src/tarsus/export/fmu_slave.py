@@ -1,6 +1,9 @@
 """The robot of scene.toml as a co-simulation slave of FMI 3.0, inside robot.fmu: needs tarsus where it runs."""
 
+import atexit
+import ctypes
 import json
+import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -19,12 +22,23 @@ class Real(fmi.Float64):
         return repr(float(value))
 
 
-class Robot(Fmi3Slave):
+def _end_before_python(unit: Path) -> None:
+    """Where the process is Python itself, let the unit's library give up Python with it: pythonfmu3 0.3.4 does so after
+    its own state is gone, and a process in twenty aborts as it ends."""
+    if sys.platform == "linux" and sys.orig_argv:
+        for file in unit.glob("binaries/*/robot.so"):
+            library = ctypes.CDLL(str(file))  # loaded already
+            if hasattr(library, "finalizePythonInterpreter"):
+                atexit.register(library.finalizePythonInterpreter)
+
+
+class RobotSlave(Fmi3Slave):
     """The one robot of a `tarsus.Session`, its volts held over each step."""
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         folder = Path(kwargs["resources"])
+        _end_before_python(folder.parent)
         described = (folder / "scene.toml").read_text(encoding="utf-8")
         laws = [ts.load_laws(file) for file in sorted(folder.glob("laws/*.py"))]
         scene = ts.read_scene(
@@ -37,6 +51,7 @@ class Robot(Fmi3Slave):
         volt = fmi.Unit("V", kg=1, m=2, s=-3, A=-1)
         self.register_units([volt, fmi.Unit("m", m=1), fmi.Unit("rad", rad=1), fmi.Unit("s", s=1)])
         self.scene, self.session, self.begun = scene, ts.Session(scene), 0.0
+        self.values: dict[str, float] = {}  # parameters that were set
         self.state = self.session.reset()
         self.volts = dict(zip(scene.robot.drives, map(float, self.state.volts), strict=True))
         self._declare()
@@ -82,14 +97,15 @@ class Robot(Fmi3Slave):
         self.register_variable(kind(name, causality=causality, getter=getter, **options))
 
     def _value(self, path: str) -> float:
-        return self.session.vary.get(path, ts.get_value(self.scene, path))
+        return self.values[path] if path in self.values else ts.get_value(self.scene, path)
 
     def _set_value(self, path: str, value: float) -> None:
         if value == self._value(path):
             return
         if self.state.time > 0.0:
             raise ts.InputError(f"{path}: a parameter is fixed once the robot has been stepped")
-        self.session.vary = {**self.session.vary, path: value}
+        self.values = {**self.values, path: value}
+        self.session.vary = self.values
         self.state = self.session.reset()
 
     def setup_experiment(self, start_time: float) -> None:
@@ -109,9 +125,9 @@ class Robot(Fmi3Slave):
     # what importers roll back to: a fork of the session
 
     def _get_fmu_state(self) -> dict[str, Any]:
-        return {
-            "session": self.session.fork(), "state": self.state, "volts": dict(self.volts), "begun": self.begun
-        }  # fmt: skip
+        kept = {name: getattr(self, name) for name in ("state", "begun", "values")}
+        return {**kept, "session": self.session.fork(), "volts": dict(self.volts)}
 
     def _set_fmu_state(self, state: Mapping[str, Any]) -> None:
-        self.__dict__.update(state, session=state["session"].fork(), volts=dict(state["volts"]))
+        for name, of in {**state, "session": state["session"].fork(), "volts": dict(state["volts"])}.items():
+            setattr(self, name, of)

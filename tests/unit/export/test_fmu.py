@@ -51,7 +51,7 @@ class Loaded:
 
     def __exit__(self, *said: object) -> None:
         self.slave.terminate()
-        self.slave.freeInstance()  # a library that is there when the process ends frees its state twice
+        self.slave.freeInstance()
 
     def tell(self, name: str, value: float) -> None:
         self.slave.setFloat64([self.numbers[name]], [value])
