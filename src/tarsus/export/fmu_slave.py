@@ -24,7 +24,7 @@ class Real(fmi.Float64):
 
 def _end_before_python(unit: Path) -> None:
     """Where the process is Python itself, let the unit's library give up Python with it: pythonfmu3 0.3.4 does so after
-    its own state is gone, and a process in twenty aborts as it ends."""
+    its own state is gone, and now and then a process aborts as it ends."""
     if sys.platform == "linux" and sys.orig_argv:
         for file in unit.glob("binaries/*/robot.so"):
             library = ctypes.CDLL(str(file))  # loaded already
