@@ -192,3 +192,10 @@ def test_what_it_refuses() -> None:
     slow = with_values(LAW, {"times.0": 1e5})
     with pytest.raises(InputError, match="too slow, or too fast"):
         lower(Square(amplitude=1.0, frequency=100.0), slow)
+
+
+def test_no_other_voltage_is_taken_on_the_way() -> None:
+    session = ts.Session(robot())
+    session.reset(seed=1)
+    with pytest.raises(InputError, match="creeps takes no other voltage"):
+        session.step({"piezo": 3.0}, "1 ms")

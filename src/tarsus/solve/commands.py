@@ -63,7 +63,14 @@ class Command:
         return cls(which, np.zeros(courses), past, None, (asked, _amplified(drive, asked, past)))
 
     def told(self, drive: Drive, asked: Track | Floats, time: Floats) -> Command:
-        """Another course for all robots, or voltages (nr,) that are held, from times (nr,) [s] on."""
+        """Another course for all robots, or voltages (nr,) that are held, from times (nr,) [s] on.
+
+        Raises InputError for a law that goes by the rate: what it remembers in time is not carried on.
+        """
+        if drive.law.by_rate:
+            raise InputError(
+                "a drive that creeps takes no other voltage on the way: give it its whole signal beforehand"
+            )
         ideal, own = drive.amplifier.ideal, np.arange(len(time))
         past = self.visited(time) if drive.law.has_memory or not ideal else np.zeros((len(time), 0))
         if ideal and not isinstance(asked, Track):
