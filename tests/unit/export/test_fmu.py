@@ -10,6 +10,7 @@ import pytest
 
 import tarsus as ts
 from scene_files import SCENES
+from tarsus.cli import main
 from tarsus.export.verb import TARGETS
 from tarsus.files.toml import parse_scene, scene_text
 
@@ -173,6 +174,25 @@ def test_names_break_nothing_and_laws_come_along(tmp_path):
     names = {one.name for one in told.modelVariables}
     assert {"ground.laws.drag.coefficient", "gap.'3-tip'", "robot.feet.'3-tip'.gap", "volts.'p-z'"} < names
     assert simulate_fmu(str(unit), stop_time=2 * DT, output_interval=DT)["time"].tolist() == [0.0, DT, 2 * DT]
+
+
+@pytest.mark.fmu
+def test_the_command_writes_what_it_proposes(tmp_path):
+    from fmpy import read_model_description
+
+    folder = tmp_path / "out"
+    said = ["--to", "fmu", "--duration", "3 ms", "--step", "0.5 ms", "-o", str(folder)]
+    assert main(["export", "ball-on-table", *said]) == 0
+    proposed = read_model_description(str(folder / "robot.fmu")).defaultExperiment
+    assert (float(proposed.startTime), float(proposed.stopTime), float(proposed.stepSize)) == (
+        0.0,
+        3e-3,
+        5e-4,
+    )
+    listed = [
+        f"- {one}" for one in ts.export("ball-on-table", "fmu", tmp_path, duration=1e-3).to_dict()["lost"]
+    ]
+    assert (folder / "lost.txt").read_text(encoding="utf-8").splitlines() == listed and len(listed) == 2
 
 
 def test_without_pythonfmu3_it_is_refused(tmp_path, monkeypatch):
