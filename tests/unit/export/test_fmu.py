@@ -17,6 +17,17 @@ from tarsus.files.toml import parse_scene, scene_text
 STEPS, DT = 24, 1e-3
 HOSTILE = "a\" <b> & ' \n]]> --> é \u202e \x00"
 
+PUMP = """
+import tarsus as ts
+
+class Pump(ts.SmoothLaw):
+    coefficient: float = ts.quantity("N s/m", "push", ge=0)
+
+    @staticmethod
+    def force(gap, gap_rate, volts, time, coefficient):
+        return coefficient * gap_rate
+"""
+
 
 def unit_of(scene: ts.Scene | str, folder: Path) -> Path:
     """The unit, which its validator finds nothing wrong with."""
@@ -148,6 +159,21 @@ def test_what_is_refused_moves_nothing(tmp_path):
         assert one.seen("displacement.tip") == before and one.seen("time") == DT
         one.tell("volts.pzt", 1.0)
         assert not one.step(DT) and one.seen("time") == 2 * DT
+
+
+@pytest.mark.fmu
+def test_a_robot_that_stops_asks_to_terminate(tmp_path):
+    """A law that feeds on speed, without bound."""
+    (tmp_path / "own.py").write_text(PUMP, encoding="utf-8")
+    pump = ts.load_laws(tmp_path / "own.py")["pump"]
+    scene = ts.with_values(ts.load_scene("cantilever"), {"ground.laws": {"pump": pump(coefficient=1.0)}})
+    sim = ts.Session(scene)
+    sim.reset()
+    stopped = sim.step(dt=DT)
+    with Loaded(unit_of(scene, tmp_path / "out"), tmp_path / "one") as one:
+        assert one.step(0.0) and not stopped.ok
+        assert one.seen("time") == stopped.time < DT
+        assert one.slave.getInt32([one.numbers["code"]]) == [stopped.code.number] != [0]
 
 
 @pytest.mark.fmu
