@@ -141,6 +141,15 @@ def exported(names: Names) -> None:
     assert names["lost"] == []
 
 
+def simulated_unit(names: Names) -> None:
+    sim = ts.Session("millipede")
+    sim.reset()
+    ways = [
+        sim.step({"R1": 14.0, "L1": 14.0}, dt).body["surge"] for dt in np.diff(names["seen"]["time"]).tolist()
+    ]
+    assert names["seen"]["body.surge"][1:].tolist() == ways
+
+
 def a_law(names: Names) -> None:
     assert names["run"].ok
 
@@ -385,7 +394,8 @@ CASES = [
     Case("determined.md", ran, determined),
     Case("experiment.md", restitution, slow=True),
     Case("explore.md", turned),
-    Case("export.md", exported),
+    Case("export.md", exported, count=1),
+    Case("export.md", simulated_unit, lane="fmu"),
     Case("extending.md", tooth),
     Case("files-in.md", files, records),
     Case("fit.md", a_fit),
