@@ -26,9 +26,10 @@ from scipy.optimize import brentq
 import tarsus as ts
 from tarsus.orbits.looks import kept_events
 from tarsus.orbits.returns import FINE, drive_period
-from tarsus.solve.contacts import Contacts
+from tarsus.solve.contacts import earlier
 from tarsus.solve.simulate import Shared
 from tarsus.solve.trajectories import Trajectories
+from tarsus.solve.window import simulate_window
 
 SCENES = Path(__file__).parents[1] / "tests" / "scenes"
 RANGES: dict[str, tuple[Any, str, float, float]] = {
@@ -65,13 +66,13 @@ Class = tuple[int, tuple[tuple[int, int], ...]] | None
 
 @dataclass(frozen=True)
 class Motion:
-    """A run at a value: its state (2n,) where the drives begin a period, what feet do there as if that were at 0 s, and
-    the class of what it repeats, None where it does not; marks (ne, 2): when its events are, in periods, and their
-    approach speeds [m/s]."""
+    """A run at a value: its state (2n,) where the drives begin a period, what feet (m, k) carry on there as if that
+    were at 0 s, and the class of what it repeats, None where it does not; marks (ne, 2): when its events are, in
+    periods, and their approach speeds [m/s]."""
 
     at: float
     state: np.ndarray
-    contacts: Contacts
+    feet: np.ndarray
     kind: Class
     marks: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
 
@@ -111,20 +112,20 @@ class Plain:
         runs, period = self.at(motion.at)
         begin = (CHUNK + PHASE) * period
         runs.time[0], runs.state[0] = begin, motion.state
-        runs.contacts[0] = motion.contacts.earlier(-begin)
+        runs.feet[0] = earlier(motion.feet, -begin)
         (window,) = runs.advance([begin + period * np.arange(1, count + 1)])
         states = np.concatenate([window.states.x, window.states.v]).T
-        contacts = runs.contacts[0].earlier(float(window.times[-1]))
+        feet = earlier(runs.feet[0], float(window.times[-1]))
         events = window.events.copy()
         events["time"] = (events["time"] - begin) / period
-        return Motion(motion.at, states[-1], contacts, None), states, events
+        return Motion(motion.at, states[-1], feet, None), states, events
 
     def first(self, at: float) -> Motion:
         """The motion from the scene's own start on."""
         runs, period = self.at(at)
         begin = (CHUNK + PHASE) * period
         runs.advance([np.array([begin])])
-        return self.settled(Motion(at, runs.state[0], runs.contacts[0].earlier(begin), None), at)
+        return self.settled(Motion(at, runs.state[0], earlier(runs.feet[0], begin), None), at)
 
     def of(self, orbit: ts.orbits.Orbit, at: float) -> Motion:
         """The motion of an orbit."""
@@ -132,9 +133,10 @@ class Plain:
         returns, n2 = orbit.map, len(runs.state[0])
         held = getattr(returns, "contacts_at", lambda state: returns.contacts)(orbit.state)
         end = (np.ceil(orbit.start / orbit.map.period - PHASE + 1e-9) + PHASE) * orbit.map.period
-        runs.time[0], runs.state[0], runs.contacts[0] = orbit.start, orbit.state[:n2], held
-        runs.advance([np.array([end])])
-        return Motion(at, runs.state[0], runs.contacts[0].earlier(end), None)
+        window = simulate_window(
+            runs.plan, orbit.state[:n2], orbit.start, [end], held, rows=runs.rows, shared=runs.tables, accuracy=FINE
+        )
+        return Motion(at, window.end, earlier(window.feet, end), None)
 
     def settled(self, motion: Motion, at: float) -> Motion:
         """What a motion becomes at a value."""

@@ -50,6 +50,18 @@ CAUSES = {
     "compliant ground": r"complian|gives way|soft ground|stiffness of the ground",
     "mains hum": r"\bhum\b|mains|50 Hz",
     "clock 100 ppm off": r"clock",
+    "lost fringes": r"fringe|drop-out|spike",
+    "coupled displacement": r"high-pass|coupl",
+    "trigger jitter": r"trigger",
+    "gains warm up": r"\bgains?\b",
+    "slow amplifier": r"amplifier|\blate\b",
+    "no poling between": r"poling|poled|history|different places",
+    "drag of the air": r"\bdrag\b",
+    "attraction by the volts": r"attract",
+    "weak attraction": r"attract",
+    "contacts scatter": r"scatter",
+    "creep, and late": r"creep",
+    "third mode, and restitution falls": r"further mode",
     "adhesion that ages": r"adhesion.*(age|saturat|grows no more|not linear|levels off)",
 }
 """Words by which a sentence names the difference; it must not be one that the sound world's campaign has as well."""

@@ -134,9 +134,8 @@ def _judged(fit: WalkFit, truth: Scene) -> dict[str, object]:
     sure = np.array([word is Verdict.DETERMINED for word in words])
     told = np.array([word is not Verdict.ASSUMED for word in words])
     inside = np.abs(error) <= 1.96 * sd
-    left = np.concatenate(fit.left)
     row: dict[str, object] = {
-        "windows": len(left), "followed": int(np.count_nonzero(left < 1.3)), "numbers": len(true),
+        "windows": len(fit.good), "followed": int(fit.good.sum()), "numbers": len(true),
         "determined": int(sure.sum()), "inside": int((inside & sure).sum()),
         "worst_sd": _round(np.abs(error / sd)[sure].max(initial=0.0)),
         "told": int(told.sum()), "inside_told": int((inside & told).sum()),

@@ -19,7 +19,7 @@ version = release = installed_version("tarsus")
 
 extensions = [
     "myst_nb", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.napoleon", "mathml", "fields", "names",
-    "reference",
+    "reference", "explorers",
 ]  # fmt: skip
 myst_enable_extensions = ["dollarmath", "deflist"]
 myst_update_mathjax = False

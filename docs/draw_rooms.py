@@ -14,6 +14,7 @@ ROOMS = {
     "record": "recorded steps: samples and energies",
     "modal": "a linear structure in each set of held feet",
     "legged": "a body on exact legs",
+    "measure": "what runs are judged by, from their events",
     "march": "the loop from event to event, landing rule, log",
     "laws": "what acts at a foot: twins and programs",
     "drives": "channels of piecewise polynomials",

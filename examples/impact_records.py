@@ -21,13 +21,12 @@ from tarsus.impacts import (
     compare_with_modes,
     detect_impacts,
     estimate_impact_map,
-    plain_figures,
     subtract,
 )
-from tarsus.impacts.detection import PlainFigures
 from tarsus.model.structure import Structure
 from tarsus.records.measurement import Measurement
 from tarsus.synthesis import Vibrometer
+from tarsus_reproduce.plain_figures import PlainFigures, plain_figures
 
 FOOT = "foot1"
 POINTS = tuple(f"foot{i}" for i in range(1, 7))

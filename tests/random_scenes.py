@@ -18,8 +18,7 @@ import numpy as np
 import tarsus as ts
 from scene_files import SCENES
 from tarsus.base.spec import validate
-from tarsus.model.drive.laws import Cubic, LinearForce, TwoBranch
-from tarsus.model.drive.laws.prandtl_ishlinskii import PrandtlIshlinskii
+from tarsus.model.drive.laws import Creeping, Cubic, LinearForce, PrandtlIshlinskii, TwoBranch
 from tarsus.model.drive.waveforms import OnOff
 from tarsus.model.scene import Scene
 
@@ -147,6 +146,22 @@ def branched_scene(seed: int, legged: bool) -> Scene:
             turn = scene.duration * dice.between(0.15, 0.45)
             levels = dice.rng.uniform(-8.0, 8.0, 4).tolist()
             signals[name] = OnOff(levels=levels, durations=(turn * shares).tolist(), repeat=True)
+    return ts.with_values(scene, changes)
+
+
+def creeping_scene(seed: int, legged: bool) -> Scene:
+    """The plain scene of a seed whose drives creep."""
+    scene = plain_scene(seed, legged)
+    dice, changes = Dice([seed, int(legged), 11], PLAIN), {}
+    for name, drive in scene.robot.drives.items():
+        gain = drive.law.gain if isinstance(drive.law, LinearForce) else drive.law.linear
+        plays = PrandtlIshlinskii(linear=gain, quadratic=0.01 * gain, thresholds=(0.5,), weights=(0.1 * gain,))
+        count = 1 + int(dice.rng.integers(3))
+        changes[f"robot.drives.{name}.law"] = Creeping(
+            instant=plays, thresholds=dice.rng.uniform(0.0, 3.0, count).tolist(),
+            weights=(gain * dice.rng.uniform(0.05, 0.3, count)).tolist(),
+            times=(scene.duration * 10.0 ** dice.rng.uniform(-2.0, 1.0, count)).tolist(),
+        )  # fmt: skip
     return ts.with_values(scene, changes)
 
 

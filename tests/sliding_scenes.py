@@ -27,7 +27,7 @@ def slider(
     mass = ((MASS, coupling * MASS), (coupling * MASS, MASS))
     structure = ts.Lumped(
         coordinates=("z", "x"), mass=mass, stiffness=(0.0, 0.0), damping=(0.0, 0.0),
-        upward=tuple(np.linalg.solve(mass, (MASS, 0.0))),
+        upward=tuple(np.linalg.solve(mass, (MASS, 0.0))), forward=tuple(np.linalg.solve(mass, (0.0, MASS))),
     )  # fmt: skip
     drive = Drive(load=PointLoad(weights={"x": 1.0}), law=LinearForce(gain=1.0))
     acting = {
@@ -54,6 +54,7 @@ def by_modes(scene: Scene) -> Scene:
         coordinates=tuple(f"q{i}" for i in range(walker.size)), mass=matrices.mass.tolist(),
         stiffness=matrices.stiffness.tolist(), damping=matrices.damping.tolist(),
         weights={point: tuple(walker.row(point)) for point in walker.points}, upward=tuple(walker.vertical()),
+        forward=tuple(walker.horizontal()),
     )  # fmt: skip
     feet = {
         name: foot.model_copy(update={"along": f"{foot.point}_x"}) for name, foot in scene.robot.feet.items()

@@ -12,6 +12,7 @@ from tarsus.inspection.installation import devices as devices, doctor as doctor
 from tarsus.inspection.show import check as check, show as show
 from tarsus.modes.verb import modes as modes
 from tarsus.orbits import attractors as attractors, branch as branch
+from tarsus.report.explorer import explore as explore
 from tarsus.report.movie import movie as movie
 from tarsus.report.verb import report as report
 from tarsus.solve import simulate as simulate
@@ -47,7 +48,7 @@ from tarsus.study.sweep import Sweep as Sweep
 from tarsus.tables.table import Table as Table
 
 # Rooms: further laws, waveforms, gaits and so on, by the names that their own pages list.
-from tarsus import design as design, impacts as impacts, measure as measure, solve as solve, synthesis as synthesis
+from tarsus import design as design, impacts as impacts, learn as learn, measure as measure, solve as solve, synthesis as synthesis
 from tarsus.model import laws as laws, structure as structures
 from tarsus.model.drive import gait as gaits, laws as drives, waveforms as waveforms
 from tarsus.report import plot as plot

@@ -171,19 +171,3 @@ def modal_structure(form: ModalForm, points: Sequence[str], modal_mass: float, d
         modal_masses=rounded(np.full(len(form.frequencies), modal_mass)),
         shapes={point: rounded(row) for point, row in zip(points, form.shapes, strict=True)},  # pyright: ignore[reportArgumentType]
     )
-
-
-def point_matrices(structure: Modal) -> Matrices:
-    """Mass, damping and stiffness (n, n) in the heights of the structure's n points: (3.3) from (3.1).
-
-    Raises InputError unless there are as many points as modes, with independent shapes.
-    """
-    shapes = np.array([structure.row(point) for point in structure.points])
-    if shapes.shape[0] != shapes.shape[1] or np.linalg.matrix_rank(shapes) < len(shapes):
-        raise InputError(
-            f"matrices of the points need as many independent shapes as modes: "
-            f"{shapes.shape[0]} points, {shapes.shape[1]} modes"
-        )
-    back = np.linalg.inv(shapes)
-    modal = structure.matrices()
-    return Matrices(*(back.T @ one @ back for one in (modal.mass, modal.damping, modal.stiffness)))

@@ -9,13 +9,13 @@ import tarsus as ts
 from laboratory import LABORATORY
 from scene_files import scene
 from tarsus.core.modes import contact_mode
-from tarsus.impacts.force import point_matrices
 from tarsus.measure.history import PERIOD_MARK
 from tarsus.model.drive.laws import LinearForce
 from tarsus.plan.lowering import lower_scene
 from tarsus.solve.codes import structured_events
 from tarsus.solve.engine import execute
 from tarsus.solve.simulate import RECORDED
+from tarsus_reproduce.forces import point_matrices
 from walking_scenes import sticky, trotter
 
 BOUNCE, CAPTURE, RELEASE, REST, AT_START, AVERAGED = 1, 2, 3, 4, 5, 9

@@ -80,7 +80,7 @@ WRONG = [
     ("modes bytes.toml", "bytes.toml is a description (TOML), no record"),
     ("attractors millipede --starts 2.5", "--starts: expected a whole number, got '2.5'"),
     ("attractors millipede --over height=5um:0", "height: the range from 5 µm to 0 m is empty"),
-    ("attractors millipede --over heigth=0:5um", "scene's only drive); did you mean 'height'?"),
+    ("attractors millipede --over heigth=0:5um", "did you mean 'height'?"),
     ("attractors ./folder", "is a folder: expected a device by name, or a scene file"),
     (
         "recommend ./run --budget 2s",
@@ -109,6 +109,8 @@ WRONG = [
         "branch cantilever --along signals.pzt.amplitude=8V:4V --starts -1",
         "--starts: expected a number of 0 or more",
     ),
+    ("explore nowhere -o page.html", "no device is called 'nowhere'"),
+    ("export cantilever --to stl -o folder", "mjcf"),
     ("attractors millipede --starts 0", "--starts: expected a number of 1 or more, got 0"),
     ("attractors millipede --over gait.frequency=50:100", "gait.frequency: is no part of a start"),
     ("attractors millipede --over height=0:5V", "height: expected a length (m), got '5V'"),

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 import tarsus as ts
 from independent.compare import compare
-from random_scenes import branched_scene, plain_scene, sliding_scene
-from sliding_scenes import biped, cantilever
+from random_scenes import branched_scene, creeping_scene, plain_scene, sliding_scene
+from sliding_scenes import biped, by_modes, cantilever
 from tarsus.base.events import EventKind
-from tarsus.base.spec import get_value
+from tarsus.base.spec import get_value, with_values
 from tarsus.model.laws import Friction
+from walking_scenes import sticky, trotter
 
 FAST = {"modal": (13,), "legged": (22,)}
 BRANCHED = {"modal": (6,), "legged": ()}
@@ -73,6 +76,16 @@ def test_feet_that_nobody_chose_slip_and_stick_as_there(seed: int) -> None:
     assert found.wrong is None, found
 
 
+@pytest.mark.parametrize(
+    ("seed", "legged"),
+    [(6, False), *(pytest.param(s, k, marks=pytest.mark.slow) for s in range(10, 12) for k in (True, False))],
+)
+def test_they_agree_under_drives_that_creep(seed: int, legged: bool) -> None:
+    scene = creeping_scene(seed, legged)
+    found = compare(with_values(scene, {"duration": scene.duration * (0.25 if seed == 6 else 1.0)}), TIGHT)
+    assert found.wrong is None and found.compared > 1, found
+
+
 def bar_over_a_film() -> ts.Scene:
     """A bar whose left foot lands on a film while its right one is moving away from it: the impact turns that."""
     return ts.Scene(
@@ -116,3 +129,18 @@ def test_the_derivative_of_that_pull_is_that_of_the_rates_after_the_impact(path:
     if "structure" not in path:  # backwards there are none by the structure
         back = ts.gradient(lambda events: events["pull"][0], scene, [path], accuracy=TIGHT)[path]
         assert back == pytest.approx(wanted, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("degrees", "legged"),
+    [
+        (20.0, True),
+        *(pytest.param(d, k, marks=pytest.mark.slow) for d in (-35.0, 90.0, 180.0) for k in (True, False)),
+    ],
+)
+def test_feet_slip_and_hold_on_slopes_walls_and_ceilings_as_there(degrees: float, legged: bool) -> None:
+    short = degrees == 20.0
+    scene = trotter(2 if short else 3, ground=sticky(adhesion=ts.Adhesion(initial=3e-6, rate=1e-3)))
+    scene = with_values(scene if legged else by_modes(scene), {"ground.incline": math.radians(degrees)})
+    found = compare(with_values(scene, {"duration": 0.001 if short else 0.01}), TIGHT)
+    assert found.wrong is None and found.compared > (3 if short else 9), found

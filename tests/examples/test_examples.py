@@ -70,3 +70,25 @@ def test_every_example_is_in_a_test():
     tests = "".join(path.read_text(encoding="utf-8") for path in EXAMPLES.parent.glob("tests/**/test_*.py"))
     for path in EXAMPLES.glob("*.py"):
         assert f'load("{path.stem}")' in tests or path.name in tests, f"{path.name} has no test"
+
+
+def test_a_policy_that_feels_nothing_is_the_gait_of_the_device():
+    """In steps of a hundredth of a second it gets as far as the run in one piece."""
+    example = load("learn_gait")
+    gaits = example.Gaits(1, 2)
+    world = gaits.world()
+    (ways,) = gaits.ways(world, example.open_loop()[None], seed=4)
+    grounds = gaits.drawn(np.random.default_rng(4), 2)
+    vary = {path: of.tolist() for path, of in grounds.items()}
+    whole = ts.simulate_batch("hexapod-walker", vary, example.PERIODS * example.PERIOD)
+    for way, run in zip(ways, range(2), strict=True):
+        assert way == pytest.approx(1e6 * whole.run(run).marks["body"][-1, 0], rel=1e-4)
+        assert 5.0 < way < 40.0
+
+
+@pytest.mark.slow
+def test_a_gait_is_learnt_on_grounds_that_are_not_known():
+    example = load("learn_gait")
+    learnt, _, own = example.judged(example.trained(12, grounds=4, policies=10), grounds=60)
+    assert learnt.mean() > 3.0 * own.mean()
+    assert np.mean(learnt > own) > 0.9

@@ -10,7 +10,8 @@ from scipy.special import logit
 
 import tarsus as ts
 from example_files import load
-from tarsus_reproduce.printed import modal_form, point_matrices, printed_model
+from tarsus_reproduce.forces import point_matrices
+from tarsus_reproduce.printed import modal_form, printed_model
 
 
 @pytest.fixture(scope="module")
@@ -65,7 +66,7 @@ def test_slopes_are_the_derivative_of_the_residuals(example, printed):
 def test_the_quadruped_holds_every_printed_entry_and_the_table(example, printed):
     structure: Any = ts.load_scene("quadruped").robot.structure
     assert structure.frequencies == (15.0, 86.0, 181.0, 724.0, 893.0)
-    model, back = printed.model, point_matrices(structure)
+    model, back = printed.model, point_matrices(structure, tuple(structure.points))
     unit = structure.modal_masses[0]
     for what in ("mass", "damping", "stiffness"):
         matrix = getattr(back, what) / unit

@@ -15,7 +15,8 @@ Array = np.ndarray
 class Robot:
     """mass, damping, stiffness (n, n); normals, tangents (n, m): rows that give gaps and places along the ground,
     zeros where a foot knows none;
-    loads (n, nd); up (n,): a unit upward translation; directions (n, m) of impacts, None for impulses at the foot;
+    loads (n, nd); up, ahead (n,): unit translations off the ground and along it; directions (n, m) of impacts, None for
+    impulses at the foot;
     points (k, n): rows of independent points; own_point: which of them each foot is, and its normal."""
 
     mass: Array
@@ -25,6 +26,7 @@ class Robot:
     tangents: Array
     loads: Array
     up: Array
+    ahead: Array
     directions: Array | None
     points: Array
     own_point: list[tuple[int, int]]
@@ -34,6 +36,13 @@ def robot_of(scene: Any) -> Robot:
     structure = scene.robot.structure
     made = {"lumped": lumped, "modal": modal, "walker": walker}[structure.kind](structure)
     mass, damping, stiffness, rows, up = made
+    ahead = np.zeros(len(mass))
+    if structure.kind == "walker":  # as every foot and the body go
+        ahead[0] = 1.0
+        for leg in structure.legs:
+            ahead += rows[f"{leg}_x"]
+    elif getattr(structure, "forward", None) is not None:
+        ahead = np.array(structure.forward)
     feet = list(scene.robot.feet.items())
     normals = np.stack([foot.normal * rows[foot.point] for _, foot in feet], axis=1)
     ways = [f"{foot.point}_x" if structure.kind == "walker" else foot.along for _, foot in feet]
@@ -58,7 +67,7 @@ def robot_of(scene: Any) -> Robot:
     points = np.array(list(rows.values())) if structure.kind == "modal" else np.eye(len(mass))
     own = [int(np.argmin(np.abs(points - rows[foot.point]).sum(axis=1))) for _, foot in feet]
     return Robot(
-        mass, damping, stiffness, normals, tangents, np.array(loads).reshape(len(loads), len(mass)).T, up, found,
+        mass, damping, stiffness, normals, tangents, np.array(loads).reshape(len(loads), len(mass)).T, up, ahead, found,
         points, [(place, foot.normal) for place, (_, foot) in zip(own, feet, strict=True)],
     )  # fmt: skip
 

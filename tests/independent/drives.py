@@ -280,6 +280,8 @@ def force(signal: Signal, law: Any, history: Sequence[float], end: float) -> Sig
         )  # fmt: skip
     if law.kind == "two_branch":
         return Signal(branches(signal, law, history, end), end)
+    if law.kind == "creeping":
+        return Signal(creeping(signal, law, history, end), end)
     assert law.kind == "prandtl_ishlinskii"
     widths, weights = np.array(law.thresholds), np.array(law.weights)
     plays = np.zeros(len(widths))
@@ -321,6 +323,49 @@ def branches(signal: Signal, law: Any, history: Sequence[float], end: float) -> 
             return p.slope(t) * (c.linear + v * (2.0 * c.quadratic + 3.0 * v * c.cubic))
 
         out.append(Piece(p.start, p.end, value, slope))
+    return out
+
+
+def creeping(signal: Signal, law: Any, history: Sequence[float], end: float) -> list[Piece]:
+    """What follows at once, and lags of plays: z(t) = z(a) exp(-(t - a)/T) + the integral of exp(-(t - s)/T) play(s)/T
+    from a on, by Gauss's quadrature, in parts that are short against every lag, and a polynomial through each."""
+    now, own = law.instant, len(law.instant.thresholds)
+    widths = np.array([*now.thresholds, *law.thresholds])
+    weights, lags = np.array(law.weights), np.array(law.times)
+    places, shares = np.polynomial.legendre.leggauss(20)
+    plays, out = np.zeros(len(widths)), []
+    for volts in history:
+        plays = moved(plays, widths, volts)
+    late = plays[own:].copy()
+    gain = 1.0 + law.per_kelvin * (law.temperature - law.reference)
+
+    def part(p: Piece, a: float, b: float, plays: np.ndarray, late: np.ndarray) -> tuple[Piece, np.ndarray]:
+        def states(t: float) -> np.ndarray:
+            times = a + 0.5 * (t - a) * (places + 1.0)
+            follow = np.array([moved(plays, widths, p.value(s))[own:] for s in times])
+            kernel = np.exp(-(t - times)[:, None] / lags) / lags
+            return late * np.exp(-(t - a) / lags) + 0.5 * (t - a) * (shares @ (kernel * follow))
+
+        nodes = np.cos(np.pi * np.arange(17) / 16.0)
+        at_nodes = [float(states(t) @ weights) for t in a + 0.5 * (nodes + 1.0) * (b - a)]
+        drawn = np.polynomial.Chebyshev.fit(nodes, at_nodes, 16)
+
+        def value(t: float) -> float:
+            v = p.value(t)
+            free = now.constant + v * (now.linear + v * (now.quadratic + v * now.cubic))
+            plain = float(np.array(now.weights) @ moved(plays, widths, v)[:own])
+            return gain * (free + plain + float(drawn(2.0 * (t - a) / (b - a) - 1.0)))
+
+        return Piece(a, b, value, lambda t: 0.0), states(b)
+
+    for p in monotone(signal, end):
+        plays = moved(plays, widths, p.value(p.start))
+        for a, b in engaging(p, plays, widths):
+            edges = np.linspace(a, b, 1 + math.ceil((b - a) / float(lags.min())))
+            for c, d in itertools.pairwise(edges):
+                piece, late = part(p, float(c), float(d), plays, late)
+                out.append(piece)
+        plays = moved(plays, widths, p.value(p.end))
     return out
 
 

@@ -43,6 +43,7 @@ class Laws:
             else:
                 raise NotImplementedError(kind)
         self.gravity = 0.0 if ground.gravity is None else ground.gravity.acceleration
+        self.incline = ground.incline or 0.0
 
     def resisting(self, gap: float, rate: float) -> float:
         """Film: F = -C g' / (g + g0)^3, which nothing but motion makes."""

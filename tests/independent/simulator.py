@@ -51,7 +51,10 @@ class Simulator:
         self.inverse = np.linalg.inv(robot.mass)
         feet = list(scene.robot.feet.values())
         self.rest_gap = np.array([foot.gap for foot in feet])
-        self.weight = -self.laws.gravity * (robot.mass @ robot.up)
+        rise = (
+            math.cos(self.laws.incline) * robot.up + math.sin(self.laws.incline) * robot.ahead
+        )  # against gravity
+        self.weight = -self.laws.gravity * (robot.mass @ rise)
         self.forces, volts = [], {}
         for name, drive in scene.robot.drives.items():
             wave = scene.signals.get(name)

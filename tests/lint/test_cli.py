@@ -15,7 +15,7 @@ MOST_OPTIONS = 12
 
 OF_THE_LINE = {
     "--set", "--law",  # make the scene that the function is given
-    "--output", "--overwrite", "--report", "--mat", "--json", "--browser",  # what becomes of the result
+    "--output", "--overwrite", "--report", "--mat", "--static", "--json", "--browser",  # what becomes of the result
     "--against",  # what is shown beside the result
     "--on",  # names what `threads` takes as an object
 }  # fmt: skip

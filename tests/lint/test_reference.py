@@ -123,7 +123,7 @@ def test_summaries_of_the_reference_are_whole_sentences():
 def test_a_campaign_is_identified_by_the_name_of_its_package():
     with pytest.raises(tarsus.InputError, match=r"nowhere\.toml"):
         tarsus.identify("nowhere.toml")
-    assert tarsus.modes.CircleFit is found("tarsus.modes.circle.CircleFit")
+    assert tarsus.modes.ModalFit is found("tarsus.modes.modal.ModalFit")
 
 
 def test_a_verb_that_is_a_package_too_can_be_called():

@@ -7,7 +7,10 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 NATIVE = ROOT / "src" / "tarsus" / "core" / "native"
-FLOORS = [{"base"}, {"laws", "drives"}, {"march"}, {"modal", "legged"}, {"record", "flights"}, {"derive", "packet"}]
+FLOORS = [
+    {"base"}, {"laws", "drives"}, {"march"}, {"measure", "modal", "legged"}, {"record", "flights"},
+    {"derive", "packet"},
+]  # fmt: skip
 """From below; rooms of one floor do not know each other. Bindings (*.cpp) are doors, and may know every room."""
 
 

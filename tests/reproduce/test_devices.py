@@ -14,7 +14,7 @@ from tarsus.model.structure.leg import SingleMode
 from tarsus_reproduce.legs import millipede_leg
 from tarsus_reproduce.walkers import hexapod_walker, many_legs
 
-WALKERS = ("millipede", "millipede-table", "millipede-printed", "millipede-30")
+WALKERS = ("millipede", "millipede-table", "millipede-printed", "millipede-30", "hexapod-walker")
 
 
 @pytest.fixture(scope="module")
@@ -126,6 +126,7 @@ def test_dead_legs_stand_without_a_drive_and_six_walk_in_tripods():
     assert set(whole.robot.drives) - set(hurt.robot.drives) == {"L4", "R9", "R13"}
     assert hurt.robot.structure == whole.robot.structure and len(hurt.robot.feet) == 30
     scene = hexapod_walker()
+    assert ts.load_scene("hexapod-walker") == scene
     times = (np.arange(40) + 0.5) / 40 / scene.gait.frequency
     high = np.array([wave.volts(times) > 7.0 for wave in scene.waveforms.values()])
     assert np.all(high.sum(axis=0) == 3)

@@ -5,11 +5,11 @@ from tarsus.base.errors import InputError
 from tarsus.files.library import load_scene
 from tarsus.measure.mac import mac
 from tarsus.model.structure import Matrices, Modal
+from tarsus_reproduce.forces import point_matrices
 from tarsus_reproduce.printed import (
     interval,
     modal_form,
     modal_structure,
-    point_matrices,
     printed_model,
     rounding,
 )
@@ -95,7 +95,7 @@ def test_the_hexapod_device_gives_the_printed_matrices_back(hexapod) -> None:
     structure = load_scene("hexapod").robot.structure
     assert isinstance(structure, Modal)
     unit = structure.modal_masses[0]
-    back = point_matrices(structure)
+    back = point_matrices(structure, tuple(structure.points))
     for what in ("mass", "stiffness"):
         off = np.abs(getattr(back, what) / unit - getattr(hexapod.matrices, what))
         assert (off / getattr(hexapod.half_widths, what)).max() < 0.05, what
@@ -114,7 +114,7 @@ def test_hexapod_table_has_the_frequencies_of_the_table_and_the_printed_shapes(h
 def test_modal_structure_and_point_matrices_are_inverse(hexapod) -> None:
     form = modal_form(hexapod.matrices)
     structure = modal_structure(form, [f"p{i}" for i in range(6)], 3.0, digits=15)
-    back = point_matrices(structure)
+    back = point_matrices(structure, tuple(structure.points))
     assert back.mass == pytest.approx(3.0 * hexapod.matrices.mass)
     assert modal_form(back).damping_ratios == pytest.approx(form.damping_ratios)
     assert modal_form(back).coupling < 1e-9
@@ -131,5 +131,5 @@ def test_refused() -> None:
     one = Modal(
         frequencies=(1.0,), damping_ratios=(0.0,), modal_masses=(1.0,), shapes={"a": (1.0,), "b": (1.0,)}
     )
-    with pytest.raises(InputError, match="2 points, 1 modes"):
-        point_matrices(one)
+    with pytest.raises(InputError, match="as many of these as the structure has coordinates, 1, got 2"):
+        point_matrices(one, ("a", "b"))

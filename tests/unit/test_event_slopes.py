@@ -12,7 +12,8 @@ from random_scenes import plain_scene
 from scene_files import scene as scene_of
 from scene_files import with_gradients
 from tarsus.base.spec import get_value
-from tarsus.measure import PER_WINDOW, WHOLE_RUN
+from tarsus.measure.periods import PER_WINDOW
+from tarsus.measure.whole import WHOLE_RUN
 from tarsus.solve import directional
 from tarsus.solve.directional import difference, measure_slopes, row_slopes, step_along
 

@@ -219,9 +219,11 @@ def test_runs_beside_each_other_change_nothing_to_the_last_bit(feet):
 
 def test_a_measure_that_is_added_is_one_of_runs_batches_and_sweeps(monkeypatch):
     def shortest(seen):
-        flights = seen.flights
-        hops = flights.hops(seen.counting.height)
-        return -seen.most(flights.own[hops], flights.start[hops], flights.start[hops] - flights.end[hops])
+        flights, hops = seen.flights, seen.histories.hops(seen.counting.height)
+        found, cell = seen.inside(flights.own[hops], flights.start[hops])
+        out = np.full(seen.windows.cell[-1], np.nan)
+        np.fmin.at(out, cell, (flights.end[hops] - flights.start[hops])[found])
+        return out
 
     words = "shortest flight that begins in a {span} and clears {height}"
     monkeypatch.setitem(PER_WINDOW, "shortest_flight", PerWindow("s", Scope.MEAN, words, shortest))

@@ -149,11 +149,11 @@ def test_contacts_that_touch_are_one():
     events["kind"] = [1, 2, 3, 1, 1, 6]  # lands and chatters, is caught, let go, lands and flies high, twice
     events["apex"] = [1e-6, 5e-8, 0.0, 1e-6, 1e-6, 1e-6]
     run = Hand(None, None, events, 10.0, 10.0, ("foot",))  # type: ignore[arg-type]
-    _, start, end = histories_of(run).flights.contacts(1e-7)
+    _, start, end = histories_of(run).contacts(1e-7)
     assert start.tolist() == [1.0, 5.0, 7.0] and end.tolist() == [3.0, 5.0, 7.0], (
         "a touch is a contact without length"
     )
-    none = histories_of(replace(run, all_events=events[:0])).flights.contacts(1e-7)
+    none = histories_of(replace(run, all_events=events[:0])).contacts(1e-7)
     assert all(part.size == 0 for part in none)
 
 

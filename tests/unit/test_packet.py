@@ -84,7 +84,7 @@ def test_a_packet_that_cannot_start_says_why():
     scene = ts.with_values(ts.load_scene("millipede"), {"ground.adhesion.initial": 0.0})
     engine, rows = prepared(scene, {}, 0.02, Shared())
     arrays = packet_arrays(scene, engine, rows, None) | {
-        "rows.sources": rows.sources[0] * [*[1.0] * engine.plan.feet, -1.0]
+        "rows.sources": rows.sources[0] * [*[1.0] * engine.plan.feet, -1.0, 1.0]
     }
     *_, refused = _native.Packaged(packed(arrays)).run(np.zeros(0))
     assert {_native.FAULTS[int(fault)] for fault in refused[:, 1]} == {"pulled down"} and (

@@ -176,7 +176,7 @@ amplitude = "8 V"
     assert problems(text) == [
         "robot.structure.modal_masses.0: expected a mass (kg) above 0, got -1 mg (modal mass of each mode)",
         "robot.structure.stifness: unknown name 'stifness'; valid names are 'kind', 'frequencies', "
-        "'damping_ratios', 'modal_masses', 'shapes', 'modal_damping', 'upward'",
+        "'damping_ratios', 'modal_masses', 'shapes', 'modal_damping', 'upward', 'forward'",
         "robot.drives.pzt.law.kind: unknown kind 'lineer'; did you mean 'linear'?",
         "robot.feet.left.gap: foot below ground at rest: expected a clearance of 0 or more, got -2 um",
         "robot.feet.right.gap: expected a length (m), got '3 mg', which is a mass "

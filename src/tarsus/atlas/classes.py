@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tarsus.orbits.basins import CHAOTIC, FAILED, OTHERS, UNSETTLED
 from tarsus.orbits.settling import Settling
-from tarsus.solve.codes import ResultCode
+from tarsus.solve.contacts import CARRIED
 
 Codes = NDArray[np.int16]
 
@@ -49,7 +49,7 @@ def codes_of(settling: Settling) -> Codes:
         does = TOUCHES * (counted["impacts"] or never_let_go[r])
         does += HELD * (counted["captures"] or never_let_go[r]) + RESTS * counted["rests"] + STAYS * stays[r]
         code[r] = 16 * k + does
-    code[[one is not ResultCode.DONE for one in settling.runs.code]] = FAILED
+    code[~settling.runs.done] = FAILED
     open_ = np.flatnonzero(code == UNSETTLED)
     code[open_[settling.chaotic(open_)]] = CHAOTIC
     return code
@@ -59,9 +59,6 @@ def on_the_ground(settling: Settling) -> tuple[NDArray[np.bool_], NDArray[np.boo
     """Whether all feet, and any foot, of every run (nr,) lie on the ground for as long as the motion's period."""
     runs, feet = settling.runs, settling.runs.plan.feet
     since = np.array([max(int(k), 1) for k in settling.multiple]) * settling.periods
-    lasting = [
-        sum(begun <= end - span for begun in (contacts.since or ()))
-        for contacts, end, span in zip(runs.contacts, runs.time.tolist(), since.tolist(), strict=True)
-    ]
-    count = np.array(lasting)
+    begun = runs.feet[..., CARRIED.index("since")]
+    count = (runs.held & (begun <= (runs.time - since)[:, None])).sum(axis=1)
     return (count == feet) & (feet > 0), count > 0

@@ -17,8 +17,8 @@ from typing import NamedTuple
 
 from tarsus.base.errors import InputError
 
-Dimension = tuple[int, int, int, int, int]
-"""Integer powers of kg, m, s, A and rad (angles are kept apart so that Hz and rad/s cannot be mixed up)."""
+Dimension = tuple[int, int, int, int, int, int]
+"""Integer powers of kg, m, s, A, rad and K (angles are kept apart so that Hz and rad/s cannot be mixed up)."""
 
 
 class Unit(NamedTuple):
@@ -34,26 +34,27 @@ _PREFIXES = {"a": -18, "f": -15, "p": -12, "n": -9, "u": -6, "m": -3, "c": -2, "
 _PREFIXES |= {"\N{MICRO SIGN}": -6, "\N{GREEK SMALL LETTER MU}": -6}
 
 _PREFIXABLE: dict[str, Unit] = {
-    "m": Unit(0, 1.0, (0, 1, 0, 0, 0)),
-    "g": Unit(-3, 1.0, (1, 0, 0, 0, 0)),
-    "s": Unit(0, 1.0, (0, 0, 1, 0, 0)),
-    "A": Unit(0, 1.0, (0, 0, 0, 1, 0)),
-    "rad": Unit(0, 1.0, (0, 0, 0, 0, 1)),
-    "Hz": Unit(0, 1.0, (0, 0, -1, 0, 0)),
-    "N": Unit(0, 1.0, (1, 1, -2, 0, 0)),
-    "J": Unit(0, 1.0, (1, 2, -2, 0, 0)),
-    "W": Unit(0, 1.0, (1, 2, -3, 0, 0)),
-    "Pa": Unit(0, 1.0, (1, -1, -2, 0, 0)),
-    "V": Unit(0, 1.0, (1, 2, -3, -1, 0)),
-    "C": Unit(0, 1.0, (0, 0, 1, 1, 0)),
-    "F": Unit(0, 1.0, (-1, -2, 4, 2, 0)),
-    "ohm": Unit(0, 1.0, (1, 2, -3, -2, 0)),
+    "m": Unit(0, 1.0, (0, 1, 0, 0, 0, 0)),
+    "g": Unit(-3, 1.0, (1, 0, 0, 0, 0, 0)),
+    "s": Unit(0, 1.0, (0, 0, 1, 0, 0, 0)),
+    "A": Unit(0, 1.0, (0, 0, 0, 1, 0, 0)),
+    "rad": Unit(0, 1.0, (0, 0, 0, 0, 1, 0)),
+    "Hz": Unit(0, 1.0, (0, 0, -1, 0, 0, 0)),
+    "N": Unit(0, 1.0, (1, 1, -2, 0, 0, 0)),
+    "J": Unit(0, 1.0, (1, 2, -2, 0, 0, 0)),
+    "W": Unit(0, 1.0, (1, 2, -3, 0, 0, 0)),
+    "Pa": Unit(0, 1.0, (1, -1, -2, 0, 0, 0)),
+    "V": Unit(0, 1.0, (1, 2, -3, -1, 0, 0)),
+    "C": Unit(0, 1.0, (0, 0, 1, 1, 0, 0)),
+    "F": Unit(0, 1.0, (-1, -2, 4, 2, 0, 0)),
+    "ohm": Unit(0, 1.0, (1, 2, -3, -2, 0, 0)),
 }
 """Units that take a prefix, in base units by the SI: of mass the gram, which is 1e-3 of its base unit."""
 _PLAIN: dict[str, Unit] = {
-    "1": Unit(0, 1.0, (0, 0, 0, 0, 0)),
-    "%": Unit(-2, 1.0, (0, 0, 0, 0, 0)),
-    "deg": Unit(0, math.pi / 180.0, (0, 0, 0, 0, 1)),
+    "1": Unit(0, 1.0, (0, 0, 0, 0, 0, 0)),
+    "%": Unit(-2, 1.0, (0, 0, 0, 0, 0, 0)),
+    "K": Unit(0, 1.0, (0, 0, 0, 0, 0, 1)),
+    "deg": Unit(0, math.pi / 180.0, (0, 0, 0, 0, 1, 0)),
 }
 """Units that take none."""
 
@@ -93,6 +94,8 @@ _NOUNS = {
     "ohm": "a resistance",
     "m^2": "an area",
     "m^3": "a volume",
+    "K": "a temperature",
+    "1/K": "a change per kelvin",
 }
 
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL)
@@ -120,7 +123,7 @@ def parse_unit(text: str) -> Unit:
     plain = re.sub(r"(?<=[^\W\d_])([⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+)", lambda m: "^" + m[1].translate(_SUPERSCRIPTS), text)
     plain = plain.replace("Ω", "ohm").replace("**", "^").replace("*", " ").replace("·", " ")
     plain = re.sub(r"\s*\^\s*", "^", plain).replace("/", " / ")
-    exponent, scale, dimension, sign = 0, 1.0, [0, 0, 0, 0, 0], 1
+    exponent, scale, dimension, sign = 0, 1.0, [0] * 6, 1
     for token in plain.split():
         if token == "/":
             sign = -1
@@ -134,7 +137,8 @@ def parse_unit(text: str) -> Unit:
         scale *= unit.scale**power
         dimension = [d + power * u for d, u in zip(dimension, unit.dimension, strict=True)]
         sign = 1
-    return Unit(exponent, scale, (dimension[0], dimension[1], dimension[2], dimension[3], dimension[4]))
+    kg, m, s, ampere, rad, kelvin = dimension
+    return Unit(exponent, scale, (kg, m, s, ampere, rad, kelvin))
 
 
 @lru_cache(maxsize=1)

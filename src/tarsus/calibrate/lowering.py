@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 
 from tarsus.base.errors import InputError
+from tarsus.base.expressions import Expression
 from tarsus.base.messages import nearest
 from tarsus.base.spec import float_paths, with_values
 from tarsus.base.units import parse_quantity
 from tarsus.base.workers import Workers
 from tarsus.calibrate.cells import cells_of, limits_of
 from tarsus.calibrate.description import Option, Study
-from tarsus.calibrate.expressions import Expression
 from tarsus.calibrate.faults import Faults
 from tarsus.calibrate.forward import Forward
 from tarsus.calibrate.objective import Hypothesis, Objective

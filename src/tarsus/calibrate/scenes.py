@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tarsus.base.arrays import Floats
-from tarsus.calibrate.expressions import Expression
+from tarsus.base.expressions import Expression
 from tarsus.model.scene import Scene
 
 

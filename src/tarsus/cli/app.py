@@ -24,7 +24,7 @@ COMMANDS = "tarsus.commands"
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
 VERBS = (
-    "devices", "show", "new", "check", "simulate", "report", "plot", "movie", "sweep", "yield", "branch",
+    "devices", "show", "new", "check", "simulate", "explore", "report", "plot", "movie", "sweep", "yield", "branch",
     "attractors", "atlas", "synthesize", "identify", "modes", "calibrate", "recommend", "design", "export", "bench",
     "doctor", "completion",
 )  # fmt: skip

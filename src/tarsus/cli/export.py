@@ -21,7 +21,7 @@ def export(
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> int:
-    """Write a robot for another tool: MuJoCo, MATLAB, or C of a microcontroller.
+    """Write a robot for another tool: MuJoCo, MATLAB, C of a microcontroller, or any that loads a unit of FMI.
 
     Parameters
     ----------
@@ -29,11 +29,13 @@ def export(
         a device (see `tarsus devices`) or a scene file.
     to
         mjcf, a model of MuJoCo, run after writing where that is installed, with its loss in numbers; matlab, state
-        spaces, events, series, and a script that makes the run again; c, tables of the gait or of the drives.
+        spaces, events, series, and a script that makes the run again; c, tables of the gait or of the drives; fmu, a
+        unit of FMI 3.0 for co-simulation.
     output
         folder for the files.
     step
-        time step of the tool, e.g. "10 ns", or the timer's tick of tables in C.
+        time step of the tool, e.g. "10 ns", the timer's tick of tables in C, or the communication step that a unit
+        proposes.
     """
     import tarsus
     from tarsus.base.units import parse_quantity

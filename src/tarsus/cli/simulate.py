@@ -20,6 +20,7 @@ def simulate(
     starts: MaybeCount = None,
     output: MaybeFolder = None,
     mat: Annotated[bool, FLAG] = False,
+    static: Annotated[bool, FLAG] = False,
     pages: Pages = PAGES,
 ) -> int:
     """Simulate a device or a scene file; with -o write the run and its report.
@@ -35,6 +36,8 @@ def simulate(
         folder for scene, series, events, measures, provenance, citations and report.html.
     mat
         also write series.mat.
+    static
+        leave the explorer out of the report, the sliders with the engine in the page.
     """
     import tarsus
     from tarsus.base.plausible import remarks
@@ -57,7 +60,7 @@ def simulate(
     written: list[Path] = []
     if target is not None:
         with target.writing() as folder:
-            written = _write(run, others, seconds, folder, mat=mat, report=pages.report)
+            written = _write(run, others, seconds, folder, mat=mat, report=pages.report, static=static)
     if pages.json:
         console.print_json(run_data(run, written, others))
     else:
@@ -71,7 +74,9 @@ def simulate(
     return 0 if run.ok else 1
 
 
-def _write(run: Any, others: Any, duration: float, folder: Path, *, mat: bool, report: bool) -> list[Path]:
+def _write(
+    run: Any, others: Any, duration: float, folder: Path, *, mat: bool, report: bool, static: bool
+) -> list[Path]:
     """The run's folder; the report compares energies with a run without adhesion, and lists what other starts lead
     to."""
     import tarsus
@@ -89,6 +94,6 @@ def _write(run: Any, others: Any, duration: float, folder: Path, *, mat: bool, r
                 companion = tarsus.simulate(
                     tarsus.with_values(scene, {"ground": scene.ground.without_adhesion}), duration=duration
                 )
-            write_report(run, folder / REPORT_FILE, companion, others)
+            write_report(run, folder / REPORT_FILE, companion, others, static=static)
         written.append(folder / REPORT_FILE)
     return written

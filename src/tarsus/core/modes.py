@@ -25,7 +25,7 @@ foot, the rate along the ground [m/s] of one that slides, the structure's force 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from threading import Lock
 from typing import Any
@@ -47,10 +47,10 @@ REDUNDANT = 1e-13
 
 @dataclass(frozen=True)
 class LinearSystem:
-    """M x'' + C x' + K x = loads @ u + constant + normals @ f, gap = rest_gap + normals.T @ x, constant = gravity weight.
+    """M x'' + C x' + K x = loads @ u + constant + normals @ f, gap = rest_gap + normals.T @ x, constant = weight @ gravity.
 
-    mass, damping, stiffness (n, n); normals (n, m); rest_gap (m,) [m]; loads (n, nd); weight (n,) [kg]: constant forces
-    per unit of gravity [m/s^2].
+    mass, damping, stiffness (n, n); normals (n, m); rest_gap (m,) [m]; loads (n, nd); weight (n, 2) [kg]: constant forces
+    per unit of gravity (2,) [m/s^2], into the ground and back along the way.
     directions (n, m): change of the velocities per unit change of a struck foot's rate, mass-weighted when absent.
     alone (n, m): coordinates that move a foot by one along its normal and no other point; for the pull as printed.
     tangents (n, m): place of each foot along the ground is tangents.T @ x; zeros for feet that do not know theirs, None where
@@ -64,7 +64,7 @@ class LinearSystem:
     rest_gap: Floats
     loads: Floats
     weight: Floats
-    gravity: float = 1.0
+    gravity: Floats = field(default_factory=lambda: np.array([1.0, 0.0]))
     directions: Floats | None = None
     alone: Floats | None = None
     tangents: Floats | None = None
@@ -77,12 +77,12 @@ class LinearSystem:
     @property
     def constant(self) -> Floats:
         """Constant forces (n,) [N]."""
-        return self.gravity * self.weight
+        return product(self.weight, self.gravity)
 
     @property
     def sources(self) -> Floats:
-        """What tables are made per unit of (m + 1,): rest gaps [m], gravity [m/s^2]."""
-        return np.append(self.rest_gap, self.gravity)
+        """What tables are made per unit of (m + 2,): rest gaps [m], gravity [m/s^2]."""
+        return np.concatenate([self.rest_gap, self.gravity])
 
     @property
     def arrays(self) -> dict[str, Floats]:
@@ -91,8 +91,8 @@ class LinearSystem:
         return {name: array for name, array in given.items() if array is not None}
 
     def at(self, sources: Floats) -> LinearSystem:
-        """The same structure with other sources (m + 1,): rest gaps [m], gravity [m/s^2]."""
-        return replace(self, rest_gap=sources[:-1], gravity=float(sources[-1]))
+        """The same structure with other sources (m + 2,): rest gaps [m], gravity [m/s^2]."""
+        return replace(self, rest_gap=sources[:-2], gravity=sources[-2:])
 
     @cached_property
     def per_impulse(self) -> Floats:
@@ -109,11 +109,11 @@ class LinearSystem:
 class Bias:
     """What one unit of every source adds to the last input's part of a contact mode's arrays; rows are sources."""
 
-    inputs: Floats  # (m + 1, 2nb)
-    feed: Floats  # (m + 1, 2m)
-    offset: Floats  # (m + 1, 2n)
-    held_feed: Floats  # (m + 1, m)
-    printed_feed: Floats  # (m + 1, m)
+    inputs: Floats  # (m + 2, 2nb)
+    feed: Floats  # (m + 2, 2m)
+    offset: Floats  # (m + 2, 2n)
+    held_feed: Floats  # (m + 2, m)
+    printed_feed: Floats  # (m + 2, m)
 
 
 @dataclass(frozen=True)
@@ -166,7 +166,7 @@ class ContactMode:
         return self.to_physical @ (self.from_physical @ (physical - offset)) + offset
 
     def biased(self, sources: Floats) -> ContactMode:
-        """The mode with what these sources (m + 1,) add: rest gaps [m], gravity [m/s^2]."""
+        """The mode with what these sources (m + 2,) add: rest gaps [m], gravity [m/s^2]."""
         inputs, feed = self.inputs.copy(), self.feed.copy()
         held_feed, printed_feed = self.held_feed.copy(), self.printed_feed.copy()
         inputs[-1] = product(sources, self.bias.inputs)
@@ -300,10 +300,10 @@ def unbiased_mode(system: LinearSystem, mask: int, basis: Floats | None = None) 
         rates = np.vstack([basis[nz:], -solve(mz, product(kz, basis[:nz]) + product(cz, basis[nz:]))])
         blocks = product(onto, rates)
     position, velocity = product(z, basis[:nz]), product(z, basis[nz:])
-    particular = np.zeros((n, m + 1), kind)
+    particular = np.zeros((n, m + 2), kind)
     particular[:, held] = placed[:, : len(held)]
     constant = -product(system.stiffness, particular)  # forces per unit of every source
-    constant[:, m] = system.weight
+    constant[:, m:] = system.weight
     leading, spanned = np.zeros(0, np.int64), np.zeros((m, 0))
     if own and free:
         moves = product(z.T, system.normals[:, free])
@@ -353,7 +353,7 @@ def _nothing(system: LinearSystem, nz: int, kind: np.dtype[np.floating]) -> dict
     ways = 0 if system.tangents is None else m
     shapes |= {"placed": (ways, n), "slide": (ways, state), "slide_rate": (ways, state), "slide_feed": (2 * ways, ways)}
     biases = {"inputs": state, "feed": 2 * m, "offset": 2 * n, "held_feed": m, "printed_feed": m}
-    bias = Bias(**{name: np.zeros((m + 1, size), kind) for name, size in biases.items()})
+    bias = Bias(**{name: np.zeros((m + 2, size), kind) for name, size in biases.items()})
     return {"bias": bias, **{name: np.zeros(shape, kind) for name, shape in shapes.items()}}
 
 

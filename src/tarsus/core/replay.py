@@ -79,9 +79,9 @@ def integrate(book: ModeBook, trace: Floats, acting: tuple[Any, Any, Any] | None
 def sample(sources: Floats, book: ModeBook, trace: Floats, times: Floats) -> SampledStates:
     """States and forces at ``times`` [s] by the recorded steps; times outside the run take its nearest recorded state.
 
-    sources (m + 1,): rest gaps [m] and gravity [m/s^2] of the run.
+    sources (m + 2,): rest gaps [m] and gravity [m/s^2] of the run.
     """
-    m = len(sources) - 1
+    m = len(sources) - 2
     given = (np.ascontiguousarray(one, dtype=float) for one in (sources, trace, times))
     return shown_states(_native.sample_modal(book.native, NODES, *given), m, book.slides)
 

@@ -28,7 +28,7 @@ def exported(described: Subject, step: float | None) -> Exported:
     scene, tick = described.scene, TICK if step is None else step
     lost = ["everything but the volts that are commanded: robot and ground are not in the tables"]
     if scene.gait is not None and not scene.signals:
-        return Exported(_with_list({"gait.h": gait_header_text(scene, tick=tick)}, lost), tuple(lost))
+        return Exported.listed({"gait.h": gait_header_text(scene, tick=tick)}, lost)
     period = _period(described)
     count = in_ticks(period, tick)
     commands = {name: scene.waveforms.get(name) or Constant(level=0.0) for name in described.drives}
@@ -44,11 +44,7 @@ def exported(described: Subject, step: float | None) -> Exported:
                 f"{name}: its volts change all the time, and are held between {len(edges)} values a period"
             )
     files = {"drives.h": drives_header_text(scene.name, tables, count, period / count)}
-    return Exported(_with_list(files, lost), tuple(lost))
-
-
-def _with_list(files: dict[str, str], lost: list[str]) -> dict[str, str]:
-    return files | {"lost.txt": "".join(f"- {one}\n" for one in lost)}
+    return Exported.listed(files, lost)
 
 
 def _period(described: Subject) -> float:

@@ -47,9 +47,8 @@ def exported(described: Subject, step: float | None) -> Exported:
         "model.mat": model.getvalue(), "series.mat": whole, "laws.m": laws_text(described.scene.ground.acting_laws),
         "events.csv": events_csv(described.run.events, described.feet),
         "run_model.m": (files("tarsus.export") / "run_model.m").read_text(encoding="utf-8"),
-        "lost.txt": "".join(f"- {one}\n" for one in lost),
     }  # fmt: skip
-    return Exported(out, tuple(lost))
+    return Exported.listed(out, lost)
 
 
 def _reason(described: Subject) -> str:

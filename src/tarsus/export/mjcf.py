@@ -189,10 +189,11 @@ class Mjcf:
             f"{units.force:g} N; made by tarsus export. Controls: forces of the drives, then adhesion of the feet. "
         )
         root.append(Xml.Comment(said))
-        gravity = self.subject.plan.system.gravity if self.tree.falls else 0.0
+        onto, back = self.subject.plan.system.gravity if self.tree.falls else (0.0, 0.0)
+        scale = -(units.time**2) / units.length
         Xml.SubElement(
             root, "option", timestep=_n(self.step / units.time), cone="elliptic", integrator="Euler",
-            gravity=f"0 0 {_n(-gravity * units.time**2 / units.length)}", tolerance="1e-20", impratio="10",
+            gravity=f"{_n(scale * back) if back else 0} 0 {_n(scale * onto)}", tolerance="1e-20", impratio="10",
         )  # fmt: skip
         Xml.SubElement(root, "compiler", inertiafromgeom="false", angle="radian", autolimits="true")
         world = Xml.SubElement(root, "worldbody")
@@ -475,8 +476,8 @@ def _rest_of(rows: Floats, mass: Floats) -> Floats:
 
 def _parts(system: object, moves: Floats) -> dict[str, TendonPart]:
     """The structure's modes as tendons over the joints, and dampers that are of no mode."""
-    mass, stiffness, damping, weight, gravity = (
-        getattr(system, name) for name in ("mass", "stiffness", "damping", "weight", "gravity")
+    mass, stiffness, damping, constant = (
+        getattr(system, name) for name in ("mass", "stiffness", "damping", "constant")
     )
     squares, shapes = eigh(stiffness, mass)
     onto = shapes.T @ mass @ moves  # modal coordinates by joints
@@ -484,7 +485,7 @@ def _parts(system: object, moves: Floats) -> dict[str, TendonPart]:
     apart = of_modes - np.diag(np.diag(of_modes))
     mixed = np.abs(apart).max(initial=0.0) > 1e-9 * np.abs(of_modes).max(initial=1e-300)
     parts: dict[str, TendonPart] = {}
-    push = shapes.T @ (gravity * weight)
+    push = shapes.T @ constant
     for k, row in enumerate(onto):
         size = np.abs(row).max()
         own = 0.0 if mixed else float(of_modes[k, k]) * size**2

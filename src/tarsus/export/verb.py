@@ -43,6 +43,7 @@ TARGETS: Mapping[str, ExportTarget] = MappingProxyType(
             "matlab", ("model.mat", "events.csv", "series.mat", "laws.m", "run_model.m", "lost.txt")
         ),
         "c": ExportTarget("c_headers", ("gait.h", "drives.h", "lost.txt")),
+        "fmu": ExportTarget("fmu", ("robot.fmu", "lost.txt")),
     }
 )
 """Tools by the name that `--to` has."""
@@ -56,6 +57,11 @@ class Exported:
     files: Mapping[str, str | bytes]
     lost: tuple[str, ...]
     measured: Table | None = None
+
+    @classmethod
+    def listed(cls, files: Mapping[str, str | bytes], lost: Sequence[str]) -> Exported:
+        """Files and, as ``lost.txt``, the list."""
+        return cls({**files, "lost.txt": "".join(f"- {one}\n" for one in lost)}, tuple(lost))
 
 
 def export(
@@ -76,13 +82,15 @@ def export(
     to
         mjcf: a model of MuJoCo, which runs it after writing where it is installed, and tells the loss in numbers;
         matlab: the state space of every set of held feet, events, series, and a script that makes the run again;
-        c: the gait, or the drives' volts, as tables for a microcontroller.
+        c: the gait, or the drives' volts, as tables for a microcontroller;
+        fmu: a unit of FMI 3.0 for co-simulation, whose inputs are the drives' volts.
     output
         The folder.
     duration
         How long the run is [s] that goes along; the scene's own by default.
     step
-        Time step [s] of a model that has one; by default from the stiffness of its contacts, or 1 us of a timer.
+        Time step [s] of a model that has one; by default from the stiffness of its contacts, 1 us of a timer, or
+        1 ms between the communication points of a unit.
     law
         Python files with laws of your own.
 

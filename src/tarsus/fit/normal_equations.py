@@ -48,9 +48,16 @@ class NormalEquations:
         ``own`` first q columns by the record's own unknowns. Numbers of residuals may differ."""
         normal = np.array([one.T @ one for one in slopes])
         right = np.array([-(one.T @ left) for one, left in zip(slopes, residuals, strict=True)])
+        cost = np.array([float(one @ one) for one in residuals])
+        return cls.split(normal, right, cost, np.array([float(one.size - own) for one in residuals]), own)
+
+    @classmethod
+    def split(cls, normal: Floats, right: Floats, cost: Floats, count: Floats, own: int) -> NormalEquations:
+        """Of products (nr, q + p, q + p) of the slopes by the ``own`` first q unknowns and those shared, and of slopes
+        and residuals (nr, q + p), downhill."""
         return cls(
             normal[:, :own, :own], normal[:, :own, own:], normal[:, own:, own:], right[:, :own], right[:, own:],
-            np.array([float(one @ one) for one in residuals]), np.array([float(one.size - own) for one in residuals]),
+            cost, count,
         )  # fmt: skip
 
     def __len__(self) -> int:
@@ -114,12 +121,6 @@ class NormalEquations:
     def ridged(self, ridge: Floats) -> NormalEquations:
         """The same with a matrix (q, q) added to every record's: another damping, or what is known besides."""
         return replace(self, own=self.own + ridge)
-
-    def alone(self) -> NormalEquations:
-        """The same where nothing is shared: what is shared stays as it is."""
-        return replace(
-            self, across=self.across[..., :0], shared=self.shared[:, :0, :0], right_shared=self.right_shared[:, :0]
-        )  # fmt: skip
 
     def eliminated(self) -> NormalEquations:
         """The same of the shared ones alone, with the own unknowns where the records want them."""

@@ -122,13 +122,15 @@ class RecordFit:
     """Where a fit ended.
 
     values: of the numbers, by name; moved (np,): the same in standard deviations of what was known beforehand;
-    covariance (np, np): in these, what was known included; segments: with their starts as found; windows: there; left
+    covariance (np, np): in these, what was known included; ahead (np,): the undamped step that a descent which ended
+    before its minimum would still make; segments: with their starts as found; windows: there; left
     (nw, nc): mean squares over the noise by channel, NaN where there is none; settled: whether it would go no further.
     """
 
     values: Mapping[str, float]
     moved: Floats
     covariance: Floats
+    ahead: Floats
     segments: tuple[Segment, ...]
     windows: WindowBatch
     left: Floats
@@ -232,10 +234,11 @@ class RecordProblem:
         )
 
     def fitted(
-        self, segments: Sequence[Segment], found: Minimum, own: Floats, place: Floats, known: Floats | None = None
+        self, segments: Sequence[Segment], found: Minimum, own: Floats, place: Floats,
+        known: tuple[Floats, Floats] | None = None,
     ) -> RecordFit:  # fmt: skip
-        """What a descent came to: starts (nw, q) and numbers (np,), of which there was the information ``known`` (np,
-        np), of independent standard deviations unless given."""
+        """What a descent came to: starts (nw, q) and numbers (np,), of which centre and information ``known`` (np, np)
+        were known, zero and independent standard deviations unless given."""
         flown = self.flown(segments, own, place)
         left = [
             [float(r @ r) / r.size if r.size else np.nan for r in one]
@@ -243,10 +246,12 @@ class RecordProblem:
         ]
         width = max(len(one) for one in left)
         pairs = zip(segments, flown.batch.starts, strict=True)
-        information = found.equations.reduced()[0].sum(axis=0)
-        before = np.eye(len(information)) if known is None else known
+        information, score = (one.sum(axis=0) for one in found.equations.reduced())
+        centre, before = known or (np.zeros(len(score)), np.eye(len(score)))
+        covariance = np.asarray(np.linalg.inv(information + before))
+        ahead = covariance @ (score + before @ (centre - place[: len(score)]))
         return RecordFit(
-            flown.values, place, np.asarray(np.linalg.inv(information + before)),
+            flown.values, place, covariance, ahead,
             tuple(replace(one, state=np.asarray(at.state, dtype=float), begin=at.t0) for one, at in pairs),
             flown.batch, np.array([[*one, *[np.nan] * (width - len(one))] for one in left]), bool(found.settled.all()),
         )  # fmt: skip
@@ -344,7 +349,8 @@ class RecordProblem:
             name: {self.feet[name][1]: 1.0} if name in self.feet else self._along(name)
             for name in self.numbers(names)
         }
-        found = entering(scene, plan, directions, end)
+        moving = with_values(scene, {"initial.standing": None})  # a window has a start of its own
+        found = entering(moving, plan, directions, end)
         if not self.feet:
             return found
         factors = np.ones(found.row.parameters.shape[1:])

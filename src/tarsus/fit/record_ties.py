@@ -63,12 +63,13 @@ def solve_tied(
     """
     before = known or Knowledge.beforehand(len(moved))
     tied = _Tied(problem, tuple(segments), ties, np.ones(len(segments)) if weights is None else weights)
+    prior = before.centre, before.information
     found = descend(
         lambda own, at, _: tied.equations(own, at), np.zeros((len(tied.of), tied.wide)), moved,
-        prior=(before.centre, before.information), costs=lambda own, at, _: tied.costs(own, at),
+        prior=prior, costs=lambda own, at, _: tied.costs(own, at),
         how=Descent(rounds=rounds, settled=SETTLED, far=problem.far),
     )  # fmt: skip
-    return problem.fitted(segments, found, tied.each(found.own), found.shared, before.information)
+    return problem.fitted(segments, found, tied.each(found.own), found.shared, prior)
 
 
 class _Tied:
@@ -115,35 +116,37 @@ class _Tied:
         ])  # fmt: skip
 
     def equations(self, own: Floats, moved: Floats) -> NormalEquations:
-        """Normal equations of the records."""
+        """Normal equations of the records, window by window: a start meets those beside it and the numbers only."""
         names, size = tuple(self.problem.priors), self.size
         starts = self.each(own)
         flown = self.problem.flown(self.segments, starts, moved, names)
         left = self.problem.left_of(self.segments, flown)
         slopes = self.problem.slopes_of(self.segments, flown, names)
-        residuals, rows = [], []
-        for numbers in self.of:
-            off, by = [starts[numbers[0]]], [np.eye(size, self.wide + len(names))]
+        records, every = len(self.of), self.wide + len(names)
+        shared = np.arange(self.wide, every)
+        normal, right = np.zeros((records, every, every)), np.zeros((records, every))
+        cost, count = np.zeros(records), np.full(records, -float(self.wide))
+        for r, numbers in enumerate(self.of):
+            parts = [(np.arange(size), starts[numbers[0]], np.eye(size))]
             for w, k in enumerate(numbers):
-                row = np.zeros((len(slopes[k]), self.wide + len(names)))
-                row[:, w * size : (w + 1) * size] = slopes[k][:, :size]
-                row[:, self.wide :] = slopes[k][:, size:]
-                off.append(self.weights[k] * np.concatenate(left[k]))
-                by.append(self.weights[k] * row)
-            off += self._gaps(flown, numbers)
-            by += self._ties(flown, numbers, names)
-            residuals.append(np.concatenate(off))
-            rows.append(np.vstack(by))
-        return NormalEquations.of(residuals, rows, self.wide)
+                mine = np.concatenate([np.arange(w * size, (w + 1) * size), shared])
+                parts.append((mine, self.weights[k] * np.concatenate(left[k]), self.weights[k] * slopes[k]))
+            tied = zip(self._gaps(flown, numbers), self._ties(flown, numbers, names), strict=True)
+            for w, (off, by) in enumerate(tied):
+                parts.append((np.concatenate([np.arange(w * size, (w + 2) * size), shared]), off, by))
+            for columns, off, by in parts:
+                normal[r][np.ix_(columns, columns)] += by.T @ by
+                right[r][columns] -= by.T @ off
+                cost[r] += off @ off
+                count[r] += off.size
+        return NormalEquations.split(normal, right, cost, count, self.wide)
 
     def _ties(self, flown: Flown, numbers: Sequence[int], names: Sequence[str]) -> list[Floats]:
-        """Slopes (2n, own and shared) of each of the gaps; an end that has none moves with nothing."""
-        out, size = [], self.size
-        for w, (before, k) in enumerate(pairwise(numbers)):
+        """Slopes (2n, 4n + np) of each of the gaps by both starts and the numbers; an end that has none moves with
+        nothing."""
+        out = []
+        for before, k in pairwise(numbers):
             by_start, by_numbers = self.problem.end_slopes(self.segments, flown, before, names)
-            row = np.zeros((size, self.wide + len(names)))
-            row[:, w * size : (w + 1) * size] = -by_start
-            row[:, (w + 1) * size : (w + 2) * size] = free_of(flown.plans[k], self.segments[k])
-            row[:, self.wide :] = -by_numbers
+            row = np.hstack([-by_start, free_of(flown.plans[k], self.segments[k]), -by_numbers])
             out.append(row / self.ties[:, None])
         return out

@@ -20,12 +20,12 @@ from tarsus.identify.detachment import Detachments
 from tarsus.identify.draws import by_group, newton_draws, within
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.film import FilmFit
+from tarsus.identify.flight import PULLS
 from tarsus.identify.step import Residual, StepResult, Used, points_and_line
 from tarsus.identify.touchdown import ContactDurations, seen_contacts, simulated_contacts
 from tarsus.model.drive.waveforms import Waveform
 from tarsus.records.excluded import Excluded, Exclusion
 
-PATHS = ("ground.adhesion.initial", "ground.adhesion.rate")
 BOUNDS = ((0.0, np.inf), (0.0, np.inf))
 """Neither adhesion nor its growth pushes."""
 _FEWEST = 4
@@ -74,21 +74,21 @@ def identify_adhesion(
     InputError
         If there are too few detachments, or all contacts lasted equally long.
     """
-    fitted, offs = film.fitted, film.offs
-    if len(fitted.pull) < _FEWEST:
+    pulls, duration = film.pulls.pull, film.pulls.duration
+    if len(pulls) < _FEWEST:
         raise InputError(
-            f"{len(fitted.pull)} detachments can be used, at least {_FEWEST} are needed for adhesion over contact time"
+            f"{len(pulls)} detachments can be used, at least {_FEWEST} are needed for adhesion over contact time"
         )
-    if np.ptp(fitted.duration) < 0.2 * fitted.duration.mean():
+    if np.ptp(duration) < 0.2 * duration.mean():
         raise InputError(
-            f"all contacts lasted about {fitted.duration.mean():.3g} s, so that adhesion at first contact "
+            f"all contacts lasted about {duration.mean():.3g} s, so that adhesion at first contact "
             "cannot be separated from "
             "its growth: vary lambda or the frequency of the ramped squares"
         )
-    contacts = seen_contacts(offs, fitted, film.foot)
+    contacts = seen_contacts(film)
     found = _fit(film, contacts, seed)
     for _ in range(_PASSES if bounces else 0):
-        contacts = simulated_contacts(known.after(found).model(), offs, fitted, signals)
+        contacts = simulated_contacts(known.after(found).model(), film, signals)
         found = _fit(film, contacts, seed)
     count = int(contacts.simulated.sum())
     note = (
@@ -99,23 +99,23 @@ def identify_adhesion(
 
 def _fit(film: FilmFit, contacts: ContactDurations, seed: int) -> StepResult:
     """The line with its draws, for contacts that began at given times."""
-    fitted, offs, late = film.fitted, film.offs, contacts.error
-    kept = _near_line(contacts.duration, fitted.pull, fitted.pull_error, late)
+    pulls, offs, late = film.pulls, film.offs, contacts.error
+    kept = _near_line(contacts.duration, pulls.pull, pulls.error, late)
     left = tuple(
         Excluded(
             offs.traces[offs.items[int(r)].trace].file,
             "",
-            f"the pull-off force of {1e9 * fitted.pull[r]:.4g} nN after {1e3 * contacts.duration[r]:.4g} ms "
+            f"the pull-off force of {1e9 * pulls.pull[r]:.4g} nN after {1e3 * contacts.duration[r]:.4g} ms "
             "is far off the line",
             kind=Exclusion.UNLIKE,
         )
         for r in np.flatnonzero(~kept)
     )
-    duration, pull, error = contacts.duration[kept], fitted.pull[kept], fitted.pull_error[kept]
+    duration, pull, error = contacts.duration[kept], pulls.pull[kept], pulls.error[kept]
     line = _line(duration, pull, error, late[kept])
     error = np.hypot(error, line.values[1] * late[kept])  # when a contact began is not known exactly either
     groups = _events(offs)[kept]
-    drawn = _draws(duration, pull, line, groups, film.pulls[:, kept], seed)
+    drawn = _draws(duration, pull, line, groups, film.drawn[:, kept], seed)
     _, samples, reached = within(line.values, drawn, BOUNDS)
 
     rest = pull - line.values[0] - line.values[1] * duration
@@ -125,15 +125,15 @@ def _fit(film: FilmFit, contacts: ContactDurations, seed: int) -> StepResult:
     )  # fmt: skip
     return StepResult(
         "adhesion",
-        PATHS,
+        PULLS,
         line.values,
         samples,
         residuals=(Residual.of("pull-off forces about the line", "N", rest, error),),
         used=(Used("detachments", int(kept.sum()), len(kept)),),
         left_out=left,
         panels=panels,
-        bounds=dict(zip(PATHS, reached, strict=True)),
-        files=offs.chosen(kept).files,
+        bounds=dict(zip(PULLS, reached, strict=True)),
+        files=offs.files(kept),
     )
 
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
@@ -25,13 +24,11 @@ from tarsus.identify.checks import (
 from tarsus.identify.draws import DRAWS
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.foot import FootModel
-from tarsus.identify.heldout import Comparison, InAir, compare, compare_in_air
+from tarsus.identify.heldout import Comparison, compare
 from tarsus.identify.landing import LandingVerdict, judge_landing
 from tarsus.identify.step import Shift, failures
 from tarsus.identify.steps import STEPS
 from tarsus.identify.surroundings import ground_checks, hum_checks
-from tarsus.identify.traces import Trace
-from tarsus.model.drive.waveforms import Waveform
 from tarsus.model.laws.landing import AnyLanding
 from tarsus.records.excluded import Excluded
 from tarsus.records.purpose import Purpose
@@ -103,51 +100,44 @@ def held_out(chain: StepRunner) -> list[Comparison]:
         more = f" and {len(unknown) - 1} more numbers" if len(unknown) > 1 else ""
         chain.remark(f"held-out records are not simulated: {unknown[0]}{more} not known from these data")
         return []
-    model = chain.known.model()
-    return _simulated(
-        chain,
-        Purpose.VALIDATION,
-        "validating on",
-        lambda trace, signal: compare(model, trace, signal, chain.ground()[0]),
-    )
-
-
-def in_the_air(chain: StepRunner) -> list[InAir]:
-    """Records in the air against the identified structure and drive."""
-    if "hysteresis" not in chain.steps:
-        return []
-    model = chain.known.model()
-    return _simulated(chain, Purpose.AIR, "in the air,", partial(compare_in_air, model))
-
-
-def _simulated(
-    chain: StepRunner, purpose: Purpose, doing: str, find: Callable[[Trace, Waveform], Kind]
-) -> list[Kind]:
-    """What is found of each record of a purpose with its drive; one that cannot be simulated is left out."""
-    out, signals = list[Kind](), chain.signals(purpose)
-    for trace in chain.traces(purpose):
-        chain.report(f"{doing} {trace.set}")
+    model, signals, out = chain.known.model(), chain.signals(Purpose.VALIDATION), list[Comparison]()
+    for trace in chain.traces(Purpose.VALIDATION):
+        chain.report(f"validating on {trace.set}")
         try:
             if trace.set not in signals:
                 raise InputError("its set states no signal to simulate")
-            out.append(find(trace, signals[trace.set]))
+            out.append(compare(model, trace, signals[trace.set], chain.ground()[0]))
         except InputError as error:
             chain.evidence.left_out.extend(Excluded(trace.file, "", said) for said in error.problems)
     return out
 
 
-def check(chain: StepRunner, comparisons: Sequence[Comparison]) -> None:
+def in_the_air(chain: StepRunner) -> list[AirRecord]:
+    """Records in the air, and loops up to the ground, beside the device as identified; those that cannot be simulated
+    are remarked."""
+    if "hysteresis" not in chain.steps:
+        return []
+    chain.report("in the air")
+    found, said = _air_records(chain, chain.known)
+    chain.evidence.remarks += said
+    return found
+
+
+def check(chain: StepRunner, comparisons: Sequence[Comparison], air: Sequence[AirRecord]) -> None:
     """Compare what was found with what it predicts; what fails is remarked, and verdicts know of it."""
     chain.report("checks")
     known, steps = chain.known, chain.steps
     for name, step in steps.items():
         steps[name] = with_checks(step, step_checks(step, known))
     if "hysteresis" in steps:
-        fit = fit_air(lambda moved: _air_records(chain, moved), known)
+        fit = fit_air(lambda moved: air if moved is known else _air_records(chain, moved)[0], known)
         steps["hysteresis"] = with_checks(steps["hysteresis"], *air_checks(fit, known))
+        instruments = chain.evidence.instruments
+        # repeats that begin at different times differ by the drive's own lines
+        alike = instruments is None or not instruments.starts
         beside = (
-            *hum_checks(chain.traces(*_SLOW, Purpose.AIR)),
-            *smeared_check(chain.evidence.instruments, known),
+            *(hum_checks(chain.traces(*_SLOW, Purpose.AIR)) if alike else ()),
+            *smeared_check(instruments, known),
         )
         ground = ground_checks(known, chain.traces(*_SLOW), chain.ground()[0])
         steps["hysteresis"] = with_checks(steps["hysteresis"], (*beside, *ground))
@@ -168,17 +158,14 @@ def check(chain: StepRunner, comparisons: Sequence[Comparison]) -> None:
     chain.evidence.remarks += failures(one for step in steps.values() for one in step.checks)
 
 
-def _air_records(chain: StepRunner, known: Estimates) -> list[AirRecord]:
-    """Records in the air, and loops up to the ground, beside the device with some values."""
+def _air_records(chain: StepRunner, known: Estimates) -> tuple[list[AirRecord], list[str]]:
+    """The same beside the device with some values, and sentences on those that cannot be simulated."""
     # near the ground a film that no step has found would be taken for something else
     wide = {path for step in chain.steps.values() for path in step.taken}
     told = chain.opened.model.scene.ground.acting.film is None or _FILM in set(known.paths) - wide
     purposes = (Purpose.LOOPS, Purpose.AIR) if told else (Purpose.AIR,)
     traces, instruments = chain.evidence.as_shown(purposes), chain.evidence.instruments
-    found, said = air_records(known, traces, chain.signals(*purposes), chain.ground()[0], instruments)
-    if known is chain.known:  # of the device as identified, not of those about alternatives
-        chain.evidence.remarks += said
-    return found
+    return air_records(known, traces, chain.signals(*purposes), chain.ground()[0], instruments)
 
 
 def shifted(chain: StepRunner) -> tuple[Shift, ...]:

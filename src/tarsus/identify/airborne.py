@@ -15,14 +15,13 @@ from functools import cached_property
 
 import numpy as np
 from scipy.interpolate import CubicSpline
-from scipy.signal import lfilter
 
-from tarsus.base.arrays import Complexes, Floats
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.events import IMPACTS
 from tarsus.base.spec import with_values
 from tarsus.identify.estimates import Estimates
-from tarsus.identify.foot import FootModel
+from tarsus.identify.foot import FootModel, response
 from tarsus.identify.instruments import Instruments
 from tarsus.identify.traces import Trace
 from tarsus.impacts.detection import STILL
@@ -84,6 +83,14 @@ class AirRecord:
         """Number of points."""
         return len(self.model.points)
 
+    @property
+    def off(self) -> dict[str, float]:
+        """By point, root mean square of the measured less the predicted displacement over that of the measured one."""
+        left = self.left[:, : self.points].mean(axis=0)
+        seen = self.predicted[: self.points] + left
+        off = np.sqrt(np.mean(left**2, axis=1) / np.mean(seen**2, axis=1))
+        return dict(zip(self.model.points, off.tolist(), strict=True))
+
     @cached_property
     def moved(self) -> tuple[Floats, Floats, Floats]:
         """Displacements, velocities and accelerations (np, nt) of the points."""
@@ -112,23 +119,6 @@ class AirRecord:
         return shown(motion, float(self.fine[1] - self.fine[0]), self.model.points, self.instruments)[
             :, ::FINE
         ]
-
-
-def response(
-    flow: Floats | Complexes, push: Floats | Complexes, step: float, more: Floats | float = 0.0
-) -> Floats:
-    """States (m, nf) from rest of ``z' = flow z + push``, with a push (m, nf) that runs straight between the ends of
-    steps [s], and, on top, one that is held over each of them (m, nf - 1): the mean of a push that jumps in a step."""
-    poles, right = np.linalg.eig(flow)
-    back = np.linalg.inv(right)
-    own, held = back @ push, back @ np.broadcast_to(more, push[:, 1:].shape)
-    out = []
-    for pole, one, extra in zip(poles, own, held, strict=True):
-        turn = pole * step
-        first, second = np.expm1(turn) / turn, (np.expm1(turn) - turn) / turn**2
-        added = step * ((first - second) * one[:-1] + second * one[1:] + first * extra)
-        out.append(lfilter([1.0], [1.0, -np.exp(turn)], np.concatenate([[0.0], added])))
-    return np.asarray(np.real(right @ np.array(out)), dtype=np.float64)
 
 
 def shown(motion: Floats, step: float, points: Sequence[str], instruments: Instruments | None) -> Floats:

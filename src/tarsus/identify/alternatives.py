@@ -20,9 +20,10 @@ from scipy.signal import lfilter
 
 from tarsus.base.arrays import Floats
 from tarsus.fit.verdict import LEVEL
-from tarsus.identify.airborne import AirRecord, moving, response
+from tarsus.identify.airborne import AirRecord, moving
 from tarsus.identify.checks import GROUND, LAW, LOAD, STRUCTURE, SURE
 from tarsus.identify.estimates import Estimates
+from tarsus.identify.foot import response
 from tarsus.model.drive.laws import PrandtlIshlinskii
 
 Columns = Callable[[AirRecord], list[Floats]]
@@ -82,6 +83,15 @@ def _spring_stiffens(air: AirRecord) -> list[Floats]:
     still, gap = float(back @ air.rest), model.gap / abs(float(model.row @ shape))
     force = -0.1 * float(square[0]) * np.array([(whole**3 - still**3) / gap**2, (whole**2 - still**2) / gap])
     return [air.pushed(back[:, None] * one) for one in force]
+
+
+def _air_drags(air: AirRecord) -> list[Floats]:
+    """A force on the foot against its speed and with the square of it, at the speed of a foot that swings by a gap a
+    thousandth more of damping ratio of the first mode."""
+    model, n = air.model, len(air.model.mass)
+    speed = np.interp(air.fine, air.time, model.row @ air.states[n:])
+    force = -0.1 * model.like_damping * speed * np.abs(speed) / (model.gap * model.slowest)
+    return [air.pushed(model.row[:, None] * force)]
 
 
 def _drive_creeps(air: AirRecord) -> list[Floats]:
@@ -164,6 +174,11 @@ DIFFERENCES = (
         "the structure stiffens as it bends: its first mode is {:.3g} % stiffer (cubic spring) where it moves the foot "
         "by a gap",
         _spring_stiffens, 10.0, _ALL,
+    ),
+    Difference(
+        "drag",
+        "damping grows with speed, as by drag of the air: a ratio of {:.3g} % more where the foot swings by a gap",
+        _air_drags, 0.1, _ALL,
     ),
     Difference("creep", "creep of the drive: {:.3g} % of its force follows late", _drive_creeps, 10.0, _DRIVEN, 3),
     Difference(

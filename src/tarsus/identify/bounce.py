@@ -17,14 +17,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.arrays import Floats
-from tarsus.fit.normal_equations import Descent, NormalEquations, descend
+from tarsus.fit.normal_equations import Descent, NormalEquations
 from tarsus.identify.draws import DRAWS
-from tarsus.identify.flight import FilmConstants, FlightSide, FlownStretches, Moment, Stretches, equations_of
+from tarsus.identify.flight import FlightProblem, FlightSide, Moment, equations_of, felt, known_law
 from tarsus.identify.foot import FootModel
 from tarsus.identify.traces import Trace
 from tarsus.identify.volts import jumps_of
 from tarsus.impacts.detection import impacts_at_ground
 from tarsus.records.excluded import Excluded
+from tarsus.solve.flights import Varied
 
 LONGEST = 20
 """Samples on each side of an impact that are fitted at most."""
@@ -82,78 +83,41 @@ class BounceFit:
 
     unknowns (ni, q): moment [s] after the last sample before the impact, places and speeds of the free coordinates,
     where the impact map is free the velocities [m/s] it adds to the mass-weighted one, approach and departure
-    velocity of the foot [m/s]; speeds (ni, 2): departure and approach velocity along the normal; covariance (ni, 2,
-    2) of the two; chi (ni,): chi-squared per degree of freedom; residuals: (ni) arrays; changes (np, q): the
-    points' changes of velocity from the unknowns; inverse (ni, q, q): covariance of the unknowns."""
+    velocity of the foot [m/s]; inverse (ni, q, q): their covariance; chi (ni,): chi-squared per degree of freedom."""
 
     unknowns: Floats
-    speeds: Floats
-    covariance: Floats
-    chi: Floats
-    residuals: tuple[Floats, ...]
-    changes: Floats
     inverse: Floats
+    chi: Floats
 
-    def free(self, model: FootModel) -> bool:
-        """Whether the velocities of all coordinates jumped as they like."""
-        return self.unknowns.shape[1] > 1 + 2 * (len(model.row) - 1) + 2
+    @property
+    def speeds(self) -> Floats:
+        """Departure and approach velocity (ni, 2) along the normal."""
+        return self.unknowns[:, [-1, -2]]
 
+    @property
+    def covariance(self) -> Floats:
+        """Covariance (ni, 2, 2) of the two."""
+        return np.asarray(self.inverse[:, [-1, -2]][:, :, [-1, -2]], dtype=np.float64)
 
-class Bounces(Stretches[Moment]):
-    """Impacts of several records, ready to be fitted with any model and film."""
-
-    none = "no record shows a rebound with samples enough on both sides"
-
-    def fit(
-        self,
-        model: FootModel,
-        film: FilmConstants,
-        start: Floats | None = None,
-        free: bool = False,
-    ) -> BounceFit:
-        """Fit every impact; ``free``: the velocities of all coordinates jump as they like, rather than by the
-        mass-weighted law."""
-        bounced = Bounced(self, model, free)
-        guess = bounced.guess() if start is None else start
-        found = descend(
-            lambda own, _, part: bounced.equations(own, film.law(), part).alone(), guess, how=_DESCENT
-        )
-        residuals = bounced.flown(found.own, film.law())[0]
-        inverse = found.equations.covariance()
-        covariance = np.asarray(inverse[:, [-1, -2]][:, :, [-1, -2]], dtype=np.float64)
-        chi = found.equations.cost / found.equations.count
-        return BounceFit(
-            found.own, found.own[:, [-1, -2]], covariance, chi, tuple(residuals), bounced.changes, inverse
-        )
-
-    def about(self, model: FootModel, film: FilmConstants, unknowns: Floats, free: bool) -> NormalEquations:
-        """Normal equations of impacts at their unknowns (ni, q) and what they share: the logarithms of the film's
-        coefficient and thickness, then the displacement offsets [m] of the points in every record with impacts."""
-        residuals, slopes, _ = Bounced(self, model, free).flown(unknowns, film.law())
-        record = np.unique([one.trace for one in self.items], return_inverse=True)[1]
-        points, every = len(model.points), []
-        for one, number, slope, residual in zip(self.items, record, slopes, residuals, strict=True):
-            common = np.zeros((points * (int(record.max()) + 1), *residual.shape))
-            for k, noise in enumerate(self.traces[one.trace].noise_x):
-                common[points * number + k, k] = -1.0 / noise
-            every.append(np.concatenate([slope, common.reshape(len(common), -1)]))
-        return equations_of(residuals, every, unknowns.shape[1])
-
-    def moved(self, model: FootModel, film: FilmConstants, fitted: BounceFit) -> Floats:
-        """Departure and approach velocities (ni, 2) for a model near the fitted one, by one Gauss-Newton step."""
-        bounced = Bounced(self, model, fitted.free(model))
-        system = bounced.equations(fitted.unknowns, film.law()).alone()
-        return (fitted.unknowns + system.step()[0])[:, [-1, -2]]
+    def chosen(self, keep: NDArray[np.bool_]) -> BounceFit:
+        """Some of them."""
+        return BounceFit(self.unknowns[keep], self.inverse[keep], self.chi[keep])
 
 
-class Bounced(FlownStretches[Moment]):
-    """Flights to both sides of impacts by a model. Besides the moment, which counts from the last sample before, and
-    the state each has the velocities that the impact adds beside the mass-weighted ones where these are free, and the
-    foot's approach and departure velocity."""
+class Bounces(FlightProblem):
+    """Flights to both sides of impacts of several records. Besides the moment, which counts from the last sample
+    before, and the state each has the velocities that the impact adds beside the mass-weighted ones where these are
+    free, and the foot's approach and departure velocity.
 
-    def __init__(self, bounces: Bounces, model: FootModel, free: bool) -> None:
-        self.jumps_freely = free
-        super().__init__(bounces, model)
+    ``free``: the velocities of all coordinates jump as they like; of a device with an impact map of its own, unless
+    given, which need not follow the mass-weighted law.
+    """
+
+    def __init__(
+        self, traces: Sequence[Trace], items: Sequence[Moment], level: float, model: FootModel, free: bool | None = None
+    ) -> None:  # fmt: skip
+        self.jumps_freely = model.scene.ground.impact is not None if free is None else free
+        super().__init__(traces, items, level, model)
 
     def of_sides(self) -> tuple[FlightSide, ...]:
         """Back from just before the impact, and onward from just after it."""
@@ -169,14 +133,14 @@ class Bounced(FlownStretches[Moment]):
         after = before.copy()
         after[n:] += change
         self.changes = self.model.rows @ change
-        return FlightSide(before, (0.0, 1.0), back=True), FlightSide(after, (-self.stretches.step, 1.0))
+        return FlightSide(before, (0.0, 1.0), back=True), FlightSide(after, (-self.step, 1.0))
 
     def guess(self) -> Floats:
         """First unknowns (ni, q): the foot's lines through the samples around the impact meet there."""
-        out, k, step = [], self.model.points.index(self.model.foot_point), self.stretches.step
+        out, k, step = [], self.model.points.index(self.model.foot_point), self.step
         points, normal = len(self.model.points), self.model.normal
         basis, beside = self.model.rows @ self.free, self.sides[0].rates.shape[1] - 3 - 2 * self.free.shape[1]
-        for one, measured in zip(self.stretches.items, self.measured, strict=True):
+        for one, measured in zip(self.items, self.measured, strict=True):
             last = measured[:, one.before - 1]
             approach = normal * last[points + k]
             departure = normal * measured[points + k, one.before]
@@ -187,6 +151,31 @@ class Bounced(FlownStretches[Moment]):
             speed = np.linalg.lstsq(basis, last[points:] - along * approach, rcond=None)[0]
             out.append([late, *at, *speed, *np.zeros(beside), approach, departure])
         return np.array(out)
+
+    def fit(self, law: Floats | None = None, start: Floats | None = None) -> BounceFit:
+        """Fit every impact, under the forces of the model's ground or others (5,), from unknowns (ni, q) if given."""
+        begun = self.guess() if start is None else start
+        found = self.alone(begun, felt(self.model) if law is None else law, _DESCENT)
+        equations = found.equations
+        return BounceFit(found.own, equations.covariance(), equations.cost / equations.count)
+
+    def about(self, law: Varied, unknowns: Floats) -> NormalEquations:
+        """Normal equations of impacts at their unknowns (ni, q) and what they share: the unknowns of the law, then the
+        displacement offsets [m] of the points in every record with impacts."""
+        residuals, slopes, _ = self.flown(unknowns, law)
+        record = np.unique([one.trace for one in self.items], return_inverse=True)[1]
+        points, every = len(self.model.points), []
+        for one, number, slope, residual in zip(self.items, record, slopes, residuals, strict=True):
+            common = np.zeros((points * (int(record.max()) + 1), *residual.shape))
+            for k, noise in enumerate(self.traces[one.trace].noise_x):
+                common[points * number + k, k] = -1.0 / noise
+            every.append(np.concatenate([slope, common.reshape(len(common), -1)]))
+        return equations_of(residuals, every, unknowns.shape[1])
+
+    def moved(self, model: FootModel, fitted: BounceFit) -> Floats:
+        """Departure and approach velocities (ni, 2) for a model near the fitted one, by one Gauss-Newton step."""
+        step = self.by(model).equations(fitted.unknowns, known_law(model)).step()[0]
+        return (fitted.unknowns + step)[:, [-1, -2]]
 
 
 @dataclass(frozen=True)
@@ -205,30 +194,25 @@ class RecordOffsets:
         return speeds + self.by_offset @ values.ravel()
 
 
-def known_offsets(model: FootModel, bounces: Bounces, level_error: float) -> Floats:
+def known_offsets(bounces: Bounces, level_error: float) -> Floats:
     """Information (nr np, nr np) [1/m^2] about the zeros of the records with impacts, in the order of their numbers,
     from the rest of each and the common level [m]."""
     names = np.unique([one.trace for one in bounces.items])
+    model = bounces.model
     shift = (model.rest(bounces.level + 1e-6) - model.rest(bounces.level)) / 1e-6
     own = np.concatenate([bounces.traces[int(name)].zero ** 2 for name in names])
     common = np.tile(shift, len(names)) * level_error
     return np.asarray(np.linalg.inv(np.diag(own) + np.outer(common, common)), dtype=np.float64)
 
 
-def offsets_of_records(
-    model: FootModel, bounces: Bounces, equations: NormalEquations, level_error: float, seed: int
-) -> RecordOffsets:
+def offsets_of_records(bounces: Bounces, fitted: BounceFit, level_error: float, seed: int) -> RecordOffsets:
     """Least squares of all records together: each record's offsets are known to the error of its rest, the ground to
-    that of the level, and the impacts tell the rest.
-
-    equations: of the impacts about the film and the offsets (`Bounces.about`); the film is known.
-    """
-    system = equations.gathered(2, known_offsets(model, bounces, level_error))
-    covariance, values = system.covariance()[0], system.step(held=True)[0][0]
+    that of the level, and the impacts tell the rest."""
+    equations = bounces.about(known_law(bounces.model), fitted.unknowns)
+    system = equations.gathered(0, known_offsets(bounces, level_error))
+    covariance, values = system.covariance()[0], system.step()[0][0]
     random = np.random.default_rng([seed, 19])
     drawn = random.multivariate_normal(values, 0.5 * (covariance + covariance.T), DRAWS, method="cholesky")
-    shape = -1, len(model.points)
-    by_offset = np.asarray(
-        -np.linalg.solve(equations.own, equations.across)[:, [-1, -2], 2:], dtype=np.float64
-    )
+    shape = -1, len(bounces.model.points)
+    by_offset = np.asarray(-np.linalg.solve(equations.own, equations.across)[:, [-1, -2]], dtype=np.float64)
     return RecordOffsets(by_offset, values.reshape(shape), drawn.reshape(DRAWS, *values.reshape(shape).shape))

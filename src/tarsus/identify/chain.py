@@ -30,8 +30,8 @@ from tarsus.records.purpose import Purpose
 
 Kind = TypeVar("Kind")
 
-_MESSAGES = 10
-"""Of progress, beside those of the files: eight steps, the landing rule and the checks."""
+_MESSAGES = 11
+"""Of progress, beside those of the files: eight steps, the landing rule, the air and the checks."""
 
 
 @dataclass
@@ -71,12 +71,16 @@ class StepRunner:
         self.take(STEPS[1:])
         landing = self.guarded("landing rule", lambda: afterwards.landing_rule(self), None)
         comparisons = self.guarded("held-out records", lambda: afterwards.held_out(self), [])
-        in_air = self.guarded("records in the air", lambda: afterwards.in_the_air(self), [])
-        self.guarded("checks", lambda: afterwards.check(self, comparisons), None)
+        air = self.guarded("records in the air", lambda: afterwards.in_the_air(self), [])
+        self.guarded("checks", lambda: afterwards.check(self, comparisons, air), None)
         shifts = self.guarded("other zero position", lambda: afterwards.shifted(self), ())
         used = {file for step in self.steps.values() for file in step.files}
         used |= {one.file for step in self.steps.values() for one in step.left_out}
-        self.evidence.close(used | {one.file for one in (*comparisons, *in_air)})
+        in_air = {
+            one.set: one.off for one in air if self.opened.campaign.records[one.set].purpose is Purpose.AIR
+        }
+        seen = {r.file for r in self.evidence.readings if r.set in in_air and r.record is not None}
+        self.evidence.close(used | seen | {one.file for one in comparisons})
         if not self.steps and not any(r.record is not None for r in self.evidence.readings):
             raise InputError([
                 *(f"excluded: {one}" for one in together([str(one) for one in self.evidence.left_out])),
@@ -86,7 +90,7 @@ class StepRunner:
             opened=self.opened, readings=tuple(self.evidence.readings), left_out=tuple(self.evidence.left_out),
             steps=self.steps, not_done=tuple(self.not_done), known=self.known, level=self.evidence.level,
             resonances=self.resonances, film=self.film, landing=landing, comparisons=tuple(comparisons),
-            in_air=tuple(in_air), shifts=shifts, remarks=tuple(self.evidence.remarks),
+            in_air=in_air, shifts=shifts, remarks=tuple(self.evidence.remarks),
             seconds=time.perf_counter() - begun,
         )  # fmt: skip
 
@@ -234,8 +238,7 @@ class StepRunner:
     def report(self, what: str) -> None:
         """Tell progress."""
         total = len(self.opened.campaign.records) + _MESSAGES + 1
-        for purpose in (Purpose.VALIDATION, Purpose.AIR):
-            total += sum(len(one.files) for _, one in self.opened.sets(purpose))
+        total += sum(len(one.files) for _, one in self.opened.sets(Purpose.VALIDATION))
         if self.progress is not None:
             self.progress(min(self._reported, total), total, what)
         self._reported += 1

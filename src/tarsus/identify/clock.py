@@ -1,4 +1,5 @@
 """Whether motion and drive were recorded by one clock: sweeps up and down pass a frequency at different times.
+Whether all records begin alike: a sweep whose trigger was late is turned along the frequency beside the others.
 
 Motion recorded in steps that are longer than stated by a share p is what happened ``p t`` later: at a frequency f,
 which a sweep passes at t(f), its response is turned by ``2 pi f p t(f)``, another angle in every sweep. A structure,
@@ -8,6 +9,7 @@ and the memory of a drive, turn the responses of all sweeps alike.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,60 +31,120 @@ _TURN = 0.2
 """Part of a turn of the most turned line between the shares that are tried."""
 _ROUNDS = 3
 """Linear steps to the best share, from within a fifth of a turn of it."""
+_GATHERED = 0.1
+"""Part of a turn within which lines are taken together."""
+_LATEST = 4.0
+"""Samples by which the start of a sweep may be off another's: a trigger is late by one or two."""
+_FIRST = 0.25
+"""Samples between the delays that are tried: an eighth of a turn at the highest frequency."""
+_STARTS = 0.02
+"""Samples by which starts are off at least to be taken off: less than a twentieth of the motion's noise at 40 dB, and
+over several sweeps less again."""
 
 
-def pace_of(sweeps: Sequence[tuple[Measurement, SweptSine]]) -> WithError | None:
-    """Share by which steps between samples of the motion are longer than those of the drive, from records with their
-    sweeps; None where all sweeps pass all frequencies at the same times."""
-    found = [one for k in range(1, len(sweeps)) for one in _turned(sweeps[0], sweeps[k])]
+@dataclass(frozen=True)
+class Clocks:
+    """What sweeps say of the clocks of motion and drive.
+
+    pace: share by which steps between samples of the motion are longer than those of the drive, None where all sweeps
+    pass all frequencies at the same times; starts [s]: by the source of its record, how much later than in the mean of
+    the sweeps the motion of each comes behind its drive; empty where all begin alike.
+    """
+
+    pace: WithError | None = None
+    starts: dict[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class _Pair:
+    """A sweep beside the first: frequency (nb,) [Hz], the time apart (nb,) [s] at which they pass it, and the strength
+    and turn of its response over the first's (nb,)."""
+
+    frequency: Floats
+    apart: Floats
+    response: NDArray[np.complex128]
+
+    def turned(self, pace: float, late: float) -> NDArray[np.complex128]:
+        """The response without what a pace and a delay turn it by."""
+        return self.response * np.exp(-2.0j * np.pi * self.frequency * (pace * self.apart - late))
+
+
+def clocks_of(sweeps: Sequence[tuple[Measurement, SweptSine]]) -> Clocks:
+    """Clocks of motion and drive, from records with their sweeps."""
+    found = [(k, pair) for k in range(1, len(sweeps)) if (pair := _paired(sweeps[0], sweeps[k])) is not None]
     if not found:
-        return None
-    angle, turns = (np.concatenate(one) for one in zip(*found, strict=True))
-    tried = np.arange(-_MOST, _MOST, _TURN / (np.abs(turns).max() / (2.0 * np.pi)))
-    turn, strength = _gathered(turns, angle)
-    fits = [float(np.sum(strength * np.exp(-1.0j * turn * one)).real) for one in tried]
-    pace, weight = float(tried[int(np.argmax(fits))]), np.abs(angle)
-    bottom = float(np.sum(weight * turns**2))
-    off = np.zeros(0)
+        return Clocks()
+    pairs = [pair for _, pair in found]
+    apart = any(np.abs(one.apart * one.frequency).max() * _MOST > _TURN for one in pairs)
+    step, size = sweeps[0][0].step, len(pairs)
+    plain = _fitted(pairs, apart, np.zeros(1))
+    each = _fitted(pairs, apart, np.arange(-_LATEST, _LATEST + 1e-9, _FIRST) * step)
+    late = [WithError(float(one), float(error)) for one, error in zip(each[0][1:], each[1][1:], strict=True)]
+    if not any(one.off(0.0, _STARTS * step) for one in late):
+        return Clocks(WithError(float(plain[0][0]), float(plain[1][0])) if apart else None)
+    values = dict(zip((0, *(k for k, _ in found)), (0.0, *each[0][1:].tolist()), strict=True))
+    mean = sum(values.values()) / (size + 1)
+    starts = {sweeps[k][0].source: one - mean for k, one in values.items()}
+    return Clocks(WithError(float(each[0][0]), float(each[1][0])) if apart else None, starts)
+
+
+def _fitted(pairs: Sequence[_Pair], apart: bool, lates: Floats) -> tuple[Floats, Floats]:
+    """The pace, and how late each pair is [s], with their standard errors: the best of a search, and linear steps from
+    there. Without times apart the pace stays zero, and so do delays that are not searched."""
+    most = max(float(np.abs(one.apart * one.frequency).max()) for one in pairs)
+    paces = np.arange(-_MOST, _MOST, _TURN / most) if apart else np.zeros(1)
+    fits, best = np.zeros(len(paces)), []
+    for one in pairs:
+        turned = one.response * np.exp(-2.0j * np.pi * np.outer(paces, one.frequency * one.apart))
+        size = (turned @ np.exp(2.0j * np.pi * np.outer(one.frequency, lates))).real
+        fits += size.max(axis=1)
+        best.append(lates[np.argmax(size, axis=1)])
+    at = int(np.argmax(fits))
+    values = np.array([paces[at], *(one[at] for one in best)])
+    free = np.array([apart, *[len(lates) > 1] * len(pairs)])
+    design = []
+    for k, one in enumerate(pairs):
+        rows = np.zeros((len(one.frequency), len(values)))
+        rows[:, 0], rows[:, 1 + k] = one.frequency * one.apart, -one.frequency
+        design.append(2.0 * np.pi * rows[:, free])
+    rows, weight = np.concatenate(design), np.concatenate([np.abs(one.response) for one in pairs])
+    inverse, off = np.linalg.pinv((rows.T * weight) @ rows), weight
     for _ in range(_ROUNDS):
-        off = np.angle(angle * np.exp(-1.0j * turns * pace))
-        pace += float(np.sum(weight * turns * off)) / bottom
-    return WithError(pace, float(np.sqrt(np.sum((weight * turns * off) ** 2)) / bottom))
+        off = np.concatenate(
+            [np.angle(one.turned(values[0], late)) for one, late in zip(pairs, values[1:], strict=True)]
+        )
+        values[free] += inverse @ (rows.T @ (weight * off))
+    errors = np.zeros(len(values))
+    errors[free] = np.sqrt(np.sum((inverse @ (rows.T * (weight * off))) ** 2, axis=1))
+    return values, errors
 
 
-def _gathered(turns: Floats, angle: NDArray[np.complex128]) -> tuple[Floats, NDArray[np.complex128]]:
-    """Lines that turn alike, to a hundredth of a turn at the largest share, as one: how they turn, and their sum."""
-    width = 2.0 * np.pi * 0.01 / _MOST
-    low = float(turns.min())
-    at = ((turns - low) / width).astype(np.intp)
-    total = np.bincount(at, angle.real) + 1.0j * np.bincount(at, angle.imag)
-    return low + width * (np.arange(len(total), dtype=np.float64) + 0.5), total
-
-
-def _turned(
-    first: tuple[Measurement, SweptSine], other: tuple[Measurement, SweptSine]
-) -> list[tuple[NDArray[np.complex128], Floats]]:
-    """By channel, the response of one sweep over the first's (nl,), as strong as both, and by how much it turns per
-    share of the clock [rad] (nl,)."""
+def _paired(first: tuple[Measurement, SweptSine], other: tuple[Measurement, SweptSine]) -> _Pair | None:
+    """A sweep beside the first, all channels together, lines that turn alike as one; None where they cannot be
+    compared."""
     (a, _), (b, _) = first, other
     if a.drive is None or b.drive is None or a.count != b.count or a.step != b.step:
-        return []
+        return None
     frequency = np.asarray(np.fft.rfftfreq(a.count, a.step), dtype=np.float64)
     ends = [sorted((one.start_frequency, one.stop_frequency)) for _, one in (first, other)]
     low, high = max(one[0] for one in ends), min(one[1] for one in ends)
     band = (frequency > low) & (frequency < high)
-    apart = _passed(other[1], frequency[band]) - _passed(first[1], frequency[band])
-    if not band.any() or not np.abs(apart).max() * high * _MOST > _TURN:
-        return []
-    turns = 2.0 * np.pi * frequency[band] * apart
+    if not band.any():
+        return None
     volts = [np.fft.rfft(one[one.drive or ""])[band] for one in (a, b)]
-    out = []
+    total = np.zeros(np.count_nonzero(band), dtype=np.complex128)
     for k, channel in enumerate(a.channels):
         if channel.quantity in (Quantity.DISPLACEMENT, Quantity.VELOCITY) and channel.name in b.names:
             moved = [np.fft.rfft(one)[band] for one in (a.values[k], b[channel.name])]
             both = moved[1] * np.conj(volts[1]) * np.conj(moved[0]) * volts[0]
-            out.append((both / np.sqrt(np.abs(both).mean() * np.maximum(np.abs(both), 1e-300)), turns))
-    return out
+            total += both / np.sqrt(np.abs(both).mean() * np.maximum(np.abs(both), 1e-300))
+    inside = frequency[band]
+    apart = _passed(other[1], inside) - _passed(first[1], inside)
+    width = _GATHERED / (2.0 * _MOST * max(first[1].duration, other[1].duration) + _LATEST * a.step)
+    group = ((inside - inside[0]) / width).astype(np.intp)
+    count = np.bincount(group)
+    response = np.bincount(group, total.real) + 1.0j * np.bincount(group, total.imag)
+    return _Pair(np.bincount(group, inside) / count, np.bincount(group, apart) / count, response)
 
 
 def _passed(sweep: SweptSine, frequency: Floats) -> Floats:

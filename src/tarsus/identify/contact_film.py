@@ -16,11 +16,8 @@ from numpy.typing import NDArray
 from tarsus.base.arrays import Floats
 from tarsus.fit.normal_equations import Descent, NormalEquations, descend
 from tarsus.identify.bounce import BounceFit, Bounces, find_bounces, known_offsets
-from tarsus.identify.detachment import WORST
-from tarsus.identify.electrostatics import FILM, combinations_of
 from tarsus.identify.estimates import Estimates
-from tarsus.identify.flight import FilmConstants
-from tarsus.identify.foot import FootModel
+from tarsus.identify.flight import FILM, WORST, Sought
 from tarsus.identify.restitution import FEWEST, MOST, sound
 from tarsus.identify.step import StepResult, Used
 from tarsus.identify.traces import Trace
@@ -61,34 +58,33 @@ def film_by_impacts(
     found = find_bounces(traces, known.base.foot_point, level[0])[0]
     if len(found) < FEWEST:
         return known, _unchanged(step, f"{len(found)} can be used, {FEWEST} are needed")
-    model = known.model()
-    free = model.scene.ground.impact is not None
-    bounces = Bounces(traces, evenly(found, MOST), level[0])
+    bounces = Bounces(traces, evenly(found, MOST), level[0], known.model())
     seen = np.log(np.column_stack([step.draws(path) for path in FILM]))
-    value, covariance = np.log([step.value(path) for path in FILM]), np.cov(seen.T)
-    begun, passed = _begun(model, bounces, free, value, covariance)
+    covariance = np.cov(seen.T)
+    information = np.asarray(np.linalg.inv(covariance), dtype=np.float64)
+    sought = Sought(FILM, np.eye(2), np.log([step.value(path) for path in FILM]), information)
+    begun, passed = _begun(bounces, sought, covariance)
     if begun is None:
         return known, _unchanged(
             step, f"under none of {len(_SHARES)} films could the flights be followed ({passed})"
         )
     place, fitted = begun
-    model = model.changed(dict(zip(FILM, np.exp(place).tolist(), strict=True)))
-    good = sound(model, bounces, fitted).good
+    bounces = bounces.by(bounces.model.changed(dict(zip(FILM, np.exp(place).tolist(), strict=True))))
+    good = sound(bounces, fitted).good
     if np.count_nonzero(good) < FEWEST:
         text = f"{np.count_nonzero(good)} of {len(good)} are single ones between free motions, {FEWEST} are needed"
         return known, _unchanged(step, text)
-    place, information = _determined(
-        model, bounces.chosen(good), (place, fitted.unknowns[good]), (value, covariance), level[1]
-    )
-    spread = np.linalg.inv(information + np.linalg.inv(covariance))
+    bounces = bounces.chosen(good)
+    place, more = _determined(bounces, sought, place, fitted.unknowns[good], level[1])
+    spread = np.linalg.inv(more + information)
     narrower = np.linalg.cholesky(spread) @ np.linalg.inv(np.linalg.cholesky(covariance))
-    new = place + (seen - value) @ narrower.T
-    moved = _moved(known, seen, covariance, new, place - value)
+    new = place + (seen - sought.centre) @ narrower.T
+    moved = _moved(known, seen, covariance, new, place - sought.centre)
     if passed:
         text = f"Of {len(_SHARES)} films tried first, some let no flight be followed to the ground: {passed}."
         step = replace(step, notes=(*step.notes, text))
     used = Used("impacts, for the film", int(good.sum()), len(found))
-    return moved, _with(step, moved, close, used, bounces.chosen(good).files)
+    return moved, _with(step, moved, close, used, bounces.files())
 
 
 def _unchanged(step: StepResult, why: str) -> StepResult:
@@ -97,7 +93,7 @@ def _unchanged(step: StepResult, why: str) -> StepResult:
 
 
 def _begun(
-    model: FootModel, bounces: Bounces, free: bool, value: Floats, covariance: Floats
+    bounces: Bounces, sought: Sought, covariance: Floats
 ) -> tuple[tuple[Floats, BounceFit] | None, str]:
     """Of the earlier logarithms (2,) of the film and places up to two deviations to either side of them, the way they
     are known worst, the one that leaves least of the impacts, and these as fitted there; None where no fit ends. And
@@ -109,10 +105,10 @@ def _begun(
     best: tuple[float, Floats, BounceFit] | None = None
     passed: list[str] = []
     for share in _SHARES:
-        place = value + share * float(np.sqrt(strength[-1])) * ways[:, -1]
+        place = sought.centre + share * float(np.sqrt(strength[-1])) * ways[:, -1]
         try:
             with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-                fitted = bounces.fit(model, FilmConstants(*np.exp(place).tolist()), free=free)
+                fitted = bounces.fit(sought.law(bounces.model, place).value)
         except np.linalg.LinAlgError as error:
             passed.append(f"C = {np.exp(place[0]):.3g} N m^2 s, g0 = {np.exp(place[1]):.3g} m: {error}")
             continue
@@ -145,29 +141,23 @@ def _moved(known: Estimates, seen: Floats, covariance: Floats, new: Floats, by: 
 
 
 def _determined(
-    model: FootModel,
-    bounces: Bounces,
-    start: tuple[Floats, Floats],
-    before: tuple[Floats, Floats],
-    level_error: float,
+    bounces: Bounces, sought: Sought, place: Floats, unknowns: Floats, level_error: float
 ) -> tuple[Floats, Floats]:
     """The film's logarithms (2,) that impacts and what was known before give, and the information (2, 2) of the impacts
-    about them; from a place (2,) with the unknowns of the impacts there; ``before``: the earlier values (2,) and
-    covariance (2, 2).
+    about them; from a place (2,) with the unknowns of the impacts there.
 
     Under every film the impacts are fitted again: their unknowns follow it along curved valleys, in which all taken
     together creep."""
-    offsets = known_offsets(model, bounces, level_error)
-    free, unknowns = model.scene.ground.impact is not None, start[1]
+    offsets = known_offsets(bounces, level_error)
 
-    def equations(_: Floats, place: Floats, __: NDArray[np.intp]) -> NormalEquations:
+    def equations(_: Floats, shared: Floats, __: NDArray[np.intp]) -> NormalEquations:
         nonlocal unknowns
-        film = FilmConstants(*np.exp(place).tolist())
-        unknowns = bounces.fit(model, film, unknowns, free=free).unknowns
-        return bounces.about(model, film, unknowns, free).gathered(2, offsets).eliminated()
+        law = sought.law(bounces.model, shared)
+        unknowns = bounces.fit(law.value, unknowns).unknowns
+        return bounces.about(law, unknowns).gathered(len(shared), offsets).eliminated()
 
-    prior = before[0], np.asarray(np.linalg.inv(before[1]), dtype=np.float64)
-    found = descend(equations, np.zeros((1, 0)), start[0], prior=prior, how=_DESCENT)
+    prior = sought.centre, sought.information
+    found = descend(equations, np.zeros((1, 0)), place, prior=prior, how=_DESCENT)
     return found.shared, found.equations.shared[0]
 
 
@@ -177,12 +167,13 @@ def _with(
     """The step with the numbers that it and the impacts tell together."""
     own = [moved.paths.index(path) for path in step.paths]
     values, samples = moved.values[own], moved.samples[:, own]
+    sought = Sought(step.paths, np.eye(len(values)), np.log(values), np.eye(len(values)))
     gap = min((t.gap for t in close if t.gap is not None and t.file in step.files), default=0.0)
     return replace(
         step,
         values=values,
         samples=samples,
-        combinations=combinations_of(step.paths, gap, np.log(values), np.log(samples)),
+        combinations=sought.combinations(gap, sought.centre, np.log(samples)),
         used=(*step.used, used),
         files=step.files | files,
     )

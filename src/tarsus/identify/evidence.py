@@ -9,7 +9,7 @@ import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.identify.campaign import Opened, RecordFile, read_records
-from tarsus.identify.clock import pace_of
+from tarsus.identify.clock import clocks_of
 from tarsus.identify.consistency import not_together, odd_ones
 from tarsus.identify.instruments import Instruments, relations_of
 from tarsus.identify.traces import Trace, contact_level, misplaced, trace_of
@@ -63,7 +63,8 @@ class Evidence:
                 if r.record is not None and isinstance(signal := self.opened.campaign.records[r.set].signal, SweptSine)
             ]  # fmt: skip
             relations = relations_of(records, self.opened.model.points)
-            self.take_off(Instruments(relations, step, pace=pace_of(sweeps)))
+            clocks = clocks_of(sweeps)
+            self.take_off(Instruments(relations, step, pace=clocks.pace, starts=clocks.starts))
 
     def take_off(self, instruments: Instruments) -> None:
         """Trace all records without what is their instruments'; what was formed of the records before is dropped."""

@@ -13,23 +13,14 @@ import numpy as np
 
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
-from tarsus.identify.detachment import (
-    PRIOR,
-    WORST,
-    Detachments,
-    FilmGuess,
-    FittedDetachments,
-    find_detachments,
-    weak,
-)
-from tarsus.identify.draws import DRAWS, by_group, carried, newton_draws
+from tarsus.identify.detachment import JOINT, Detachments, Pulls, find_detachments
 from tarsus.identify.estimates import PLACEHOLDER, Estimates
+from tarsus.identify.flight import FILM, WORST, FlightFit, FlightProblem, Sought
 from tarsus.identify.foot import FootModel
-from tarsus.identify.step import Panel, Residual, StepResult, Used, measured_and_fitted, over_noise
+from tarsus.identify.step import StepResult, Used
 from tarsus.identify.traces import Trace
 from tarsus.records.excluded import Excluded, Exclusion, enough, evenly
 
-PATHS = ("ground.film.coefficient", "ground.film.thickness")
 MOST = 120
 """Flights that are fitted at most, evenly from all."""
 _SHOWN = 4
@@ -37,18 +28,22 @@ _SHOWN = 4
 _ROUGH = 4.0
 """Times the worst or the usual misfit that a flight may have under the first guess of the film, which is off
 itself."""
+PRIOR = (3.0, 2.0)
+"""Standard deviations of log C/g0^3 and log g0 about the first guess, which only keep a fit from running away."""
+_LIMITS = (1e-8, 1e-2)
+"""Film thicknesses [m] that flights feel."""
 
 
 @dataclass(frozen=True)
 class FilmFit:
-    """The step's result; name of the foot's point; the detachments it used, as fitted; and draws of their pulls
-    about the fitted ones: what the film and earlier steps do not know (draws, nr)."""
+    """The step's result; the detachments it used, as fitted, with their pulls; and draws of these about the fitted
+    ones: what the film and earlier steps do not know (draws, nr)."""
 
     step: StepResult
-    foot: str
     offs: Detachments
-    fitted: FittedDetachments
-    pulls: Floats
+    fitted: FlightFit
+    pulls: Pulls
+    drawn: Floats
 
 
 def identify_film(
@@ -81,10 +76,12 @@ def identify_film(
     InputError
         If no detachment can be used.
     """
+    sought = film_sought(model)
     if near is not None:
-        fitted = near.offs.fit(model, near.fitted.film, start=near.fitted.unknowns, about=_first_guess(model))
-        step, pulls = _result(model, known, near.offs, fitted, seed)
-        return FilmFit(step, model.foot_point, near.offs, fitted, pulls)
+        offs = near.offs.by(model)
+        return _found(
+            offs, offs.together(near.fitted.unknowns, sought, near.fitted.place, JOINT), known, seed
+        )
     items, left = find_detachments(traces, model.foot_point, level)
     found = len(items) + len(left)
     if not items:
@@ -94,11 +91,11 @@ def identify_film(
         )
     items, others = enough(items, MOST, "detachments", "all records of ramped squares", model.foot_point)
     left += others
-    offs = Detachments(traces, items, level)
-    rough = offs.fit(model, _first_guess(model), fixed=True)
+    offs = Detachments(traces, items, level, model)
+    rough = offs.under(sought, sought.centre)
     near_enough = rough.chi < max(_ROUGH * WORST, _ROUGH * float(np.median(rough.chi)))
-    first = offs.chosen(near_enough).fit(model, rough.film, start=rough.unknowns[near_enough])
-    whole = offs.fit(model, first.film, fixed=True)
+    first = offs.chosen(near_enough).together(rough.unknowns[near_enough], sought, sought.centre, JOINT)
+    whole = offs.under(sought, first.place)
     good = whole.chi < WORST
     if not good.any():
         raise InputError(
@@ -114,90 +111,47 @@ def identify_film(
         )
         left.append(Excluded(trace.file, model.foot_point, text, kind=Exclusion.UNLIKE))
     offs = offs.chosen(good)
-    fitted = offs.fit(model, whole.film, start=whole.unknowns[good], about=_first_guess(model))
-    step, pulls = _result(model, known, offs, fitted, seed)
+    film = _found(offs, offs.together(whole.unknowns[good], sought, whole.place, JOINT), known, seed)
     used = Used("detachments", len(offs.items), found)
-    step = replace(step, left_out=tuple(left), used=(used,))
-    return FilmFit(step, model.foot_point, offs, fitted, pulls)
+    return replace(film, step=replace(film.step, left_out=tuple(left), used=(used,)))
 
 
-def wide_film(model: FootModel, seed: int) -> StepResult:
-    """The film as an unknown that no record tells: draws as wide as what keeps fits of it from running away, about what
-    the device file knows of it, or about a film that damps as much as the structure where that is a placeholder."""
-    film, guess = model.scene.ground.acting.film, _first_guess(model)
-    origin = model.scene.origin(PATHS[0])
-    if film is not None and (origin is None or origin.note != PLACEHOLDER):
-        guess = FilmGuess.of(film.coefficient, film.thickness)
-    logs = np.random.default_rng([seed, 31]).standard_normal((DRAWS, 2)) * PRIOR
-    thickness = np.exp(guess.thickness + logs[:, 1])
-    samples = np.column_stack([np.exp(guess.stiffness + logs[:, 0]) * thickness**3, thickness])
-    values = np.array([guess.film.coefficient, guess.film.thickness])
-    stiffness = float(np.exp(guess.stiffness))
-    return StepResult(
-        "film", PATHS, values, samples, taken=PATHS,
-        combinations={"C / g0^3": (stiffness, samples[:, 0] / thickness**3, "N s/m")},
+def film_sought(model: FootModel) -> Sought:
+    """The film by the logarithms of C / g0^3 and g0, about one that damps the foot as much as the structure's first
+    mode does, half a gap thick."""
+    low, high = np.log(_LIMITS)
+    return Sought(
+        FILM, np.array([[1.0, 3.0], [0.0, 1.0]]), np.log([model.like_damping, 0.5 * model.gap]),
+        np.diag(np.array(PRIOR) ** -2.0), np.array([-np.inf, low]), np.array([np.inf, high]),
     )  # fmt: skip
 
 
-def _first_guess(model: FootModel) -> FilmGuess:
-    """A film that damps the foot as much as the structure's first mode does, half a gap thick."""
-    return FilmGuess(float(np.log(model.like_damping)), float(np.log(0.5 * model.gap)))
+def wide_film(model: FootModel, seed: int) -> StepResult:
+    """The film as an unknown that no record tells, about what the device file knows of it, or about the first guess
+    where that is a placeholder."""
+    film, sought = model.scene.ground.acting.film, film_sought(model)
+    origin = model.scene.origin(FILM[0])
+    if film is not None and (origin is None or origin.note != PLACEHOLDER):
+        about = np.log([film.coefficient / film.thickness**3, film.thickness])
+        sought = replace(sought, centre=about)
+    return sought.wide("film", seed)
 
 
-def _result(
-    model: FootModel, known: Estimates, offs: Detachments, fitted: FittedDetachments, seed: int
-) -> tuple[StepResult, Floats]:
-    information, score = by_group([one.trace for one in offs.items], fitted.information, fitted.score)
-    own = newton_draws(information, score, seed, weak())
-    centre, about = np.array([fitted.film.stiffness, fitted.film.thickness]), _first_guess(model)
+def _found(offs: Detachments, fitted: FlightFit, known: Estimates, seed: int) -> FilmFit:
+    def pulls_at(there: FlightProblem, unknowns: Floats) -> Floats:
+        assert isinstance(there, Detachments)
+        return there.pulls(unknowns)[0]
 
-    def again(values: Floats) -> Floats:
-        film, pulls = offs.moved(known.model(values), fitted, about)
-        return np.concatenate([film, pulls])
-
-    from_before = carried(again, known.values, known.samples)
-    logs = centre + own + from_before[:, :2]
-    pulls = from_before[:, 2:] + own @ fitted.by_film.T
-    film = fitted.film.film
-    thickness = np.exp(logs[:, 1])
-    stiffness = np.exp(logs[:, 0])
-    samples = np.column_stack([stiffness * thickness**3, thickness])
-    values = np.array([float(np.asarray(film.coefficient)), float(np.asarray(film.thickness))])
-    ratio = float(np.exp(fitted.film.stiffness))
-
-    step = StepResult(
-        "film",
-        PATHS,
-        values,
-        samples,
-        combinations={"C / g0^3": (ratio, stiffness, "N s/m")},
-        residuals=_residuals(offs, fitted),
-        panels=_panels(model, offs, fitted),
-        files=offs.files,
-    )
-    return step, pulls
-
-
-def _residuals(offs: Detachments, fitted: FittedDetachments) -> tuple[Residual, ...]:
-    by_record: dict[int, list[Floats]] = {}
-    for one, left in zip(offs.items, fitted.residuals, strict=True):
-        by_record.setdefault(one.trace, []).append(left.ravel())
-    return tuple(
-        over_noise(offs.traces[number].file, np.concatenate(left))
-        for number, left in sorted(by_record.items())
-    )
-
-
-def _panels(model: FootModel, offs: Detachments, fitted: FittedDetachments) -> tuple[Panel, ...]:
-    k = model.points.index(model.foot_point)
-    panels = []
-    for r in evenly(range(len(offs.items)), _SHOWN):
-        one = offs.items[r]
-        trace = offs.traces[one.trace]
-        part = slice(one.first, one.first + one.after)
-        time = trace.time[part] - trace.time[one.first] + fitted.unknowns[r, 0]
-        gap = model.normal * fitted.flights[r][k] + model.gap
-        left = model.normal * fitted.residuals[r][k] * trace.noise_x[k]
-        title = f"{trace.file}, release at {trace.time[one.hold.last]:.4g} s"
-        panels.append(measured_and_fitted(title, ("time after detachment", "s", "gap", "m"), time, gap, left))
-    return tuple(panels)
+    pulls = offs.pulls_of(fitted)
+    own, before = fitted.drawn(known, seed, pulls_at)
+    panels = tuple(
+        fitted.panel(
+            r, f"{trace.file}, release at {trace.time[one.hold.last]:.4g} s", "time after detachment",
+            trace.time[one.first] - fitted.unknowns[r, 0],
+        )
+        for r in evenly(range(len(offs.items)), _SHOWN)
+        for one in (offs.items[r],)
+        for trace in (offs.traces[one.trace],)
+    )  # fmt: skip
+    step = fitted.step("film", fitted.place + own + before[:, :2], 0.0, panels)
+    return FilmFit(step, offs, fitted, pulls, before[:, 2:] + own @ pulls.by_film.T)

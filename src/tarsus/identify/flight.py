@@ -1,15 +1,18 @@
-"""Free flights of a foot's model, and stretches of records fitted with them.
+"""Segments of records that fly free from a moment at which the state has few unknowns, fitted together.
 
 At an impact, and where the foot lets go, it is on the ground, so that the state there has few unknowns: the moment,
-where the rest of the structure is, and how fast. From such a moment the structure flies free under the drive's force
-and the film's (`tarsus.solve.flights`): onward, and back to what was before.
+where the rest of the structure is, and how fast; before its drive begins a device is at rest. From such a moment the
+structure flies free under the drive's force and those at the foot (`tarsus.solve.flights`): onward, and back to what
+was before. What every segment has of its own is eliminated (`tarsus.fit.normal_equations`); what is left are the
+constants of the ground, which all share.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass
-from typing import Generic, Self, TypeVar
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,100 +20,119 @@ from scipy.linalg import null_space
 
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
-from tarsus.fit.normal_equations import NormalEquations
+from tarsus.fit.normal_equations import Descent, Minimum, NormalEquations, descend
+from tarsus.identify.draws import DRAWS, by_group, carried, newton_draws
+from tarsus.identify.estimates import Estimates
 from tarsus.identify.foot import FootModel
-from tarsus.identify.traces import Trace
-from tarsus.identify.volts import Volts
+from tarsus.identify.step import Panel, Residual, StepResult, measured_and_fitted, over_noise
+from tarsus.identify.traces import Hold, Trace
 from tarsus.solve.flights import SUBSTEPS, Flow, Launches, Varied
 
-__all__ = [
-    "SUBSTEPS",
-    "FilmConstants",
-    "FlightSide",
-    "FlownStretches",
-    "Moment",
-    "Stretches",
-    "Varied",
-    "equations_of",
-    "of_model",
-]  # fmt: skip
+FILM = ("ground.film.coefficient", "ground.film.thickness")
+PULLS = ("ground.adhesion.initial", "ground.adhesion.rate")
+ATTRACTION = ("ground.electrostatic.coefficient", "ground.electrostatic.offset")
 
-
+WORST = 5.0
+"""Chi-squared per degree of freedom beyond which a flight is not that of this structure."""
 _REACH = 8
 """Samples beside a flight in which its moment may lie: more than a guess is ever off."""
+_LIMITS = (np.log(1e-30), np.log(1.0))
+"""Logarithms of constants [SI] within which exponentials neither overflow nor underflow; no film or attraction of the
+field comes near."""
+
+
+def felt(model: FootModel) -> Floats:
+    """Constants (5,) of the forces at the foot, as flights take them: C, g0, C_e, g_e and the film's exponent; a law
+    that the ground has not damps and pulls nothing."""
+    ground, out = model.scene.ground.acting, np.array([0.0, 1.0, 0.0, 1.0, 3.0])
+    if ground.film is not None:
+        out[:2] = ground.film.coefficient, ground.film.thickness
+    if ground.electrostatic is not None:
+        out[2:4] = ground.electrostatic.coefficient, ground.electrostatic.offset
+    return out
+
+
+def known_law(model: FootModel) -> Varied:
+    """The same as flights take it that share no unknown."""
+    return Varied(felt(model), np.zeros((5, 0)))
 
 
 @dataclass(frozen=True)
-class FilmConstants:
-    """Film coefficient C [N m^2 s] and thickness g0 [m]."""
+class Sought:
+    """Constants of the ground that flights tell, by p unknowns.
 
-    coefficient: float
-    thickness: float
+    names (k): paths of the constants; ways (k, p): their logarithms are ``ways @ unknowns``; centre (p,), information
+    (p, p): what is known of the unknowns beforehand; low, high (p,): between which flights feel them.
+    """
 
-    def law(self, by_log: Floats | None = None) -> Varied:
-        """The law (4,) as flights feel it, without an attraction. by_log (2, p): derivatives of the logarithms of C and
-        g0 by p numbers; these logarithms themselves unless given."""
-        value = np.array([self.coefficient, self.thickness, 0.0, 1.0])
-        slopes = value[:2, None] * (np.eye(2) if by_log is None else by_log)
-        return Varied(value, np.pad(slopes, ((0, 2), (0, 0))))
+    names: tuple[str, ...]
+    ways: Floats
+    centre: Floats
+    information: Floats
+    low: Floats | float = -np.inf
+    high: Floats | float = np.inf
+
+    def constants(self, place: Floats) -> Floats:
+        """The constants (..., k) [SI] at unknowns (..., p)."""
+        return np.exp(np.clip(place @ self.ways.T, *_LIMITS))
+
+    def law(self, model: FootModel, place: Floats) -> Varied:
+        """Forces at a model's foot (5,) at unknowns (p,), with derivatives by these."""
+        value, slopes = felt(model), np.zeros((5, len(place)))
+        at = [(*FILM, *ATTRACTION).index(name) for name in self.names]
+        inside = np.clip(place, self.low, self.high)
+        value[at] = self.constants(inside)
+        slopes[at] = value[at][:, None] * self.ways * (inside == place)
+        return Varied(value, slopes)
+
+    def combinations(self, gap: float, place: Floats, drawn: Floats) -> dict[str, tuple[float, Floats, str]]:
+        """What records tell better than the constants alone, damping and attraction at a gap [m], from unknowns (p,)
+        and their draws (draws, p)."""
+        out: dict[str, tuple[float, Floats, str]] = {}
+        at = f" at g = {1e6 * gap:.3g} um" if gap else ""
+        for path, power, label, unit in ((FILM[0], 3, "C", "N s/m"), (ATTRACTION[0], 2, "C_e", "N/V^2")):
+            if path not in self.names:
+                continue
+            k, length = self.names.index(path), {3: "g0", 2: "g_e"}[power]
+            value, draws = (
+                one[..., k] / (gap + one[..., k + 1]) ** power
+                for one in (self.constants(place), self.constants(drawn))
+            )
+            below = f"(g + {length})^{power}{at}" if gap else f"{length}^{power}"
+            out[f"{label} / {below}"] = float(value), draws, unit
+        return out
+
+    def wide(self, name: str, seed: int) -> StepResult:
+        """The constants as unknowns that no record tells: draws as wide as what is known beforehand."""
+        spread = np.linalg.cholesky(np.linalg.inv(self.information))
+        drawn = (
+            self.centre + np.random.default_rng([seed, 31]).standard_normal((DRAWS, len(spread))) @ spread.T
+        )
+        return StepResult(
+            name, self.names, self.constants(self.centre), self.constants(drawn), taken=self.names,
+            combinations=self.combinations(0.0, self.centre, drawn),
+        )  # fmt: skip
 
 
-def of_model(model: FootModel, step: float) -> Flow:
-    """Steps of a model's free flights, of so many seconds."""
-    return Flow(model.flow, model.inputs, model.row, step)
+NO_HOLD = Hold(0, -1)
+"""Of no sample."""
 
 
 @dataclass(frozen=True)
 class Moment:
-    """A moment in a record at which the foot is on the ground: the last sample before it, and how many samples are
-    used before and after it."""
+    """A moment in a record from which flights go: the last sample before it, how many samples are used before and after
+    it, and the stretch in which the foot stood still before, of a detachment."""
 
     trace: int
     last: int
     before: int
     after: int
-
-
-Item = TypeVar("Item", bound=Moment)
-
-
-class Stretches(Generic[Item]):
-    """Stretches of records about moments, ready to be fitted with any model.
-
-    Parameters
-    ----------
-    traces
-        The records.
-    items
-        Their moments.
-    level
-        Contact level from the rest [m].
-    """
-
-    none = ""
-    """What is said where there are no moments."""
-
-    def __init__(
-        self, traces: Sequence[Trace], items: Sequence[Item], level: float, volts: Mapping[int, Volts] | None = None
-    ) -> None:  # fmt: skip
-        if not items:
-            raise InputError(self.none)
-        self.traces, self.items, self.level = tuple(traces), tuple(items), level
-        numbers = {one.trace for one in items}
-        if len({round(self.traces[k].step, 12) for k in numbers}) > 1:
-            raise InputError("records that are fitted together are sampled at different rates")
-        self.step = self.traces[items[0].trace].step
-        self.volts = {k: Volts.of(self.traces[k].volts) for k in numbers} if volts is None else volts
+    hold: Hold = NO_HOLD
 
     @property
-    def files(self) -> frozenset[str]:
-        """Files of which there is one."""
-        return frozenset(self.traces[one.trace].file for one in self.items)
-
-    def chosen(self, keep: NDArray[np.bool_]) -> Self:
-        """Some of them."""
-        kept = [one for one, yes in zip(self.items, keep, strict=True) if yes]
-        return type(self)(self.traces, kept, self.level, self.volts)
+    def first(self) -> int:
+        """First sample after it."""
+        return self.last + 1
 
 
 @dataclass(frozen=True)
@@ -128,35 +150,89 @@ class FlightSide:
     offset: Floats | None = None
 
 
-class FlownStretches(Generic[Item]):
-    """Everything of stretches that depends on the model but not on the unknowns.
+class FlightProblem:
+    """Segments of records about moments, flown by a model.
 
     The unknowns (nr, q) of each: the moment [s], places (m,) and velocities (m,) of the coordinates that a foot on the
     ground leaves free, and what its kind has besides.
+
+    Parameters
+    ----------
+    traces
+        The records.
+    items
+        Their moments.
+    level
+        Contact level from the rest [m].
+    model
+        Structure, drive and ground.
+
+    Raises
+    ------
+    InputError
+        Without moments, and for records that are sampled at different rates.
     """
 
-    def __init__(self, stretches: Stretches[Item], model: FootModel) -> None:
-        self.stretches, self.model = stretches, model
+    def __init__(
+        self, traces: Sequence[Trace], items: Sequence[Moment], level: float, model: FootModel
+    ) -> None:
+        self.traces, self.level = tuple(traces), level
+        self.volts = {k: self.traces[k].between for k in {one.trace for one in items}}
+        self._prepare(items, model)
+
+    def _prepare(self, items: Sequence[Moment], model: FootModel) -> None:
+        """Everything that depends on model and moments, but not on the unknowns."""
+        self.items, self.model = tuple(items), model
+        if not items:
+            raise InputError("none of the motions that these records show can be fitted")
+        if len({round(self.traces[one.trace].step, 12) for one in items}) > 1:
+            raise InputError("records that are fitted together are sampled at different rates")
+        self.step = self.traces[items[0].trace].step
         self.free = null_space(model.row[None, :])
-        self.grounded = grounded(model)
+        self.grounded = (
+            -model.gap * model.row / float(model.row @ model.row)
+        )  # coordinates, the shortest ones
         self.output = np.asarray(np.kron(np.eye(2), model.rows), dtype=np.float64)
         self.sides = self.of_sides()
-        step = stretches.step / SUBSTEPS
-        self.flows = [of_model(model, -step if one.back else step) for one in self.sides]
-        items = stretches.items
+        steps = [(-1.0 if one.back else 1.0) * self.step / SUBSTEPS for one in self.sides]
+        self.flows = [Flow(model.flow, model.inputs, model.row, step) for step in steps]
         self.counts = [np.array([one.before if s.back else one.after for one in items]) for s in self.sides]
         self.drive = [np.zeros((len(items), SUBSTEPS * (int(c.max()) - 1) + 1)) for c in self.counts]
         self.near = [np.zeros((len(items), SUBSTEPS * _REACH + 1)) for _ in self.sides]
         self.squares: Floats | None = None
         self.measured, self.noise = list[Floats](), list[Floats]()
         for r, one in enumerate(items):
-            trace, first = stretches.traces[one.trace], one.last + 1 - one.before
+            trace, first = self.traces[one.trace], one.first - one.before
             part = slice(first, first + one.before + one.after)
             self.measured.append(
                 np.concatenate([trace.x[:, part] + self.rest(trace)[:, None], trace.v[:, part]])
             )
             self.noise.append(np.concatenate([trace.noise_x, trace.noise_v]))
             self._driven(r, one, first)
+        self.gaps = np.array([self.gap(self.traces[one.trace]) for one in items])
+
+    def by(self, model: FootModel) -> Self:
+        """The same by another model."""
+        out = copy(self)
+        out._prepare(self.items, model)
+        return out
+
+    def of(self, items: Sequence[Moment]) -> Self:
+        """The same of other moments of the same records."""
+        out = copy(self)
+        out._prepare(items, self.model)
+        return out
+
+    def chosen(self, keep: NDArray[np.bool_]) -> Self:
+        """Some of the segments."""
+        return self.of([one for one, yes in zip(self.items, keep, strict=True) if yes])
+
+    def files(self, keep: NDArray[np.bool_] | None = None) -> frozenset[str]:
+        """Files of which there is a segment, or one of some."""
+        kept = np.ones(len(self.items), dtype=bool) if keep is None else keep
+        return frozenset(
+            self.traces[one.trace].file for one, yes in zip(self.items, kept, strict=True) if yes
+        )
 
     def of_sides(self) -> tuple[FlightSide, ...]:
         """To which sides flights go, earlier samples first."""
@@ -164,7 +240,7 @@ class FlownStretches(Generic[Item]):
 
     def rest(self, trace: Trace) -> Floats:
         """Displacements (np,) [m] of the points from the neutral position where those of a record are zero."""
-        return self.model.rest(self.stretches.level)
+        return self.model.rest(self.level)
 
     def gap(self, trace: Trace) -> float:
         """Gap at the neutral position in a record [m]."""
@@ -174,7 +250,7 @@ class FlownStretches(Generic[Item]):
         """Force of the drive along the flights of a moment, and beside their first samples."""
         reach, seen = SUBSTEPS * _REACH, min(first, _REACH)
         count = seen + one.before + one.after
-        force = self.stretches.volts[one.trace].force(self.model.law, self.model.history, first - seen, count)
+        force = self.volts[one.trace].force(self.model.law, self.model.history, first - seen, count)
         force = np.pad(force, (reach - SUBSTEPS * seen, reach), mode="edge")
         for side, drive, near in zip(self.sides, self.drive, self.near, strict=True):
             at = reach + SUBSTEPS * (one.before - side.back)
@@ -187,36 +263,28 @@ class FlownStretches(Generic[Item]):
         base = np.concatenate([self.grounded, np.zeros(len(self.grounded))])
         return base + unknowns @ self.sides[side].rates.T
 
-    def launches(self, unknowns: Floats, film: Varied, part: NDArray[np.intp], side: int = -1) -> Launches:
-        """Flights of these numbers to one side, with derivatives by their unknowns and those p of the film's law (4,),
-        as `FilmConstants.law` has them."""
+    def launches(self, unknowns: Floats, law: Varied, part: NDArray[np.intp], side: int = -1) -> Launches:
+        """Flights of these numbers to one side, with derivatives by their unknowns and those p of the law (5,)."""
         one, (count, q) = self.sides[side], unknowns.shape
-        assert film.slopes is not None
-        offset, p = np.zeros((2, q)) if one.offset is None else one.offset, film.slopes.shape[1]
-
-        def varied(value: Floats, rates: Floats, more: Floats | None = None) -> Varied:
-            wide = np.concatenate(
-                [rates, np.zeros((*rates.shape[:-1], p)) if more is None else more], axis=-1
-            )
-            return Varied(value, np.broadcast_to(wide, (count, *wide.shape)))
-
+        assert law.slopes is not None
+        offset = np.zeros((2, q)) if one.offset is None else one.offset
         begin = one.begin[0] + one.begin[1] * unknowns[:, :1].sum(axis=1)
-        gaps = np.array([self.gap(self.stretches.traces[self.stretches.items[int(r)].trace]) for r in part])
         return Launches(
-            varied(self.states(unknowns, side), one.rates), varied(begin, one.begin[1] * np.eye(1, q)[0]),
-            varied(unknowns @ offset.T, offset), varied(np.tile(film.value, (count, 1)), np.zeros((4, q)), film.slopes),
-            gaps, self.near[side][part], self.flows[side].step,
+            Varied(self.states(unknowns, side), one.rates), Varied(begin, one.begin[1] * np.eye(1, q)[0]),
+            Varied(unknowns @ offset.T, offset),
+            Varied(np.tile(law.value, (count, 1)), np.pad(law.slopes, ((0, 0), (q, 0)))),
+            self.gaps[part], self.near[side][part], self.flows[side].step,
         )  # fmt: skip
 
     def flown(
-        self, unknowns: Floats, film: Varied, part: NDArray[np.intp] | None = None
+        self, unknowns: Floats, law: Varied, part: NDArray[np.intp] | None = None
     ) -> tuple[list[Floats], list[Floats], list[Floats]]:  # fmt: skip
-        """Of the stretches of these numbers, or of all: what was measured less what is flown, over the noise (channels,
+        """Of the segments of these numbers, or of all: what was measured less what is flown, over the noise (channels,
         samples), slopes (q + p, channels times samples) of what is flown, and the flights (channels, samples)."""
         part = np.arange(len(self.measured)) if part is None else part
         values, slopes = [list[Floats]() for _ in part], [list[Floats]() for _ in part]
         for k, side in enumerate(self.sides):
-            counts, launches = self.counts[k][part], self.launches(unknowns, film, part, k)
+            counts, launches = self.counts[k][part], self.launches(unknowns, law, part, k)
             squares = None if self.squares is None else self.squares[part]
             found = self.flows[k].fly(launches, self.drive[k][part], counts, self.output, squares)
             for r, end in enumerate(np.cumsum(counts)):
@@ -232,18 +300,97 @@ class FlownStretches(Generic[Item]):
         return residuals, rows, flights
 
     def equations(
-        self, unknowns: Floats, film: Varied, part: NDArray[np.intp] | None = None
+        self, unknowns: Floats, law: Varied, part: NDArray[np.intp] | None = None
     ) -> NormalEquations:  # fmt: skip
-        """Normal equations of the stretches of these numbers, which share those of the film."""
-        residuals, slopes, _ = self.flown(unknowns, film, part)
+        """Normal equations of the segments of these numbers, which share the unknowns of the law."""
+        residuals, slopes, _ = self.flown(unknowns, law, part)
         return equations_of(residuals, slopes, unknowns.shape[1])
+
+    def alone(self, unknowns: Floats, law: Floats, how: Descent) -> Minimum:
+        """Every segment by a descent of its own under a known law (5,)."""
+        known = Varied(law, np.zeros((len(law), 0)))
+        return descend(lambda own, _, part: self.equations(own, known, part), unknowns, how=how)
+
+    def together(self, unknowns: Floats, sought: Sought, place: Floats, how: Descent) -> FlightFit:
+        """All segments with what they share, from a place (p,)."""
+        found = descend(
+            lambda own, shared, part: self.equations(own, sought.law(self.model, shared), part), unknowns, place,
+            prior=(sought.centre, sought.information), how=how,
+        )  # fmt: skip
+        return self.fitted(found.own, sought, found.shared)
+
+    def fitted(self, unknowns: Floats, sought: Sought, place: Floats) -> FlightFit:
+        """The fit that ended at these unknowns (nr, q) and this place (p,)."""
+        residuals, slopes, flights = self.flown(unknowns, sought.law(self.model, place))
+        system = equations_of(residuals, slopes, unknowns.shape[1])
+        return FlightFit(self, sought, unknowns, place, tuple(residuals), tuple(flights), system)
 
 
 def equations_of(residuals: Sequence[Floats], slopes: Sequence[Floats], own: int) -> NormalEquations:
-    """Of stretches: what was measured less what was flown, and slopes (q + p, n) of the flights, over the noise."""
+    """Of segments: what was measured less what was flown, and slopes (q + p, n) of the flights, over the noise."""
     return NormalEquations.of([-one.ravel() for one in residuals], [one.T for one in slopes], own)
 
 
-def grounded(model: FootModel) -> Floats:
-    """Coordinates (n,) with the foot on the ground, the shortest ones."""
-    return -model.gap * model.row / float(model.row @ model.row)
+@dataclass(frozen=True)
+class FlightFit:
+    """Segments fitted with what they share: own unknowns (nr, q); place (p,) of the shared ones; residuals over the
+    noise and flights, (nr) arrays (channels, samples); system: normal equations there."""
+
+    problem: FlightProblem
+    sought: Sought
+    unknowns: Floats
+    place: Floats
+    residuals: tuple[Floats, ...]
+    flights: tuple[Floats, ...]
+    system: NormalEquations
+
+    @property
+    def chi(self) -> Floats:
+        """Chi-squared (nr,) per degree of freedom."""
+        return self.system.cost / self.system.count
+
+    def moved(self, model: FootModel) -> tuple[FlightProblem, Floats, Floats]:
+        """The segments by a model near the fitted one, with their unknowns and place there: one Gauss-Newton step."""
+        there, sought = self.problem.by(model), self.sought
+        pull = sought.information @ (sought.centre - self.place)
+        equations = there.equations(self.unknowns, sought.law(model, self.place))
+        own, step = equations.step(0.0, sought.information, pull)
+        return there, self.unknowns + own, self.place + step
+
+    def drawn(
+        self, known: Estimates, seed: int, also: Callable[[FlightProblem, Floats], Floats] | None = None
+    ) -> tuple[Floats, Floats]:
+        """Deviations of the place (draws, p) by the scatter between records, and those by what earlier steps do not
+        know, the latter with those of further numbers of segments and their unknowns (draws, p + ...)."""
+        information, score = by_group([one.trace for one in self.problem.items], *self.system.reduced())
+        own = newton_draws(information, score, seed, self.sought.information)
+
+        def again(values: Floats) -> Floats:
+            there, unknowns, place = self.moved(known.model(values))
+            return place if also is None else np.concatenate([place, also(there, unknowns)])
+
+        return own, carried(again, known.values, known.samples)
+
+    def step(self, name: str, logs: Floats, gap: float, panels: tuple[Panel, ...]) -> StepResult:
+        """What a step found: the constants with draws of the place (draws, p), and combinations at a gap [m]."""
+        by_record: dict[int, list[Floats]] = {}
+        for one, left in zip(self.problem.items, self.residuals, strict=True):
+            by_record.setdefault(one.trace, []).append(left.ravel())
+        residuals: list[Residual] = [
+            over_noise(self.problem.traces[k].file, np.concatenate(left))
+            for k, left in sorted(by_record.items())
+        ]
+        return StepResult(
+            name, self.sought.names, self.sought.constants(self.place), self.sought.constants(logs),
+            combinations=self.sought.combinations(gap, self.place, logs), residuals=tuple(residuals),
+            files=self.problem.files(), panels=panels,
+        )  # fmt: skip
+
+    def panel(self, r: int, title: str, axis: str, since: float) -> Panel:
+        """Gap of a segment, measured and fitted, over the time [s] since a moment of the record."""
+        problem, one = self.problem, self.problem.items[r]
+        model, trace = problem.model, problem.traces[one.trace]
+        k, time = model.points.index(model.foot_point), trace.time[one.first : one.first + one.after] - since
+        gap = model.normal * self.flights[r][k] + problem.gaps[r]
+        left = model.normal * self.residuals[r][k] * trace.noise_x[k]
+        return measured_and_fitted(title, (axis, "s", "gap", "m"), time, gap, left)

@@ -8,8 +8,9 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from scipy.signal import lfilter
 
-from tarsus.base.arrays import Floats
+from tarsus.base.arrays import Complexes, Floats
 from tarsus.base.spec import with_values
 from tarsus.model.drive.laws import VoltageLaw
 from tarsus.model.drive.waveforms import Waveform
@@ -164,3 +165,20 @@ class FootModel:
     def changed(self, values: Mapping[str, Any]) -> FootModel:
         """The same with other values in the scene, by path."""
         return replace(self, scene=with_values(self.scene, values)) if values else self
+
+
+def response(
+    flow: Floats | Complexes, push: Floats | Complexes, step: float, more: Floats | float = 0.0
+) -> Floats:
+    """States (m, nf) from rest of ``z' = flow z + push``, with a push (m, nf) that runs straight between the ends of
+    steps [s], and, on top, one that is held over each of them (m, nf - 1): the mean of a push that jumps in a step."""
+    poles, right = np.linalg.eig(flow)
+    back = np.linalg.inv(right)
+    own, held = back @ push, back @ np.broadcast_to(more, push[:, 1:].shape)
+    out = []
+    for pole, one, extra in zip(poles, own, held, strict=True):
+        turn = pole * step
+        first, second = np.expm1(turn) / turn, (np.expm1(turn) - turn) / turn**2
+        added = step * ((first - second) * one[:-1] + second * one[1:] + first * extra)
+        out.append(lfilter([1.0], [1.0, -np.exp(turn)], np.concatenate([[0.0], added])))
+    return np.asarray(np.real(right @ np.array(out)), dtype=np.float64)

@@ -10,11 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
-from tarsus.base.spec import with_values
 from tarsus.identify.foot import FootModel
 from tarsus.identify.step import Curve, Panel
 from tarsus.identify.traces import Trace
@@ -24,9 +22,6 @@ from tarsus.measure.history import Knots, KnownHistories, Points
 from tarsus.measure.periods import by_window
 from tarsus.measure.table import periods_used
 from tarsus.model.drive.waveforms import Waveform
-from tarsus.model.scene import Scene
-from tarsus.model.standing import rest_state
-from tarsus.records.purpose import IN_AIR
 from tarsus.solve import ResultCode, simulate
 
 
@@ -156,31 +151,21 @@ def _points(time: Floats, value: Floats) -> Points:
     return Points(np.zeros(len(time), dtype=np.intp), time, value)
 
 
-def _simulated(
-    scene: Scene, trace: Trace, until: float = np.inf
-) -> tuple[NDArray[np.bool_], Floats, Floats, Floats]:
-    """Which samples of a record are from the begin of its drive up to a time [s], their times, and coordinates and
-    velocities (n, ns) of the device with that drive there; InputError for a simulation that does not reach its end."""
-    driven = (trace.time >= -1e-9) & (trace.time <= until)
-    time = np.maximum(trace.time[driven], 0.0)
-    run = simulate(scene, float(time[-1]) + trace.step)
-    if run.ended is not ResultCode.DONE:
-        raise InputError(
-            f"{trace.file}: the identified device cannot be simulated with this drive: {run.ended}"
-        )
-    states = run.states(time)
-    return driven, time, states.x, states.v
-
-
 def moved(model: FootModel, trace: Trace, signal: Waveform, level: float, until: float = np.inf) -> Moved:
     """A record from the begin of its drive, up to a time [s], beside a simulation of the device with that drive.
 
     level: contact level from the rest [m]. Raises InputError for a simulation that does not reach its end.
     """
-    driven, time, x, v = _simulated(model.driven(signal), trace, until)
-    k = trace.point(model.foot_point)
+    driven = (trace.time >= -1e-9) & (trace.time <= until)
+    time = np.maximum(trace.time[driven], 0.0)
+    run = simulate(model.driven(signal), float(time[-1]) + trace.step)
+    if run.ended is not ResultCode.DONE:
+        raise InputError(
+            f"{trace.file}: the identified device cannot be simulated with this drive: {run.ended}"
+        )
+    states, k = run.states(time), trace.point(model.foot_point)
     seen, felt = model.normal * (trace.x[k, driven] - level), model.normal * trace.v[k, driven]
-    return Moved(time, seen, felt, model.gap + model.row @ x, model.row @ v)
+    return Moved(time, seen, felt, model.gap + model.row @ states.x, model.row @ states.v)
 
 
 def compare(model: FootModel, trace: Trace, signal: Waveform, level: float) -> Comparison:
@@ -218,29 +203,3 @@ def compare(model: FootModel, trace: Trace, signal: Waveform, level: float) -> C
         both.off,
         Panel(trace.set, "time", "s", "gap", "m", curves),
     )
-
-
-@dataclass(frozen=True)
-class InAir:
-    """A record in the air against the identified structure and drive: set and file; off (np,) by point: root mean
-    square of measured less simulated motion over that of the measured one."""
-
-    name: str
-    file: str
-    off: dict[str, float]
-
-
-def compare_in_air(model: FootModel, trace: Trace, signal: Waveform) -> InAir:
-    """A record in the air, where nothing but structure and drive counts, against a simulation.
-
-    Raises
-    ------
-    InputError
-        If the simulation does not reach its end.
-    """
-    far = IN_AIR if trace.gap is None else trace.gap
-    changes = {f"robot.feet.{name}.gap": far for name in model.scene.robot.feet}
-    driven, _, x, _ = _simulated(with_values(model.driven(signal), changes), trace)
-    seen, moved = trace.x[:, driven], model.rows @ (x - np.array(rest_state(model.scene))[:, None])
-    off = np.sqrt(np.mean((seen - moved) ** 2, axis=1) / np.mean(seen**2, axis=1))
-    return InAir(trace.set, trace.file, dict(zip(trace.points, off.tolist(), strict=True)))

@@ -19,8 +19,7 @@ from tarsus.base.errors import InputError
 from tarsus.identify.draws import DRAWS, carried, newton_draws
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.foot import FootModel
-from tarsus.identify.loops import Block, Centred, across, basis_of, blocks_of, law_names
-from tarsus.identify.ringing import calmed
+from tarsus.identify.loops import Block, across, basis_of, blocks_of, calmed, law_names, moments
 from tarsus.identify.step import Panel, Residual, StepResult, Used, measured_and_fitted
 from tarsus.identify.traces import Trace
 from tarsus.identify.volts import Volts
@@ -58,26 +57,44 @@ class Shares:
 class Loops:
     """Static records by block, apart for free and held foot.
 
-    traces: the records, those in the air without their ringing; rest (p,): the basis at rest; blocks; free, held: their
-    samples; noise (np,) [m]: standard deviation of a sample, the same for all blocks; unused (nt): samples left out
-    around contacts, by trace."""
+    traces: the records, those in the air without their ringing; rest (p,): the basis at rest; blocks; free, held (nb, p
+    + np, p + np): by block, second moments of the basis and of the points' motion [m]; noise (np,) [m]: standard
+    deviation of a sample, the same for all blocks; unused (nt): samples left out around contacts, by trace."""
 
     traces: tuple[Trace, ...]
     rest: Floats
     blocks: tuple[Block, ...]
-    free: Centred
-    held: Centred
+    free: Floats
+    held: Floats
     noise: Floats
     unused: tuple[int, ...]
 
-    def seen(self, model: FootModel) -> list[tuple[Centred, Floats]]:
-        """Samples with the combination of points (np,), over their noise, by which each shows the force: with the foot
+    def about_law(self, model: FootModel, inside: Floats) -> tuple[Floats, Floats]:
+        """Of each block information (nb, p - 1, p - 1) and score (nb, p - 1) about the parameters of the law but the
+        constant, at values of these: the force as each combination of points over their noise shows it, with the foot
         held the one that the ground's force does not move, where the drive moves it."""
         gains, blind = model.by_drive / self.noise, across(model.by_contact / self.noise)
         left = blind @ gains
-        if np.linalg.norm(left) <= _INDEPENDENT * np.linalg.norm(gains):
-            return [(self.free, gains)]
-        return [(self.free, gains), (self.held, left @ blind)]
+        seen = [(self.free, gains)]
+        if np.linalg.norm(left) > _INDEPENDENT * np.linalg.norm(gains):
+            seen.append((self.held, left @ blind))
+        size = len(self.rest)
+        information = sum((w @ w) * one[:, 1:size, 1:size] for one, w in seen)
+        score = sum(one[:, 1:size, size:] @ (w / self.noise) for one, w in seen) - information @ inside
+        return np.asarray(information), np.asarray(score)
+
+    def about_shares(self, model: FootModel) -> tuple[Floats, Floats]:
+        """Of each block information (nb, n - 1, n - 1) and score (nb, n - 1) about the model's participations: what is
+        across the direction in which they move free points, against how far the block moves along it.
+
+        The points' free motion is along ``by_drive``, linear in the participations; what lies across it is noise."""
+        gains, own = model.by_drive / self.noise, slice(len(self.rest), None)
+        per_share = (np.linalg.inv(model.stiffness).T @ model.rows.T / self.noise)[1:]
+        size = max(float(np.linalg.norm(gains)), 1e-300)
+        along = gains / size
+        aside = (per_share - np.outer(per_share @ along, along)) / size
+        path = self.free[:, own, own] / np.outer(self.noise, self.noise) @ along
+        return (path @ along)[:, None, None] * (aside @ aside.T), path @ aside.T
 
 
 @dataclass(frozen=True)
@@ -162,7 +179,8 @@ def _gathered(model: FootModel, traces: Sequence[Trace], level: float | None) ->
     basis = np.concatenate([bases[n][b.index] for n, (those, _) in enumerate(found) for b in those])
     motion = np.concatenate([b.source.x[:, b.index].T for b in blocks])
     free = np.concatenate([b.free for b in blocks])
-    air, ground = (Centred.of(basis[at], motion[at], block[at], of[at]) for at in (free, ~free))
+    rows = np.hstack([basis, motion])
+    air, ground = (moments(rows[at], block[at], of[at], len(blocks)) for at in (free, ~free))
     return Loops(
         tuple(traces), bases[0][0], tuple(blocks), air, ground, noise, tuple(left for _, left in found)
     )
@@ -184,30 +202,35 @@ def _check_reach(model: FootModel, traces: Sequence[Trace]) -> None:
 
 
 def _estimate(model: FootModel, loops: Loops, level: float, shares: Shares) -> Floats:
-    found = _shared(model, loops, shares)
+    """Participations (n - 1,) from what was known and from the free points, by Newton's steps, then the law's
+    parameters (p,)."""
+    found = shares.values
+    prior = np.linalg.inv(shares.covariance)
+    for _ in range(_STEPS if len(found) else 0):
+        information, score = loops.about_shares(with_shares(model, found))
+        total = information.sum(axis=0) + prior
+        found = found + np.linalg.solve(total, score.sum(axis=0) + prior @ (shares.values - found))
     return np.concatenate([found, _law(with_shares(model, found), loops, level)])
 
 
 def _own(model: FootModel, loops: Loops, shares: Shares, values: Floats, seed: int) -> Floats:
     """Deviations (draws, p) by the scatter of the scores of blocks."""
-    count, split = len(loops.blocks), len(shares.values)
-    known, inside = with_shares(model, values[:split]), values[split + 1 :]
-    rows = split + len(inside)
-    information, score, prior = np.zeros((count, rows, rows)), np.zeros((count, rows)), np.zeros((rows, rows))
-    if split:
-        prior[:split, :split] = np.linalg.inv(shares.covariance)
-        information[:, :split, :split], score[:, :split] = _about_shares(known, loops)
-    size = np.ones(rows)
-    size[split:] = np.sqrt(
-        np.maximum(sum(np.diag(one.squares)[1:] * (w @ w) for one, w in loops.seen(known)), 1e-300)
+    split, known = len(shares.values), with_shares(model, values[: len(shares.values)])
+    law, by_law = loops.about_law(known, values[split + 1 :])
+    size = np.sqrt(np.maximum(np.einsum("baa->a", law), 1e-300))
+    rows = split + len(size)
+    information, score, prior = (
+        np.zeros((len(law), rows, rows)),
+        np.zeros((len(law), rows)),
+        np.zeros((rows, rows)),
     )
-    prior[split:, split:] = _RIDGE * np.eye(len(inside))
-    for one, w in loops.seen(known):
-        basis = one.basis[:, 1:] / size[split:]
-        left = one.motion @ (w / loops.noise) - (w @ w) * (one.basis[:, 1:] @ inside)
-        information[:, split:, split:] += (w @ w) * one.by_block(basis[:, :, None] * basis[:, None], count)
-        score[:, split:] += one.by_block(basis * left[:, None], count)
-    moves = newton_draws(information, score, seed, prior) / size
+    information[:, split:, split:], score[:, split:] = law / np.outer(size, size), by_law / size
+    prior[split:, split:] = _RIDGE * np.eye(len(size))
+    if split:
+        information[:, :split, :split], score[:, :split] = loops.about_shares(known)
+        prior[:split, :split] = np.linalg.inv(shares.covariance)
+    moves = newton_draws(information, score, seed, prior)
+    moves[:, split:] /= size
     if split:
         given = values[:split]
         moves[:, split:] += carried(
@@ -227,52 +250,14 @@ def with_shares(model: FootModel, shares: Floats) -> FootModel:
     return model.changed({f"{before}.{k + 1}": float(v) for k, v in enumerate(shares)})
 
 
-def _shared(model: FootModel, loops: Loops, shares: Shares) -> Floats:
-    """Participations (n - 1,) from what was known, and from the direction in which free points move together.
-
-    The points' free motion is along ``by_drive``, linear in the participations; what lies across it is noise."""
-    if not len(shares.values):
-        return shares.values
-    prior, found = np.linalg.inv(shares.covariance), shares.values
-    for _ in range(_STEPS):
-        information, score = _about_shares(with_shares(model, found), loops)
-        matrix, target = information.sum(axis=0) + prior, score.sum(axis=0) + prior @ (shares.values - found)
-        found = found + np.linalg.solve(matrix, target)
-    return found
-
-
-def _about_shares(model: FootModel, loops: Loops) -> tuple[Floats, Floats]:
-    """Of each block information (nb, n - 1, n - 1) and score (nb, n - 1) about the model's participations: what is
-    across the direction they give, against how far the block moves along it."""
-    gains = model.by_drive / loops.noise
-    per_share = (np.linalg.inv(model.stiffness).T @ model.rows.T / loops.noise)[1:]
-    size = float(np.linalg.norm(gains))
-    along, seen = gains / max(size, 1e-300), loops.free.motion / loops.noise
-    aside = (per_share - np.outer(per_share @ along, along)) / max(size, 1e-300)
-    path = seen @ along
-    count = len(loops.blocks)
-    moved = loops.free.by_block(path**2, count)
-    return moved[:, None, None] * (aside @ aside.T), loops.free.by_block(
-        path[:, None] * (seen @ aside.T), count
-    )
-
-
 def _law(model: FootModel, loops: Loops, level: float) -> Floats:
-    """Parameters (p,) of the law by least squares."""
-    matrix, target = np.zeros_like(loops.free.squares), np.zeros(len(loops.rest))
-    for one, weights in loops.seen(model):
-        matrix += one.squares * float(weights @ weights)
-        target += one.cross @ (weights / loops.noise)
-    inside = _solved(matrix[1:, 1:], target[1:])
-    at_rest = (-model.gap - model.normal * level) / model.static_load
-    return np.concatenate([[at_rest - float(loops.rest[1:] @ inside)], inside])
-
-
-def _solved(matrix: Floats, target: Floats) -> Floats:
-    """Least squares from normal equations (p, p), scaled."""
+    """Parameters (p,) of the law by least squares, scaled."""
+    matrix, target = (one.sum(axis=0) for one in loops.about_law(model, np.zeros(len(loops.rest) - 1)))
     size = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
     scaled = matrix / np.outer(size, size) + _RIDGE * np.eye(len(size))
-    return np.linalg.solve(scaled, target / size) / size
+    inside = np.linalg.solve(scaled, target / size) / size
+    at_rest = (-model.gap - model.normal * level) / model.static_load
+    return np.concatenate([[at_rest - float(loops.rest[1:] @ inside)], inside])
 
 
 def identify_hysteresis(

@@ -15,10 +15,11 @@ import numpy as np
 
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
-from tarsus.identify.detachment import WORST
+from tarsus.identify.bounce import Bounces
 from tarsus.identify.draws import DRAWS
+from tarsus.identify.flight import WORST
 from tarsus.identify.foot import FootModel
-from tarsus.identify.restitution import FEWEST, BounceStudy, film_of, variance_of
+from tarsus.identify.restitution import FEWEST, BounceStudy, variance_of
 from tarsus.identify.step import Curve, Panel, Residual, StepResult, Used
 from tarsus.impacts.estimates import Spread, common_ratio
 from tarsus.impacts.impact_map import ImpactMapEstimate, estimate_impact_map
@@ -36,14 +37,16 @@ def identify_impact_column(model: FootModel, study: BounceStudy, seed: int) -> S
     InputError
         If too few impacts are fitted well with free velocities.
     """
-    fitted = study.bounces.fit(model, film_of(model), free=True)
+    near = study.bounces
+    bounces = Bounces(near.traces, near.items, near.level, model, free=True)
+    fitted = bounces.fit()
     good = fitted.chi < WORST
     if np.count_nonzero(good) < FEWEST:
         raise InputError(
             f"{np.count_nonzero(good)} impacts tell how all points jump; at least {FEWEST} are needed"
         )
-    changes = fitted.unknowns[good] @ fitted.changes.T
-    covariance = np.einsum("aq,iqr,br->iab", fitted.changes, fitted.inverse[good], fitted.changes)
+    changes = fitted.unknowns[good] @ bounces.changes.T
+    covariance = np.einsum("aq,iqr,br->iab", bounces.changes, fitted.inverse[good], bounces.changes)
     k = model.points.index(model.foot_point)
     known = model.rows @ model.jump / float(model.rows[k] @ model.jump)
     random = np.random.default_rng([seed, 13])
@@ -76,7 +79,7 @@ def identify_impact_column(model: FootModel, study: BounceStudy, seed: int) -> S
         combinations=combinations,
         residuals=tuple(residuals),
         used=(Used("impacts", int(good.sum()), len(good)),),
-        files=study.bounces.chosen(good).files,
+        files=bounces.files(good),
         panels=(panel,) if curves else (),
         notes=tuple(notes),
     )

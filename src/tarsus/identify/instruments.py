@@ -8,8 +8,8 @@ which no difference is found leave their records as they are.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.fft import next_fast_len
@@ -73,7 +73,8 @@ class Instruments:
     relations: by point, of those that can be compared; velocities: points of which the velocity, not the displacement,
     has the gain; lateness: of the sweeps' channels behind the drive, None where it is not known; of: the quantity of
     these channels; step [s]: between samples of the sweeps, or the finest of the other records; pace: share by which
-    the clock of the motion is slow beside that of the drive, None where it is not known.
+    the clock of the motion is slow beside that of the drive, None where it is not known; starts [s]: by source, how
+    much later than the others a sweep comes behind its drive.
     """
 
     relations: dict[str, Relation]
@@ -82,6 +83,7 @@ class Instruments:
     lateness: Lateness | None = None
     of: Quantity = Quantity.DISPLACEMENT
     pace: WithError | None = None
+    starts: Mapping[str, float] = field(default_factory=dict)
 
     def gain(self, point: str, quantity: Quantity) -> float:
         """Factor that a channel of a point has too much."""
@@ -169,7 +171,7 @@ class Instruments:
         """Whether there is anything to take off."""
         quantities = Quantity.DISPLACEMENT, Quantity.VELOCITY
         gains = (self.gain(point, one) for point in self.relations for one in quantities)
-        return self.delaying or bool(self.slow) or any(gain != 1.0 for gain in gains)
+        return self.delaying or bool(self.slow or self.starts) or any(gain != 1.0 for gain in gains)
 
     def taken_off(self, record: Measurement, swept: bool) -> Measurement:
         """A record as if its instruments had neither gains nor lags nor a low-pass; ``swept``: nor a delay behind the
@@ -193,7 +195,7 @@ class Instruments:
                 else:
                     values[k] = _moved(values[k], values[velocity], record.step, lag)
         for (_, quantity), k in moving.items():
-            low, late = self.low(quantity), self.late if swept else 0.0
+            low, late = self.low(quantity), self.late + self.starts.get(record.source, 0.0) if swept else 0.0
             if low is not None or late:
                 values[k] = _divided(values[k], record.step, late, low)
         return replace(record, values=values)
@@ -207,6 +209,12 @@ class Instruments:
                 f"the clock of the motion runs {1e6 * abs(self.slow):.4g} +- {2e6 * self.pace.error:.1g} ppm "
                 f"{'slow' if self.slow > 0.0 else 'fast'} beside that of the drive, as sweeps up and down show: taken "
                 "off"
+            )
+        if self.starts:
+            apart = max(self.starts.values()) - min(self.starts.values())
+            out.append(
+                f"the sweeps begin up to {1e6 * apart:.3g} us apart beside their drive, as by a trigger that is late "
+                "by more or less: taken off of each; other records begin as late, by how much each is not known"
             )
         for point, one in self.relations.items():
             for quantity, other in ((Quantity.DISPLACEMENT, "velocity"), (Quantity.VELOCITY, "displacement")):

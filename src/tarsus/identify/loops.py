@@ -5,8 +5,7 @@ force N on the foot. In the air N = 0; on the ground two points tell both."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
+from tarsus.identify.foot import FootModel, response
 from tarsus.identify.traces import Trace
 from tarsus.identify.volts import Volts
 from tarsus.impacts.detection import STILL
@@ -22,6 +22,8 @@ from tarsus.model.drive.laws import LinearForce, PrandtlIshlinskii, VoltageLaw
 
 SETTLING = 0.08
 """Time [s] after a contact is made or broken in which a static record is not used."""
+_AWAY = 10.0
+"""Own gaps of the device from which on the ground counts as away: a film damps a thousandth of what it does there."""
 
 
 @dataclass(frozen=True)
@@ -95,45 +97,32 @@ def basis_of(law: VoltageLaw, volts: Floats, history: tuple[float, ...]) -> Floa
     return np.column_stack([along.force(unit, history, 0, len(volts)) for unit in units])
 
 
-@dataclass(frozen=True)
-class Centred:
-    """Samples of blocks about the means of their records, whose zeros then no longer matter: the force is ``basis @
-    parameters`` and moves the points.
-
-    basis (n, p); motion (n, np) [m]; block (n,): number of the block each is of.
-    """
-
-    basis: Floats
-    motion: Floats
-    block: NDArray[np.intp]
-
-    @staticmethod
-    def of(basis: Floats, motion: Floats, block: NDArray[np.intp], trace: NDArray[np.intp]) -> Centred:
-        """From samples (n, ...) and the number (n,) of the record each is of."""
-        parts = [trace == number for number in np.unique(trace)]
-        basis, motion = basis.copy(), motion.copy()
-        for part in parts:
-            basis[part] -= basis[part].mean(axis=0)
-            motion[part] -= motion[part].mean(axis=0)
-        return Centred(basis, motion, block)
-
-    @cached_property
-    def squares(self) -> Floats:
-        """Sum of the basis' products (p, p)."""
-        return self.basis.T @ self.basis
-
-    @cached_property
-    def cross(self) -> Floats:
-        """Sum of the products of basis and motion (p, np)."""
-        return self.basis.T @ self.motion
-
-    def by_block(self, rows: Floats, count: int) -> Floats:
-        """Sums (count, ...) over the samples of each block of rows (n, ...)."""
-        out = np.zeros((count, *rows.shape[1:]))
-        np.add.at(out, self.block, rows)
-        return out
+def moments(rows: Floats, block: NDArray[np.intp], trace: NDArray[np.intp], count: int) -> Floats:
+    """Second moments (count, r, r) by block of samples (n, r) about the means of their records, whose zeros then no
+    longer matter; block, trace (n,): numbers of the block and of the record each sample is of."""
+    rows = rows.copy()
+    for number in np.unique(trace):
+        rows[trace == number] -= rows[trace == number].mean(axis=0)
+    return np.array([rows[block == k].T @ rows[block == k] for k in range(count)])
 
 
 def across(vector: Floats) -> Floats:
     """Orthonormal rows (n - 1, n) across a vector (n,)."""
     return np.linalg.svd(vector[None, :])[2][1:]
+
+
+def calmed(model: FootModel, trace: Trace) -> Trace:
+    """A record without its ringing (displacements less what they are beyond ``by_drive F``), by the model's structure
+    and drive; as it is where the ground is near, whose film and contacts end the ringing.
+
+    Every corner of a slow voltage, where its slope changes by dV', sets each mode ringing by ``dV' / omega`` volts. The
+    mode rings for about ``1 / (zeta omega)``: with a soft robot as long as a straight run of its loops, and a mean over
+    few such runs does not average it out."""
+    if trace.gap is None or trace.gap < _AWAY * model.gap:
+        return trace
+    volts = trace.between
+    force = volts.force(model.law, model.history, 0, len(trace.volts))
+    force = force - force[0]
+    moved = response(model.flow, np.outer(model.inputs[:, 0], force), trace.step / volts.substeps)
+    still = np.outer(model.by_drive, force)
+    return replace(trace, x=trace.x - (model.rows @ moved[: len(model.row)] - still)[:, :: volts.substeps])

@@ -6,7 +6,7 @@ sides; all impacts together by a regression with errors in both velocities."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.identify.bounce import BounceFit, Bounces, find_bounces, offsets_of_records
-from tarsus.identify.detachment import WORST
 from tarsus.identify.draws import DRAWS, NORMAL, by_group, carried, newton_draws, within
 from tarsus.identify.estimates import Estimates
-from tarsus.identify.flight import FilmConstants
+from tarsus.identify.flight import WORST
 from tarsus.identify.foot import FootModel
 from tarsus.identify.step import Residual, StepResult, Used, points_and_line
 from tarsus.identify.traces import Trace
@@ -86,10 +85,9 @@ def identify_restitution(
             f"impacts; at least {FEWEST} are needed: drive it harder, sample faster or record longer"
         )
     left += others
-    bounces = Bounces(traces, items, level[0])
-    # a device with an impact map of its own need not follow the mass-weighted law
-    fitted = bounces.fit(model, film_of(model), free=model.scene.ground.impact is not None)
-    kept = sound(model, bounces, fitted)
+    bounces = Bounces(traces, items, level[0], model)
+    fitted = bounces.fit()
+    kept = sound(bounces, fitted)
     left += [_why_not(bounces, fitted, kept, int(r), model.foot_point) for r in np.flatnonzero(~kept.good)]
     if np.count_nonzero(kept.good) < FEWEST:
         raise InputError(
@@ -97,8 +95,8 @@ def identify_restitution(
             f"ones between free motions of this structure; at least {FEWEST} are needed"
         )
     bounces = bounces.chosen(kept.good)
-    fitted = _only(fitted, kept.good)
-    step, shared = _result(model, known, bounces, fitted, left, total, level[1], seed)
+    fitted = fitted.chosen(kept.good)
+    step, shared = _result(known, bounces, fitted, left, total, level[1], seed)
     return BounceStudy(step, bounces, fitted, shared)
 
 
@@ -114,9 +112,9 @@ class Kept:
     good: NDArray[np.bool_]
 
 
-def sound(model: FootModel, bounces: Bounces, fitted: BounceFit) -> Kept:
+def sound(bounces: Bounces, fitted: BounceFit) -> Kept:
     """Which impacts tell the restitution."""
-    again = bounces.moved(model, film_of(model), fitted)
+    again = bounces.moved(bounces.model, fitted)
     error = np.sqrt(np.maximum(np.einsum("raa->ra", fitted.covariance), 0.0))
     settled = np.all(np.abs(again - fitted.speeds) <= error, axis=1) & (
         np.linalg.eigvalsh(fitted.covariance)[:, 0] > 0.0
@@ -201,27 +199,7 @@ def _alike(fitted: BounceFit, single: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return near | np.isin(np.arange(len(near)), more) if len(more) >= FEWEST else near
 
 
-def film_of(model: FootModel) -> FilmConstants:
-    """The film of a model's ground; none damps nothing."""
-    law = model.scene.ground.acting.film
-    return FilmConstants(0.0, 1.0) if law is None else FilmConstants(law.coefficient, law.thickness)
-
-
-def _only(fitted: BounceFit, keep: NDArray[np.bool_]) -> BounceFit:
-    residuals = tuple(one for one, yes in zip(fitted.residuals, keep, strict=True) if yes)
-    return replace(
-        fitted,
-        unknowns=fitted.unknowns[keep],
-        speeds=fitted.speeds[keep],
-        covariance=fitted.covariance[keep],
-        chi=fitted.chi[keep],
-        residuals=residuals,
-        inverse=fitted.inverse[keep],
-    )
-
-
 def _result(
-    model: FootModel,
     known: Estimates,
     bounces: Bounces,
     fitted: BounceFit,
@@ -230,8 +208,7 @@ def _result(
     level_error: float,
     seed: int,
 ) -> tuple[StepResult, Floats]:
-    equations = bounces.about(model, film_of(model), fitted.unknowns, fitted.free(model))
-    zeros = offsets_of_records(model, bounces, equations, level_error, seed)
+    zeros = offsets_of_records(bounces, fitted, level_error, seed)
     fitted_speeds = zeros.moved(fitted.speeds, zeros.values)
     departure, approach = fitted_speeds[:, 0], -fitted_speeds[:, 1]
     covariance = fitted.covariance * TURN
@@ -245,8 +222,7 @@ def _result(
         return np.concatenate([[ratio], speeds @ np.array([1.0, whole.value])])
 
     def again(values: Floats) -> Floats:
-        other = known.model(values)
-        return told(zeros.moved(bounces.moved(other, film_of(other), fitted), zeros.values))
+        return told(zeros.moved(bounces.moved(known.model(values), fitted), zeros.values))
 
     def shifted(values: Floats) -> Floats:
         return told(zeros.moved(fitted.speeds, values))
@@ -268,7 +244,7 @@ def _result(
     step = StepResult(
         "restitution", (PATH,), values, samples,
         residuals=(Residual.of("departure velocities", "m/s", rest, np.sqrt(noise)),),
-        used=(Used("impacts", len(departure), total),), files=bounces.files, left_out=tuple(left), panels=panels,
+        used=(Used("impacts", len(departure), total),), files=bounces.files(), left_out=tuple(left), panels=panels,
         notes=(
             f"The scatter of e from impact to impact, beyond noise, is {whole.scatter:.2g}.",
             f"It is that of impacts at {1e3 * approach.min():.3g} to {1e3 * approach.max():.3g} mm/s.",

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from tarsus.identify.estimates import Estimates
     from tarsus.identify.film import FilmFit
     from tarsus.identify.foot import FootModel
-    from tarsus.identify.heldout import Comparison, InAir
+    from tarsus.identify.heldout import Comparison
     from tarsus.identify.landing import LandingVerdict
     from tarsus.identify.resonance import Resonances
 
@@ -48,7 +48,8 @@ class Identification(Tabled):
     opened: the campaign; readings: every file; left_out: data not used, with reasons; steps: results by name; not_done;
     known: all parameters, with draws; level: of the contact from the rest, with its standard error [m]; resonances:
     the modal fit; film: the detachments; landing: what records say of the landing rule, None where it is assumed;
-    comparisons: held-out records; in_air: those with the drive of the bounces; shifts of the zero; remarks; seconds."""
+    comparisons: held-out records; in_air: by set of records in the air and by point, the share of the
+    measured motion by which structure and drive alone miss it; shifts of the zero; remarks; seconds."""
 
     opened: Opened
     readings: tuple[RecordFile, ...]
@@ -61,7 +62,7 @@ class Identification(Tabled):
     film: FilmFit | None
     landing: LandingVerdict | None
     comparisons: tuple[Comparison, ...]
-    in_air: tuple[InAir, ...]
+    in_air: Mapping[str, Mapping[str, float]]
     shifts: tuple[Shift, ...]
     remarks: tuple[str, ...]
     seconds: float
@@ -89,7 +90,8 @@ class Identification(Tabled):
     def files_used(self) -> int:
         """Number of files of which a step or a comparison used something."""
         used = {file for step in self.steps.values() for file in step.files}
-        used |= {one.file for one in (*self.comparisons, *self.in_air)}
+        used |= {one.file for one in self.comparisons}
+        used |= {one.file for one in self.readings if one.set in self.in_air and one.record is not None}
         return len(used)
 
     @property
@@ -158,7 +160,7 @@ def summary_of(found: Identification) -> dict[str, Any]:
         "landing": None if found.landing is None else _landing(found.landing),
         "left_out": [str(one) for one in found.left_out],
         "validation": [_compared(one) for one in found.comparisons],
-        "in_air": [{"name": one.name, "file": one.file, "off": one.off} for one in found.in_air],
+        "in_air": [{"name": name, "off": off} for name, off in found.in_air.items()],
         "other_zero": {shift.title: shift.values for shift in found.shifts},
     }
 

@@ -15,10 +15,10 @@ import numpy as np
 from tarsus.base.errors import InputError
 from tarsus.identify.adhesion import identify_adhesion
 from tarsus.identify.contact_film import film_by_impacts
-from tarsus.identify.electrostatics import ATTRACTION, identify_close, wide_attraction
-from tarsus.identify.film import PATHS as FILM
+from tarsus.identify.electrostatics import identify_close, wide_attraction
 from tarsus.identify.film import identify_film, wide_film
 from tarsus.identify.film_exponent import film_exponent, with_exponent
+from tarsus.identify.flight import ATTRACTION, FILM
 from tarsus.identify.hysteresis import Shares, identify_hysteresis
 from tarsus.identify.impact_column import Pair, from_pairs, identify_impact_column, map_from_pairs
 from tarsus.identify.resonance import (
@@ -100,7 +100,8 @@ def _structure(chain: StepRunner, band: tuple[float, float]) -> Resonances:
         if "hysteresis" in chain.steps and len(drives) == len(records):
             records = straightened(records, drives, chain.known.model())
         try:
-            found = identify_resonances(chain.opened.model, records, band, chain.seed, rounded)
+            near = None if chain.resonances is None else chain.resonances.seen
+            found = identify_resonances(chain.opened.model, records, band, chain.seed, rounded, near)
         except InputError as error:
             problems += error.problems
             continue
@@ -199,8 +200,7 @@ def _film_by_impacts(chain: StepRunner) -> StepResult:
     if not step.used or step.unsound():
         return replace(step, taken=FILM) if not step.used else wide
     chain.known = known.without(step)
-    at_contact = next(iter(step.combinations.values()))
-    return replace(step, taken=(), combinations={"C / g0^3": at_contact})
+    return replace(step, taken=())
 
 
 def _restitution(chain: StepRunner) -> StepResult:

@@ -12,12 +12,11 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.stats import f as f_distribution
 
-from tarsus.base.arrays import Floats
+from tarsus.base.arrays import Complexes, Floats
 from tarsus.identify.checks import GROUND, touched
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.step import Check
 from tarsus.identify.traces import SHORTEST, Trace, holds
-from tarsus.identify.volts import Volts
 
 _MAINS = (50.0, 60.0)
 """Frequencies of mains [Hz]."""
@@ -71,13 +70,15 @@ def _differences(traces: Sequence[Trace]) -> list[tuple[float, Floats, float]]:
 def _line(apart: Sequence[tuple[float, Floats, float]], hertz: float) -> tuple[float, float, float] | None:
     """Mean power at a frequency over that beside it, what this is at most by chance, and the amplitude [m]."""
     power, beside, size = [], [], []
+    waves: dict[tuple[float, int], Complexes] = {}
     for step, x, part in apart:
         count = x.shape[1]
         lines = hertz + np.array((0, *_BESIDE)) / (count * step)
         if lines.min() <= 1.0 / (count * step) or lines.max() >= 0.5 / step:
             continue
-        waves = np.exp(-2.0j * np.pi * np.outer(lines, step * np.arange(count)))
-        strength = np.abs((x - x.mean(axis=1, keepdims=True)) @ waves.T) ** 2
+        if (step, count) not in waves:
+            waves[step, count] = np.exp(-2.0j * np.pi * np.outer(step * np.arange(count), lines))
+        strength = np.abs((x - x.mean(axis=1, keepdims=True)) @ waves[step, count]) ** 2
         white = np.var(np.diff(x, axis=1), axis=1)
         power += (strength[:, 0] / white / count).tolist()
         beside += (strength[:, 1:] / white[:, None] / count).ravel().tolist()
@@ -100,7 +101,7 @@ def ground_checks(known: Estimates, traces: Sequence[Trace], level: float) -> tu
             if hold.last - hold.first < SHORTEST:
                 continue
             if free is None:
-                volts = Volts.of(trace.volts)
+                volts = trace.between
                 force = volts.force(model.law, model.history, 0, len(trace.volts))[:: volts.substeps]
                 free = model.static_load * force
             pressed = free[part] - np.mean(free[part])

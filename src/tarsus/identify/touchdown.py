@@ -8,7 +8,7 @@ where the simulation shows the contact begin and end where the record does.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 
 from tarsus.base.arrays import Floats
 from tarsus.base.events import CONTACT_BEGINS, EventKind
-from tarsus.identify.detachment import Detachments, FittedDetachments
+from tarsus.identify.film import FilmFit
 from tarsus.identify.foot import FootModel
+from tarsus.identify.traces import Trace
 from tarsus.model.drive.waveforms import Waveform
 
 _BEGIN = 1.5
@@ -38,39 +39,36 @@ class ContactDurations:
     simulated: NDArray[np.bool_]
 
 
-def seen_contacts(offs: Detachments, fitted: FittedDetachments, foot: str) -> ContactDurations:
+def seen_contacts(film: FilmFit) -> ContactDurations:
     """Contacts that begin where the record shows a foot standing still."""
-    return ContactDurations(
-        fitted.duration, offs.beginnings(foot), np.zeros(len(fitted.duration), dtype=bool)
-    )
+    duration = film.pulls.duration
+    return ContactDurations(duration, film.offs.beginnings(), np.zeros(len(duration), dtype=bool))
 
 
-def simulated_contacts(
-    model: FootModel, offs: Detachments, fitted: FittedDetachments, signals: Mapping[str, Waveform]
-) -> ContactDurations:
+def simulated_contacts(model: FootModel, film: FilmFit, signals: Mapping[str, Waveform]) -> ContactDurations:
     """Contacts that begin with the last touchdown of a simulation, where it agrees with the record.
 
     Parameters
     ----------
     model
         The device as found so far, restitution and a first adhesion included.
-    offs, fitted
+    film
         Detachments and their moments.
     signals
         Drive of each set of records; contacts of other sets stay as they are seen.
     """
-    seen = seen_contacts(offs, fitted, model.foot_point)
+    seen, offs, late = seen_contacts(film), film.offs, film.fitted.unknowns[:, 0]
     duration, error, simulated = seen.duration.copy(), seen.error.copy(), seen.simulated.copy()
     sets = {offs.traces[one.trace].set for one in offs.items}
-    events = {name: _contacts(model, offs, name, signals[name]) for name in sets if name in signals}
+    events = {name: _contacts(model, offs.traces, name, signals[name]) for name in sets if name in signals}
     for r, one in enumerate(offs.items):
         trace = offs.traces[one.trace]
-        released = float(trace.time[one.first] - fitted.unknowns[r, 0])
+        released = float(trace.time[one.first] - late[r])
         begins, ends = events.get(trace.set, (np.zeros(0), np.zeros(0)))
         if not len(ends):
             continue
         k = int(np.argmin(np.abs(ends - released)))
-        began = released - fitted.duration[r]
+        began = released - seen.duration[r]
         first = int(np.argmin(np.abs(begins - began)))
         agree = abs(begins[first] - began) < _BEGIN * offs.step and abs(ends[k] - released) < _END * offs.step
         if first > k or not agree:
@@ -81,12 +79,14 @@ def simulated_contacts(
     return ContactDurations(duration, error, simulated)
 
 
-def _contacts(model: FootModel, offs: Detachments, name: str, signal: Waveform) -> tuple[Floats, Floats]:
+def _contacts(
+    model: FootModel, traces: Sequence[Trace], name: str, signal: Waveform
+) -> tuple[Floats, Floats]:  # fmt: skip
     """Beginnings and ends (nc,) [s] of the contacts that a simulation with one set's drive shows; of a run that stops
     early, those before."""
     from tarsus.solve import simulate
 
-    until = max(float(t.time[-1]) for t in offs.traces if t.set == name)
+    until = max(float(t.time[-1]) for t in traces if t.set == name)
     events = simulate(model.driven(signal), until).events
     events = events[np.isin(events["kind"], (*CONTACT_BEGINS, EventKind.RELEASE))]
     ended = np.flatnonzero(events["kind"][1:] == EventKind.RELEASE)

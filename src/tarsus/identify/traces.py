@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
-from tarsus.identify.volts import moved
+from tarsus.identify.volts import Volts, moved
 from tarsus.impacts.detection import STILL, runs_of
+from tarsus.records.clipping import digit_of
 from tarsus.records.measurement import Measurement, Quantity
 
 _FEWEST_AT_REST = 8
@@ -51,6 +53,11 @@ class Trace:
     def step(self) -> float:
         """Sampling step [s]."""
         return float((self.time[-1] - self.time[0]) / (len(self.time) - 1))
+
+    @cached_property
+    def between(self) -> Volts:
+        """The volts between the samples as well."""
+        return Volts.of(self.volts)
 
     def point(self, name: str) -> int:
         """Row of a point."""
@@ -111,7 +118,11 @@ def trace_of(
     x = record.values[[found[point, Quantity.DISPLACEMENT] for point in points]]
     v = record.values[[found[point, Quantity.VELOCITY] for point in points]]
     quiet_x, quiet_v = x[:, :still], v[:, :still]
-    noise_x, noise_v = quiet_x.std(axis=1, ddof=1), quiet_v.std(axis=1, ddof=1)
+    noise_x, noise_v = (
+        # a rest within one step of a converter shows no noise, but is as uncertain as the step
+        np.maximum(quiet.std(axis=1, ddof=1), [digit_of(one) / np.sqrt(12.0) for one in whole])
+        for quiet, whole in ((quiet_x, x), (quiet_v, v))
+    )
     return Trace(
         record.source,
         name,

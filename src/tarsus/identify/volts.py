@@ -3,7 +3,7 @@ them."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from itertools import pairwise
 
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.arrays import Floats
-from tarsus.model.drive.laws import VoltageLaw
+from tarsus.model.drive.laws import PrandtlIshlinskii, VoltageLaw
 from tarsus.solve.flights import SUBSTEPS
 
 _FEWEST = 5
@@ -37,13 +37,17 @@ class Volts:
     """Volts of a record at its samples, at even places between them, and at the corners wherever these are.
 
     levels (nl,) [V] in order of time; grid (substeps (ns - 1) + 1,): which of them lie on the even places; turns: at
-    which of them the voltage turns; substeps from sample to sample.
+    which of them the voltage turns; substeps from sample to sample; plays: volts and states of plays at even places, by
+    thresholds, history and part.
     """
 
     levels: Floats
     grid: NDArray[np.intp]
     turns: NDArray[np.intp]
     substeps: int
+    plays: dict[tuple[object, ...], tuple[Floats, Floats]] = field(
+        default_factory=dict, compare=False, repr=False
+    )
 
     @staticmethod
     def of(volts: Floats, substeps: int = SUBSTEPS) -> Volts:
@@ -80,8 +84,15 @@ class Volts:
     def force(self, law: VoltageLaw, history: tuple[float, ...], first: int, count: int) -> Floats:
         """Force [N] by a law from sample ``first`` on over ``count`` - 1 sampling steps, at even places; held beyond
         the end of the record, (substeps (count - 1) + 1,)."""
-        before, levels, grid = self.part(first, count)
-        force = law.force(levels, (*history, *before.tolist()))[grid]
+        if isinstance(law, PrandtlIshlinskii):
+            place = law.thresholds, history, first, count
+            if place not in self.plays:  # they are the same whatever the plays weigh
+                before, levels, grid = self.part(first, count)
+                self.plays[place] = levels[grid], law.states(levels, (*history, *before.tolist()))[grid]
+            force = law.force_with(*self.plays[place])
+        else:
+            before, levels, grid = self.part(first, count)
+            force = law.force(levels, (*history, *before.tolist()))[grid]
         return np.concatenate([force, np.full(self.substeps * (count - 1) + 1 - len(force), force[-1])])
 
 

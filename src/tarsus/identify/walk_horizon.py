@@ -10,6 +10,7 @@ numbers is kept as a normal distribution.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -28,8 +29,9 @@ it is not followed so far."""
 MOST, SCATTER = 1.1, 5.0
 """Mean square over a known noise up to which a window is followed, for ties are loose here, and by how many of its
 standard deviations more: of some thousand windows that are followed none is then taken for one that is not."""
-EVENTS = 12
-"""Events of a window that is long enough to be cut: over so many the effect of a number grows tenfold and more."""
+EVENTS = 1.5
+"""Moments of events in a window at most, for each foot: with more the effect of a number grows so that slopes hold over
+a fraction of its interval only, and a descent of all windows creeps (of 12 for two feet by a tenth of one a step)."""
 OPEN = 4
 """Windows that are fitted together; what is older moves the numbers no more."""
 ROUNDS, AGAIN, GAIN = 2, 8, 0.9
@@ -85,9 +87,9 @@ class WalkFollower:
             if other.lost and other.reached <= self._after(at.reached):
                 break
             at = other
-        if not at.lost or len(at.segments) == 1:
-            return at
-        return replace(at, segments=at.segments[:-1], left=at.left[:-1])
+        good = at.left[at.closed :] < most_of(self.problem, at.segments[at.closed :], self.most)
+        kept = max(at.closed + int(good.argmin()) if at.lost else len(good) + at.closed, 1)
+        return replace(at, segments=at.segments[:kept], left=at.left[:kept])
 
     @property
     def _last(self) -> float:
@@ -110,7 +112,7 @@ class WalkFollower:
                     break
             if ahead.lost:
                 return ahead
-            at = self._cut(ahead)
+            at = self._closed(ahead)
         return at
 
     def _standing(self, moved: Floats, end: float) -> Segment:
@@ -131,37 +133,50 @@ class WalkFollower:
         gone = np.flatnonzero(off > far**2)
         return float(times[gone[0]] if len(gone) else times[-1])
 
-    @staticmethod
-    def _until(at: FollowedWalk, end: float) -> FollowedWalk:
-        """The same with the last window up to a time."""
+    def _until(self, at: FollowedWalk, end: float) -> FollowedWalk:
+        """The same up to a time, the last window in pieces of few events, cut in the longest stretch without one of the
+        second half of each: near an event a start changes by more than any noise."""
         last = at.segments[-1]
-        return replace(at, segments=[*at.segments[:-1], replace(last, span=(last.span[0], end))])
+        plan = self.problem.lowered(at.moved)[1][self.number]
+        start = WindowStart(last.state, last.begin, [end], last.contacts)
+        times = np.unique(simulate_windows(plan, [start])[0].events["time"])
+        samples = np.searchsorted(self.problem.records[self.number].times, times)
+        times = times[np.diff(samples, prepend=-1) > 0]  # within one sample a foot that chatters does so once
+        times, edges = times[times > last.begin], list[float]()
+        most = max(int(EVENTS * plan.feet), 3)
+        while len(times) > most:
+            later = times[most // 2 : most + 1]
+            k = int(np.argmax(np.diff(later)))
+            edges.append(float(0.5 * (later[k] + later[k + 1])))
+            times = times[times > edges[-1]]
+        ends = [*edges, end]
+        window = simulate_windows(plan, [replace(start, times=ends)])[0]
+        pieces = [replace(last, span=(last.span[0], ends[0]))]
+        states = np.vstack([window.states.x, window.states.v]).T
+        for edge, after, state in zip(edges, ends[1:], states[:-1], strict=True):
+            gone = window.events[window.events["time"] <= edge]
+            contacts = last.contacts.after(gone, last.begin, edge)
+            pieces.append(Segment(self.number, edge, (edge, after), state, self.near, contacts))
+        left = np.concatenate([at.left[: len(at.segments)], np.ones(len(edges))])
+        return replace(at, segments=[*at.segments[:-1], *pieces], left=left)
 
     def _fitted(self, at: FollowedWalk) -> FollowedWalk:
         """The open windows after descents, as long as these gain."""
         cost = worst = np.inf
         for _ in range(AGAIN):
-            weights, opened = np.append(weights_of(at.left[at.closed : -1]), 1.0), at.segments[at.closed :]
+            weights, opened = weights_of(at.left[at.closed :]), at.segments[at.closed :]
             fit = solve_tied(
                 self.problem, opened, at.moved, self.ties, weights=weights, rounds=ROUNDS, known=at.known
             )
             segments = [*at.segments[: at.closed], *fit.segments]
             left = np.append(at.left[: at.closed], left_of(fit))
             at = replace(at, segments=segments, moved=fit.moved, covariance=fit.covariance, left=left)
-            worst = float(np.max(left[at.closed :] / self._most(segments[at.closed :])))
+            most = most_of(self.problem, segments[at.closed :], self.most)
+            worst = float(np.max(left[at.closed :] / most))
             if worst < 1.0 or worst > GAIN * cost:
                 break
             cost = worst
         return replace(at, lost=worst > 1.0)
-
-    def _most(self, segments: list[Segment]) -> Floats:
-        """Mean squares (nw,) over the noise up to which windows are followed."""
-        record = self.problem.records[self.number]
-        ends = np.array([one.span for one in segments])
-        count = (
-            len(record.channels) * np.diff(np.searchsorted(record.times, ends, side="right"), axis=1)[:, 0]
-        )
-        return np.asarray(self.most + SCATTER * np.sqrt(2.0 / np.maximum(count, 1)), dtype=np.float64)
 
     def _elsewhere(self, at: FollowedWalk) -> FollowedWalk:
         """The farthest that is come to from other numbers, which are taken from the first open window on: of those that
@@ -180,7 +195,8 @@ class WalkFollower:
             if not np.isfinite(costs[k]):
                 break
             begun = replace(first, span=(first.span[0], self._after(first.span[0])))
-            other = self._grown(replace(at, segments=[*at.segments[: at.closed], begun], moved=drawn[k]))
+            segments, left = [*at.segments[: at.closed], begun], np.append(at.left[: at.closed], 1.0)
+            other = self._grown(replace(at, segments=segments, moved=drawn[k], left=left))
             if not other.lost or other.reached > best.reached:
                 best = other
             if not other.lost or other.reached > self._after(at.reached):
@@ -196,35 +212,11 @@ class WalkFollower:
             return float(np.inf)
         return float(np.mean(np.minimum(np.array(left) ** 2, LEAVES[0] ** 2)))
 
-    def _cut(self, at: FollowedWalk) -> FollowedWalk:
-        """The last window in two where it is long enough, in the longest stretch without an event of its second half:
-        near an event a start changes by more than any noise."""
-        last = at.segments[-1]
-        plan = self.problem.lowered(at.moved)[1][self.number]
-        start = WindowStart(last.state, last.begin, [last.span[1]], last.contacts)
-        times = np.unique(simulate_windows(plan, [start])[0].events["time"])
-        times = np.append(times[times > last.begin], last.span[1])
-        if len(times) <= EVENTS:
-            return at
-        later = times[len(times) // 2 :]
-        k = int(np.argmax(np.diff(later)))
-        edge = float(0.5 * (later[k] + later[k + 1]))
-        window = simulate_windows(plan, [replace(start, times=[edge])])[0]
-        states, contacts = (
-            window.states,
-            last.contacts.after(window.events, last.begin, float(window.times[-1])),
-        )
-        state = np.concatenate([states.x[:, -1], states.v[:, -1]])
-        after = Segment(self.number, edge, (edge, last.span[1]), state, self.near, contacts)
-        at = replace(
-            at, segments=[*at.segments[:-1], replace(last, span=(last.span[0], edge)), after],
-            left=np.append(at.left, at.left[-1]),
-        )  # fmt: skip
-        return at if len(at.segments) - at.closed <= OPEN else self._closed(at)
-
     def _closed(self, at: FollowedWalk) -> FollowedWalk:
-        """The same with half of the open windows closed."""
-        count = OPEN // 2
+        """The same with what is more than a few open windows closed."""
+        count = len(at.segments) - at.closed - OPEN
+        if count <= 0:
+            return at
         old = at.segments[at.closed : at.closed + count]
         weights = weights_of(at.left[at.closed : at.closed + count])
         fit = solve_tied(self.problem, old, at.moved, self.ties, weights=weights, rounds=0, known=at.known)
@@ -232,9 +224,18 @@ class WalkFollower:
         return replace(at, closed=at.closed + count, known=known)
 
 
-def _score(at: FollowedWalk) -> float:
-    """How badly the open windows are followed."""
-    return float(np.log(np.maximum(1.0, at.left[at.closed :])).sum())
+def samples_of(problem: RecordProblem, segments: Sequence[Segment]) -> Floats:
+    """How many samples (nw,) windows have of each channel."""
+    times = [problem.records[one.record].times for one in segments]
+    pairs = zip(times, segments, strict=True)
+    return np.array([float(np.ptp(np.searchsorted(at, one.span, side="right"))) for at, one in pairs])
+
+
+def most_of(problem: RecordProblem, segments: Sequence[Segment], most: float) -> Floats:
+    """Mean squares (nw,) over the noise up to which windows are followed: so much, and their scatter."""
+    channels = np.array([len(problem.records[one.record].channels) for one in segments])
+    count = np.maximum(channels * samples_of(problem, segments), 1.0)
+    return np.asarray(most + SCATTER * np.sqrt(2.0 / count), dtype=np.float64)
 
 
 def left_of(fit: RecordFit) -> Floats:

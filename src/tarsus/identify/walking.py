@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
@@ -20,7 +21,7 @@ from tarsus.fit.record_problem import UNDER, RecordFit, RecordProblem, Seen, See
 from tarsus.fit.record_ties import Knowledge, solve_tied
 from tarsus.fit.unknowns import Prior
 from tarsus.fit.verdict import Verdict, verdict_of
-from tarsus.identify.walk_horizon import MOST, WalkFollower, left_of, weights_of
+from tarsus.identify.walk_horizon import MOST, WalkFollower, left_of, most_of, samples_of, weights_of
 from tarsus.model.scene import Scene
 from tarsus.model.structure import Walker
 from tarsus.solve.outputs import Output, output_rows
@@ -28,18 +29,18 @@ from tarsus.solve.outputs import Output, output_rows
 NEAR = (1e-6, 1e-3)
 """Standard deviations [m, m/s] of a first start about the walker at rest: as far as its release from the ground moves
 it."""
-TIED = (20e-9, 20e-6)
-"""Standard deviations [m, m/s] of a start about the end of the window before: what no model has of a motion within some
-milliseconds, below the noise of any instrument that sees it."""
-SLACK = 10.0
+TIED = (3e-9, 3e-6)
+"""Standard deviations [m, m/s] of a start about the end of the window before: what no model has of a motion within a
+millisecond, far below the noise of any instrument that sees it, for a record has dozens of windows."""
+SLACK = 60.0
 """Times as loose as in the end windows are tied at first, where the cost is smoother."""
 ZERO = 1e-5
 """Standard deviation of the zero of a displacement [m] from record to record; of an angle over the arm."""
 FOLLOWED = 1.3
-"""Mean square over the noise up to which a window is followed: an estimated one is good to a tenth."""
+"""Mean square over the noise, but for its scatter, up to which a window is followed: an estimate is good to a tenth."""
 ALL = 0.9
 """Share of the samples that are followed of which all are taken to be: the last contacts of a record may be lost."""
-TIES = 20
+TIES = 40
 """Steps of a descent of all windows together."""
 APART, LEAST_APART, ROUNDS = 0.1, 0.003, 4
 """Spread of logarithms from foot to foot at first, and at least, where it is less than any interval; and how often
@@ -103,21 +104,21 @@ class WalkRecord:
 class WalkFit:
     """What records determine.
 
-    paths (np,); values (np,) [SI]; covariance (np, np) of the logarithms, what was known beforehand included; prior
-    (np,): standard deviations of the logarithms beforehand; left: by record, mean square of what each window leaves
-    over the noise; edges: by record [s]; residuals: by record, (nc, nt) over the noise, NaN outside of the windows;
-    followed: share of the samples that are in windows that are followed to their noise; settled: whether the numbers
-    would go no further; apart: spread of logarithms from foot to foot by path; feet: each foot's own number [SI], with
-    the standard deviation of its logarithm.
+    paths (np,); values (np,) [SI]; covariance (np, np) of the logarithms, what was known beforehand included, and the
+    square of the step that a descent which ended early had ahead; prior (np,): standard deviations of the logarithms
+    beforehand; edges: of the windows, by record [s]; residuals: by record, (nc, nt) over the noise, NaN outside of the
+    windows; good (nw,): windows of all records that are followed to their noise; followed: share of the samples that
+    are in these; settled: whether the numbers would go no further; apart: spread of logarithms from foot to foot by
+    path; feet: each foot's own number [SI], with the standard deviation of its logarithm.
     """
 
     paths: tuple[str, ...]
     values: Floats
     covariance: Floats
     prior: Floats
-    left: tuple[Floats, ...]
     edges: tuple[Floats, ...]
     residuals: tuple[Floats, ...]
+    good: NDArray[np.bool_]
     followed: float
     settled: bool = True
     apart: Mapping[str, float] = field(default_factory=dict)
@@ -189,13 +190,6 @@ def _residuals(problem: RecordProblem, segments: Sequence[Segment], moved: Float
     return tuple(out)
 
 
-def _followed(problem: RecordProblem, segments: Sequence[Segment], left: Floats) -> float:
-    """Share of all samples that are in windows that are followed."""
-    times = [one.times for one in problem.records]
-    of = [float(np.ptp(np.searchsorted(times[one.record], one.span, side="right"))) for one in segments]
-    return float(np.array(of) @ (left < FOLLOWED)) / sum(len(one) for one in times)
-
-
 def _with_noise(
     problem: RecordProblem, segments: Sequence[Segment], moved: Floats, records: Sequence[WalkRecord]
 ) -> RecordProblem:
@@ -249,15 +243,13 @@ def identify_walk(
         segments, left = list(fit.segments), left_of(fit)
     assert fit is not None
     paths, prior = tuple(spread), np.array(list(spread.values()))
-    of = np.array([one.record for one in segments])
     ends = [[one.span for one in segments if one.record == k] for k in range(len(records))]
-    residuals = _residuals(problem, segments, fit.moved)
+    residuals, good = _residuals(problem, segments, fit.moved), left < most_of(problem, segments, FOLLOWED)
     return WalkFit(
         paths, np.array([fit.values[path] for path in paths]),
-        fit.covariance[: len(paths), : len(paths)] * np.outer(prior, prior), prior,
-        tuple(left[of == k] for k in range(len(records))),
+        (fit.covariance + np.outer(fit.ahead, fit.ahead))[: len(paths), : len(paths)] * np.outer(prior, prior), prior,
         tuple(np.array([one[0][0], *(end for _, end in one)]) for one in ends), residuals,
-        _followed(problem, segments, left), fit.settled,
+        good, float(samples_of(problem, segments) @ good) / sum(len(one.times) for one in records), fit.settled,
         *_feet(problem, fit, spread),
     )  # fmt: skip
 

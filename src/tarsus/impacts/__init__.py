@@ -1,9 +1,8 @@
 """Impact maps and forces from records near the ground and in the air."""
 
 from tarsus.impacts.alignment import Alignment, align, subtract
-from tarsus.impacts.detection import detect_impacts, plain_figures
+from tarsus.impacts.detection import detect_impacts
 from tarsus.impacts.estimates import Spread, common_ratio, spread
-from tarsus.impacts.force import estimate_forces, impact_forces
 from tarsus.impacts.gate import GateVerdict, residual_gate
 from tarsus.impacts.impact_map import FitWindow, ImpactMapEstimate, estimate_impact_map
 from tarsus.impacts.shapes import compare_with_modes
@@ -18,10 +17,7 @@ __all__ = [
     "common_ratio",
     "compare_with_modes",
     "detect_impacts",
-    "estimate_forces",
     "estimate_impact_map",
-    "impact_forces",
-    "plain_figures",
     "residual_gate",
     "spread",
     "subtract",

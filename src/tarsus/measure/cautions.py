@@ -63,9 +63,9 @@ def cautions(
 def _of_feet(seen: WindowedHistories) -> list[tuple[Floats, np.ndarray]]:
     """Of each foot: apexes [m] of the flights from the ground that begin within the windows, and which are bounces."""
     flights, windows = seen.flights, seen.windows
-    hops = flights.hops(seen.counting.height)
+    hops = seen.histories.hops(seen.counting.height)
     counted = np.zeros(len(flights.apex), dtype=bool)
-    counted[flights.bounces(seen.counting)] = True
+    counted[seen.histories.bounces(seen.counting)] = True
     begun, own = flights.start[hops], flights.own[hops]
     hops = hops[
         (begun >= windows.edges[windows.first[own]]) & (begun <= windows.edges[windows.first[own + 1] - 1])

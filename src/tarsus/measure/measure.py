@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.messages import nearest
+from tarsus.core import _native
 from tarsus.files.summary import measures_summary
 from tarsus.measure.history import Counting
-from tarsus.measure.segments import Floats, Rows, sums
+from tarsus.measure.segments import Floats, Rows
 from tarsus.tables.numbers import amount
 
 if TYPE_CHECKING:
@@ -139,14 +140,7 @@ class Moments:
     @classmethod
     def of(cls, values: Floats, own: Rows, owners: int) -> Moments:
         """Moments of values (nv,), NaN where there is none, by the number of their owner ``own`` (nv,)."""
-        known = np.isfinite(values)
-        if not known.all():
-            values, own = values[known], own[known]
-        count = np.bincount(own, minlength=owners)
-        mean, spread = np.full(owners, np.nan), np.full(owners, np.nan)
-        np.divide(sums(own, owners, values), count, out=mean, where=count > 0)
-        np.divide(sums(own, owners, (values - mean[own]) ** 2), count - 1, out=spread, where=count > 1)
-        return cls(count, mean, np.sqrt(spread))
+        return cls(*_native.moments(np.ascontiguousarray(values, dtype=float), own, owners))
 
 
 @dataclass(frozen=True)
@@ -246,25 +240,10 @@ def of_feet(
 
     The scope says of several feet whether it is their mean or that of the worst foot, the one with the largest mean.
     """
-    m = len(feet)
-    count = found.count.reshape(runs, m)
-    mean, spread = (one.reshape(runs, m) for one in (found.mean, found.spread))
-    met = count > 0
-    some = met.any(axis=1)
-    if m and about.scope is Scope.WORST:
-        worst = np.argmax(np.where(met, mean, -np.inf), axis=1)
-        run = np.arange(len(count))
-        value, deviation, seen = mean[run, worst], spread[run, worst], count[run, worst]
-    else:
-        number = met.sum(axis=1)
-        total = np.zeros(len(count))
-        for foot in range(m):  # in order, so that no run's sum depends on how many there are
-            total += np.where(met[:, foot], mean[:, foot], 0.0)
-        value = np.divide(total, number, out=np.full(len(count), np.nan), where=some)
-        deviation = np.fmax.reduce(spread, axis=1, initial=-np.inf)
-        deviation = np.where(np.isfinite(deviation), deviation, np.nan)
-        seen = count.min(axis=1, initial=np.iinfo(np.intp).max)
-    return Measured(
-        np.where(some, value, np.nan), np.where(some, deviation, np.nan), np.where(some, seen, 0), about, feet, mean,
-        span, counting,
-    )  # fmt: skip
+    mean = found.mean.reshape(runs, len(feet))
+    if not feet:
+        none = np.full(runs, np.nan)
+        return Measured(none, none.copy(), np.zeros(runs, dtype=np.intp), about, feet, mean, span, counting)
+    worst = about.scope is Scope.WORST
+    seen, value, spread = _native.over_feet(found.count, found.mean, found.spread, len(feet), worst)
+    return Measured(value, spread, seen, about, feet, mean, span, counting)

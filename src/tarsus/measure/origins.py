@@ -17,7 +17,7 @@ from tarsus.measure.history import PERIOD_MARK, EventHistories
 from tarsus.measure.measure import Moments, Scope
 from tarsus.measure.periods import PER_WINDOW
 from tarsus.measure.segments import Floats, Rows, largest, sums
-from tarsus.measure.whole import WHOLE_RUN
+from tarsus.measure.whole import WHOLE_RUN, value_of
 
 if TYPE_CHECKING:
     from tarsus.measure.table import Judgement
@@ -113,7 +113,7 @@ def event_slopes(judgement: Judgement, name: str, *, together: bool = False) -> 
         return None
     by_window = name in _OF_WINDOWS
     own = seen.windows.own if by_window else np.arange(len(table.feet))
-    values = PER_WINDOW[name].of(seen) if by_window else WHOLE_RUN[name].of(seen.histories, seen.counting)
+    values = seen.of(name) if by_window else value_of(name, seen.histories, seen.counting)
     moments = Moments.of(values, own, len(table.feet))
     means, met = moments.mean, moments.count > 0
     if (PER_WINDOW[name] if by_window else WHOLE_RUN[name]).scope is Scope.WORST:
@@ -143,8 +143,8 @@ def event_slopes(judgement: Judgement, name: str, *, together: bool = False) -> 
 
 def _contact(origins: _EventOrigins, weights: Floats) -> None:
     windows = origins.seen.windows
-    own, start, end = origins.seen.flights.contacts(origins.height)
-    _, begun, ended = origins.by.flights.contacts(origins.height)
+    own, start, end = origins.seen.histories.contacts(origins.height)
+    _, begun, ended = origins.by.contacts(origins.height)
     first, count = windows.first[own], windows.count[own]
     low, high = windows.edges[first], windows.edges[first + count]
     met = np.minimum(end, high) > np.maximum(start, low)
@@ -182,7 +182,7 @@ def _hardest(origins: _EventOrigins, weights: Floats) -> None:
 
 def _mean_apex(origins: _EventOrigins, weights: Floats) -> None:
     flights = origins.seen.flights
-    hops = flights.hops(origins.height)
+    hops = origins.seen.histories.hops(origins.height)
     origins.clear()
     origins.off_edges(flights.own[hops], flights.apex_time[hops], np.ones(len(hops), dtype=bool))
     found, cell = origins.seen.inside(flights.own[hops], flights.apex_time[hops])
@@ -206,7 +206,7 @@ def _mean_height(origins: _EventOrigins, weights: Floats) -> None:
     own = np.repeat(np.arange(len(windows.count)), np.diff(windows.first))
     some = np.flatnonzero((at_edges != 0.0) & (np.diff(knots.first)[own] > 1))
     own, edges, at_edges = own[some], windows.edges[some], at_edges[some]
-    at, s, whole = origins.seen.flights.share(knots, own, edges)
+    at, s, whole = origins.seen.histories.share(own, edges)
     part = np.where(whole, s * s * (3.0 - 2.0 * s), s)
     origins.add("gap_integral", by.integral[at], at_edges * (1.0 - part))
     origins.add("gap_integral", by.integral[at + 1], at_edges * part)
@@ -223,8 +223,8 @@ def _highest(origins: _EventOrigins, weights: Floats) -> None:
 
 
 def _longest(origins: _EventOrigins, weights: Floats) -> None:
-    own, start, end = origins.seen.flights.contacts(origins.height)
-    _, begun, ended = origins.by.flights.contacts(origins.height)
+    own, start, end = origins.seen.histories.contacts(origins.height)
+    _, begun, ended = origins.by.contacts(origins.height)
     origins.clear()
     origins.add_largest("time", own, end - start, end, ended, weights)
     origins.add_largest("time", own, end - start, end, begun, -weights)
@@ -237,7 +237,7 @@ def _count(origins: _EventOrigins, weights: Floats) -> None:
     origins.clear()
     origins.off_edges(flights.own, flights.start, flights.start == 0.0)
     origins.off_edges(origins.seen.histories.impacts.own, origins.seen.histories.impacts.time)
-    found = flights.seen(origins.height)
+    found = origins.seen.histories.seen(origins.height)
     stay = flights.start[found[1:]] - flights.end[found[:-1]]
     dwell = np.broadcast_to(counting.dwell, flights.until.shape)[flights.own[found[1:]]]
     if (np.abs(stay - dwell) <= TOGETHER * origins.span).any():

@@ -116,7 +116,9 @@ def by_window(
     count = len(histories.flights.until)
     seen = WindowedHistories(histories, Windows.alike(edges, count), counting)
     wanted = PER_WINDOW if names is None else names
-    return {name: PER_WINDOW[name].of(seen).reshape(count, max(len(edges) - 1, 0)) for name in wanted}
+    return {
+        name: PER_WINDOW[name].values(name, seen).reshape(count, max(len(edges) - 1, 0)) for name in wanted
+    }
 
 
 def _measured(
@@ -125,7 +127,7 @@ def _measured(
     own, count = seen.windows.own, len(seen.windows.count)
     return {
         name: of_feet(
-            Moments.of(PER_WINDOW[name].of(seen), own, count),
+            Moments.of(PER_WINDOW[name].values(name, seen), own, count),
             len(table),
             table.feet,
             PER_WINDOW[name],
@@ -136,53 +138,16 @@ def _measured(
     }
 
 
-def _rebounds(seen: WindowedHistories) -> Floats:
-    found = seen.flights.rebounds(seen.counting.height)
-    return seen.total(seen.flights.own[found], seen.flights.start[found])
-
-
-def _peak(seen: WindowedHistories) -> Floats:
-    tops = seen.histories.tops
-    peak = seen.largest(tops.own, tops.time, tops.value)
-    low = np.isnan(peak)
-    if low.any():
-        peak[low & (seen.contact > 0.999999 * seen.windows.lengths)] = 0.0
-    return peak
-
-
-def _mean_apex(seen: WindowedHistories) -> Floats:
-    flights = seen.flights
-    hops = flights.hops(seen.counting.height)
-    return seen.mean(flights.own[hops], flights.apex_time[hops], flights.apex[hops])
-
-
-def _mean_height(seen: WindowedHistories) -> Floats:
-    windows = seen.windows
-    own = np.repeat(np.arange(len(windows.count)), np.diff(windows.first))
-    whole = seen.flights.integral_at(seen.histories.knots, own, windows.edges)
-    return windows.differences(whole) / windows.lengths
-
-
-def _impacts(seen: WindowedHistories) -> Floats:
-    impacts = seen.histories.impacts
-    return seen.total(impacts.own, impacts.time)
-
-
-def _mean_impact(seen: WindowedHistories) -> Floats:
-    impacts = seen.histories.impacts
-    return seen.mean(impacts.own, impacts.time, impacts.value)
-
-
-def _hardest(seen: WindowedHistories) -> Floats:
-    impacts = seen.histories.impacts
-    return seen.largest(impacts.own, impacts.time, impacts.value)
-
-
 @dataclass(frozen=True)
 class PerWindow(Definition):
-    """A measure whose values (nw,) are those of every window of every foot."""
+    """A measure whose values (nw,) are those of every window of every foot. of: what gives them of one that is added;
+    those of the engine's room of measures have none."""
 
-    of: Callable[[WindowedHistories], Floats]
+    of: Callable[[WindowedHistories], Floats] | None = None
+
+    def values(self, name: str, seen: WindowedHistories) -> Floats:
+        """Its values, under a name."""
+        return seen.of(name) if self.of is None else self.of(seen)
 
 
 _BOUNCE = (
@@ -190,37 +155,33 @@ _BOUNCE = (
     "than {dwell}, however they began"
 )
 PER_WINDOW: dict[str, PerWindow] = {
-    "bounces": PerWindow("1", Scope.MEAN, f"bounces per {{span}}: {_BOUNCE}", lambda seen: seen.bounces),
+    "bounces": PerWindow("1", Scope.MEAN, f"bounces per {{span}}: {_BOUNCE}"),
     "contact_duration": PerWindow(
-        "s", Scope.MEAN, "total time per {span} with zero gap, flights below {height} included",
-        lambda seen: seen.contact,
+        "s", Scope.MEAN, "total time per {span} with zero gap, flights below {height} included"
     ),
     "peak": PerWindow(
         "m", Scope.WORST,
         "peak oscillation amplitude: from the contact level to the highest point in a {span}; 0 if always held",
-        _peak,
     ),
     "mean_apex": PerWindow(
         "m", Scope.MEAN, "mean of the highest points in a {span} of the flights from the ground that clear {height}",
-        _mean_apex,
     ),
-    "mean_height": PerWindow("m", Scope.MEAN, "gap averaged over the time of a {span}", _mean_height),
+    "mean_height": PerWindow("m", Scope.MEAN, "gap averaged over the time of a {span}"),
     "bounces_per_second": PerWindow(
-        "1/s", Scope.MEAN, f"bounces in a {{span}} over its length: {_BOUNCE}",
-        lambda seen: seen.bounces / seen.windows.lengths,
+        "1/s", Scope.MEAN, f"bounces in a {{span}} over its length: {_BOUNCE}"
     ),
     "rebounds": PerWindow(
-        "1", Scope.MEAN, "flights per {span} that begin by restitution and clear {height}", _rebounds
+        "1", Scope.MEAN, "flights per {span} that begin by restitution and clear {height}"
     ),
-    "duty_factor": PerWindow("1", Scope.MEAN, "contact duration over {span}, flights below {height} included",
-        lambda seen: seen.contact / seen.windows.lengths,
-    ),
-    "impacts": PerWindow("1", Scope.MEAN, "touchdowns per {span}, captures and chatter included", _impacts),
+    "duty_factor": PerWindow("1", Scope.MEAN, "contact duration over {span}, flights below {height} included"),
+    "impacts": PerWindow("1", Scope.MEAN, "touchdowns per {span}, captures and chatter included"),
     "impact_speed": PerWindow(
-        "m/s", Scope.MEAN, "mean approach speed of the touchdowns in a {span}", _mean_impact
+        "m/s", Scope.MEAN, "mean approach speed of the touchdowns in a {span}"
     ),
     "hardest_impact": PerWindow(
-        "m/s", Scope.WORST, "highest approach speed of a touchdown in a {span}", _hardest
+        "m/s", Scope.WORST, "highest approach speed of a touchdown in a {span}"
     ),
 }  # fmt: skip
-"""Measures of a foot in a window of time, by name; one that is added here runs, batches, sweeps and tables have too."""
+"""Measures of a foot in a window of time, by name, carried out by the engine's room of measures
+(`native/measure/windows.hpp`), so that
+pages with the engine have the same; one that is added here runs, batches, sweeps and tables have too."""

@@ -30,16 +30,6 @@ def places(first: Rows) -> Rows:
     return np.arange(first[-1]) - np.repeat(first[:-1], np.diff(first))
 
 
-def last_at(values: Floats, first: Rows, own: Rows, when: Floats) -> Rows:
-    """Place within segment ``own`` (nq,) of the last of its increasing values at or before ``when`` (nq,), or -1."""
-    low, high = first[own], first[own + 1]
-    while (open_ := low < high).any():
-        middle = (low + high) // 2
-        before = open_ & (values[np.where(open_, middle, 0)] <= when)
-        low, high = np.where(before, middle + 1, low), np.where(open_ & ~before, middle, high)
-    return low - first[own] - 1
-
-
 def sums(own: Rows, count: int, values: Floats | None = None) -> Floats:
     """Sum (count,) of the values of each segment in their order, or how many entries it has."""
     return np.bincount(own, values, minlength=count).astype(float)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
+from tarsus.core import _native
 from tarsus.measure.history import RESOLUTION, Columns, Counting, EventHistories
 from tarsus.measure.windows import WindowedHistories, Windows
 
@@ -66,11 +67,10 @@ def periods_used(reached: Floats, period: Floats, skip: int | Rows | None) -> tu
     """Number of the first drive period of the statistics (nr,), and of whole periods in all (nr,), of runs that reached
     a time [s]: at least one, which is a broken one if need be, but none where no time passed; see
     `tarsus.measure.period_statistics`."""
-    moved = reached > 0.0
-    share = np.divide(reached, period, out=np.zeros(len(reached)), where=moved)
-    count = np.where(moved, np.maximum(np.floor(share * (1.0 + 1e-9)), 1.0), 0.0).astype(np.intp)
-    dropped = np.where(count > 1, (count + 2) // 3, 0) if skip is None else np.minimum(skip, count - 1)
-    return np.where(moved, dropped, 0), count
+    asked = np.ascontiguousarray(np.broadcast_to(-1 if skip is None else skip, reached.shape), dtype=np.int64)
+    ends, spans = (np.ascontiguousarray(one, dtype=float) for one in (reached, period))
+    dropped, count = _native.periods_used(ends, spans, asked)
+    return dropped, count
 
 
 @dataclass(frozen=True)

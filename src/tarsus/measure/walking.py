@@ -11,16 +11,17 @@ from typing import Any
 import numpy as np
 
 from tarsus.base.errors import InputError
+from tarsus.core import _native
 from tarsus.measure.history import RESOLUTION
 from tarsus.measure.measure import Definition, Measured, Measures, Moments, Scope, of_feet, of_robot
 from tarsus.measure.periods import by_period, cautions_of
-from tarsus.measure.segments import Floats, Rows, firsts, largest, owners, places
+from tarsus.measure.segments import Floats, Rows
 from tarsus.measure.switching import charging_energy
 from tarsus.measure.table import Judged, Judgement, RunTable
 from tarsus.measure.whole import WHOLE_RUN, in_whole_run
 from tarsus.model.structure import Walker
 
-STANDSTILL = 1e-10
+STANDSTILL: float = _native.STANDSTILL
 """Stride [m] below which a walker stands: ratios to its stride have no value there."""
 
 
@@ -69,45 +70,18 @@ def walk_statistics(run: Judged, period: float | None = None, skip: int | None =
 
 def in_the_walk(judgement: Judgement, names: Collection[str] | None = None) -> dict[str, Measured]:
     """The measures of `walk_statistics` of many runs: all, or those of ``names`` at the cost of these alone."""
-    wanted = [name for name in _WALK if names is None or name in names]
+    wanted = [name for name in WALK if names is None or name in names]
     if not wanted:
         return {}
     table = judgement.table
     if not len(table) or not isinstance(_structure(table.scene(int(table.variant[0]))), Walker):
         return {}
     walks = _Walks(judgement)
-    return {name: _WALK[name].of(walks, _WALK[name]) for name in wanted}
+    return {name: WALK[name].of(walks, WALK[name]) for name in wanted}
 
 
 def _structure(scene: Any) -> Any:
     return None if scene is None else scene.robot.structure
-
-
-def _rows_used(judgement: Judgement, marks: np.ndarray, first: Rows) -> tuple[Rows, Rows, Rows]:
-    """Of each run's marks, the first at an end of the drive periods, how many lie from one to the next, and the number
-    of such marks (nr,).
-
-    Raises InputError for a period that is no multiple of the run's own.
-    """
-    own, span = judgement.table.period, judgement.spans
-    each = np.round(span / own)
-    odd = np.flatnonzero((each < 1) | (np.abs(span / own - each) > 1e-6 * each))
-    if len(odd):
-        raise InputError(
-            f"period: expected a multiple of {own[odd[0]]:g} s, at which the way is known, got {span[odd[0]]:g} s"
-        )
-    each = each.astype(np.intp)
-    dropped, count = judgement.used
-    last = np.diff(first) - 1  # the last mark, or the one before it where that ends a broken period
-    time = np.append(marks["time"], 0.0)
-    broken = (last > 0) & (time[first[1:] - 1] - time[np.maximum(first[1:] - 2, 0)] < own * (1.0 - 1e-6))
-    start = dropped * each
-    many = (np.minimum(count * each, last - broken) - start) // each + 1
-    one = np.minimum(each, last)
-    single = count == 1
-    start, each = np.where(single, 0, start), np.where(single, np.maximum(one, 1), each)
-    number = np.where(single, np.where(one > 0, 2, 1), np.maximum(many, 0))
-    return start, each, np.where((last < 0) | (count == 0), 0, number)
 
 
 @dataclass(frozen=True)
@@ -143,48 +117,36 @@ class _Walks:
         return np.zeros(0, dtype=kind)
 
     @cached_property
+    def native(self) -> Any:
+        """Periods of all runs by their marks. Raises InputError for a period that is no multiple of the run's own."""
+        judgement, marks = self.judgement, self.marks
+        own, span = judgement.table.period, judgement.spans
+        each = np.round(span / own)
+        odd = np.flatnonzero((each < 1) | (np.abs(span / own - each) > 1e-6 * each))
+        if len(odd):
+            raise InputError(
+                f"period: expected a multiple of {own[odd[0]]:g} s, at which the way is known, got {span[odd[0]]:g} s"
+            )
+        columns = [marks["time"], marks["body"][:, 0], marks["lowest"], marks["highest"], marks["slipped"]]
+        columns = [np.ascontiguousarray(one, dtype=float) for one in columns]
+        marked, asked = (np.ascontiguousarray(one, dtype=float) for one in (own, span))
+        dropped, count = judgement.used
+        return _native.Walks(columns, len(self.table.feet), self.mark_first, marked, asked, dropped, count)
+
+    @cached_property
     def _edges(self) -> tuple[Rows, Rows, Rows]:
         """Numbers of the marks at the start and at the end of every period, and the period's run."""
-        start, each, number = _rows_used(self.judgement, self.marks, self.mark_first)
-        windows = firsts(np.maximum(number - 1, 0))
-        own = owners(windows)
-        begin = self.mark_first[own] + start[own] + each[own] * places(windows)
-        return begin, begin + each[own], own
+        return self.native.edges()
 
     @property
     def own(self) -> Rows:
         """Run of every period."""
         return self._edges[2]
 
-    def grown(self, values: np.ndarray) -> np.ndarray:
-        """What grew over every period, from its values at the marks."""
-        begin, end, _ = self._edges
-        return values[end] - values[begin]
-
     @cached_property
     def stride(self) -> Floats:
         """Surge of the body [m] over every period."""
-        return self.grown(self.marks["body"][:, 0])
-
-    @cached_property
-    def slip(self) -> Floats:
-        """Path (np, m) [m] that each foot slid in contact."""
-        return self.grown(self.marks["slipped"])
-
-    @cached_property
-    def speed(self) -> Floats:
-        """Stride over the length of the period [m/s]."""
-        return self.stride / self.grown(self.marks["time"])
-
-    @cached_property
-    def swing(self) -> Floats:
-        """Highest minus lowest heave [m] of every period."""
-        begin, end, own = self._edges
-        if not len(own):
-            return np.zeros(0)
-        parts = np.column_stack([begin + 1, end + 1]).ravel()
-        high, low = np.append(self.marks["highest"], 0.0), np.append(self.marks["lowest"], 0.0)
-        return np.maximum.reduceat(high, parts)[::2] - np.minimum.reduceat(low, parts)[::2]
+        return self.native.stride()
 
     @cached_property
     def strides(self) -> Moments:
@@ -232,16 +194,8 @@ def _drawn(scene: Any, edges: Floats) -> Floats:
 
 
 def _per_length(walks: _Walks, about: Definition) -> Measured:
-    length = walks.described(lambda scene: scene.robot.structure.length)[walks.own]
-    none = np.full(len(length), np.nan)
-    return walks.robot(np.divide(walks.speed, length, out=none, where=length > 0.0), about)
-
-
-def _slip_ratio(walks: _Walks, about: Definition) -> Measured:
-    path = walks.slip + np.abs(walks.stride)[:, None]
-    ratio = np.full(path.shape, np.nan)
-    np.divide(walks.slip, path, out=ratio, where=path > STANDSTILL)
-    return walks.feet(ratio, about)
+    length = walks.described(lambda scene: float(scene.robot.structure.length))
+    return walks.robot(walks.native.body_lengths_per_second(length), about)
 
 
 def _weight(scene: Any) -> float:
@@ -265,15 +219,6 @@ def _once(values: Floats, about: Definition) -> Measured:
     return Measured(np.where(known, values, np.nan), none, known.astype(np.intp), about)
 
 
-def _max_heave(walks: _Walks, about: Definition) -> Measured:
-    return _once(largest(owners(walks.mark_first), len(walks.table), walks.marks["highest"]), about)
-
-
-def _max_surge(walks: _Walks, about: Definition) -> Measured:
-    own, surge = owners(walks.mark_first), walks.marks["body"][:, 0]
-    return _once(largest(own, len(walks.table), np.abs(surge - surge[walks.mark_first[own]])), about)
-
-
 @dataclass(frozen=True)
 class _OfWalk(Definition):
     """A measure of walks."""
@@ -281,12 +226,13 @@ class _OfWalk(Definition):
     of: Callable[[_Walks, Definition], Measured]
 
 
-_WALK = {
+WALK = {
     "stride": _OfWalk(
         "m", Scope.ROBOT, "surge of the body per drive period", lambda walks, about: walks.robot(walks.stride, about)
     ),
     "mean_speed": _OfWalk(
-        "m/s", Scope.ROBOT, "stride over drive period", lambda walks, about: walks.robot(walks.speed, about)
+        "m/s", Scope.ROBOT, "stride over drive period",
+        lambda walks, about: walks.robot(walks.native.mean_speed(), about),
     ),
     "body_lengths_per_second": _OfWalk(
         "1/s", Scope.ROBOT,
@@ -296,17 +242,17 @@ _WALK = {
     ),
     "vertical_amplitude": _OfWalk(
         "m", Scope.ROBOT, "highest minus lowest heave of the body in a drive period",
-        lambda walks, about: walks.robot(walks.swing, about),
+        lambda walks, about: walks.robot(walks.native.vertical_amplitude(), about),
     ),
     "foot_slip": _OfWalk(
         "m", Scope.MEAN, "path that a foot slides in contact per drive period",
-        lambda walks, about: walks.feet(walks.slip, about),
+        lambda walks, about: walks.feet(walks.native.foot_slip(), about),
     ),
     "slip_ratio": _OfWalk(
         "1", Scope.MEAN,
         "foot slip over the sum of foot slip and stride, both without sign: 0 if the foot never slides, 1 if it slides "
         f"and the body gets nowhere; none where neither exceeds {STANDSTILL * 1e9:g} nm",
-        _slip_ratio,
+        lambda walks, about: walks.feet(walks.native.slip_ratio(), about),
     ),
     "electrical_energy": _OfWalk(
         "J", Scope.ROBOT,
@@ -322,12 +268,13 @@ _WALK = {
         _transport,
     ),
     "max_heave": _OfWalk(
-        "m", Scope.ROBOT, "largest heave of the body in the whole run, transients included", _max_heave
+        "m", Scope.ROBOT, "largest heave of the body in the whole run, transients included",
+        lambda walks, about: _once(walks.native.max_heave(), about),
     ),
     "max_surge": _OfWalk(
         "m", Scope.ROBOT,
         "farthest that the body gets from its start in the whole run, without sign, seen at the ends of drive periods",
-        _max_surge,
+        lambda walks, about: _once(walks.native.max_surge(), about),
     ),
 }  # fmt: skip
 """Measures of walks by name: by drive period, and what the source plots of the body in a whole run from its start,

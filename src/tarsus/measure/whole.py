@@ -9,56 +9,46 @@ import numpy as np
 
 from tarsus.measure.history import RESOLUTION, Counting, Histories
 from tarsus.measure.measure import Definition, Measured, Measures, Moments, Scope, of_feet
-from tarsus.measure.segments import Floats, Rows, largest, sums
+from tarsus.measure.segments import Floats
 from tarsus.measure.table import Judged, Judgement, RunTable
 
 
 @dataclass(frozen=True)
 class InWholeRun(Definition):
-    """A measure with one value (nh,) for every foot."""
+    """A measure with one value (nh,) for every foot. of: what gives them of one that is added; those of the engine's
+    room of measures have none."""
 
-    of: Callable[[Histories, Counting], Floats]
-
-
-def _number(histories: Histories, flights: Rows) -> Floats:
-    return sums(histories.flights.own[flights], len(histories.flights.until))
-
-
-def _highest(histories: Histories, _: Counting) -> Floats:
-    found = largest(histories.tops.own, len(histories.flights.until), histories.tops.value)
-    return np.where(np.isfinite(found), found, np.nan)
-
-
-def _longest(histories: Histories, counting: Counting) -> Floats:
-    own, start, end = histories.flights.contacts(counting.height)
-    return np.maximum(largest(own, len(histories.flights.until), end - start), 0.0)
+    of: Callable[[Histories, Counting], Floats] | None = None
 
 
 WHOLE_RUN = {
     "max_peak": InWholeRun(
-        "m", Scope.WORST, "highest gap in the whole run after its start, a flight from its start included",
-        _highest,
+        "m", Scope.WORST, "highest gap in the whole run after its start, a flight from its start included"
     ),
     "total_bounces": InWholeRun(
         "1", Scope.MEAN,
         "bounces in the whole run: flights from a touchdown to the next, or cut off by the end, whose apex "
-        "clears {height}, after a contact shorter than {dwell}, however they began",
-        lambda feet, counting: _number(feet, feet.flights.bounces(counting)),
+        "clears {height}, after a contact shorter than {dwell}, however they began"
     ),
     "total_rebounds": InWholeRun(
-        "1", Scope.MEAN, "flights in the whole run that begin by restitution and clear {height}",
-        lambda feet, counting: _number(feet, feet.flights.rebounds(counting.height)),
+        "1", Scope.MEAN, "flights in the whole run that begin by restitution and clear {height}"
     ),
     "total_rebounds_any_height": InWholeRun(
         "1", Scope.MEAN,
-        "flights in the whole run that begin by restitution, however low: a simulation has no resolution",
-        lambda feet, _: _number(feet, feet.flights.rebounds(0.0)),
+        "flights in the whole run that begin by restitution, however low: a simulation has no resolution"
     ),
     "longest_contact": InWholeRun(
-        "s", Scope.WORST, "longest contact in the whole run, flights below {height} included", _longest
+        "s", Scope.WORST, "longest contact in the whole run, flights below {height} included"
     ),
 }  # fmt: skip
 """Measures of a foot in a whole run, by name; likewise."""
+
+
+def value_of(name: str, histories: Histories, counting: Counting) -> Floats:
+    """Value (nh,) of a measure of every foot in a whole run."""
+    if (of := WHOLE_RUN[name].of) is not None:
+        return of(histories, counting)
+    return histories.native.in_whole_run(name, counting.height, histories.dwell(counting))
 
 
 def whole_run_statistics(
@@ -75,7 +65,7 @@ def in_whole_run(judgement: Judgement, names: Collection[str] | None = None) -> 
     number = runs * len(feet)
     return {
         name: of_feet(
-            Moments.of(one.of(histories, judgement.by_foot), np.arange(number), number), runs, feet, one,
+            Moments.of(value_of(name, histories, judgement.by_foot), np.arange(number), number), runs, feet, one,
             counting=judgement.counting,
         )
         for name, one in WHOLE_RUN.items()

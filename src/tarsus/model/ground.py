@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from pydantic import Field, ValidationError, ValidationInfo, create_model, field_validator, model_validator
 
 from tarsus.base.messages import PathErrors, located_faults, nearest
-from tarsus.base.spec import Description, FrozenDict, Named
+from tarsus.base.spec import Description, FrozenDict, MaybeAmount, Named, quantity
 from tarsus.model.laws import (
     Adhesion,
     AnyFriction,
@@ -46,9 +47,22 @@ class _Ground(Description):
     near_field_forces: bool = Field(
         default=True, description="false leaves the film and the electrostatic laws out of the simulation"
     )
+    incline: MaybeAmount = quantity(
+        "rad",
+        "angle by which the ground rises in the direction +x along it: 90 deg is a wall, 180 deg a ceiling; "
+        "absent: level",
+        default=None,
+        ge=-math.pi,
+        le=math.pi,
+    )
     laws: Named[Law] = Field(
         default=FrozenDict(), description="further laws by name, a user's own among them"
     )
+
+    @property
+    def falling(self) -> tuple[float, float]:
+        """Acceleration of gravity [m/s^2], 0 without, and the incline [rad] of the ground, 0 for a level one."""
+        return (0.0 if self.gravity is None else self.gravity.acceleration), self.incline or 0.0
 
     @property
     def acting(self) -> Ground:
@@ -120,6 +134,8 @@ class _Ground(Description):
             if len(several) > 1:
                 text = f"only one law can say {_RULED[hook]}, got {', '.join(several)}"
                 faults.append(("laws", text))
+        if self.incline is not None and self.gravity is None:
+            faults.append(("incline", "turns gravity, which there is none of: give ground.gravity"))
         if faults:
             raise PathErrors(faults)
         return self

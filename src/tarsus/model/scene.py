@@ -149,6 +149,13 @@ class Scene(Description):
         if self.ground.gravity is not None and structure.vertical() is None:
             text = "needs to know which way is up: give upward, the coordinates of a unit upward translation"
             faults.append(("robot.structure.upward", f"gravity {text}"))
+        if (
+            self.ground.incline
+            and structure.horizontal() is None
+            and any(one.along for one in self.robot.feet.values())
+        ):
+            text = "needs to know the way along the ground: give forward, the coordinates of a unit translation on it"
+            faults.append(("robot.structure.forward", f"gravity on an incline {text}"))
         if not any(foot.electrode for foot in self.robot.feet.values()):
             faults += [
                 (f"ground.{path}", "acts on no foot: give a foot its electrode, the name of a drive")

@@ -25,22 +25,25 @@ _LOOSE = 1e-12
 class Stance:
     """How a walker of n coordinates stands on all its m feet.
 
-    per_source (n, m + 1 + nd): its coordinates per unit of the rest gaps [m], of gravity [m/s^2] and of the forces of
-    its drives [N]; heights (m,), ways: the coordinates of the feet upward, and of those along the ground that nothing
-    but the ground holds; driven: whether it stands under the drives' first volts.
+    per_source (n, m + 2 + nd): its coordinates per unit of the rest gaps [m], of gravity into the ground and back
+    along it [m/s^2], and of the forces of its drives [N]; heights (m,), ways (m,): the coordinates of the feet
+    upward and along the ground, where friction holds them; loose: those of other parts along it that nothing holds;
+    driven: whether it stands under the drives' first volts.
     """
 
     per_source: Array
     heights: NDArray[np.int64]
     ways: NDArray[np.int64]
+    loose: NDArray[np.int64]
     driven: bool
 
 
 def stance_of(robot: Robot, stiffness: Array, weight: Array, loads: Array, driven: bool) -> Stance:
     """How a walker stands: feet at gap 0, the rest in balance. Along the way feet stand where no force is left on
-    them, so that friction has nothing to hold; the body stays where it is.
+    them, so that friction has nothing to hold; the body stays where it is. On an incline the body hangs back by its
+    weight along the ground, on feet that friction holds.
 
-    weight (n,): constant forces per unit of gravity; loads (n, nd): forces of the drives.
+    weight (n, 2): constant forces per unit of gravity; loads (n, nd): forces of the drives.
 
     Raises InputError for a body or a foot that nothing holds up.
     """
@@ -48,19 +51,33 @@ def stance_of(robot: Robot, stiffness: Array, weight: Array, loads: Array, drive
     assert isinstance(walker, Walker)  # checked by Scene
     m = len(robot.feet)
     heights = [walker.leg_coordinate(foot.point) + 1 for foot in robot.feet.values()]
-    ways = [0, *(walker.leg_coordinate(leg) for leg, one in walker.legs.items() if one.stiffness_l == 0.0)]
-    found = np.zeros((len(weight), m + 1 + loads.shape[1]))
+    ways = [height - 1 for height in heights]
+    limp = [walker.leg_coordinate(leg) for leg, one in walker.legs.items() if one.stiffness_l == 0.0]
+    found = np.zeros((len(weight), m + 2 + loads.shape[1]))
     found[heights, range(m)] = -1.0
-    free = [i for i in range(len(weight)) if i not in {*heights, *ways}]
+    own = [c for c in range(found.shape[1]) if c != m + 1]  # all but gravity along the ground
+    free = [i for i in range(len(weight)) if i not in {0, *heights, *limp}]
     if free:
-        inner = stiffness[np.ix_(free, free)]
-        size = np.sqrt(np.where(np.diag(inner) > 0.0, np.diag(inner), 1.0))
-        values, shapes = eigh(inner / np.outer(size, size))
-        if values[0] < _LOOSE * max(values[-1], 1.0):
-            raise InputError(_unsupported(walker, free[int(np.argmax(np.abs(shapes[:, 0])))]))
-        forces = np.column_stack([-product(stiffness, found[:, :m]), weight, loads])
-        found[free] = solve(inner, forces[free])
-    return Stance(found, np.array(heights), np.array(ways), driven)
+        softest = _softest(stiffness, free)
+        if softest is not None:
+            raise InputError(_unsupported(walker, softest))
+        forces = np.column_stack([-product(stiffness, found[:, :m]), weight[:, 0], loads])
+        found[np.ix_(free, own)] = solve(stiffness[np.ix_(free, free)], forces[free])
+    free = [i for i in range(len(weight)) if i not in {*heights, *ways, *limp}]
+    if _softest(stiffness, free) is None:  # else nothing holds the body back: it stands on level ground alone
+        found[free, m + 1] = solve(stiffness[np.ix_(free, free)], weight[free, 1])
+    loose = [i for i in (0, *limp) if i not in ways]
+    return Stance(found, np.array(heights), np.array(ways), np.array(loose), driven)
+
+
+def _softest(stiffness: Array, free: list[int]) -> int | None:
+    """The coordinate of those that are free which moves most in a motion that no spring holds; None where all
+    are held."""
+    inner = stiffness[np.ix_(free, free)]
+    size = np.sqrt(np.where(np.diag(inner) > 0.0, np.diag(inner), 1.0))
+    values, shapes = eigh(inner / np.outer(size, size))
+    loose = values[0] < _LOOSE * max(values[-1], 1.0)
+    return free[int(np.argmax(np.abs(shapes[:, 0])))] if loose else None
 
 
 def rest_state(scene: Scene, volts: float = 0.0) -> tuple[float, ...]:

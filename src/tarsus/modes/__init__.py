@@ -4,20 +4,17 @@ The package is also the verb of its name, ``tarsus.modes("plate.uff")``.
 """
 
 from tarsus.base.verb import callable_package
-from tarsus.modes.circle import CircleFit, fit_mode_circle
 from tarsus.modes.frf import Estimator, Frf, estimate_frf
 from tarsus.modes.modal import ModalFit, identify_modes
 from tarsus.modes.mode import IdentifiedMode, ModeVerdict
 
 __all__ = [
-    "CircleFit",
     "Estimator",
     "Frf",
     "IdentifiedMode",
     "ModalFit",
     "ModeVerdict",
     "estimate_frf",
-    "fit_mode_circle",
     "identify_modes",
 ]
 

@@ -105,49 +105,52 @@ def variances_of(fit: LocalFit, rows: NDArray[np.bool_] | slice = slice(None)) -
     return np.array([of_pole[1] / (2.0 * np.pi) ** 2, of_pole[0] / abs(fit.pole) ** 2])
 
 
-def scatter_of(
-    fit: LocalFit, values: Complexes, repeats: Complexes | None, line: float
+def scatter_between(
+    slopes: Floats, misfit: Floats, off: Floats | None, width: int, channels: bool = True
 ) -> tuple[Scatter, Basis]:
-    """Scatter of the pole of a local fit, and between what: four or more repeats; without them channels, where at least
-    three of them count; without these the lines, in blocks of a quarter of a half-power band, since misfits of
-    neighbouring lines are alike.
+    """Scatter of k unknowns of a fit, and between what: four or more repeats; without them channels, where at least
+    three of them count; without these the lines, in blocks, since misfits of neighbouring lines are alike.
 
     Parameters
     ----------
-    fit
-        Of the mode.
-    values
-        Responses it was fitted to, in its lines (nc, nl).
-    repeats
-        The same of single repeats (nr, nc, nl), or None.
-    line
-        Spacing of the lines [Hz].
+    slopes, misfit
+        (nc, 2 nl, k) and (nc, 2 nl): real over imaginary parts of the lines, over the noise.
+    off
+        By how much the lines of single repeats are off their mean (nr, nc, 2 nl), or None.
+    width
+        Lines of a block.
+    channels
+        Whether channels may count as groups: where each tells the unknowns by itself.
     """
-    slopes, misfit = fit.slopes, fit.misfit
+    size = slopes.shape[-1]
+    if off is not None and len(off) >= FEWEST_REPEATS:
+        count, flat = len(off), slopes.reshape(-1, size)
+        information = np.broadcast_to(flat.T @ flat / count, (count, size, size))
+        return Scatter(information, off.reshape(count, -1) @ flat / count), Basis.REPEATS
     by_channel = slopes.transpose(0, 2, 1) @ slopes
-    if repeats is not None and len(repeats) >= FEWEST_REPEATS:
-        count = len(repeats)
-        information = np.broadcast_to(by_channel.sum(axis=0) / count, (count, 2, 2))
-        return Scatter(information, _scores(fit, values, repeats) / count), Basis.REPEATS
     weight = np.trace(by_channel, axis1=1, axis2=2)
-    if weight.sum() ** 2 >= _FEWEST_CHANNELS * np.sum(weight**2):
+    if channels and weight.sum() ** 2 >= _FEWEST_CHANNELS * np.sum(weight**2):
         return Scatter(by_channel, np.einsum("cfa,cf->ca", slopes, misfit)), Basis.CHANNELS
-    pairs = slopes.reshape(len(slopes), 2, -1, 2)
-    starts = np.arange(0, pairs.shape[2], max(1, round(abs(fit.pole.real) / (2.0 * np.pi * line))))
+    pairs = slopes.reshape(len(slopes), 2, -1, size)
+    starts = np.arange(0, pairs.shape[2], max(1, width))
     information = np.add.reduceat(np.einsum("crfa,crfb->fab", pairs, pairs), starts, axis=0)
     by_line = np.einsum("crfa,crf->fa", pairs, misfit.reshape(pairs.shape[:3]))
     return Scatter(information, np.add.reduceat(by_line, starts, axis=0)), Basis.LINES
+
+
+def scatter_of(
+    fit: LocalFit, values: Complexes, repeats: Complexes | None, line: float
+) -> tuple[Scatter, Basis]:
+    """Scatter of the pole of a local fit to responses (nc, nl), of which there may be repeats (nr, nc, nl), with lines
+    ``line`` [Hz] apart: blocks are a quarter of a half-power band."""
+    off = None if repeats is None else stacked(repeats - values, 2) / fit.noise[:, None]
+    return scatter_between(fit.slopes, fit.misfit, off, round(abs(fit.pole.real) / (2.0 * np.pi * line)))
 
 
 def pole_shifts(fit: LocalFit, values: Complexes, repeats: Complexes) -> Complexes:
     """How far [rad/s] each repeat (nr, nc, nl) alone would move the pole of a fit to their mean ``values`` (nc, nl), by
     one Gauss-Newton step: (nr,)."""
     slopes = fit.slopes.reshape(-1, 2)
-    moved = np.linalg.solve(slopes.T @ slopes, _scores(fit, values, repeats).T)
+    off = (stacked(repeats - values, 2) / fit.noise[:, None]).reshape(len(repeats), -1)
+    moved = np.linalg.solve(slopes.T @ slopes, (off @ slopes).T)
     return moved[0] + 1.0j * moved[1]
-
-
-def _scores(fit: LocalFit, values: Complexes, repeats: Complexes) -> Floats:
-    """Score (nr, 2) of each repeat about real and imaginary part of the pole."""
-    off = (repeats - values) / fit.noise[:, None]
-    return stacked(off, 2).reshape(len(repeats), -1) @ fit.slopes.reshape(-1, 2)

@@ -15,7 +15,7 @@ from scipy.optimize import least_squares
 from tarsus.base.arrays import Complexes, Floats
 from tarsus.base.errors import InputError
 from tarsus.modes.frf import Frf
-from tarsus.modes.intervals import FEWEST_REPEATS, Basis, Scatter
+from tarsus.modes.intervals import Basis, Scatter, scatter_between
 from tarsus.modes.lsfd import stacked
 from tarsus.modes.modal import ModalFit
 from tarsus.modes.mode import IdentifiedMode, ModeVerdict
@@ -190,23 +190,17 @@ def _scatter(
     frf: Frf, whole: _Responses, noise: Floats, x: Floats, which: list[int]
 ) -> tuple[Scatter, Basis, Floats | None]:
     """Scatter of the unknowns, between what, and how far single repeats move the unknowns (nr, 3 n)."""
-    slopes = whole.slopes(x, which)
-    full = slopes.T @ slopes
-    moved = None
+    count, size = len(noise), len(x)
+    slopes = np.moveaxis(whole.slopes(x, which).reshape(2, count, -1, size), 0, 1).reshape(count, -1, size)
+    left, off, moved = stacked(whole.values - whole.model(x, which), 1), None, None
     if frf.repeats is not None:
-        off = ((frf.repeats - frf.values)[:, :, 0] / noise[:, None]).reshape(len(frf.repeats), -1)
-        score = stacked(off, 1) @ slopes
+        off, flat = stacked((frf.repeats - frf.values)[:, :, 0], 2) / noise[:, None], slopes.reshape(-1, size)
+        full = flat.T @ flat
         scale = np.sqrt(np.diag(full))
+        score = off.reshape(len(off), -1) @ flat
         moved = score / scale @ np.linalg.pinv(full / scale / scale[:, None]) / scale
-        if (count := len(off)) >= FEWEST_REPEATS:
-            information = np.broadcast_to(full / count, (count, *full.shape))
-            return Scatter(information, score / count), Basis.REPEATS, moved
-    left = whole.values - whole.model(x, which)
-    by_line = slopes.reshape(2, len(left), -1, len(x))
-    starts = np.unique(np.linspace(0, left.shape[1], _BLOCKS, endpoint=False).astype(int))
-    information = np.add.reduceat(np.einsum("rofa,rofb->fab", by_line, by_line), starts, axis=0)
-    score = np.einsum("rofa,rof->fa", by_line, np.array([left.real, left.imag]))
-    return Scatter(information, np.add.reduceat(score, starts, axis=0)), Basis.LINES, moved
+    width = round(left.shape[1] / 2 / _BLOCKS)
+    return *scatter_between(slopes, left, off, width, channels=False), moved
 
 
 def _shifts(mode: IdentifiedMode, by_frequency: Floats, by_ratio: Floats) -> Complexes:

@@ -15,7 +15,6 @@ from tarsus.model.structure.walker import Walker
 from tarsus.orbits.returns import drive_period
 from tarsus.orbits.settling import Settling
 from tarsus.orbits.starts import Box
-from tarsus.solve.codes import ResultCode
 from tarsus.solve.engine import RECORDED, Accuracy
 from tarsus.solve.trajectories import Trajectories
 
@@ -95,7 +94,7 @@ def told_apart(settling: Settling) -> tuple[NDArray[np.intp], list[NDArray[np.in
     groups = motions_of(settling, np.flatnonzero(settling.multiple))
     for i, one in enumerate(groups):
         label[one] = i
-    label[[code is not ResultCode.DONE for code in settling.runs.code]] = FAILED
+    label[~settling.runs.done] = FAILED
     open_ = np.flatnonzero(label == UNSETTLED)
     label[open_[settling.chaotic(open_)]] = CHAOTIC
     return label, [np.array(one) for one in groups]

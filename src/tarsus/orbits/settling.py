@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.base.events import IMPACTS, EventKind
 from tarsus.base.workers import Workers
+from tarsus.measure.tally import TALLIED
 from tarsus.solve.trajectories import Trajectories
 from tarsus.solve.window import Window
 
@@ -37,18 +37,6 @@ TWIN = 1e-9
 """Difference of twins at first, of the size of the velocities."""
 TWINS = 96
 """Drive periods after which twins are compared: a growth of 1.25 a period makes 1e-9 a difference of 1."""
-
-
-TALLIED: dict[str, tuple[tuple[EventKind, ...], str | None]] = {
-    "impacts": (IMPACTS, None),
-    "energy": (IMPACTS, "energy"),
-    "speed": (IMPACTS, "speed_before"),
-    "bounces": ((EventKind.BOUNCE,), None),
-    "captures": ((EventKind.CAPTURE,), None),
-    "rests": ((EventKind.REST, EventKind.AVERAGED_CONTACT), None),
-}
-"""What is counted of every drive period, or summed up of its events: of which kinds, and what of them."""
-_IS = {name: np.isin(np.arange(max(EventKind) + 1), kinds) for name, (kinds, _) in TALLIED.items()}
 
 
 @dataclass
@@ -109,14 +97,11 @@ class Settling:
         self._way[r] = way[-1]
         rows = np.concatenate([states.gap, progress[None], self._root.T @ states.v]).T
         self.seen[r] = np.concatenate([self.seen[r, ROUND:], rows.reshape(ROUND, PHASES, -1)])
-        events, kind = window.events, window.events["kind"]
+        events = window.events
         number = (events["time"] - self.offset[r]) / self.periods[r] - self.passed[r] + 0.5 / PHASES
         number = np.clip(number.astype(int), 0, ROUND - 1)
-        for name, (_, weight) in TALLIED.items():
-            own = _IS[name][kind]
-            weights = None if weight is None else np.abs(events[weight][own])
-            of = self.tally[name]
-            of[r] = np.append(of[r, ROUND:], np.bincount(number[own], weights, ROUND))
+        for name, of in self.tally.items():
+            of[r] = np.append(of[r, ROUND:], TALLIED[name].of(events, number, ROUND))
         self.passed[r] += ROUND
 
     def sizes(self, r: int) -> Floats:
@@ -168,7 +153,7 @@ class Settling:
     def _nudge(self, r: int) -> Floats:
         """A small velocity (2n,) that leaves feet on the ground alone: of a walker's body, which no foot fixes."""
         plan, n = self.runs.plan, len(self.runs.plan.system.mass)
-        held = np.asarray(plan.system.normals, dtype=float)[:, list(self.runs.contacts[r].held)].T
+        held = np.asarray(plan.system.normals, dtype=float)[:, self.runs.held[r]].T
         way = np.ones(n)
         if plan.legs is not None:
             way[len(plan.legs.body.body_mass) :] = 0.0

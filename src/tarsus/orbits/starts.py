@@ -172,7 +172,7 @@ def _lift(plan: Plan) -> Floats:
     )
     if np.abs(feet.sum(axis=1)).max(initial=0.0) <= RIGID * np.abs(feet).max(initial=0.0):
         feet = feet[:, :1]
-    up = -np.linalg.solve(mass, np.asarray(system.weight, dtype=float))
+    up = -np.linalg.solve(mass, np.asarray(system.weight[:, 0], dtype=float))
     bent = float(up @ stiffness @ up) > RIGID * float(up**2 @ np.diag(stiffness)) or not up.any()
     shape = np.linalg.lstsq(stiffness, feet.sum(axis=1), rcond=None)[0] if bent else up
     raised = float((shape @ feet).mean()) if feet.shape[1] else float(np.abs(shape).max(initial=0.0))
@@ -195,7 +195,7 @@ def _usual(scene: Scene, plan: Plan, lift: Floats) -> dict[str, tuple[float, flo
     (window,) = runs.advance([times])
     gaps = window.states.gap[:, len(times) // 2 :]
     rest = float(np.asarray(system.sources)[: plan.feet].max(initial=0.0))
-    mass, weight = float(lift @ system.mass @ lift), -float(system.weight @ lift)
+    mass, weight = float(lift @ system.mass @ lift), -float(system.weight[:, 0] @ lift)
     height = max(float(gaps.max(initial=0.0)), rest)
     if height <= plan.length:  # it stays on the ground: as high as a flight of one period
         height = max(weight / mass * period**2 / 8.0, plan.length)

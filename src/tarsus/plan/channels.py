@@ -15,12 +15,13 @@ from tarsus.base.dual import Dual, slope_of, value_of
 from tarsus.base.errors import InputError
 from tarsus.base.spec import Description, get_value, with_values
 from tarsus.model.drive.lower import lower_track
+from tarsus.model.drive.pieces import Channels
 from tarsus.model.drive.track import NoSlopeError, Track, joined
 from tarsus.model.drive.waveforms.constant import Constant
 from tarsus.plan.lowering import Kind, distinct, slot
 
 if TYPE_CHECKING:
-    from tarsus.model.drive.pieces import Channels, Pieces
+    from tarsus.model.drive.pieces import Pieces
     from tarsus.model.drive.signal import Signal
     from tarsus.model.scene import Drive, Scene
 
@@ -69,24 +70,31 @@ def felt(path: str) -> bool:
 
 
 def drive_courses(scene: Scene, values: Mapping[str, Floats], charged: Collection[str]) -> dict[str, Course]:
-    """What drives do, by name, of which numbers (nr,) vary from run to run, given by their paths in the scene; charged:
-    those whose volts are asked for.
+    """What drives do, by name, of which numbers (nr,) vary from run to run, given by their paths in the scene;
+    charged: those whose volts are asked for.
 
     Raises InputError for values that a signal, a gait or a drive refuses, and for a drive that cannot be lowered.
     """
-    out = {}
+    out, made = {}, dict[Any, Course]()
     for name, (wave, own, of_drive) in _varied(scene, values).items():
-        rows, which = distinct(np.stack([*own.values(), *of_drive.values()], axis=1))
-        split = len(own)
-        signal = dict(zip(own, rows[:, :split].T, strict=True))
-        drive = dict(zip(of_drive, rows[:, split:].T, strict=True))
-        wave = with_columns(wave, signal)
-        track = _track(scene.robot.drives[name], wave, drive, len(rows))
-        law = with_columns(scene.robot.drives[name], drive)
-        force, volts = lower_track(track, law.law, law.history, volts=name in charged)
-        period = np.broadcast_to(wave.periods(), len(rows))
-        out[name] = Course(force, volts, which, period[which])
+        drive = scene.robot.drives[name]
+        columns = [(path, column.tobytes()) for path, column in (*own.items(), *of_drive.items())]
+        key = (wave, drive.law, drive.history, drive.amplifier, *columns, name in charged)
+        if key not in made:  # a gait moves many drives alike
+            made[key] = _course(drive, wave, own, of_drive, name in charged)
+        out[name] = made[key]
     return out
+
+
+def _course(drive: Drive, wave: Signal, own: Columns, of_drive: Columns, charged: bool) -> Course:
+    """What a drive does by the numbers (nr,) of its signal and its own."""
+    rows, which = distinct(np.stack([*own.values(), *of_drive.values()], axis=1))
+    signal = dict(zip(own, rows[:, : len(own)].T, strict=True))
+    numbers = dict(zip(of_drive, rows[:, len(own) :].T, strict=True))
+    wave = with_columns(wave, signal)
+    force, volts = _lowered(drive, numbers, _track(drive, wave, numbers, len(rows)), volts=charged)
+    periods = np.broadcast_to(wave.periods(), len(rows))
+    return Course(force, volts, which, periods[which])
 
 
 Columns = Mapping[str, Any]
@@ -98,7 +106,7 @@ def _varied(
     """Of every drive that numbers have a part in: its signal, and the numbers of that and of the drive, by their
     paths in these. Those of a gait are numbers of the square waves that it gives to its drives."""
     gait = {path.removeprefix("gait."): of for path, of in values.items() if path.startswith("gait.")}
-    waves = _gait_waves(scene, gait) if gait else {}
+    waves = gait_waves(scene, gait) if gait else {}
     out = {}
     for name in scene.robot.drives:
         signal, drive = f"signals.{name}.", f"robot.drives.{name}."
@@ -117,7 +125,7 @@ def _varied(
     return out
 
 
-def _gait_waves(scene: Scene, gait: Columns) -> dict[str, dict[str, Any]]:
+def gait_waves(scene: Scene, gait: Columns) -> dict[str, dict[str, Any]]:
     """Numbers of the square waves of a gait, for every drive that it moves."""
     layout, own = scene.robot.layout(), scene.gait
     assert own is not None and layout is not None  # checked by Scene
@@ -181,6 +189,20 @@ def _track(drive: Drive, wave: Signal, varied: Columns, count: int) -> Track:
     return joined(tracks)
 
 
+def _lowered(drive: Drive, varied: Columns, track: Track, *, volts: bool) -> tuple[Channels, Channels | None]:
+    """Force and volts of a drive along the voltages of many runs; a law that goes by the rate takes one after
+    the other."""
+    if not drive.law.by_rate:
+        many = with_columns(drive, varied)
+        return lower_track(track, many.law, many.history, volts=volts)
+    found = []
+    for i in range(len(track.loops)):
+        own = with_values(drive, {path: float(column[i]) for path, column in varied.items()})
+        found.append(lower_track(track.picked(np.array([i])), own.law, own.history, volts=volts))
+    force, levels = zip(*found, strict=True)
+    return Channels.joined(force), Channels.joined(levels) if volts else None
+
+
 def _of_run(wave: Signal, run: int) -> Signal:
     """The signal of one run."""
     numbers = {name: of for name, of in wave if _is_many(of)}
@@ -203,7 +225,8 @@ def sloped_drives(
     scene: Scene, directions: Sequence[Mapping[str, float]], charged: Collection[str]
 ) -> tuple[dict[str, SlopedDrive], list[dict[str, float]]]:
     """Drives, by name, that move along directions (P) of a scene, with their derivatives, and what is left of the
-    directions: what moves drives behind an amplifier. charged: drives whose volts are asked for.
+    directions: what moves drives behind an amplifier, or of a law that goes by the rate. charged: drives whose
+    volts are asked for.
 
     Raises InputError where a drive changes the number of its pieces.
     """
@@ -213,7 +236,11 @@ def sloped_drives(
     slopes = {path: np.array([[one.get(path, 0.0) for one in directions]]) for path in paths}
     numbers = {path: Dual(np.array([float(get_value(scene, path))]), slope) for path, slope in slopes.items()}
     found = _varied(scene, numbers)
-    behind = {name for name, (_, _, drive) in found.items() if not _ideal(scene.robot.drives[name], drive)}
+    behind = {
+        name
+        for name, (_, _, drive) in found.items()
+        if not _ideal(scene.robot.drives[name], drive) or scene.robot.drives[name].law.by_rate
+    }
     if any(name not in scene.signals for name in behind) and any(path.startswith("gait.") for path in paths):
         behind |= {name for name in found if name not in scene.signals}  # a gait moves all its drives
     drives = {}
@@ -248,12 +275,12 @@ def _sloped(wave: Signal, drive: Drive, count: int, charged: bool) -> SlopedDriv
     periods = wave.periods()
     period, by_period = float(value_of(periods)[0]), slope_of(periods, count)[0]
     return SlopedDrive(
-        _channel(force, count), _channel(volts, count) if volts and charged else None,
+        channel_slopes(force, count), channel_slopes(volts, count) if volts and charged else None,
         *((None, 0.0 * by_period) if np.isnan(period) else (period, by_period)),
     )  # fmt: skip
 
 
-def _channel(channels: Channels, count: int) -> Sloped:
+def channel_slopes(channels: Channels, count: int) -> Sloped:
     """The one channel, with its derivatives by so many numbers, and a piece for the value after the last one, unless it
     repeats."""
     coef, begin, end, loop = (

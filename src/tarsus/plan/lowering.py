@@ -12,6 +12,7 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tarsus.base.errors import InputError
 from tarsus.base.linear import largest_of, product, solve
@@ -176,7 +177,7 @@ class Plan:
         return out | {
             "feet": self.feet, "drives": self.drives, "driven": int(stance is not None and stance.driven),
             "stance": np.zeros(0) if stance is None else stance.per_source,
-            "heights": none if stance is None else stance.heights, "ways": none if stance is None else stance.ways,
+            **{name: none if stance is None else getattr(stance, name) for name in ("heights", "ways", "loose")},
         }  # fmt: skip
 
 
@@ -251,16 +252,23 @@ def lower_system(scene: Scene) -> LinearSystem:
     loads = np.zeros((n, len(scene.robot.drives)))
     for d, drive in enumerate(scene.robot.drives.values()):
         loads[:, d] = drive.load.vector(structure)
-    weight, gravity = np.zeros(n), 0.0
+    weight = np.zeros((n, 2))
     if scene.ground.gravity is not None:
-        up = structure.vertical()
+        up, ahead = structure.vertical(), structure.horizontal()
         assert up is not None  # checked by Scene
-        weight, gravity = -product(matrices.mass, up), scene.ground.gravity.acceleration
+        weight[:, 0] = -product(matrices.mass, up)
+        if ahead is not None:
+            weight[:, 1] = -product(matrices.mass, ahead)
     return LinearSystem(
         np.ascontiguousarray(matrices.mass, dtype=float), matrices.damping, matrices.stiffness, normals,
-        np.array([foot.gap for foot in feet], dtype=float), loads, weight, gravity,
+        np.array([foot.gap for foot in feet], dtype=float), loads, weight, gravity_on(*scene.ground.falling),
         _directions(scene, matrices, normals), _alone(scene), _tangents(scene),
     )  # fmt: skip
+
+
+def gravity_on(acceleration: ArrayLike, incline: ArrayLike) -> Floats:
+    """Gravity (2, ...) [m/s^2] on a ground that rises forward by an incline [rad]: into it, and back along the way."""
+    return np.array([np.multiply(acceleration, np.cos(incline)), np.multiply(acceleration, np.sin(incline))])
 
 
 def lower_legs(robot: Robot, system: LinearSystem) -> Legs | None:
@@ -285,10 +293,10 @@ def lower_legs(robot: Robot, system: LinearSystem) -> Legs | None:
     touched = np.any(onto != 0.0, axis=1)
     of_leg, driven_by = np.nonzero(touched)
     body = LeggedBody(
-        body_mass=walker.body_mass(), body_weight=-system.weight[:nb],
+        body_mass=walker.body_mass(), body_weight=-system.weight[:nb].sum(axis=1),
         lever=np.maximum(np.abs(hip).max(axis=(0, 1)), 1e-300), mass=values[:, 0, 0].copy(),
         stiffness=values[:, :, 1].copy(), damping=values[:, :, 2].copy(), hip=hip, gap=gap, foot=foot, leg=leg,
-        kind=kind.reshape(nl, 2).astype(np.int64), weight=-system.weight[nb + 1 :: 2],
+        kind=kind.reshape(nl, 2).astype(np.int64), weight=-system.weight[nb + 1 :: 2, 0],
         first=np.concatenate([[0], np.cumsum(touched.sum(axis=1))]).astype(np.int64), drive=driven_by,
         gain=onto[of_leg, :, driven_by].reshape(-1, 2), body_load=np.ascontiguousarray(system.loads[:nb].T),
     )  # fmt: skip
@@ -394,7 +402,7 @@ class Kind(Enum):
     LAW = "parameter of a ground law"
     INITIAL = "initial state"
     GAP = "rest gap of a foot"
-    GRAVITY = "gravity"
+    GRAVITY = "gravity, or the incline by which it is turned"
     DRIVE = "what one drive does"
     GAIT = "what the drives of a gait do"
 
@@ -412,6 +420,10 @@ class Place:
         return self.kind not in (Kind.DRIVE, Kind.GAIT)
 
 
+_TURNED = ("ground.gravity.acceleration", "ground.incline")
+"""What gravity on the ground depends on, as `tarsus.model.ground.Ground.falling`."""
+
+
 def slot(scene: Scene, path: str) -> Place | None:
     """The slot of the number at a path, or None where its value enters a plan's structure."""
     keys = path.split(".")
@@ -419,8 +431,8 @@ def slot(scene: Scene, path: str) -> Place | None:
         return Place(Kind.LAW, column)
     if (column := _initial_column(scene, path)) is not None:
         return Place(Kind.INITIAL, column)
-    if path == "ground.gravity.acceleration" and scene.ground.gravity is not None:
-        return Place(Kind.GRAVITY)
+    if path in _TURNED and scene.ground.gravity is not None:
+        return Place(Kind.GRAVITY, _TURNED.index(path))
     if keys[:2] == ["robot", "feet"] and len(keys) == 4 and keys[3] == "gap" and keys[2] in scene.robot.feet:
         return Place(Kind.GAP, list(scene.robot.feet).index(keys[2]))
     if keys[0] == "gait" and scene.gait is not None:
@@ -479,14 +491,20 @@ def started(plan: Plan, rows: Rows, idle: Floats, feet: Sequence[str]) -> tuple[
     return initial, scales
 
 
+REFUSALS = {
+    "below the ground": "foot '{foot}' would start {by} below the ground",
+    "pulled down": "foot '{foot}' would have to be pulled down by {by}: it does not stand",
+    "unbalanced": "the forces along the way do not balance: the robot would not stand still",
+}
+"""Why a run cannot start, by the engine's word for it."""
+
+
 def _refusal(run: int, fault: int, feet: Sequence[str], foot: int, by: float) -> str:
-    if _native.FAULTS[fault] == "below the ground":
-        depth = format_quantity(float(f"{by:.6g}"), "m")
-        return f"initial.displacement: in run {run} foot '{feet[foot]}' would start {depth} below the ground"
-    if _native.FAULTS[fault] == "pulled down":
-        missing = format_quantity(float(f"{by:.4g}"), "N")
-        return f"foot '{feet[foot]}' would have to be pulled down by {missing}: it does not stand"
-    return "the forces along the way do not balance: the robot would not stand still"
+    word = _native.FAULTS[fault]
+    below = word == "below the ground"
+    size = format_quantity(float(f"{by:.6g}"), "m") if below else format_quantity(float(f"{by:.4g}"), "N")
+    sentence = REFUSALS[word].format(foot=feet[foot], by=size)
+    return f"initial.displacement: in run {run} {sentence}" if below else sentence
 
 
 def distinct(rows: Floats) -> tuple[Floats, np.ndarray]:

@@ -1,6 +1,7 @@
 """Which numbers of a scene are data: what runs of one plan may differ in without lowering or tables of their own.
 
-A *slot* is the place of such a number in the rows of a batch: parameters of ground laws, rest gaps, gravity, initial
+A *slot* is the place of such a number in the rows of a batch: parameters of ground laws, rest gaps, gravity and
+the incline, initial
 state, and everything that says what a drive does over time. Numbers that enter the tables of a structure (its masses,
 springs, damping, shapes, loads) have none; a value of theirs makes a plan anew.
 """
@@ -20,7 +21,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.spec import Description, float_paths, get_value, with_values
 from tarsus.model.drive.pieces import Channels, Pieces, evaluate
 from tarsus.plan.channels import Course, drive_courses
-from tarsus.plan.lowering import Kind, Place, Plan, distinct, idle_forces, pack, slot, started
+from tarsus.plan.lowering import Kind, Place, Plan, distinct, gravity_on, idle_forces, pack, slot, started
 
 if TYPE_CHECKING:
     from tarsus.core import _native
@@ -34,6 +35,7 @@ __all__ = [
     "bears",
     "check_bounds",
     "courses_of_all",
+    "marked_period",
     "rows_for",
     "rows_of",
     "slot",
@@ -52,7 +54,7 @@ class Rows:
 
     pool: channels that runs are driven by, signals: the same for the engine; channels (nr, nc): those of each run, in
     the plan's order.
-    parameters (nr, m, np) of the laws; initial (nr, 2n); sources (nr, m + 1): rest gaps [m] and gravity [m/s^2];
+    parameters (nr, m, np) of the laws; initial (nr, 2n); sources (nr, m + 2): rest gaps [m] and gravity [m/s^2];
     scales (nr, 3): length [m] and force [N] that tolerances refer to, and period [s] of the marks.
     """
 
@@ -161,7 +163,7 @@ def rows_for(
         Where a run would start below the ground or does not stand, and for drives that cannot be lowered.
     """
     if not values:
-        return rows_of(plan, count, float(_marked(plan.periods, duration)))
+        return rows_of(plan, count, float(marked_period(plan.periods, duration)))
     base = rows_of(plan, len(next(iter(values.values()))))
     by_kind: dict[Kind, dict[str, tuple[int, Floats]]] = {kind: {} for kind in Kind}
     for path, column in values.items():
@@ -173,8 +175,9 @@ def rows_for(
         base.parameters[:, :, at] = column[:, None]
     for at, column in by_kind[Kind.GAP].values():
         base.sources[:, at] = column
-    for _, column in by_kind[Kind.GRAVITY].values():
-        base.sources[:, feet] = column
+    if turned := {at: column for at, column in by_kind[Kind.GRAVITY].values()}:
+        own = [np.full(len(base), one) for one in scene.ground.falling]
+        base.sources[:, feet:] = gravity_on(*(turned.get(at, one) for at, one in enumerate(own))).T
     for at, column in by_kind[Kind.INITIAL].values():
         base.initial[:, at] = column
     rows = _driven(scene, plan, by_kind, base, duration, courses)
@@ -230,7 +233,7 @@ def _driven(
         periods[d] = course.periods
     channels = Channels.joined(pool)
     signals = pack(channels) if courses else base.signals
-    base.scales[:, 2] = _marked(periods, duration)
+    base.scales[:, 2] = marked_period(periods, duration)
     return replace(base, pool=channels, signals=signals)
 
 
@@ -261,7 +264,7 @@ def courses_of_all(scene: Scene, values: Mapping[str, Floats]) -> Callable[[NDAr
     return of
 
 
-def _marked(periods: Floats, duration: float) -> Floats:
+def marked_period(periods: Floats, duration: float) -> Floats:
     """Period [s] of the marks of each run: the longest of its drives' periods (nd, ...) within it, or all of it."""
     within = np.where(periods <= duration, periods, 0.0).max(axis=0, initial=0.0)
     return np.where(within > 0.0, within, duration)

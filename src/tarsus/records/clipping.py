@@ -25,6 +25,11 @@ _FAR = 0.2
 """Part of the span from the middle that a limit lies at: what rests there is no limit."""
 
 
+def digit_of(values: Floats) -> float:
+    """Smallest step between values of a channel (ns,): that of its converter or of its digits; 0 of a constant."""
+    return float(np.diff(np.unique(values)).min(initial=np.ptp(values)))
+
+
 def clipped_samples(values: Floats) -> int:
     """Number of samples in runs of equal extreme values that the signal enters steeply.
 
@@ -41,7 +46,7 @@ def clipped_samples(values: Floats) -> int:
     levels = np.unique(values)
     if len(levels) < 3:
         return 0
-    digit = float(np.diff(levels).min())
+    digit = digit_of(values)
     return sum(_at(values, float(extreme), digit) for extreme in (levels[0], levels[-1]))
 
 

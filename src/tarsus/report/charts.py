@@ -243,7 +243,8 @@ class ChartPanel:
         least = SHORTEST * (window[1] - window[0])
         shaded = [(a, max(b, a + least)) for a, b in self._shaded]
         return {
-            "x": where, "height": round(self.height), "lines": drawn, "shaded": _inside(shaded, window, step),
+            "x": where, "step": scale.step, "height": round(self.height), "lines": drawn,
+            "shaded": _inside(shaded, window, step),
             "bars": bars, "levels": levels, "limits": limits, "names": self._names,
             "texts": [(a / step, b / scale.step, text) for a, b, text in self._texts],
             "between": self._areas(), "log": self._log, "apart": _apart(lines),
@@ -384,6 +385,7 @@ class Charts:
             {
                 "x": [packed_times(one) for one in places],
                 "window": [end / scale.step for end in window],
+                "step": scale.step,
                 "log": self._log,
                 "rows": self._rows,
                 "panels": panels,
@@ -397,16 +399,13 @@ class Charts:
         return Plate(self.html(caption), caption)
 
 
-def side_by_side(
-    drawn: Iterable[tuple[str, Charts]], caption: str, *, small: bool = False, named: bool = False
-) -> Plate:
+def side_by_side(drawn: Iterable[tuple[str, Charts]], caption: str, *, small: bool = False) -> Plate:
     """Charts with axes of their own as one figure, each under its title: two in a row of a page, or as many small ones
-    as there is room for, which show no names of their lines but in the first one, if that is to be `named`."""
+    as there is room for, whose lines have signs but no names."""
     each = Markup("").join(
         Markup('<div class="plate">{}{}</div>').format(
             Markup('<p class="title">{}</p>').format(title) if title else "", charts.html(title or caption)
         )
         for title, charts in drawn
     )
-    frame = f"panels{' named' * named}" if small else "pair"
-    return Plate(Markup('<div class="{}">{}</div>').format(frame, each), caption)
+    return Plate(Markup('<div class="{}">{}</div>').format("panels" if small else "pair", each), caption)

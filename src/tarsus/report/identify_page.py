@@ -120,9 +120,9 @@ def _summary(comparisons: Sequence[Comparison]) -> Table:
 
 
 def _in_air(found: Identification) -> Table:
-    points = list(found.in_air[0].off) if found.in_air else []
-    rows = [(one.file, *(one.off[point] for point in points)) for one in found.in_air]
-    return Table("", ("record", *(Column(point, "%", 2) for point in points)), rows)
+    points = next(iter(found.in_air.values()), {})
+    rows = [(name, *(off[point] for point in points)) for name, off in found.in_air.items()]
+    return Table("", ("records", *(Column(point, "%", 2) for point in points)), rows)
 
 
 def _zero(found: Identification) -> Table:

@@ -36,8 +36,9 @@ class Motion:
     body: coordinates by name, each (nt,) [m, rad]; hips (nl, 3) [m]: at rest, from the body's centre of mass;
     foot_x, foot_z (nl, nt) [m]: place of a foot along the way, from where the body's centre started, and its height
     above the ground; state (nl, nt): 0 in the air, 1 stuck, 2 slipping; normal, friction (nl, nt) [N]: force of the
-    ground on a foot, upward and forward; volts (nd, nt) [V]; period [s]: the drives', None if none repeats.
-    Raises InputError, with every array that does not fit, unless the shapes are these.
+    ground on a foot, upward and forward; volts (nd, nt) [V]; period [s]: the drives', None if none repeats; incline
+    [rad]: by which the ground rises forward. Raises InputError, with every array that does not fit, unless the
+    shapes are these.
     """
 
     time: np.ndarray
@@ -52,6 +53,7 @@ class Motion:
     drives: tuple[str, ...] = ()
     volts: np.ndarray = field(default_factory=lambda: _NOTHING)
     period: float | None = None
+    incline: float = 0.0
 
     def __post_init__(self) -> None:
         nt, nl, nd = len(self.time), len(self.legs), len(self.drives)
@@ -188,4 +190,5 @@ def _motion(scene: Any, feet: Sequence[str], variables: Variables, period: float
         drives=tuple(str(name) for name in variables["drive"].values),
         volts=np.asarray(variables["volts"].values, dtype=float),
         period=period,
+        incline=scene.ground.incline or 0.0,
     )

@@ -199,6 +199,8 @@ def _frames(motion: Motion, stage: WalkStage, width: int) -> Iterator[Image.Imag
     apart = _apart(stage, float(surge[-1]))
     slower = (motion.time[1] - motion.time[0]) / (1e-3 * PACE_MS)
     caption = f"{1.0 / slower:.0f} times slower; upward {stage.up:g}, forward {stage.along:g} times enlarged"
+    if motion.incline:
+        caption += f"; the ground rises by {math.degrees(motion.incline):.3g} deg"
     figure = Figure(figsize=(width / DPI, height / DPI), dpi=DPI)
     canvas = FigureCanvasAgg(figure)
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0 - CAPTION / height))

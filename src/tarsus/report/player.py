@@ -12,7 +12,7 @@ from tarsus.report.motion import Motion, frame_limit
 from tarsus.report.packing import packed, packed_states, script_text
 from tarsus.report.pages import rendered
 from tarsus.report.stage import BACK, WalkStage, stage_of
-from tarsus.report.walk_figures import still
+from tarsus.report.walk_figures import rising, still
 from tarsus.tables.numbers import amount
 
 CHARACTERS = 290_000
@@ -25,23 +25,24 @@ SAME = 1e-6
 """Drive voltages that differ by less than this part of the largest are one."""
 
 
-def walk_section(motion: Motion, index: int | None = None) -> Markup:
+def walk_section(motion: Motion, index: int | None = None, *, springs: bool = False) -> Markup:
     """The animation as an HTML fragment that needs nothing else: no file, no network, no library.
 
-    `index` numbers it among a page's figures.
+    `index` numbers it among a page's figures; springs: of a robot that stands still above feet on springs.
 
     It holds at most 2000 frames, fewer where there are many legs, so that it stays below 400 kB. Where no script
     runs, and in print, it is a still of four moments.
     """
-    drives = _distinct(motion)
+    drives = distinct_drives(motion)
     thin = motion.thinned(frame_limit(len(motion.legs), len(drives), CHARACTERS))
-    stage = stage_of(thin)
+    stage = stage_of(thin, springs=springs)
     picture = still(thin, stage)
     return rendered(
         "player.html",
         still=picture.picture,
         moments=picture.caption,
         index=index,
+        springs=springs,
         caption=_caption(thin, stage),
         data=script_text(payload(thin, stage, drives)),
     )
@@ -68,8 +69,10 @@ def payload(motion: Motion, stage: WalkStage, drives: Sequence[tuple[str, int]] 
             "along": stage.along,
             "force": stage.force,
             "back": list(BACK),
+            "springs": stage.springs,
         },
         "period": motion.period,
+        "incline": motion.incline,
         "frames": len(motion.time),
         "time": packed(motion.time[None, :], 16),
         "body": {name: packed(values[None, :], 16) for name, values in motion.body.items()},
@@ -83,7 +86,7 @@ def payload(motion: Motion, stage: WalkStage, drives: Sequence[tuple[str, int]] 
     }
 
 
-def _distinct(motion: Motion) -> list[tuple[str, int]]:
+def distinct_drives(motion: Motion) -> list[tuple[str, int]]:
     """The different drive voltages: (names of the drives that share one, row)."""
     alike: dict[int, list[str]] = {}
     for row, name in enumerate(motion.drives):
@@ -96,6 +99,11 @@ def _distinct(motion: Motion) -> list[tuple[str, int]]:
 
 
 def _caption(motion: Motion, stage: WalkStage) -> str:
+    if stage.springs:
+        return (
+            "The feet, each on the springs of its structure, which is drawn as one; places are not to scale. Motion is "
+            "drawn larger by the factors chosen. Arrows are forces of the ground on the feet."
+        )
     first, last = (amount(float(time), "s") for time in (motion.time[0], motion.time[-1]))
     places = "places of the hips are to scale"
     if not stage.true:
@@ -104,7 +112,7 @@ def _caption(motion: Motion, stage: WalkStage) -> str:
         f"The walk from {first} to {last}, seen from the robot's right, its left side paler and set back. Motion is "
         f"drawn larger by the factors chosen; {places}; length of legs and thickness of body are not the model's. "
         "Ticks on the ground are travel of the body's centre, which the small triangle shows. "
-        "Arrows are forces of the ground on the feet."
+        "Arrows are forces of the ground on the feet." + rising(motion)
     )
 
 

@@ -19,6 +19,7 @@ from tarsus.files.summary import about, account, deviation, measures_summary
 from tarsus.model.structure import Walker
 from tarsus.report import figures, walk_figures
 from tarsus.report.charts import Window
+from tarsus.report.explorer import small_explorer
 from tarsus.report.motion import motion_of, whole_motion
 from tarsus.report.pages import Plate, page, rendered, write_page
 from tarsus.report.player import walk_section
@@ -46,17 +47,21 @@ EVENT_FIELDS = {kind: _LANDING if kind in IMPACTS else _HOLDING for kind in EVEN
 
 
 def write_report(
-    run: RunLike, path: str | Path, companion: RunLike | None = None, others: Attractors | None = None
-) -> Path:
+    run: RunLike, path: str | Path, companion: RunLike | None = None, others: Attractors | None = None, *,
+    static: bool = False,
+) -> Path:  # fmt: skip
     """Write the report of a run as one self-contained HTML file and return its path.
 
     `companion` is a run of the same scene with adhesion off, for the energy comparison (Fig. 2.12), `others` what
-    other starts lead to. Raises InputError if `path` cannot be written.
+    other starts lead to; static: without the small explorer, which there is where the engine for pages was built.
+    Raises InputError if `path` cannot be written.
     """
-    return write_page(report_html(run, companion, others), path)
+    return write_page(report_html(run, companion, others, static=static), path)
 
 
-def report_html(run: RunLike, companion: RunLike | None = None, others: Attractors | None = None) -> str:
+def report_html(
+    run: RunLike, companion: RunLike | None = None, others: Attractors | None = None, *, static: bool = True
+) -> str:
     """The page as text; see `write_report`."""
     series = series_of(run)
     other = None if companion is None else series_of(companion)
@@ -67,7 +72,7 @@ def report_html(run: RunLike, companion: RunLike | None = None, others: Attracto
         "run.html", run=run, signals=_signals(run.scene), landing=_landing(run.scene), warnings=_warnings(run),
         wall=run.wall_s if math.isfinite(run.wall_s) else 0.0, key=_key_figures(run), settled=settled(run),
         others=None if others is None else others.beside(run), walker=walker, motion=motion,
-        measures=measures_summary(run.measures, ""), forces=forces,
+        measures=measures_summary(run.measures, ""), forces=forces, explorer="" if static else small_explorer(run),
         energies=figures.energies(series, other, detail), ledger=figures.ledger(series), account=account(run),
         events=_events(run), values=_values(run),
     )  # fmt: skip

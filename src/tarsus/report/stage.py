@@ -31,6 +31,7 @@ class WalkStage:
 
     true: whether x and y are the model's; length, leg, thick: of the drawn robot, its legs and its body.
     up, along: factors that displacements are drawn with at first; force: a large force of the ground [N].
+    springs: whether legs are drawn as springs.
     """
 
     x: np.ndarray
@@ -43,6 +44,7 @@ class WalkStage:
     up: float
     along: float
     force: float
+    springs: bool = False
 
     @property
     def box(self) -> tuple[float, float, float, float]:
@@ -58,14 +60,16 @@ class WalkStage:
         return self.y > 0.5 * (self.y.min() + self.y.max()) + 1e-9 * self.length
 
 
-def stage_of(motion: Motion) -> WalkStage:
-    """The stage for a motion."""
-    x, y, true = _apart(motion.hips[:, 0], motion.hips[:, 1])
-    length = max(float(np.ptp(x)), float(np.ptp(y))) or ALONE
+def stage_of(motion: Motion, *, springs: bool = False) -> WalkStage:
+    """The stage for a motion; of feet on springs it is as large as their way upward needs."""
+    highest = float(motion.foot_z.max(initial=0.0))
+    alone = (highest or ALONE) / (LIFT * LEG) if springs else ALONE
+    x, y, true = _apart(motion.hips[:, 0], motion.hips[:, 1], alone)
+    length = max(float(np.ptp(x)), float(np.ptp(y)), alone if springs else 0.0) or alone
     leg = LEG * length
     height = motion.hips[:, 2] - motion.hips[:, 2].min()
     thick = THICK * length + float(height.max())
-    lift = max(float(np.ptp(motion.hip_shift_z)), float(motion.foot_z.max(initial=0.0)))
+    lift = max(float(np.ptp(motion.hip_shift_z)), highest)
     swing = motion.foot_x - motion.hips[:, :1] - motion.hip_shift_x
     stride = float(np.ptp(swing, axis=1).max())
     room = min(_spacing(x, y, length), 2.0 * leg)
@@ -75,7 +79,8 @@ def stage_of(motion: Motion) -> WalkStage:
         x=x,
         y=y,
         z=leg + height,
-        true=true,
+        true=true and not springs,
+        springs=springs,
         length=length,
         leg=leg,
         thick=thick,
@@ -85,9 +90,9 @@ def stage_of(motion: Motion) -> WalkStage:
     )
 
 
-def _apart(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, bool]:
+def _apart(x: np.ndarray, y: np.ndarray, alone: float) -> tuple[np.ndarray, np.ndarray, bool]:
     """Places of the hips, those at one place spread along x, and whether they all stayed where they were."""
-    extent = max(float(np.ptp(x)), float(np.ptp(y))) or ALONE
+    extent = max(float(np.ptp(x)), float(np.ptp(y))) or alone
     places = np.round(np.column_stack([x, y]) / (1e-6 * extent))
     _, group = np.unique(places, axis=0, return_inverse=True)
     group = group.reshape(-1)

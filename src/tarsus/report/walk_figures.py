@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -111,6 +112,8 @@ def still(motion: Motion, stage: WalkStage) -> Plate:
         for axes, frame in zip(sheet.grid(len(frames), height), frames, strict=True):
             draw_robot(axes, motion, stage, frame)
             axes.axhline(0.0, color=MUTED, lw=0.8, zorder=0)
+            if motion.incline:
+                draw_gravity(axes, motion.incline, left + 0.06 * (right - left), 0.9 * top, 0.5 * stage.leg)
             axes.set(
                 xlim=(left, right),
                 ylim=(low, top),
@@ -122,8 +125,25 @@ def still(motion: Motion, stage: WalkStage) -> Plate:
     caption = (
         f"{len(frames)} moments of {span}. Full feet are stuck, open triangles slip, open circles are in the air. "
         f"Displacements are drawn {stage.up:g} times larger upward and {stage.along:g} times along the way."
+        + rising(motion)
     )
     return plate(draw, caption)
+
+
+def rising(motion: Motion) -> str:
+    """What a caption says of an incline; nothing of level ground."""
+    if not motion.incline:
+        return ""
+    return f" The ground rises forward by {math.degrees(motion.incline):.3g} deg: an arrow shows where gravity pulls."
+
+
+def draw_gravity(axes: Axes, incline: float, x: float, y: float, length: float) -> None:
+    """An arrow of a length from (x, y) where gravity pulls, seen along a ground that rises forward by an incline
+    [rad]."""
+    end = (x - length * math.sin(incline), y - length * math.cos(incline))
+    axes.annotate(
+        "", end, (x, y), arrowprops={"arrowstyle": "-|>", "color": INK, "lw": 0.9, "shrinkA": 0, "shrinkB": 0}
+    )
 
 
 def _moments(motion: Motion) -> list[int]:

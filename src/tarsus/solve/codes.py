@@ -46,6 +46,11 @@ class ResultCode(Enum):
         result = _CODES[code]
         return cls.DIVERGED if makes_energy and result in (cls.STALLED, cls.NOT_FINITE) else result
 
+    @property
+    def number(self) -> int:
+        """The kernel's return code for it."""
+        return next(code for code, result in _CODES.items() if result is self)
+
 
 CLOSED = 1e-8
 """Largest closure of an energy account that counts as closed: at the accuracy of a single run rounding leaves 1e-12 and
@@ -59,6 +64,8 @@ _CODES = {
     a.NOT_FINITE: ResultCode.NOT_FINITE,
     a.JAMMED: ResultCode.JAMMED,
 }
+SENTENCES = tuple(_CODES[code].value for code in sorted(_CODES))
+"""What each of the engine's codes says, in their order."""
 
 _FIELDS = {
     "time": "f8", "foot": "i4", "kind": "i1", "speed_before": "f8", "speed_after": "f8", "pull": "f8", "strength": "f8",

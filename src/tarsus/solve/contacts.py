@@ -1,4 +1,4 @@
-"""What the feet do where a part of a run begins."""
+"""What the feet do where a part of a run begins, and what they carry on to it."""
 
 from __future__ import annotations
 
@@ -11,6 +11,33 @@ import numpy.typing as npt
 from tarsus.base.events import CONTACT_BEGINS, EventKind
 
 Floats = npt.NDArray[np.float64]
+
+CARRIED = (
+    "contact", "since", "aged", "parted", "left", "rose", "low", "start", "slide", "sense", "place", "slipped", "apex",
+    "apex_time", "integral", "due",
+)  # fmt: skip
+"""What a foot carries on from one part of its run to the next, the columns of a row: `tarsus.base.events.FootState`;
+[s] when its contact began, or would have begun had it aged all along, its age when it last left the ground, and when it
+did; [s] when its pull last exceeded its contact and when it last came to the ground or left it, and flights too low to
+count; how its flight and its slide begin (the engine's own numbers), sense of sliding, place [m] where it sticks, path
+[m] that a walker's foot has slid; highest gap [m] of the flight and when [s], the gap's integral [m s]; 1 where
+contacts may change at this very moment."""
+
+
+def fresh_feet(runs: int, feet: int) -> Floats:
+    """What feet (runs, feet, k) carry on where nothing has happened: in the air, to be looked at."""
+    out = np.zeros((runs, feet, len(CARRIED)))
+    out[..., CARRIED.index("left")] = -np.inf
+    out[..., CARRIED.index("due")] = 1.0
+    return out
+
+
+def earlier(feet: Floats, by: float) -> Floats:
+    """What feet (m, k) carry on, so long [s] before, as where a motion repeats."""
+    out = feet.copy()
+    for name in ("since", "parted", "left", "rose", "apex_time"):
+        out[:, CARRIED.index(name)] -= by
+    return out
 
 
 @dataclass(frozen=True)

@@ -133,7 +133,7 @@ class RawRuns(Log):
     that very moment, 2 for a mark.
 
     Of the last run: mode, number of the contact mode it ended in; pending, mask of the one in which it would go on from
-    the physical state (2n,), or -1 where there was no run. sources (m + 1,): its rest gaps [m] and gravity [m/s^2];
+    the physical state (2n,), or -1 where there was no run. sources (m + 2,): its rest gaps [m] and gravity [m/s^2];
     tables: contact modes, whose own may be others.
     """
 

@@ -1,7 +1,7 @@
 """Free flights of a linear structure near the ground, many at once, with exact derivatives.
 
 State z = (x, v). ``z' = flow z + inputs (F_drive(t), F_foot)``, with film and attraction at the foot along its normal,
-``F_foot = -C g' / (g + g0)^3 - C_e V^2 / (g + g_e)^2``. A step is exact for forces that run straight between its ends;
+``F_foot = -C g' / (g + g0)^n - C_e V^2 / (g + g_e)^2``. A step is exact for forces that run straight between its ends;
 the force at the foot at its end is found by two corrections. Derivatives are those of just this arithmetic.
 """
 
@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from types import SimpleNamespace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +27,8 @@ LANES = 8
 
 @dataclass(frozen=True)
 class Varied:
-    """Numbers (N, ...) of N flights and their derivatives (N, ..., q) by q unknowns; none unless given."""
+    """Numbers (N, ...) of N flights and their derivatives by q unknowns (N, ..., q), or (..., q) where those of all
+    flights are the same; none unless given."""
 
     value: Floats
     slopes: Floats | None = None
@@ -45,8 +47,8 @@ class Launches:
     """How N flights begin, and what they feel at the foot.
 
     state (N, 2n): at the launch; begin (N,) [s]: when that is, from the first sample; offset (N, 2): force of the drive
-    at the first sample [N] and its drift [N/s], on top of the drive's own; film (N, 4): C [N m^2 s], g0 [m], C_e
-    [N m^2/V^2], g_e [m]; neutral (N,) [m]: gap where x = 0; near (N, nk), near_step [s]: the drive's own force up to
+    at the first sample [N] and its drift [N/s], on top of the drive's own; film (N, 5): C [N m^(n-1) s], g0 [m], C_e
+    [N m^2/V^2], g_e [m], n; neutral (N,) [m]: gap where x = 0; near (N, nk), near_step [s]: the drive's own force up to
     the first sample, the last one there.
     """
 
@@ -64,20 +66,13 @@ class Launches:
         every = (self.state, self.begin, self.offset, self.film)
         return max((one.slopes.shape[-1] for one in every if one.slopes is not None), default=0)
 
-
-@dataclass(frozen=True)
-class _Launch:
-    """Launches as the engine takes them, with eight derivatives."""
-
-    state: Floats
-    state_slopes: Floats
-    begin: Floats
-    begin_slopes: Floats
-    offset: Floats
-    offset_slopes: Floats
-    film: Floats
-    film_slopes: Floats
-    neutral: Floats
+    def part(self, first: int) -> SimpleNamespace:
+        """As the engine takes them, with eight derivatives from number ``first`` on."""
+        out = {"neutral": np.ascontiguousarray(self.neutral, dtype=float)}
+        for name in ("state", "begin", "offset", "film"):
+            one: Varied = getattr(self, name)
+            out |= {name: np.ascontiguousarray(one.value, dtype=float), f"{name}_slopes": one.lanes(first)}
+        return SimpleNamespace(**out)
 
 
 class Flow:
@@ -105,7 +100,6 @@ class Flow:
         counts: NDArray[np.integer],
         output: Floats,
         squares: Floats | None = None,
-        every: int = SUBSTEPS,
     ) -> tuple[Floats, Floats]:
         """Samples of flights, one flight after the other, and their derivatives.
 
@@ -116,13 +110,11 @@ class Flow:
         drive
             The drive's force [N] at the ends of the steps (N, steps + 1), from the first sample on.
         counts
-            Samples of each flight (N,).
+            Samples of each flight (N,), `SUBSTEPS` steps apart.
         output
             What is seen of a state (nc, 2n).
         squares
             Squared volts [V^2] at the ends of the steps (N, steps + 1), where the foot is attracted.
-        every
-            Steps from one sample to the next.
 
         Returns
         -------
@@ -137,8 +129,8 @@ class Flow:
         numbers = np.ascontiguousarray(counts, dtype=np.int64)
         for first in range(0, max(q, 1), LANES):
             values, slopes = _native.fly(
-                self, self.step, np.ascontiguousarray(output), _launch(launches, first), fixed[0],
-                launches.near_step, fixed[1], fixed[2], numbers, every,
+                self, self.step, np.ascontiguousarray(output), launches.part(first), fixed[0], launches.near_step,
+                fixed[1], fixed[2], numbers, SUBSTEPS,
             )  # fmt: skip
             parts.append(slopes.reshape(len(values), channels, LANES))
         return values, np.concatenate(parts, axis=2)[..., :q]
@@ -156,10 +148,3 @@ def _maps(flow: bytes, inputs: bytes, size: int, step: float) -> tuple[Floats, F
     held, slope = whole[:size, size : size + 2], whole[:size, size + 2 :]
     free = np.ascontiguousarray(whole[:size, :size])
     return free, np.asarray(held - slope, dtype=np.float64), np.ascontiguousarray(slope)
-
-
-def _launch(launches: Launches, first: int) -> _Launch:
-    columns = []
-    for one in (launches.state, launches.begin, launches.offset, launches.film):
-        columns += [np.ascontiguousarray(one.value, dtype=float), one.lanes(first)]
-    return _Launch(*columns, neutral=np.ascontiguousarray(launches.neutral, dtype=float))

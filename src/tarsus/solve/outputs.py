@@ -185,7 +185,11 @@ def output_slopes(
     out = rows.slopes(held)
     own = rows.values(states)
     for name, direction in directions_of(gradients).items():
-        moved = {path: w for path, w in direction.items() if path.startswith(("robot.", "ground.gravity."))}
+        moved = {
+            path: w
+            for path, w in direction.items()
+            if path.startswith(("robot.", "ground.gravity.", "ground.incline"))
+        }
         late = [path for path in direction if path.startswith(("gait.", "signals.")) or ".amplifier." in path]
         if late and not all(_MOTION.get(one.quantity, 2) < 2 for one in outputs):
             raise InputError([f"{path}: charges, currents, forces and accelerations are not differentiated by what "

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -18,9 +18,10 @@ from tarsus.solve import acting
 from tarsus.solve.outputs import Output, output_rows
 
 if TYPE_CHECKING:
+    from tarsus.core.modes import LinearSystem
     from tarsus.core.replay import SampledStates
     from tarsus.model.scene import Scene
-    from tarsus.solve.motion import Way
+    from tarsus.solve.motion import Account, Way
     from tarsus.solve.run import Run
 
 Floats = NDArray[np.float64]
@@ -171,25 +172,40 @@ def event_losses(run: Run, time: Floats) -> dict[str, Floats]:
 
 def ledger(run: Run) -> Ledger:
     """Where the energy of a whole run went."""
-    row, system = run.motion.acting.rows, run.plan.system
-    terms, works = ({name: float(one) for name, one in some.items()} for some in run.motion.account)
+    row, first, last = run.motion.acting.rows, run.motion.acting.rows.initial[0], run.motion.last
+    lost = (float(run.events["energy"].sum()), float(run.events["adhesion_energy"].sum()))
+    resolved = _unresolved(run, first, last)
+    return ledger_of(run.plan.system, row.scales[0], first, last, run.motion.account, lost, resolved)
+
+
+def ledger_of(
+    system: LinearSystem,
+    scales: Floats,
+    first: Floats,
+    last: Floats,
+    account: Account,
+    lost: Sequence[float] | Floats,
+    resolved: float = 1.0,
+) -> Ledger:
+    """That of a motion from a state to another (2n,), with its account; scales: length [m] and force [N]; lost [J]: in
+    impacts, and of that to adhesion; resolved: how exactly the account can close."""
+    terms, works = ({name: float(one) for name, one in some.items()} for some in account)
     n = len(system.mass)
-    first, last = row.initial[0], run.motion.last
     kinetic = [float(0.5 * z[n:] @ system.mass @ z[n:]) for z in (first, last)]
     elastic = [float(0.5 * z[:n] @ system.stiffness @ z[:n]) for z in (first, last)]
-    adhesion = float(run.events["adhesion_energy"].sum())
-    impacts = float(run.events["energy"].sum()) - adhesion
+    adhesion = float(lost[1])
+    impacts = float(lost[0]) - adhesion
     change_k, change_e = kinetic[1] - kinetic[0], elastic[1] - elastic[0]
     gained = terms["work_in"] + sum(works.values())
     spent = terms["damping"] + terms["friction"] + impacts + adhesion
     residual = gained - spent - change_k - change_e
     sizes = (*terms.values(), *works.values(), impacts, adhesion, change_k, change_e, *kinetic, *elastic)
-    length, force, _ = row.scales[0]
+    length, force = scales[:2]
     largest = max(map(abs, sizes))
     moved = largest > NOTHING * force * length
     return Ledger(
         **terms, kinetic=change_k, elastic=change_e, impacts=impacts, adhesion=adhesion, laws=works, residual=residual,
-        closure=abs(residual) / (_unresolved(run, first, last) * largest) if moved else 0.0,
+        closure=abs(residual) / (resolved * largest) if moved else 0.0,
     )  # fmt: skip
 
 
@@ -206,7 +222,7 @@ def electrical_energy(run: Run) -> float:
     row, system = run.motion.acting.rows, run.plan.system
     n = len(system.mass)
     ends = np.array([row.initial[0], run.motion.last])[:, :n]
-    weight = float(row.sources[0, -1] * (system.weight @ (ends[1] - ends[0])))
+    weight = float((ends[1] - ends[0]) @ system.weight @ row.sources[0, -2:])
     taken, times = run.ledger.work_in - weight, np.array([0.0, run.end_time])
     for drive, signal, load in zip(
         drives.values(), run.scene.actuator_volts.values(), system.loads.T, strict=True

@@ -1,39 +1,89 @@
-"""A scene that is run again and again with other numbers: what the engine made for it stays."""
+"""A scene that is run again and again with other numbers, or stepped: what the engine made for it stays."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+import io
+import json
+import os
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from hashlib import sha256
+from typing import TYPE_CHECKING, Any, overload
 
-from numpy.typing import ArrayLike
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
+from tarsus.base.errors import InputError
 from tarsus.files.library import SceneLike, as_scene
+from tarsus.files.toml import scene_text
 from tarsus.plan.slots import Place, slots
 from tarsus.solve.batch import Batch, columns, simulate_batch
+from tarsus.solve.codes import ResultCode
+from tarsus.solve.engine import RECORDED, Accuracy
 from tarsus.solve.simulate import Shared, changed_run, seconds_of
 
 if TYPE_CHECKING:
+    from tarsus.base.workers import Workers
+    from tarsus.files.ledger import Ledger
     from tarsus.model.scene import Scene
-    from tarsus.solve.engine import Accuracy
     from tarsus.solve.run import Run
+    from tarsus.solve.step_slopes import StepSlopes
+    from tarsus.solve.stepping import State, SteppedRobots
     from tarsus.solve.trajectories import Trajectories
+
+Floats = NDArray[np.float64]
+Drawn = Callable[[np.random.Generator, int], Mapping[str, ArrayLike]]
+"""What robots differ in, drawn at every reset: values (nr,) by path, of so many robots."""
+
+FORMAT = "tarsus session 1"
 
 
 class Session:
-    """Runs of one scene with some of its numbers changed, which share contact modes and step tables.
+    """Runs of one scene with some of its numbers changed, which share contact modes and step tables; and robots that
+    are stepped.
 
     Runs that differ in numbers that are data of a plan (`slots`) share the plan and all tables: nothing is lowered for
     them. Others share tables with earlier runs of the same structure, of which the last 32 are kept. Every run is the
     one that `simulate` makes of the changed scene, to rounding of its drives. Safe between threads.
+
+    Stepped, the robots wait where they are for the next command: `reset`, `step`, `fork`, `save`.
     """
 
-    def __init__(self, scene: SceneLike) -> None:
-        """scene: a scene, or a device's name or a scene file's path."""
+    def __init__(
+        self,
+        scene: SceneLike,
+        robots: int | None = None,
+        vary: Mapping[str, Any] | Drawn | None = None,
+        *,
+        accuracy: Accuracy | None = None,
+        account: bool = False,
+        threads: Workers = None,
+    ) -> None:
+        """What is stepped is one robot, or so many.
+
+        scene: a scene, or a device's name or a scene file's path. vary: slots (`slots`) in which robots differ, by
+        path: a number or text with a unit, one for each (nr,), or a tuple of two, between which they are drawn at each
+        reset; or a function of a generator and how many robots to draw for, which gives values (nr,) by path. accuracy:
+        of steps, by default that of a single run, and of many robots that of a batch. account: whether to keep energies
+        (`ledger`). threads: of steps, by default one for each processor.
+
+        Raises InputError for fewer than one robot.
+        """
         self.scene: Scene = as_scene(scene)
+        if robots is not None and robots < 1:
+            raise InputError(f"robots: expected one or more, got {robots}")
+        self.robots, self.vary = robots, vary or {}
+        self.accuracy = accuracy or (RECORDED if robots is None else Accuracy())
+        self.account, self.threads = account, threads
         self._shared = Shared(self.scene)
+        self._rng = np.random.default_rng()
+        self._now: SteppedRobots | None = None
+        self._asked: tuple[float | str, float] = "1 ms", 1e-3  # the last text of a time, which is read once
+        self._lock = threading.RLock()
 
     def __repr__(self) -> str:
-        return f"Session({self.scene.name!r})"
+        many = "" if self.robots is None else f", robots={self.robots}"
+        return f"Session({self.scene.name!r}{many})"
 
     @property
     def slots(self) -> Mapping[str, Place]:
@@ -69,3 +119,247 @@ class Session:
         return Trajectories.of(
             self.scene, values, seconds_of(self.scene, longest), accuracy=accuracy, shared=self._shared
         )
+
+    # robots that are stepped
+
+    def reset(self, seed: int | None = None, *, robots: ArrayLike | None = None) -> State:
+        """Put robots at their start, at time 0, under the scene's own signals.
+
+        seed: of what is drawn from now on; without one it goes on as it did. robots: numbers, or (nr,) truths, of
+        those that begin anew, by default all. Raises InputError where what varies does not fit the scene.
+        """
+        with self._lock:
+            if seed is not None:
+                self._rng = np.random.default_rng(seed)
+            if robots is None or self._now is None:
+                self._now = self._fresh(self.robots or 1)
+            else:
+                own = np.asarray(robots)
+                chosen = np.flatnonzero(own) if own.dtype == bool else own.astype(np.intp).reshape(-1)
+                if len(chosen):
+                    self._now.renewed(chosen, self._fresh(self.robots or 1))
+            return self._state(None)
+
+    def _fresh(self, count: int) -> SteppedRobots:
+        from tarsus.solve.stepping import SteppedRobots
+
+        values = self.vary(self._rng, count) if callable(self.vary) else self._drawn(count)
+        checked = {path: columns(self.scene, {path: of}, grid=False)[path] for path, of in values.items()}
+        spread = {
+            path: np.broadcast_to(one, (count,)) for path, one in checked.items() if len(one) in (1, count)
+        }
+        if wrong := sorted(set(checked) - set(spread)):
+            raise InputError(
+                [f"{path}: expected one value or {count}, got {len(checked[path])}" for path in wrong]
+            )
+        longest = seconds_of(self.scene, None)
+        return SteppedRobots.at_start(
+            self.scene, self._shared, spread, count, longest, self.accuracy, account=self.account
+        )
+
+    def _drawn(self, count: int) -> dict[str, ArrayLike]:
+        """Values of what varies, those between two bounds drawn."""
+        assert not callable(self.vary)
+        out: dict[str, ArrayLike] = {}
+        for path, of in self.vary.items():
+            if isinstance(of, tuple):
+                if len(of) != 2:
+                    raise InputError(f"{path}: expected two bounds to draw between, got {len(of)}")
+                low, high = columns(self.scene, {path: list(of)}, grid=False)[path]
+                of = self._rng.uniform(min(low, high), max(low, high), count)
+            out[path] = of
+        return out
+
+    @overload
+    def step(
+        self, drive: Mapping[str, Any] | None = None, dt: float | str = "1 ms", *,
+        ramp: bool = False, gait: Mapping[str, Any] | None = None, gradients: None = None,
+    ) -> State: ...  # fmt: skip
+    @overload
+    def step(
+        self, drive: Mapping[str, Any] | None = None, dt: float | str = "1 ms", *,
+        ramp: bool = False, gait: Mapping[str, Any] | None = None, gradients: Sequence[str],
+    ) -> tuple[State, StepSlopes]: ...  # fmt: skip
+    def step(
+        self,
+        drive: Mapping[str, Any] | None = None,
+        dt: float | str = "1 ms",
+        *,
+        ramp: bool = False,
+        gait: Mapping[str, Any] | None = None,
+        gradients: Sequence[str] | None = None,
+    ) -> State | tuple[State, StepSlopes]:
+        """Go on for ``dt`` [s], exactly from event to event, under a command from now on.
+
+        Parameters
+        ----------
+        drive
+            By the drives' names: volts, which are held; with several robots one for all or one for each (nr,). Or a
+            waveform, whose time begins now, or a waveform for each robot: a ramp, switching times (`OnOff`). Others go
+            on as they were told, at first by the scene's own signals.
+        dt
+            How long; a text with a unit.
+        ramp
+            Volts are reached by a straight ramp at the end of the step, from those that were asked for before.
+        gait
+            Numbers of the scene's gait by their paths in it, for all robots or for each (nr,): phases, frequency,
+            volts, duty, as if its clock had run on with them.
+        gradients
+            Paths of numbers of the scene by which the step is differentiated as well, beside the state that it begins
+            with and the command; of one robot.
+
+        Raises
+        ------
+        InputError
+            Where nothing has been reset, for drives and numbers that are none, for a time that is none, and where a
+            robot has stopped before; nothing has moved then.
+        """
+        with self._lock:
+            now, seconds = self._robots(), self._seconds(dt)
+            if not now.runs.done.all():
+                robot = int(np.flatnonzero(~now.runs.done)[0])
+                said = ResultCode.of(int(now.runs.code[robot]), makes_energy=self.scene.ground.makes_energy)
+                which = "the robot" if self.robots is None else f"robot {robot}"
+                raise InputError(
+                    f"{which} has stopped at {now.runs.time[robot]:.6g} s and waits for a reset: {said}"
+                )
+            kept = now.gait
+            try:
+                told = (
+                    now.told(drive or {}, gait or {}, seconds, ramp=ramp) if drive or gait else now.commands
+                )
+                slopes = None
+                if gradients is not None:
+                    from tarsus.solve.step_slopes import step_slopes
+
+                    slopes = step_slopes(now, told, drive or {}, seconds, gradients)
+                began = now.runs.state[:, : now.runs.state.shape[1] // 2].copy()
+                parts = now.advance(told, seconds, self.threads)
+            except InputError:
+                now.gait = kept
+                raise
+            state = self._state(parts, began)
+            return state if slopes is None else (state, slopes)
+
+    def _robots(self) -> SteppedRobots:
+        if self._now is None:
+            raise InputError("there is no robot to step yet: call reset first")
+        return self._now
+
+    def _seconds(self, dt: float | str) -> float:
+        if isinstance(dt, float) and 0.0 < dt < np.inf:
+            return dt
+        if dt == self._asked[0]:
+            return self._asked[1]
+        try:
+            self._asked = dt, seconds_of(self.scene, dt)
+            return self._asked[1]
+        except InputError as error:
+            raise InputError([said.replace("duration: ", "dt: ", 1) for said in error.problems]) from None
+
+    def _state(self, parts: Any, began: Floats | None = None) -> State:
+        from tarsus.solve.stepping import state_of
+
+        now = self._robots()
+        n = now.runs.state.shape[1] // 2
+        return state_of(
+            now, now.runs.state[:, :n].copy() if began is None else began, parts, self.robots is None
+        )
+
+    @property
+    def state(self) -> State:
+        """Where robots are, without events. Raises InputError where nothing has been reset."""
+        return self._state(None)
+
+    @property
+    def values(self) -> Mapping[str, Floats]:
+        """What each robot (nr,) has instead of the scene's numbers, by path."""
+        return dict(self._robots().values)
+
+    def ledger(self, robot: int = 0) -> Ledger:
+        """Where the energy of a robot went since its reset. Raises InputError unless the session keeps an account."""
+        if not self.account:
+            raise InputError("there is no account: make the session with account=True")
+        return self._robots().ledger(robot)
+
+    def fork(self) -> Session:
+        """Another session whose robots are where these are and go their own way; tables are shared."""
+        with self._lock:
+            out = Session(
+                self.scene,
+                self.robots,
+                self.vary,
+                accuracy=self.accuracy,
+                account=self.account,
+                threads=self.threads,
+            )
+            out._shared = self._shared
+            out._rng.bit_generator.state = self._rng.bit_generator.state
+            out._now = None if self._now is None else self._now.copied()
+            return out
+
+    __copy__ = fork
+
+    def __deepcopy__(self, memo: Any) -> Session:
+        return self.fork()
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write robots to a file: numpy's .npz of the arrays of `docs/session.md`, from which `restore` goes on to the
+        last bit."""
+        with open(path, "wb") as file:
+            file.write(self._bytes())
+
+    def restore(self, path: str | os.PathLike[str]) -> State:
+        """Put robots where `save` left them. Raises InputError for a file that is none, or of another scene."""
+        try:
+            with open(path, "rb") as file:
+                content = file.read()
+        except OSError as error:
+            raise InputError(f"{os.fspath(path)}: {error.strerror}") from None
+        with self._lock:
+            self._take(content, os.fspath(path))
+            return self._state(None)
+
+    def _bytes(self) -> bytes:
+        with self._lock:
+            said = {
+                "format": FORMAT, "scene": self._digest(), "robots": self.robots,
+                "generator": self._rng.bit_generator.state,
+            }  # fmt: skip
+            out = io.BytesIO()
+            np.savez_compressed(out, session=json.dumps(said), **self._robots().arrays())
+            return out.getvalue()
+
+    def _take(self, content: bytes, name: str) -> None:
+        from tarsus.solve.stepping import SteppedRobots
+
+        try:
+            with np.load(io.BytesIO(content), allow_pickle=False) as file:
+                arrays = dict(file)
+            said = json.loads(str(arrays.pop("session")))
+            known = said["format"] == FORMAT
+        except (ValueError, KeyError, OSError, EOFError, TypeError) as error:
+            raise InputError(f"{name}: no file of a session ({type(error).__name__})") from None
+        if not known:
+            raise InputError(f"{name}: written by another version ({said['format']})")
+        if said["scene"] != self._digest() or said["robots"] != self.robots:
+            raise InputError(f"{name}: of another scene, or of another number of robots")
+        longest = seconds_of(self.scene, None)
+        self._now = SteppedRobots.taken(arrays, self.scene, self._shared, longest, self.accuracy)
+        self.account = "spent" in arrays
+        self._rng.bit_generator.state = said["generator"]
+
+    def _digest(self) -> str:
+        return sha256(scene_text(self.scene).encode()).hexdigest()[:16]
+
+    def __getstate__(self) -> dict[str, Any]:
+        """In another process tables are made again; the robots are where they are."""
+        with self._lock:
+            out = {name: of for name, of in self.__dict__.items() if name not in ("_lock", "_now")}
+            return out | {"_file": None if self._now is None else self._bytes()}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        content = state.pop("_file")
+        self.__dict__.update(state, _lock=threading.RLock(), _now=None)
+        if content is not None:
+            self._take(content, "a pickled session")

@@ -148,7 +148,7 @@ class DataTangents:
     def none(cls, rows: Rows, count: int, terms: int = TERMS) -> DataTangents:
         """Of so many numbers that nothing depends on; terms: of pieces that may have derivatives."""
         signals = rows.signals
-        pieces, m = len(np.asarray(signals.start)), rows.sources.shape[1] - 1
+        pieces, m = len(np.asarray(signals.start)), rows.sources.shape[1] - 2
         shapes = (
             rows.parameters.shape[1:], rows.initial.shape[1:], rows.sources.shape[1:], (m,), (pieces, terms), (pieces,),
             (pieces,), (len(np.asarray(signals.loop)),), (1,), (1,),
@@ -239,9 +239,11 @@ def entering(
     names = list(scene.robot.drives)
     lines, rest = sloped_drives(scene, list(found.values()), [names[d] for d in plan.charged])
     parts = [_apart(scene, one) for one in rest]
-    structure = {p: _structure_slope(scene, plan, one) for p, (_, one) in enumerate(parts) if one}
-    if structure and plan.system.tangents is not None:
+    changed = {p: one for p, (_, one) in enumerate(parts) if one}
+    if changed and plan.system.tangents is not None:
         raise InputError(NO_FRICTION)
+    if plan.legs is None:
+        structure = {p: _structure_slope(scene, plan, one) for p, one in changed.items()}
     own = [p for p, (moved, _) in enumerate(parts) if moved]
     steps, rows = _stepped(scene, plan, [parts[p][0] for p in own], duration)
     row = _driven_by(_one_row(rows), scene, plan, lines)
@@ -255,18 +257,20 @@ def entering(
         for name in data.__dataclass_fields__:
             getattr(data, name)[..., own] = getattr(by_data, name)
     for name, one in lines.items():
-        _add_drive(data, row, plan, names.index(name), one)
+        add_drive(data, row, plan, names.index(name), one)
         if one.period == float(rows.periods[0]):
             data.period[0] += one.by_period
     _drop_rounding(data, row)
-    changed = {p: one for p, (_, one) in enumerate(parts) if one and plan.legs is not None}
     if scene.initial.standing is not None:
         for p, one in enumerate(found.values()):
             moved = {path: weight for path, weight in one.items() if path not in rest[p]}
             if any(bears(scene, path) for path in moved):
                 (stencil,), stood = _stepped(scene, plan, [moved], duration)
                 data.initial[..., p] += stencil.slope(plan.initial, list(stood.initial[1:]))
+    if plan.legs is None:
+        return Entering(tuple(found), row, data, structure)
     perturbed = {p: _walkers(scene, plan, one, data.initial[..., p]) for p, one in changed.items()}
+    structure = {p: _slope_of(plan, copies) for p, copies in perturbed.items()}
     return Entering(tuple(found), row, data, structure, perturbed)
 
 
@@ -291,6 +295,16 @@ def _walkers(
     )
 
 
+def _slope_of(plan: Plan, copies: Sequence[tuple[Plan, float]]) -> LinearSystem:
+    """Derivatives of the arrays of a walker's structure, which are linear in the numbers of its legs, from perturbed
+    copies with their weights; rest gaps and gravity are data."""
+    slopes = {
+        name: sum((weight * (one.system.arrays[name] - own) for one, weight in copies), np.zeros_like(own))
+        for name, own in plan.system.arrays.items()
+    }
+    return replace(plan.system, rest_gap=np.zeros_like(plan.system.rest_gap), gravity=0.0, **slopes)
+
+
 def _driven_by(row: Rows, scene: Scene, plan: Plan, lines: Mapping[str, SlopedDrive]) -> Rows:
     """A run with those drives in place of its own."""
     if not lines:
@@ -305,7 +319,7 @@ def _driven_by(row: Rows, scene: Scene, plan: Plan, lines: Mapping[str, SlopedDr
     return _one_row(replace(row, pool=tuple(pool), channels=channels))
 
 
-def _add_drive(data: DataTangents, row: Rows, plan: Plan, drive: int, of: SlopedDrive) -> None:
+def add_drive(data: DataTangents, row: Rows, plan: Plan, drive: int, of: SlopedDrive) -> None:
     """Add the derivatives of a drive."""
     for c, one in zip(plan.channels_of(drive), (of.force, of.volts), strict=False):
         assert one is not None
@@ -395,7 +409,7 @@ def _structure_slope(scene: Scene, plan: Plan, direction: Direction) -> LinearSy
             best, least = found, off
         if off <= AGREED:
             break
-    return replace(plan.system, rest_gap=np.zeros_like(plan.system.rest_gap), gravity=0.0, **best)
+    return replace(plan.system, rest_gap=np.zeros_like(plan.system.rest_gap), gravity=np.zeros(2), **best)
 
 
 def _differences(

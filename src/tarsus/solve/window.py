@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tarsus.base.errors import InputError
+from tarsus.base.events import FootState
 from tarsus.core import _native
 from tarsus.core import arrays as a
 from tarsus.core.modes import NODES, ModeBook
@@ -20,7 +21,7 @@ from tarsus.core.replay import SampledStates, shown_states
 from tarsus.plan.slots import Rows, rows_of
 from tarsus.solve.acting import Acting
 from tarsus.solve.codes import EVENT_TYPE, ResultCode, event_places, structured_events, without_marks
-from tarsus.solve.contacts import Contacts
+from tarsus.solve.contacts import CARRIED, Contacts
 from tarsus.solve.engine import RECORDED, Accuracy, book_of, settings_of, tables_of
 from tarsus.solve.lanes import Doubt, copies_of, doubted
 from tarsus.solve.motion import unpacked
@@ -50,14 +51,14 @@ class WindowStart:
 
     state (2n,): displacements and velocities [m, m/s]; t0 [s]: when it starts, at 0 or later, the drives' time; times
     (nt,) [s]: when outputs are wanted, in order, none before the start: the window ends with the last one; contacts:
-    what the feet do at the start, by default none is held; data: number of the row of data that it runs on, or of what
-    enters it.
+    what the feet do at the start, by default none is held, or (m, k) what they carry on from a window before
+    (`Window.feet`); data: number of the row of data that it runs on, or of what enters it.
     """
 
     state: npt.ArrayLike
     t0: float
     times: npt.ArrayLike
-    contacts: Contacts = field(default_factory=Contacts)
+    contacts: Contacts | Floats = field(default_factory=Contacts)
     data: int = 0
 
 
@@ -118,7 +119,9 @@ class Window:
     """A plan run from a given state.
 
     times (nt,) [s]; states: displacements, velocities, gaps, forces and pulls at the times; code: how it ended, no
-    energy account being asked for; rows: every event as the engine has it; slopes: derivatives where asked for.
+    energy account being asked for; rows: every event as the engine has it; end (2n,): displacements and velocities at
+    its end, events of that moment included; feet (m, k): what feet carry on from there; slopes: derivatives where asked
+    for.
     """
 
     acting: Acting
@@ -126,6 +129,8 @@ class Window:
     states: SampledStates
     code: ResultCode
     rows: Floats
+    end: Floats
+    feet: Floats
     slopes: WindowSlopes | None = None
 
     @cached_property
@@ -169,7 +174,8 @@ class WindowBatch(Sequence[Window]):
 
     starts: where each started; data: the rows of data that they ran on, by number; times (nt,) [s]: of all, end to
     end, those of window w from first[w] to first[w + 1]; states and slopes: at these; rows: event rows of all, those of
-    window w from begin[w] to begin[w + 1], by which the slopes' flags count as well; codes: how each ended.
+    window w from begin[w] to begin[w + 1], by which the slopes' flags count as well; codes: how each ended; ends (nw,
+    2n) and feet (nw, m, k): as `Window.end` and `Window.feet`.
     """
 
     plan: Plan
@@ -181,6 +187,8 @@ class WindowBatch(Sequence[Window]):
     rows: Floats
     begin: npt.NDArray[np.int64]
     codes: tuple[ResultCode, ...]
+    ends: Floats
+    feet: Floats
     slopes: WindowSlopes | None = None
 
     def __len__(self) -> int:
@@ -203,7 +211,10 @@ class WindowBatch(Sequence[Window]):
             )
         one = self.starts[w]
         acting = Acting(self.plan, self.data[one.data].starting(np.asarray(one.state, dtype=float)))
-        return Window(acting, self.times[at], self.states.part(at), self.codes[w], self.rows[events], slopes)
+        return Window(
+            acting, self.times[at], self.states.part(at), self.codes[w], self.rows[events], self.ends[w], self.feet[w],
+            slopes,
+        )  # fmt: skip
 
 
 def simulate_window(
@@ -211,7 +222,7 @@ def simulate_window(
     state: npt.ArrayLike,
     t0: float,
     times: npt.ArrayLike,
-    contacts: Contacts | None = None,
+    contacts: Contacts | Floats | None = None,
     *,
     rows: Rows | None = None,
     gradients: WindowGradients | None = None,
@@ -226,7 +237,7 @@ def simulate_window(
     InputError
         For states, times or contacts that do not fit the plan.
     """
-    start = WindowStart(state, t0, times, contacts or Contacts())
+    start = WindowStart(state, t0, times, Contacts() if contacts is None else contacts)
     return simulate_windows(plan, [start], rows=rows, gradients=gradients, shared=shared, accuracy=accuracy)[
         0
     ]
@@ -272,19 +283,19 @@ def simulate_windows(
     names = by.names(len(plan.system.mass))
     batch = _Batch(plan, given, data, by, names, settings_of(plan, end, accuracy, record=plan.legs is None))
     if plan.legs is None:
-        codes, events, ends, samples, *slopes = batch.modal(
+        codes, events, ends, samples, *slopes, finals, feet = batch.modal(
             shared if isinstance(shared, ModeBook) else book_of(plan, end)
         )
         states = shown_states(samples, plan.feet, plan.system.tangents is not None)
     else:
         tables = shared if isinstance(shared, _native.LegTables) else tables_of(plan, end)
-        codes, events, ends, samples, *slopes = batch.legged(tables)
+        codes, events, ends, samples, *slopes, finals, feet = batch.legged(tables)
         states = _walked(plan, given, data, samples)
     begin = np.concatenate([[0], ends])
     found = _slopes(plan, given, names, states, events, begin, slopes) if names else None
     return WindowBatch(
         plan, starts, _singles(data, given.data), given.times, given.first, states, events, begin,
-        tuple(ResultCode.of(int(code)) for code in codes), found,
+        tuple(ResultCode.of(int(code)) for code in codes), finals, feet.reshape(len(starts), plan.feet, -1), found,
     )  # fmt: skip
 
 
@@ -307,7 +318,7 @@ def _singles(data: Sequence[Rows], wanted: npt.NDArray[np.int64]) -> dict[int, R
 @dataclass(frozen=True)
 class _Given:
     """Starts of nw windows as arrays: state (nw, 2n), t0 (nw,), held, leaving, since (nw, m), data (nw,), first
-    (nw + 1,) of each one's times."""
+    (nw + 1,) of each one's times, carried (nw, m, k) by the feet of those that go on."""
 
     state: Floats
     t0: Floats
@@ -317,6 +328,7 @@ class _Given:
     data: npt.NDArray[np.int64]
     first: npt.NDArray[np.int64]
     times: Floats
+    carried: Floats
 
     @classmethod
     def of(cls, plan: Plan, starts: Sequence[WindowStart], data: int) -> _Given:
@@ -332,7 +344,7 @@ class _Given:
                 raise InputError(
                     problems if len(starts) == 1 else [f"window {w}: {text}" for text in problems]
                 )
-        begun = [one.contacts.begin(m, one.t0)[1:] for one in starts]
+        begun = [_begun(one, m) for one in starts]
         held = np.array([one[0] for one in begun], dtype=np.uint8).reshape(-1, m)
         leaving = np.array([one[1] for one in begun], dtype=np.uint8).reshape(-1, m)
         since = np.array([one[2] for one in begun], dtype=float).reshape(-1, m)
@@ -340,19 +352,34 @@ class _Given:
             np.array(states).reshape(-1, size), np.array([one.t0 for one in starts], dtype=float), held, leaving, since,
             np.array([one.data for one in starts], dtype=np.int64),
             np.cumsum([0, *map(len, times)], dtype=np.int64), np.concatenate([*times, np.zeros(0)]),
+            np.array([one[3] for one in begun], dtype=float).reshape(-1, m, len(CARRIED)),
         )  # fmt: skip
 
     def native(self, sources: npt.NDArray[np.int64]) -> tuple[Any, ...]:
         """As the engine takes them; sources (nw, 2): what each runs on, and its row there."""
         return (
             self.state, self.t0, self.held, self.leaving, self.since, np.ascontiguousarray(sources), self.first,
-            self.times,
+            self.times, self.carried,
         )  # fmt: skip
+
+
+def _begun(one: WindowStart, feet: int) -> tuple[Any, Any, Any, Floats]:
+    """Held, leaving and since (m,), and what is carried on (m, k), NaN where nothing is."""
+    if isinstance(one.contacts, Contacts):
+        return (*one.contacts.begin(feet, one.t0)[1:], np.full((feet, len(CARRIED)), np.nan))
+    held, since = (one.contacts[:, CARRIED.index(name)] for name in ("contact", "since"))
+    return held != FootState.AIR, np.zeros(feet), since, one.contacts
 
 
 def _problems(one: WindowStart, state: Floats, times: Floats, feet: int, size: int) -> list[str]:
     """Sentences on where a window's start or times do not fit a plan of so many feet and numbers of a state."""
-    problems = one.contacts.faults(feet, one.t0)
+    problems = []
+    if isinstance(one.contacts, Contacts):
+        problems += one.contacts.faults(feet, one.t0)
+    elif np.shape(one.contacts) != (feet, len(CARRIED)):
+        problems.append(
+            f"contacts: expected {feet} rows of {len(CARRIED)} numbers, as a window before left them"
+        )
     if state.shape != (size,) or not np.isfinite(state).all():
         problems.append(f"state: expected {size} finite numbers, displacements and velocities")
     if not (math.isfinite(one.t0) and one.t0 >= 0.0):

@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from matplotlib.axes import Axes
 
-from tarsus.report.charts import ChartPanel, Charts, Dash, side_by_side
+from tarsus.report.charts import Charts
 from tarsus.report.pages import Plate
-from tarsus.report.sheet import Sheet, few_ticks, plate
+from tarsus.report.sheet import Sheet, few_ticks, name_axes, plate
 from tarsus.report.style import BLUE, CYCLE, GREEN, RULE, VERMILION
 from tarsus_reproduce.interpretations import Interpretations
 from tarsus_reproduce.millipede import DeviceTrends, Example, Swept
-
-DOTTED: Dash = (0, (1.0, 2.0))
 
 PANELS = (
     (("max_heave",), "largest heave"),
@@ -40,22 +39,27 @@ def swept_figure(swept: Sequence[tuple[str, Swept]], title: str, symbol: str) ->
     """
     first = swept[0][1]
 
-    def over(names: Sequence[str], label: str) -> Charts:
-        log = bool(first.x[-1] > 100.0 * first.x[0])
-        charts = Charts([0.8], symbol, first.unit, (float(first.x[0]), float(first.x[-1])), log=log)
-        (panel,) = charts.panels
-        for color, (variant, one) in zip(CYCLE, swept, strict=False):
-            for name, look in zip(names, ("-", DOTTED), strict=False):
-                _line(panel, one.x, one.values[name], color, look, variant)
-        panel.set_ylabel(label, first.about[names[0]].unit)
-        return charts
+    def draw(sheet: Sheet) -> None:
+        panels = sheet.grid(len(PANELS), 0.7)
+        for axes, (names, label) in zip(panels, PANELS, strict=True):
+            for k, (variant, one) in enumerate(swept):
+                for name, style in zip(names, ("-", ":"), strict=False):
+                    _line(axes, one.x, one.values[name], CYCLE[k], style, variant)
+            few_ticks(axes, y=4)
+            if first.x[-1] > 100.0 * first.x[0]:
+                axes.set_xscale("log")
+                axes.minorticks_off()
+            name_axes(axes, (symbol, first.unit), (label, first.about[names[0]].unit))
+            axes.set_title(axes.get_ylabel())
+            axes.set_ylabel("")
+            axes.set_xlim(first.x[0], first.x[-1])
+        sheet.legend(panels[0])
 
     low, high = first.replicates[[0, -1]]
-    return side_by_side(
-        (("", over(names, label)) for names, label in PANELS),
+    return plate(
+        draw,
         f"{title}: means and ranges over restitutions of {low:g} to {high:g}.",
-        small=True, named=True,
-    )  # fmt: skip
+    )
 
 
 def walks_figure(examples: Sequence[Example], title: str) -> Plate:
@@ -78,13 +82,15 @@ def walks_figure(examples: Sequence[Example], title: str) -> Plate:
     )
 
 
-def _line(panel: ChartPanel, x: np.ndarray, values: np.ndarray, color: str, look: Dash, label: str) -> None:
+def _line(axes: Axes, x: np.ndarray, values: np.ndarray, color: str, style: str, label: str) -> None:
     known = np.isfinite(values).any(axis=1)
     x, values = x[known], values[known]
-    if not len(x):
-        return
-    panel.fill_between(x, np.nanmin(values, axis=1), np.nanmax(values, axis=1), color=color, alpha=0.18)
-    panel.plot(x, np.nanmean(values, axis=1), color=color, ls=look, label=label if look == "-" else "")
+    axes.fill_between(
+        x, np.nanmin(values, axis=1), np.nanmax(values, axis=1), color=color, alpha=0.18, lw=0.0
+    )
+    axes.plot(
+        x, np.nanmean(values, axis=1), style, color=color, lw=1.1, label=label if style == "-" else None
+    )
 
 
 def interpretations_figure(drawn: Interpretations, devices: Sequence[DeviceTrends]) -> Plate:

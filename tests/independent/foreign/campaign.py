@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +13,8 @@ from scipy.io import savemat
 from scipy.signal import butter
 
 from independent.foreign.drive import Wave
+from independent.foreign.instruments import noise as coloured
+from independent.foreign.instruments import seen_by
 from independent.foreign.motion import Motion, Moved, filtered
 from independent.foreign.world import Device, World
 
@@ -111,7 +113,8 @@ def write_campaign(
         Noise of each channel below its own motion.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    motion = Motion(device, world, 8 if np.isfinite(world.filtered) or world.behind or world.pace else 2)
+    between = np.isfinite(world.filtered) or world.behind or world.pace or world.trigger
+    motion = Motion(device, world, 8 if between else 2)
     random = np.random.default_rng([seed, 41])
     head = [
         f'name = "{name}"', 'device = "device.toml"', 'foot = "tip"', 'drive = "pzt"', "", "[defaults]",
@@ -126,15 +129,18 @@ def write_campaign(
         files = []
         moved: Moved | None = None
         for repeat in range(record.repeats):
-            if moved is None or (world.drift and record.gap is None):
+            if moved is None or (world.drift and record.gap is None) or world.unpoled or world.scatter:
                 moved = _moved(motion, record, rate / record.share, device.gap + world.drift * number)
             number += 1
             file = f"{record.name}-{repeat + 1}.mat" if record.repeats > 1 else f"{record.name}.mat"
-            savemat(folder / file, _recorded(record, moved, world, rate / record.share, decibels, random))
+            begun = replace(world, gain=world.gain * (1.0 + world.warming * number / 46.0))
+            if world.trigger:
+                begun = replace(begun, behind=world.behind + world.trigger * random.standard_normal())
+            savemat(folder / file, _recorded(record, moved, begun, rate / record.share, decibels, random))
             files.append(file)
         head += list(_set(record, files))
     (folder / "campaign.toml").write_text("\n".join(head) + "\n")
-    (folder / "device.toml").write_text(_known(device))
+    (folder / "device.toml").write_text(_known(device, world))
     return folder / "campaign.toml"
 
 
@@ -183,8 +189,11 @@ def _recorded(
             if quantity == "x":
                 seen = seen + world.hum * noise * np.sin(2.0 * np.pi * 50.0 * time + 6.0 * random.random())
                 seen = seen + (WANDER * random.standard_normal() if record.purpose != "modal" else 0.0)
-                seen = seen * (world.gain if point == "tip" else 1.0)
-            out[f"{point}_{quantity}"] = factor * (seen + noise * random.standard_normal(len(seen)))
+                seen = seen * (world.gain if point == "tip" or world.warming else 1.0)
+            elif world.warming:
+                seen = seen * world.gain
+            seen = seen + coloured(len(seen), noise, world, random)
+            out[f"{point}_{quantity}"] = factor * seen_by(seen, rate, quantity, world, random)
     return out
 
 
@@ -232,9 +241,9 @@ def _set(record: Record, files: list[str]) -> Iterator[str]:
     yield ""
 
 
-def _known(device: Device) -> str:
+def _known(device: Device, world: World) -> str:
     """What is known beforehand, as a scene file: geometry, gap, thresholds, history; the rest says nothing."""
-    long, wide, thick = device.tip
+    long, wide, thick = world.long * device.tip[0], *device.tip[1:]
     blank = '{ source = "assumed", note = "Placeholder, to be identified." }'
     unknown = (
         "robot.structure.frequencies", "robot.structure.damping_ratios", "robot.drives.pzt.load.participation",
@@ -250,7 +259,7 @@ def _known(device: Device) -> str:
         f"participation = [{device.participation[0]}, 1.0]", "", "[robot.drives.pzt.law]",
         'kind = "prandtl_ishlinskii"', "constant = 0.0", "linear = 1e-6", "quadratic = 0.0", "cubic = 0.0",
         f"thresholds = {list(device.thresholds)}", f"weights = {[0.0] * len(device.weights)}", "", "[robot.feet.tip]",
-        'point = "tip"', f"gap = {device.gap}", "normal = 1", "", "[ground]", "near_field_forces = true", "",
+        'point = "tip"', f"gap = {world.gap * device.gap}", "normal = 1", "[ground]", "near_field_forces = true", "",
         "[ground.restitution]", "coefficient = 0.5", "", "[ground.landing]", 'kind = "capture_unless_pulled"', "",
         "[ground.adhesion]", "initial = 0.0", "rate = 0.0", "", "[ground.film]", "coefficient = 1e-20",
         "thickness = 1e-5", "", "[signals.pzt]", 'kind = "square"', "amplitude = 8.0", "frequency = 50.0", "",

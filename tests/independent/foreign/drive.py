@@ -12,6 +12,8 @@ from independent.foreign.world import Device, World
 Floats = NDArray[np.float64]
 CREEP_S = 0.3
 """Time after which the late share of a creeping drive has followed."""
+CHARGE_GAP = 20e-6
+"""Gap [m] of an attraction by the volts while the foot stands on the ground."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +48,19 @@ class Wave:
             place, [0.0, half, 0.5 - half, 0.5 + half, 1.0 - half, 1.0], [0.0, 1.0, 1.0, -1.0, -1.0, 0.0]
         )
 
+    def slewed(self, most: float, end: float) -> Wave:
+        """The same behind an amplifier that slews so fast [V/s] at most: of squares, the others being slower."""
+        if np.isinf(most) or self.kind != "square":
+            return self
+        p, turns = self.parameters, self.turns(end)
+        times, levels, at = [0.0], [0.0], 0.0
+        for begin in turns[:-1].tolist():
+            to = p["amplitude"] * (1.0 if np.remainder(begin * p["frequency"] + 1e-9, 1.0) < 0.5 else -1.0)
+            times += [begin, begin + abs(to - at) / most]
+            levels += [at, to]
+            at = to
+        return Wave("sampled", dict(times=times[1:], levels=levels[1:]))
+
     def turns(self, end: float) -> Floats:
         """Times [s] from 0 to the end between which the voltage is smooth and monotone."""
         p = self.parameters
@@ -72,14 +87,18 @@ class Wave:
 class Drive:
     """The force of a device's drive under a voltage."""
 
-    def __init__(self, device: Device, world: World, wave: Wave, end: float) -> None:
+    def __init__(
+        self, device: Device, world: World, wave: Wave, end: float, left: Floats | None = None
+    ) -> None:
+        wave = wave.slewed(world.slew, end)
         self.device, self.wave = device, wave
         self.r = np.array(world.thresholds or device.thresholds)
         self.w = np.array(device.weights)
         self.creep = world.creep
         state = np.zeros(len(self.r))
-        for level in device.history:
+        for level in device.history if left is None else ():
             state = _played(state, level, self.r)
+        state = state if left is None else _played(left, 0.0, self.r)
         self.turns = wave.turns(end)
         self.states = [state]  # at rest, then at the start and the end of every stretch
         for first, last in zip(self.turns[:-1], self.turns[1:], strict=True):

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 from scipy.signal import lfilter
 
-from independent.foreign.drive import Drive, Wave
+from independent.foreign.drive import CHARGE_GAP, Drive, Wave
 from independent.foreign.structure import Modes, Phase, held, modes_of
 from independent.foreign.world import Device, World
 
@@ -50,6 +50,8 @@ class _Stepper:
         self.by_foot = (phase.inputs @ row).tolist()
         self.by_drive = (phase.inputs @ modes.participation).tolist()
         self.by_first = phase.inputs[:, 0].tolist()
+        self.drag = 0.0
+        self.charge = 0.0  # of the attraction, times the square of the volts, in the step under way
         self.constant = phase.constant.tolist()
         # net force of the structure on its foot, still and by the poles and the drive
         omega, mass = modes.omega, modes.mass
@@ -111,7 +113,7 @@ class _Stepper:
             for a, b, x in zip(self.gap_out, self.rate_out, z, strict=True):
                 gap += a.real * x.real - a.imag * x.imag
                 rate += b.real * x.real - b.imag * x.imag
-            film = self.law(gap, rate)
+            film = self.law(gap, rate) - self.drag * rate * abs(rate) - self.charge / (gap + CHARGE_GAP) ** 2
         if self.spring:
             cubic = -self.spring * self.first(z) ** 3
             return [
@@ -153,6 +155,8 @@ class Motion:
     def __init__(self, device: Device, world: World, steps: int = 2) -> None:
         self.device, self.world, self.steps = device, world, steps
         self.modes = modes_of(device, world)
+        self.left: Floats | None = None
+        self.random = np.random.default_rng(57)
         stiffness = self.modes.mass * self.modes.omega[0] ** 2
         reach = REACH / float(self.modes.points[0, 0])
         self.spring = world.stiffening * stiffness / reach**2
@@ -165,6 +169,13 @@ class Motion:
         if power == 3:
             return lambda g, v: -coefficient * v / (g + thickness) ** 3
         return lambda g, v: -coefficient * v / (g + thickness) ** power
+
+    def drive(self, wave: Wave, end: float) -> Drive:
+        """The drive under a voltage, from where the last one left its plays if it is not poled in between."""
+        out = Drive(self.device, self.world, wave, end, self.left)
+        if self.world.unpoled:
+            self.left = out.states[-1]
+        return out
 
     def rest(self, drive: Drive) -> Floats:
         """Coordinates at rest in the air."""
@@ -180,7 +191,7 @@ class Motion:
         count = int(np.floor(duration * rate * (1.0 + 1e-12)))
         marks = np.arange(count * fine + 1) / (rate * fine)
         end = float(marks[-1])
-        drive = Drive(self.device, self.world, wave, end)
+        drive = self.drive(wave, end)
         stretch = np.clip(np.searchsorted(drive.turns, marks, side="right") - 1, 0, len(drive.turns) - 2)
         force = drive.force(marks, stretch)
         if self.world.creep:
@@ -203,7 +214,7 @@ class Motion:
     def driven(self, wave: Wave, rate: float, duration: float, gap: float) -> Moved:
         """Motion above a ground at a gap [m] from the neutral position, sampled [Hz], and its steps between."""
         count = int(np.floor(duration * rate * (1.0 + 1e-12)))
-        drive = Drive(self.device, self.world, wave, duration)
+        drive = self.drive(wave, duration)
         samples = np.arange(count * self.steps + 1) / (rate * self.steps)
         extra = np.concatenate([drive.turns, drive.kinks()])
         far = np.abs(extra - np.round(extra * rate * self.steps) / (rate * self.steps)) > 1e-11
@@ -262,11 +273,15 @@ class _Run:
         row = modes.points[0]
         self.row, self.mobility = row, float(row @ row) / modes.mass
         self.since = 0.0
+        self.free.drag = world.drag
+        volts = drive.wave.volts(0.5 * (marks[:-1] + marks[1:]))
+        self.charge = (world.charge * volts**2).tolist()
+        self.luck = 1.0
 
     def pull(self, z: list[complex], drive: float) -> float:
         """Net force on the adhesion of a foot in contact."""
         if np.isinf(self.world.ground):
-            return self.tied.pull(z, drive)
+            return self.tied.pull(z, drive) - self.free.charge / CHARGE_GAP**2
         return self.world.ground * self.tied.gap(
             z
         )  # a damper that held the foot would let go of it below ground
@@ -274,7 +289,7 @@ class _Run:
     def strength(self, age: float) -> float:
         first, rate = self.device.adhesion
         if np.isinf(self.world.ageing):
-            return first + rate * age
+            return self.luck * (first + rate * age)
         return first - rate * self.world.ageing * np.expm1(-age / self.world.ageing)
 
     def restitution(self, speed: float) -> float:
@@ -294,6 +309,7 @@ class _Run:
         for k in range(len(marks) - 1):
             begin, end = marks[k], marks[k + 1]
             forces = first[k], middle[k], last[k]
+            self.free.charge = self.charge[k]
             after = phase.step(z, round(end - begin, 15), *forces)
             if self._quiet(phase, after, end, forces[2]):
                 z = after
@@ -365,9 +381,10 @@ class _Run:
         speed = -float(self.row @ state[n:])
         stopped = state.copy()
         stopped[n:] += self.row / self.modes.mass / self.mobility * speed
-        e = self.restitution(speed)
+        self.luck = 1.0 + self.world.scatter * float(self.motion.random.standard_normal())
+        e = min(0.95, self.restitution(speed) * self.luck)
         # as a rigid ground feels it; the rule of the landing is the same on a soft one
-        pull = self.free.pull(self.free.phase.begin(stopped), drive)
+        pull = self.free.pull(self.free.phase.begin(stopped), drive) - self.free.charge / CHARGE_GAP**2
         if pull <= self.strength(0.0) and (not self.world.slow or e * speed <= self.world.slow):
             self.events.append((time, "capture"))
             self.since = time

@@ -55,7 +55,14 @@ class World:
     restitution falls with speed. Own: gain: factor on the foot's displacement; drift [m]: by which the ground sinks
     from record to record; ground [N/m]: its stiffness, infinite where rigid; hum: amplitude at 50 Hz on the
     displacements, in deviations of their noise; pace: share by which the clock of the vibrometer runs fast; ageing
-    [s]: time after which adhesion grows no more.
+    [s]: time after which adhesion grows no more. Of instruments: bits: of a converter whose range is four times the
+    signal's; lost [1/s]: drop-outs of the light; colour: power of the frequency along which the noise falls; coupled
+    [Hz]: high-pass of the displacements; trigger [s]: deviation of each record's start from the drive's; warming: share
+    by which all gains change over the campaign. Of the drive: slew [V/s]: of an amplifier before which the volts are
+    recorded; unpoled: whether a record begins with the plays as the last one left them. Of the motion: drag [kg/m]: of
+    the air on the foot, with the square of its speed; charge [N m^2/V^2]: of an attraction by the drive's volts, at
+    `drive.CHARGE_GAP` beyond contact; scatter: share by which adhesion and restitution differ from contact to contact.
+    Of what is stated: gap, long: factors on the gap and on the length of the tip in the device file.
     """
 
     late: float = 0.0
@@ -74,6 +81,19 @@ class World:
     hum: float = 0.0
     pace: float = 0.0
     ageing: float = np.inf
+    bits: int = 0
+    lost: float = 0.0
+    colour: float = 0.0
+    coupled: float = 0.0
+    trigger: float = 0.0
+    warming: float = 0.0
+    slew: float = np.inf
+    unpoled: bool = False
+    drag: float = 0.0
+    charge: float = 0.0
+    scatter: float = 0.0
+    gap: float = 1.0
+    long: float = 1.0
 
     @property
     def differs(self) -> tuple[str, ...]:
@@ -99,5 +119,21 @@ WORLDS = {
     "mains hum": World(hum=1.5),
     "clock 100 ppm off": World(pace=1e-4),
     "adhesion that ages": World(ageing=0.03),
+    "coarse converter": World(bits=10),
+    "lost fringes": World(lost=10.0),
+    "coloured noise": World(colour=1.0),
+    "coupled displacement": World(coupled=0.1),
+    "trigger jitter": World(trigger=15e-6),
+    "gains warm up": World(warming=0.02),
+    "slow amplifier": World(slew=1e5),
+    "no poling between": World(unpoled=True),
+    "drag of the air": World(drag=2e-8),
+    "attraction by the volts": World(charge=2e-19),
+    "weak attraction": World(charge=1e-20),
+    "contacts scatter": World(scatter=0.1),
+    "gap misstated": World(gap=1.05),
+    "tip misstated": World(long=1.05),
+    "creep, and late": World(creep=0.08, late=6e-6),
+    "third mode, and restitution falls": World(third=0.02, fading=0.15),
 }
 """Kinds of world: one as the model has it, ten differences that are known to mislead, and six more."""

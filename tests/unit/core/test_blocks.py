@@ -21,7 +21,7 @@ def test_exponential_of_every_kind_of_block(damping, stiffness):
     one = np.ones((1, 1))
     nothing = np.zeros((1, 0))
     book = ModeBook(
-        LinearSystem(one, damping * one, stiffness * one, nothing, np.zeros(0), nothing, np.zeros(1)),
+        LinearSystem(one, damping * one, stiffness * one, nothing, np.zeros(0), nothing, np.zeros((1, 2))),
         step_lengths(2.0),
     )
     q = book.require(0)

@@ -21,7 +21,7 @@ STIFFNESS = np.array([[300.0, -100.0, 0.0], [-100.0, 250.0, -80.0], [0.0, -80.0,
 SYSTEM = LinearSystem(
     mass=MASS, damping=0.01 * STIFFNESS + 0.2 * np.diag([1.0, 0.0, 2.0]), stiffness=STIFFNESS,
     normals=np.array([[1.0, 0.0], [0.0, 0.6], [0.0, 1.0]]), rest_gap=np.array([0.02, 0.05]),
-    loads=np.array([[0.5], [1.0], [0.0]]), weight=np.array([-1.0, 0.0, -0.5]),
+    loads=np.array([[0.5], [1.0], [0.0]]), weight=np.array([[-1.0, 0.0], [0.0, 0.0], [-0.5, 0.0]]),
 )  # fmt: skip
 
 
@@ -92,11 +92,11 @@ def test_step_tables_flow_exactly_over_long_and_short_steps():
         e = tables["exponential"].reshape(4, -1)[:, :nb]
         end = np.concatenate([e[0] * y[:nb] + e[1] * y[nb:], e[2] * y[:nb] + e[3] * y[nb:]])
         pushed = TAU**3 @ tables["state_input"].reshape(6, N, -1)[4]
-        pushed += SYSTEM.sources @ tables["state_bias"].reshape(3, -1)
+        pushed += SYSTEM.sources @ tables["state_bias"].reshape(4, -1)
         end += pushed.reshape(2, -1)[:, :nb].ravel()
         np.testing.assert_allclose(mode.to_physical @ end, exact, rtol=0, atol=1e-11 * np.abs(exact).max())
         state = tables["node_state"].reshape(4, -1, 2, N)[0, :nb]
-        constant = SYSTEM.sources @ tables["node_bias"].reshape(3, 4, N)[:, 0]
+        constant = SYSTEM.sources @ tables["node_bias"].reshape(4, 4, N)[:, 0]
         gap = y[:nb] @ state[:, 0] + y[nb:] @ state[:, 1] + constant
         gap = gap + TAU**3 @ tables["node_input"].reshape(4, 6, N, N)[0, 4]
         assert gap.shape == (N,)
@@ -131,7 +131,7 @@ def test_contact_modes_are_listed_once_whoever_asks():
     rng, m = np.random.default_rng(5), 6
     system = LinearSystem(
         mass=np.eye(m), damping=np.zeros((m, m)), stiffness=np.diag(np.arange(1.0, m + 1.0)), normals=np.eye(m),
-        rest_gap=np.ones(m), loads=np.zeros((m, 0)), weight=np.zeros(m),
+        rest_gap=np.ones(m), loads=np.zeros((m, 0)), weight=np.zeros((m, 2)),
     )  # fmt: skip
     interval = sys.getswitchinterval()
     sys.setswitchinterval(1e-6)

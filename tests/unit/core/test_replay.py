@@ -35,7 +35,7 @@ def system(stiff: float, damping: float) -> LinearSystem:
     return LinearSystem(
         mass=np.diag([1.0, 0.5]), damping=np.array([[0.6, -0.1], [0.1, damping]]), stiffness=stiffness,
         normals=np.array([[1.0], [0.5]]), rest_gap=np.array([0.3]), loads=np.array([[0.0], [1.0]]),
-        weight=np.array([-0.5, 0.0]),
+        weight=np.array([[-0.5, 0.0], [0.0, 0.0]]),
     )  # fmt: skip
 
 

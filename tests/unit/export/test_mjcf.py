@@ -80,7 +80,7 @@ def test_drives_are_straight_lines_between_rows():
 
 
 def test_what_cannot_be_is_said(tmp_path):
-    with pytest.raises(InputError, match="expected one of mjcf, matlab, c, got 'urdf'"):
+    with pytest.raises(InputError, match="expected one of mjcf, matlab, c, fmu, got 'urdf'"):
         ts.export("cantilever", "urdf", tmp_path)
     with pytest.raises(InputError, match="step: expected a time above 0 s"):
         ts.export("cantilever", "mjcf", tmp_path, step=0.0)

@@ -59,12 +59,8 @@ def test_an_impact_beside_another_contact_is_not_used():
 def fits(departures: list[float], error: float, approaches: float | list[float] = 0.1) -> BounceFit:
     """Impacts that approach at 0.1 m/s, or at the speeds that are given."""
     count = len(departures)
-    speeds = np.column_stack([departures, -np.broadcast_to(approaches, count)])
-    covariance = np.tile(np.diag([error**2, error**2]), (count, 1, 1))
-    nothing = np.zeros((count, 5))
-    return BounceFit(
-        nothing, speeds, covariance, np.ones(count), (), np.zeros((1, 5)), np.zeros((count, 5, 5))
-    )
+    speeds = np.column_stack([-np.broadcast_to(approaches, count), departures])
+    return BounceFit(speeds, np.tile(error**2 * np.eye(2), (count, 1, 1)), np.ones(count))
 
 
 @pytest.mark.parametrize(
@@ -114,9 +110,7 @@ def trend(falling: float, seed: int) -> float:
     off = 6e-4 * random.standard_normal(36)
     departures = true * (0.4 - falling * np.log(true / 0.1)) - off + 2e-4 * random.standard_normal(36)
     fitted = fits(departures.tolist(), 1e-4, (true + off).tolist())
-    fitted.covariance[:] = 6e-4**2 * np.ones((2, 2)) + 2e-4**2 * np.eye(
-        2
-    )  # of departure and (signed) approach
+    fitted.inverse[:] = 6e-4**2 * np.ones((2, 2)) + 2e-4**2 * np.eye(2)  # of departure and (signed) approach
     step = StepResult("restitution", (PATH,), np.array([0.4]), np.full((DRAWS, 1), 0.4))
     items = [SimpleNamespace(trace=k % 6) for k in range(36)]
     study = BounceStudy(step, SimpleNamespace(items=items), fitted, np.zeros((DRAWS, 36)))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tarsus.identify.clock import PACE, pace_of, stretched
+from tarsus.identify.clock import PACE, clocks_of, stretched
 from tarsus.identify.instruments import Instruments
 from tarsus.model.drive.waveforms import SweptSine
 from tarsus.records.measurement import Channel, Measurement, Quantity
@@ -15,19 +15,19 @@ UP = SweptSine(amplitude=0.2, start_frequency=200.0, stop_frequency=9000.0, dura
 DOWN = SweptSine(amplitude=0.2, start_frequency=9000.0, stop_frequency=200.0, duration=1.0)
 
 
-def sweep(signal: SweptSine, slow: float, seed: int) -> Measurement:
-    """A displacement that follows the volts at once, recorded in steps that are longer by a share, 40 dB."""
+def sweep(signal: SweptSine, slow: float, seed: int, late: float = 0.0) -> Measurement:
+    """A displacement that follows the volts, late [s], recorded in steps that are longer by a share, 40 dB."""
     time = STEP * np.arange(COUNT, dtype=np.float64)
-    moved = 1e-6 * signal.volts(time * (1.0 + slow))
+    moved = 1e-6 * signal.volts(np.maximum(time * (1.0 + slow) - late, 0.0))
     moved += 1e-2 * moved.std() * np.random.default_rng(seed).standard_normal(COUNT)
     channels = Channel("x", Quantity.DISPLACEMENT, "tip"), Channel("u", Quantity.VOLTAGE)
-    return Measurement(channels, np.array([moved, signal.volts(time)]), STEP, drive="u")
+    return Measurement(channels, np.array([moved, signal.volts(time)]), STEP, 0.0, f"sweep {seed}", "u")
 
 
 @pytest.mark.parametrize("slow", [1e-4, -3e-5, 4e-6])
 def test_the_clock_is_found_and_taken_off(slow):
     sweeps = [(sweep(one, slow, k), one) for k, one in enumerate((UP, DOWN, UP))]
-    found = pace_of(sweeps)
+    found = clocks_of(sweeps).pace
     assert found is not None and found.value == pytest.approx(slow, abs=max(4.0 * found.error, 2.0 * slow**2))
     assert found.error < 0.05 * PACE
     instruments = Instruments({}, STEP, pace=found)
@@ -42,9 +42,22 @@ def test_the_clock_is_found_and_taken_off(slow):
 
 
 def test_one_clock_is_left_alone():
-    found = pace_of([(sweep(one, 0.0, k), one) for k, one in enumerate((UP, DOWN))])
+    found = clocks_of([(sweep(one, 0.0, k), one) for k, one in enumerate((UP, DOWN))]).pace
     assert found is not None and not Instruments({}, STEP, pace=found).differ
-    assert pace_of([(sweep(UP, 1e-4, k), UP) for k in (1, 2)]) is None, "all pass all frequencies at one time"
+    assert clocks_of([(sweep(UP, 1e-4, k), UP) for k in (1, 2)]).pace is None, (
+        "all pass all frequencies at one time"
+    )
+
+
+@pytest.mark.parametrize("slow", [0.0, 5e-5])
+def test_starts_that_are_late_by_more_or_less_are_found_beside_the_clock(slow):
+    lates = [10e-6, -14e-6, 31e-6, 3e-6]
+    sweeps = [(sweep(one, slow, k, lates[k]), one) for k, one in enumerate((UP, DOWN, UP, DOWN))]
+    found = clocks_of(sweeps)
+    assert found.pace is not None and found.pace.value == pytest.approx(slow, abs=1e-7)
+    assert list(found.starts) == [f"sweep {k}" for k in range(4)]
+    assert list(found.starts.values()) == pytest.approx(np.array(lates) - np.mean(lates), abs=0.1e-6)
+    assert not clocks_of([(sweep(one, slow, k), one) for k, one in enumerate((UP, DOWN, UP))]).starts
 
 
 def test_a_sweep_is_known_between_its_samples():

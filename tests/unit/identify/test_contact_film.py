@@ -10,8 +10,8 @@ from laboratory import HEXAPOD
 from tarsus.files.library import load_scene
 from tarsus.identify.contact_film import film_by_impacts
 from tarsus.identify.draws import DRAWS
-from tarsus.identify.electrostatics import FILM
 from tarsus.identify.estimates import Estimates
+from tarsus.identify.flight import FILM
 from tarsus.identify.foot import FootModel
 from tarsus.identify.restitution import PATH, identify_restitution
 from tarsus.identify.step import StepResult

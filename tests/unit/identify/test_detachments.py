@@ -11,7 +11,8 @@ from laboratory import LABORATORY
 from tarsus.base.spec import with_values
 from tarsus.files.library import load_scene
 from tarsus.identify.campaign import read_campaign, read_records
-from tarsus.identify.detachment import Detachments, FilmGuess, find_detachments
+from tarsus.identify.detachment import Detachments, find_detachments
+from tarsus.identify.film import film_sought
 from tarsus.identify.foot import FootModel
 from tarsus.identify.traces import Trace, trace_of
 from tarsus.model.standing import rest_state
@@ -70,10 +71,12 @@ def test_a_pressed_foot_does_not_let_go(tmp_path):
     model = FootModel(truth, "tip", "pzt", points)
     level = -model.gap - float(model.row @ rest_state(truth))
     items, _ = find_detachments(traces, "tip", level)
-    film = FilmGuess.of(truth.ground.film.coefficient, truth.ground.film.thickness)
-    fitted = Detachments(traces, items, level).fit(model, film, fixed=True)
+    film, offs = truth.ground.film, Detachments(traces, items, level, model)
+    place = np.log([film.coefficient / film.thickness**3, film.thickness])
+    fitted = offs.under(film_sought(model), place)
     assert len(items) > 20
-    assert np.all(fitted.pull > -3.0 * fitted.pull_error)
+    pulls = offs.pulls_of(fitted)
+    assert np.all(pulls.pull > -3.0 * pulls.error)
     run = simulate(
         with_values(truth, {"signals.pzt": take.signal, "initial.displacement": rest_state(truth)}), 0.1
     )

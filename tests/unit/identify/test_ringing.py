@@ -12,7 +12,7 @@ from laboratory import HEXAPOD
 from tarsus.files.library import load_scene
 from tarsus.identify.foot import FootModel
 from tarsus.identify.hysteresis import Shares, fit_loops
-from tarsus.identify.ringing import calmed
+from tarsus.identify.loops import calmed
 from tarsus.identify.traces import trace_of
 from tarsus.model.drive.waveforms import Sampled
 from tarsus.records.purpose import IN_AIR, Purpose

@@ -118,7 +118,7 @@ def test_a_campaign_of_walks_goes_through_the_same_verb(tmp_path: Path) -> None:
     found = ts.identify(tmp_path)
     step = found.steps["walking"]
     assert found.files_used == 8 and not found.not_done
-    words = {row["number"]: row["verdict"] for row in found.table().json()["rows"]}
+    words = {row[0]: row[-1] for row in found.table().json()["rows"]}
     for path in ("ground.restitution.coefficient", "ground.friction.coefficient"):
         assert words[path] == "determined"
         assert step.value(path) == pytest.approx(float(get_value(truth, path)), rel=0.02)

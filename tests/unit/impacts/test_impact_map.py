@@ -13,11 +13,12 @@ import tarsus as ts
 from example_files import load_file
 from hexapod_records import POINTS, RESTITUTION, records, runs, structure, true_column, vibrometer
 from printed_robots import hexapod
-from tarsus.impacts import FitWindow, ImpactMapEstimate, estimate_impact_map, plain_figures, subtract
+from tarsus.impacts import FitWindow, ImpactMapEstimate, estimate_impact_map, subtract
 from tarsus.impacts.shapes import mode_shapes
 from tarsus.model.laws import DominantMode
 from tarsus.records.measurement import Channel, Measurement, Quantity
 from tarsus.synthesis.vibrometer import Vibrometer
+from tarsus_reproduce.plain_figures import plain_figures
 
 RECOVERY = Path(__file__).parents[3] / "benchmarks" / "recovery.py"
 

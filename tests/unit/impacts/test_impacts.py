@@ -8,8 +8,9 @@ import pytest
 import tarsus as ts
 from hexapod_records import POINTS, measurement, records, runs
 from tarsus.impacts.alignment import align, subtract
-from tarsus.impacts.detection import detect_impacts, plain_figures
+from tarsus.impacts.detection import detect_impacts
 from tarsus.records.measurement import Channel, Measurement, Quantity
+from tarsus_reproduce.plain_figures import plain_figures
 
 NOISE = 1e-3
 

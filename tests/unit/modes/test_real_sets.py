@@ -7,8 +7,9 @@ import pytest
 from modes.real_sets import beam, cued, vtb
 
 from tarsus.base.errors import InputError
-from tarsus.modes import ModeVerdict, fit_mode_circle, identify_modes
+from tarsus.modes import ModeVerdict, identify_modes
 from tarsus.modes.intervals import Basis
+from tarsus_reproduce.circle import fit_mode_circle
 
 CUED = np.array(
     [(251.692, 0.2695), (608.920, 0.264), (843.742, 0.277), (1028.341, 0.367), (1119.900, 0.245), (1427.288, 0.319)]

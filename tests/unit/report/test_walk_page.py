@@ -15,6 +15,7 @@ from tarsus.files.store import read_run, write_run
 from tarsus.files.summary import MOST_FEET_LISTED
 from tarsus.report import figures
 from tarsus.report.motion import AIR, SLIPPING, STUCK, Motion, motion_of, whole_motion
+from tarsus.report.player import walk_section
 from tarsus.report.run_page import report_html
 from tarsus.report.sheet import figure_style
 from tarsus.report.walk_figures import footfalls, ground_forces, travel
@@ -184,3 +185,9 @@ def test_the_committed_picture_of_a_foot_s_states_names_all_that_the_engine_s_ta
     assert {state.words for state in FootState} <= set(shown), "run `python docs/draw_flowchart.py`"
     for number, (before, after, event) in enumerate(changes, 1):
         assert {f"{number}  {event}", f"{before.words} → {after.words}", event} <= set(shown)
+
+
+def test_the_page_says_how_the_ground_rises_and_where_gravity_pulls(motion: Motion) -> None:
+    level, rising = (walk_section(replace(motion, incline=angle)) for angle in (0.0, 0.5235987755982988))
+    assert "The ground rises forward by 30 deg" in rising and "rises" not in level
+    assert '"incline":0.5235987755982988' in rising.replace(" ", "")

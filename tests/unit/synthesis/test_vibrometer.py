@@ -7,9 +7,9 @@ import pytest
 
 import tarsus as ts
 from hexapod_records import POINTS, runs, vibrometer
-from tarsus.impacts.force import integrate
 from tarsus.records.measurement import Quantity
 from tarsus.synthesis.vibrometer import Vibrometer, point_velocities
+from tarsus_reproduce.forces import integrate
 
 FEET = POINTS[:2]
 

@@ -25,11 +25,11 @@ using tarsus::Packaged;
 TARSUS_OUT(trouble) const char* trouble() { return told; }
 TARSUS_OUT(reserve) char* reserve(size_t bytes) { return static_cast<char*>(std::malloc(bytes)); }
 TARSUS_OUT(plan) Packaged* plan(char* packet, size_t bytes) { return new Packaged(packet, bytes); }
-// Runs with ``count`` samples from 0 to the end; returns the code, or -1 where it cannot start.
-TARSUS_OUT(run) int run(Packaged* plan, int count) {
-  std::vector<double> times(count);
-  for (int n = 0; n < count; n++) times[n] = plan->duration() * n / (count - 1);
-  plan->run(times);
+TARSUS_OUT(duration) double duration(Packaged* plan) { return plan->duration(); }
+// Runs with samples at ``count`` times, and where ``seen`` with what a page shows there; returns the code, or -1 where it cannot start.
+TARSUS_OUT(run) int run(Packaged* plan, const double* times, int count, int seen) {
+  const std::vector<double> at(times, times + count);
+  seen ? plan->show(at) : plan->run(at);
   return plan->refused.empty() ? plan->code : -1;
 }
 TARSUS_OUT(finish) const double* finish(Packaged* plan) { return plan->finish; }
@@ -37,6 +37,17 @@ TARSUS_OUT(events) const double* events(Packaged* plan) { return reinterpret_cas
 TARSUS_OUT(event_numbers) size_t event_numbers(Packaged* plan) { return plan->events.size() * tarsus::EVENT_WIDTH; }
 TARSUS_OUT(samples) const double* samples(Packaged* plan) { return plan->samples.data(); }
 TARSUS_OUT(sample_width) size_t sample_width(Packaged* plan) { return plan->width; }
+TARSUS_OUT(sights) const double* sights(Packaged* plan) { return plan->sights.data(); }
+TARSUS_OUT(sight_numbers) size_t sight_numbers(Packaged* plan) { return plan->sights.size(); }
+TARSUS_OUT(sight_width) size_t sight_width(Packaged* plan) { return plan->seen_width; }
+// Value, spread and n of each measure.
+TARSUS_OUT(measures) const double* measures(Packaged* plan) {
+  static std::vector<double> out;
+  out.clear();
+  for (const auto& one : plan->measures) out.insert(out.end(), {one.value, one.spread, double(one.n)});
+  return out.data();
+}
+TARSUS_OUT(measure_numbers) size_t measure_numbers(Packaged* plan) { return 3 * plan->measures.size(); }
 TARSUS_OUT(marks) const double* marks(Packaged* plan) { return plan->marks.data(); }
 TARSUS_OUT(mark_numbers) size_t mark_numbers(Packaged* plan) { return plan->marks.size(); }
 TARSUS_OUT(refusals) const double* refusals(Packaged* plan) { return reinterpret_cast<const double*>(plan->refused.data()); }

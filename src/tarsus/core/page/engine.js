@@ -13,6 +13,7 @@ class Engine {
     }
     this.calls = new WebAssembly.Instance(this.module, asked).exports;
     this.calls._initialize();
+    this.room = null;
     const bytes = this.packet.byteLength, at = this.calls.reserve(bytes);
     new Uint8Array(this.calls.memory.buffer).set(new Uint8Array(this.packet), at);
     this.plan = this.told(() => this.calls.plan(at, bytes));
@@ -48,24 +49,44 @@ class Engine {
     return new kind(this.calls.memory.buffer, at, count);
   }
 
-  // A run with so many samples from its start to its end: code, or refusals (rows of 4: run, fault, foot, by) where it cannot start;
-  // events in rows of 12, samples in rows of `width`, marks, finish. After a failure the engine is made anew, with the packet's own
-  // numbers.
-  run(frames) {
+  get duration() {
+    return this.calls.duration(this.plan);
+  }
+
+  // A run with samples at times [s], increasing: code, or refusals (rows of 4: run, fault, foot, by) where it cannot start; events in rows
+  // of 12, samples in rows of `width`, marks, finish. Where what is seen is asked for, also its rows (of `seenWidth`; see
+  // packet/sights.hpp), in place of samples, and measures (value, spread, n). After a failure the engine is made anew, with the
+  // packet's own numbers.
+  run(times, seen = false) {
     const { calls, plan } = this;
     let code;
     try {
-      code = this.told(() => calls.run(plan, frames));
+      this.give(times);
+      code = this.told(() => calls.run(plan, this.room.at, times.length, seen));
     } catch (error) {
       this.begin();
       throw error;
     }
     const taken = (at, count) => new Float64Array(calls.memory.buffer, at, count).slice();
-    return {
-      code, finish: taken(calls.finish(plan), 3), width: calls.sample_width(plan), memory: calls.memory.buffer.byteLength,
+    const samples = code < 0 || seen ? 0 : times.length * calls.sample_width(plan);
+    const found = {
+      code, finish: taken(calls.finish(plan), 3), memory: calls.memory.buffer.byteLength,
       events: taken(calls.events(plan), calls.event_numbers(plan)), marks: taken(calls.marks(plan), calls.mark_numbers(plan)),
-      samples: code < 0 ? new Float64Array(0) : taken(calls.samples(plan), frames * calls.sample_width(plan)),
-      refusals: taken(calls.refusals(plan), calls.refusal_numbers(plan)),
+      refusals: taken(calls.refusals(plan), calls.refusal_numbers(plan)), width: calls.sample_width(plan),
+      samples: taken(calls.samples(plan), samples),
     };
+    if (!seen) return found;
+    return {
+      ...found, sights: taken(calls.sights(plan), calls.sight_numbers(plan)), seenWidth: calls.sight_width(plan),
+      measures: taken(calls.measures(plan), calls.measure_numbers(plan)),
+    };
+  }
+
+  // Lays times where the engine reads them, in room that is kept from run to run.
+  give(times) {
+    if (!this.room || this.room.count < times.length) {
+      this.room = { at: this.calls.reserve(16 * times.length), count: 2 * times.length };
+    }
+    new Float64Array(this.calls.memory.buffer, this.room.at, times.length).set(times);
   }
 }

@@ -11,12 +11,14 @@ from numpy.typing import ArrayLike
 from tarsus.base.arrays import Floats
 from tarsus.base.dual import columns
 from tarsus.base.spec import Amount, Description, quantity
-from tarsus.model.drive.parts import Parts
+from tarsus.model.drive.parts import Parts, to_pieces
+from tarsus.model.drive.pieces import Channels
 from tarsus.model.drive.track import Track, linear_track
 
 
 class VoltageLaw(Description, ABC):
-    """Base of the laws from voltage to force; rate-independent: only the order of voltages matters."""
+    """Base of the laws from voltage to force; rate-independent, but for one that says `by_rate`: only the order of
+    voltages matters."""
 
     @abstractmethod
     def force(self, volts: ArrayLike, history: Sequence[float] = ()) -> Floats:
@@ -33,6 +35,16 @@ class VoltageLaw(Description, ABC):
         cuts stay where they are, for a force that is continuous is the same on either side to first order.
         """
 
+    def channels(self, track: Track, history: Sequence[float]) -> Channels:
+        """The force as piecewise polynomials of time, a channel for each run of the track."""
+        track = track.twice() if self.has_memory else track
+        return to_pieces(track, self.parts(track, history))
+
+    def held(self, volts: Floats, past: Floats) -> Floats:
+        """Forces (R,) [N] at voltages (R,) [V] that are held, of actuators that have visited others (R, H) [V] before;
+        numbers of the law may be one of each."""
+        return np.array([self.force([v], tuple(row))[0] for v, row in zip(volts, past, strict=True)])
+
     def small_signal_gain(self) -> Floats:
         """Ascending powers (3,) of the voltage in the gain [N/V] of a small signal about it.
 
@@ -46,6 +58,11 @@ class VoltageLaw(Description, ABC):
     def has_memory(self) -> bool:
         """True if the force depends on the voltages before."""
         return True
+
+    @property
+    def by_rate(self) -> bool:
+        """True if it depends on when they were there: `channels` then lowers one run at a time, of plain numbers."""
+        return False
 
 
 class Cubic(Description):

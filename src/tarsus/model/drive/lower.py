@@ -71,5 +71,4 @@ def lower_track(
                 level, coef=gain[:, None] * level.coef + np.where(first, offset[:, None], 0.0)
             ), level
         level = to_pieces(track, whole_parts(track, IDENTITY)) if volts else None
-        track = track.twice() if law.has_memory else track
-        return to_pieces(track, law.parts(track, history)), level
+        return law.channels(track, history), level

@@ -381,7 +381,7 @@ class _Output:
         while True:
             arrived = arrives and tried == end
             rest = _part(command, at, tried)
-            row, miss = self._answer(rest, 0.5 * (tried - at) * half / lag)
+            row, miss = lagged(rest, 0.5 * (tried - at) * half / lag, self.volts, self.span)
             if miss <= _FIT * self.span:
                 break
             tried = at + (tried - at) * min(max(0.9 * (_FIT * self.span / miss) ** (1.0 / TERMS), 0.1), 0.7)
@@ -411,19 +411,21 @@ class _Output:
         x, mode = min(found, key=lambda item: item[0])
         return _Move(at + 0.5 * (x + 1.0) * (end - at), _part(row, -1.0, x), value(row, x), mode)
 
-    def _answer(self, command: Floats, ratio: float) -> tuple[Floats, float]:
-        """Polynomial (12,) of the answer to the command on an interval, half as long as `ratio` lags; its miss [V].
 
-        V = V0 + ratio times the integral of u - V from -1 on, in Chebyshev terms.
-        """
-        right = ratio * product(_INTEGRAL, product(_TO_CHEBYSHEV, command))
-        right[0] += self.volts
-        matrix = np.eye(_TERMS) + ratio * _INTEGRAL
-        series = solve(matrix, right)
-        miss = float(np.abs(series[TERMS:]).sum())
-        kept = series[:TERMS]
-        rest = np.cumsum(np.abs(kept[::-1]))[::-1]
-        return product(_TO_MONOMIAL, np.where(rest <= 2e-15 * self.span, 0.0, kept)), miss
+def lagged(command: Floats, ratio: float, start: float, span: float) -> tuple[Floats, float]:
+    """Polynomial (12,) of a pole's answer to the command (12,) on an interval, half as long as `ratio` lags,
+    from `start`
+    on; and what it misses. Terms that are rounding of the span are none.
+
+    V = V0 + ratio times the integral of u - V from -1 on, in Chebyshev terms.
+    """
+    right = ratio * product(_INTEGRAL, product(_TO_CHEBYSHEV, command))
+    right[0] += start
+    series = solve(np.eye(_TERMS) + ratio * _INTEGRAL, right)
+    miss = float(np.abs(series[TERMS:]).sum())
+    kept = series[:TERMS]
+    rest = np.cumsum(np.abs(kept[::-1]))[::-1]
+    return product(_TO_MONOMIAL, np.where(rest <= 2e-15 * span, 0.0, kept)), miss
 
 
 def _place(at: float, x: float) -> float:

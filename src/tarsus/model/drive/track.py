@@ -387,7 +387,17 @@ def _kinks(track: Track) -> NDArray[np.bool_]:
 
 def constant_track(volts: Any) -> Track:
     """Track of one voltage, or one a run (nr,), held for ever."""
-    return linear_track([0.0, 1.0], [volts], [volts], periodic=False)
+    if isinstance(volts, Dual):
+        return linear_track([0.0, 1.0], [volts], [volts], periodic=False)
+    level = np.atleast_1d(np.asarray(volts, dtype=np.float64))
+    count = len(level)
+    inner = np.zeros((count, 4))
+    inner[:, 0] = level
+    zeros, ones = np.zeros(count), np.ones(count)
+    return Track(
+        np.arange(count + 1), zeros, ones, inner, None, zeros, level, level, ones.astype(bool), np.full(count, -1),
+        np.full(count, np.nan),
+    )  # fmt: skip
 
 
 def sine_track(amplitude: Any, period: Any, phase: Any, offset: Any) -> Track:

@@ -90,6 +90,15 @@ class Structure(Description):
     def vertical(self) -> Array | None:
         """Coordinates (n,) of a unit upward translation of the whole structure (projected onto them).
 
-        The generalised weight is ``-g * mass @ vertical()``.  None when the description does not say.
+        The generalised weight on level ground is ``-g * mass @ vertical()``.  None when the
+        description does not say.
+        """
+        return None
+
+    def horizontal(self) -> Array | None:
+        """Coordinates (n,) of a unit translation of the whole structure along +x, the way along the ground.
+
+        On an incline a the generalised weight is ``-g * mass @ (cos a * vertical() + sin a * horizontal())``.
+        None when the description does not say.
         """
         return None

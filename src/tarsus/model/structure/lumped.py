@@ -42,6 +42,11 @@ class Lumped(Structure):
     upward: tuple[float, ...] | None = quantity(
         "1", "coordinates of a unit upward translation, for gravity; all ones when absent", default=None
     )
+    forward: tuple[float, ...] | None = quantity(
+        "1",
+        "coordinates of a unit translation forward along the ground, for gravity on an incline",
+        default=None,
+    )
 
     @field_validator("mass", "stiffness", "damping", mode="before")
     @classmethod
@@ -83,7 +88,7 @@ class Lumped(Structure):
                 faults.append(
                     (name, f"expected a {n} x {n} matrix, one row a coordinate, got {len(matrix)} x {widths}")
                 )
-        lists = [("damping_ratios", self.damping_ratios), ("upward", self.upward)]
+        lists = [("damping_ratios", self.damping_ratios), ("upward", self.upward), ("forward", self.forward)]
         lists += [(f"weights.{point}", weights) for point, weights in self.weights.items()]
         for path, values in lists:
             if values is not None and len(values) != n:
@@ -160,6 +165,10 @@ class Lumped(Structure):
     def vertical(self) -> Array:
         """The given `upward` coordinates, or ones: every coordinate a height."""
         return np.ones(self.size) if self.upward is None else np.array(self.upward)
+
+    def horizontal(self) -> Array | None:
+        """The given `forward` coordinates."""
+        return None if self.forward is None else np.array(self.forward)
 
 
 def _unit_diagonal(mass: Array) -> Array:

@@ -32,6 +32,11 @@ class Modal(Structure):
     upward: tuple[float, ...] | None = quantity(
         "1", "modal coordinates of a unit upward translation, for gravity", default=None
     )
+    forward: tuple[float, ...] | None = quantity(
+        "1",
+        "modal coordinates of a unit translation forward along the ground, for gravity on an incline",
+        default=None,
+    )
 
     @model_validator(mode="after")
     def _check_lengths(self) -> Modal:
@@ -44,6 +49,7 @@ class Modal(Structure):
             ("modal_masses", self.modal_masses),
             ("modal_damping", self.modal_damping),
             ("upward", self.upward),
+            ("forward", self.forward),
             *((f"shapes.{point}", shape) for point, shape in self.shapes.items()),
         ]
         for path, values in lists:
@@ -79,6 +85,10 @@ class Modal(Structure):
     def vertical(self) -> Array | None:
         """The given `upward` coordinates."""
         return None if self.upward is None else np.array(self.upward)
+
+    def horizontal(self) -> Array | None:
+        """The given `forward` coordinates."""
+        return None if self.forward is None else np.array(self.forward)
 
 
 def modal_damping_matrix(mass: Array, stiffness: Array, ratios: Any) -> Array:

@@ -179,6 +179,12 @@ class Walker(Structure):
         up[self.body_size + 1 :: 2] = 1.0
         return up
 
+    def horizontal(self) -> Array:
+        """Ones for surge and the feet's places along the way, zeros elsewhere."""
+        ahead = self.row("body_x")
+        ahead[self.body_size :: 2] = 1.0
+        return ahead
+
 
 _ENDINGS = ("_x", "_hip", "_hip_x")
 

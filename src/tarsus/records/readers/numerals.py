@@ -73,6 +73,8 @@ def check_ending(text: str, rows: Sequence[Sequence[str]], source: str) -> list[
     """
     if text.endswith(("\n", "\r")) or len(rows) < 2:
         return []
+    if rows[-1][-1].strip().endswith(")"):  # of a complex number in brackets, which is whole
+        return []
     column = len(rows[-1]) - 1
     others = [len(row[column].strip()) for row in rows[:-1] if column < len(row) and row[column].strip()]
     if others and len(rows[-1][column].strip()) < min(others):

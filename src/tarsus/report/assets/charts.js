@@ -54,6 +54,25 @@ class Charts {
     this.listen();
   }
 
+  /** Other numbers in place of those of the page [SI]: the times of all lines, and of each panel its lines' values and what is shaded. */
+  take(time, panels) {
+    const x = Array.from(time, (t) => t / this.spec.step);
+    this.sharing = true;
+    this.plots.forEach((plot, i) => {
+      const { step } = this.spec.panels[i], { lines, shaded } = panels[i], { min, max } = plot.scales.x;
+      if (shaded) this.spec.panels[i].shaded = shaded.map(([a, b]) => [a / this.spec.step, b / this.spec.step]);
+      plot.setData([x, ...lines.map((line) => Array.from(line, (v) => (Number.isFinite(v) ? v / step : null)))], false);
+      plot.setScale("x", { min, max });
+    });
+    this.sharing = false;
+  }
+
+  /** The stretch that is seen [SI]. */
+  get seen() {
+    const { min, max } = this.plots[0].scales.x;
+    return [min * this.spec.step, max * this.spec.step];
+  }
+
   plot(panel, i) {
     const host = this.panels[i].querySelector(".plot"), last = i === this.spec.panels.length - 1;
     const font = `12px ${getComputedStyle(this.figure).fontFamily}`;
@@ -192,6 +211,9 @@ class Charts {
     const { min, max } = from.scales.x;
     for (const plot of this.plots) if (plot !== from) plot.setScale("x", { min, max });
     this.sharing = false;
+    if (this.told === `${[min, max]}`) return;
+    this.told = `${[min, max]}`;
+    this.figure.dispatchEvent(new Event("zoom"));
   }
 
   /** What a line shows at the cursor: its number there, or the one that is nearest to it on the screen. */

@@ -27,7 +27,7 @@ function readWalk(data) {
   }
   const time = unpack(data.time, frames)[0];
   return {
-    frames, body, time, start: time[0], end: time[frames - 1], period: data.period,
+    frames, body, time, start: time[0], end: time[frames - 1], period: data.period, incline: data.incline,
     names: data.legs, hips: data.hips, stage: data.stage,
     footX: unpack(data.foot_x, frames), footZ: unpack(data.foot_z, frames),
     normal: unpack(data.normal, frames), friction: unpack(data.friction, frames),
@@ -56,6 +56,7 @@ class Player {
     this.path = smoothed(this.walk, this.walk.body.surge);
     this.now = this.walk.start;
     this.playing = false;
+    this.again = false; // whether it begins again at its end
     for (const name of ["play", "icon", "back", "next", "time", "clock", "speed", "up", "along", "forces", "follow",
       "says"]) this[name] = part(name);
     this.stage = new Stage(part("stage"), this.walk);
@@ -63,8 +64,19 @@ class Player {
     this.fillChoices();
     this.listen();
     root.classList.add("live");
+    root.player = this;
     part("live").hidden = false;
     this.restyle();
+  }
+
+  /** Another walk of the same robot takes the place of this one, at the time since its start that is shown. */
+  take(walk) {
+    this.now = between(walk.start + this.now - this.walk.start, walk.start, walk.end);
+    this.walk = this.stage.walk = this.tracks.walk = walk;
+    this.tracks.kept = null;
+    this.path = smoothed(walk, walk.body.surge);
+    this.time.max = walk.frames - 1;
+    this.draw();
   }
 
   fillChoices() {
@@ -120,9 +132,10 @@ class Player {
       if (!this.playing) return;
       if (before !== null) this.now += ((stamp - before) / 1000) * Number(this.speed.value);
       before = stamp;
-      this.now = Math.min(this.now, this.walk.end);
+      const over = this.now - this.walk.end;
+      this.now = over >= 0 && this.again ? this.walk.start : Math.min(this.now, this.walk.end);
       this.draw();
-      if (this.now >= this.walk.end) this.pause();
+      if (over >= 0 && !this.again) this.pause();
       else requestAnimationFrame(turn);
     };
     requestAnimationFrame(turn);
@@ -192,7 +205,8 @@ class Player {
       const names = this.walk.names.filter((_, leg) => this.walk.state[leg][frame] === state);
       return names.length ? `, ${names.length > 6 ? `${names.length} feet` : names.join(" ")} ${word}` : "";
     }).join("");
-    this.says.textContent = `Travel ${amount(surge, "m")}, height ${amount(heave, "m")}${feet || ", no foot on the ground"}.`;
+    const where = this.walk.stage.springs ? "Feet" : `Travel ${amount(surge, "m")}, height ${amount(heave, "m")}`;
+    this.says.textContent = `${where}${feet || ", no foot on the ground"}.`.replace("Feet, no", "No").replace("Feet,", "Feet:");
   }
 }
 

@@ -1,17 +1,8 @@
 // What the player of a walk draws with: the robot on its stage, and series over time as tracks.
 
 const AIR = 0, STUCK = 1, SLIPPING = 2;
-const PREFIXES = [[1e6, "M"], [1e3, "k"], [1, ""], [1e-3, "m"], [1e-6, "µ"], [1e-9, "n"], [1e-12, "p"]];
 const ROUND = Array.from({ length: 60 }, (_, i) => Number(`${[1, 2, 5][i % 3]}e${Math.floor(i / 3) - 12}`));
 const ROUNDING = 1 + 1e-9;
-
-/** A value with its unit under a prefix, such as "12.5 µm". */
-function amount(value, unit, digits = 3) {
-  const size = Math.abs(value);
-  if (size < 5e-16) return `0 ${unit}`;
-  const [step, prefix] = PREFIXES.find(([least]) => size >= least * 0.9995) || PREFIXES[PREFIXES.length - 1];
-  return `${Number((value / step).toPrecision(digits))} ${prefix}${unit}`.replace("-", "−");
-}
 
 /** The largest of 1, 2, 5, 10 ... not above a value, and the smallest not below it. */
 const roundBelow = (value) => ROUND.filter((step) => step <= value * ROUNDING).pop() || ROUND[0];
@@ -71,6 +62,13 @@ function words(pen, text, x, y, color, align = "left", most = undefined) {
   pen.fillStyle = color;
   pen.textAlign = align;
   pen.fillText(text, x, y, most);
+}
+
+/** Points of a spring from one end to the other, so wide. */
+function spring([x0, y0], [x1, y1], wide) {
+  const turns = 6, at = (share, side) => [x0 + share * (x1 - x0) + side * wide, y0 + share * (y1 - y0)];
+  const zigzag = Array.from({ length: 2 * turns }, (_, k) => at(0.15 + (0.7 * (k + 0.5)) / (2 * turns), k % 2 ? 1 : -1));
+  return [[x0, y0], at(0.15, 0), ...zigzag, at(0.85, 0), [x1, y1]];
 }
 
 /** An arrow from (x, y) by (dx, dy); nothing where it is shorter than a pixel. */
@@ -148,6 +146,7 @@ class Stage {
     pen.fillStyle = colors.ground;
     pen.fillRect(0, ground - back, width, back + 3);
     line(pen, [[0, ground], [width, ground]], colors.muted);
+    if (stage.springs) return;
     const pixels = this.choices.along * this.scale, step = roundAbove(84 / pixels);
     const start = this.place(0, this.right, 0)[0];
     for (let k = Math.ceil(-start / (step * pixels)); start + k * step * pixels <= width; k++) {
@@ -180,7 +179,7 @@ class Stage {
       stage.z[leg] + up * (moment.heave + hipY * moment.roll - hipX * moment.pitch));
     const [x, y] = this.place(stage.x[leg] + along * (moment.read(walk.footX[leg]) - hipX), stage.y[leg],
       up * moment.read(walk.footZ[leg]));
-    line(pen, [hip, [x, y]], color, size / 2);
+    line(pen, stage.springs ? spring(hip, [x, y], size) : [hip, [x, y]], color, size / 2);
     dot(pen, hip[0], hip[1], 2, color, color);
     const state = walk.state[leg][moment.frame];
     if (state !== AIR && this.choices.forces && stage.force > 0) {
@@ -218,6 +217,12 @@ class Stage {
       const force = roundBelow(stage.force), long = this.arrowLength(force);
       arrow(pen, x, y - 4, long, 0, colors.push);
       say(amount(force, "N"), x + long + 6);
+    }
+    const tilt = this.walk.incline, pull = 18;
+    if (tilt) {
+      const [dx, dy] = [-pull * Math.sin(tilt), pull * Math.cos(tilt)];
+      arrow(pen, x + pull - dx / 2, y - 9 - dy / 2, dx, dy, this.look.ink);
+      say("gravity", x + 2 * pull + 4);
     }
   }
 
@@ -264,6 +269,7 @@ class Tracks {
 
   /** Draw the cursor over the series, which are drawn only once for a size and a look of the page. */
   draw(now, look) {
+    if (!this.canvas.clientWidth) return; // a page may leave them out
     const { walk } = this, row = walk.names.length > 16 ? 10 : 15, curve = 58;
     const height = walk.volts.length * 22 + walk.names.length * row + 2 * (curve + 16) + 44;
     const { pen, width } = penFor(this.canvas, height, look.font);

@@ -30,6 +30,8 @@ struct ModalWindows {
       begun.push_back(starts.begun(w));
     }
     modal::ModalResult made = modal::run_modal(book, nodes, on.signals, laws, settings, runs, on.rows.batch.channels, begun);
+    out.states.insert(out.states.end(), made.states.begin(), made.states.end());
+    out.feet.insert(out.feet.end(), made.feet.begin(), made.feet.end());
     size_t step = 0, event = 0;
     for (size_t k = 0; k < runs.size(); k++) {
       const size_t w = from + k, steps = size_t(made.trace_end[k]) - step, events = size_t(made.event_end[k]) - event;
@@ -78,7 +80,7 @@ nb::tuple windows_modal(modal::Book& book, const Nodes& nodes, const Laws& laws,
       w = last;
     }
   }
-  return out.returned_as(modal::sample_width(sizes));
+  return out.returned_as(modal::sample_width(sizes), 2 * size_t(sizes.coordinates));
 }
 
 // Perturbed copies of a walker in a block of the data with a number.
@@ -112,6 +114,7 @@ struct LeggedWindows {
       system.begin(run);
       begin_at(system, begun);
       const Code code = march(system);
+      hand_on(system, out.states, out.feet);
       out.note(code, log.events.data(), log.events.size());
       out.samples.insert(out.samples.end(), notes.samples.begin(), notes.samples.end());
       for (size_t b = 0; b < on.blocks.size(); b++) derive(starts, w, b, on, run, log.events.size(), out);
@@ -181,7 +184,7 @@ nb::tuple windows_legged(const legged::Body& body, const legged::LegTables& tabl
     }
     width = starts.times.size() ? out.samples.size() / starts.times.size() : 0;
   }
-  return out.returned_as(width);
+  return out.returned_as(width, 2 * coordinates);
 }
 
 }  // namespace

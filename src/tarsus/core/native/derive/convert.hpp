@@ -48,7 +48,7 @@ inline DataTangents data_tangents(nb::handle from, size_t coordinates, const Law
   DataTangents out;
   out.parameters = lanes(from, "parameters", m * laws.columns);
   out.initial = lanes(from, "initial", 2 * coordinates);
-  out.sources = lanes(from, "sources", m + 1);
+  out.sources = lanes(from, "sources", m + GRAVITIES);
   out.since = lanes(from, "since", m);
   out.coef = lanes(from, "coef", pieces * DEGREE);
   out.begin = lanes(from, "begin", pieces);

@@ -61,9 +61,9 @@ class Acting {
     return of_body([&](const Body& b) { return b.legs[i].damping[d]; });
   }
   Jet gap(int i) const { return jet(leg(i).gap, leg(i).foot < 0 ? Row(0.0) : data_.sources[leg(i).foot]); }
-  Jet weight(int i) const {
-    Jet out = jet(leg(i).weight, data_.sources[s_.body.feet()] * unit_.legs[i].weight);
-    add_own(out, [&](const Body& b) { return b.legs[i].weight; });
+  Jet weight(int i, int d) const {
+    Jet out = jet(leg(i).weight[d], data_.sources[s_.body.feet() + d] * unit_.legs[i].weight[d]);
+    add_own(out, [&](const Body& b) { return b.legs[i].weight[d]; });
     return out;
   }
   Jet hip(int i, int d) const { return hip(i, d, at_->x); }
@@ -186,7 +186,7 @@ class Acting {
     const double lifted = hip(i, d).value - u, moved = hip_rate(i, d).value;
     double rate = 0.0, gain = 0.0;
     if (!foot.held(d)) {
-      double own = d == UP ? -weight(i).value : 0.0;
+      double own = -weight(i, d).value;
       for (int n = leg.first; n < leg.last; n++) own += load(n, d).value;
       double force = leg.stiffness[d] * lifted + leg.damping[d] * moved + own;
       rate = w;

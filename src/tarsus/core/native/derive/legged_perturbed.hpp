@@ -26,16 +26,13 @@ struct PerturbedWalker {
         lane(of.lane) {}
 
   // Where the run begins.
-  void begin(const Legged& run, const double* parameters, double gravity) {
+  void begin(const Legged& run, const double* parameters, const double* gravity) {
     s.laws.take(parameters);
     s.settings = run.settings;
     s.settings.gap = s.settings.force_zero = 0.0;  // no change is small enough to be excluded from a difference
     s.shares.clear();
-    for (int b = 0; b < s.coordinates(); b++) s.body.weight[b] = gravity * unit.weight[b];
-    for (int i = 0; i < s.legs(); i++) {
-      s.body.legs[i].weight = gravity * unit.legs[i].weight;
-      s.body.legs[i].gap = run.body.legs[i].gap;
-    }
+    s.body.weigh(unit, gravity);
+    for (int i = 0; i < s.legs(); i++) s.body.legs[i].gap = run.body.legs[i].gap;
   }
 
   // Its legs over the run's step, and their forces on the body.

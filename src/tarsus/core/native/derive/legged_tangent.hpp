@@ -272,26 +272,26 @@ class LeggedTangent : public LeggedMarch {
 
   void begin_lane(Legged& t, int lane, bool window) {
     const int nb = coordinates(), n = nb + 2 * legs();
-    const Row& gravity = data_.sources[body.feet()];
+    const Row* gravity = data_.sources.data() + body.feet();
+    const double of_lane[DIRECTIONS] = {gravity[UP][lane], gravity[ALONG][lane]};
+    t.body.weigh(unit_body, of_lane);
     t.settings.gap = t.settings.force_zero = 0.0;  // no change is small enough to be excluded
     t.lowest_body = t.highest_body = 0.0;
     t.energy = {};
     for (int b = 0; b < nb; b++) {
       t.x[b] = data_.initial[b][lane];
       t.v[b] = data_.initial[n + b][lane];
-      t.body.weight[b] = gravity[lane] * unit_body.weight[b];
     }
     for (Row& one : t.channels) one = Row(0.0);
     for (int i = 0; i < legs(); i++) {
       const int f = body.legs[i].foot;
       LeggedFoot& foot = t.feet[i];
       t.body.legs[i].gap = f < 0 ? 0.0 : data_.sources[f][lane];
-      t.body.legs[i].weight = gravity[lane] * unit_body.legs[i].weight;
       foot.slipped = 0.0;
       const bool begins = window && feet[i].since == clock.time;
       foot.since = f < 0 ? 0.0 : data_.since[f][lane] + (begins ? data_.start[lane] : 0.0);
       foot.aged = 0.0;
-      foot.parted = window ? data_.start[lane] : 0.0;
+      foot.parted = window && feet[i].parted == clock.time ? data_.start[lane] : 0.0;
       for (int d = 0; d < DIRECTIONS; d++) {
         foot.u[d] = data_.initial[nb + 2 * i + 1 - d][lane];
         foot.w[d] = data_.initial[n + nb + 2 * i + 1 - d][lane];

@@ -42,10 +42,12 @@ class ModalTangent {
     FootSet on(sizes_.constraints());
     for (int r = 0; r < 2 * sizes_.coordinates; r++) now_.physical[r] = jet(run.initial[r], data.initial[r]);
     for (int i = 0; i < sizes_.feet; i++) {
-      now_.since[i] = jet(start.since[i], data.since[i] + (start.since[i] == start.time ? data.start : Row(0.0)));
-      now_.parted[i] = jet(start.time, data.start);
+      const double since = start.begun(i);
+      now_.since[i] = jet(since, data.since[i] + (since == start.time ? data.start : Row(0.0)));
+      now_.parted[i] = start.feet != nullptr ? Jet(start.feet[i].parted) : jet(start.time, data.start);
+      if (start.feet != nullptr) now_.aged[i] = Jet(start.feet[i].aged);
       now_.frictional[i] = book.has_way(i) && has_friction(laws_.plain(), i);
-      if (!start.held[i]) continue;
+      if (!start.holds(i)) continue;
       on.toggle(i);
       if (now_.frictional[i]) begin_along(i, on);
     }

@@ -15,7 +15,7 @@ struct GaussPoints {
   static constexpr double TURN = 5.0;
 };
 
-// Arrays of a structure, or their derivatives by one number. loads (n, drives), weight (n), damping (n, n).
+// Arrays of a structure, or their derivatives by one number. loads (n, drives), weight (n, GRAVITIES), damping (n, n).
 struct PowerArrays {
   std::vector<double> loads, weight, damping;
 };
@@ -26,9 +26,9 @@ class PowerSlopes {
 
   // by: of the numbers of the structure, each with its lane; gravity [m/s^2], and its derivatives.
   // tangents (ways, n): of feet that know their way along the ground.
-  PowerSlopes(const Sizes& s, GaussPoints points, PowerArrays own, std::vector<std::pair<int, PowerArrays>> by, const Jet& gravity,
+  PowerSlopes(const Sizes& s, GaussPoints points, PowerArrays own, std::vector<std::pair<int, PowerArrays>> by, const Jet* gravity,
               std::vector<double> tangents)
-      : sizes_(s), points_(std::move(points)), own_(std::move(own)), by_(std::move(by)), gravity_(gravity), tangents_(std::move(tangents)) {}
+      : sizes_(s), points_(std::move(points)), own_(std::move(own)), by_(std::move(by)), gravity_{gravity[0], gravity[1]}, tangents_(std::move(tangents)) {}
 
   // Add what a step gives whose moments at scaled time s are seen by at(s) -> values and their tangents; rate [1/s]: of the
   // fastest mode.
@@ -65,7 +65,7 @@ class PowerSlopes {
   const GaussPoints points_;
   const PowerArrays own_;
   const std::vector<std::pair<int, PowerArrays>> by_;
-  const Jet gravity_;
+  const Jet gravity_[GRAVITIES];
   const std::vector<double> tangents_;
 
   double speed(const Shown<double>& at, int r) const { return at.place[sizes_.coordinates + r]; }
@@ -81,14 +81,20 @@ class PowerSlopes {
     for (int d = 0; d < sizes_.drives; d++) sum += at.value[2 * sizes_.feet + d] * of.loads[size_t(r) * sizes_.drives + d];
     return sum;
   }
-  double push(const PowerArrays& of, const Shown<double>& at, int r) const { return load(of, at, r) + gravity_.value * of.weight[r]; }
+  double push(const PowerArrays& of, const Shown<double>& at, int r) const {
+    double sum = load(of, at, r);
+    for (int g = 0; g < GRAVITIES; g++) sum += gravity_[g].value * of.weight[GRAVITIES * size_t(r) + g];
+    return sum;
+  }
 
   void add_moment(const Shown<double>& at, const Shown<Row>& by, double share) {
     const int n = sizes_.coordinates;
     for (int r = 0; r < n; r++) {
       const double v = speed(at, r);
       const Row& dv = by.place[n + r];
-      sums[0] += ((load(own_, by, r) + slope_of(gravity_) * own_.weight[r]) * v + dv * push(own_, at, r)) * share;
+      Row pushed = load(own_, by, r);
+      for (int g = 0; g < GRAVITIES; g++) pushed += slope_of(gravity_[g]) * own_.weight[GRAVITIES * size_t(r) + g];
+      sums[0] += (pushed * v + dv * push(own_, at, r)) * share;
       sums[1] += (dv * along(own_.damping, r, &at.place[n]) + along(own_.damping, r, &by.place[n]) * v) * share;
       for (const auto& [lane, change] : by_) {
         sums[0].set(lane, sums[0][lane] + push(change, at, r) * v * share);

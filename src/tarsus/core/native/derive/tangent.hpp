@@ -52,7 +52,7 @@ struct DataTangents {
   static DataTangents none(size_t coordinates, const Laws& laws, const Signals& signals) {
     const size_t feet = laws.feet, pieces = signals.start.size();
     const auto rows = [](size_t count) { return std::vector<Row>(count, Row(0.0)); };
-    return {rows(feet * laws.columns), rows(2 * coordinates), rows(feet + 1), rows(feet), rows(pieces * DEGREE), rows(pieces),
+    return {rows(feet * laws.columns), rows(2 * coordinates), rows(feet + GRAVITIES), rows(feet), rows(pieces * DEGREE), rows(pieces),
             rows(pieces), rows(signals.loop.size()), Row(0.0), Row(0.0)};
   }
 };

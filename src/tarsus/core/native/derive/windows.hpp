@@ -13,19 +13,20 @@ struct WindowData {
 };
 
 // Where windows start and what is asked of them: states (nw, 2n); at (nw) [s]; held, leaving, since (nw, feet); data and row (nw, 2):
-// what each runs on; first (nw + 1): its times, and after the last of them it ends.
+// what each runs on; first (nw + 1): its times, and after the last of them it ends; carried (nw, feet, CARRIED): of those that go on,
+// NaN of others.
 struct WindowStarts {
-  Doubles states, at, since, times;
+  Doubles states, at, since, times, carried;
   Flags held, leaving;
   Integers data, first;
   size_t count, width, feet;
 
   WindowStarts(nb::handle given, size_t wide, size_t m) : width(wide), feet(m) {
-    std::tie(states, at, held, leaving, since, data, first, times) =
-        nb::cast<std::tuple<Doubles, Doubles, Flags, Flags, Doubles, Integers, Integers, Doubles>>(given);
+    std::tie(states, at, held, leaving, since, data, first, times, carried) =
+        nb::cast<std::tuple<Doubles, Doubles, Flags, Flags, Doubles, Integers, Integers, Doubles, Doubles>>(given);
     count = at.size();
     bool fits = states.size() == count * width && held.size() == count * m && leaving.size() == count * m && since.size() == count * m &&
-                data.size() == 2 * count && first.size() == count + 1 && first.data()[0] == 0 &&
+                data.size() == 2 * count && carried.size() == count * m * CARRIED && first.size() == count + 1 && first.data()[0] == 0 &&
                 size_t(first.data()[count]) == times.size();
     for (size_t w = 0; fits && w < count; w++) fits = first.data()[w] < first.data()[w + 1];
     if (!fits) throw std::invalid_argument("the sizes of windows and of their starts differ");
@@ -56,7 +57,9 @@ struct WindowStarts {
     return out;
   }
   Beginning begun(size_t w) const {
-    return {at.data()[w], held.data() + w * feet, leaving.data() + w * feet, since.data() + w * feet, ending(w)};
+    const auto* own = reinterpret_cast<const CarriedFoot*>(carried.data()) + w * feet;
+    const bool goes_on = feet > 0 && !std::isnan(own->contact);
+    return {at.data()[w], held.data() + w * feet, leaving.data() + w * feet, since.data() + w * feet, ending(w), goes_on ? own : nullptr};
   }
   const double* asked(size_t w) const { return times.data() + first.data()[w]; }
   size_t samples(size_t w) const { return size_t(first.data()[w + 1] - first.data()[w]); }
@@ -69,13 +72,15 @@ struct WindowFlag {
 };
 
 // What windows came to, one after the other: codes, events and where those of each end, samples; by blocks of lanes derivatives of
-// events and samples; flags, whose lanes count through the blocks.
+// events and samples; flags, whose lanes count through the blocks; states (nw, 2n) and feet (nw, feet): where each ended.
 struct WindowsFound {
   std::vector<int64_t> codes, event_end;
   std::vector<Event> events;
   std::vector<double> samples;
   std::vector<std::vector<Row>> event_slopes, sample_slopes;
   std::vector<WindowFlag> flags;
+  std::vector<double> states;
+  std::vector<CarriedFoot> feet;
 
   explicit WindowsFound(size_t blocks) : event_slopes(blocks), sample_slopes(blocks) {}
 
@@ -95,12 +100,13 @@ struct WindowsFound {
     }
   }
 
-  nb::tuple returned_as(size_t sample_width) {
+  nb::tuple returned_as(size_t sample_width, size_t width) {
     nb::list by_events, by_samples;
     for (auto& one : event_slopes) by_events.append(returned_rows(std::move(one)));
     for (auto& one : sample_slopes) by_samples.append(returned_rows(std::move(one)));
     return nb::make_tuple(returned(std::move(codes)), returned_rows(std::move(events)), returned(std::move(event_end)),
-                          returned(std::move(samples), sample_width), by_events, by_samples, returned_rows(std::move(flags)));
+                          returned(std::move(samples), sample_width), by_events, by_samples, returned_rows(std::move(flags)), returned(std::move(states), width),
+                          returned_rows(std::move(feet)));
   }
 };
 

@@ -47,7 +47,7 @@ nb::tuple fly(nb::handle maps, double step, const Doubles& output, nb::handle la
   const Structure structure = structure_of(maps, output);
   const size_t flights = counts.size(), states = size_t(structure.states), channels = size_t(structure.channels);
   const Column state(launch, "state", flights * states), begin(launch, "begin", flights), offset(launch, "offset", 2 * flights);
-  const Column film(launch, "film", 4 * flights);
+  const Column film(launch, "film", 5 * flights);
   const Doubles neutral = nb::cast<Doubles>(launch.attr("neutral"));
   const size_t steps = flights == 0 ? 0 : drive.size() / flights, table = flights == 0 ? 0 : near.size() / flights;
   size_t total = 0;
@@ -68,7 +68,8 @@ nb::tuple fly(nb::handle maps, double step, const Doubles& output, nb::handle la
     for (size_t r = 0; r < flights; r++) {
       const int count = int(counts.data()[r]);
       Foot foot;
-      for (size_t p = 0; p < 4; p++) foot.film[p] = film.at(4 * r + p);
+      for (size_t p = 0; p < 5; p++) foot.film[p] = film.at(5 * r + p);
+      foot.raised = foot.film[4].value != 3.0 || highest(magnitude(foot.film[4].slope)) > 0.0;
       foot.neutral = neutral.data()[r];
       const Number offsets[2] = {offset.at(2 * r), offset.at(2 * r + 1)}, late = begin.at(r);
       for (size_t i = 0; i < states; i++) flight.state()[i] = state.at(states * r + i);

@@ -1,11 +1,12 @@
 // Free flights of one linear structure near the ground, with derivatives: drive force, and film and attraction at the
 // foot, whose forces run straight over a step.
 //
-// z' = flow z + inputs (F(t), f), f = -C g' / (g + g0)^3 - C_e V^2 / (g + g_e)^2 along the foot's normal. A step is exact
+// z' = flow z + inputs (F(t), f), f = -C g' / (g + g0)^n - C_e V^2 / (g + g_e)^2 along the foot's normal. A step is exact
 // for forces that run straight between its ends; the force at the foot at its end is found by two corrections. A flight
 // begins some time before or after its first sample, and is taken there by sixteen steps of the classical Runge-Kutta scheme. Every
 // number has eight derivatives, those of just this arithmetic.
 #pragma once
+#include <cmath>
 #include <vector>
 
 #include "base/simd.hpp"
@@ -33,9 +34,10 @@ struct Structure {
   std::vector<double> flow, inputs, row, free, first, last, output;
 };
 
-// Forces at the foot: C, g0, C_e, g_e, and its gap at rest.
+// Forces at the foot: C, g0, C_e, g_e, n, whether n is another number than 3 or has derivatives, and the foot's gap at rest.
 struct Foot {
-  Number film[4];
+  Number film[5];
+  bool raised;
   double neutral;
 };
 
@@ -52,9 +54,16 @@ TARSUS_INLINE Number near(const Number& gap, const Number& thickness) {
   return {inverse, (-inverse * inverse) * moved};
 }
 
+// base^exponent.
+inline Number raised(const Number& base, const Number& exponent) {
+  const double value = std::pow(base.value, exponent.value);
+  return {value, (value * std::log(base.value)) * exponent.slope + (value * exponent.value / base.value) * base.slope};
+}
+
 TARSUS_INLINE Number force_at(const Foot& foot, const Number& gap, const Number& rate, double square) {
   const Number close = near(gap, foot.film[1]);
-  Number force = (-1.0) * (foot.film[0] * (close * close * close) * rate);
+  const Number power = foot.raised ? raised(close, foot.film[4]) : close * close * close;
+  Number force = (-1.0) * (foot.film[0] * power * rate);
   if (square != 0.0) {
     const Number away = near(gap, foot.film[3]);
     force = force + (-square) * (foot.film[2] * (away * away));

@@ -48,7 +48,8 @@ struct Hip {
 };
 
 struct Leg {
-  double mass, weight, gap;                              // [kg], [N], clearance at rest [m]
+  double mass, gap;                                      // [kg], clearance at rest [m]
+  double weight[DIRECTIONS];                             // [N] downward, and backward
   double stiffness[DIRECTIONS], damping[DIRECTIONS];     // [N/m], [N s/m]
   int kind[DIRECTIONS], foot = -1, first = 0, last = 0;  // tables; foot or -1; drives that act on the foot
   Hip hip[DIRECTIONS];
@@ -63,7 +64,7 @@ struct Leg {
 };
 
 struct Body {
-  std::vector<double> mass, weight, lever;  // per coordinate: inertia, weight, largest hip entry
+  std::vector<double> mass, weight, lever;  // per coordinate: inertia, weight against it, largest hip entry
   std::vector<Leg> legs;
   std::vector<int> leg;    // of a foot
   std::vector<int> drive;  // of every load on a foot, and its gain upward and along
@@ -73,6 +74,16 @@ struct Body {
 
   int coordinates() const { return int(mass.size()); }
   int feet() const { return int(leg.size()); }
+
+  // Take the weights of ``unit``, which are those per unit of gravity, under this one [m/s^2]: into the ground, and back along the
+  // way. The first coordinate is the way.
+  template <class Gravity>
+  void weigh(const Body& unit, const Gravity& gravity) {
+    for (int b = 0; b < coordinates(); b++) weight[b] = gravity[b == 0 ? ALONG : UP] * unit.weight[b];
+    for (size_t i = 0; i < legs.size(); i++) {
+      for (int d = 0; d < DIRECTIONS; d++) legs[i].weight[d] = gravity[d] * unit.legs[i].weight[d];
+    }
+  }
 };
 
 }  // namespace tarsus::legged

@@ -22,7 +22,7 @@ struct Present {
   double& w(int i, int d) { return s.feet[i].w[d]; }
   double mass(int i) const { return leg(i).mass; }
   double gap(int i) const { return leg(i).gap; }  // at rest
-  double weight(int i) const { return leg(i).weight; }
+  double weight(int i, int d) const { return leg(i).weight[d]; }
   double stiffness(int i, int d) const { return leg(i).stiffness[d]; }
   double damping(int i, int d) const { return leg(i).damping[d]; }
   double hip(int i, int d) const { return leg(i).hip[d].motion(s.x); }
@@ -40,8 +40,7 @@ struct Present {
 // Force of the structure on a foot held at ``u`` [N]: upward (its pull), or along the way.
 template <class P>
 inline typename P::Real structure_force(const P& p, int i, int d, const typename P::Real& u) {
-  typename P::Real force = p.stiffness(i, d) * (p.hip(i, d) - u) + p.damping(i, d) * p.hip_rate(i, d);
-  if (d == UP) force = force - p.weight(i);
+  typename P::Real force = p.stiffness(i, d) * (p.hip(i, d) - u) + p.damping(i, d) * p.hip_rate(i, d) - p.weight(i, d);
   for (int n = p.leg(i).first; n < p.leg(i).last; n++) force = force + p.load(n, d);
   return force;
 }
@@ -104,7 +103,7 @@ inline Braking<typename P::Real> impact(P& p, int i, EventKind kind, const Landi
 // Bound [N] below which the pull on a foot on the ground counts as zero: by the scale of the scene, or the rounding of `pull_on`.
 inline double no_pull(const Legged& s, int i) {
   const Leg& leg = s.body.legs[i];
-  double parts = leg.stiffness[UP] * (leg.hip[UP].parts(s.x) + std::fabs(leg.standing())) + leg.damping[UP] * leg.hip[UP].parts(s.v) + std::fabs(leg.weight);
+  double parts = leg.stiffness[UP] * (leg.hip[UP].parts(s.x) + std::fabs(leg.standing())) + leg.damping[UP] * leg.hip[UP].parts(s.v) + std::fabs(leg.weight[UP]);
   for (int n = leg.first; n < leg.last; n++) {
     parts += std::fabs(s.body.gain[2 * n + UP] * s.player.value(s.body.drive[n], s.clock.time));
   }

@@ -50,7 +50,7 @@ struct LeggedMarch : Legged {
   const Body& unit_body;  // its weights are those of unit gravity
   Notes& notes;
   Moment moment;
-  double gravity = 0.0;  // [m/s^2]
+  const double* gravity = nullptr;  // [m/s^2] of the run, into the ground and back along the way
   double lowest_at = -1.0, highest_at = -1.0;  // scaled times of the last step at which the body was lower, higher; -1: never
   std::vector<std::vector<Turn>> turns;        // of every leg, where its foot turned back as it slid in the last step
 
@@ -110,10 +110,9 @@ struct LeggedMarch : Legged {
 
   // Rest gaps [m] of the feet, and gravity [m/s^2].
   void put_on_ground(const double* sources) {
-    gravity = sources[body.feet()];
+    gravity = sources + body.feet();
     for (int f = 0; f < body.feet(); f++) body.legs[body.leg[f]].gap = sources[f];
-    for (int i = 0; i < legs(); i++) body.legs[i].weight = gravity * unit_body.legs[i].weight;
-    for (int b = 0; b < coordinates(); b++) body.weight[b] = gravity * unit_body.weight[b];
+    body.weigh(unit_body, gravity);
   }
 
   void enter() {}

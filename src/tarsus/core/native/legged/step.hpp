@@ -31,7 +31,7 @@ constexpr double GUESS_TOLERANCE = 1e3;
 inline void load_feet(Legged& s) {
   for (int i = 0; i < s.legs(); i++) {
     const Leg& leg = s.body.legs[i];
-    Row up = Row(-leg.weight), along = Row(0.0);
+    Row up = Row(-leg.weight[UP]), along = Row(-leg.weight[ALONG]);
     for (int n = leg.first; n < leg.last; n++) {
       const Row& force = s.channels[s.body.drive[n]];
       up += force * s.body.gain[2 * n];

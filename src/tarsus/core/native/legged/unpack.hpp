@@ -28,12 +28,12 @@ inline Body body_of(const Fields& from) {
   for (size_t i = 0; i < legs; i++) {
     Leg leg;
     leg.mass = mass[i];
-    leg.weight = weight[i];
     leg.gap = gap[i];
     leg.foot = foot[i];
     leg.first = first[i];
     leg.last = first[i + 1];
     for (int d = 0; d < DIRECTIONS; d++) {
+      leg.weight[d] = weight[i];
       leg.stiffness[d] = stiffness[DIRECTIONS * i + d];
       leg.damping[d] = damping[DIRECTIONS * i + d];
       leg.kind[d] = kind[DIRECTIONS * i + d];

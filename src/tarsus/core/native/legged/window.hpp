@@ -5,13 +5,45 @@
 
 namespace tarsus::legged {
 
+// A foot as it is: what is carried on to another part of the run.
+inline CarriedFoot handed_on(const LeggedFoot& foot) {
+  CarriedFoot out = tarsus::handed_on(foot.contact, foot, foot.apex);
+  out.start = foot.start;
+  out.sense = foot.sense;
+  out.slipped = foot.slipped;
+  return out;
+}
+inline void take_on(const CarriedFoot& from, LeggedFoot& foot) {
+  tarsus::take_on(from, foot, foot.apex);
+  foot.contact = Contact(int(from.contact));
+  foot.start = Start(int(from.start));
+  foot.sense = from.sense;
+  foot.slipped = from.slipped;
+}
+
+// Where a robot has come to, its displacements and velocities (2 n), and what its feet carry on.
+inline void hand_on(LeggedMarch& s, std::vector<double>& states, std::vector<CarriedFoot>& feet) {
+  s.rebase();  // so that the rates are those of the feet
+  const double* const body[2] = {s.x, s.v};
+  for (int k = 0; k < 2; k++) {
+    states.insert(states.end(), body[k], body[k] + s.coordinates());
+    for (const LeggedFoot& foot : s.feet) {
+      const double* of = k == 0 ? foot.u : foot.w;
+      states.insert(states.end(), {of[ALONG], of[UP]});
+    }
+  }
+  for (int i : s.body.leg) feet.push_back(handed_on(s.feet[i]));
+}
+
 // Set a run that has just begun to its start: held feet stand still, or slide where they move along the ground.
 inline void begin_at(LeggedMarch& s, const Beginning& start) {
-  start_clock(s.clock, s.settings, start.time);
+  start_clock(s.clock, s.settings, start);
   for (int i : s.body.leg) {
     const int f = s.body.legs[i].foot;
     s.feet[i].apex.restart(start.time);
-    if (start.held[f]) {
+    if (start.feet != nullptr) {
+      take_on(start.feet[f], s.feet[i]);
+    } else if (start.held[f]) {
       begin_contact(s, i);
       s.feet[i].since = start.since[f];
     } else {

@@ -8,11 +8,13 @@
 
 namespace tarsus {
 
+constexpr int GRAVITIES = 2;  // components of gravity: into the ground, and back along the way
+
 // The data of one run.
 struct RunData {
   const double* parameters;  // (feet, columns) of the laws
   const double* initial;     // displacements and velocities (2 n)
-  const double* sources;     // rest gaps of the feet [m], gravity [m/s^2]
+  const double* sources;     // rest gaps of the feet [m], gravity [m/s^2]: into the ground, and back along it
   const double* scales;      // length [m] and force [N] that tolerances refer to, period of the marks [s]
   const int64_t* channels;   // numbers of the signals that drive it
 };

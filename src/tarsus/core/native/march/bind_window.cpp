@@ -15,7 +15,7 @@ namespace {
 PowerArrays power_arrays(nb::handle system, const Sizes& sizes) {
   const size_t n = size_t(sizes.coordinates);
   PowerArrays out = {field<double>(system, "loads"), field<double>(system, "weight"), field<double>(system, "damping")};
-  if (out.loads.size() != n * sizes.drives || out.weight.size() != n || out.damping.size() != n * n) {
+  if (out.loads.size() != n * sizes.drives || out.weight.size() != n * GRAVITIES || out.damping.size() != n * n) {
     throw std::invalid_argument("arrays of a structure have wrong sizes");
   }
   return out;
@@ -29,9 +29,10 @@ std::unique_ptr<PowerSlopes> power_slopes(nb::tuple given, const Nodes& nodes, c
   const auto [own, changes] = nb::cast<std::tuple<nb::object, nb::dict>>(given);
   std::vector<std::pair<int, PowerArrays>> by;
   for (auto [lane, change] : changes) by.emplace_back(nb::cast<int>(lane), power_arrays(change, sizes));
-  const size_t gravity = size_t(sizes.feet);
+  Jet gravity[GRAVITIES];
+  for (int g = 0; g < GRAVITIES; g++) gravity[g] = jet(run.sources[sizes.feet + g], data.sources[size_t(sizes.feet + g)]);
   return std::make_unique<PowerSlopes>(sizes, GaussPoints{nodes.gauss, nodes.gauss_weights},
-                                       power_arrays(own, sizes), std::move(by), jet(run.sources[gravity], data.sources[gravity]),
+                                       power_arrays(own, sizes), std::move(by), gravity,
                                        book.tangents);
 }
 

@@ -44,6 +44,7 @@ struct Clock {
   double time = 0.0, mark = INF, progress = -INF;
   int64_t steps = 0, rejected = 0, marks = 0;
   int stalled = 0;
+  bool goes_on = false;  // what follows the end is another part of the run: no mark there
 
   // False when too many events crowd one instant.
   bool progressed(const Settings& settings) {
@@ -68,7 +69,7 @@ TARSUS_INLINE Code before_step(System& system) {
   for (;;) {
     system.enter();
     if (clock.time >= settings.end) {
-      system.mark();
+      if (!clock.goes_on) system.mark();
       return DONE;
     }
     if (clock.time >= clock.mark) {

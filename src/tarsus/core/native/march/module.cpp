@@ -10,10 +10,12 @@ void bind_modal(nanobind::module_&);
 void bind_legged(nanobind::module_&);
 void bind_window(nanobind::module_&);
 void bind_windows(nanobind::module_&);
+void bind_parts(nanobind::module_&);
 void bind_record(nanobind::module_&);
 void bind_adjoint(nanobind::module_&);
 void bind_flights(nanobind::module_&);
 void bind_packet(nanobind::module_&);
+void bind_measure(nanobind::module_&);
 
 // Raise what arrived in Python meanwhile (Ctrl-C); only its main thread receives signals.
 static void raise_signals() {
@@ -33,8 +35,10 @@ NB_MODULE(_native, m) {
   tarsus::bind_legged(m);
   tarsus::bind_window(m);
   tarsus::bind_windows(m);
+  tarsus::bind_parts(m);
   tarsus::bind_record(m);
   tarsus::bind_adjoint(m);
   tarsus::bind_flights(m);
   tarsus::bind_packet(m);
+  tarsus::bind_measure(m);
 }

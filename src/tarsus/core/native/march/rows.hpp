@@ -20,13 +20,13 @@ struct Rows {
     const size_t runs = initial.shape(0), width = runs ? channels.size() / runs : 0;
     const size_t given = runs ? parameters.size() / runs : 0;
     const bool fits = runs > 0 && initial.size() == runs * states && given >= columns && parameters.size() == runs * given &&
-                      sources.size() == runs * (feet + 1) && scales.size() == runs * 3 && width >= drives &&
+                      sources.size() == runs * (feet + GRAVITIES) && scales.size() == runs * 3 && width >= drives &&
                       channels.size() == runs * width;
     if (!fits) throw std::invalid_argument("the sizes of a plan and of the rows of its runs differ");
     for (size_t c = 0; c < channels.size(); c++) {
       if (channels.data()[c] < 0 || channels.data()[c] >= signals.channels()) throw std::invalid_argument("no such channel");
     }
-    batch = {{parameters.data(), initial.data(), sources.data(), scales.data(), channels.data()}, runs, given, states, feet + 1, width};
+    batch = {{parameters.data(), initial.data(), sources.data(), scales.data(), channels.data()}, runs, given, states, feet + GRAVITIES, width};
   }
 };
 

@@ -1,6 +1,7 @@
 // What the data of a run determine before it begins: where a walker stands, and the length and force that tolerances refer to.
 #pragma once
 #include "base/fields.hpp"
+#include "march/batch.hpp"
 #include "laws/laws.hpp"
 #include "drives/signals.hpp"
 
@@ -28,26 +29,27 @@ struct Starting {
   double *initial, *scales;
 };
 
-// Of one plan. normals (n, m), stiffness (n, n), weight (n,) per unit of gravity, loads (n, nd): of the structure. stance
-// (n, m + 1 + nd): where a walker stands, per unit of rest gaps, gravity and forces of the drives, and empty where runs start
-// otherwise; heights (m,): coordinates of the feet upward, ways: along the ground where nothing else holds them; driven: whether
-// it stands under the first volts.
+// Of one plan. normals (n, m), stiffness (n, n), weight (n, 2) per unit of gravity, loads (n, nd): of the structure. stance
+// (n, m + 2 + nd): where a walker stands, per unit of rest gaps, gravity and forces of the drives, and empty where runs start
+// otherwise; heights (m,): coordinates of the feet upward, ways (m,): along the ground, where friction holds them; loose: those of
+// other parts that nothing holds; driven: whether it stands under the first volts.
 struct StartRules {
   std::vector<double> normals, stiffness, weight, loads, stance;
-  std::vector<int> heights, ways;
+  std::vector<int> heights, ways, loose;
   bool driven = false;
   size_t n = 0, m = 0, drives = 0;
 
   explicit StartRules(const Fields& from)
       : normals(from.doubles("normals")), stiffness(from.doubles("stiffness")), weight(from.doubles("weight")),
         loads(from.doubles("loads")), stance(from.doubles("stance")), heights(from.narrowed<int>("heights")),
-        ways(from.narrowed<int>("ways")), driven(from.whole("driven") != 0), n(weight.size()), m(size_t(from.whole("feet"))),
+        ways(from.narrowed<int>("ways")), loose(from.narrowed<int>("loose")), driven(from.whole("driven") != 0),
+        n(weight.size() / GRAVITIES), m(size_t(from.whole("feet"))),
         drives(size_t(from.whole("drives"))) {
     Fields::check("normals", normals.size() == n * m);
     Fields::check("stiffness", stiffness.size() == n * n);
     Fields::check("loads", loads.size() == n * drives);
-    Fields::check("stance", stance.empty() || (stance.size() == n * (m + 1 + drives) && heights.size() == m));
-    for (const std::vector<int>* places : {&heights, &ways}) {
+    Fields::check("stance", stance.empty() || (stance.size() == n * (m + GRAVITIES + drives) && heights.size() == m && ways.size() == m));
+    for (const std::vector<int>* places : {&heights, &ways, &loose}) {
       for (int at : *places) Fields::check("stance", at >= 0 && size_t(at) < n);
     }
     for (double w : weight) heaviest = std::max(heaviest, std::fabs(w));
@@ -62,8 +64,8 @@ struct StartRules {
 
   // Set a walker on its feet.
   void stand(const Starting& run, const Signals& signals) const {
-    const size_t width = m + 1 + drives;
-    std::vector<double> given(run.sources, run.sources + m + 1);
+    const size_t width = m + GRAVITIES + drives;
+    std::vector<double> given(run.sources, run.sources + m + GRAVITIES);
     for (size_t d = 0; d < drives; d++) given.push_back(force(run, signals, d));
     for (size_t r = 0; r < n; r++) {
       double sum = 0.0;
@@ -72,13 +74,14 @@ struct StartRules {
     }
   }
 
-  // Feet of a standing walker that would have to be held down, and forces along the way that nothing balances.
+  // Feet of a standing walker that would have to be held down, and forces along the way that neither springs nor friction balance.
   void check_stance(const Starting& run, const Signals& signals, ActingLaws& laws, double number, std::vector<Refusal>& out) const {
     laws.take(run.parameters);
     std::vector<double> push(n);  // of the structure on what holds it
     double loaded = 0.0, sprung = 0.0;
     for (size_t r = 0; r < n; r++) {
-      double load = weight[r] * run.sources[m], spring = 0.0;
+      double load = 0.0, spring = 0.0;
+      for (size_t g = 0; g < GRAVITIES; g++) load += weight[GRAVITIES * r + g] * run.sources[m + g];
       for (size_t d = 0; d < drives; d++) load += loads[r * drives + d] * force(run, signals, d);
       for (size_t c = 0; c < n; c++) spring += stiffness[r * n + c] * run.initial[c];
       push[r] = spring - load;
@@ -86,15 +89,16 @@ struct StartRules {
       sprung = std::max(sprung, std::fabs(spring));
     }
     const double rounding = BALANCED * (loaded + sprung);
+    double along = 0.0;
+    for (int way : loose) along = std::max(along, std::fabs(push[way]));
     for (size_t i = 0; i < m; i++) {
       const int64_t channel = laws.laws.volts[i];
       const double volts = driven && channel >= 0 ? at_begin(signals, run.channels[channel]) : 0.0;
       const double attraction = laws.force(int(i), 0.0, 0.0, volts, 0.0);
-      const double hold = push[heights[i]] + laws.strength(int(i), 0.0) - attraction;
+      const double strength = laws.strength(int(i), 0.0), hold = push[heights[i]] + strength - attraction;
       if (hold < -rounding) out.push_back({number, double(PULLED_DOWN), double(i), -hold});
+      along = std::max(along, std::fabs(push[ways[i]]) - laws.friction(int(i), std::max(hold, 0.0), strength, 0.0));
     }
-    double along = 0.0;
-    for (int way : ways) along = std::max(along, std::fabs(push[way]));
     if (along > rounding) out.push_back({number, double(UNBALANCED), -1.0, along});
   }
 
@@ -118,7 +122,7 @@ struct StartRules {
     if (!(length > SMALLEST)) length = NO_LENGTH;
     const double near = std::min(std::max(nearest, NEAREST * length), length);
     // by what moves a foot as far as that: a thick film, or a foot far away, makes no force
-    double most = std::max({laws.scale(Laws::STRENGTH_OF_LAW, run.parameters), std::fabs(run.sources[m]) * heaviest, near * softest});
+    double most = std::max({laws.scale(Laws::STRENGTH_OF_LAW, run.parameters), std::hypot(run.sources[m], run.sources[m + 1]) * heaviest, near * softest});
     for (size_t d = 0; d < drives; d++) most = std::max(most, signals.span[run.channels[d]]);
     run.scales[0] = near;
     run.scales[1] = most > 0.0 ? most : NO_FORCE;

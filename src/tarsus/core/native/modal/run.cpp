@@ -15,10 +15,11 @@ struct Begun : ModalSystem<S> {
 
   void begin_at(const RunData& run, const Beginning& start) {
     this->begin(run);
-    this->count_from_zero(run);
+    if (start.derived) this->count_from_zero(run);
     this->settings = start.ended(this->settings);
-    start_clock(this->clock, this->settings, start.time);
+    start_clock(this->clock, this->settings, start);
     FootSet on(this->sizes.constraints());
+    if (start.feet != nullptr) return go_on_from(start.feet, on);
     for (int i = 0; i < this->sizes.feet; i++) {
       Foot& foot = this->feet[i];
       foot.apex.restart(start.time);
@@ -34,7 +35,48 @@ struct Begun : ModalSystem<S> {
     this->next = &this->book.require(on);
   }
 
+  // The feet as they are: what is carried on to another part of the run.
+  void hand_on(std::vector<CarriedFoot>& out) const {
+    for (int i = 0; i < this->sizes.feet; i++) {
+      const Foot& foot = this->feet[i];
+      const Contact contact = this->next->is_stuck[i] ? STUCK : this->next->is_held[i] ? SLIPPING : AIR;
+      CarriedFoot one = handed_on(contact, foot, foot.apex);
+      one.left = foot.left;
+      one.rose = foot.rose;
+      one.low = foot.low;
+      one.start = foot.departure;
+      one.slide = foot.slide;
+      one.sense = foot.sense;
+      one.place = foot.place;
+      one.due = this->check;
+      out.push_back(one);
+    }
+  }
+
  private:
+  void go_on_from(const CarriedFoot* from, FootSet& on) {
+    bool due = this->sizes.feet == 0;
+    for (int i = 0; i < this->sizes.feet; i++) {
+      const CarriedFoot& one = from[i];
+      Foot& foot = this->feet[i];
+      take_on(one, foot, foot.apex);
+      foot.left = one.left;
+      foot.rose = one.rose;
+      foot.low = int(one.low);
+      foot.departure = int(one.start);
+      foot.slide = int(one.slide);
+      foot.sense = one.sense;
+      foot.place = one.place;
+      if (one.contact != AIR) on.toggle(i);
+      if (one.contact == STUCK) on.toggle(this->sizes.feet + i);
+      due = due || one.due != 0.0;
+    }
+    this->next = &this->book.require(on);
+    this->player.next_kink(this->clock.time);
+    this->enter();
+    this->check = due;
+  }
+
   // A held foot that has nothing along the ground sticks there.
   void begin_along(const RunData& run, int i, FootSet& on) {
     const int n = this->sizes.coordinates;
@@ -83,9 +125,13 @@ ModalResult run_all(Book& book, const Nodes& nodes, const Signals& signals, cons
     out.trace_end.push_back(int64_t(system.recorded()));
     const Clock& clock = system.clock;
     out.finish.insert(out.finish.end(), {clock.time, double(clock.steps), double(clock.rejected)});
+    if (starts.empty() && run + 1 < runs.size()) continue;
+    note_end(system, out);
+    if (starts.empty()) continue;
+    out.states.insert(out.states.end(), system.physical.begin(), system.physical.end());
+    system.hand_on(out.feet);
   }
   out.events = std::move(system.log.events);
-  note_end(system, out);
   out.trace = std::move(system.trace);
   return out;
 }

@@ -8,10 +8,12 @@ namespace tarsus::modal {
 
 // How they ended. event_end: events of run i are those from event_end[i - 1] on, likewise recorded rows by trace_end; finish (runs,
 // 3): end time [s], steps, rejected steps; notes: of recorded runs, on their events, by the rows of all runs. Of the last run: the contact mode it is in, the one it
-// goes on in (pending), which may be another, and the physical state.
+// goes on in (pending), which may be another, and the physical state. states (runs, 2 n), feet (runs, feet): of runs that were given a
+// start, where each ended.
 struct ModalResult {
   std::vector<int64_t> codes, event_end, trace_end;
-  std::vector<double> finish, trace, physical;
+  std::vector<double> finish, trace, physical, states;
+  std::vector<CarriedFoot> feet;
   std::vector<Event> events;
   std::vector<Note> notes;
   const ContactMode *mode = nullptr, *pending = nullptr;

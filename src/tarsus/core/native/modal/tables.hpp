@@ -16,7 +16,7 @@
 #include <utility>
 #include <vector>
 
-#include "base/nodes.hpp"
+#include "march/batch.hpp"
 
 namespace tarsus::modal {
 
@@ -46,7 +46,7 @@ struct Sizes {
   int constraints() const { return feet + ways; }  // that may be held; and outputs that events are functions of
   int inputs() const { return 2 * feet + drives + 1; }
   int last() const { return 2 * feet + drives; }  // the constant 1
-  int sources() const { return feet + 1; }        // of what it does: rest gaps, gravity
+  int sources() const { return feet + GRAVITIES; }  // of what it does: rest gaps, gravity
   int state() const { return 2 * stride; }
 };
 

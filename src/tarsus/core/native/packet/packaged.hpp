@@ -9,7 +9,9 @@
 #include "modal/make.hpp"
 #include "modal/run.hpp"
 #include "modal/unpack.hpp"
+#include "packet/judged.hpp"
 #include "packet/packet.hpp"
+#include "packet/sights.hpp"
 #include "record/samples.hpp"
 
 namespace tarsus {
@@ -47,9 +49,10 @@ class Packaged {
   int code = DONE;
   double finish[3] = {};
   std::vector<Event> events;
-  std::vector<double> samples, marks;
-  size_t width = 0;
+  std::vector<double> samples, marks, sights;
+  size_t width = 0, seen_width = 0;
   std::vector<Refusal> refused;
+  std::vector<measure::Summary> measures;  // of the names of `judged_names`
 
   Packaged(char* at, size_t bytes)
       : packet_(at, bytes), nodes_(nodes_of(PartOf(packet_, "nodes."))), signals_(signals_of(PartOf(packet_, "signals."))),
@@ -70,9 +73,10 @@ class Packaged {
   Packaged(const Packaged&) = delete;
 
   double duration() const { return settings_.end; }
+  size_t feet() const { return rules_.m; }
 
-  // times [s]: increasing.
-  void run(const std::vector<double>& times) {
+  // times [s]: increasing; energies: whether a walker's are summed up, which a page does not show.
+  void run(const std::vector<double>& times, bool energies = true) {
     refused.clear();
     const Starting own = row();
     set_up(rules_, acting_, signals_, own, 0.0, refused);
@@ -81,7 +85,36 @@ class Packaged {
     marks.clear();
     if (!refused.empty()) return;
     const RunData data{own.parameters, own.initial, own.sources, own.scales, own.channels};
-    book_ != nullptr ? run_by_modes(data, times) : walk(data, times);
+    book_ != nullptr ? run_by_modes(data, times) : walk(data, times, energies);
+  }
+
+  // The same, with its measures, and rows of what a page shows of it (see Sights), of a packet that says what these are.
+  void show(const std::vector<double>& times) {
+    run(times, false);
+    sights.clear();
+    measures.clear();
+    if (!refused.empty()) return;
+    const Sights shown(packet_);
+    shown.check(rules_, signals_);
+    seen_width = shown.width(feet());
+    const Starting own = row();
+    acting_.take(own.parameters);
+    Player driven(signals_, nodes_, channels()), volts(signals_, nodes_, packet_.size("rows.shown"));
+    driven.restart(own.channels);
+    volts.restart(packet_.at<int64_t>("rows.shown", packet_.size("rows.shown")));
+    Ages ages(events, acting_, feet());
+    Glance at(rules_.n, feet());
+    for (size_t k = 0; k < times.size() && times[k] <= finish[0]; k++) {
+      at.time = times[k];
+      for (int c = 0; c < driven.channels(); c++) driven.seek(c, at.time);
+      for (int d = 0; d < volts.channels(); d++) volts.seek(d, at.time);
+      book_ != nullptr ? glance_at_modes(&samples[k * width], at) : glance_at_walker(&samples[k * width], own, shown, driven, at);
+      ages.seek(at.time);
+      shown.add(rules_, at, acting_, ages, volts, driven, sights);
+    }
+    const size_t body = book_ != nullptr ? 0 : size_t(body_.coordinates());
+    const size_t names = judged_names(body > 0).size();
+    measures = judged({events, feet(), own.scales[2], finish[0], marks, body, *packet_.at<double>("measure.length", 1), packet_.at<int64_t>("measure.worst", names)});
   }
 
  private:
@@ -104,7 +137,7 @@ class Packaged {
     const int64_t* chosen = packet_.at<int64_t>("rows.channels", channels());
     Fields::check("rows.channels", channels() >= rules_.drives);
     for (size_t c = 0; c < channels(); c++) Fields::check("rows.channels", chosen[c] >= 0 && chosen[c] < signals_.channels());
-    return {packet_.at<double>("rows.parameters", size_t(std::max(laws_.feet, 1)) * laws_.columns), packet_.at<double>("rows.sources", rules_.m + 1),
+    return {packet_.at<double>("rows.parameters", size_t(std::max(laws_.feet, 1)) * laws_.columns), packet_.at<double>("rows.sources", rules_.m + GRAVITIES),
             packet_.at<double>("rows.idle", rules_.drives), chosen, packet_.at<double>("rows.initial", 2 * rules_.n),
             packet_.at<double>("rows.scales", 3)};
   }
@@ -118,11 +151,63 @@ class Packaged {
     samples = modal::sample_steps(*book_, nodes_, data.sources, out.trace.data(), out.trace.size() / modal::recorded_width(book_->sizes), times.data(), times.size());
   }
 
-  void walk(const RunData& data, const std::vector<double>& times) {
+  void glance_at_modes(const double* from, Glance& at) const {
+    const size_t n = rules_.n, m = rules_.m, ways = size_t(book_->sizes.ways);
+    std::copy(from, from + n, at.x.begin());
+    std::copy(from + n, from + 2 * n, at.v.begin());
+    const double* foot = from + 2 * n;  // gap, rate, resistive, smooth, pull, contact, friction
+    for (size_t i = 0; i < m; i++) {
+      at.gap[i] = foot[i];
+      at.rate[i] = foot[m + i];
+      at.pull[i] = foot[4 * m + i];
+      at.state[i] = foot[5 * m + i];
+      if (i >= ways) continue;
+      at.friction[i] = foot[6 * m + i];
+      at.sense[i] = at.friction[i] > 0.0 ? -1.0 : at.friction[i] < 0.0 ? 1.0 : 0.0;
+      double place = 0.0, speed = 0.0;
+      for (size_t r = 0; r < n; r++) {
+        place += book_->tangents[i * n + r] * at.x[r];
+        speed += book_->tangents[i * n + r] * at.v[r];
+      }
+      at.along[i] = place;
+      at.speed[i] = std::fabs(speed);
+    }
+  }
+
+  void glance_at_walker(const double* from, const Starting& own, const Sights& shown, const Player& driven, Glance& at) const {
+    const size_t nb = size_t(body_.coordinates()), nl = body_.legs.size(), m = rules_.m;
+    const double *legs = from + 2 * nb, *footing = legs + 4 * nl;  // of a leg: height, its rate, way along, its rate
+    std::copy(from, from + nb, at.x.begin());
+    std::copy(from + nb, from + 2 * nb, at.v.begin());
+    for (size_t l = 0; l < nl; l++) {
+      const double* leg = legs + 4 * l;
+      at.x[nb + 2 * l] = leg[2];
+      at.x[nb + 2 * l + 1] = leg[0];
+      at.v[nb + 2 * l] = leg[3];
+      at.v[nb + 2 * l + 1] = leg[1];
+    }
+    std::vector<double> drives(rules_.drives);
+    for (size_t d = 0; d < drives.size(); d++) drives[d] = driven.value(int(d), at.time);
+    for (size_t i = 0; i < m; i++) {
+      const size_t l = size_t(body_.leg[i]);
+      const double* leg = legs + 4 * l;
+      at.gap[i] = own.sources[i] + leg[0];
+      at.rate[i] = leg[1];
+      at.along[i] = leg[2];
+      at.speed[i] = std::fabs(leg[3]);
+      at.state[i] = footing[i];
+      at.sense[i] = footing[m + i];
+      if (at.state[i] == AIR) continue;
+      at.pull[i] = shown.onto(rules_, own, drives, at, nb + 2 * l + 1);
+      at.friction[i] = -shown.onto(rules_, own, drives, at, nb + 2 * l);
+    }
+  }
+
+  void walk(const RunData& data, const std::vector<double>& times, bool energies) {
     Log log;
     legged::Notes notes;
     notes.times = times;
-    legged::LeggedMarch system(body_, *tables_, nodes_, *between_, signals_, laws_, settings_, log, notes, settings_.record, channels());
+    legged::LeggedMarch system(body_, *tables_, nodes_, *between_, signals_, laws_, settings_, log, notes, energies && settings_.record, channels());
     width = system.sample_width();
     notes.samples.assign(times.size() * width, NOT_A_NUMBER);
     system.begin(data);

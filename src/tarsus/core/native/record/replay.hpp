@@ -72,7 +72,7 @@ TARSUS_INLINE Real weighted(const Row& weights, const Real* values) {
 // What enters a step: start state, inputs, sources; from these follow the inputs' values at any moment of it.
 template <class Real>
 struct Entering {
-  std::vector<Real> state, inputs, sources;  // (2 stride), (inputs, 8), (feet + 1)
+  std::vector<Real> state, inputs, sources;  // (2 stride), (inputs, 8), (feet + 2)
 
   explicit Entering(const Sizes& s)
       : state(s.state(), Real(0.0)), inputs(size_t(s.inputs()) * N, Real(0.0)), sources(s.sources(), Real(0.0)) {}

@@ -15,11 +15,13 @@ from pydantic import Field
 
 from tarsus.base.discover import classes_beside
 from tarsus.model.drive.law import Cubic, VoltageLaw
+from tarsus.model.drive.laws.creeping import Creeping, fit_rates
 from tarsus.model.drive.laws.linear import LinearForce
 from tarsus.model.drive.laws.prandtl_ishlinskii import PrandtlIshlinskii, fit_branches
 from tarsus.model.drive.laws.two_branch import TwoBranch
 
 __all__ = [
+    "Creeping",
     "Cubic",
     "ForceLaw",
     "LinearForce",
@@ -27,6 +29,7 @@ __all__ = [
     "TwoBranch",
     "VoltageLaw",
     "fit_branches",
+    "fit_rates",
 ]
 
 

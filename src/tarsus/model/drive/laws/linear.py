@@ -32,6 +32,10 @@ class LinearForce(VoltageLaw):
         """Force [N] at `volts` [V], any shape."""
         return self.offset + self.gain * np.asarray(volts, dtype=np.float64)
 
+    def held(self, volts: Floats, past: Floats) -> Floats:
+        """The same, for actuators side by side."""
+        return self.gain * volts + self.offset
+
     def parts(self, track: Track, history: Sequence[float]) -> Parts:
         """One part for each stretch."""
         return whole_parts(track, track.of_run(columns((self.offset, self.gain, 0.0, 0.0))))

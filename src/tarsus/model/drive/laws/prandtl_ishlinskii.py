@@ -76,24 +76,32 @@ class PrandtlIshlinskii(VoltageLaw):
     def force(self, volts: ArrayLike, history: Sequence[float] = ()) -> Floats:
         """Force (N,) [N] along a sequence of voltages (n,) [V], monotone from each to the next."""
         v = np.atleast_1d(np.asarray(volts, dtype=np.float64))
-        free = ((self.cubic * v + self.quadratic) * v + self.linear) * v + self.constant
-        return free + product(self.states(v, history), self.plays()[1])
+        return self.force_with(v, self.states(v, history))
+
+    def force_with(self, volts: Floats, states: Floats) -> Floats:
+        """Force (N,) [N] at voltages (N,) with the plays in some states (N, n) [V]."""
+        return self.free(volts) + product(states, self.plays()[1])
+
+    def free(self, volts: Any) -> Any:
+        """What of the force [N] has no memory, at voltages [V] of any shape."""
+        return ((self.cubic * volts + self.quadratic) * volts + self.linear) * volts + self.constant
+
+    def held(self, volts: Floats, past: Floats) -> Floats:
+        """Forces (R,) [N] at voltages (R,) [V] that are held; see `VoltageLaw.held`."""
+        r, w, _ = self._felt()
+        states = remembered((*past.T, volts), r)
+        c = np.broadcast_to(self.coefficients(), (len(volts), 4)).T
+        free = ((c[3] * volts + c[2]) * volts + c[1]) * volts + c[0]
+        return free + dot(states, np.broadcast_to(w, states.shape))
 
     def parts(self, track: Track, history: Sequence[float]) -> Parts:
         """The track cut where plays engage: on each part the engaged follow the voltage, the others rest."""
-        r, w, total = self._felt()
-        rest = states_along(track, r, remembered(history, r))[0::2]
-        plain, still, r = track.plain, value_of(rest), track.of_run(r)
-        s = plain.direction()[:, None]
-        engage = still + s * value_of(r)
-        stretch, low, high = self._cuts(plain, still, value_of(r), engage)
+        w, total = self._felt()[1:]
+        plain = track.plain
+        stretch, low, high, engaged, still = self.engaged(track, history)
         new = low == -1.0
-        middle = plain.values(stretch, 0.5 * (low + high))[:, None]
-        s = s[stretch]
-        engaged = (s * (middle - engage[stretch]) >= 0.0) & (s != 0.0)
         cubic, w = (track.of_run(one)[stretch] for one in (self.coefficients(), w))
-        weighed = np.where(np.isfinite(value_of(r))[stretch], -s * r[stretch], 0.0)
-        constant = cubic[:, 0] + dot(np.where(engaged, weighed, rest[stretch]), w)
+        constant = cubic[:, 0] + dot(still, w)
         linear = cubic[:, 1] + dot(engaged, w)
         law = np.stack([constant, linear, cubic[:, 2], cubic[:, 3]], axis=-1)
         run, slack = plain.run[stretch], 1e-13 * np.broadcast_to(total, len(plain.loops))
@@ -105,6 +113,24 @@ class PrandtlIshlinskii(VoltageLaw):
         last = np.searchsorted(run, again, side="right") - 1
         kink[loop] |= np.abs(gain[loop] - gain[last]) > slack[again]
         return Parts(stretch, low, high, law, kink)
+
+    def engaged(
+        self, track: Track, history: Sequence[float]
+    ) -> tuple[NDArray[np.intp], Floats, Floats, Floats, Any]:
+        """Parts (Q,) of a track's stretches on which no play engages, from where to where in them; which plays
+        (Q, n) are
+        engaged, and the constant (Q, n) [V] by which each differs from the voltage then, or that it is if it rests."""
+        r = self._felt()[0]
+        rest = states_along(track, r, remembered(history, r))[0::2]
+        plain, still, r = track.plain, value_of(rest), track.of_run(r)
+        s = plain.direction()[:, None]
+        engage = still + s * value_of(r)
+        stretch, low, high = self._cuts(plain, still, value_of(r), engage)
+        middle = plain.values(stretch, 0.5 * (low + high))[:, None]
+        s = s[stretch]
+        engaged = (s * (middle - engage[stretch]) >= 0.0) & (s != 0.0)
+        weighed = np.where(np.isfinite(value_of(r))[stretch], -s * r[stretch], 0.0)
+        return stretch, low, high, engaged, np.where(engaged, weighed, rest[stretch])
 
     def _felt(self) -> tuple[Any, Any, Any]:
         """Thresholds and weights (n,) or (nr, n) of the plays, and the sum of all gains; those that are not felt never
@@ -199,16 +225,15 @@ class PrandtlIshlinskii(VoltageLaw):
         r, w = self.plays()
 
         def miss(v: float) -> float:
-            free = ((self.cubic * v + self.quadratic) * v + self.linear) * v + self.constant
-            return free + float(product(np.minimum(np.maximum(state, v - r), v + r), w)) - force
+            return self.free(v) + float(product(np.minimum(np.maximum(state, v - r), v + r), w)) - force
 
         corners = np.concatenate([state - r, state + r])
         corners = np.sort(corners[(corners > low) & (corners < high)]).tolist()
         corners = [low, *corners, high]
         if math.isinf(low):
-            corners[0] = _expand(miss, corners[1] if len(corners) > 2 else min(high, 0.0), -1.0)
+            corners[0] = expand(miss, corners[1] if len(corners) > 2 else min(high, 0.0), -1.0)
         if math.isinf(high):
-            corners[-1] = _expand(miss, corners[-2] if len(corners) > 2 else max(low, 0.0), 1.0)
+            corners[-1] = expand(miss, corners[-2] if len(corners) > 2 else max(low, 0.0), 1.0)
         values = [miss(v) for v in corners]
         if values[0] == 0.0:
             return corners[0]
@@ -220,7 +245,7 @@ class PrandtlIshlinskii(VoltageLaw):
         return None
 
 
-def _expand(miss: Callable[[float], float], start: float, sign: float) -> float:
+def expand(miss: Callable[[float], float], start: float, sign: float) -> float:
     """A point beyond `start` in the direction `sign` where `miss` has changed its sign, or a far one."""
     at = miss(start)
     if at == 0.0 or not math.isfinite(at):

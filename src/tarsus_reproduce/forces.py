@@ -74,7 +74,7 @@ def point_matrices(structure: Structure, points: Sequence[str]) -> Matrices:
     rows = point_rows(structure, points)
     if rows.shape[0] != rows.shape[1]:
         raise InputError(
-            f"forces take the velocities of {structure.size} points, one a coordinate of the structure, "
+            f"matrices of points need as many of these as the structure has coordinates, {structure.size}, "
             f"got {len(points)}"
         )
     if np.linalg.cond(rows) > 1e10:

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from tarsus.base.errors import InputError
-from tarsus.modes import fit_mode_circle
-from tarsus.modes.circle import fit_circle
+from tarsus_reproduce.circle import fit_circle, fit_mode_circle
 
 LINES = np.arange(560.0, 690.0, 0.5)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tarsus.calibrate.expressions import Expression
+from tarsus.base.expressions import Expression
 
 
 def test_an_expression_has_the_value_of_its_arithmetic():

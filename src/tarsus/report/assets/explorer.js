@@ -1,0 +1,315 @@
+// An explorer: sliders that change a run of the engine in this page; asks nothing of any network.
+
+const FRAMES = 360, WIDTH = 12, KIND = 2, MOST_ROWS = 200, ROUNDING = 1e-9, REST = 120;
+const TIME = 0, FOOT = 1, BEFORE = 3, AFTER = 4, PULL = 5, ENERGY = 7;
+
+/** The bytes of a script element: base64 of what was compressed. */
+async function unpacked(element) {
+  const raw = Uint8Array.from(atob(element.textContent), (character) => character.charCodeAt(0));
+  return new Response(new Blob([raw]).stream().pipeThrough(new DecompressionStream("gzip"))).arrayBuffer();
+}
+
+function made(tag, parts = {}, ...children) {
+  const element = Object.assign(document.createElement(tag), parts);
+  element.append(...children);
+  return element;
+}
+
+/** One slider: its value [SI] by its place, which is a number of steps from its low end or the number of a stop. */
+class Slider {
+  constructor(about, turned) {
+    Object.assign(this, about);
+    this.own = this.value;
+    this.most = this.stops ? this.stops.length - 1 : 400;
+    this.input = made("input", { type: "range", min: 0, max: this.most, step: 1 });
+    this.out = made("output");
+    this.back = made("button", { type: "button", textContent: "↺", title: "Back to the scene's own value", hidden: true });
+    this.back.setAttribute("aria-label", `${this.name}: back to the scene's own value`);
+    this.input.setAttribute("aria-label", this.name);
+    this.input.addEventListener("input", () => { this.value = this.at(Number(this.input.value)); this.show(); turned(); });
+    this.back.addEventListener("click", () => { this.put(this.own); turned(); });
+    const label = made("span", { className: "explore-name", textContent: this.name, title: `${this.paths[0]}: ${this.doc}` });
+    this.root = made("div", { className: "explore-slider" }, label, this.out, this.back, this.input);
+    this.put(this.own);
+  }
+
+  /** The value at a place, of four digits so that it can be written down. */
+  at(place) {
+    if (this.stops) return this.stops[place];
+    const share = place / this.most, { low, high } = this;
+    const value = this.log ? low * (high / low) ** share : low + (high - low) * share;
+    return between(Number(value.toPrecision(4)), low, high);
+  }
+
+  put(value) {
+    this.value = this.stops ? this.stops.reduce((a, b) => (Math.abs(b - value) < Math.abs(a - value) ? b : a)) : between(value, this.low, this.high);
+    const { low, high } = this, share = this.log ? Math.log(this.value / low) / Math.log(high / low) : (this.value - low) / (high - low);
+    this.input.value = this.stops ? this.stops.indexOf(this.value) : Math.round(share * this.most);
+    this.show();
+  }
+
+  show() {
+    this.out.textContent = amount(this.value, this.unit, 4);
+    this.input.setAttribute("aria-valuetext", this.out.textContent);
+    this.back.hidden = !this.moved;
+  }
+
+  get moved() {
+    return this.value !== this.own;
+  }
+}
+
+class Explorer {
+  constructor(root) {
+    const part = (name) => root.querySelector(`.explore-${name}`);
+    this.root = root;
+    this.info = JSON.parse(part("info").textContent);
+    for (const name of ["says", "desk", "measures", "tally", "events", "copied", "freeze", "thaw", "reset"]) this[name] = part(name);
+    this.turnable = this.info.sliders.map((about) => new Slider(about, () => this.turned()));
+    for (const group of new Set(this.turnable.map((one) => one.group))) {
+      this.desk.append(made("fieldset", {}, made("legend", { textContent: group }), ...this.turnable.filter((one) => one.group === group).map((one) => one.root)));
+    }
+    this.player = root.querySelector("figure.walk").player;
+    this.charts = root.querySelector(".charts").built;
+    this.busy = true;
+    this.due = false;
+    this.frozen = null;
+    this.listen(part);
+    this.start = () => this.begin(part);
+    if (this.info.plays) this.turned();
+  }
+
+  async begin(part) {
+    try {
+      const [module, packet] = await Promise.all([unpacked(part("wasm")), unpacked(part("packet"))]);
+      const code = new Blob([part("worker").textContent], { type: "text/javascript" });
+      this.worker = new Worker(URL.createObjectURL(code));
+      this.worker.onmessage = ({ data }) => this.answered(data);
+      this.worker.onerror = (error) => this.say(`The engine did not start: ${error.message}.`, true);
+      this.worker.postMessage({ module, packet });
+    } catch (error) {
+      this.say(`The engine did not start: ${error.message}. The page needs a browser of 2023 or later.`, true);
+    }
+  }
+
+  listen(part) {
+    this.freeze.addEventListener("click", () => { this.frozen = this.shown && { ...this.shown, values: this.values }; this.tell(); this.draw(); });
+    this.thaw.addEventListener("click", () => { this.frozen = null; this.tell(); this.draw(); });
+    this.reset.addEventListener("click", () => this.take({}));
+    for (const how of ["line", "python"]) part(how).addEventListener("click", () => this.copy(this[how]()));
+    this.charts.figure.addEventListener("zoom", () => this.shown && this.turned());
+    addEventListener("message", ({ data, source }) => source === parent && parent !== window && data?.tarsus && this.take(data.tarsus));
+    const reduced = matchMedia("(prefers-reduced-motion: reduce)").matches;
+    this.player.again = true;
+    if (!reduced && this.info.plays) this.player.run();
+  }
+
+  get values() {
+    return Object.fromEntries(this.turnable.filter((one) => one.moved).map((one) => [one.paths[0], one.value]));
+  }
+
+  /** Values by the first path of a slider; all others go back to the scene's own. */
+  take(values) {
+    for (const one of this.turnable) one.put(values[one.paths[0]] ?? one.own);
+    this.turned();
+  }
+
+  /** The last position of the sliders counts: those passed while a run goes on are left out. */
+  turned() {
+    this.due = true;
+    this.start?.();
+    this.start = null;
+    this.ask();
+  }
+
+  ask() {
+    if (this.busy || !this.due) return;
+    this.busy = true;
+    this.due = false;
+    this.asked = performance.now();
+    const row = this.turnable.filter((one) => !one.stops).map((one) => [one.array, one.places, one.value]);
+    const place = this.turnable.filter((one) => one.stops).reduce((sum, one) => sum * one.stops.length + one.stops.indexOf(one.value), 0);
+    this.worker.postMessage({ row, place, frames: FRAMES, points: this.info.points, seen: this.charts.seen });
+  }
+
+  answered(data) {
+    this.busy = false;
+    if (data.failed) {
+      this.say(`The engine stopped: ${data.failed}. It was started anew; turn a slider to go on.`, true);
+    } else if (!data.ready) {
+      this.shown = this.read(data);
+      this.draw();
+      this.tell();
+      this.took = performance.now() - this.asked;
+      this.root.dispatchEvent(new CustomEvent("shown", { detail: { ...data, whole: this.took } }));
+      if (parent !== window) parent.postMessage({ tarsus: { values: this.values, measures: this.named(this.shown.measures) } }, "*");
+    }
+    this.ask();
+  }
+
+  /** What was run, by column: see packet/sights.hpp for the order. */
+  read({ code, refusals, sights, seenWidth, events, measures, finish, period, times }) {
+    const { feet, drives, body } = this.info, count = seenWidth ? sights.length / seenWidth : 0;
+    const column = (k) => Float64Array.from({ length: count }, (_, n) => sights[n * seenWidth + k]);
+    let next = 0;
+    const columns = (many) => Array.from({ length: many }, () => column(next++));
+    const time = column(next++), volts = columns(drives.length);
+    const [gap, ground, friction, state, along] = Array.from({ length: 5 }, () => columns(feet.length));
+    const own = columns(body.length), [kinetic, elastic] = columns(2);
+    const lost = new Float64Array(count);
+    for (let n = 0, e = 0, sum = 0; n < count; n++) {
+      for (; e < events.length && events[e + TIME] <= time[n]; e += WIDTH) sum += events[e + ENERGY];
+      lost[n] = sum;
+    }
+    return { code, refusals, events, measures, finish, period, times, time, volts, gap, ground, friction, state, along, body: own, kinetic, elastic, lost };
+  }
+
+  draw() {
+    const { shown } = this;
+    if (!shown || !shown.time.length) return;
+    this.player.take(this.walk(shown));
+    this.charts.take(shown.time, this.info.panels.map(({ lines }) => ({
+      lines: lines.map(([of, k, frozen]) => this.series(of, k, frozen)), shaded: this.info.feet.length === 1 ? this.contacts(0) : null,
+    })));
+  }
+
+  series(of, k, frozen) {
+    if (!frozen) return k === null ? this.shown[of] : this.shown[of][k];
+    if (!this.frozen) return this.shown.time.map(() => NaN);
+    const { time } = this.frozen, values = k === null ? this.frozen[of] : this.frozen[of][k];
+    let at = 0;
+    return this.shown.time.map((t) => {
+      while (at + 1 < time.length && time[at + 1] <= t) at++;
+      const next = Math.min(at + 1, time.length - 1), share = next > at ? between((t - time[at]) / (time[next] - time[at]), 0, 1) : 0;
+      return values[at] + share * (values[next] - values[at]);
+    });
+  }
+
+  /** Stretches of time in which a foot is on the ground. */
+  contacts(foot) {
+    const { time, state } = this.shown, out = [];
+    for (let n = 0, begun = null; n <= time.length; n++) {
+      const held = n < time.length && state[foot][n] !== 0;
+      if (held && begun === null) begun = time[n];
+      if (!held && begun !== null) { out.push([begun, time[Math.min(n, time.length - 1)]]); begun = null; }
+    }
+    return out;
+  }
+
+  /** The moving picture's walk, its frames alone. */
+  walk({ time, times, period, gap, along, state, ground, friction, volts, body }) {
+    const before = this.player.walk, { legs } = this.info, at = [];
+    for (let n = 0, k = 0; n < time.length && k < times.film.length; n++) if (time[n] === times.film[k]) { at.push(n); k++; }
+    if (at.length < 2) return before;
+    const taken = (series) => Float64Array.from(at, (n) => series[n]), none = new Float64Array(at.length);
+    const ofLeg = (series, rest) => legs.map((foot, leg) => (foot < 0 ? none : taken(series[foot]).map((v) => v + (rest ? rest[leg] : 0))));
+    const coordinate = (name) => { const k = this.info.body.indexOf(name); return k < 0 ? none : taken(body[k]); };
+    const film = taken(time);
+    return {
+      ...before, frames: at.length, time: film, start: film[0], end: film[at.length - 1], period: period < film[at.length - 1] ? period : null,
+      body: Object.fromEntries(["surge", "heave", "roll", "pitch"].map((name) => [name, coordinate(name)])),
+      footX: ofLeg(along, before.hips.map(([x]) => x)), footZ: ofLeg(gap), normal: ofLeg(ground), friction: ofLeg(friction),
+      state: legs.map((foot) => Uint8Array.from(at, (n) => (foot < 0 ? 0 : state[foot][n]))),
+      volts: this.info.tracks.map((drive) => taken(volts[drive])),
+    };
+  }
+
+  /** Everything in words and numbers. */
+  tell() {
+    const { shown, frozen, info } = this;
+    if (!shown) return;
+    const foot = (k) => info.feet[k] ?? "";
+    if (shown.code < 0) {
+      const faults = [];
+      for (let k = 0; k < shown.refusals.length; k += 4) faults.push(info.faults[shown.refusals[k + 1]].replace("{foot}", foot(shown.refusals[k + 2])).replace("{by}", amount(shown.refusals[k + 3], shown.refusals[k + 1] ? "N" : "m", 4)));
+      this.say(`It cannot start so: ${faults.slice(0, 2).join("; ")}.`, true);
+      return;
+    }
+    this.thaw.hidden = !frozen;
+    this.freeze.textContent = frozen ? "Freeze this as A" : "Freeze as A";
+    this.say(shown.code === 0 ? "" : `${info.codes[shown.code]} It ended at ${amount(shown.finish[0], "s", 4)}.`, shown.code !== 0);
+    this.tellMeasures();
+    clearTimeout(this.later); // long lists wait until the sliders rest
+    this.later = setTimeout(() => this.tellEvents(), REST);
+  }
+
+  named(measures) {
+    return Object.fromEntries(this.info.measures.map(({ name }, k) => [name, Number.isFinite(measures[3 * k]) ? measures[3 * k] : null]));
+  }
+
+  tellMeasures() {
+    const { shown, frozen, info } = this;
+    const rows = info.measures.map(({ name, words, unit, definition }, k) => {
+      const [value, spread, n] = shown.measures.subarray(3 * k, 3 * k + 3), a = frozen?.measures[3 * k];
+      const cells = [made("td", { textContent: words, title: definition }), made("td", { className: "n", textContent: amount(value, unit, 5) }),
+        made("td", { className: "n", textContent: n > 1 && spread > ROUNDING * Math.abs(value) ? amount(spread, unit, 2) : "" })];
+      if (frozen) {
+        const change = value - a, share = a ? ` (${change > 0 ? "+" : ""}${Number(((100 * change) / Math.abs(a)).toPrecision(3))} %)`.replace("-", "−") : "";
+        cells.push(made("td", { className: "n", textContent: amount(a, unit, 5) }),
+          made("td", { className: "n", textContent: change === 0 ? "0" : `${change > 0 ? "+" : ""}${amount(change, unit, 3)}${share}` }));
+      }
+      return made("tr", { className: "explore-measure" }, ...cells);
+    });
+    const heads = ["measure", "value", "spread", ...(frozen ? ["A", "change from A"] : [])];
+    const head = made("tr", {}, ...heads.map((text, k) => made("th", { textContent: text, className: k ? "n" : "", scope: "col" })));
+    this.measures.replaceChildren(made("table", {}, made("thead", {}, head), made("tbody", {}, ...rows)));
+  }
+
+  count({ events }) {
+    const out = {};
+    for (let e = 0; e < events.length; e += WIDTH) {
+      const word = this.info.kinds[events[e + KIND]];
+      if (word) out[word] = (out[word] ?? 0) + 1;
+    }
+    return out;
+  }
+
+  tellEvents() {
+    const { shown, frozen, info } = this, now = this.count(shown), then = frozen ? this.count(frozen) : {};
+    const words = [...new Set([...Object.keys(now), ...Object.keys(then)])];
+    this.tally.textContent = words.length ? `${words.map((word) => `${now[word] ?? 0} × ${word}${frozen ? ` (A: ${then[word] ?? 0})` : ""}`).join(", ")}.` : "No foot touched the ground.";
+    if (!this.events) return;
+    const rows = [];
+    let left = 0;
+    for (let e = 0; e < shown.events.length; e += WIDTH) {
+      const at = shown.events.subarray(e, e + WIDTH), kind = info.kinds[at[KIND]];
+      if (!kind) continue;
+      if (rows.length >= MOST_ROWS) { left++; continue; }
+      const landing = info.impacts.includes(at[KIND]);
+      rows.push(made("tr", {}, ...[amount(at[TIME], "s", 7), info.feet[at[FOOT]], kind, landing ? amount(at[BEFORE], "m/s", 4) : "",
+        landing ? amount(at[AFTER], "m/s", 4) : "", amount(at[PULL], "N", 4), landing ? amount(at[ENERGY], "J", 3) : ""]
+        .map((text, k) => made("td", { textContent: text, className: k > 2 || k === 0 ? "n" : "" }))));
+    }
+    if (left) rows.push(made("tr", {}, made("td", { colSpan: 7, textContent: `and ${left} more` })));
+    this.events.replaceChildren(...rows);
+  }
+
+  say(text, failed = false) {
+    this.says.textContent = text;
+    this.says.hidden = !text;
+    this.says.className = `explore-says verdict${failed ? " failed" : ""}`;
+  }
+
+  /** What gives these numbers elsewhere: values as they are, in SI. */
+  line() {
+    const moved = this.turnable.filter((one) => one.moved).flatMap((one) => one.paths.map((path) => [path, `${one.value}${one.unit === "1" ? "" : ` ${one.unit}`}`]));
+    const words = Object.entries({ ...this.info.words, ...Object.fromEntries(moved) });
+    return [this.info.command, ...words.map(([path, text]) => `--set ${path}="${text}"`)].join(" ");
+  }
+
+  python() {
+    const own = Object.entries(this.info.given), moved = this.turnable.filter((one) => one.moved).flatMap((one) => one.paths.map((path) => [path, one.value]));
+    const values = Object.entries({ ...Object.fromEntries(own), ...Object.fromEntries(moved) }).map(([path, value]) => `    "${path}": ${value},\n`).join("");
+    const scene = values ? `ts.with_values(${this.info.load}, {\n${values}})` : this.info.load;
+    return `import tarsus as ts\n\nscene = ${scene}\nrun = ts.simulate(scene, ${this.info.seconds})\nprint(run.measures)`;
+  }
+
+  async copy(text) {
+    this.copied.textContent = text;
+    this.copied.hidden = false;
+    getSelection().selectAllChildren(this.copied);
+    try { await navigator.clipboard.writeText(text); } catch { document.execCommand("copy"); }
+  }
+}
+
+addEventListener("DOMContentLoaded", () => document.querySelectorAll(".explore").forEach((root) => { root.explorer = new Explorer(root); }));

@@ -1,0 +1,413 @@
+"""The verb `tarsus.explore`: a page with the engine inside, whose sliders change a scene's numbers."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from importlib.resources import files
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from markupsafe import Markup
+
+from tarsus.base.arrays import Floats
+from tarsus.base.errors import InputError
+from tarsus.base.events import EVENT_WORDS, IMPACTS, EventKind
+from tarsus.base.spec import float_paths, with_values
+from tarsus.base.units import parse_quantity
+from tarsus.files.draws import read_draws
+from tarsus.files.library import SceneLike, as_scene, load_scene
+from tarsus.measure import Counting
+from tarsus.model.scene import Scene
+from tarsus.plan.lowering import REFUSALS
+from tarsus.report.charts import Charts
+from tarsus.report.figures import GROUND, MOST_FEET
+from tarsus.report.motion import Motion
+from tarsus.report.packing import script_text
+from tarsus.report.pages import asset, page, rendered, write_page
+from tarsus.report.player import distinct_drives, walk_section
+from tarsus.report.style import BLUE, CONTACT, CYCLE, GREEN, INK, MUTED, PURPLE, VERMILION
+from tarsus.solve import simulate
+from tarsus.solve.codes import SENTENCES
+from tarsus.solve.explored import DEFINITIONS, Explored
+from tarsus.solve.run import Run
+from tarsus.solve.simulate import seconds_of
+from tarsus.tables.numbers import spaced
+
+if TYPE_CHECKING:
+    from tarsus.report.widget import ExplorerWidget
+
+POINTS, POINTS_OF_MANY = 1000, 600
+"""Samples of the figures, and of those of a robot with more feet than figures show."""
+FILM = 240
+"""Frames of the moving picture before the first run."""
+BUILD = "python -m tarsus.core.page"
+"""The one command that helps where the engine for pages was not built."""
+
+Range = tuple[float | str, float | str]
+
+
+def engine_bytes() -> bytes | None:
+    """The engine for pages; None where it was not built."""
+    file = files("tarsus.core.page").joinpath("engine.wasm")
+    return file.read_bytes() if file.is_file() else None
+
+
+def explore(
+    scene: SceneLike,
+    output: str | os.PathLike[str] | None = None,
+    *,
+    duration: float | str | None = None,
+    over: Mapping[str, Range] | str | os.PathLike[str] | None = None,
+    drive: Sequence[str] | None = None,
+) -> Explorer:
+    """An explorer of a scene: one page that works offline, with the engine inside and a slider for every number that is
+    data of a run.
+
+    Parameters
+    ----------
+    scene
+        A device's name, a scene file's path, or a `Scene`.
+    output
+        The file, ending in .html; without it nothing is written.
+    duration
+        How long each run is [s], or a text with a unit; the scene's own when left out.
+    over
+        Ends of sliders, (low, high) by path, numbers in SI or texts with units; or a ``draws.npz`` of
+        `tarsus identify`, whose 95 % intervals they are. All others go over the interval of their
+        provenance, or a factor to either side.
+    drive
+        Numbers of signals, gaits or drives that are sliders, three at most; by default amplitude, frequency and duty.
+
+    Returns
+    -------
+    Explorer
+        What was made: `html`, `write`, its sliders, `run` of values; in a notebook the page itself.
+
+    Raises
+    ------
+    InputError
+        As `tarsus.simulate`; for an unknown path or an empty range; for more contact modes than a page
+        holds (nine feet of a robot that is no walker have 512); and, where a page is made, without the
+        engine for pages.
+
+    Examples
+    --------
+    >>> import tarsus as ts
+    >>> knobs = ts.explore("cantilever", duration="20 ms", drive=["signals.pzt.amplitude"])
+    >>> knobs
+    <Explorer of cantilever: 8 sliders, 0.02 s>
+    >>> value, low, high = knobs.sliders["ground.restitution.coefficient"]  # the interval of its provenance
+    >>> low < value < high
+    True
+    >>> len(knobs.run({"robot.feet.tip.gap": 280e-6}).events)  # too far to be reached
+    0
+    """
+    described = as_scene(scene)
+    seconds = seconds_of(described, duration)
+    explored = Explored.of(described, seconds, ranges=_ranges(described, over), drives=drive)
+    found = Explorer(explored, scene if isinstance(scene, str) else "")
+    if output is not None:
+        found.write(output)
+    return found
+
+
+def _ranges(
+    scene: Scene, over: Mapping[str, Range] | str | os.PathLike[str] | None
+) -> dict[str, tuple[float, float]]:
+    """Ends [SI] by path."""
+    if over is None:
+        return {}
+    if not isinstance(over, Mapping):
+        draws = read_draws(Path(over))
+        return {
+            path: (float(low), float(high))
+            for path, column in draws.items()
+            for low, high in [np.percentile(column, [2.5, 97.5])]
+        }
+    infos, found, faults = float_paths(scene), {}, []
+    for path, ends in over.items():
+        if path not in infos:
+            faults.append(f"{path}: the scene has no such number")
+            continue
+        low, high = (parse_quantity(end, infos[path].unit) for end in ends)
+        if not low < high:
+            faults.append(
+                f"{path}: expected a range from its lower to its upper end, got {ends[0]} to {ends[1]}"
+            )
+        found[path] = low, high
+    if faults:
+        raise InputError(faults)
+    return found
+
+
+@dataclass(frozen=True)
+class Explorer:
+    """An explorer of a scene. name: of the device or scene file that it is, "" of a scene in memory; words: what was
+    changed of it on a command line, by path."""
+
+    explored: Explored
+    name: str = ""
+    words: Mapping[str, str] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        one = self.explored
+        return f"<Explorer of {one.scene.name}: {len(one.sliders)} sliders, {one.seconds:g} s>"
+
+    @property
+    def sliders(self) -> dict[str, tuple[float, float, float]]:
+        """Value, low and high end [SI] of every slider, by the first of its paths."""
+        return {one.paths[0]: (one.value, one.low, one.high) for one in self.explored.sliders}
+
+    def run(self, values: Mapping[str, float] | None = None) -> Run:
+        """The run that the page shows with values [SI] of its sliders, by their first paths."""
+        one = self.explored
+        return simulate(one.changed(values or {}), one.seconds, one.accuracy)
+
+    def html(self) -> str:
+        """The page. Raises InputError where the engine for pages was not built."""
+        one = self.explored
+        body = rendered(
+            "explore.html", scene=one.scene, seconds=one.seconds, explorer=self.fragment(), left=one.left,
+            line=f"tarsus explore {self.name or 'SCENE'} -o explore.html",
+        )  # fmt: skip
+        return page(f"{one.scene.name} – explorer", body)
+
+    def fragment(self, *, small: bool = False) -> Markup:
+        """The explorer as a part of a page. small: of one that shows more below."""
+        wasm = engine_bytes()
+        if wasm is None:
+            raise InputError(
+                f"the engine for pages is not built: run `{BUILD}` (needs `pip install ziglang`)"
+            )
+        shown = Shown(self.explored)
+        return rendered(
+            "explorer.html", player=shown.player,
+            charts=shown.charts.html("Volts, gaps, forces and energies over time"),
+            info=script_text(self.info(shown, small=small)), wasm=_compressed(wasm),
+            packet=_compressed(self.explored.packet),
+            worker=Markup(asset("engine.js", "page", "tarsus.core") + asset("explorer_worker.js")),
+            heading="h3" if small else "h2",
+            listed=not small,
+        )  # fmt: skip
+
+    def write(self, output: str | os.PathLike[str]) -> Path:
+        """Write the page and return its path. Raises InputError where it cannot be written."""
+        return write_page(self.html(), Path(output))
+
+    def widget(self) -> ExplorerWidget:
+        """The page as a widget of a notebook, whose sliders are read and set from Python. Raises InputError without the
+        package anywidget, and as `html`."""
+        try:
+            from tarsus.report.widget import ExplorerWidget
+        except ModuleNotFoundError:
+            raise InputError("a widget needs the package anywidget: pip install 'tarsus[notebook]'") from None
+        return ExplorerWidget(self)
+
+    def _repr_html_(self) -> str:
+        """The page in a frame of its own, which a notebook keeps; without the engine for pages its words alone."""
+        if engine_bytes() is None:
+            return str(Markup.escape(repr(self)))
+        text = Markup.escape(self.html())
+        return f'<iframe srcdoc="{text}" style="width:100%;height:60rem;border:0" title="explorer"></iframe>'
+
+    def info(self, shown: Shown, *, small: bool = False) -> dict[str, Any]:
+        """What the page's script knows of the scene."""
+        one = self.explored
+        load, given = self._loaded()
+        command = f'tarsus simulate {self.name or "SCENE"} --duration "{one.seconds!r} s"'
+        counted = Counting.of(float(one.rows.periods[0])).words()
+        return {
+            "sliders": [_slider(each) for each in one.sliders], "seconds": one.seconds,
+            "feet": list(one.scene.robot.feet),
+            "drives": list(one.scene.robot.drives), "legs": shown.legs, "tracks": shown.tracks, "panels": shown.panels,
+            "body": list(shown.coordinates), "points": shown.points, "plays": not small,
+            "kinds": [EVENT_WORDS.get(kind, "") for kind in range(max(EventKind) + 1)],
+            "impacts": [int(kind) for kind in IMPACTS],
+            "codes": list(SENTENCES), "faults": [REFUSALS[word] for word in one.faults],
+            "measures": [
+                {"name": name, "words": spaced(name), "unit": of.unit,
+                 "definition": of.words.format(span="drive period", **counted)}
+                for name, of in ((name, DEFINITIONS[name]) for name in one.measures)
+            ],
+            "command": command, "words": dict(self.words), "load": load, "given": given,
+        }  # fmt: skip
+
+    def _loaded(self) -> tuple[str, dict[str, float]]:
+        """How Python has the scene: an expression, and the numbers that differ from it."""
+        scene = self.explored.scene
+        if not self.name:
+            return "scene", {}
+        try:
+            base = load_scene(self.name)
+        except InputError:  # with laws of the user
+            return "scene", {}
+        own = {path: of.value for path, of in float_paths(base).items()}
+        given = {
+            path: of.value for path, of in float_paths(scene).items() if own.get(path, of.value) != of.value
+        }
+        if given and with_values(base, given).robot != scene.robot:
+            return "scene", {}
+        return f'ts.load_scene("{self.name}")', given
+
+
+def small_explorer(run: Any) -> Markup:
+    """An explorer of five sliders of the ground and the drive for the page of a run; nothing where the
+    engine for pages was not built, or cannot hold the scene."""
+    if engine_bytes() is None or not run.ok:
+        return Markup("")
+    try:
+        return Explorer(Explored.of(run.scene, float(run.duration), few=True)).fragment(small=True)
+    except InputError:  # more contact modes than a page holds, or none to begin with
+        return Markup("")
+
+
+def _slider(one: Any) -> dict[str, Any]:
+    about = {
+        "paths": one.paths, "name": _name(one.paths), "group": _group(one.paths[0]), "value": one.value,
+        "unit": one.unit,
+        "doc": one.doc, "low": one.low, "high": one.high, "log": one.log, "array": one.array, "places": one.at,
+    }  # fmt: skip
+    return about | ({"stops": one.stops} if one.stops else {})
+
+
+def _name(paths: Sequence[str]) -> str:
+    """A slider's name: of several alike numbers without the name of whom they belong to."""
+    keys = [
+        key for k, key in enumerate(paths[0].split(".")) if k > 0 and key not in ("feet", "drives", "laws")
+    ]
+    if len(paths) > 1 and len(keys) > 1:
+        return f"{spaced(keys[-1])} of {len(paths)}"
+    return spaced(" ".join(keys))
+
+
+def _group(path: str) -> str:
+    head = path.split(".")[0]
+    groups = {"ground": "Ground", "signals": "Drive", "gait": "Gait", "initial": "Start"}
+    return groups.get(head, "Feet" if path.startswith("robot.feet.") else "Drive")
+
+
+def _compressed(data: bytes) -> Markup:
+    return Markup(base64.b64encode(gzip.compress(data, 9, mtime=0)).decode())
+
+
+class Shown:
+    """What is drawn of a scene's own run, by the same rows of the engine that the page draws later ones by."""
+
+    def __init__(self, explored: Explored) -> None:
+        self.explored = explored
+        scene = explored.scene
+        self.walks = explored.body > 0
+        self.coordinates = scene.robot.structure.body_coordinates if self.walks else ()
+        self.feet = list(scene.robot.feet)
+        self.points = POINTS if len(self.feet) <= MOST_FEET else POINTS_OF_MANY
+        names = [foot.point for foot in scene.robot.feet.values()]
+        structure: Any = scene.robot.structure
+        self.leg_names = list(structure.legs) if self.walks else self.feet
+        self.legs = (
+            [names.index(leg) if leg in names else -1 for leg in self.leg_names]
+            if self.walks
+            else list(range(len(self.feet)))
+        )
+        self.panels: list[dict[str, Any]] = []
+
+    @cached_property
+    def motion(self) -> Motion:
+        one = self.explored
+        structure: Any = one.scene.robot.structure
+        period = float(one.rows.periods[0])
+        repeats = period < one.seconds
+        whole = int(one.seconds / period * (1.0 + 1e-9))
+        last = (max(whole - 8, 0) * period, whole * period) if repeats else (0.0, one.seconds)
+        seen = one.sights(np.linspace(*last, FILM))
+        hips = (
+            [[leg.x, leg.y, leg.z] for leg in structure.legs.values()]
+            if self.walks
+            else [[0.0, 0.0, 0.0]] * len(self.feet)
+        )
+        places = np.array(hips, dtype=float).reshape(-1, 3)
+
+        def of_legs(series: Floats) -> Floats:
+            none = np.zeros(series.shape[1])
+            return np.stack([series[foot] if foot >= 0 else none for foot in self.legs])
+
+        return Motion(
+            time=seen.time, body=dict(zip(self.coordinates, seen.body, strict=True)),
+            legs=tuple(self.leg_names), hips=places,
+            foot_x=of_legs(seen.along) + places[:, :1], foot_z=of_legs(seen.gap),
+            state=of_legs(seen.state).astype(np.uint8),
+            normal=of_legs(seen.ground), friction=of_legs(seen.friction),
+            drives=tuple(one.scene.robot.drives), volts=seen.volts,
+            period=period if repeats else None,
+        )  # fmt: skip
+
+    @cached_property
+    def tracks(self) -> list[int]:
+        """Drives whose volts the moving picture shows."""
+        return [row for _, row in distinct_drives(self.motion)]
+
+    @property
+    def player(self) -> Markup:
+        """The moving picture."""
+        return walk_section(self.motion, springs=not self.walks)
+
+    @cached_property
+    def charts(self) -> Charts:
+        """Figures of the whole run; `panels` says what their lines are."""
+        seen = self.explored.sights(np.linspace(0.0, self.explored.seconds, 2 * self.points // 3))
+        heights = [0.55, *([1.0] if self.walks else []), 1.5, 0.9, 1.0]
+        charts = Charts(heights, window=(0.0, self.explored.seconds))
+        free = iter(charts.panels)
+
+        def panel(words: str, unit: str, lines: Sequence[tuple[str, int | None, str, str, bool]]) -> Any:
+            here, own = next(free), []
+            for of, k, label, color, frozen in lines:
+                values = getattr(seen, of) if k is None else getattr(seen, of)[k]
+                values = np.full(len(seen.time), np.nan) if frozen else values
+                here.plot(seen.time, values, color=color, label=label, lw=1.0, ls=GROUND if frozen else "-")
+                own.append([of, k, frozen])
+            here.set_ylabel(words, unit)
+            self.panels.append({"lines": own})
+            return here
+
+        drives, few = distinct_drives(self.motion), range(min(len(self.feet), MOST_FEET))
+        colors = [INK] if len(drives) == 1 else CYCLE
+        panel(
+            "drive",
+            "V",
+            [("volts", row, label, colors[k % len(colors)], False) for k, (label, row) in enumerate(drives)],
+        )
+        if self.walks:
+            panel("travel", "m", [("body", 0, "body", BLUE, False), ("body", 0, "A", MUTED, True)])
+        feet = [(k, self.feet[k], CYCLE[k % len(CYCLE)]) for k in few]
+        gaps = panel(
+            "gap",
+            "m",
+            [
+                *(("gap", k, name, color, False) for k, name, color in feet),
+                *([("gap", 0, "A", MUTED, True)] if feet else []),
+            ],
+        )
+        if len(self.feet) == 1:
+            gaps.shade([])
+            gaps.sign("contact", CONTACT, area=True)
+        panel(
+            "force of ground",
+            "N",
+            [("ground", k, name if len(feet) > 1 else "", color, False) for k, name, color in feet],
+        )
+        panel(
+            "energy",
+            "J",
+            [
+                ("kinetic", None, "kinetic", VERMILION, False),
+                ("elastic", None, "elastic", GREEN, False),
+                ("lost", None, "lost at impacts", PURPLE, False),
+            ],
+        )
+        return charts

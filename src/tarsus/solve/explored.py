@@ -1,0 +1,198 @@
+"""A scene to be turned by sliders: its packet with what drives do at all their stops, and what a page shows of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from tarsus.base.arrays import Floats
+from tarsus.base.errors import InputError
+from tarsus.base.spec import with_values
+from tarsus.core import _native
+from tarsus.core import arrays as a
+from tarsus.measure.measure import Scope
+from tarsus.measure.periods import PER_WINDOW
+from tarsus.measure.walking import WALK
+from tarsus.measure.whole import WHOLE_RUN
+from tarsus.model.structure import Walker
+from tarsus.solve.engine import RECORDED, Accuracy, Engine
+from tarsus.solve.packet import packed, packet_arrays
+from tarsus.solve.simulate import Shared, prepared
+from tarsus.solve.sliders import Lattice, Slider, lattice_of, sliders_of
+
+if TYPE_CHECKING:
+    from tarsus.model.scene import Scene
+    from tarsus.plan.slots import Rows
+
+DEFINITIONS = {**WALK, **PER_WINDOW, **WHOLE_RUN}
+"""Measures of runs by name."""
+FEW, FEW_DRIVES = 5, 2
+"""Sliders of a small explorer, and those of them that are of the drives."""
+
+
+@dataclass(frozen=True)
+class Sights:
+    """What a page shows of a run at times (nt,) [s]: volts (nd, nt); of feet (m, nt) gap [m], force of the
+    ground upward and along it [N], state as in `tarsus.base.events.FootState` and place along the ground
+    [m]; coordinates of a body (nb, nt); kinetic and elastic energy, and that lost at impacts (nt,) [J]."""
+
+    time: Floats
+    volts: Floats
+    gap: Floats
+    ground: Floats
+    friction: Floats
+    state: Floats
+    along: Floats
+    body: Floats
+    kinetic: Floats
+    elastic: Floats
+    lost: Floats
+
+
+@dataclass(frozen=True)
+class Explored:
+    """A scene over some seconds, its sliders and their lattice; left: paths of numbers without a slider."""
+
+    scene: Scene
+    seconds: float
+    engine: Engine
+    rows: Rows
+    sliders: tuple[Slider, ...]
+    left: tuple[str, ...]
+    lattice: Lattice
+    accuracy: Accuracy
+
+    @classmethod
+    def of(
+        cls,
+        scene: Scene,
+        seconds: float,
+        accuracy: Accuracy | None = None,
+        *,
+        ranges: Mapping[str, tuple[float, float]] | None = None,
+        drives: Sequence[str] | None = None,
+        few: bool = False,
+    ) -> Explored:
+        """Of a scene; ranges, drives: see `tarsus.solve.sliders.sliders_of`; few: five sliders alone.
+
+        Raises InputError as `tarsus.simulate` and `sliders_of` do.
+        """
+        engine, rows = prepared(scene, {}, seconds, Shared())
+        most = FEW_DRIVES if few else None
+        sliders, left = sliders_of(scene, engine.plan, ranges or {}, drives, most)
+        if few:
+            sliders = _few(sliders)
+        lattice = lattice_of(scene, engine.plan, rows, sliders, seconds)
+        return cls(scene, seconds, engine, rows, tuple(sliders), tuple(left), lattice, accuracy or RECORDED)
+
+    @property
+    def body(self) -> int:
+        """Coordinates of the structure that are those of a body."""
+        structure = self.scene.robot.structure
+        return structure.body_size if isinstance(structure, Walker) else 0
+
+    @property
+    def measures(self) -> tuple[str, ...]:
+        """Names of the measures that a page shows."""
+        return _native.WALK_MEASURES if self.body else _native.FOOT_MEASURES
+
+    @cached_property
+    def arrays(self) -> dict[str, Any]:
+        """What the packet holds, by name. Raises InputError for more contact modes than a packet holds."""
+        arrays = packet_arrays(self.scene, self.engine, self.rows, self.accuracy)
+        system, lattice = self.engine.plan.system, self.lattice
+        arrays |= {f"signals.{name}": of for name, of in lattice.pool.arrays.items()}
+        structure = self.scene.robot.structure
+        length = structure.length if isinstance(structure, Walker) else 0.0
+        worst = [DEFINITIONS[name].scope is Scope.WORST for name in self.measures]
+        arrays |= {"measure.length": [float(length)], "measure.worst": np.array(worst, dtype=np.int64)}
+        arrays |= {"seen.mass": system.mass, "seen.damping": system.damping, "seen.body": self.body}
+        arrays |= {f"lattice.{name}": getattr(lattice, name) for name in ("channels", "shown", "periods")}
+        return arrays | self.row({})
+
+    @cached_property
+    def packet(self) -> bytes:
+        """What the engine for pages runs."""
+        return packed(self.arrays)
+
+    @property
+    def faults(self) -> tuple[str, ...]:
+        """The engine's words for what a run cannot start with."""
+        return tuple(_native.FAULTS)
+
+    def shown(
+        self, times: Floats, values: Mapping[str, float] | None = None
+    ) -> tuple[int, Floats, Floats, Floats]:
+        """As the page's engine runs the packet with values of sliders: code, event rows, rows of what is shown at times
+        [s], and measures (nq, 3): value, spread and n of each of `measures`."""
+        packet = packed(self.arrays | self.row(values)) if values else self.packet
+        found: tuple[int, Floats, Floats, Floats] = _native.Packaged(packet).show(times)
+        return found
+
+    def sights(self, times: Floats) -> Sights:
+        """What the page shows of the scene's own run, at times (nt,) [s]."""
+        _, events, rows, _ = self.shown(times)
+        m, nd = len(self.scene.robot.feet), len(self.scene.robot.drives)
+        sizes = [1, nd, m, m, m, m, m, self.body, 1]
+        parts = np.split(rows.T, np.cumsum(sizes))
+        time, volts, gap, ground, friction, state, along, body, kinetic, elastic = parts
+        passed = np.searchsorted(np.maximum.accumulate(events[:, a.E_TIME]), rows[:, 0], side="right")
+        lost = np.concatenate([[0.0], np.cumsum(events[:, a.E_ENERGY])])[passed]
+        return Sights(
+            time[0], volts, gap, ground, friction, state, along, body, kinetic[0], elastic[0], lost
+        )  # fmt: skip
+
+    def place(self, values: Mapping[str, float]) -> int:
+        """Number of the combination of the drives' stops with values by path in place of the scene's own.
+
+        Raises InputError for a value that is no stop.
+        """
+        at = 0
+        for one in self.sliders:
+            if one.stops:
+                value = next((values[path] for path in one.paths if path in values), one.value)
+                if value not in one.stops:
+                    raise InputError(
+                        f"{one.paths[0]}: {value:g} {one.unit} is none of the values that were lowered"
+                    )
+                at = at * len(one.stops) + one.stops.index(value)
+        return at
+
+    def changed(self, values: Mapping[str, float]) -> Scene:
+        """The scene with values of sliders, by the first path of each."""
+        paths = {one.paths[0]: one.paths for one in self.sliders}
+        if unknown := [path for path in values if path not in paths]:
+            raise InputError([f"{path}: there is no such slider" for path in unknown])
+        every = {own: value for path, value in values.items() for own in paths[path]}
+        return with_values(self.scene, every) if every else self.scene
+
+    def row(self, values: Mapping[str, float]) -> dict[str, Any]:
+        """The numbers of the packet's row, by name, as a page writes them for values of sliders, by the first path of
+        each."""
+        names = ("parameters", "initial", "sources", "scales")
+        out = {f"rows.{name}": np.array(getattr(self.rows, name)[0], dtype=float).ravel() for name in names}
+        for one in self.sliders:
+            if one.array and one.paths[0] in values:
+                out[one.array][list(one.at)] = values[one.paths[0]]
+        at = self.place(values)
+        out["rows.scales"][2] = self.lattice.periods[at]
+        return out | {"rows.channels": self.lattice.channels[at], "rows.shown": self.lattice.shown[at]}
+
+
+def _few(sliders: Sequence[Slider]) -> list[Slider]:
+    """The five that matter most: of the drives two, of the ground the rest."""
+    drives = [one for one in sliders if one.stops]
+    rest = [
+        one for one in sliders if not one.stops and any(word in one.paths[0] for word in ("ground.", ".gap"))
+    ]
+    first = sorted(
+        rest, key=lambda one: next((k for k, word in enumerate(_GROUND) if word in one.paths[0]), 9)
+    )
+    return [*first[: FEW - len(drives)], *drives]
+
+
+_GROUND = (".gap", "restitution.coefficient", "film.coefficient", "friction.coefficient", "adhesion.initial")

@@ -1,0 +1,452 @@
+"""Robots that are stepped: where they are, what their drives are told, and what a step did."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from copy import copy
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.polynomial.polynomial import polyval
+from numpy.typing import NDArray
+
+from tarsus.base.errors import InputError
+from tarsus.base.messages import nearest
+from tarsus.base.spec import get_value
+from tarsus.core.arrays import ENERGIES
+from tarsus.core.replay import integrate
+from tarsus.measure.tally import TALLIED
+from tarsus.model.drive.pieces import Channels
+from tarsus.model.drive.waveforms.constant import Constant
+from tarsus.plan.channels import gait_waves, with_columns
+from tarsus.plan.lowering import pack
+from tarsus.plan.slots import Rows
+from tarsus.solve.acting import Acting
+from tarsus.solve.codes import ResultCode, structured_events, without_marks
+from tarsus.solve.commands import Command, asked_of, held
+from tarsus.solve.contacts import CARRIED
+from tarsus.solve.engine import Accuracy
+from tarsus.solve.motion import account_of
+from tarsus.solve.simulate import Shared
+from tarsus.solve.trajectories import StepLog, Trajectories
+
+if TYPE_CHECKING:
+    from tarsus.base.workers import Workers
+    from tarsus.files.ledger import Ledger
+    from tarsus.model.robot import Drive
+    from tarsus.model.scene import Scene
+
+Floats = NDArray[np.float64]
+
+
+@dataclass
+class SteppedRobots:
+    """Robots of one scene on their way, that differ in slots.
+
+    values (nr,) by path: what each has instead of the scene's; runs: where they are; commands: what drives are told, by
+    name; gait (nr,) by path in it: its numbers where they have been changed; start (nr, 2n): states at the last reset;
+    spent: energies since then, where an account is kept, and lost (nr, 2) [J]: in impacts and of them to adhesion.
+    """
+
+    scene: Scene
+    shared: Shared
+    values: dict[str, Floats]
+    runs: Trajectories
+    commands: dict[str, Command]
+    gait: dict[str, Floats]
+    start: Floats
+    spent: Floats | None
+    lost: Floats
+    _rows: Rows | None = field(default=None, repr=False)
+
+    @classmethod
+    def at_start(
+        cls, scene: Scene, shared: Shared, values: Mapping[str, Floats], count: int, longest: float,
+        accuracy: Accuracy, *, account: bool,
+    ) -> SteppedRobots:  # fmt: skip
+        """As they start; values (nr,) by path. Raises InputError as `Trajectories.of` does."""
+        runs = Trajectories.of(scene, values, longest, accuracy=accuracy, shared=shared, count=count)
+        out = cls(
+            scene, shared, dict(values), runs, {}, {}, runs.state.copy(),
+            np.zeros((count, 0)) if account else None, np.zeros((count, 2)),
+        )  # fmt: skip
+        out.commands = out._own_commands()
+        return out
+
+    def __len__(self) -> int:
+        return len(self.runs)
+
+    def copied(self) -> SteppedRobots:
+        """Another of the same, which goes its own way: nothing of what changes is shared."""
+        out = copy(self)
+        out.runs = self.runs.of_runs(np.arange(len(self)))
+        out.commands, out.gait = dict(self.commands), dict(self.gait)
+        return out
+
+    def renewed(self, robots: NDArray[np.intp], fresh: SteppedRobots) -> None:
+        """Let some robots begin anew as all of ``fresh`` do."""
+        for name in ("time", "state", "feet", "code"):
+            getattr(self.runs, name)[robots] = getattr(fresh.runs, name)[robots]
+        for path, values in fresh.values.items():
+            self.values[path] = self.values[path].copy()
+            self.values[path][robots] = values[robots]
+        rows, other = self.runs.rows, fresh.runs.rows
+        moved = {name: getattr(rows, name).copy() for name in ("parameters", "sources", "scales")}
+        for name, array in moved.items():
+            array[robots] = getattr(other, name)[robots]
+        self.runs.rows, self._rows = replace(rows, **moved), None
+        for name in self.commands:
+            self.commands[name] = self.commands[name].with_runs(fresh.commands[name], robots)
+        for path in self.gait:
+            self.gait[path] = self.gait[path].copy()
+            self.gait[path][robots] = get_value(self.scene, f"gait.{path}")
+        self.start, self.lost = self.start.copy(), self.lost.copy()
+        self.start[robots], self.lost[robots] = fresh.start[robots], 0.0
+        if self.spent is not None:
+            self.spent = self.spent.copy()
+            self.spent[robots] = 0.0
+
+    def told(
+        self, drive: Mapping[str, Any], gait: Mapping[str, Any], seconds: float, *, ramp: bool
+    ) -> dict[str, Command]:
+        """Commands of all drives where some are told something now. Raises InputError for drives and numbers that are
+        none."""
+        drives, time, count = self.scene.robot.drives, self.runs.time, len(self)
+        problems = [
+            f"drive: there is no drive '{name}'{nearest(name, drives)}"
+            for name in drive
+            if name not in drives
+        ]
+        if problems:
+            raise InputError(problems)
+        out = dict(self.commands)
+        for name, wave in (self._gait_told(gait) if gait else {}).items():
+            track = wave.track()
+            asked = track if len(track.loops) == count else track.picked(np.zeros(count, dtype=np.intp))
+            out[name] = self.commands[name].told(self.drive(name), asked, time)
+        for name, wave in drive.items():
+            before = self.commands[name]
+            since = before.volts(time, asked=True) if ramp else time
+            out[name] = before.told(self.drive(name), asked_of(name, wave, count, since, seconds, ramp), time)
+        return out
+
+    def _gait_told(self, gait: Mapping[str, Any]) -> dict[str, Any]:
+        """Square waves of the gait's drives from now on, by name, with the numbers that it is told."""
+        own, count = self.scene.gait, len(self)
+        if own is None:
+            raise InputError("gait: the scene has none; give its drives volts")
+        for path, value in gait.items():
+            place = get_value(self.scene, f"gait.{path}")
+            given = np.asarray(value, dtype=float)
+            if isinstance(place, bool) or not isinstance(place, float) or not np.isfinite(given).all():
+                raise InputError(f"gait.{path}: expected finite numbers, got {value!r}")
+            self.gait = {**self.gait, path: np.broadcast_to(given, (count,)).copy()}
+        out = {}
+        for name, numbers in gait_waves(self.scene, {**self._of("gait."), **self.gait}).items():
+            wave = with_columns(self.scene.waveforms[name], numbers)
+            turned = 2.0 * np.pi * np.fmod(wave.frequency * self.runs.time, 1.0)
+            out[name] = with_columns(wave, {"phase": np.fmod(wave.phase + turned, 2.0 * np.pi)})
+        return out
+
+    def drive(self, name: str) -> Drive:
+        """A drive, with the numbers of all robots where they differ."""
+        own = self.scene.robot.drives[name]
+        return with_columns(own, self._of(f"robot.drives.{name}.")) if self.values else own
+
+    def _of(self, head: str) -> dict[str, Floats]:
+        return {path.removeprefix(head): of for path, of in self.values.items() if path.startswith(head)}
+
+    def _own_commands(self) -> dict[str, Command]:
+        """What the drives do by the scene."""
+        scene, count, out = self.scene, len(self), {}
+        gait = self._of("gait.")
+        waves = gait_waves(scene, gait) if gait else {}
+        for name in scene.robot.drives:
+            own = {**self._of(f"signals.{name}."), **waves.get(name, {})}
+            wave = with_columns(scene.waveforms.get(name) or Constant(level=0.0), own)
+            moved = bool(own or self._of(f"robot.drives.{name}."))
+            out[name] = Command.own(self.drive(name), wave, count, moved)
+        return out
+
+    def advance(self, commands: dict[str, Command], seconds: float, threads: Workers) -> StepLog:
+        """Go on for so many seconds under these commands; what happened."""
+        before = self.runs.time.copy()
+        if self._rows is None or commands is not self.commands:
+            self._rows = self._driven(commands)
+        self.commands = commands
+        parts = self.runs.go_on(before + seconds, self._rows, account=self.spent is not None, threads=threads)
+        rows, ends = parts.events, parts.event_end
+        if len(rows):
+            run = np.repeat(np.arange(len(self)), np.diff(ends, prepend=0))
+            lost = [np.bincount(run, rows[:, column], len(self)) for column in (7, 8)]
+            self.lost = self.lost + np.stack(lost, axis=1)
+        if self.spent is not None:
+            own = self._energies(parts)
+            self.spent = own + (self.spent if self.spent.size else 0.0)
+        return parts
+
+    def _driven(self, commands: Mapping[str, Command]) -> Rows:
+        """The robots' rows of data with what their drives do."""
+        plan, rows = self.runs.plan, self.runs.rows
+        each = {name: getattr(rows, name)[self.runs.data] for name in ("parameters", "sources", "scales")}
+        each["scales"][:, 2] = np.inf  # no marks of periods
+        told = [(of, self.drive(name), d in plan.charged) for d, (name, of) in enumerate(commands.items())]
+        varied = any(path.startswith("robot.drives.") for path in self.values)
+        if told and (at_once := held(told, len(self), varied)) is not None:
+            return replace(rows, pool=at_once[0], signals=pack(at_once[0]), channels=at_once[1], **each)
+        channels = np.zeros((len(self), len(plan.channels)), dtype=np.int64)
+        pool: list[Channels] = []
+        for d, (command, drive, charged) in enumerate(told):
+            places = plan.channels_of(d)
+            force, volts = command.lowered(drive, charged)
+            for place, made in zip(places, (force, volts), strict=False):
+                assert made is not None
+                channels[:, place] = sum(map(len, pool)) + command.which
+                pool.append(made)
+        joined = Channels.joined(pool) if pool else Channels.of(())
+        return replace(rows, pool=joined, signals=pack(joined), channels=channels, **each)
+
+    def _energies(self, parts: StepLog) -> Floats:
+        """Energies (nr, .) of a step, as `account_of` takes them."""
+        if parts.energies is not None:
+            return parts.energies
+        assert parts.trace is not None and parts.trace_end is not None and self._rows is not None
+        plan, first, out = self.runs.plan, 0, []
+        book = self.runs.tables
+        for r, end in enumerate(parts.trace_end.tolist()):
+            acting = Acting(plan, self.row(r))
+            own = type(book)(book.system.at(acting.rows.sources[0]), book.lengths, shared=book)
+            found = integrate(
+                own, parts.trace[first:end], (acting.rows.signals, plan.laws.native, acting.rows)
+            )
+            out.append(found.energies[:, -1])
+            first = end
+        return np.array(out)
+
+    def row(self, robot: int) -> Rows:
+        """The row of data of one robot, at its place now."""
+        return self.driven_row(self.commands, robot)
+
+    def driven_row(self, commands: Mapping[str, Command], robot: int = 0) -> Rows:
+        """That under some commands."""
+        known = commands is self.commands and self._rows is not None
+        rows = self._rows if known else self._driven(commands)
+        assert rows is not None
+        one = slice(robot, robot + 1)
+        each = {name: getattr(rows, name)[one] for name in ("parameters", "sources", "scales", "channels")}
+        return replace(rows, initial=self.runs.state[one], **each)
+
+    def ledger(self, robot: int) -> Ledger:
+        """Where the energy of a robot went since its reset."""
+        from tarsus.solve.series import ledger_of
+
+        assert self.spent is not None
+        own = self.row(robot)
+        acting = Acting(self.runs.plan, own)
+        shares = sum(max(len(acting.on(hook)) - 1, 0) for hook in ("momentum", "force"))
+        energy = self.spent[robot] if self.spent.size else np.zeros(ENERGIES + shares)
+        account = account_of(acting, energy)
+        return ledger_of(
+            self.runs.plan.system,
+            own.scales[0],
+            self.start[robot],
+            self.runs.state[robot],
+            account,
+            self.lost[robot],
+        )
+
+    # what is kept in a file
+
+    def arrays(self) -> dict[str, Any]:
+        """All that robots are, by name, from which `taken` makes them again."""
+        runs = self.runs
+        out = {
+            "time": runs.time,
+            "state": runs.state,
+            "feet": runs.feet,
+            "code": runs.code,
+            "start": self.start,
+        }
+        out |= {"lost": self.lost} | ({} if self.spent is None else {"spent": self.spent})
+        out |= {f"value/{path}": one for path, one in self.values.items()}
+        out |= {f"gait/{path}": one for path, one in self.gait.items()}
+        for name, command in self.commands.items():
+            out |= {f"drive/{name}/{key}": one for key, one in command.arrays().items()}
+        return out
+
+    @classmethod
+    def taken(
+        cls, arrays: Mapping[str, Any], scene: Scene, shared: Shared, longest: float, accuracy: Accuracy
+    ) -> SteppedRobots:
+        """Those of the arrays."""
+
+        def group(head: str) -> dict[str, Any]:
+            return {key.removeprefix(head): one for key, one in arrays.items() if key.startswith(head)}
+
+        count = len(arrays["time"])
+        out = cls.at_start(
+            scene, shared, group("value/"), count, longest, accuracy, account="spent" in arrays
+        )
+        for name in ("time", "state", "feet", "code"):
+            setattr(out.runs, name, np.array(arrays[name]))
+        out.start, out.lost, out.spent = arrays["start"], arrays["lost"], arrays.get("spent")
+        out.gait = group("gait/")
+        out.commands = {name: Command.of(group(f"drive/{name}/")) for name in scene.robot.drives}
+        return out
+
+
+@dataclass(frozen=True, repr=False)
+class State:
+    """Where robots are after a step, or a reset; of a session of one robot, arrays are without their first axis.
+
+    time (nr,) [s]; x, v (nr, n): displacements and velocities in the structure's coordinates [m, rad; m/s, rad/s]; feet
+    (nr, m, k): what the feet carry on (`tarsus.solve.contacts.CARRIED`); volts (nr, nd) [V] at the actuators now;
+    began (nr, n): displacements as the step began; rows, ends: event rows of the step, and where those of each robot
+    end; codes: how each robot's step ended.
+    """
+
+    scene: Scene
+    sources: Floats
+    normals: Floats
+    loads: Floats
+    _time: Floats
+    _x: Floats
+    _v: Floats
+    _feet: Floats
+    _volts: Callable[[], Floats]
+    _began: Floats
+    _rows: Floats
+    _ends: NDArray[np.int64]
+    _codes: NDArray[np.int64]
+    _one: bool
+
+    def __repr__(self) -> str:
+        many = "" if self._one else f"{len(self._time)} robots, "
+        return f"<State '{self.scene.name}': {many}t = {self._time.max():.6g} s>"
+
+    def _shown(self, of: Any) -> Any:
+        return of[0] if self._one else of
+
+    @property
+    def time(self) -> Any:
+        return self._shown(self._time)
+
+    @property
+    def x(self) -> Any:
+        return self._shown(self._x)
+
+    @property
+    def v(self) -> Any:
+        return self._shown(self._v)
+
+    @cached_property
+    def gaps(self) -> Any:
+        """Gaps (nr, m) [m] of the feet."""
+        return self._shown(self.sources[:, : self.normals.shape[1]] + self._x @ self.normals)
+
+    @cached_property
+    def contacts(self) -> Any:
+        """What feet (nr, m) do: `tarsus.base.events.FootState`."""
+        return self._shown(self._feet[..., CARRIED.index("contact")].astype(np.intp))
+
+    @property
+    def feet(self) -> Any:
+        return self._shown(self._feet)
+
+    @cached_property
+    def volts(self) -> Any:
+        return self._shown(self._volts())
+
+    @cached_property
+    def body(self) -> Mapping[str, Any]:
+        """Of a walker the coordinates (nr,) of its body by name: surge and heave [m], roll and pitch [rad]."""
+        names = self.scene.robot.structure.body_coordinates
+        return {name: self._shown(self._x[:, i]) for i, name in enumerate(names)}
+
+    def displacement(self, point: str) -> Any:
+        """Displacement (nr,) [m] of a named point of the structure. Raises InputError where there is none."""
+        return self._shown(self._x @ self.scene.robot.structure.row(point))
+
+    def velocity(self, point: str) -> Any:
+        """Its velocity (nr,) [m/s]."""
+        return self._shown(self._v @ self.scene.robot.structure.row(point))
+
+    @cached_property
+    def currents(self) -> Any:
+        """Currents (nr, nd) [A] into the actuators by motion alone, the gain of a small signal about the present volts
+        times the rate of what the drive acts on (`tarsus.solve.outputs`)."""
+        gains = [one.law.small_signal_gain() for one in self.scene.robot.drives.values()]
+        volts, rates = np.atleast_2d(self._volts()), self._v @ self.loads
+        return self._shown(
+            np.stack([polyval(volts[:, d], gain) * rates[:, d] for d, gain in enumerate(gains)], axis=1)
+            if gains
+            else np.zeros((len(self._time), 0))
+        )
+
+    @cached_property
+    def all_events(self) -> NDArray[np.void]:
+        """Events of the step, robot by robot, each in time order; fields as those of a run's."""
+        return structured_events(self._rows)
+
+    @cached_property
+    def robots(self) -> NDArray[np.intp]:
+        """Of which robot each of `all_events` is."""
+        return np.repeat(np.arange(len(self._time)), np.diff(self._ends, prepend=0))
+
+    def events_of(self, robot: int) -> NDArray[np.void]:
+        """Events of the step of one robot."""
+        return without_marks(self.all_events[self.robots == robot])
+
+    @property
+    def events(self) -> NDArray[np.void]:
+        """Events of the step: of the one robot, or of all (`robots` tells of which each is)."""
+        return self.all_events
+
+    @property
+    def codes(self) -> list[ResultCode]:
+        """How the step of each robot ended."""
+        energy = self.scene.ground.makes_energy
+        return [ResultCode.of(int(code), makes_energy=energy) for code in self._codes]
+
+    @property
+    def code(self) -> ResultCode:
+        """How the step ended, of many robots that of the first that did not reach its end."""
+        return next((code for code in self.codes if code is not ResultCode.DONE), ResultCode.DONE)
+
+    @property
+    def ok(self) -> Any:
+        """Whether robots (nr,) have come as far as they were asked to."""
+        return self._shown(self._codes == ResultCode.DONE.number)
+
+    @cached_property
+    def measures(self) -> Mapping[str, Any]:
+        """What the step came to (nr,), by name: `tarsus.measure.tally.TALLIED`, and of a walker ``progress`` [m], the
+        way of its body in the step."""
+        count = len(self._time)
+        out = {name: one.of(self.all_events, self.robots, count) for name, one in TALLIED.items()}
+        if self.scene.robot.structure.body_coordinates:
+            out["progress"] = self._x[:, 0] - self._began[:, 0]
+        return {name: self._shown(one) for name, one in out.items()}
+
+
+def state_of(robots: SteppedRobots, began: Floats, parts: StepLog | None, one: bool) -> State:
+    """Where robots are, after what happened in a step that began with displacements (nr, n)."""
+    runs, system = robots.runs, robots.runs.plan.system
+    n = len(system.mass)
+    commands, time = robots.commands, runs.time.copy()
+
+    def volts() -> Floats:
+        return (
+            np.stack([of.volts(time) for of in commands.values()], axis=1)
+            if commands
+            else np.zeros((len(time), 0))
+        )
+
+    rows = np.zeros((0, 12)) if parts is None else parts.events
+    ends = np.zeros(len(runs), dtype=np.int64) if parts is None else parts.event_end
+    return State(
+        robots.scene, runs.rows.sources[runs.data], system.normals, system.loads, time, runs.state[:, :n].copy(),
+        runs.state[:, n:].copy(), runs.feet.copy(), volts, began, rows, ends, runs.code.copy(), one,
+    )  # fmt: skip

@@ -1,0 +1,395 @@
+"""Robots that are stepped: in steps they are what they are in one run; copies, files and threads."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+import tarsus as ts
+from scene_files import scene as scene_of
+from sliding_scenes import by_modes
+from tarsus.model.laws.ageing_adhesion import AgeingAdhesion
+from tarsus.solve.codes import ResultCode
+from tarsus.solve.commands import remembered
+
+STEPS = 24
+LONG = {"hexapod": 3.87e-3}
+"""Steps [s] of robots that are slow: half a period of the slowest mode."""
+
+
+def _commands(scene, steps=STEPS, seed=3):
+    """Volts of every drive, one a step: of legs' from 0 V on, of others up and down."""
+    draws = {name: np.random.default_rng(seed + k) for k, name in enumerate(scene.robot.drives)}
+    if len(scene.robot.feet) > 1:
+        return {
+            name: rng.uniform(0.0, 8.0 if scene.name == "two sticky feet" else 14.0, steps)
+            for name, rng in draws.items()
+        }
+    ways = (-1.0) ** np.arange(steps)
+    return {name: ways * rng.uniform(7.0, 10.0, steps) for name, rng in draws.items()}
+
+
+def _whole(scene, levels, dt):
+    """The scene driven by the same volts, one plateau a step."""
+    waves = {
+        name: {"kind": "on_off", "levels": own.tolist(), "durations": [dt] * len(own)}
+        for name, own in levels.items()
+    }
+    return ts.with_values(scene, {f"signals.{name}": wave for name, wave in waves.items()})
+
+
+def _same_events(parts, whole, scale, tolerance=1e-9):
+    events = np.concatenate(parts)
+    assert len(events) == len(whole)
+    for name in ("foot", "kind"):
+        assert events[name].tolist() == whole[name].tolist()
+    assert np.abs(events["time"] - whole["time"]).max(initial=0.0) < tolerance * scale
+    for name in ("speed_before", "energy", "apex"):
+        assert events[name] == pytest.approx(
+            whole[name], rel=1e-5, abs=1e-8 * np.abs(whole[name]).max(initial=1e-30)
+        )
+
+
+SCENES = {
+    "cantilever": lambda: ts.load_scene("cantilever"),
+    "millipede": lambda: ts.load_scene("millipede"),
+    "hexapod": lambda: ts.load_scene("hexapod"),
+    "hexapod-walker": lambda: ts.load_scene("hexapod-walker"),
+    "sticky feet": lambda: scene_of("sticky_feet"),
+    "contacts that remember": lambda: ts.with_values(
+        ts.load_scene("millipede"),
+        {
+            "ground.adhesion": None,
+            "ground.laws": {
+                "ageing": AgeingAdhesion(initial=1e-7, gain=1e-5, ageing=2e-3, fading=3e-3),
+            },
+        },
+    ),
+    "feet that slide": lambda: by_modes(
+        ts.load_scene("millipede").model_copy(update={"initial": ts.Initial()}),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_steps_are_the_run_in_one_piece(name):
+    """Every event, and where the energy went, under volts that change at every step."""
+    scene, dt = SCENES[name](), LONG.get(name, 1e-3)
+    levels = _commands(scene)
+    whole = ts.simulate(_whole(scene, levels, dt), STEPS * dt)
+    sim = ts.Session(scene, account=True)
+    sim.reset()
+    parts = [
+        sim.step({drive: own[k] for drive, own in levels.items()}, dt).events_of(0) for k in range(STEPS)
+    ]
+    assert whole.ok and len(whole.events) > 8
+    _same_events(parts, whole.events, STEPS * dt)
+    ledger = sim.ledger()
+    largest = max(abs(whole.ledger.work_in), abs(whole.ledger.kinetic), abs(whole.ledger.elastic))
+    for term in ("work_in", "damping", "friction", "impacts", "adhesion", "kinetic", "elastic"):
+        assert abs(getattr(ledger, term) - getattr(whole.ledger, term)) < 1e-6 * largest
+    assert ledger.closure < 1e-7
+    assert sim.state.x == pytest.approx(whole.states([STEPS * dt]).x[:, 0], rel=1e-6, abs=1e-12)
+
+
+def test_parts_of_any_length_end_where_one_run_does():
+    """A nanosecond, some milliseconds with many events, and what is left."""
+    scene = ts.load_scene("millipede")
+    lengths = [1e-9, 3e-3, 1e-9, 1.2345e-2, 7e-6, 1e-3]
+    whole = ts.simulate(scene, sum(lengths))
+    sim = ts.Session(scene)
+    sim.reset()
+    parts = [sim.step(dt=length).events_of(0) for length in lengths]
+    _same_events(parts, whole.events, sum(lengths))
+    assert len(parts[0]) <= 2 and len(parts[3]) > 4
+    assert sim.state.time == pytest.approx(sum(lengths), rel=1e-15)
+
+
+@pytest.mark.parametrize("law", ["two branches", "plays"])
+def test_drives_remember_all_volts_that_they_were_told(law):
+    """Minor loops of hysteresis, and an amplifier that lags, over steps: forces as by one signal."""
+    chain = ts.load_scene("cantilever")
+    laws = {
+        "two branches": {
+            "kind": "two_branch", "rising": {"linear": 1e-6, "quadratic": 2e-8}, "falling": {"linear": 1.1e-6},
+        },
+        "plays": {
+            "kind": "prandtl_ishlinskii", "linear": 5e-7, "thresholds": [0.5, 1.0, 2.0], "weights": [2e-7, 2e-7, 1e-7],
+        },
+    }  # fmt: skip
+    scene = ts.with_values(
+        chain,
+        {
+            "robot.drives.pzt.law": laws[law], "robot.drives.pzt.history": [10.0, 0.0],
+            "robot.drives.pzt.amplifier": {"bandwidth": 3000.0, "slew_rate": 2e4},
+        },
+    )  # fmt: skip
+    dt, levels = 1e-3, _commands(scene, 60, seed=8)
+    whole = ts.simulate(_whole(scene, levels, dt), 60 * dt)
+    sim = ts.Session(scene)
+    sim.reset()
+    parts = [sim.step({"pzt": levels["pzt"][k]}, dt).events_of(0) for k in range(60)]
+    assert len(whole.events) > 2
+    _same_events(parts, whole.events, 60 * dt, tolerance=1e-8)
+    assert sim.state.volts[0] == pytest.approx(
+        whole.scene.actuator_volts["pzt"].volts(np.array(60 * dt)), abs=1e-9
+    )
+
+
+def test_what_larger_moves_wipe_out_is_forgotten_and_nothing_else():
+    rng = np.random.default_rng(5)
+    law = ts.drives.PrandtlIshlinskii(
+        linear=1.0, thresholds=tuple(np.linspace(0.1, 9.0, 12)), weights=tuple(rng.uniform(-1.0, 1.0, 12))
+    )
+    for size in (3.0, 10.0, 30.0):
+        past = rng.uniform(-size, size, (20, 300)) * np.linspace(1.0, 0.2, 300)
+        kept = remembered(past)
+        assert kept.shape[1] < 40
+        for row, own in zip(past, kept, strict=True):
+            after = [row[-1] + 1.0, -2.0, 4.0]
+            assert law.force(after, tuple(own)) == pytest.approx(law.force(after, tuple(row)), rel=1e-12)
+
+
+def test_a_gait_is_told_phases_frequency_and_duty():
+    """As the square waves that it stands for, which run on with their clock."""
+    scene = ts.load_scene("hexapod-walker")
+    sim = ts.Session(scene)
+    sim.reset()
+    sim.step(dt="13 ms")
+    state = sim.step(gait={"duty": 0.3}, dt="9 ms")
+    wave = ts.with_values(scene, {"gait.duty": 0.3}).waveforms
+    times = np.array([float(state.time)])
+    assert state.volts == pytest.approx([float(wave[name].volts(times)[0]) for name in scene.robot.drives])
+    told = ts.Session(scene)
+    told.reset()
+    first = told.step(gait={"duty": 0.3}, dt="20 ms").events_of(0)
+    whole = ts.simulate(ts.with_values(scene, {"gait.duty": 0.3}), 0.02).events
+    _same_events([first], whole, 0.02)
+
+
+def test_ramps_and_waveforms_begin_with_the_step():
+    scene = ts.load_scene("cantilever")
+    sim = ts.Session(scene)
+    sim.reset()
+    sim.step({"pzt": 2.0}, "1 ms")
+    state = sim.step({"pzt": 6.0}, "2 ms", ramp=True)
+    assert state.volts[0] == 6.0
+    sim.step({"pzt": ts.Sine(amplitude=4.0, frequency=100.0)}, "1.25 ms")
+    assert sim.state.volts[0] == pytest.approx(4.0 * np.sin(2.0 * np.pi * 0.125), rel=1e-12)
+    levels, times = [2.0, 2.0, 6.0, 6.0], [0.0, 1e-3, 3e-3, 4e-3]
+    wave = {"kind": "sampled", "times": times, "levels": levels}
+    whole = ts.simulate(ts.with_values(scene, {"signals.pzt": wave}), 0.003)
+    other = ts.Session(scene)
+    other.reset()
+    parts = [other.step({"pzt": 2.0}, "1 ms"), other.step({"pzt": 6.0}, "2 ms", ramp=True)]
+    _same_events([one.events_of(0) for one in parts], whole.events, 0.003)
+    assert parts[1].x == pytest.approx(whole.states([0.003]).x[:, 0], rel=1e-7)
+
+
+@pytest.mark.parametrize("name", ["cantilever", "hexapod-walker", "sticky feet"])
+def test_copies_go_their_own_way_and_files_go_on_to_the_last_bit(name, tmp_path):
+    scene = SCENES[name]()
+    sim = ts.Session(scene, account=True)
+    sim.reset(seed=2)
+    levels = _commands(scene, 6)
+    for k in range(3):
+        sim.step({drive: own[k] for drive, own in levels.items()}, "1.5 ms")
+    sim.save(tmp_path / "there.npz")
+    fork, copied, pickled = sim.fork(), copy.copy(sim), pickle.loads(pickle.dumps(sim))
+    restored = ts.Session(scene, account=True)
+    restored.restore(tmp_path / "there.npz")
+    ways = []
+    for one in (sim, fork, copied, pickled, restored):
+        states = [
+            one.step({drive: own[k] for drive, own in levels.items()}, "1.5 ms", ramp=k == 4)
+            for k in range(3, 6)
+        ]
+        ways.append(np.concatenate([*(state.x for state in states), *(s.all_events["time"] for s in states)]))
+    for way in ways[1:]:
+        assert way.tobytes() == ways[0].tobytes()
+    assert restored.ledger().work_in == sim.ledger().work_in
+    fork.step({drive: 1.0 for drive in levels}, "1 ms")
+    sim.step({drive: 2.0 for drive in levels}, "1 ms")
+    assert not np.array_equal(fork.state.x, sim.state.x)
+    assert (tmp_path / "there.npz").stat().st_size < 60_000
+
+
+def test_a_file_of_something_else_is_refused(tmp_path):
+    sim = ts.Session("cantilever")
+    with pytest.raises(ts.InputError, match="call reset first"):
+        sim.step({"pzt": 1.0})
+    sim.reset()
+    (tmp_path / "none.npz").write_bytes(b"PK nothing")
+    with pytest.raises(ts.InputError, match="no file of a session"):
+        sim.restore(tmp_path / "none.npz")
+    with pytest.raises(ts.InputError, match=r"gone\.npz"):
+        sim.restore(tmp_path / "gone.npz")
+    other = ts.Session("hexapod")
+    other.reset()
+    other.save(tmp_path / "other.npz")
+    with pytest.raises(ts.InputError, match="of another scene"):
+        sim.restore(tmp_path / "other.npz")
+
+
+def test_many_robots_are_each_what_it_is_alone():
+    scene, count, dt = ts.load_scene("millipede"), 5, 2e-3
+    gaps = np.linspace(0.3e-6, 1e-6, count)
+    vary = {"ground.adhesion.initial": gaps}
+    many = ts.Session(scene, robots=count, vary=vary, accuracy=ts.Accuracy())
+    many.reset()
+    volts = np.random.default_rng(1).uniform(0.0, 14.0, (12, count))
+    states = [many.step({"L1": volts[k], "R1": 14.0 - volts[k]}, dt) for k in range(12)]
+    for r in range(count):
+        alone = ts.Session(
+            ts.with_values(scene, {"ground.adhesion.initial": float(gaps[r])}), accuracy=ts.Accuracy()
+        )
+        alone.reset()
+        parts = [alone.step({"L1": volts[k, r], "R1": 14.0 - volts[k, r]}, dt) for k in range(12)]
+        assert alone.state.x == pytest.approx(states[-1].x[r], rel=1e-7, abs=1e-13)
+        own = [one.events_of(r) for one in states]
+        assert [len(one) for one in own] == [len(part.events_of(0)) for part in parts]
+        assert states[3].measures["impacts"][r] == parts[3].measures["impacts"]
+
+
+def test_resets_draw_anew_and_seeds_draw_the_same():
+    vary = {"ground.adhesion.initial": ("0.1 uN", "1 uN"), "ground.friction.coefficient": 0.3}
+    sim = ts.Session("millipede", robots=6, vary=vary)
+    sim.reset(seed=4)
+    first = sim.values["ground.adhesion.initial"]
+    assert (first >= 1e-7).all() and (first <= 1e-6).all() and len(set(first)) == 6
+    for k in range(4):
+        sim.step({"L1": 14.0 * (k % 2)}, "2 ms")
+    before = sim.state.x.copy()
+    state = sim.reset(robots=[1, 4])
+    again = sim.values["ground.adhesion.initial"]
+    assert (again == first).tolist() == [True, False, True, True, False, True]
+    assert state.time[[1, 4]].tolist() == [0.0, 0.0] and (state.x[[0, 2, 3, 5]] == before[[0, 2, 3, 5]]).all()
+    fresh = ts.Session(
+        "millipede", robots=6, vary={"ground.adhesion.initial": again, "ground.friction.coefficient": 0.3}
+    )
+    fresh.reset()
+    mixed, own = sim.step({"L1": 9.0}, "3 ms"), fresh.step({"L1": 9.0}, "3 ms")
+    assert mixed.x[[1, 4]].tobytes() == own.x[[1, 4]].tobytes()
+    assert sim.reset(seed=4).time.max() == 0.0 and (sim.values["ground.adhesion.initial"] == first).all()
+
+
+def test_what_is_no_command_moves_nothing():
+    sim = ts.Session("millipede")
+    sim.reset()
+    sim.step({"L1": 3.0}, "1 ms")
+    before = sim._bytes()
+    wrong = [
+        ({"drive": {"L2": 1.0}}, "there is no drive 'L2'; valid names are"),
+        ({"drive": {"L1": np.nan}}, "finite volts"),
+        ({"drive": {"L1": [1.0, 2.0]}}, "expected volts"),
+        ({"drive": {"L1": "much"}}, "expected volts"),
+        ({"dt": 0.0}, "dt: expected a time above 0 s"),
+        ({"dt": np.nan}, "dt: expected a time above 0 s"),
+        ({"dt": "1 m"}, "dt: "),
+        ({"gait": {"frequenzy": 3.0}}, "frequenzy"),
+        ({"gait": {"frequency": -3.0}}, "frequency"),
+        ({"gait": {"high": np.inf}}, "finite"),
+        ({"drive": {"L1": 1.0}, "gradients": ["signals.L1.amplitude"]}, "no"),
+    ]
+    for asked, said in wrong:
+        with pytest.raises(ts.InputError, match=said):
+            sim.step(**asked)
+        assert sim._bytes() == before, asked
+
+
+def test_a_robot_that_has_stopped_waits_for_a_reset():
+    """Too many steps: the robot stays where it came to, and says why."""
+    sim = ts.Session("millipede", accuracy=ts.Accuracy(steps=30))
+    sim.reset()
+    state = sim.step(dt="50 ms")
+    assert not state.ok and state.code is ResultCode.STEP_LIMIT and 0.0 < state.time < 0.05
+    with pytest.raises(ts.InputError, match="waits for a reset: The run stopped"):
+        sim.step(dt="1 ms")
+    assert sim.reset().ok
+
+
+def test_one_session_in_many_threads():
+    sim = ts.Session("cantilever")
+    sim.reset()
+    with ThreadPoolExecutor(4) as pool:
+        list(pool.map(lambda k: sim.step({"pzt": 5.0}, "0.5 ms"), range(20)))
+    alone = ts.Session("cantilever")
+    alone.reset()
+    for _ in range(20):
+        alone.step({"pzt": 5.0}, "0.5 ms")
+    assert sim.state.x.tobytes() == alone.state.x.tobytes()
+
+
+def test_memory_does_not_grow_with_the_steps():
+    scene = ts.with_values(
+        ts.load_scene("cantilever"),
+        {
+            "robot.drives.pzt.law": {
+                "kind": "prandtl_ishlinskii", "linear": 5e-7, "thresholds": [0.5, 1.0], "weights": [2e-7, 2e-7],
+            }
+        },
+    )  # fmt: skip
+    sim = ts.Session(scene)
+    sim.reset()
+    volts = np.random.default_rng(0).uniform(-8.0, 8.0, 300)
+    sizes = []
+    for k, one in enumerate(volts):
+        sim.step({"pzt": one}, "20 us")
+        if k % 100 == 99:
+            sizes.append(len(sim._bytes()))
+    assert sizes[2] < 1.2 * sizes[0] < 30_000
+
+
+# ---- derivatives of a step
+
+
+def _moved(sim, scene, dt, command, by, *, state=None, volts=0.0, value=None):
+    """The end of the step where one of its numbers is moved a little."""
+    other = sim.fork()
+    if value is not None:
+        other = ts.Session(scene, vary={value: float(ts.get_value(scene, value)) + by}, accuracy=sim.accuracy)
+        other.reset()
+        now, own = sim.fork()._robots(), other._robots()
+        own.runs.time, own.runs.state, own.runs.feet = now.runs.time, now.runs.state, now.runs.feet
+        own.commands = now.commands
+    if state is not None:
+        other._robots().runs.state[0, state] += by
+    after = other.step({name: one + volts * by for name, one in command.items()}, dt)
+    return np.concatenate([after.x, after.v])
+
+
+@pytest.mark.parametrize(
+    ("name", "path"),
+    [("cantilever", "ground.restitution.coefficient"), ("millipede", "ground.adhesion.initial")],
+)
+def test_a_step_has_derivatives_by_state_command_and_ground(name, path):
+    scene = SCENES[name]()
+    sim = ts.Session(scene)
+    sim.reset()
+    drive = next(iter(scene.robot.drives))
+    for k in range(4):
+        sim.step({drive: 14.0 * (k % 2) - (7.0 if scene.gait is None else 0.0)}, "3 ms")
+    command, dt = {drive: 9.0}, 6e-3
+    ahead = sim.fork()
+    state, slopes = ahead.step(command, dt, gradients=[path])
+    n = len(state.x)
+    assert slopes.names == (path, f"drive.{drive}", *(f"state.{i}" for i in range(2 * n)))
+    assert len(state.all_events) and np.isfinite(slopes.state).all() and not slopes.flags
+
+    moved = {
+        f"drive.{drive}": (1e-5, {"volts": 1.0}),
+        path: (1e-4 * float(ts.get_value(scene, path)), {"value": path}),
+    }
+    moved |= {f"state.{i}": (1e-10 if i < n else 1e-7, {"state": i}) for i in (0, n)}
+    for number, (size, what) in moved.items():
+        ends = [_moved(sim, scene, dt, command, sign * size, **what) for sign in (1.0, -1.0)]
+        expected, found = (ends[0] - ends[1]) / (2.0 * size), slopes.by(number)
+        there = np.concatenate([state.x, state.v])
+        for part in (slice(n), slice(n, None)):
+            noise = 1e-9 * np.abs(there[part]).max() / size  # what a step errs by
+            near = pytest.approx(expected[part], rel=1e-3, abs=1e-3 * np.abs(found[part]).max() + noise)
+            assert found[part] == near, number
