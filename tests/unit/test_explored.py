@@ -91,3 +91,12 @@ def test_what_is_no_number_of_a_drive_is_told():
         explored.place({"signals.pzt.amplitude": 7.77777})
     with pytest.raises(InputError, match="there is no such slider"):
         explored.changed({"robot.structure.length": 1.0})
+
+
+def test_gravity_on_an_incline_is_no_slider():
+    scene = ts.load_scene("millipede")
+    flat = {one.paths[0] for one in Explored.of(scene, 0.02, drives=[]).sliders}
+    assert "ground.gravity.acceleration" in flat and "ground.incline" not in flat
+    tilted = Explored.of(ts.with_values(scene, {"ground.incline": 0.1}), 0.02, drives=[]).sliders
+    tilted = {one.paths[0] for one in tilted}
+    assert flat - tilted == {"ground.gravity.acceleration"}

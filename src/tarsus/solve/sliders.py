@@ -99,6 +99,9 @@ def sliders_of(
         kind = places[paths[0]].kind
         if kind in (Kind.DRIVE, Kind.GAIT):
             continue
+        if kind is Kind.GRAVITY and (places[paths[0]].at or scene.ground.incline):
+            left += paths  # gravity on an incline is two numbers of the packet, a slider writes one
+            continue
         one = _slider(scene, plan, paths, infos[paths[0]], kind, ranges)
         left += [] if one else [paths[0]]
         found += [replace(one, **_address(plan, [places[path] for path in paths]))] if one else []

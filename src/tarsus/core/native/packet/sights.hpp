@@ -62,7 +62,8 @@ class Sights {
 
   // The force of the structure on a coordinate that is held [N]: loads and weight less springs and dampers.
   double onto(const StartRules& rules, const Starting& run, const std::vector<double>& drives, const Glance& at, size_t r) const {
-    double sum = rules.weight[r] * run.sources[rules.m];
+    double sum = 0.0;
+    for (size_t g = 0; g < GRAVITIES; g++) sum += rules.weight[GRAVITIES * r + g] * run.sources[rules.m + g];
     for (size_t d = 0; d < rules.drives; d++) sum += rules.loads[r * rules.drives + d] * drives[d];
     for (size_t c = 0; c < rules.n; c++) sum -= rules.stiffness[r * rules.n + c] * at.x[c] + damping_[r * rules.n + c] * at.v[c];
     return sum;
