@@ -12,6 +12,7 @@ from differences import TIGHT, assert_as_differences
 from random_scenes import sliding_scene
 from sliding_scenes import MASS, biped, by_modes, cantilever, slider
 from tarsus.base.errors import InputError
+from tarsus.base.events import EventKind
 from tarsus.base.spec import get_value
 from tarsus.model.laws.rate_friction import RateWeakeningFriction
 from tarsus.model.scene import Scene
@@ -77,9 +78,17 @@ def test_friction_by_speed_has_the_derivatives_that_the_walker_of_the_same_equat
     np.testing.assert_allclose(found, wanted, atol=1e-6 * np.abs(wanted).max())
 
 
-@pytest.mark.parametrize(("seed", "event"), [(3071, 25), (1729, 10), (983, 13)])
+def lasting(events: np.ndarray) -> np.ndarray:
+    """Numbers of the events but slips of feet that leave at the same moment: an impact that tears a foot off takes its
+    hold along the ground first or at once, which changes nothing but the log, and hangs on rounding."""
+    left = {(one["foot"], one["time"]) for one in events if one["kind"] == EventKind.RELEASE}
+    slips = events["kind"] == EventKind.SLIP_BEGINS
+    return np.array([k for k, one in enumerate(events) if not (slips[k] and (one["foot"], one["time"]) in left)])
+
+
+@pytest.mark.parametrize(("seed", "event"), [(3071, 25), (1729, 9), (983, 13)])
 def test_slides_against_the_pull_and_impacts_that_tear_off_two_contacts(seed: int, event: int) -> None:
-    """3071: a foot slides against what pulls it. 1729: one impact makes a foot slide and then leave.
+    """3071: a foot slides against what pulls it. 1729: one impact tears off a foot that sticks.
     983: one impact turns another foot that slides."""
     scene, path = sliding_scene(seed), "ground.friction.coefficient"
     run = ts.simulate(scene, accuracy=TIGHT, gradients=[path])
@@ -88,8 +97,8 @@ def test_slides_against_the_pull_and_impacts_that_tear_off_two_contacts(seed: in
         ts.simulate(ts.with_values(scene, {path: at * (1.0 + sign * 1e-5)}), accuracy=TIGHT)
         for sign in (1.0, -1.0)
     )
-    first = slice(event + 1)  # later ones part: the three runs need not have as many
+    of, over, under = (lasting(one.events)[: event + 1] for one in (run, above, below))  # later ones part
     for field in ("time", "pull"):
-        wanted = (above.events[field][first] - below.events[field][first]) / (2e-5 * at)
-        found = run.event_gradients[path][field][first]
+        wanted = (above.events[field][over] - below.events[field][under]) / (2e-5 * at)
+        found = run.event_gradients[path][field][of]
         np.testing.assert_allclose(found, wanted, atol=1e-6 * np.abs(wanted).max(), err_msg=field)
