@@ -18,7 +18,7 @@ __all__ = ["KINDS", "make_page"]
 
 _BALL = "50,1.5,14\n90,1,30\n120,,\n"
 _GAIT = (
-    "millipede-printed", "--free", "gait.duty,gait.frequency=100Hz:200Hz", "--request", "duration=10 ms",
+    "millipede-printed", "--free", "gait.duty,gait.frequency=100Hz:200Hz", "--request", "from_rest=10 ms",
     "--request", "candidates=64",
 )  # fmt: skip
 _GROUNDS = ("--over", "ground.friction.coefficient=4:12")
