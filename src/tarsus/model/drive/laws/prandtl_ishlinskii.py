@@ -90,9 +90,7 @@ class PrandtlIshlinskii(VoltageLaw):
         """Forces (R,) [N] at voltages (R,) [V] that are held; see `VoltageLaw.held`."""
         r, w, _ = self._felt()
         states = remembered((*past.T, volts), r)
-        c = np.broadcast_to(self.coefficients(), (len(volts), 4)).T
-        free = ((c[3] * volts + c[2]) * volts + c[1]) * volts + c[0]
-        return free + dot(states, np.broadcast_to(w, states.shape))
+        return self.free(volts) + dot(states, np.broadcast_to(w, states.shape))
 
     def parts(self, track: Track, history: Sequence[float]) -> Parts:
         """The track cut where plays engage: on each part the engaged follow the voltage, the others rest."""
