@@ -147,7 +147,7 @@ def _repeating(batch: Batch, last: bool) -> tuple[NDArray[np.bool_], NDArray[np.
     for r in range(len(batch)):
         period = float(batch.periods[r])
         found = repetition(batch.events(r), period, batch.duration)
-        repeats[r] = last if found is None else found.multiple > 0
+        repeats[r] = last if found is None else bool(found.multiple)
         # contacts repeat from somewhere in the period after the last that does not
         third = (int(batch.duration / period * (1.0 + ROUNDING)) + 2) // 3
         skip[r] = found.since + 1 if found is not None and found.multiple else third
