@@ -56,7 +56,7 @@ SLIDERS = {
 }
 
 
-FAST_SLIDERS = ("biped",)
+FAST_SLIDERS = ("cantilever",)
 
 
 @pytest.mark.parametrize(

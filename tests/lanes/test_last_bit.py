@@ -9,6 +9,7 @@ from lanes.test_kernels import run_engine
 from last_bit import EPS, moved, product, same_for
 
 
+@pytest.mark.slow
 def test_the_engine_with_other_last_bits() -> None:
     said = run_engine({}, "--last-bit", "1")
     assert "the last bit of linear algebra is moved, seed 1" in said

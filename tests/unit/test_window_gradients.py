@@ -54,12 +54,13 @@ def moved(starts: list[WindowStart], name: str, by: float) -> list[WindowStart]:
 
 CASES = [
     (lambda: scene_of("p1_n2"), ("ground.film.coefficient", "signals.pull.amplitude"), 0.1, 0.008, 16),
-    (
+    pytest.param(
         lambda: trotter(5, ground=sticky()),
         ("ground.adhesion.initial", "ground.restitution.coefficient"),
         None,
         0.002,
         12,
+        marks=pytest.mark.slow,
     ),
 ]
 

@@ -109,6 +109,7 @@ def test_a_walker_of_several_starts_has_shares_travel_and_slip():
     assert measures["slip"] == pytest.approx(walk.measures["foot_slip"].value, rel=0.05)
 
 
+@pytest.mark.slow
 def test_lines_of_a_ball_that_does_not_bounce_are_hit_to_a_pixel():
     """A ball of restitution 0 leaves the table where its acceleration exceeds gravity, V = m g; it lands after the next
     departure, and the period doubles, where V cos(phi) = pi m g with sin(phi) = m g / V, V = m g sqrt(1 + pi^2)."""

@@ -70,6 +70,7 @@ def test_the_edge_of_the_basins_is_the_unstable_bounce(ball):
     )
 
 
+@pytest.mark.slow
 def test_an_edge_of_any_two_basins_is_found_on_asking(ball):
     edge = ball.edge(1, 0)
     assert edge.between == (1, 0) and edge.width < 2e-10
@@ -102,6 +103,7 @@ def test_chaos_is_a_class_of_its_own():
     assert "chaos" in str(found)
 
 
+@pytest.mark.slow
 def test_the_millipede_has_three_gaits_whatever_the_threads():
     over = {"height": ("0 um", "5 um")}
     found = ts.attractors("millipede", starts=60, over=over, edges=False, threads=2)

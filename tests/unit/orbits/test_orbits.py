@@ -95,6 +95,7 @@ def test_an_orbit_of_a_given_period_may_be_unstable():
     assert orbit.multipliers[0].real < -1.0
 
 
+@pytest.mark.slow
 def test_the_branch_of_the_table_is_born_in_a_fold_and_doubles_in_a_flip():
     up = ts.branch(table(1.5), {"signals.table.amplitude": (1.52, 1.54)}, starts=12)
     (bouncing,) = [one for one in up if one.points[0].orbit.kind == "stable, period 1, 1 impact"]
@@ -110,6 +111,7 @@ def test_the_branch_of_the_table_is_born_in_a_fold_and_doubles_in_a_flip():
     assert folds[0].at == pytest.approx(math.pi / 3.0, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_a_doubled_motion_ends_in_the_flip_of_the_other():
     """Followed from beyond the flip, it is joined with the motion of half its period, and not followed any further."""
     path = "signals.table.amplitude"
@@ -157,6 +159,7 @@ def test_the_oscillator_grazes_at_its_published_amplitude():
     assert found[0].points[0].orbit.impacts == 0 and found[-1].points[-1].orbit.impacts == 1
 
 
+@pytest.mark.slow
 def test_of_several_changes_close_together_each_is_found():
     """A bounce is captured, the next capture ends in a grazing, and the bounce comes back."""
     found = ts.branch("cantilever", {"robot.feet.tip.gap": ("60.5 um", "60.3 um")}, starts=0)
