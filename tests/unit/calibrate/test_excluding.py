@@ -122,8 +122,8 @@ def errors(seed, archive=None, rows=range(12)):
 
 
 def test_a_row_left_out_is_missed_by_as_much_as_in_a_refit_by_scipy():
-    """Four rows of one toy: as low a cost, and the same error within the scatter of its cells."""
-    ours, theirs, cost, other = errors(3, rows=range(4))
+    """Two rows of one toy: as low a cost, and the same error within the scatter of its cells."""
+    ours, theirs, cost, other = errors(3, rows=range(2))
     assert (cost < other + 2.0).all(), "the search is not the worse one"
     off = (ours - theirs).ravel()
     assert abs(off.mean()) < 2.0 * off.std() / np.sqrt(len(off)) + 0.02
@@ -178,7 +178,7 @@ def test_the_sets_to_come_are_told_as_many_as_they_are():
     """Once the whole table has been searched the rows left out are as much work each; before that, at most 2 times."""
     told = []
     plan = search(leave_out=True, generations=8, spread=3, local_search=0)
-    solve(bent_rows(4, rows=6)[0], plan, progress=lambda *now: told.append(now))
+    solve(bent_rows(4, rows=4)[0], plan, progress=lambda *now: told.append(now))
     done, total, stages = zip(*told, strict=True)
     assert list(done) == sorted(done) and done[-1] == total[-1]
     assert all(a <= b for a, b in zip(done, total, strict=True))

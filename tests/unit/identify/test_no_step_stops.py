@@ -34,6 +34,14 @@ def without(opened: Opened, *purposes: str) -> Opened:
     return replace(opened, campaign=opened.campaign.model_copy(update={"records": FrozenDict(kept)}))
 
 
+@lru_cache(maxsize=1)
+def identified_without(*purposes: str) -> Identification:
+    """What the chain finds without them, with the modes that the whole campaign has told; the last one is kept."""
+    with pytest.MonkeyPatch.context() as patch:
+        modes_as_found(patch)
+        return identify(without(read_campaign(folder()), *purposes))
+
+
 def off(found: Identification, true: Scene) -> dict[str, float]:
     """Standard deviations by which every number that records tell is off the truth; of the logarithms of one that is
     known to a factor."""
@@ -69,9 +77,8 @@ def wrong(found: Identification, true: Scene) -> dict[str, float]:
     ],
     ids=" ".join,
 )
-def test_without_the_records_of_a_purpose_every_other_number_is_found(monkeypatch, gone, lost):
-    modes_as_found(monkeypatch)
-    found = identify(without(read_campaign(folder()), *gone))
+def test_without_the_records_of_a_purpose_every_other_number_is_found(gone, lost):
+    found = identified_without(*gone)
     told = off(found, truth())
     assert not wrong(found, truth())
     every = {path for path in identified().known.paths if not path.startswith("robot.drives.pzt.load")}
@@ -79,11 +86,8 @@ def test_without_the_records_of_a_purpose_every_other_number_is_found(monkeypatc
     assert not [path for path in told if lost and path.startswith(lost)]
 
 
-def test_without_detachments_the_impacts_tell_the_film_and_the_device_says_what_nobody_knows(
-    monkeypatch, tmp_path
-):
-    modes_as_found(monkeypatch)
-    found = identify(without(read_campaign(folder()), "ramps"))
+def test_without_detachments_the_impacts_tell_the_film_and_the_device_says_what_nobody_knows(tmp_path):
+    found = identified_without("ramps")
     film, full = found.steps["film"], identified().steps["restitution"]
     assert film.used[0].what == "impacts, for the film" and "C / g0^3" in film.combinations
     own = found.steps["restitution"]

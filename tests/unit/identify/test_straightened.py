@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from identify.campaigns import folder
 
 from independent.foreign.drive import Wave
@@ -56,6 +57,7 @@ def test_damping_is_not_moved_by_a_drive_that_bends():
     assert off[1] < 5e-5
 
 
+@pytest.mark.slow
 def test_plays_that_a_sweep_moves_once_move_no_number():
     """Up and down the plays' step is another part of the force, and where a sine begins at once no Fourier series of
     its samples shows how far they went: frequencies were 5e-6 off, and damping 0.2 %."""

@@ -37,7 +37,7 @@ def exact(frequency: np.ndarray, k: int = 0) -> np.ndarray:
     return np.polyval(above[::-1], z) / np.polyval(below[::-1], z)
 
 
-def random_drives(count: int, seed: int, seconds: float = 60.0) -> np.ndarray:
+def random_drives(count: int, seed: int, seconds: float = 30.0) -> np.ndarray:
     return np.random.default_rng(seed).standard_normal((count, int(RATE * seconds)))
 
 

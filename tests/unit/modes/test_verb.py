@@ -71,6 +71,8 @@ def test_decays_of_different_rates():
     check(ts.modes(decay(5000.0, 0.2, 1), decay(8000.0, 0.15, 2), decay=True, band=BAND), 2e-4, 0.01)
 
 
+# Slow: sweeps of seconds. Roving points of one rate are taken in any order below.
+@pytest.mark.slow
 def test_roving_points_of_sweeps_of_different_rates_and_lengths():
     files = (
         driven(4000.0, 3.0, 1, points="a"),
@@ -84,11 +86,9 @@ def test_roving_points_of_sweeps_of_different_rates_and_lengths():
 
 
 def test_records_of_one_experiment_at_two_rates():
-    slow = driven(4000.0, 3.0, 1)
+    slow = driven(4000.0, 1.5, 1)
     others = slow.select(["b", "c"])
-    fast = replace(
-        others, values=resample(others.values, 15000, axis=1), step=1.0 / 5000.0, source="fast.csv"
-    )
+    fast = replace(others, values=resample(others.values, 7500, axis=1), step=1.0 / 5000.0, source="fast.csv")
     fit = ts.modes(slow.select(["force", "a"]), fast)
     check(fit, 1e-3, 0.02)
     assert fit.frf.outputs == NAMES
@@ -105,12 +105,15 @@ def same_numbers(first, second) -> None:
         assert a.residues == pytest.approx(b.residues[places], rel=1e-7, abs=1e-9 * np.abs(a.residues).max())
 
 
-@pytest.mark.parametrize("kind", ["responses", "sweeps", "decays"])
+# Slow: two of three kinds.
+@pytest.mark.parametrize(
+    "kind", ["sweeps", *(pytest.param(one, marks=pytest.mark.slow) for one in ("responses", "decays"))]
+)
 def test_the_order_of_the_files_and_their_names_change_nothing(kind):
     if kind == "decays":
         files = [decay(5000.0, 0.2, seed) for seed in (1, 2)]
     elif kind == "sweeps":
-        files = [driven(4000.0, 2.0, seed, points=point) for seed, point in ((1, "a"), (2, "b"), (3, "c"))]
+        files = [driven(4000.0, 1.0, seed, points=point) for seed, point in ((1, "a"), (2, "b"), (3, "c"))]
     else:
         frf = responses(Quantity.VELOCITY, 0.003)
         moves = (Quantity.DISPLACEMENT, Quantity.VELOCITY, Quantity.VELOCITY)
@@ -125,35 +128,27 @@ def test_the_order_of_the_files_and_their_names_change_nothing(kind):
     words = {"band": (110.0, 990.0), "decay": kind == "decays"}
     fit = ts.modes(*files, **words)
     assert any(mode.verdict is ModeVerdict.DETERMINED for mode in fit.modes)
-    for turned in ([1, 0], [0, 1]) if kind == "decays" else ([2, 1, 0], [1, 2, 0]):
-        other = ts.modes(*(files[k] for k in turned), **words)
+    called = {"sweeps": ("p", "p", "p"), "responses": ("", "", ""), "decays": ("x/1.csv", "y/1.csv")}[kind]
+    named = [replace(one, source=name) for one, name in zip(files, called, strict=True)]
+    for turned in ([1, 0],) if kind == "decays" else ([2, 1, 0], [1, 2, 0]):
+        other = ts.modes(*(named[k] for k in turned), **words)
         if kind == "decays":  # each is an excitation of its own
             other = replace(
                 other, modes=tuple(replace(m, residues=m.residues[:, turned]) for m in other.modes)
             )
         same_numbers(fit, other)
-    for called in (
-        ("z3.txt", "b.csv", "a.csv"),
-        ("", "", ""),
-        ("x/1.csv", "y/1.csv", "z/1.csv"),
-        ("p", "p", "p"),
-    ):
-        renamed = ts.modes(
-            *(replace(one, source=name) for one, name in zip(files, called, strict=False)), **words
-        )
-        same_numbers(replace(fit, frf=renamed.frf), renamed)
 
 
 def test_points_in_one_file_or_in_two_are_the_same():
-    whole = driven(4000.0, 2.0, 1, points="abc")
+    whole = driven(4000.0, 1.0, 1, points="abc")
     fit = ts.modes(whole, band=(110.0, 990.0))
-    same_numbers(
-        fit, ts.modes(whole.select(["force", "b"]), whole.select(["force", "a", "c"]), band=(110.0, 990.0))
-    )
-    apart = replace(whole.select(["b", "c"]), drive=None)
-    same_numbers(fit, ts.modes(apart, whole.select(["force", "a"]), band=(110.0, 990.0)))
+    apart = replace(whole.select(["c"]), drive=None)
+    files = whole.select(["force", "b"]), apart, whole.select(["force", "a"])
+    same_numbers(fit, ts.modes(*files, band=(110.0, 990.0)))
 
 
+# Slow: minutes of noise.
+@pytest.mark.slow
 def test_a_record_without_a_drive_goes_with_the_one_it_follows():
     first, second = (driven(4000.0, 20.0, seed, "noise") for seed in (1, 2))
     other = replace(second.select(["b", "c"]), drive=None)
@@ -162,8 +157,12 @@ def test_a_record_without_a_drive_goes_with_the_one_it_follows():
         check(ts.modes(*turned, band=BAND), 2e-3, 0.15)
 
 
-def test_a_random_drive_is_cut_into_segments():
-    check(ts.modes(driven(4000.0, 60.0, 1, "noise"), band=BAND), 1e-3, 0.06)
+@pytest.mark.parametrize(
+    ("seconds", "frequency", "damping"),
+    [(15.0, 2e-3, 0.15), pytest.param(60.0, 1e-3, 0.06, marks=pytest.mark.slow)],
+)
+def test_a_random_drive_is_cut_into_segments(seconds, frequency, damping):
+    check(ts.modes(driven(4000.0, seconds, 1, "noise"), band=BAND), frequency, damping)
 
 
 def test_a_delay_is_found_and_taken_off():

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.optimize import least_squares
 
 import tarsus as ts
 from laboratory import LABORATORY
@@ -41,7 +40,8 @@ def alone(scene: ts.Scene, *paths: str) -> dict[str, dict[str, float]]:
 def estimates(
     scene: ts.Scene, recording: Recording, paths: list[str], sensing: Sensing, count: int
 ) -> np.ndarray:
-    """Logarithms (count, np) over the truth that least squares on whole records of simulations find."""
+    """Logarithms (count, np) over the truth that least squares on whole records of simulations find: two steps of
+    Gauss and Newton with the slopes at the truth, which the noise moves by less than their curvature shows."""
     outputs = [Output(kind, point) for kind in (Quantity.VELOCITY, Quantity.DISPLACEMENT)
                for point in scene.robot.structure.points]  # fmt: skip
     times = np.arange(1, int(recording.duration * sensing.rate) + 1) / sensing.rate
@@ -53,11 +53,13 @@ def estimates(
         moved = with_values(there, dict(zip(paths, (truth * np.exp(logs)).tolist(), strict=True)))
         return (ts.simulate(moved, recording.duration).outputs(outputs, times) / noise).ravel()
 
-    clean, random = seen(np.zeros(len(paths))), np.random.default_rng(3)
-    return np.array([
-        least_squares(lambda logs, y=y: seen(logs) - y, np.zeros(len(paths)), x_scale=1e-3, diff_step=1e-7).x
-        for y in clean + random.standard_normal((count, len(clean)))
-    ])  # fmt: skip
+    steps = 1e-6 * np.eye(len(paths))
+    slopes = np.column_stack([seen(step) - seen(-step) for step in steps]) / 2e-6
+    clean, random, found = seen(np.zeros(len(paths))), np.random.default_rng(3), []
+    for noisy in clean + random.standard_normal((count, len(clean))):
+        first = np.linalg.lstsq(slopes, noisy - clean)[0]
+        found.append(first + np.linalg.lstsq(slopes, noisy - seen(first))[0])
+    return np.array(found)
 
 
 @pytest.mark.parametrize(
@@ -72,11 +74,11 @@ def estimates(
     ids=["spring and damper of a sweep", "restitution of drops"],
 )  # fmt: skip
 def test_estimates_from_noisy_records_scatter_as_far_as_the_bound_says(recording, paths):
-    """60 records: their scatter is known to 9 %, so that a right bound fails one time in thirty."""
+    """40 records: their scatter is known to 11 %, so that a right bound fails one time in a hundred."""
     told = told_by(DEVICE, recording, alone(DEVICE, *paths), BARE, drive="pzt", impacts=None)
-    found = estimates(DEVICE, recording, paths, BARE, 60)
+    found = estimates(DEVICE, recording, paths, BARE, 40)
     bound = deviations(told.matrix + np.diag([0.0] * len(paths) + [1e12] * (len(told.names) - len(paths))))
-    assert found.std(axis=0) == pytest.approx(bound[: len(paths)], rel=0.2)
+    assert found.std(axis=0) == pytest.approx(bound[: len(paths)], rel=0.3)
     windows = told_by(DEVICE, recording, alone(DEVICE, *paths), BARE, drive="pzt", impacts=2)
     assert np.all(deviations(windows.matrix)[: len(paths)] > 0.999 * deviations(told.matrix)[: len(paths)])
 
@@ -98,6 +100,7 @@ def test_the_walker_of_a_tenth_of_a_second():
     assert left[A] > 1000.0
 
 
+@pytest.mark.slow
 def test_long_contacts_of_single_legs_tell_what_no_gait_tells():
     scene = ts.load_scene("millipede")
     by_name = {
@@ -132,10 +135,10 @@ def test_one_contact_time_fixes_a_sum_and_two_separate_it():
 
 
 def test_a_plan_keeps_its_budget_and_ends_where_no_number_gains():
-    chosen = [square(hz, 6.0) for hz in (5.0, 50.0, 100.0)]
+    chosen = [square(hz, 6.0, periods=3) for hz in (5.0, 50.0, 100.0)]
     belief, said = Belief.of(DEVICE), []
-    found = rank(DEVICE, chosen, belief, A, 0.3, progress=lambda k, n, what: said.append((k, n, what)))
-    assert found.plan.cost <= 0.3 * (1.0 + 1e-9)
+    found = rank(DEVICE, chosen, belief, A, 0.12, progress=lambda k, n, what: said.append((k, n, what)))
+    assert found.plan.cost <= 0.12 * (1.0 + 1e-9)
     assert found.plan.cost == pytest.approx(sum(one.duration for one, _ in found.plan.steps))
     notes = {one.recording.name: one.note for one in found.ranked}
     assert notes == {"5 Hz, 6 V": "longer than the budget", "50 Hz, 6 V": "", "100 Hz, 6 V": ""}
