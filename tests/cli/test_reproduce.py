@@ -76,6 +76,7 @@ def test_tables_for_people(tarsus):
     assert all(words in result.out for words in ("5 Hz, 6 V, square", "Table 2.3", "80 % interval"))
 
 
+@pytest.mark.slow
 def test_several_have_a_folder_each_and_an_index(tarsus, tmp_path):
     words = ("reproduce", "cantilever-1", "quadruped", "-o", tmp_path, "--seeds", "2", "--json")
     found = tarsus(*words).json()

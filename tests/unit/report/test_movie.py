@@ -13,6 +13,7 @@ from example_files import load
 from tarsus.report.movie import CAPTION, write_movie
 
 
+@pytest.mark.slow
 def test_a_movie_shows_a_period_and_filled_feet_on_the_ground(tmp_path):
     walk = ts.simulate("millipede-printed", "30 ms")
     assert 0.0 < walk.variables()["contact"].values.mean() < 1.0

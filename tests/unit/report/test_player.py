@@ -97,6 +97,7 @@ def test_thinning_keeps_the_ends_and_takes_the_nearest_times() -> None:
     assert motion.thinned(10_000) is motion
 
 
+@pytest.mark.slow
 def test_thirty_legs_stay_below_400_kb() -> None:
     motion = walk(30)
     section = walk_section(motion)
