@@ -38,6 +38,7 @@ def written(tmp_path_factory):
     return json.loads(out.getvalue()), folder / "out"
 
 
+@pytest.mark.slow
 def test_json(written):
     result, _ = written
     assert (result["robot"], result["ok"]) == ("hexapod", True)
@@ -57,6 +58,7 @@ def test_json(written):
     assert sorted(one["volt_v"] for one in result["in_air"]) == [15.0, 20.0, 25.0, 30.0]
 
 
+@pytest.mark.slow
 def test_files(written, opened):
     result, folder = written
     assert json.loads((folder / "reproduction.json").read_text(encoding="utf-8")) == result

@@ -137,6 +137,7 @@ def test_an_interrupt_says_how_to_resume(tarsus, study, tmp_path, monkeypatch):
     assert tarsus(*words, "--resume").code == 0
 
 
+@pytest.mark.slow
 def test_a_law_of_ones_own_is_part_of_the_plan(tarsus, study, magnet, tmp_path):
     law = tmp_path / "magnet.py"
     law.write_text(magnet.read_text(encoding="utf-8"), encoding="utf-8")
@@ -179,6 +180,7 @@ def test_the_example_study(tarsus, tmp_path):
         assert contact[low].mean() > contact[~low].mean()  # the lower tip stays longer on the ground
 
 
+@pytest.mark.slow
 def test_another_seed_draws_other_values(tarsus, tmp_path):
     study = tmp_path / "drawn.toml"
     study.write_text(

@@ -30,7 +30,9 @@ def one_of() -> Callable[[str], Reproduction]:
         "cantilever": lambda: reproduce_cantilever(packaged_members("cantilever")[:1]),
         "hexapod": lambda: reproduce_robot("hexapod", packaged_members("hexapod")[:2], seeds=2),
         "quadruped": lambda: reproduce_robot("quadruped"),
-        "millipede": lambda: millipede_reproduction((judge_scene("ringing", ringing(), coarse=FEW, duration=0.04),)),
+        "millipede": lambda: millipede_reproduction(
+            (judge_scene("ringing", ringing(), coarse=FEW, duration=0.04),)
+        ),
     }
     return cache(lambda name: made[name]())
 

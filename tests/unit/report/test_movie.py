@@ -61,6 +61,7 @@ def test_what_cannot_be_shown_is_said(tmp_path):
     assert len(refused.value.problems) == 3 and not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_a_movie_is_whole_or_not_there(tmp_path, monkeypatch):
     walk = ts.simulate("millipede-printed", "12 ms")
 

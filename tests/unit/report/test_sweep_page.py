@@ -77,6 +77,7 @@ def test_settled_motions_come_with_what_is_between_their_starts(tmp_path: Path) 
     )
 
 
+@pytest.mark.slow
 def test_failed_runs_are_counted_listed_and_left_out(tmp_path: Path) -> None:
     sweep, file = made(tmp_path, ["REFUSED", *["DONE"] * 10, "STALLED"])
     text = sweep_html(sweep, file)
