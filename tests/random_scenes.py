@@ -155,7 +155,9 @@ def creeping_scene(seed: int, legged: bool) -> Scene:
     dice, changes = Dice([seed, int(legged), 11], PLAIN), {}
     for name, drive in scene.robot.drives.items():
         gain = drive.law.gain if isinstance(drive.law, LinearForce) else drive.law.linear
-        plays = PrandtlIshlinskii(linear=gain, quadratic=0.01 * gain, thresholds=(0.5,), weights=(0.1 * gain,))
+        plays = PrandtlIshlinskii(
+            linear=gain, quadratic=0.01 * gain, thresholds=(0.5,), weights=(0.1 * gain,)
+        )
         count = 1 + int(dice.rng.integers(3))
         changes[f"robot.drives.{name}.law"] = Creeping(
             instant=plays, thresholds=dice.rng.uniform(0.0, 3.0, count).tolist(),

@@ -36,6 +36,7 @@ def test_attractors_are_printed_and_written(tmp_path, capsys, opened):
     assert abs(run["measures"]["impact_speed"]["value"] / settled - 1.0) < 1e-3
 
 
+@pytest.mark.slow
 def test_a_start_leads_to_its_motion_from_a_file_and_through_changed_values(tmp_path, capsys):
     """A walker that stands in its description: the written start, and the same values set in the description, run
     alike to the last digit, and to the attractor that they are said to lead to."""

@@ -7,6 +7,15 @@ import pytest
 LANDING = ("design", "landing", "cantilever", "--foot", "tip")
 
 
+def test_a_plain_landing_is_written(tarsus, tmp_path):
+    done = tarsus(*LANDING, "--request", "effort=0.012", "-o", tmp_path / "landing", "--json")
+    assert done.code == 0, done.err
+    table = done.json()
+    assert table["speed"] < table["plain"]["speed"]
+    assert table["digest"] in (tmp_path / "landing" / "landing.h").read_text()
+
+
+@pytest.mark.slow
 def test_one_line_makes_a_header_a_signal_and_a_page(tarsus, tmp_path, opened):
     folder = tmp_path / "landing"
     done = tarsus(

@@ -83,6 +83,7 @@ def test_what_goes_wrong_ends_in_a_sentence(tarsus, monkeypatch, error, code, sa
     assert result.code == code and said in result.sentences[0]
 
 
+@pytest.mark.slow
 def test_a_long_run_hears_an_interrupt():
     """In one call of the engine, which would take minutes."""
     words = [sys.executable, "-m", "tarsus", "simulate", "millipede-30", "--duration", "300 s", "-v"]
@@ -95,6 +96,7 @@ def test_a_long_run_hears_an_interrupt():
     assert run.returncode == 130
 
 
+@pytest.mark.slow
 def test_a_reader_that_stops_reading_is_no_error():
     code = "import os, sys; sys.stdin.close(); os._exit(0)"
     show = subprocess.Popen(

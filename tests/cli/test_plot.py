@@ -25,21 +25,22 @@ def run(simulated, tmp_path):
     return shutil.copytree(simulated, tmp_path / "run")
 
 
-@pytest.fixture
-def sweep(tarsus, tmp_path):
-    study = tmp_path / "grid.toml"
+@pytest.fixture(scope="module")
+def sweep(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("grid")
+    study = folder / "grid.toml"
     study.write_text(
         'scene = "cantilever"\nduration = "20 ms"\nmeasures = ["bounces", "impact_speed"]\n[vary]\n'
         'robot.feet.tip.gap = ["50 um", "60 um", "70 um"]\n'
         'ground.film.coefficient = ["1e-22 N m^2 s", "1e-20 N m^2 s"]\n'
     )
-    assert tarsus("sweep", study, "-o", tmp_path / "sweep").code == 0
-    return tmp_path / "sweep"
+    assert main(["sweep", str(study), "-q", "-o", str(folder / "sweep")]) == 0
+    return folder / "sweep"
 
 
 @pytest.mark.parametrize(
     ("name", "begin"),
-    [("a.pdf", b"%PDF"), ("A.PNG", b"\x89PNG")],  # others write SVG
+    [pytest.param("a.pdf", b"%PDF", marks=pytest.mark.slow), ("A.PNG", b"\x89PNG")],  # others write SVG
 )
 def test_a_run_becomes_the_file_that_its_ending_says(tarsus, run, tmp_path, name, begin):
     found = tarsus("plot", run, "-o", tmp_path / name, "--json").json()

@@ -36,6 +36,7 @@ def test_a_table_and_a_plan(tarsus, plain):
     assert any(line.startswith("Lower bounds: ") for line in lines[-2:])
 
 
+@pytest.mark.slow
 def test_a_walker_is_told_of_its_gait_and_its_legs(tarsus):
     words = ("--vary", "hz=50", "--vary", "volts=14", "--budget", "0.3 s")
     result = tarsus("recommend", "millipede", *words)
@@ -54,11 +55,12 @@ def test_a_walker_is_told_of_its_gait_and_its_legs(tarsus):
 
 
 def test_one_json_object(tarsus, plain):
-    words = ("--vary", "gap=70 um, 90 um", "--unknown", "robot.feet.tip.gap", "--spread", "0.1", "--json")
-    found = tarsus("recommend", plain, "--parameter", RATE, "--budget", "0.1 s", *SMALL, *words).json()
+    steps = ("--vary", "hz=25, 100", "--vary", "volts=6", "--vary", "ramp=0.25", "--vary", "gap=70 um, 90 um")
+    words = (*steps, "--unknown", "robot.feet.tip.gap", "--spread", "0.1", "--json")
+    found = tarsus("recommend", plain, "--parameter", RATE, "--budget", "0.1 s", *words).json()
     assert found["std"] == pytest.approx(0.1) and "robot.feet.tip.gap" in found["unknown"]
     assert {(one["signal"]["frequency"], one["gap_m"]) for one in found["records"]} == {
-        (15.0, 70e-6), (15.0, 90e-6), (100.0, 70e-6), (100.0, 90e-6)
+        (25.0, 70e-6), (25.0, 90e-6), (100.0, 70e-6), (100.0, 90e-6)
     }  # fmt: skip
     gains = [one["gain"] for one in found["records"]]
     assert gains == sorted(gains, reverse=True)
@@ -66,6 +68,7 @@ def test_one_json_object(tarsus, plain):
     assert {one["note"] for one in found["records"] if one["record_s"] > 0.1} == {"longer than the budget"}
 
 
+@pytest.mark.slow
 def test_draws_beside_an_identified_device_are_used(tarsus, tmp_path):
     from tarsus.files.library import load_scene
     from tarsus.files.toml import write_scene

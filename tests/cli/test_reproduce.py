@@ -38,6 +38,7 @@ def written(tmp_path_factory):
     return json.loads(out.getvalue()), folder / "out"
 
 
+@pytest.mark.slow
 def test_json(written):
     result, _ = written
     assert (result["robot"], result["ok"]) == ("hexapod", True)
@@ -57,6 +58,7 @@ def test_json(written):
     assert sorted(one["volt_v"] for one in result["in_air"]) == [15.0, 20.0, 25.0, 30.0]
 
 
+@pytest.mark.slow
 def test_files(written, opened):
     result, folder = written
     assert json.loads((folder / "reproduction.json").read_text(encoding="utf-8")) == result
@@ -76,6 +78,7 @@ def test_tables_for_people(tarsus):
     assert all(words in result.out for words in ("5 Hz, 6 V, square", "Table 2.3", "80 % interval"))
 
 
+@pytest.mark.slow
 def test_several_have_a_folder_each_and_an_index(tarsus, tmp_path):
     words = ("reproduce", "cantilever-1", "quadruped", "-o", tmp_path, "--seeds", "2", "--json")
     found = tarsus(*words).json()

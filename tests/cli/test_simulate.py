@@ -7,6 +7,7 @@ import re
 import numpy as np
 import pytest
 
+from scene_files import SCENES
 from tarsus.files.output import MANIFEST
 
 SHORT = ("--duration", "60 ms")
@@ -52,6 +53,13 @@ def test_the_summary_says_what_it_counts_and_where_that_misleads(tarsus):
         assert scope in next(line for line in walk if line.startswith(f"{name} "))
 
 
+def test_beside_a_short_run_stands_what_other_starts_lead_to(tarsus):
+    table = str(SCENES / "vibrating_table.toml")
+    found = tarsus("simulate", table, "--duration", "0.2", "--starts", "3", "--json").json()["attractors"]
+    assert found["starts"] == 3 and len(found["attractors"]) >= 1
+
+
+@pytest.mark.slow
 def test_beside_a_run_stands_what_other_starts_lead_to(tarsus, tmp_path):
     words = ("simulate", "millipede", *SHORT, "--starts", "12")
     told = tarsus(*words, "-o", tmp_path / "out")
@@ -123,6 +131,7 @@ def test_adhesion_can_be_taken_away(tarsus):
     assert result.json()["ledger_J"]["adhesion"] == 0.0
 
 
+@pytest.mark.slow
 def test_in_a_process_of_its_own_nothing_but_the_summary_is_printed(process, tarsus):
     result = process("simulate", "cantilever", *SHORT)
     assert result.code == 0, result.err

@@ -22,7 +22,7 @@ EXAMPLES = Path(__file__).parents[2] / "examples" / "studies"
 STUDY = """
 scene = "cantilever"
 duration = "20 ms"
-measures = ["contact_duration", "peak", "bounces"]
+measures = ["peak"]
 chunk = {chunk}
 [set]
 wave = "sine"
@@ -71,6 +71,7 @@ def test_an_occupied_folder_is_refused_and_resumed(tarsus, study, tmp_path):
     assert files(tmp_path / "out") == before
 
 
+@pytest.mark.slow
 def test_the_frozen_study_is_a_study(tarsus, study, tmp_path):
     assert tarsus("sweep", study(), "-o", tmp_path / "out").code == 0
     assert (
@@ -97,6 +98,7 @@ def wait_for_units(process: subprocess.Popen[str], folder: Path, more: int) -> N
         time.sleep(0.002)
 
 
+@pytest.mark.slow
 def test_killed_and_resumed_it_equals_an_unbroken_sweep(tarsus, study, tmp_path):
     """Killed once; thirty times with two writers in test_disasters."""
     file, folder = study(count=2, chunk=1), tmp_path / "killed"
@@ -135,6 +137,7 @@ def test_an_interrupt_says_how_to_resume(tarsus, study, tmp_path, monkeypatch):
     assert tarsus(*words, "--resume").code == 0
 
 
+@pytest.mark.slow
 def test_a_law_of_ones_own_is_part_of_the_plan(tarsus, study, magnet, tmp_path):
     law = tmp_path / "magnet.py"
     law.write_text(magnet.read_text(encoding="utf-8"), encoding="utf-8")
@@ -157,6 +160,7 @@ def test_all_that_is_wrong_with_a_study_is_said(tarsus, tmp_path):
     assert result.code == 2 and len(result.sentences) == 2 and not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_the_packaged_cantilever_study_shows_where_the_tip_stays(tarsus, tmp_path):
     assert tarsus("sweep", "cantilever-adhesion", "-o", tmp_path).code == 0
     with xr.open_dataset(tmp_path / "sweep.nc") as dataset:
@@ -166,6 +170,7 @@ def test_the_packaged_cantilever_study_shows_where_the_tip_stays(tarsus, tmp_pat
         assert (dataset["peak"].values[held] == 0.0).all()
 
 
+@pytest.mark.slow
 def test_the_example_study(tarsus, tmp_path):
     assert tarsus("sweep", EXAMPLES / "cantilever_sobol.toml", "-o", tmp_path).code == 0
     with xr.open_dataset(tmp_path / "sweep.nc") as dataset:
@@ -175,6 +180,7 @@ def test_the_example_study(tarsus, tmp_path):
         assert contact[low].mean() > contact[~low].mean()  # the lower tip stays longer on the ground
 
 
+@pytest.mark.slow
 def test_another_seed_draws_other_values(tarsus, tmp_path):
     study = tmp_path / "drawn.toml"
     study.write_text(

@@ -95,7 +95,7 @@ def test_a_file_of_another_kind_says_who_takes_it(tarsus, tmp_path, words, text,
     assert refused.code == 2 and refused.sentences == [f"{file}: {said}"]
 
 
-@pytest.mark.parametrize("closed", ["<&- >&-", ">&- 2>&-"])
+@pytest.mark.parametrize("closed", [pytest.param("<&- >&-", marks=pytest.mark.slow), ">&- 2>&-"])
 def test_closed_streams_are_no_fault(closed):
     done = subprocess.run(
         ["sh", "-c", f'"$0" -m tarsus devices {closed}', sys.executable], capture_output=True, timeout=60
@@ -103,6 +103,7 @@ def test_closed_streams_are_no_fault(closed):
     assert (done.returncode, done.stdout, done.stderr) == (0, b"", b"")
 
 
+@pytest.mark.slow
 def test_who_reads_only_the_first_fault_gets_no_other(tmp_path):
     file = tmp_path / "many.toml"
     file.write_text("".join(f"{'k' * 200}{i} = 1\n" for i in range(600)))  # more than a pipe holds

@@ -132,6 +132,7 @@ def test_status_needs_nothing_but_python(tmp_path):
     assert "0 of 29 runs done" in done.stdout
 
 
+@pytest.mark.slow
 def test_the_script_runs_its_share_in_any_shell(tmp_path):
     run_sweep(small(), tmp_path / "alone")
     array = prepare(small(), tmp_path / "a folder", 1, resume=False)

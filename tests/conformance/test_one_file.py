@@ -156,7 +156,7 @@ def run_beside(folder: Path, script: str) -> dict:
     return json.loads(done.stdout.splitlines()[-1])
 
 
-USE = """
+SYSTEMS = """
 import numpy as np
 import tarsus as ts
 from tarsus.inspection.runs import run_data
@@ -175,6 +175,7 @@ legged |= {"ground.friction": wet}
 walker = ts.load_scene("millipede").model_copy(update={"duration": 0.006, "provenance": {}})
 modal |= {"signals.pzt": wave, "duration": 0.02}
 scenes = {"modal": ts.with_values(base, modal), "legged": ts.with_values(walker, legged)}
+scenes = {name: scenes[name] for name in NAMES}
 out = {}
 for name, scene in scenes.items():
     text = scene_text(scene)
@@ -204,7 +205,9 @@ for name, scene in scenes.items():
         "held": int(held.sum()), "misfit": float(np.abs(pushed + sum(parts)).max() / np.abs(pushed).max()),
         "volts": float(data["volts"].max()),
     }
+"""
 
+REST = """
 driven = {"kind": "backlash", "gain": "-1 uN/V", "slack": "0.7 V"}
 scene = ts.with_values(base, {
     "robot.drives.pzt.law": driven, "robot.drives.pzt.history": (5.0, -1.3), "duration": 0.02,
@@ -244,22 +247,40 @@ out["friction"] = {
     "batch": not np.array_equal(batch.events(0), batch.events(1)),
     "alike": bool(np.isclose(batch.events(0)["time"][-1], run.events["time"][-1], rtol=1e-7)),
 }
-print(json.dumps(out))
 """
 
 
-@pytest.fixture(scope="module")
-def found(tmp_path_factory) -> dict:
-    folder = tmp_path_factory.mktemp("beside")
+def found_by(folder: Path, script: str) -> dict:
+    """What a script prints beside the law, the waveform and the drive of one file each."""
     for at, files in (("laws", LAWS), ("waves", {"tooth": WAVE}), ("drives", {"backlash": BACKLASH})):
         (folder / at).mkdir()
         for name, text in files.items():
             (folder / at / f"{name}.py").write_text(text)
     scene = Path(__file__).parent.parent / "scenes" / "sticky_feet.toml"
-    return run_beside(folder, USE.replace("sys.argv[2]", repr(str(scene))))
+    script = f"{script}\nprint(json.dumps(out))\n"
+    return run_beside(folder, script.replace("sys.argv[2]", repr(str(scene))))
 
 
-@pytest.mark.parametrize("system", ["modal", "legged"])
+@pytest.fixture(scope="module")
+def modal(tmp_path_factory) -> dict:
+    """The smaller system alone, in the lane of every day."""
+    return found_by(tmp_path_factory.mktemp("modal"), SYSTEMS.replace("NAMES", "['modal']"))
+
+
+@pytest.fixture(scope="module")
+def rest(tmp_path_factory) -> dict:
+    return found_by(tmp_path_factory.mktemp("rest"), SYSTEMS.replace("NAMES", "['legged']") + REST)
+
+
+BOTH = pytest.mark.parametrize("system", ["modal", pytest.param("legged", marks=pytest.mark.slow)])
+
+
+@pytest.fixture
+def found(request, system) -> dict:
+    return request.getfixturevalue("modal" if system == "modal" else "rest")
+
+
+@BOTH
 def test_a_law_of_one_file_acts_and_is_accounted_for(found, system):
     out = found[system]
     assert out["ok"] and out["closure"] < 1e-8
@@ -276,34 +297,37 @@ def test_a_law_of_one_file_acts_and_is_accounted_for(found, system):
     assert out["file"] == ["gust_work", "suction_work"]
 
 
-@pytest.mark.parametrize("system", ["modal", "legged"])
+@BOTH
 def test_its_parameters_vary_in_a_batch(found, system):
     assert found[system]["batch"] and found[system]["alike"]
 
 
-@pytest.mark.parametrize("system", ["modal", "legged"])
+@BOTH
 def test_the_ground_bears_every_smooth_law_on_a_held_foot(found, system):
     assert found[system]["held"] > 0 and found[system]["misfit"] < 1e-9
 
 
-def test_a_law_of_friction_of_one_file_brakes_by_the_slip_speed(found):
-    out = found["friction"]
+@pytest.mark.slow
+def test_a_law_of_friction_of_one_file_brakes_by_the_slip_speed(rest):
+    out = rest["friction"]
     assert out["slides"] > 20 and out["lost"] > 0.0 and out["closure"] < 1e-8
     assert out["misfit"] < 1e-8
     assert out["alike"] and out["batch"]
 
 
-def test_the_report_has_its_lines(found):
-    assert found["legged"]["lines"] == [True, True]
+@pytest.mark.slow
+def test_the_report_has_its_lines(rest):
+    assert rest["legged"]["lines"] == [True, True]
 
 
-def test_a_waveform_of_one_file_drives(found):
-    assert found["modal"]["volts"] == pytest.approx(4.0, rel=1e-2)
+def test_a_waveform_of_one_file_drives(modal):
+    assert modal["modal"]["volts"] == pytest.approx(4.0, rel=1e-2)
 
 
-def test_a_hysteresis_of_one_file_varies_and_has_derivatives(found):
+@pytest.mark.slow
+def test_a_hysteresis_of_one_file_varies_and_has_derivatives(rest):
     """With a waveform of one file: by the numbers of both, side by side as alone."""
-    out = found["drive"]
+    out = rest["drive"]
     assert out["period"] == pytest.approx(6.2e-3)
     assert all(count > 0 and same for count, same in out["same"])
     for got, wanted in out["slopes"].values():

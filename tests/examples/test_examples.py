@@ -57,6 +57,7 @@ def test_film_sweep():
     assert counts[1] == np.count_nonzero(np.isin(alone.events["kind"], (1, 2)))
 
 
+@pytest.mark.slow
 def test_own_data_and_an_own_measure_are_fitted():
     result = load("own_fit").result
     assert result.values["robot.feet.tip.gap"] == pytest.approx(71e-6, rel=1e-5)

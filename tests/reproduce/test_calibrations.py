@@ -133,7 +133,7 @@ def test_a_packaged_mixture_is_that_of_the_packaged_study_and_table(name):
         assert told == hashlib.sha256(texts[text].encode()).hexdigest(), text
 
 
-@pytest.mark.parametrize("name", ["cantilever", "hexapod"])
+@pytest.mark.parametrize("name", ["cantilever", pytest.param("hexapod", marks=pytest.mark.slow)])
 def test_members_of_a_packaged_mixture_err_today_as_their_file_says(name):
     """Medians over all members and windows by this engine; an engine that moves them asks for a new calibration."""
     file = files("tarsus_reproduce").joinpath("data", f"{name}_mixture.json")
@@ -158,6 +158,7 @@ def test_members_of_a_packaged_mixture_err_today_as_their_file_says(name):
         assert error == pytest.approx(told, abs=0.05 if measure != "bounces" else 0.3), measure
 
 
+@pytest.mark.slow
 def test_the_best_set_of_a_calibration_becomes_its_device_and_keeps_what_was_known_of_it(
     tmp_path, monkeypatch
 ):

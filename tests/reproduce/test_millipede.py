@@ -49,20 +49,31 @@ def swept(device: DeviceTrends, study: str) -> Swept:
     return next(one for one in device.swept if one.study == study)
 
 
+def test_a_device_is_scored_on_episodes_alone():
+    """The overdamped one on few short runs: all 15 trends and the comparison of Fig. 4.7, each counted once."""
+    over = judge_scene("overdamped", overdamped(), coarse=FEW, duration=0.02, scored_only=True)
+    assert not over.problems and (over.film, over.lasting) == (FilmUnit.MICRO, None)
+    assert over.score.total == 16 and over.score.directional_total == DIRECTIONAL == 11
+    assert [one.trend for one in over.trends] == scored_trends(FilmUnit.MICRO)
+    heave = swept(over, PAYLOAD).values["max_heave"]
+    assert (np.diff(heave, axis=0) < 0.0).all() and verdict(over, "4.11", "max_heave") is AGREES
+    no, still = CONTRADICTS, TrendVerdict.INSENSITIVE
+    assert Score.of([(AGREES, True), (AGREES, False), (no, True), (still, False)]) == Score(2, 1, 1, 0, 1, 2)
+
+
+@pytest.mark.slow
 def test_there_are_16_trends_of_which_11_are_directional_and_each_is_counted_once(found):
     for film in FilmUnit:
         scored = scored_trends(film)
         assert len(scored) == 15
         assert [trend.study for trend in scored if trend.figure == "4.9"] == [film.study]
-    assert DIRECTIONAL == 11
     for device in found:
         assert not device.problems
         assert device.score.total == 16 and device.score.directional_total == 11
         assert len(device.trends) == sum(len(trend.measures) for trend in TRENDS)
-    no, still = CONTRADICTS, TrendVerdict.INSENSITIVE
-    assert Score.of([(AGREES, True), (AGREES, False), (no, True), (still, False)]) == Score(2, 1, 1, 0, 1, 2)
 
 
+@pytest.mark.slow
 def test_a_device_is_judged_in_its_own_unit_of_the_film(found):
     over, rings = found
     assert (over.film, rings.film) == (FilmUnit.MICRO, FilmUnit.NANO)
@@ -74,6 +85,7 @@ def test_a_device_is_judged_in_its_own_unit_of_the_film(found):
     assert sum(one["scored"] for one in plain["trends"]) == 15
 
 
+@pytest.mark.slow
 def test_what_does_not_change_is_insensitive_and_not_contradicted(found):
     """Each line of physics is checked against the curve itself, not against the verdict's own rules."""
     over = found[0]
@@ -86,6 +98,7 @@ def test_what_does_not_change_is_insensitive_and_not_contradicted(found):
     assert {one.finding.verdict for one in inert} == {TrendVerdict.INSENSITIVE}
 
 
+@pytest.mark.slow
 def test_every_payload_of_a_standing_device_starts_in_its_own_equilibrium(found):
     """Undriven, a body that stands never rises; from another payload's start a lighter one would spring up."""
     rings = found[1].scene
@@ -97,6 +110,7 @@ def test_every_payload_of_a_standing_device_starts_in_its_own_equilibrium(found)
     assert np.isfinite(swept(found[1], PAYLOAD).values["max_heave"]).all()
 
 
+@pytest.mark.slow
 def test_what_is_scored_alone_is_judged_alike(found):
     whole = found[0]
     alone = judge_scene("overdamped", overdamped(), coarse=FEW, duration=0.06, scored_only=True)
@@ -107,6 +121,7 @@ def test_what_is_scored_alone_is_judged_alike(found):
     assert {name for one in alone.swept for name in one.values} == {one.measure for one in alone.trends}
 
 
+@pytest.mark.slow
 def test_measures_of_a_period_are_judged_over_the_settled_motion(found):
     for device in found:
         assert device.motions == ("from rest, 60 ms", "settled motion, runs of 1 s from 4 starts")
@@ -123,6 +138,7 @@ def test_measures_of_a_period_are_judged_over_the_settled_motion(found):
     assert curve.spreads["stride"][2, 1] == pytest.approx(np.hypot(within, between / 2.0))
 
 
+@pytest.mark.slow
 def test_figure_4_7_body_stands_on_the_sticky_ground(found):
     first, second = found[0].examples
     assert first.amplitude > 5e-6 and second.amplitude < 1e-9
@@ -156,6 +172,7 @@ def test_grounds_and_ranges_are_those_printed():
         assert judged <= set(sweep.measures)
 
 
+@pytest.mark.slow
 def test_plain_data_and_tables_hold_every_count_verdict_and_curve(found):
     shown = millipede_reproduction(found)
     plain = shown.to_dict()
@@ -177,6 +194,7 @@ def test_plain_data_and_tables_hold_every_count_verdict_and_curve(found):
     assert len(shown.csv().splitlines()) == 1 + 2 * len(trends.rows)
 
 
+@pytest.mark.slow
 def test_a_device_whose_numbers_were_chosen_for_its_score_says_so_beside_it(found):
     assert "no validation" not in found[0].about
     chosen = replace(found[0], scene=ts.load_scene("millipede"))

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 
 import pytest
 
@@ -22,16 +24,22 @@ from unit.html_page import Page
 
 
 @pytest.fixture(scope="module")
-def found() -> dict[str, Reproduction]:
-    """A small one of each."""
-    few = packaged_members("hexapod")[:2]
-    millipede = judge_scene("ringing", ringing(), coarse=FEW, duration=0.04)
-    return {
-        "cantilever": reproduce_cantilever(packaged_members("cantilever")[:1]),
-        "hexapod": reproduce_robot("hexapod", few, seeds=2),
-        "quadruped": reproduce_robot("quadruped"),
-        "millipede": millipede_reproduction((millipede,)),
+def one_of() -> Callable[[str], Reproduction]:
+    """A small one of each kind by its name, made when it is asked for."""
+    made = {
+        "cantilever": lambda: reproduce_cantilever(packaged_members("cantilever")[:1]),
+        "hexapod": lambda: reproduce_robot("hexapod", packaged_members("hexapod")[:2], seeds=2),
+        "quadruped": lambda: reproduce_robot("quadruped"),
+        "millipede": lambda: millipede_reproduction(
+            (judge_scene("ringing", ringing(), coarse=FEW, duration=0.04),)
+        ),
     }
+    return cache(lambda name: made[name]())
+
+
+@pytest.fixture(scope="module")
+def found(one_of) -> dict[str, Reproduction]:
+    return {name: one_of(name) for name in ("cantilever", "hexapod", "quadruped", "millipede")}
 
 
 def row(measured: float | None, median: float, low: float, high: float, unit: str = "m") -> NumberRow:
@@ -49,13 +57,13 @@ def test_a_number_is_held_by_its_interval_and_marked_where_it_is_far_off():
 
 
 SLOW = [
-    pytest.param(name, marks=pytest.mark.slow) for name in ("quadruped", "millipede")
-]  # as the hexapod, 5 s each
+    pytest.param(name, marks=pytest.mark.slow) for name in ("hexapod", "quadruped", "millipede")
+]  # 5 s each
 
 
-@pytest.mark.parametrize("name", ["cantilever", "hexapod", *SLOW])
-def test_every_section_and_figure_is_there_in_order_and_nothing_comes_from_outside(found, name):
-    one = found[name]
+@pytest.mark.parametrize("name", ["cantilever", *SLOW])
+def test_every_section_and_figure_is_there_in_order_and_nothing_comes_from_outside(one_of, name):
+    one = one_of(name)
     text = one.html()
     page = Page(text)
     positions = [page.text.index(section.title) for section in one.sections]
@@ -84,6 +92,7 @@ def test_the_packaged_ensemble_shows_rows_excluded_beside_those_calibrated_on(mo
     assert set(told["told"]) <= set(shown.notes)
 
 
+@pytest.mark.slow
 def test_no_run_of_these_devices_creates_energy_and_a_map_that_could_is_announced(found):
     for name in ("hexapod", "quadruped"):
         shares = [row[-1] for table in found[name].table().parts for row in table.rows if row[0] == "as run"]
@@ -93,6 +102,7 @@ def test_no_run_of_these_devices_creates_energy_and_a_map_that_could_is_announce
     assert "can create energy" in bad.cautions[0] and bad.cautions[0] in bad.table().text()
 
 
+@pytest.mark.slow
 def test_the_index_links_pages_and_keeps_fitted_and_predicted_rows_apart(found):
     results = {name: one.to_dict() for name, one in found.items()}
     text = index_html(results)

@@ -137,7 +137,9 @@ def test_without_dampers_energy_is_conserved(leg, change):
 def test_with_dampers_the_balance_closes_and_the_leg_settles(leg):
     motion = step_response(leg, np.linspace(0.0, 0.03, 100))
     assert motion.complete and motion.closure < 1e-8
-    assert np.all(np.diff(motion.dissipated) >= -1e-15 * motion.dissipated[-1])  # it rests in the end, to rounding
+    assert np.all(
+        np.diff(motion.dissipated) >= -1e-15 * motion.dissipated[-1]
+    )  # it rests in the end, to rounding
     assert motion.turns[-1] == pytest.approx(equilibrium(leg, 14.0), rel=1e-5)
 
 

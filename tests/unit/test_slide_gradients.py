@@ -83,7 +83,9 @@ def lasting(events: np.ndarray) -> np.ndarray:
     hold along the ground first or at once, which changes nothing but the log, and hangs on rounding."""
     left = {(one["foot"], one["time"]) for one in events if one["kind"] == EventKind.RELEASE}
     slips = events["kind"] == EventKind.SLIP_BEGINS
-    return np.array([k for k, one in enumerate(events) if not (slips[k] and (one["foot"], one["time"]) in left)])
+    return np.array(
+        [k for k, one in enumerate(events) if not (slips[k] and (one["foot"], one["time"]) in left)]
+    )
 
 
 @pytest.mark.parametrize(("seed", "event"), [(3071, 25), (1729, 9), (983, 13)])

@@ -156,6 +156,7 @@ def test_matlab_file_has_short_names_and_units(run: Run, folder: Path) -> None:
     np.testing.assert_array_equal(content["events"]["time"], run.events["time"])
 
 
+@pytest.mark.slow
 def test_rerun_replaces_own_files_and_keeps_others(run: Run, tmp_path: Path) -> None:
     write_run(run, tmp_path, mat=True)
     (tmp_path / "report.html").write_text("of the run before")
@@ -188,7 +189,7 @@ def test_refuses_a_folder_without_permission(
     assert not (tmp_path / "new").exists()
 
 
-@pytest.mark.parametrize("when", ["_write_netcdf", "_citations", "_summary"])
+@pytest.mark.parametrize("when", [pytest.param("_write_netcdf", marks=pytest.mark.slow), "_summary"])
 def test_interrupt_leaves_nothing_half_done(
     run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, when: str
 ) -> None:

@@ -233,7 +233,6 @@ def _stored_run(
     names = tuple(summary["feet"])
     return StoredRun(
         scene=read_scene(folder / SCENE_FILE, laws),
-        dataset=read_netcdf(folder / SERIES_FILE),
         events=_read_events(folder / EVENTS_FILE, names, summary["events"]),
         foot_names=names,
         code=StoredCode(summary["code"], summary["sentence"]),
@@ -248,6 +247,7 @@ def _stored_run(
         ),
         duration=read_number(summary["duration_s"]),
         version=summary["tarsus"],
+        dataset=read_netcdf(folder / SERIES_FILE),  # last: the longest to read
     )
 
 

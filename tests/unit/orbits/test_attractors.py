@@ -133,9 +133,7 @@ def test_drives_of_a_gait_are_ahead_together():
     )
     for one in found:
         late = np.array(list(one.scene.gait.phases.values()))
-        assert (
-            np.ptp(late) == pytest.approx(0.5) and late.max() < 0.5
-        )  # alternating still, and ahead
+        assert np.ptp(late) == pytest.approx(0.5) and late.max() < 0.5  # alternating still, and ahead
         assert one.measures["stride"].value == pytest.approx(one.travel, rel=1e-4)
 
 

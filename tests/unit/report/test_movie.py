@@ -13,6 +13,7 @@ from example_files import load
 from tarsus.report.movie import CAPTION, write_movie
 
 
+@pytest.mark.slow
 def test_a_movie_shows_a_period_and_filled_feet_on_the_ground(tmp_path):
     walk = ts.simulate("millipede-printed", "30 ms")
     assert 0.0 < walk.variables()["contact"].values.mean() < 1.0
@@ -60,6 +61,7 @@ def test_what_cannot_be_shown_is_said(tmp_path):
     assert len(refused.value.problems) == 3 and not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_a_movie_is_whole_or_not_there(tmp_path, monkeypatch):
     walk = ts.simulate("millipede-printed", "12 ms")
 

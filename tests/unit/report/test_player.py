@@ -97,6 +97,7 @@ def test_thinning_keeps_the_ends_and_takes_the_nearest_times() -> None:
     assert motion.thinned(10_000) is motion
 
 
+@pytest.mark.slow
 def test_thirty_legs_stay_below_400_kb() -> None:
     motion = walk(30)
     section = walk_section(motion)
@@ -121,6 +122,7 @@ def test_the_page_holds_the_walk(motion: Motion, section: str) -> None:
     assert [one[2:] for one in data["drives"]] == [" +2"] * 2, "two different voltages, each of three drives"
 
 
+@pytest.mark.slow
 def test_a_body_that_does_not_turn_has_no_turns(motion: Motion) -> None:
     still = dataclasses.replace(motion, body={name: motion.body[name] for name in ("surge", "heave")})
     assert set(data_of(walk_section(still))["body"]) == {"surge", "heave"}
@@ -178,6 +180,7 @@ def test_names_cannot_be_taken_for_markup(motion: Motion) -> None:
     assert data_of(section)["legs"][0] == "</script><b>x</b>"
 
 
+@pytest.mark.slow
 def test_equal_motions_give_equal_sections(motion: Motion, section: str) -> None:
     assert walk_section(motion) == section
 

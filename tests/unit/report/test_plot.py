@@ -73,6 +73,7 @@ def test_a_batch_draws_a_measure_over_one_number_or_a_grid_of_two():
         batch.plot("hardest_impct")
 
 
+@pytest.mark.slow
 def test_multipliers_and_branches_are_drawn():
     orbit = ts.periodic(scene("impact_oscillator"))
     dots = ts.plot.multipliers(orbit).get_lines()[1]

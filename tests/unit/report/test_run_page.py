@@ -268,6 +268,7 @@ def test_scales_without_values() -> None:
     assert scale_of("m", np.array([])).label == "m"
 
 
+@pytest.mark.slow
 def test_matplotlib_is_loaded_only_for_pages_that_draw_with_it() -> None:
     check = (
         "import sys, tarsus.files.store as s; print({'matplotlib', 'xarray'} & {*sys.modules})\n"

@@ -53,6 +53,7 @@ def test_measures_come_with_their_range_and_where_it_ends(tmp_path: Path) -> Non
     assert "Runs that failed" not in page.text
 
 
+@pytest.mark.slow
 def test_settled_motions_come_with_what_is_between_their_starts(tmp_path: Path) -> None:
     from tarsus.files.series import write_netcdf
 
@@ -76,6 +77,7 @@ def test_settled_motions_come_with_what_is_between_their_starts(tmp_path: Path) 
     )
 
 
+@pytest.mark.slow
 def test_failed_runs_are_counted_listed_and_left_out(tmp_path: Path) -> None:
     sweep, file = made(tmp_path, ["REFUSED", *["DONE"] * 10, "STALLED"])
     text = sweep_html(sweep, file)
@@ -85,6 +87,7 @@ def test_failed_runs_are_counted_listed_and_left_out(tmp_path: Path) -> None:
     assert "bounces 10 5 6 7" in page.text and "nan" not in page.text.lower().replace("nanom", "")
 
 
+@pytest.mark.slow
 def test_a_sweep_in_which_all_failed_has_a_page(tmp_path: Path) -> None:
     sweep, file = made(tmp_path, ["REFUSED"] * 12)
     assert "bounces 0 – – –" in Page(sweep_html(sweep, file)).text

@@ -63,6 +63,7 @@ def test_stuck_feet_stand_still_and_on_the_ground(motion: Motion) -> None:
         assert np.abs(motion.foot_z[leg][motion.state[leg] > AIR]).max() < 1e-12
 
 
+@pytest.mark.slow
 def test_a_kept_run_shows_the_same(run: Run, motion: Motion, tmp_path: Path) -> None:
     write_run(run, tmp_path)
     kept = whole_motion(read_run(tmp_path))
@@ -187,6 +188,7 @@ def test_the_committed_picture_of_a_foot_s_states_names_all_that_the_engine_s_ta
         assert {f"{number}  {event}", f"{before.words} → {after.words}", event} <= set(shown)
 
 
+@pytest.mark.slow
 def test_the_page_says_how_the_ground_rises_and_where_gravity_pulls(motion: Motion) -> None:
     level, rising = (walk_section(replace(motion, incline=angle)) for angle in (0.0, 0.5235987755982988))
     assert "The ground rises forward by 30 deg" in rising and "rises" not in level
