@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import shlex
 import sys
@@ -157,6 +158,19 @@ def a_law(names: Names) -> None:
 def walks(names: Names) -> None:
     a_law(names)
     assert names["uphill"].ok and names["uphill"].measures.stride.value == pytest.approx(-2.8e-6, rel=0.1)
+
+
+def climbs(names: Names) -> None:
+    up, down = names["climbs"], names["falls"]
+    assert up.ok and down.ok and max(up.ledger.closure, down.ledger.closure) < 1e-8
+    rises = np.diff(up.at(np.array([1.0, 2.0, 3.0, 4.0])).body[0])
+    assert rises == pytest.approx(np.full(3, 2.45e-3), rel=0.05)
+    held, fell = down.at(np.array([0.5, 0.8])).body[0]
+    assert held > -3e-3 and fell < -0.2
+    assert names["modes"]["mode2"].frequency == pytest.approx(
+        math.sqrt(8e6 / 3.0) / (2.0 * math.pi), rel=1e-9
+    )
+    assert names["trot"].ok and names["trot"].ledger.closure < 1e-8
 
 
 def a_grid(names: Names) -> None:
@@ -422,6 +436,7 @@ CASES = [
     Case("tutorial-landing.md", whole_landing, slow=True),
     Case("tutorial-two-robots.md", two_robots, slow=True),
     Case("walking.md", walks),
+    Case("bodies.md", climbs),
     Case("yield.md", a_yield, slow=True),
 ]
 

@@ -17,6 +17,7 @@ from tarsus.solve.simulate import Shared, prepared
 DEVICES = (
     "cantilever",
     "cantilever-capture",
+    "climber",
     "hexapod",
     "mems-switch",
     "millipede",

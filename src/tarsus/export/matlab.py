@@ -23,7 +23,7 @@ from tarsus.model.laws.program import Op, Program
 from tarsus.plan.lowering import program_of
 
 ARGUMENTS = {
-    "momentum": "gap", "force": "gap, rate, volts, time", "rebound": "speed", "strength": "age",
+    "momentum": "gap", "force": "gap, rate, volts, time", "rebound": "speed", "strength": "age, volts",
 }  # fmt: skip
 """Functions of laws.m, by hook: what they take."""
 
@@ -62,6 +62,8 @@ def _reason(described: Subject) -> str:
         return "its feet land by the pull as printed, which the script does not know"
     if any("remaining" in type(law).functions() for law in ground.acting_laws.values()):
         return "its contacts remember those before them"
+    if any("volts" in law.leading for law in ground.acting_on("strength").values()):
+        return "what holds its feet goes by their volts, which the script does not know"
     if not described.feet:
         return "it has no feet"
     return ""

@@ -363,6 +363,10 @@ def _walker(model: Mjcf) -> Tree:
     robot, units = model.subject.scene.robot, model.units
     walker = robot.structure
     assert isinstance(walker, Walker)
+    if walker.body_size > walker.rigid_size:
+        raise InputError(
+            "mjcf: modes of a walker's body, payloads on springs and compliant tips are not written"
+        )
     names, nb, n = walker.body_coordinates, walker.body_size, walker.size
     per_inertia = 1.0 / (units.mass * units.length**2)
     body = Xml.Element("body", name="body")
@@ -521,8 +525,8 @@ def _lost(model: Mjcf) -> list[str]:
     if ground.holds:
         young, held = described.law("strength", 0.0), described.held_strength
         out.append(
-            f"adhesion: its growth with time; {young:.4g} N at first contact, the actuators hold {held:.4g} N, what "
-            "contacts held when they ended"
+            f"adhesion: its change with time and volts; {young:.4g} N at first contact and 0 V, the actuators "
+            f"hold {held:.4g} N, what contacts held when they ended"
         )
     if ground.impact is not None:
         out.append(f"impact: the map '{ground.impact.kind}'; impacts are mass-weighted")

@@ -53,9 +53,14 @@ class Subject:
         return tuple(self.scene.robot.drives)
 
     def law(self, hook: str, *arguments: float) -> float:
-        """What the law on one hook gives (`tarsus.model.laws.Law.hook`), 0 where none acts there."""
-        acting = self.scene.ground.acting_on(hook)
-        return float(next(iter(acting.values())).evaluate(*arguments)) if acting else 0.0
+        """What the law on one hook gives (`tarsus.model.laws.Law.hook`), 0 where none acts there; arguments that are
+        not given are 0."""
+        law = next(iter(self.scene.ground.acting_on(hook).values()), None)
+        return (
+            0.0
+            if law is None
+            else float(law.evaluate(*arguments, *(0.0 for _ in law.leading[len(arguments) :])))
+        )
 
     @cached_property
     def touchdowns(self) -> NDArray[np.void]:

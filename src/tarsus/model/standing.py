@@ -52,7 +52,7 @@ def stance_of(robot: Robot, stiffness: Array, weight: Array, loads: Array, drive
     m = len(robot.feet)
     heights = [walker.leg_coordinate(foot.point) + 1 for foot in robot.feet.values()]
     ways = [height - 1 for height in heights]
-    limp = [walker.leg_coordinate(leg) for leg, one in walker.legs.items() if one.stiffness_l == 0.0]
+    limp = [walker.leg_coordinate(leg) for leg, one in walker.legs.items() if one.end.stiffness_l == 0.0]
     found = np.zeros((len(weight), m + 2 + loads.shape[1]))
     found[heights, range(m)] = -1.0
     own = [c for c in range(found.shape[1]) if c != m + 1]  # all but gravity along the ground

@@ -198,13 +198,13 @@ def lower_scene(scene: Scene, drive: Callable[..., tuple[Pieces, Pieces]] = lowe
     laws = lower_laws(scene.ground, len(feet))
     if scene.ground.makes_energy:
         laws.flags[:] |= _native.FLAGS["map_as_is"]
-    acts = (laws.flags & _native.FLAGS["force"]) != 0
+    sees = any("volts" in law.leading for law in laws.acting.values())
     # where no foot has an electrode, users' laws see the volts of the first drive
     rest = names[0] if names and not any(f.electrode for f in feet) else None
     wired = [f.electrode if f.electrode is not None else rest for f in feet]
-    used = sorted({names.index(w) for w, a in zip(wired, acts, strict=True) if a and w is not None})
+    used = sorted({names.index(w) for w in wired if sees and w is not None})
     for i, w in enumerate(wired):
-        if acts[i] and w is not None:
+        if sees and w is not None:
             laws.volts[i] = len(names) + used.index(names.index(w))
     channels = (*forces, *(volts[d] for d in used))
     n = system.mass.shape[0]
@@ -281,11 +281,17 @@ def lower_legs(robot: Robot, system: LinearSystem) -> Legs | None:
     values = np.array(
         [
             [(one.mass, one.stiffness_v, one.damping_v), (one.mass, one.stiffness_l, one.damping_l)]
-            for one in walker.legs.values()
+            for one in (leg.end for leg in walker.legs.values())
         ]
     )
     blocks, kind = np.unique(values.reshape(2 * nl, 3), axis=0, return_inverse=True)
-    hip = np.array([[walker.hip_row_z(leg), walker.hip_row_x(leg)] for leg in names])
+    hip = np.array([walker.above(leg)[::-1] for leg in names])
+    damping, stiffness = walker.within()
+    # what moves a hip or a foot, and a coordinate within the body by itself
+    moves = np.abs(
+        [*hip[:, 0], *hip[:, 1], *map(walker.hip_row_z, names), *map(walker.hip_row_x, names)]
+    ).max(axis=0)
+    lever = np.maximum(moves, np.where(np.arange(nb) < walker.rigid_size, 1e-300, 1.0))
     leg = np.array([names.index(one.point) for one in robot.feet.values()], dtype=np.int64)
     foot, gap = np.full(nl, -1, dtype=np.int64), np.zeros(nl)
     foot[leg], gap[leg] = np.arange(len(leg)), system.rest_gap
@@ -293,10 +299,10 @@ def lower_legs(robot: Robot, system: LinearSystem) -> Legs | None:
     touched = np.any(onto != 0.0, axis=1)
     of_leg, driven_by = np.nonzero(touched)
     body = LeggedBody(
-        body_mass=walker.body_mass(), body_weight=-system.weight[:nb].sum(axis=1),
-        lever=np.maximum(np.abs(hip).max(axis=(0, 1)), 1e-300), mass=values[:, 0, 0].copy(),
-        stiffness=values[:, :, 1].copy(), damping=values[:, :, 2].copy(), hip=hip, gap=gap, foot=foot, leg=leg,
-        kind=kind.reshape(nl, 2).astype(np.int64), weight=-system.weight[nb + 1 :: 2, 0],
+        body_mass=walker.body_mass(), body_weight=-system.weight[:nb], body_stiffness=stiffness, body_damping=damping,
+        lever=lever, mass=values[:, 0, 0].copy(), stiffness=values[:, :, 1].copy(), damping=values[:, :, 2].copy(),
+        hip=hip, gap=gap, foot=foot, leg=leg, kind=kind.reshape(nl, 2).astype(np.int64),
+        weight=-system.weight[nb + 1 :: 2, 0],
         first=np.concatenate([[0], np.cumsum(touched.sum(axis=1))]).astype(np.int64), drive=driven_by,
         gain=onto[of_leg, :, driven_by].reshape(-1, 2), body_load=np.ascontiguousarray(system.loads[:nb].T),
     )  # fmt: skip

@@ -26,6 +26,11 @@ def value(law: Law, *arguments: Floats | float, hook: str | None = None) -> Floa
     return _evaluated(_native.evaluate, law, arguments, hook)
 
 
+def strength(law: Law, ages: Floats | float, volts: Floats | float) -> Floats:
+    """Strength [N] of contacts of some age [s] under the volts of their feet, by a law of adhesion."""
+    return value(law, *(ages, volts)[: len(law.leading)])
+
+
 def slope(law: Law, *arguments: Floats | float) -> Floats:
     """Its derivative by the first argument."""
     return _evaluated(lambda *of: _native.evaluate_slopes(*of)[0], law, arguments)

@@ -132,18 +132,19 @@ def command_volts(scene: Scene, time: Floats) -> Floats | None:
 
 
 def strength_of(run: Run, time: Floats, held: NDArray[np.bool_]) -> Floats:
-    """f_a [N] of every held foot: from the contact's age, which it may have brought along."""
+    """f_a [N] of every held foot: from the contact's age, which it may have brought along, and the foot's volts."""
     strength = np.zeros(held.shape)
     laws = list(run.motion.acting.on("strength").values())
     if not laws:
         return strength
+    volts = run.motion.acting.volts(time)
     for i in range(len(held)):
         begun, brought = _contacts(run.events[run.events["foot"] == i], laws[0])
         if not len(begun):
             continue
         present = np.clip(np.searchsorted(begun, time, side="right") - 1, 0, None)
         ages = np.maximum(time - begun[present], 0.0) + brought[present]
-        strength[i, held[i]] = acting.value(laws[0], ages[held[i]])
+        strength[i, held[i]] = acting.strength(laws[0], ages[held[i]], volts[i, held[i]])
     return strength
 
 

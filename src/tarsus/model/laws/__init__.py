@@ -2,6 +2,7 @@
 
 from tarsus.model.laws.adhesion import Adhesion
 from tarsus.model.laws.base import AdhesionLaw, DampingLaw, FrictionLaw, ImpactLaw, Law, SmoothLaw
+from tarsus.model.laws.electro_adhesion import ElectroAdhesion
 from tarsus.model.laws.electrostatic import Electrostatic
 from tarsus.model.laws.film import Film
 from tarsus.model.laws.friction import AdhesiveFriction, AnyFriction, Friction
@@ -28,6 +29,7 @@ __all__ = [
     "CaptureUnlessPulled",
     "DampingLaw",
     "DominantMode",
+    "ElectroAdhesion",
     "Electrostatic",
     "Film",
     "Friction",

@@ -203,6 +203,9 @@ class AdhesionLaw(Law):
     ``age`` [s] is the time since the contact began.  A foot is captured when the structure's pull on it at
     impact is at most ``strength(0)``, and leaves when the pull exceeds ``strength(age)``.
 
+    A law whose strength is commanded says ``leading = ("age", "volts")`` and takes the volts of the foot's electrode
+    [V] as well: a foot that pulls harder than they hold leaves at the moment at which they fall.
+
     A contact may remember those before it: with ``remaining(age, away, *parameters)`` [s], what is left of the ``age``
     that a contact had when it ended after ``away`` [s] in the air, the next one begins at that age, not at 0.  One
     number a foot is remembered, and any one that flows by itself in contact is a function of such an age.  For times

@@ -6,9 +6,10 @@ from pydantic import Field
 
 from tarsus.model.structure.base import Matrices, Structure
 from tarsus.model.structure.beam import Beam
+from tarsus.model.structure.body_modes import body_modes
 from tarsus.model.structure.lumped import Lumped
 from tarsus.model.structure.modal import Modal
-from tarsus.model.structure.walker import Walker, WalkerBody, WalkerLeg
+from tarsus.model.structure.walker import Payload, Walker, WalkerBody, WalkerLeg, WalkerMode, WalkerTip
 
 __all__ = [
     "AnyStructure",
@@ -16,10 +17,14 @@ __all__ = [
     "Lumped",
     "Matrices",
     "Modal",
+    "Payload",
     "Structure",
     "Walker",
     "WalkerBody",
     "WalkerLeg",
+    "WalkerMode",
+    "WalkerTip",
+    "body_modes",
 ]
 
 AnyStructure = Annotated[Modal | Lumped | Beam | Walker, Field(discriminator="kind")]

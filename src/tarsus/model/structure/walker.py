@@ -1,4 +1,4 @@
-"""A walker: a rigid body on legs, each a foot of its own mass on springs and dampers below its hip."""
+"""A walker: a body on legs, each a foot of its own mass on springs and dampers below its hip."""
 
 from __future__ import annotations
 
@@ -9,13 +9,43 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from tarsus.base.errors import InputError
-from tarsus.base.messages import PathErrors
-from tarsus.base.spec import Amount, Description, MaybeAmount, Named, quantity
+from tarsus.base.messages import PathErrors, nearest
+from tarsus.base.spec import Amount, Description, FrozenDict, MaybeAmount, Named, quantity
 from tarsus.model.structure.base import Array, Matrices, Structure
 
 
+class WalkerMode(Description):
+    """A mode of the free body: how hips and payloads move along by it, with modal coordinates in metres.
+
+    A mode of a free body has no weight, and leaves its rigid motions alone.
+    """
+
+    frequency: Amount = quantity("Hz", "undamped natural frequency of the free body's mode", gt=0)
+    damping_ratio: Amount = quantity("1", "damping ratio", default=0.0, ge=0)
+    mass: Amount = quantity("kg", "modal mass", gt=0)
+    upward: Named[float] = quantity(
+        "1",
+        "shape upward at the hip of a leg or under a payload, by its name; 0 unless given",
+        default=FrozenDict(),
+    )
+    along: Named[float] = quantity("1", "the same along the way", default=FrozenDict())
+
+
+class Payload(Description):
+    """A mass on springs and dampers on the body, which moves upward and along the way."""
+
+    x: Amount = quantity("m", "position before the centre of mass of the body", default=0.0)
+    y: Amount = quantity("m", "position to the left of it", default=0.0)
+    z: Amount = quantity("m", "position above it", default=0.0)
+    mass: Amount = quantity("kg", "mass of the payload", gt=0)
+    stiffness_v: Amount = quantity("N/m", "stiffness between body and payload, upward", gt=0)
+    damping_v: Amount = quantity("N s/m", "damping between body and payload, upward", ge=0)
+    stiffness_l: Amount = quantity("N/m", "stiffness between body and payload, along the way", gt=0)
+    damping_l: Amount = quantity("N s/m", "damping between body and payload, along the way", ge=0)
+
+
 class WalkerBody(Description):
-    """The rigid body: it surges and heaves, and rolls or pitches where it has that inertia."""
+    """The body: it surges and heaves, rolls or pitches where it has that inertia, and may have modes of its own."""
 
     mass: Amount = quantity("kg", "mass of the body", gt=0)
     length: MaybeAmount = quantity(
@@ -33,6 +63,23 @@ class WalkerBody(Description):
         default=None,
         gt=0,
     )
+    modes: Named[WalkerMode] = Field(
+        default=FrozenDict(), description="modes of the free body, besides its rigid motions"
+    )
+
+
+class WalkerTip(Description):
+    """A compliant tip of a leg: a small mass that touches the ground, on springs and dampers below the foot.
+
+    An impact stops the tip alone, and takes its energy alone; the foot above it comes to rest over the spring, in about
+    half a period of the foot's mass on it.
+    """
+
+    mass: Amount = quantity("kg", "mass of the tip", gt=0)
+    stiffness_v: Amount = quantity("N/m", "stiffness between foot and tip, upward", gt=0)
+    damping_v: Amount = quantity("N s/m", "damping between foot and tip, upward", ge=0)
+    stiffness_l: Amount = quantity("N/m", "stiffness between foot and tip, along the way", gt=0)
+    damping_l: Amount = quantity("N s/m", "damping between foot and tip, along the way", ge=0)
 
 
 class WalkerLeg(Description):
@@ -46,50 +93,90 @@ class WalkerLeg(Description):
     damping_v: Amount = quantity("N s/m", "damping between hip and foot, upward", ge=0)
     stiffness_l: Amount = quantity("N/m", "stiffness between hip and foot, along the way", ge=0)
     damping_l: Amount = quantity("N s/m", "damping between hip and foot, along the way", ge=0)
+    tip: WalkerTip | None = Field(
+        default=None, description="compliant tip below the foot, which touches the ground in its place"
+    )
+
+    @property
+    def end(self) -> WalkerLeg | WalkerTip:
+        """What touches the ground, with its mass, springs and dampers: the foot, or its compliant tip."""
+        return self if self.tip is None else self.tip
 
 
 class Walker(Structure):
-    """A rigid body on n legs, linear for small angles: (4.4)-(4.6) for any number of legs, with roll and pitch.
+    """A body on n legs, linear for small angles: (4.4)-(4.6) for any number of legs, with roll and pitch.
 
     Coordinates in order: ``surge`` x forward and ``heave`` z upward of the centre of mass [m], ``roll`` about +x and
-    ``pitch`` about +y [rad] where the body has that inertia, then for each leg its foot's x and its foot's height
-    [m].  A hip at (X, Y, Z) from the centre of mass has the height ``heave + Y roll - X pitch`` and the place along
-    the way ``surge + Z pitch``; springs and dampers act between hip and foot.  Feet are coupled through the body only.
+    ``pitch`` about +y [rad] where the body has that inertia; the body's modes by name; for each payload ``P`` its
+    ``P_x`` and ``P``; for each leg ``L`` with a compliant tip the foot above it, ``L_ankle_x`` and ``L_ankle``; then
+    for each leg x and height of what touches the ground [m].  A hip at (X, Y, Z) from the centre of mass has the
+    height ``heave + Y roll - X pitch`` and the place along the way ``surge + Z pitch``, and what modes add; springs
+    and dampers act between hip and foot.  Feet are coupled through the body only.
 
-    Points, along +z unless the name ends in ``_x`` (then along +x): ``body`` and ``body_x``, and for a leg ``L`` its
-    foot ``L`` and ``L_x`` and its hip ``L_hip`` and ``L_hip_x``.
+    Points, along +z unless the name ends in ``_x`` (then along +x): ``body`` and ``body_x``, payloads, and for a leg
+    ``L`` what touches the ground ``L`` and ``L_x``, its hip ``L_hip`` and ``L_hip_x``, and the foot above a compliant
+    tip ``L_ankle`` and ``L_ankle_x``.
     """
 
     kind: Literal["walker"] = "walker"
     body: WalkerBody
     legs: Named[WalkerLeg] = Field(description="legs by name, at least one")
+    payloads: Named[Payload] = Field(
+        default=FrozenDict(), description="masses on springs on the body, by name"
+    )
 
     @model_validator(mode="after")
     def _check(self) -> Walker:
         if not self.legs:
             raise PathErrors([("legs", "expected at least one leg, got none")])
-        counts = Counter(self.points)
-        owners = {leg: [point for point in _leg_points(leg) if counts[point] > 1] for leg in self.legs}
-        faults = [
-            (f"legs.{leg}", f"its point '{shared[0]}' would bear the name of another point: rename the leg")
-            for leg, shared in owners.items()
-            if shared
+        own = [
+            *((f"legs.{leg}", (leg, *(f"{leg}{ending}" for ending in _ENDINGS)), "leg") for leg in self.legs),
+            *((f"payloads.{name}", (name, f"{name}_x"), "payload") for name in self.payloads),
+            *((f"body.modes.{name}", (name,), "mode") for name in self.body.modes),
         ]
+        counts = Counter(("body", "body_x", *_RIGID, *(point for _, points, _ in own for point in points)))
+        faults = [
+            (path, f"its point '{shared[0]}' would bear the name of another point: rename the {what}")
+            for path, points, what in own
+            if (shared := [point for point in points if counts[point] > 1])
+        ]
+        places = {*self.legs, *self.payloads}
+        faults += [
+            (f"body.modes.{name}.{way}.{at}", f"the walker has no leg or payload '{at}'{nearest(at, places)}")
+            for name, mode in self.body.modes.items()
+            for way, shape in (("upward", mode.upward), ("along", mode.along))
+            for at in shape
+            if at not in places
+        ]
+        if not faults and self.body_size > MOST_COORDINATES:
+            text = f"modes, payloads and tips make {self.body_size} coordinates above the feet"
+            faults.append(("", f"{text}: expected {MOST_COORDINATES} at most"))
         if faults:
             raise PathErrors(faults)
         return self
 
     @property
     def body_coordinates(self) -> tuple[str, ...]:
-        """Names of the body's coordinates (nb), in order."""
+        """Names of the body's coordinates (nb), in order: all but what touches the ground."""
         rolls = ("roll",) if self.body.roll_inertia is not None else ()
         pitches = ("pitch",) if self.body.pitch_inertia is not None else ()
-        return ("surge", "heave", *rolls, *pitches)
+        return ("surge", "heave", *rolls, *pitches, *self.body.modes, *self._carried)
+
+    @property
+    def _carried(self) -> tuple[str, ...]:
+        """Points of payloads, then of feet above compliant tips, each along the way before upward."""
+        ankles = (f"{leg}_ankle" for leg, one in self.legs.items() if one.tip is not None)
+        return tuple(point for name in (*self.payloads, *ankles) for point in (f"{name}_x", name))
 
     @property
     def body_size(self) -> int:
-        """Number of the body's coordinates nb, 2 to 4."""
+        """Number of the body's coordinates nb, 2 to 16."""
         return len(self.body_coordinates)
+
+    @property
+    def rigid_size(self) -> int:
+        """Number of the body's rigid motions, the first of its coordinates, 2 to 4."""
+        return self.body_size - len(self.body.modes) - len(self._carried)
 
     @property
     def size(self) -> int:
@@ -98,18 +185,26 @@ class Walker(Structure):
 
     @property
     def points(self) -> tuple[str, ...]:
-        """``body``, ``body_x``, then four of each leg."""
-        return ("body", "body_x", *(point for leg in self.legs for point in _leg_points(leg)))
+        """``body``, ``body_x``, then those of each leg, then of payloads."""
+        of_legs = (point for leg, one in self.legs.items() for point in _leg_points(leg, one))
+        return ("body", "body_x", *of_legs, *(p for name in self.payloads for p in (name, f"{name}_x")))
 
     def body_mass(self) -> Array:
-        """Inertias of the body's coordinates (nb,) [kg, kg, kg m^2, kg m^2]."""
+        """Inertias of the body's coordinates (nb,) [kg, kg, kg m^2, kg m^2, kg ...]."""
         turning = (self.body.roll_inertia, self.body.pitch_inertia)
-        return np.array([self.body.mass, self.body.mass, *(one for one in turning if one is not None)])
+        masses = {f"{leg}_ankle": one.mass for leg, one in self.legs.items()}
+        masses |= {name: one.mass for name, one in self.payloads.items()}
+        carried = [masses[point.removesuffix("_x")] for point in self._carried]
+        own = [mode.mass for mode in self.body.modes.values()]
+        return np.array(
+            [self.body.mass, self.body.mass, *(i for i in turning if i is not None), *own, *carried]
+        )
 
     @property
     def total_mass(self) -> float:
-        """Mass of body and feet [kg]."""
-        return self.body.mass + sum(leg.mass for leg in self.legs.values())
+        """Mass of body, payloads and feet [kg]."""
+        legs = [one.mass + (0.0 if one.tip is None else one.tip.mass) for one in self.legs.values()]
+        return self.body.mass + sum(one.mass for one in self.payloads.values()) + sum(legs)
 
     @property
     def length(self) -> float:
@@ -119,14 +214,33 @@ class Walker(Structure):
 
     def hip_row_z(self, leg: str) -> Array:
         """Weights (nb,) of the body's coordinates in the height of a leg's hip; `KeyError` for an unknown leg."""
-        one = self.legs[leg]
-        weights = {"surge": 0.0, "heave": 1.0, "roll": one.y, "pitch": -one.x}
-        return np.array([weights[name] for name in self.body_coordinates])
+        return self._mount(leg, self.legs[leg])[1]
 
     def hip_row_x(self, leg: str) -> Array:
         """Weights (nb,) of the body's coordinates in the place of a leg's hip along the way; `KeyError` as above."""
-        weights = {"surge": 1.0, "heave": 0.0, "roll": 0.0, "pitch": self.legs[leg].z}
-        return np.array([weights[name] for name in self.body_coordinates])
+        return self._mount(leg, self.legs[leg])[0]
+
+    def _mount(self, name: str, at: WalkerLeg | Payload) -> tuple[Array, Array]:
+        """Weights (nb,) of the body's coordinates in place and height of a hip, or of what bears a payload."""
+        along = {"surge": 1.0, "pitch": at.z} | {
+            n: one.along.get(name, 0.0) for n, one in self.body.modes.items()
+        }
+        upward = {"heave": 1.0, "roll": at.y, "pitch": -at.x}
+        upward |= {n: one.upward.get(name, 0.0) for n, one in self.body.modes.items()}
+        x, z = (np.array([way.get(one, 0.0) for one in self.body_coordinates]) for way in (along, upward))
+        return x, z
+
+    def above(self, leg: str) -> tuple[Array, Array]:
+        """Weights (nb,) of the body's coordinates in place and height of what bears the end of a leg that touches the
+        ground: of its hip, or of the foot above a compliant tip."""
+        return self._mount(leg, self.legs[leg]) if self.legs[leg].tip is None else self._own(f"{leg}_ankle")
+
+    def _own(self, point: str) -> tuple[Array, Array]:
+        """The rows (nb,) of a point that is two coordinates of the body, along the way and upward."""
+        x, z = (
+            np.array([float(one == name) for one in self.body_coordinates]) for name in (f"{point}_x", point)
+        )
+        return x, z
 
     def leg_coordinate(self, leg: str) -> int:
         """Index of the coordinate of a foot's x; its height is the next one; `KeyError` for an unknown leg."""
@@ -135,7 +249,7 @@ class Walker(Structure):
         return self.body_size + 2 * list(self.legs).index(leg)
 
     def leg_of(self, point: str) -> str | None:
-        """The leg that bears a point of the foot or the hip; None for the body's own points and unknown ones."""
+        """The leg that bears a point of its own; None for the body's, those of payloads, and unknown ones."""
         names = (point.removesuffix(ending) for ending in ("", *_ENDINGS) if point.endswith(ending))
         return next((name for name in names if name in self.legs), None)
 
@@ -144,50 +258,82 @@ class Walker(Structure):
         """Points of the feet in the order of their coordinates: ``L_x`` and ``L`` for every leg ``L``."""
         return tuple(point for leg in self.legs for point in (f"{leg}_x", leg))
 
+    def within(self) -> tuple[Array, Array]:
+        """Damping and stiffness (nb, nb) within the body: of modes, payloads, and legs above compliant tips."""
+        nb = self.body_size
+        damping, stiffness = np.zeros((nb, nb)), np.zeros((nb, nb))
+        for name, mode in self.body.modes.items():
+            at, omega = self.body_coordinates.index(name), 2.0 * np.pi * mode.frequency
+            stiffness[at, at] = mode.mass * omega**2
+            damping[at, at] = 2.0 * mode.damping_ratio * omega * mode.mass
+        held = [(name, name, one) for name, one in self.payloads.items()]
+        held += [(f"{leg}_ankle", leg, one) for leg, one in self.legs.items() if one.tip is not None]
+        for point, name, one in held:
+            (x, z), (own_x, own_z) = self._mount(name, one), self._own(point)
+            for row, k, c in (
+                (own_x - x, one.stiffness_l, one.damping_l),
+                (own_z - z, one.stiffness_v, one.damping_v),
+            ):
+                stiffness += k * np.outer(row, row)
+                damping += c * np.outer(row, row)
+        return damping, stiffness
+
     def matrices(self) -> Matrices:
         """Mass, damping and stiffness (n, n): those of (4.4) where the body only surges and heaves."""
-        mass = np.diag([*self.body_mass(), *(m for leg in self.legs.values() for m in (leg.mass, leg.mass))])
+        ends = [one.end for one in self.legs.values()]
+        mass = np.diag([*self.body_mass(), *(m for one in ends for m in (one.mass, one.mass))])
         damping, stiffness = np.zeros_like(mass), np.zeros_like(mass)
-        for name, leg in self.legs.items():
-            along = self.row(f"{name}_hip_x") - self.row(f"{name}_x")
-            upward = self.row(f"{name}_hip") - self.row(name)
-            stiffness += leg.stiffness_l * np.outer(along, along) + leg.stiffness_v * np.outer(upward, upward)
-            damping += leg.damping_l * np.outer(along, along) + leg.damping_v * np.outer(upward, upward)
+        nb = self.body_size
+        damping[:nb, :nb], stiffness[:nb, :nb] = self.within()
+        for name, end in zip(self.legs, ends, strict=True):
+            x, z = self.above(name)
+            along, upward = -self.row(f"{name}_x"), -self.row(name)
+            along[:nb], upward[:nb] = x, z
+            stiffness += end.stiffness_l * np.outer(along, along) + end.stiffness_v * np.outer(upward, upward)
+            damping += end.damping_l * np.outer(along, along) + end.damping_v * np.outer(upward, upward)
         return Matrices(mass, damping, stiffness)
 
     def row(self, point: str) -> Array:
         """Weights (n,) of a point's displacement, along +x for a name that ends in ``_x``, else along +z."""
         row = np.zeros(self.size)
+        if point in self._carried:
+            row[self.body_coordinates.index(point)] = 1.0
+            return row
         leg = self.leg_of(point)
         if leg is None:
             row[{"body": 1, "body_x": 0}[point]] = 1.0
         elif point in (leg, f"{leg}_x"):
             row[self.leg_coordinate(leg) + (point == leg)] = 1.0
         else:
-            row[: self.body_size] = self.hip_row_z(leg) if point == f"{leg}_hip" else self.hip_row_x(leg)
+            row[: self.body_size] = {f"{leg}_hip": self.hip_row_z, f"{leg}_hip_x": self.hip_row_x}[point](leg)
         return row
 
     def alone(self, point: str) -> Array:
-        """The row of a foot's or the body's point: it is a coordinate; `InputError` for a hip."""
-        if point not in ("body", "body_x", *self.foot_points):
+        """The row of a foot's, a payload's or the body's point: it is a coordinate; `InputError` for a hip."""
+        if point not in ("body", "body_x", *self._carried, *self.foot_points):
             raise InputError(f"the displacement of '{point}' is no coordinate of a walker")
         return self.row(point)
 
     def vertical(self) -> Array:
-        """Ones for heave and the heights of the feet, zeros elsewhere."""
-        up = self.row("body")
-        up[self.body_size + 1 :: 2] = 1.0
-        return up
+        """Ones for heave and the heights of payloads and feet, zeros elsewhere."""
+        return self._translation(self.row("body"), 1)
 
     def horizontal(self) -> Array:
-        """Ones for surge and the feet's places along the way, zeros elsewhere."""
-        ahead = self.row("body_x")
-        ahead[self.body_size :: 2] = 1.0
-        return ahead
+        """Ones for surge and the places of payloads and feet along the way, zeros elsewhere."""
+        return self._translation(self.row("body_x"), 0)
+
+    def _translation(self, row: Array, first: int) -> Array:
+        row[self.body_size - len(self._carried) + first :: 2] = 1.0
+        return row
 
 
-_ENDINGS = ("_x", "_hip", "_hip_x")
+MOST_COORDINATES = 16
+"""Of a body with all that moves in it: as many as the engine has room for."""
+
+_RIGID = ("surge", "heave", "roll", "pitch")
+_ENDINGS = ("_x", "_hip", "_hip_x", "_ankle", "_ankle_x")
 
 
-def _leg_points(leg: str) -> tuple[str, ...]:
-    return (leg, *(f"{leg}{ending}" for ending in _ENDINGS))
+def _leg_points(name: str, leg: WalkerLeg) -> tuple[str, ...]:
+    endings = _ENDINGS if leg.tip is not None else _ENDINGS[:3]
+    return (name, *(f"{name}{ending}" for ending in endings))

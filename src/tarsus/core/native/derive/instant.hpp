@@ -75,7 +75,7 @@ class Instant {
   Jet feed_bias(int i) const { return biased(&ContactMode::bias_feed, 2 * sizes.feet, i); }
   Jet place_of(int i) const { return places[i]; }
   double sense_of(int i) const { return senses[i]; }
-  Jet strength_now(int i) { return laws.strength(i, time - since[i]); }
+  Jet strength_now(int i) { return laws.strength(i, time - since[i], volts_now(i)); }
   Jet held_bias(int i) const { return biased(&ContactMode::bias_held, sizes.feet, i); }
   Jet printed_bias(int i) const { return biased(&ContactMode::bias_printed, sizes.feet, i); }
   Jet place_bias(int r) const { return biased(&ContactMode::bias_offset, 2 * sizes.coordinates, r); }
@@ -91,8 +91,11 @@ class Instant {
   Jet drive_now(int d) const { return drives[d]; }
   Jet film(int i, const Jet& gap) const { return laws.momentum(i, gap); }
   Jet force_now(int i, const Jet& gap, const Jet& rate) const {
+    return laws.force(i, gap, rate, volts_now(i), time);
+  }
+  Jet volts_now(int i) const {
     const int64_t c = laws.laws.volts[i];
-    return laws.force(i, gap, rate, c < 0 ? Jet(0.0) : drives[c], time);
+    return c < 0 ? Jet(0.0) : drives[c];
   }
 
   // ----
@@ -140,7 +143,7 @@ class Instant {
     out.when = time;
     if (kind == SLIP_BEGINS || kind == STICK_BEGINS) return slide(kind, foot, reported);
     if (kind == RELEASE) {
-      if (reported) out.pull = out.strength = laws.strength(foot, time - since[foot]);
+      if (reported) out.pull = out.strength = strength_now(foot);
       aged[foot] = time - since[foot];
       parted[foot] = time;
       add_film_momenta(*this);

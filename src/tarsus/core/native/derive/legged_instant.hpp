@@ -102,7 +102,7 @@ class Acting {
     add_own(out, [&](const Body& b) { return b.legs[i].hip[d].motion(plain); });
     return out;
   }
-  Jet strength(int i) const { return laws.strength(leg(i).foot, at_->time - at_->grip[i].since); }
+  Jet strength(int i) const { return laws.strength(leg(i).foot, at_->time - at_->grip[i].since, volts(leg(i).foot)); }
   Jet age_brought(int i) const { return at_->grip[i].brought(laws, leg(i).foot, at_->time); }
   Bearing<Jet> bearing(int i) const { return bearing_of(*this, i, strength(i)); }
   // Gap rate [m/s] of a free foot.
@@ -132,6 +132,11 @@ class Acting {
       }
       out.x[b] = at_->v[b].value;
       out.power.work += push[b] * out.x[b];
+      for (int c = 0; c < nb; c++) {
+        const double drag = s_.body.damping[b * nb + c] * at_->v[c].value;
+        push[b] -= s_.body.stiffness[b * nb + c] * at_->x[c].value + drag;
+        out.power.damping += drag * out.x[b];
+      }
     }
     for (int i = 0; i < s_.legs(); i++) {
       for (int d = 0; d < DIRECTIONS; d++) add_rates(i, d, push, out);

@@ -470,9 +470,9 @@ class LeggedTangent : public LeggedMarch {
     const int foot = body.legs[i].foot;
     const LegRows& r = rows[i];
     const Jet since = jet(feet[i].since, lane_row([&](const Legged& t) { return t.feet[i].since; }));
-    own_rows(i, &OwnPart::strength, [&](int j) { return laws_.value(STRENGTH, foot, {Jet(times[j]) - since}); });
+    own_rows(i, &OwnPart::strength, [&](int j) { return laws_.strength(foot, Jet(times[j]) - since, volts_at(foot, j)); });
     own_rows(i, &OwnPart::smooth, [&](int j) {
-      const Jet strength = laws_.value(STRENGTH, foot, {Jet(times[j]) - since});
+      const Jet strength = laws_.strength(foot, Jet(times[j]) - since, volts_at(foot, j));
       if (!feet[i].force) return strength;
       return strength - laws_.force(foot, Jet(0.0), Jet(0.0), volts_at(foot, j), Jet(times[j]));
     });

@@ -384,21 +384,19 @@ class ModalTangent {
     const double sense = now_.senses[i];
     Smooth out = {m + i, i, -1, laws_.laws.friction_by_speed, true, Row(0.0), Row(0.0), {}, {}};
     const Row times = nodes_.times() * step.length + step.time, ages = times - now_.since[i].value;
-    const Row strength = laws_.plain().strength(i, ages);
-    Row margin = strength - output_row(*tables_, acting_, value_, i);
     const Row volts = c < 0 ? Row(0.0) : load(&channel_values_[N * c]);
+    const Row strength = laws_.plain().strength(i, ages, volts);
+    Row margin = strength - output_row(*tables_, acting_, value_, i);
     if (laws_.has(i, HAS_FORCE)) margin -= laws_.plain().force(i, Row(0.0), Row(0.0), volts, times);
     const Row speed = output_row(*tables_, acting_, value_, m + i) * sense;
     const SlidingTangent found = sliding_tangent(laws_, i, margin, strength, speed, now_.begins[i]);
     out.by_gap = found.by[MARGIN] * sense;
     out.by_rate = -found.by[SLIP_SPEED];
     for (int j = 0; j < N; j++) {
-      const Jet time(times[j]), held = laws_.strength(i, time - now_.since[i]);
+      const Jet time(times[j]), at = c < 0 ? Jet(0.0) : jet(volts[j], channel_slopes_[N * c + j]);
+      const Jet held = laws_.strength(i, time - now_.since[i], at);
       Jet breaking = held;
-      if (laws_.has(i, HAS_FORCE)) {
-        const Jet at = c < 0 ? Jet(0.0) : jet(volts[j], channel_slopes_[N * c + j]);
-        breaking = breaking - laws_.force(i, Jet(0.0), Jet(0.0), at, time);
-      }
+      if (laws_.has(i, HAS_FORCE)) breaking = breaking - laws_.force(i, Jet(0.0), Jet(0.0), at, time);
       for (int lane = 0; lane < LANES; lane++) out.own[j].set(lane, found.own[lane][j]);
       out.own[j] = (out.own[j] + slope_of(breaking) * found.by[MARGIN][j] + slope_of(held) * found.by[HELD_STRENGTH][j]) * -sense;
     }
@@ -697,7 +695,7 @@ class ModalTangent {
     const Jet rising = jet(volts.value, slope_of(drive_at(c, later)) - slope_of(volts));
     const Jet age = jet(at.value - now_.since[i].value, Row(1.0));
     const auto bound = [&](LawTangents& laws, const Jet& aged, const Jet& driven, const Jet& time, const Row& pull) {
-      const Jet held = laws.has(i, HAS_LATCH) ? laws.value(STRENGTH, i, {aged}) : Jet(0.0);
+      const Jet held = laws.has(i, HAS_LATCH) ? laws.strength(i, aged, driven) : Jet(0.0);
       return slope_of(laws.friction(i, holds(laws, i, aged, driven, time) - jet(value.pull[i], pull), held, Jet(0.0)));
     };
     const Row by = bound(laws_, at - now_.since[i], volts, at, shown.pull[i]) + shown.friction[i] * sign;
@@ -720,7 +718,7 @@ class ModalTangent {
   // Pull that breaks the contact of a held foot off.
   static Jet holds(LawTangents& laws, int i, const Jet& age, const Jet& volts, const Jet& time) {
     Jet out(0.0);
-    if (laws.has(i, HAS_LATCH)) out = laws.value(STRENGTH, i, {age});
+    if (laws.has(i, HAS_LATCH)) out = laws.strength(i, age, volts);
     if (laws.has(i, HAS_FORCE)) out = out - laws.force(i, Jet(0.0), Jet(0.0), volts, time);
     return out;
   }

@@ -204,7 +204,7 @@ struct LawTangents {
   }
   // As those of ActingLaws.
   Jet rebound(int foot, const Jet& speed) { return value(REBOUND, foot, {speed}); }
-  Jet strength(int foot, const Jet& age) { return value(STRENGTH, foot, {age}); }
+  Jet strength(int foot, const Jet& age, const Jet& volts) { return value(STRENGTH, foot, {age, volts}); }
   Jet remaining(int foot, const Jet& age, const Jet& away) { return value(REMAINING, foot, {age, away}); }
   Jet friction(int foot, const Jet& margin, const Jet& held, const Jet& speed) {
     return value(FRICTION, foot, {margin, held, speed});

@@ -223,13 +223,14 @@ struct ActingLaws {
     return out;
   }
 
-  // Largest pull [N] that a contact of a given age [s] holds.
+  // Largest pull [N] that a contact of a given age [s] holds under the volts of its foot.
   template <class Real>
-  Real strength(int foot, const Real& age) const {
+  Real strength(int foot, const Real& age, const Real& volts) const {
     Real sum = Real(0.0);
+    const Real arguments[2] = {age, volts};
     for (const Term& term : laws.terms[STRENGTH]) {
       const double* p = of(foot, term);
-      sum += term.twin == ADHESION_STRENGTH ? p[0] + p[1] * age : by_program(foot, term, &age);
+      sum += term.twin == ADHESION_STRENGTH ? p[0] + p[1] * age : by_program(foot, term, arguments);
     }
     return sum;
   }

@@ -139,6 +139,9 @@ struct Account {
         if (s.body.load[d * nb + b] != 0.0) push += s.channels[d] * s.body.load[d * nb + b];
       }
       s.energy.work += integral(over.of(push) * over.of(s.at.v[b])) * h * over.width;
+      Row drag = Row(0.0);
+      for (int c = 0; c < nb; c++) drag += s.at.v[c] * s.body.damping[b * nb + c];
+      s.energy.damping += integral(over.of(drag) * over.of(s.at.v[b])) * h * over.width;
     }
   }
 

@@ -1,4 +1,5 @@
-// A legged robot as data: a rigid body on legs, each a foot on a spring and damper in two directions.
+// A legged robot as data: a body on legs, each a foot on a spring and damper in two directions. Of the body's coordinates four are rigid
+// motions at most; the others are its modes, payloads on springs and the masses of legs above a compliant tip.
 //
 // Direction 0 is upward, 1 along the way. A foot with displacement u [m], hip at a and film momentum P moves
 // by
@@ -17,7 +18,7 @@ namespace tarsus::legged {
 
 enum Direction { UP, ALONG, DIRECTIONS };
 
-constexpr int MOST_COORDINATES = 6;  // of a rigid body
+constexpr int MOST_COORDINATES = 16;  // of a body: four rigid motions, and what moves in it on springs
 
 // How a hip follows the body's coordinates; those that do not move it are excluded.
 struct Hip {
@@ -65,6 +66,8 @@ struct Leg {
 
 struct Body {
   std::vector<double> mass, weight, lever;  // per coordinate: inertia, weight against it, largest hip entry
+  std::vector<double> falls;                // (coordinates, 2): weights against it per unit of gravity, see ``weigh``
+  std::vector<double> stiffness, damping;   // (coordinates, coordinates): of springs and dampers within the body
   std::vector<Leg> legs;
   std::vector<int> leg;    // of a foot
   std::vector<int> drive;  // of every load on a foot, and its gain upward and along
@@ -76,10 +79,10 @@ struct Body {
   int feet() const { return int(leg.size()); }
 
   // Take the weights of ``unit``, which are those per unit of gravity, under this one [m/s^2]: into the ground, and back along the
-  // way. The first coordinate is the way.
+  // way.
   template <class Gravity>
   void weigh(const Body& unit, const Gravity& gravity) {
-    for (int b = 0; b < coordinates(); b++) weight[b] = gravity[b == 0 ? ALONG : UP] * unit.weight[b];
+    for (int b = 0; b < coordinates(); b++) weight[b] = gravity[UP] * unit.falls[DIRECTIONS * b] + gravity[ALONG] * unit.falls[DIRECTIONS * b + ALONG];
     for (size_t i = 0; i < legs.size(); i++) {
       for (int d = 0; d < DIRECTIONS; d++) legs[i].weight[d] = gravity[d] * unit.legs[i].weight[d];
     }

@@ -29,11 +29,12 @@ struct Present {
   double hip_rate(int i, int d) const { return leg(i).hip[d].motion(s.v); }
   double load(int n, int d) const { return s.body.gain[2 * n + d] * s.player.value(s.body.drive[n], s.clock.time); }
   double age_brought(int i) const { return s.feet[i].brought(laws, leg(i).foot, s.clock.time); }
+  double volts(int f) const { return s.volts_now(f); }
   double landing_gap(int i) const { return leg(i).clearance(s.feet[i].u[UP]); }
   // Of the laws under a foot in the air, momentum from its base on [N s], and force [N].
   double film(int i, double gap) const { return s.feet[i].film ? s.film(i, gap) : 0.0; }
   double smooth(int i, double gap, double rate) const {
-    return s.feet[i].force ? s.laws.force(leg(i).foot, gap, rate, s.volts_now(leg(i).foot), s.clock.time) : 0.0;
+    return s.feet[i].force ? s.laws.force(leg(i).foot, gap, rate, volts(leg(i).foot), s.clock.time) : 0.0;
   }
 };
 
@@ -71,7 +72,7 @@ inline Landing<typename P::Real> pre_impact(P& p, int i) {
   typedef typename P::Real Real;
   const Real speed = -(p.w(i, UP) + p.film(i, p.landing_gap(i)) / p.mass(i));
   p.u(i, UP) = -p.gap(i);
-  return {speed, Real(0.0), pull_on(p, i), p.laws.strength(p.leg(i).foot, p.age_brought(i)), Real(0.0), 1.0 / p.mass(i), Real(0.0)};
+  return {speed, Real(0.0), pull_on(p, i), p.laws.strength(p.leg(i).foot, p.age_brought(i), p.volts(p.leg(i).foot)), Real(0.0), 1.0 / p.mass(i), Real(0.0)};
 }
 
 // The state after the impact of a foot that approaches: the speed of departure.
@@ -175,7 +176,7 @@ inline void apply_event(Legged& s, int i, FootEvent kind) {
   LeggedFoot& foot = s.feet[i];
   const int f = s.body.legs[i].foot;
   Present present(s);
-  const double t = s.clock.time, pull = pull_on(present, i), strength = s.laws.strength(f, t - foot.since);
+  const double t = s.clock.time, pull = pull_on(present, i), strength = s.laws.strength(f, t - foot.since, s.volts_now(f));
   if (kind == PULL_OFF) {
     s.log.add(t, f, RELEASE, foot.apex, 0.0, 0.0, pull, strength);
     foot.end(t);

@@ -1,5 +1,6 @@
 // A legged robot in motion: what a run carries on from step to step, and the rows of the step being made.
 #pragma once
+#include <array>
 #include <map>
 #include <memory>
 
@@ -49,7 +50,7 @@ struct BodyRows {
   Row film[MOST_COORDINATES];                               // the films' momentum
 };
 
-// The sum of all feet's forces on the body. Held feet push and drag it through spring and damper: push = offset - stiffness x,
+// The sum of all feet's forces on the body, and of the springs and dampers within it. Held feet push and drag it through spring and damper: push = offset - stiffness x,
 // drag = - damping (x - x(0)); those that nothing holds in a direction follow with their mass.
 struct Coupling {
   double stiffness[MOST_COORDINATES][MOST_COORDINATES], damping[MOST_COORDINATES][MOST_COORDINATES];
@@ -60,8 +61,8 @@ struct Coupling {
 // The solvers of Projection for steps of one class: inverses for each coordinate alone, and which coordinates the legs link to
 // others.
 struct Solvers {
-  Row inverse[MOST_COORDINATES][N];
-  bool linked[MOST_COORDINATES];
+  std::vector<std::array<Row, N>> inverse;
+  std::vector<uint8_t> linked;
 };
 // Of all classes, each made when first needed. They depend on the contacts alone, and a robot of few legs returns to the same
 // contacts again and again: MOST_CONTACT_SETS sets of solvers are kept.

@@ -6,9 +6,14 @@
 
 namespace tarsus::legged {
 
-// Sum up the forces of all feet on the body (Coupling), once more after each change of a contact.
+// Sum up the forces of all feet on the body and within it (Coupling), once more after each change of a contact.
 inline void assemble_coupling(Legged& s) {
   s.coupling = {};
+  const int nb = s.coordinates();
+  for (int b = 0; b < nb; b++) {
+    std::copy_n(&s.body.stiffness[b * nb], nb, s.coupling.stiffness[b]);
+    std::copy_n(&s.body.damping[b * nb], nb, s.coupling.damping[b]);
+  }
   std::vector<bool> contacts;
   for (int i = 0; i < s.legs(); i++) {
     const Leg& leg = s.body.legs[i];
@@ -115,9 +120,11 @@ struct Projection {
 TARSUS_APART inline std::shared_ptr<const Solvers> make_solvers(const Legged& s, int k) {
   auto out = std::make_shared<Solvers>();
   const Projection projection(s, k);
+  out->inverse.resize(s.coordinates());
+  out->linked.resize(s.coordinates());
   for (int b = 0; b < s.coordinates(); b++) {
     out->linked[b] = projection.linked(b, s.body);
-    if (projection.invert(b, s.body.mass[b], out->inverse[b])) continue;
+    if (projection.invert(b, s.body.mass[b], out->inverse[b].data())) continue;
     for (int r = 0; r < N; r++) {  // as if there were no legs
       out->inverse[b][r] = Row(0.0);
       out->inverse[b][r].set(r, 1.0 / s.body.mass[b]);
@@ -141,7 +148,7 @@ inline double follow(Legged& s, int k, double h) {
   BodyRows& at = s.at;
   const Projection projection(s, k);
   const Solvers& solvers = solvers_of(s, k);
-  const auto solve = [&](int b, const Row& right) { return combine(reinterpret_cast<const double*>(solvers.inverse[b]), right); };
+  const auto solve = [&](int b, const Row& right) { return combine(reinterpret_cast<const double*>(solvers.inverse[b].data()), right); };
   const double* once = &s.nodes.once[0][0];
   Row misfit[MOST_COORDINATES], step[MOST_COORDINATES];
   const auto change = [&] {

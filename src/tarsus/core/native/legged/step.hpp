@@ -55,7 +55,7 @@ inline void held_strength(Legged& s, int i, double h) {
   const int f = s.body.legs[i].foot;
   LegRows& r = s.rows[i];
   const Row now = s.nodes.times() * h + s.clock.time;
-  r.strength = s.laws.strength(f, now - s.feet[i].since);
+  r.strength = s.laws.strength(f, now - s.feet[i].since, s.volts(f));
   r.smooth = r.strength;
   if (s.feet[i].force) r.smooth -= s.laws.force(f, Row(0.0), Row(0.0), s.volts(f), now);
 }
@@ -294,7 +294,7 @@ inline double error_of(const Legged& s, int k, double h) {
     worst = std::max(worst, error * h / s.body.mass[b] * s.body.lever[b]);
   }
   worst = std::max(worst / s.settings.gap, sudden);
-  for (int d = 0; d < s.body.drives; d++) {
+  for (int d = 0; d < s.player.channels(); d++) {
     const double span = s.player.cursor[d].span;
     if (span > 0.0) worst = std::max(worst, nodes.truncation(s.channels[d]) / span / s.settings.drive);
   }

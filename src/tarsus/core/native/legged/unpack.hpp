@@ -10,8 +10,11 @@ inline Body body_of(const Fields& from) {
   Body out;
   out.mass = from.doubles("body_mass");
   const int nb = out.coordinates();
-  if (nb < 2 || nb > MOST_COORDINATES) throw std::invalid_argument("a rigid body has 2 to 6 coordinates");
-  out.weight = from.sized("body_weight", nb);
+  if (nb < 2 || nb > MOST_COORDINATES) throw std::invalid_argument("a body has 2 to 16 coordinates");
+  out.weight.assign(nb, 0.0);
+  out.falls = from.sized("body_weight", DIRECTIONS * nb);
+  out.stiffness = from.sized("body_stiffness", nb * nb);
+  out.damping = from.sized("body_damping", nb * nb);
   out.lever = from.sized("lever", nb);
   out.leg = from.narrowed<int>("leg");
   out.drive = from.narrowed<int>("drive");

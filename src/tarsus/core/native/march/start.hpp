@@ -95,7 +95,7 @@ struct StartRules {
       const int64_t channel = laws.laws.volts[i];
       const double volts = driven && channel >= 0 ? at_begin(signals, run.channels[channel]) : 0.0;
       const double attraction = laws.force(int(i), 0.0, 0.0, volts, 0.0);
-      const double strength = laws.strength(int(i), 0.0), hold = push[heights[i]] + strength - attraction;
+      const double strength = laws.strength(int(i), 0.0, volts), hold = push[heights[i]] + strength - attraction;
       if (hold < -rounding) out.push_back({number, double(PULLED_DOWN), double(i), -hold});
       along = std::max(along, std::fabs(push[ways[i]]) - laws.friction(int(i), std::max(hold, 0.0), strength, 0.0));
     }

@@ -99,7 +99,7 @@ inline typename M::Real pull_if_held(M& m, int foot) {
 template <class M>
 inline typename M::Real new_strength(const M& m, int foot) {
   typedef typename M::Real Real;
-  return m.laws.has(foot, HAS_LATCH) ? m.laws.strength(foot, m.age_brought(foot)) : Real(0.0);
+  return m.laws.has(foot, HAS_LATCH) ? m.laws.strength(foot, m.age_brought(foot), m.volts_now(foot)) : Real(0.0);
 }
 
 // How the structure follows an impact beyond the mass-weighted map: the velocity b across the normal becomes
@@ -373,7 +373,7 @@ TARSUS_APART inline bool impact(Modal& m, int foot) {
 // friction it is pressed down, no motion is consistent (see modal/friction.hpp).
 TARSUS_APART inline void release(Modal& m, int foot) {
   const double t = m.clock.time;
-  const double strength = m.laws.has(foot, HAS_LATCH) ? m.laws.strength(foot, t - m.feet[foot].since) : 0.0;
+  const double strength = m.laws.has(foot, HAS_LATCH) ? m.strength_now(foot) : 0.0;
   m.log.add(t, foot, RELEASE, m.feet[foot].apex, 0.0, 0.0, strength, strength);
   m.feet[foot].left = t;
   m.feet[foot].end(t);

@@ -15,7 +15,7 @@ namespace tarsus::modal {
 // Pull [N] at which a foot detaches: the strength of its contact less its smooth force at zero gap.
 template <class Real>
 inline Real breaking_pull(const Modal& m, int foot, const Real& t, const Real& volts) {
-  Real holds = m.laws.strength(foot, t - m.feet[foot].since);
+  Real holds = m.laws.strength(foot, t - m.feet[foot].since, volts);
   if (m.laws.has(foot, HAS_FORCE)) holds -= m.laws.force(foot, Real(0.0), Real(0.0), volts, t);
   return holds;
 }
@@ -30,7 +30,7 @@ inline double force_parts(const Modal& m, int output) {
 // Bound below which a foot's margin counts as zero: by the scales of the scene, or its rounding.
 inline double no_margin(const Modal& m, int foot) {
   if (!m.mode->is_held[foot]) return m.no_gap(foot);
-  const double parts = force_parts(m, foot) + std::fabs(m.laws.strength(foot, m.clock.time - m.feet[foot].since));
+  const double parts = force_parts(m, foot) + std::fabs(m.strength_now(foot));
   return m.settings.force_zero + ROUNDING * parts;
 }
 
@@ -82,7 +82,7 @@ inline Sliding sliding_at_nodes(const Modal& m, const StepClass& step, int foot,
   const int along = m.sizes.feet + foot;
   const Row times = m.nodes.times() * step.length + t;
   const Row margin = breaking_pull(m, foot, times, m.volts[foot]) - m.outputs[foot];
-  const Row strength = m.laws.strength(foot, times - m.feet[foot].since);
+  const Row strength = m.laws.strength(foot, times - m.feet[foot].since, m.volts[foot]);
   const double sense = m.feet[foot].sense;
   Sliding out{Row(0.0), sliding_bound(m.laws, foot, margin, strength, m.outputs[along] * sense, m.feet[foot].slide == FROM_REST)};
   out.misfit = out.bound.value * -sense - m.values[along];

@@ -87,8 +87,8 @@ struct Margin {
         held(event < m.sizes.feet ? bool(m.mode->is_held[foot]) : bool(m.mode->is_stuck[foot])), slips(held && event >= m.sizes.feet),
         straight(!slips && !m.laws.has(foot, HAS_FORCE) && m.laws.linear_strength()), t(time), h(step.length) {
     if (!held || !straight) return;
-    at_start = m.laws.strength(foot, t - m.feet[foot].since);
-    gain = m.laws.strength(foot, t + h - m.feet[foot].since) - at_start;
+    at_start = m.laws.strength(foot, t - m.feet[foot].since, 0.0);
+    gain = m.laws.strength(foot, t + h - m.feet[foot].since, 0.0) - at_start;
   }
 
   // The output over s^first, and its slope.
@@ -116,9 +116,9 @@ struct Margin {
   double holds(double s) const {
     if (straight) return at_start + gain * s;
     const double* powers = reinterpret_cast<const double*>(&m.volt_powers[foot]);
-    const double breaking = breaking_pull(m, foot, t + s * h, m.laws.has(foot, HAS_FORCE) ? horner(powers, 0, N, s) : 0.0);
+    const double volts = m.laws.laws.volts[foot] >= 0 ? horner(powers, 0, N, s) : 0.0, breaking = breaking_pull(m, foot, t + s * h, volts);
     if (!slips) return breaking;
-    return m.laws.friction(foot, breaking - value_of(m.pull_line, s), m.laws.strength(foot, t + s * h - m.feet[foot].since), 0.0);
+    return m.laws.friction(foot, breaking - value_of(m.pull_line, s), m.laws.strength(foot, t + s * h - m.feet[foot].since, volts), 0.0);
   }
   double operator()(int first, double s) const { return held ? holds(s) - output(first, s) : output(first, s); }
   // The slope of the strength that holds a foot is taken by a central difference.
@@ -264,7 +264,7 @@ TARSUS_INLINE Margin expanded(Modal& m, const StepClass& step, int event, double
   } else {
     expand_along(m, step, margin);
   }
-  if (margin.held && m.laws.has(foot, HAS_FORCE)) {
+  if (margin.held && m.laws.laws.volts[foot] >= 0) {
     powers_of(m.nodes, reinterpret_cast<const double*>(&m.volts[foot]), reinterpret_cast<double*>(&m.volt_powers[foot]));
   }
   return margin;

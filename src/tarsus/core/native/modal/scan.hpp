@@ -51,6 +51,16 @@ inline bool find_doubt(const Modal& m, int event, const double* margin, double b
 // Part of a new highest gap that the nodes may miss: a highest gap is reported, and decides nothing.
 constexpr double MISSED_PEAK = 1e-4;
 
+// How far a function through nodal values lies off its chord in the widest interval between nodes, by its second derivative.
+inline double bulge_of(const Nodes& nodes, Row values) {
+  for (int n = 0; n < 2; n++) {
+    Row slope = Row(0.0);
+    for (int j = 0; j < N; j++) slope.set(j, total(load(nodes.derivative[j]) * values));
+    values = slope;
+  }
+  return 0.125 * nodes.spacing * nodes.spacing * size_of(values);
+}
+
 // Whether the gap between the nodes could exceed theirs by more than that part of a new highest gap.
 inline bool hides_peak(const Modal& m, int foot, double bound, double limit) {
   double top = 0.0;
@@ -74,9 +84,9 @@ inline void look(Modal& m, int event, double bound, double limit, int departure,
   out.far = std::max(out.far, m.nodes.tau[doubt.last]);
 }
 
-// The margins of a foot along the ground; of_pull, of_along: bounds, between nodes, of its
-// pull and of its motion or force along the ground.
-inline void look_along(Modal& m, const StepClass& step, int foot, double t, double of_pull, double of_along, double limit, Scan& out) {
+// The margins of a foot along the ground; of_margin, of_along: bounds, between nodes, of its
+// margin and of its motion or force along the ground.
+inline void look_along(Modal& m, const StepClass& step, int foot, double t, double of_margin, double of_along, double limit, Scan& out) {
   const int feet = m.sizes.feet, forward = feet + foot, backward = 2 * feet + foot;
   m.margin[forward] = m.margin[backward] = Row(0.0);
   m.doubts[forward] = m.doubts[backward] = Doubt();
@@ -86,9 +96,10 @@ inline void look_along(Modal& m, const StepClass& step, int foot, double t, doub
     m.margin[forward] = m.outputs[forward] * sense;
     return look(m, forward, of_along, limit, m.feet[foot].slide, out);
   }
-  const Row strength = m.laws.strength(foot, m.nodes.times() * step.length + (t - m.feet[foot].since));
+  const Row strength = m.laws.strength(foot, m.nodes.times() * step.length + (t - m.feet[foot].since), m.volts[foot]);
   const SlidingBound bound = sliding_bound(m.laws, foot, m.margin[foot], strength, Row(0.0), false);
-  const double between = size_of(bound.slope[MARGIN]) * of_pull + of_along;
+  const double commanded = m.laws.laws.volts[foot] >= 0 ? size_of(bound.slope[HELD_STRENGTH]) * bulge_of(m.nodes, strength) : 0.0;
+  const double between = size_of(bound.slope[MARGIN]) * of_margin + commanded + of_along;
   m.margin[forward] = bound.value - m.outputs[forward];
   m.margin[backward] = bound.value + m.outputs[forward];
   for (int event : {forward, backward}) {
@@ -110,9 +121,14 @@ TARSUS_APART Scan scan(Modal& m, const StepClass& step, double t, double limit) 
   for (int i = 0; i < m.sizes.feet; i++) {
     const bool held = m.mode->is_held[i];
     m.margin[i] = m.outputs[i];
-    if (held) m.margin[i] = breaking_pull(m, i, t + m.nodes.times() * step.length, m.volts[i]) - m.outputs[i];
+    double own = 0.0;  // of what its volts do between nodes
+    if (held) {
+      const Row breaking = breaking_pull(m, i, t + m.nodes.times() * step.length, m.volts[i]);
+      m.margin[i] = breaking - m.outputs[i];
+      if (m.laws.laws.volts[i] >= 0) own = bulge_of(m.nodes, breaking);
+    }
     const auto bound_of = [&](int o) { return chord_bound<S>(m, step, o, [speeds](int p) { return S::get(speeds + p * S::WIDTH); }); };
-    const double bound = bound_of(i);
+    const double bound = bound_of(i) + own;
     look(m, i, bound, limit, m.feet[i].departure, out);
     if (m.sizes.ways > 0) look_along(m, step, i, t, bound, bound_of(m.sizes.feet + i), limit, out);
     if (m.settings.track && !held && hides_peak(m, i, bound, limit)) out.coarse = true;

@@ -265,7 +265,7 @@ struct Modal {
   double feed_bias(int output) const { return bias->feed[output]; }
   double place_of(int foot) const { return feet[foot].place; }
   double sense_of(int foot) const { return feet[foot].sense; }
-  double strength_now(int foot) const { return laws.strength(foot, clock.time - feet[foot].since); }
+  double strength_now(int foot) const { return laws.strength(foot, clock.time - feet[foot].since, volts_now(foot)); }
   void set_mode(const ContactMode& to) {
     mode = &to;
     bias = &biases.of(to);
@@ -276,8 +276,9 @@ struct Modal {
   double rate_by_jump(int impacted, int foot) const { return mode->rate_by_jump(impacted, foot); }
   double drive_now(int d) const { return player.value(d, clock.time); }
   double force_now(int foot, double gap, double rate) const {
-    return laws.force(foot, gap, rate, foot_volts(foot, clock.time), clock.time);
+    return laws.force(foot, gap, rate, volts_now(foot), clock.time);
   }
+  double volts_now(int foot) const { return foot_volts(foot, clock.time); }
 
   double foot_volts(int foot, double t) const {
     const int64_t c = laws.laws.volts[foot];

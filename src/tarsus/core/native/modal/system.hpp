@@ -62,7 +62,7 @@ bool stays_held(Modal& m, double left) {
     if (!mode.is_stuck[i]) continue;
     const double along = std::fabs(at_rest(m.sizes.feet + i)) + sway + m.settings.force_zero;
     for (const Row& bearing : {margin, breaking - least}) {
-      const Row bound = m.laws.friction(i, bearing, m.laws.strength(i, times - m.feet[i].since), Row(0.0));
+      const Row bound = m.laws.friction(i, bearing, m.laws.strength(i, times - m.feet[i].since, Row(m.volts[i][0])), Row(0.0));
       if (any_not_below(Row(along), bound)) return false;
     }
   }

@@ -82,7 +82,7 @@ class Sights {
       ground[i] = -(at.pull[i] + laws.force(int(i), at.gap[i], at.rate[i], charged, at.time));
       along[i] = at.friction[i];
       if (at.state[i] != SLIPPING) continue;
-      const double held = laws.strength(int(i), ages.of(i, at.time));
+      const double held = laws.strength(int(i), ages.of(i, at.time), charged);
       along[i] = -at.sense[i] * laws.friction(int(i), std::max(held + ground[i], 0.0), held, at.speed[i]);
     }
     for (const std::vector<double>* part : {&at.gap, &std::as_const(ground), &std::as_const(along), &at.state, &at.along}) out.insert(out.end(), part->begin(), part->end());

@@ -1,0 +1,157 @@
+"""Feet that adhere as much as their volts command: closed forms of walls and ceilings that hold and let go."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import tarsus as ts
+from sliding_scenes import MASS, slider
+from tarsus.base.errors import InputError
+from tarsus.base.events import EventKind
+from tarsus.model.drive.amplifier import Amplifier
+from tarsus.model.drive.laws import LinearForce
+from tarsus.model.drive.waveforms import Ramp, Waveform
+from tarsus.model.laws import ElectroAdhesion, Friction
+from tarsus.model.scene import Drive, PointLoad, Scene
+from walking_scenes import GRAVITY, block, trotter
+
+MU = 0.3
+K = 2e-9  # N/V^2
+WEIGHT = MASS * GRAVITY
+SYSTEMS = {"legged": block(friction=MU), "modal": slider(friction=Friction(coefficient=MU))}
+
+
+def padded(
+    scene: Scene, degrees: float, pad: Waveform, amplifier: Amplifier | None = None, **law: float
+) -> Scene:
+    """The block on an incline, its foot a pad under the volts of a drive of its own, which pushes nothing."""
+    ((name, foot),) = scene.robot.feet.items()
+    drive = Drive(
+        load=PointLoad(weights={foot.point: 0.0}),
+        law=LinearForce(gain=0.0),
+        amplifier=amplifier or Amplifier(),
+    )
+    robot = scene.robot.model_copy(
+        update={
+            "drives": {**scene.robot.drives, "pad": drive},
+            "feet": {name: foot.model_copy(update={"electrode": "pad"})},
+        }
+    )
+    laws = {"electro_adhesion": ElectroAdhesion(**{"initial": 0.0, "coefficient": K} | law)}
+    ground = scene.ground.model_copy(update={"incline": math.radians(degrees), "laws": laws})
+    return Scene(
+        name=scene.name, robot=robot, ground=ground, initial=scene.initial, duration=0.1, signals={"pad": pad}
+    )
+
+
+def first(run: ts.Run, kind: EventKind) -> np.void:
+    assert run.ok, run.code
+    return run.events[run.events["kind"] == kind][0]
+
+
+@pytest.fixture(params=SYSTEMS, name="scene")
+def _scene(request: pytest.FixtureRequest) -> Scene:
+    return SYSTEMS[request.param]
+
+
+def test_a_ceiling_holds_as_long_as_the_strength_exceeds_the_weight(scene: Scene) -> None:
+    high, time = 120.0, 0.05
+    run = ts.simulate(padded(scene, 180.0, Ramp(start=high, stop=0.0, duration=time)))
+    lets_go = time * (1.0 - math.sqrt(WEIGHT / K) / high)
+    release = first(run, EventKind.RELEASE)
+    assert release["time"] == pytest.approx(lets_go, rel=1e-12)
+    assert release["strength"] == pytest.approx(WEIGHT, rel=1e-12)
+    fallen = run.at(np.array([lets_go + 0.01]))
+    assert fallen.state.gap[0, 0] == pytest.approx(0.5 * GRAVITY * 0.01**2, rel=1e-9)
+    assert run.ledger.closure < 1e-12
+    held = run.at(np.array([0.01]))
+    assert held.strength[0, 0] == pytest.approx(K * (high * 0.8) ** 2, rel=1e-12)
+    assert held.contact[0, 0] == pytest.approx(-WEIGHT, rel=1e-12)
+
+
+@pytest.mark.parametrize("share", [1.0 + 1e-9, 1.0 - 1e-9])
+def test_a_foot_is_released_at_the_moment_at_which_the_channel_falls(scene: Scene, share: float) -> None:
+    """To a level that holds by a billionth the foot stays; to one that does not it leaves at the edge itself."""
+    least = math.sqrt(WEIGHT / K)
+    pad = ts.OnOff(levels=(2.0 * least, least * math.sqrt(share)), durations=(0.0123, 1.0))
+    run = ts.simulate(padded(scene, 180.0, pad), 0.05)
+    releases = run.events[run.events["kind"] == EventKind.RELEASE]
+    if share > 1.0:
+        assert run.ok and len(releases) == 0
+    else:
+        assert releases["time"][0] == pytest.approx(0.0123, rel=1e-14)
+
+
+def test_a_wall_holds_while_friction_bears_the_weight_and_brakes_afterwards(scene: Scene) -> None:
+    """mu K V^2 >= m g; below, m v' = mu K V(t)^2 - m g along the wall, and friction takes its work."""
+    high, time, end = 200.0, 0.1, 0.09
+    run = ts.simulate(padded(scene, 90.0, Ramp(start=high, stop=0.0, duration=time)), end)
+    slips = time * (1.0 - math.sqrt(WEIGHT / (MU * K)) / high)
+    assert first(run, EventKind.SLIP_BEGINS)["time"] == pytest.approx(slips, rel=1e-12)
+    times, weights = np.polynomial.legendre.leggauss(20)
+    at = 0.5 * (end - slips) * (times + 1.0) + slips
+    weights = 0.5 * (end - slips) * weights
+    braking = MU * K * (high * (1.0 - at / time)) ** 2
+    pushed = (braking - WEIGHT) / MASS
+    place = float(weights @ (pushed * (end - at)))
+    assert run.at(np.array([end])).foot_x[0, 0] == pytest.approx(place, rel=1e-9)
+    assert run.ledger.closure < 1e-12
+    fallen = -place * WEIGHT - 0.5 * MASS * float(weights @ pushed) ** 2
+    assert run.ledger.friction == pytest.approx(fallen, rel=1e-8)
+
+
+def test_an_amplifier_delays_the_release_by_its_lag(scene: Scene) -> None:
+    """V = V0 e^(-t/tau) after the command has fallen: the pad lets go tau ln(V0 / V*) later."""
+    high, tau, off = 200.0, 5e-3, 0.01
+    lag = Amplifier(bandwidth=1.0 / (2.0 * math.pi * tau))
+    pad = ts.OnOff(levels=(high, 0.0), durations=(off, 1.0))
+    charged = padded(scene, 180.0, pad, lag)
+    drive = charged.robot.drives["pad"].model_copy(update={"history": (high,)})
+    robot = charged.robot.model_copy(update={"drives": {**charged.robot.drives, "pad": drive}})
+    run = ts.simulate(charged.model_copy(update={"robot": robot}), 0.05)
+    late = tau * math.log(high / math.sqrt(WEIGHT / K))
+    assert first(run, EventKind.RELEASE)["time"] == pytest.approx(off + late, rel=1e-9)
+
+
+def test_a_foot_that_lands_is_held_where_its_volts_hold_it() -> None:
+    """A block thrown at a ceiling stays there under volts, and comes back without."""
+    for level, stays in ((200.0, True), (1.0, False)):
+        scene = padded(slider(fall=-0.0, gap=1e-4, speed=0.0), 180.0, ts.Constant(level=level))
+        thrown = scene.model_copy(update={"initial": ts.model.scene.Initial(velocity=(-0.1, 0.0))})
+        run = ts.simulate(thrown, 0.02)
+        kinds = [EventKind(one) for one in run.events["kind"]]
+        assert (kinds == [EventKind.CAPTURE]) if stays else (kinds[0] is EventKind.BOUNCE)
+        event = run.events[0]
+        assert event["strength"] == pytest.approx(K * level**2, rel=1e-12)
+        assert run.ledger.closure < 1e-12
+
+
+@pytest.mark.parametrize("path", ["ground.laws.electro_adhesion.coefficient", "signals.pad.start"])
+def test_the_moment_of_release_has_its_derivatives(scene: Scene, path: str) -> None:
+    ramp = padded(scene, 180.0, Ramp(start=120.0, stop=0.0, duration=0.05))
+    run = ts.simulate(ramp, 0.04, gradients=[path])
+    at = int(np.flatnonzero(run.events["kind"] == EventKind.RELEASE)[0])
+    high, root = 120.0, math.sqrt(WEIGHT / K)
+    exact = {"signals.pad.start": 0.05 * root / high**2}.get(path, 0.05 * root / high / (2.0 * K))
+    assert run.event_gradients[path]["time"][at] == pytest.approx(exact, rel=1e-9)
+
+
+def test_runs_of_a_batch_have_volts_of_their_own(scene: Scene) -> None:
+    ramp = padded(scene, 180.0, Ramp(start=120.0, stop=0.0, duration=0.05))
+    starts = np.array([100.0, 120.0, 150.0])
+    batch = ts.simulate_batch(ramp, {"signals.pad.start": starts}, 0.05)
+    for run, start in enumerate(starts):
+        alone = ts.simulate(ts.with_values(ramp, {"signals.pad.start": start}), 0.05)
+        np.testing.assert_array_equal(batch.events(run)["time"], alone.events["time"])
+
+
+def test_a_pad_needs_an_electrode_and_has_no_return_map() -> None:
+    law = {"ground.laws.electro_adhesion": ElectroAdhesion(initial=0.0, coefficient=K)}
+    with pytest.raises(InputError, match="give a foot its electrode"):
+        ts.with_values(block(), law)
+    ringing = ts.with_values(trotter(2), law)
+    with pytest.raises(InputError, match="no return map where volts command how strongly feet adhere"):
+        ts.periodic(ringing)
