@@ -20,10 +20,12 @@ DONE, STALL, STEP_TOO_SMALL, STEP_LIMIT, NOT_FINITE, JAMMED = range(6)
 # body_mass (nb,); body_weight (nb, 2) per unit of gravity; body_stiffness, body_damping (nb, nb) within the body;
 # lever (nb,) largest hip entry; mass (nl,); stiffness, damping (nl, 2); hip (nl, 2, nb);
 # gap (nl,) clearance at rest; foot (nl,) number of its foot or -1; leg (m,) leg of a foot; kind (nl, 2) of its blocks;
-# weight (nl,); first (nl + 1,), drive, gain (., 2): drives that act on the foot of each leg; body_load (nd, nb).
+# weight (nl,); first (nl + 1,), drive, gain (., 2): drives that act on the foot of each leg; body_load (nd, nb); place (nl,) of a
+# foot at rest along the way; points of the ground's profile, 0 for level ground, and whether it is periodic.
 Body = namedtuple(
     "Body",
-    "body_mass body_weight body_stiffness body_damping lever mass stiffness damping hip gap foot leg kind weight first drive gain body_load",
+    "body_mass body_weight body_stiffness body_damping lever mass stiffness damping hip gap foot leg kind weight first drive gain body_load "
+    "place points periodic",
 )
 
 # Work done by drives and weight, and by dampers, films, smooth forces and friction, in samples and at the end of a run.

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from tarsus.base.events import IMPACTS, EventKind
 from tarsus.model.drive.pieces import Pieces, evaluate
 from tarsus.model.scene import Scene
-from tarsus.plan.lowering import Plan
+from tarsus.plan.lowering import Plan, level_only
 from tarsus.solve.run import Run
 from tarsus.solve.simulate import simulate
 
@@ -35,7 +35,9 @@ class Subject:
     @classmethod
     def of(cls, scene: Scene, duration: float) -> Subject:
         """Simulated over a duration [s]."""
-        return cls(scene, simulate(scene, duration))
+        run = simulate(scene, duration)
+        level_only(run.plan, "other tools put robots")
+        return cls(scene, run)
 
     @property
     def plan(self) -> Plan:

@@ -24,6 +24,7 @@ from tarsus.model.laws import (
     Restitution,
 )
 from tarsus.model.laws.registry import built_in, slots
+from tarsus.model.profile import AnyProfile
 
 __all__ = ["Ground"]
 
@@ -54,6 +55,9 @@ class _Ground(Description):
         default=None,
         ge=-math.pi,
         le=math.pi,
+    )
+    profile: AnyProfile | None = Field(
+        default=None, description="uneven ground under a walker: its height along the way; absent: level"
     )
     laws: Named[Law] = Field(
         default=FrozenDict(), description="further laws by name, a user's own among them"

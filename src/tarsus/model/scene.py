@@ -162,6 +162,9 @@ class Scene(Description):
                 for path, law in self.ground.by_path().items()
                 if law.needs_electrode
             ]
+        if self.ground.profile is not None and not isinstance(structure, Walker):
+            text = "is ground under the feet of a walker, which know their way along it: leave it out"
+            faults.append(("ground.profile", text))
         if self.gait is not None:
             faults += _gait_faults(self.gait, self.robot)
         if isinstance(structure, Walker):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
 from itertools import accumulate
@@ -26,6 +26,7 @@ from tarsus.model.laws.base import Law, SmoothLaw
 from tarsus.model.laws.impact_map import Body, MassWeighted
 from tarsus.model.laws.landing import PullAsPrinted
 from tarsus.model.laws.translate import translate
+from tarsus.model.profile import heights_of
 from tarsus.model.standing import Stance, stance_of
 from tarsus.model.structure.walker import Walker
 
@@ -125,7 +126,7 @@ class Plan:
     then volts of those of ``charged``; initial (2n,): displacements and velocities at t = 0; periods (nd,) [s]: of the
     signals, NaN where one does not repeat. length [m], force [N], rate [1/s]: scales that turn relative tolerances into
     absolute ones. legs: of a structure that walks, its body and legs; None for any other. stance: of a walker that
-    starts standing, how.
+    starts standing, how. profile (2 np,): points of uneven ground, along the way and height [m]; none of level ground.
     """
 
     system: LinearSystem
@@ -139,6 +140,7 @@ class Plan:
     rate: float
     legs: Legs | None = None
     stance: Stance | None = None
+    profile: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
     def __getstate__(self) -> dict[str, Any]:
         return without_native(self)
@@ -215,11 +217,11 @@ def lower_scene(scene: Scene, drive: Callable[..., tuple[Pieces, Pieces]] = lowe
         initial[n:] = scene.initial.velocity
     plan = Plan(
         system, laws, channels, tuple(used), initial, np.array(periods), math.nan, math.nan, _rate(system),
-        lower_legs(scene.robot, system), lower_stance(scene, system),
+        lower_legs(scene, system), lower_stance(scene, system), lower_profile(scene.ground),
     )  # fmt: skip
     row: Any = SimpleNamespace(
         signals=plan.signals, parameters=laws.parameters[None], initial=initial[None], sources=system.sources[None],
-        scales=np.zeros((1, 3)), channels=np.arange(len(channels))[None],
+        scales=np.zeros((1, 3)), channels=np.arange(len(channels))[None], profile=plan.profile[None],
     )  # fmt: skip
     own, ((length, force, _),) = started(plan, row, idle_forces(scene)[None], list(scene.robot.feet))
     # what the engine has made of the plan by now does not depend on these three, and stays
@@ -271,8 +273,20 @@ def gravity_on(acceleration: ArrayLike, incline: ArrayLike) -> Floats:
     return np.array([np.multiply(acceleration, np.cos(incline)), np.multiply(acceleration, np.sin(incline))])
 
 
-def lower_legs(robot: Robot, system: LinearSystem) -> Legs | None:
-    """Body and legs of a robot with the linear structure ``system``; None where that does not walk."""
+def lower_profile(ground: Ground) -> Floats:
+    """Points (2 np,) [m] of uneven ground; none of level ground."""
+    return np.zeros(0) if ground.profile is None else ground.profile.points().ravel()
+
+
+def level_only(plan: Plan, what: str) -> None:
+    """Raise InputError for uneven ground, where some part of the library, named, knows level ground alone."""
+    if plan.profile.size:
+        raise InputError([f"ground.profile: {what} on level ground alone: leave it out"])
+
+
+def lower_legs(scene: Scene, system: LinearSystem) -> Legs | None:
+    """Body and legs of a scene with the linear structure ``system``; None where that does not walk."""
+    robot, profile = scene.robot, scene.ground.profile
     walker = robot.structure
     if not isinstance(walker, Walker):
         return None
@@ -305,6 +319,8 @@ def lower_legs(robot: Robot, system: LinearSystem) -> Legs | None:
         weight=-system.weight[nb + 1 :: 2, 0],
         first=np.concatenate([[0], np.cumsum(touched.sum(axis=1))]).astype(np.int64), drive=driven_by,
         gain=onto[of_leg, :, driven_by].reshape(-1, 2), body_load=np.ascontiguousarray(system.loads[:nb].T),
+        place=np.array([one.x for one in walker.legs.values()]),
+        points=0 if profile is None else len(profile.points()), periodic=int(profile is not None and profile.repeats),
     )  # fmt: skip
     return Legs(body, blocks)
 
@@ -409,6 +425,7 @@ class Kind(Enum):
     INITIAL = "initial state"
     GAP = "rest gap of a foot"
     GRAVITY = "gravity, or the incline by which it is turned"
+    PROFILE = "shape of uneven ground"
     DRIVE = "what one drive does"
     GAIT = "what the drives of a gait do"
 
@@ -439,6 +456,8 @@ def slot(scene: Scene, path: str) -> Place | None:
         return Place(Kind.INITIAL, column)
     if path in _TURNED and scene.ground.gravity is not None:
         return Place(Kind.GRAVITY, _TURNED.index(path))
+    if keys[:2] == ["ground", "profile"] and len(keys) > 2 and scene.ground.profile is not None:
+        return Place(Kind.PROFILE)
     if keys[:2] == ["robot", "feet"] and len(keys) == 4 and keys[3] == "gap" and keys[2] in scene.robot.feet:
         return Place(Kind.GAP, list(scene.robot.feet).index(keys[2]))
     if keys[0] == "gait" and scene.gait is not None:
@@ -490,12 +509,46 @@ def started(plan: Plan, rows: Rows, idle: Floats, feet: Sequence[str]) -> tuple[
     Raises InputError for the first run that would start below the ground, or does not stand.
     """
     initial, scales, refused = _native.start_rows(plan.rules, plan.laws.native, rows.signals, rows, idle)
+    if plan.legs is not None and plan.legs.body.points:
+        initial, scales, refused = _started_above(plan, rows, idle, initial)
     if len(refused):
         raise InputError(
             [_refusal(int(run), int(fault), feet, int(foot), by) for run, fault, foot, by in refused]
         )
     return initial, scales
 
+
+def _started_above(plan: Plan, rows: Rows, idle: Floats, initial: Floats) -> tuple[Floats, Floats, Floats]:
+    """The same above uneven ground, where the rest gap of a foot counts from the ground below it. A walker that stands
+    is moved along by what bears on it, so that the ground below it is found in turn with where it stands.
+    """
+    assert plan.legs is not None
+    body, m = plan.legs.body, plan.feet
+    at = len(body.body_mass) + 2 * body.leg
+    points = rows.profile.reshape(len(rows.profile), -1, 2)
+    for _ in range(_ROUNDS):
+        below = body.place[body.leg] + initial[:, at]
+        level = rows.sources.copy()
+        ground = np.array([heights_of(own, bool(body.periodic), x) for own, x in zip(points, below, strict=True)])
+        level[:, :m] -= ground
+        size = np.abs(ground) + np.abs(points).max(axis=(1, 2), initial=0.0)[:, None] + np.abs(below)
+        level[:, :m][np.abs(level[:, :m]) < _SUM * size] = 0.0
+        own = SimpleNamespace(**{name: getattr(rows, name) for name in _STARTS} | {"sources": level})
+        found, scales, refused = _native.start_rows(plan.rules, plan.laws.native, rows.signals, own, idle)
+        if len(refused) or np.array_equal(found, initial):
+            break
+        initial = found
+    return found, scales, refused
+
+
+_STARTS = ("parameters", "initial", "sources", "scales", "channels", "profile")
+"""What of the rows of runs determines how they begin."""
+
+_SUM = 1e-15
+"""Part of the size of the ground of which a gap above it is rounding."""
+
+_ROUNDS = 40
+"""Each brings a foot nearer to its place by the slope of the ground times how soft the walker is along it."""
 
 REFUSALS = {
     "below the ground": "foot '{foot}' would start {by} below the ground",

@@ -126,24 +126,32 @@ def unpacked(acting: Acting, samples: Floats, times: Floats) -> tuple[SampledSta
     plan, sources = acting.plan, acting.rows.sources[0]
     assert plan.legs is not None
     body, m = plan.legs.body, plan.feet
-    nt, nl, nb = len(times), len(body.mass), len(body.body_mass)
-    place, speed, legs, footing, energy = np.split(samples.T, np.cumsum([nb, nb, 4 * nl, 2 * m]))
+    nt, nl, nb, kinds = len(times), len(body.mass), len(body.body_mass), 5 if body.points else 2
+    place, speed, legs, footing, energy = np.split(samples.T, np.cumsum([nb, nb, 4 * nl, kinds * m]))
     feet = legs.reshape(nl, 2, 2, nt)  # leg; upward, along; displacement, rate
     x = np.concatenate([place, feet[:, ::-1, 0].reshape(2 * nl, nt)])
     v = np.concatenate([speed, feet[:, ::-1, 1].reshape(2 * nl, nt)])
-    contact, sense = footing.reshape(2, m, nt)
+    contact, sense, *below = footing.reshape(kinds, m, nt)
     held = np.isin(contact, (FootState.STUCK, FootState.SLIPPING))
-    gap, rate = sources[:m, None] + feet[body.leg, 0, 0], feet[body.leg, 0, 1]
+    up, ahead = feet[body.leg, 0], feet[body.leg, 1]
+    gap, rate = sources[:m, None] + up[:, 0], up[:, 1]
+    if below:  # the facets' directions: their tangents have these components along the way and upward
+        gap, cos, sin = below
+        rate = cos * up[:, 1] - sin * ahead[:, 1]
     # the structure's force on every coordinate; on a held foot it is its pull, or its force along the way
     system = plan.system.at(sources)
     onto = system.loads @ acting.drives(times) + system.constant[:, None]
     onto -= system.stiffness @ x + system.damping @ v
     forces = acting.forces(gap, rate, held, times)
     smooth, resistive = (acting.total(forces, hook, gap) for hook in ("force", "momentum"))
-    pull = np.where(held, onto[nb + 1 :: 2][body.leg], 0.0)
+    lift, along = onto[nb + 1 :: 2][body.leg], onto[nb::2][body.leg]
+    slip = ahead[:, 1]
+    if below:
+        lift, along = cos * lift - sin * along, cos * along + sin * lift
+        slip = cos * ahead[:, 1] + sin * up[:, 1]
+    pull = np.where(held, lift, 0.0)
     state = SampledStates(x, v, gap, rate, resistive, np.where(held, 0.0, smooth), pull, held)
-    x, speed = feet[body.leg, 1, 0], np.abs(feet[body.leg, 1, 1])
-    return state, Way(place, x, speed, contact, sense, onto[nb::2][body.leg]), energy
+    return state, Way(place, ahead[:, 0], np.abs(slip), contact, sense, along), energy
 
 
 @dataclass(frozen=True)

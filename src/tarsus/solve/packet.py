@@ -14,7 +14,7 @@ from tarsus.core import nodes
 from tarsus.core.modes import ModeBook, unbiased_mode
 from tarsus.model.drive.pieces import Channels
 from tarsus.model.scene import Scene
-from tarsus.plan.lowering import Plan, idle_forces
+from tarsus.plan.lowering import Plan, idle_forces, level_only
 from tarsus.plan.slots import Rows
 from tarsus.solve.engine import RECORDED, Accuracy, Engine, settings_arrays, step_lengths
 from tarsus.solve.simulate import Shared, prepared
@@ -42,6 +42,7 @@ def packet_arrays(scene: Scene, engine: Engine, rows: Rows, accuracy: Accuracy |
     Raises InputError for more contact modes than a packet holds.
     """
     plan, duration = engine.plan, engine.duration
+    level_only(plan, "the engine of a page runs")
     laws = plan.laws.arrays(plan.laws.terms, plan.laws.programs)
     parts = {
         "nodes": {name: value for name, value in vars(nodes).items() if name.isupper() and not name.startswith("_")},

@@ -20,7 +20,7 @@ from tarsus.core.arrays import LANES
 from tarsus.core.modes import LinearSystem, ModeBook, derived_mode
 from tarsus.model.drive.pieces import TERMS
 from tarsus.plan.channels import SlopedDrive, sloped_drives
-from tarsus.plan.lowering import Plan, lower_legs, lower_scene, lower_system, pack
+from tarsus.plan.lowering import Plan, level_only, lower_legs, lower_scene, lower_system, pack
 from tarsus.plan.slots import Rows, bears, check_bounds, rows_for, slot, unit_of
 
 if TYPE_CHECKING:
@@ -235,6 +235,7 @@ def entering(
     Raises InputError for a path that is none, a number that cannot vary, where a drive changes the number of its
     pieces, and for a number of the structure of a robot that slides and is no walker.
     """
+    level_only(plan, "a run has derivatives")
     found = directions_of(gradients)
     names = list(scene.robot.drives)
     lines, rest = sloped_drives(scene, list(found.values()), [names[d] for d in plan.charged])
@@ -285,7 +286,7 @@ def _walkers(
         initial += stencil.slope(plan.initial, [lower_scene(one).initial for one in changed])
     systems = [lower_system(one) for one in changed]
     plans = [
-        replace(plan, system=system, legs=lower_legs(one.robot, system))
+        replace(plan, system=system, legs=lower_legs(one, system))
         for one, system in zip(changed, systems, strict=True)
     ]
     return tuple(

@@ -16,6 +16,7 @@ from tarsus.base.events import FootState
 from tarsus.base.workers import Workers, spread, workers
 from tarsus.core import _native
 from tarsus.core.modes import NODES, ModeBook
+from tarsus.plan.lowering import level_only
 from tarsus.plan.slots import Kind, slot
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.contacts import CARRIED, fresh_feet
@@ -92,6 +93,7 @@ class Trajectories:
                 [f"{path}: makes a plan of its own; runs that go on together share one" for path in wrong]
             )
         engine, rows = prepared(scene, vary, longest, shared or Shared(), count)
+        level_only(engine.plan, "robots that are told what to do as they go walk")
         count = len(rows)
         alike = all(place is not None and place.kind is Kind.INITIAL for place in places.values())
         data = np.zeros(count, dtype=np.intp) if alike else np.arange(count)
@@ -161,7 +163,7 @@ class Trajectories:
 
         def work(part: slice) -> Sequence[Any]:
             own = SimpleNamespace(
-                initial=self.state[part], **{name: getattr(rows, name)[part] for name in _BY_RUN}
+                initial=self.state[part], profile=np.zeros(0), **{name: getattr(rows, name)[part] for name in _BY_RUN}
             )
             ways = tuple(np.ascontiguousarray(one[part]) for one in (self.time, until, self.feet))
             plan, tables = self.plan, self.tables

@@ -71,6 +71,7 @@ class Acting {
   Jet load(int n, int d) const {
     return drive(s_.body.drive[n], at_->time) * of_body([&](const Body& b) { return b.gain[2 * n + d]; });
   }
+  Jet across(int, int) const { return Jet(0.0); }  // there are no derivatives on uneven ground
   Jet landing_gap(int) const { return Jet(0.0); }  // a foot that lands is at the ground at its own moment
   // The film's momentum, from the run's base on; the lanes' own counts from nothing.
   Jet film(int i, const Jet& gap) const {

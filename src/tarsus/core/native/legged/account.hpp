@@ -74,24 +74,31 @@ struct Account {
     return film_by_parts(s.between, w, film, mass, low, high);
   }
 
+  // The gap of a foot in the air at an end of a stretch, where its displacement upward is known.
+  double end_gap(int i, double up, double fraction) const {
+    const Leg& leg = s.body.legs[i];
+    return leg.leans() ? gap_at(s, i, h, fraction).u : leg.clearance(up, 0.0);
+  }
+
   // The same law by law, of a foot in the air; see ActingLaws::shares. Where a film of several laws is thinner than the way of the
   // foot, the nodes do not resolve the shares of the laws in its work.
-  void add_shares(int i, const Stretch& over, const Path& path, const Row& rate) {
+  void add_shares(int i, int d, const Stretch& over, const Path& path, const Row& rate) {
+    const double by = s.normal_share(i, d), low_gap = end_gap(i, path.low, over.start), high_gap = end_gap(i, path.high, over.start + over.width);
     const Leg& leg = s.body.legs[i];
     const LegRows& r = s.rows[i];
     const auto &resistive = s.laws.laws.terms[MOMENTUM], &smooth = s.laws.laws.terms[FORCE];
     size_t share = 0;
     for (size_t n = 0; n + 1 < resistive.size(); n++) {
-      const Row film = over.of(s.laws.momentum_of(resistive[n], leg.foot, r.gap));
-      const double low = s.laws.momentum_of(resistive[n], leg.foot, leg.clearance(path.low));
-      const double high = s.laws.momentum_of(resistive[n], leg.foot, leg.clearance(path.high));
+      const Row film = over.of(s.laws.momentum_of(resistive[n], leg.foot, r.gap)) * by;
+      const double low = by * s.laws.momentum_of(resistive[n], leg.foot, low_gap);
+      const double high = by * s.laws.momentum_of(resistive[n], leg.foot, high_gap);
       const Row without = rate - film * (1.0 / leg.mass);  // with the part of the rate that the other films make
       s.shares[share++] += by_film(without, film, rate, leg.mass, low, high, UNSEEN_SHARE);
     }
     const Row now = s.nodes.times() * h + s.clock.time;
     for (size_t n = 0; n + 1 < smooth.size(); n++) {
       const Row force = s.laws.force_of(smooth[n], leg.foot, r.gap, r.rate, s.volts(leg.foot), now);
-      s.shares[share++] += integral(over.of(force) * rate) * h * over.width;
+      s.shares[share++] += integral(over.of(force) * rate) * (by * h * over.width);
     }
   }
 
@@ -102,18 +109,20 @@ struct Account {
     const LegRows& r = s.rows[i];
     const double span = h * over.width;
     Row rate = path.w;
-    if (d == UP && foot.filmed()) {
-      const Row film = over.of(r.film);
+    if (const double share = s.film_share(i, d)) {
+      const Row film = over.of(r.film) * share;
       rate += film * (1.0 / leg.mass);
-      const double low = s.film(i, leg.clearance(path.low));
-      const double high = s.film(i, leg.clearance(path.high));
+      const double low = share * s.film(i, end_gap(i, path.low, over.start));
+      const double high = share * s.film(i, end_gap(i, path.high, over.start + over.width));
       s.energy.film -= by_film(path.w, film, rate, leg.mass, low, high);
     }
-    if (d == UP && leg.foot >= 0 && !s.shares.empty() && foot.contact == AIR) add_shares(i, over, path, rate);
+    const bool acted = (d == UP || leg.leans()) && foot.contact == AIR;  // by what acts along the normal of the ground
+    if (acted && leg.foot >= 0 && !s.shares.empty()) add_shares(i, d, over, path, rate);
     const Row across = rate - over.of(leg.hip[d].motion(s.at.v));
     s.energy.damping += leg.damping[d] * integral(across * across) * span;
     s.energy.work += integral(over.of(r.load[d]) * rate) * span;
-    if (d == UP && foot.force) s.energy.smooth += integral(over.of(r.smooth) * rate) * span;
+    if (acted && foot.force) s.energy.smooth += integral(over.of(r.smooth) * rate) * (s.normal_share(i, d) * span);
+    if (leg.turned) s.energy.damping -= 2.0 * leg.cross_damping * integral(across * over.of(leg.hip[UP].motion(s.at.v))) * span;
     if (d == ALONG && foot.contact == SLIPPING) {
       s.energy.friction += integral(over.of(r.bound) * rate) * foot.sense * span;
     }
@@ -152,6 +161,9 @@ struct Account {
     if (foot.held(d)) {
       const Row rate = over.of(leg.hip[d].motion(s.at.v));
       s.energy.damping += leg.damping[d] * integral(rate * rate) * h * over.width;
+      if (leg.turned && d == ALONG) {
+        s.energy.damping += 2.0 * leg.cross_damping * integral(rate * over.of(leg.hip[UP].motion(s.at.v))) * h * over.width;
+      }
       return;
     }
     const Row& w = s.rows[i].w[d];

@@ -75,7 +75,13 @@ void run_all(LeggedMarch& system, const Batch& batch, const Start& begin, Outcom
   out.moving.assign(system.x, system.x + nb);
   out.moving.insert(out.moving.end(), system.v, system.v + nb);
   for (const LeggedFoot& foot : system.feet)
-    out.legs.insert(out.legs.end(), {foot.u[UP], foot.w[UP], foot.u[ALONG], foot.w[ALONG]});
+{
+    double u[DIRECTIONS] = {foot.u[UP], foot.u[ALONG]}, w[DIRECTIONS] = {foot.w[UP], foot.w[ALONG]};
+    const int i = int(&foot - system.feet.data());
+    in_world(system, i, u);
+    in_world(system, i, w);
+    out.legs.insert(out.legs.end(), {u[UP], w[UP], u[ALONG], w[ALONG]});
+  }
   for (int i : body.leg) out.contacts.push_back(system.feet[i].contact);
   out.energies.assign(&system.energy.work, &system.energy.work + ENERGIES);
   out.energies.insert(out.energies.end(), system.shares.begin(), system.shares.end());
@@ -92,6 +98,7 @@ nb::tuple run_legged(const Body& body, const LegTables& tables, const Nodes& nod
   const int nb = body.coordinates();
   if (laws.feet != body.feet()) throw std::invalid_argument("the body and the laws are of different feet");
   const Rows rows(given, signals, size_t(laws.feet) * laws.columns, 2 * (nb + 2 * body.legs.size()), laws.feet, body.drives);
+  if (rows.batch.profile != 2 * size_t(body.points)) throw std::invalid_argument("the sizes of a ground's profile differ");
   const Batch& batch = rows.batch;
   const Start begin(start, laws.flags.size());
   Outcome out;

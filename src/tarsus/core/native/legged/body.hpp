@@ -10,6 +10,8 @@
 // therefore counted from the start of each step: a small motion in a strong film would otherwise be a difference of large numbers.
 // Legs of equal mass, stiffness and damping are of one kind and share tables.
 #pragma once
+#include <cmath>
+#include <cstdint>
 #include <vector>
 
 #include "base/nodes.hpp"
@@ -48,6 +50,18 @@ struct Hip {
   }
 };
 
+// A facet of the ground: where it begins [m], its slope and the stretch of the way along it [m].
+struct Facet {
+  int64_t number = 0;
+  double x = 0.0, z = 0.0, cos = 1.0, sin = 0.0, low = 0.0, high = 0.0;
+
+  bool upright() const { return cos == 0.0; }
+  double end(int way) const { return way > 0 ? high : low; }
+  double height(int way) const { return z + (std::isfinite(end(way)) ? end(way) * sin : 0.0); }
+  // What rounding may leave of a place on it [m]: some units in the last place of the largest coordinate.
+  double rounding() const { return 2e-15 * (std::fabs(x) + std::fabs(z) + (std::isfinite(high - low) ? high - low : 0.0)); }
+};
+
 struct Leg {
   double mass, gap;                                      // [kg], clearance at rest [m]
   double weight[DIRECTIONS];                             // [N] downward, and backward
@@ -55,11 +69,21 @@ struct Leg {
   int kind[DIRECTIONS], foot = -1, first = 0, last = 0;  // tables; foot or -1; drives that act on the foot
   Hip hip[DIRECTIONS];
 
-  // The ground below a foot, which is level: the clearance [m] of a foot displaced by ``up``, and the displacement of one that
-  // stands on the ground. The shape of the ground is defined here alone.
+  // Of uneven ground (legged/profile.hpp). place [m]: of the foot at rest along the facet, which lasts from low to high; normal: of the
+  // facet, in the directions the leg lives in; rounding [m]: of the gap. sloping: the facet is not level; turned: the leg lives in its
+  // directions, in which stiffness and damping couple them (cross) and are more along it than the leg's tables have.
+  double place = 0.0, low = -INF, high = INF, normal[DIRECTIONS] = {1.0, 0.0}, rounding = 0.0;
+  double cross_stiffness = 0.0, cross_damping = 0.0, more_stiffness = 0.0, more_damping = 0.0;
+  bool sloping = false, turned = false;
+
+  // Whether the gap of the foot depends on where it is along the way.
+  bool leans() const { return sloping && !turned; }
+
+  // The ground below a foot, by default level: the clearance [m] of a foot displaced by ``up`` and ``along``, and the displacement of
+  // one that stands on the ground.
   template <class Real>
-  TARSUS_INLINE Real clearance(const Real& up) const {
-    return up + gap;
+  TARSUS_INLINE Real clearance(const Real& up, const Real& along) const {
+    return leans() ? up * normal[UP] + along * normal[ALONG] + gap : up + gap;
   }
   double standing() const { return -gap; }
 };
@@ -74,6 +98,8 @@ struct Body {
   std::vector<double> gain;
   std::vector<double> load;  // (drives, coordinates): loads on the body itself
   int drives = 0;
+  int points = 0;         // of the ground's profile, 0 for level ground
+  bool periodic = false;  // whether that repeats
 
   int coordinates() const { return int(mass.size()); }
   int feet() const { return int(leg.size()); }

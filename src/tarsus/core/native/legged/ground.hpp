@@ -30,9 +30,15 @@ struct Present {
   double load(int n, int d) const { return s.body.gain[2 * n + d] * s.player.value(s.body.drive[n], s.clock.time); }
   double age_brought(int i) const { return s.feet[i].brought(laws, leg(i).foot, s.clock.time); }
   double volts(int f) const { return s.volts_now(f); }
-  double landing_gap(int i) const { return leg(i).clearance(s.feet[i].u[UP]); }
+  double landing_gap(int i) const { return s.gap_now(i); }
+  // Force [N] in direction d by which a slope couples its two directions: 0 on level ground.
+  double across(int i, int d) const {
+    if (!leg(i).turned) return 0.0;
+    const double rate = d == UP ? s.feet[i].w[ALONG] : 0.0;  // of a foot on the ground
+    return leg(i).cross_stiffness * (hip(i, 1 - d) - s.feet[i].u[1 - d]) + leg(i).cross_damping * (hip_rate(i, 1 - d) - rate);
+  }
   // Of the laws under a foot in the air, momentum from its base on [N s], and force [N].
-  double film(int i, double gap) const { return s.feet[i].film ? s.film(i, gap) : 0.0; }
+  double film(int i, double gap) const { return s.feet[i].film && !leg(i).turned ? s.film(i, gap) : 0.0; }
   double smooth(int i, double gap, double rate) const {
     return s.feet[i].force ? s.laws.force(leg(i).foot, gap, rate, volts(leg(i).foot), s.clock.time) : 0.0;
   }
@@ -43,7 +49,7 @@ template <class P>
 inline typename P::Real structure_force(const P& p, int i, int d, const typename P::Real& u) {
   typename P::Real force = p.stiffness(i, d) * (p.hip(i, d) - u) + p.damping(i, d) * p.hip_rate(i, d) - p.weight(i, d);
   for (int n = p.leg(i).first; n < p.leg(i).last; n++) force = force + p.load(n, d);
-  return force;
+  return force + p.across(i, d);
 }
 
 // Pull [N] on a foot on the ground, its smooth force there included.
@@ -108,6 +114,10 @@ inline double no_pull(const Legged& s, int i) {
   for (int n = leg.first; n < leg.last; n++) {
     parts += std::fabs(s.body.gain[2 * n + UP] * s.player.value(s.body.drive[n], s.clock.time));
   }
+  if (leg.turned) {
+    parts += std::fabs(leg.cross_stiffness) * (leg.hip[ALONG].parts(s.x) + std::fabs(s.feet[i].u[ALONG])) +
+             std::fabs(leg.cross_damping) * (leg.hip[ALONG].parts(s.v) + std::fabs(s.feet[i].w[ALONG]));
+  }
   if (s.feet[i].force) parts += std::fabs(s.laws.force(leg.foot, 0.0, 0.0, s.volts_now(leg.foot), s.clock.time));
   return s.settings.force_zero + ROUNDING * parts;
 }
@@ -170,10 +180,141 @@ inline void land(Legged& s, int i) {
   begin_contact(s, i);
 }
 
+// ---- on uneven ground
+
+// A foot reaches its facet.
+inline void land_on_facet(Legged& s, int i) {
+  turn(s, i);
+  land(s, i);
+  if (s.feet[i].contact == AIR) turn_back(s, i);
+}
+
+// A foot in contact is in the air from now on, above the facet on that side where it is vertical.
+inline void leave_facet(Legged& s, int i, const Facet& above) {
+  begin_flight(s, i);
+  turn_back(s, i);
+  pass_over(s, i, above);
+}
+inline Facet open_side(const Legged& s, const Facet& on) {
+  return on.upright() ? s.profile->facet(on.number + (on.sin > 0.0 ? -1 : 1)) : on;
+}
+
+// What is noted of a foot that leaves a facet for the next one, or for the air beyond it.
+inline void end_contact(Legged& s, int i) {
+  Present present(s);
+  LeggedFoot& foot = s.feet[i];
+  const int f = s.body.legs[i].foot;
+  const double t = s.clock.time;
+  s.log.add(t, f, RELEASE, foot.apex, 0.0, 0.0, pull_on(present, i), s.laws.strength(f, t - foot.since, s.volts_now(f)));
+  foot.end(t);
+  foot.wedged = 0;
+}
+
+// A foot at rest lies on the next facet as well.
+inline void lie_on(Legged& s, int i, const Facet& next) {
+  LeggedFoot& foot = s.feet[i];
+  end_contact(s, i);
+  turn_back(s, i);
+  foot.contact = AIR;  // for a moment, so that the facet's frame is entered from the air
+  pass_over(s, i, next);
+  turn(s, i);
+  Present present(s);
+  const int f = s.body.legs[i].foot;
+  foot.u[UP] = s.body.legs[i].standing();
+  s.log.add(s.clock.time, f, CONTACT_AT_START, foot.apex, 0.0, 0.0, pull_on(present, i), s.laws.strength(f, present.age_brought(i), s.volts_now(f)));
+  begin_contact(s, i);
+}
+
+// A foot stands still in a concave corner at an end of its facet. Without friction two facets bear a force R on the foot by R =
+// N n + N' n'. Pressed against both it is held; away from the next one, or pulled off its own (``shifts``), it is on one
+// facet, where it sticks or slides out of the corner.
+inline void stand_in_corner(Legged& s, int i, int way, bool shifts) {
+  LeggedFoot& foot = s.feet[i];
+  const Corner corner = corner_of(s, i, way);
+  const int f = s.body.legs[i].foot;
+  foot.w[UP] = foot.w[ALONG] = 0.0;
+  foot.wedged = 0;
+  Present present(s);
+  Bearing<double> at = bearing_of(present, i, s.laws.strength(f, s.clock.time - foot.since, s.volts_now(f)));
+  const double pressed = way * at.along / corner.sin;
+  if (pressed > 0.0 && !shifts && at.margin - pressed * corner.cos >= 0.0) {
+    foot.contact = STUCK;
+    foot.sense = 0.0;
+    foot.wedged = way;
+    s.log.add(s.clock.time, f, STICK_BEGINS, foot.apex, 0.0, 0.0, at.along, at.most);
+    return;
+  }
+  if (pressed > 0.0) {
+    lie_on(s, i, s.profile->facet(foot.ground.number + way));
+    way = -way;
+    at = bearing_of(present, i, s.laws.strength(f, s.clock.time - foot.since, s.volts_now(f)));
+  }
+  const bool had = foot.contact == STUCK, friction = has_friction(s.laws, f), sticks = friction && at.holds(s.settings.force_zero);
+  foot.contact = sticks ? STUCK : SLIPPING;
+  foot.sense = sticks || !friction ? 0.0 : double(-way);
+  foot.start = sticks ? AS_IT_COMES : JUST_SLIDING;
+  if (had != sticks) s.log.add(s.clock.time, f, sticks ? STICK_BEGINS : SLIP_BEGINS, foot.apex, 0.0, 0.0, at.along, at.most);
+}
+
+// A foot that slides comes to an end of its facet. Where the ground falls away it flies off as it moves: no finite strength turns it. Where
+// the ground rises it lands on the next facet, by an impact of its own like any other.
+inline void turn_corner(Legged& s, int i, int way) {
+  LeggedFoot& foot = s.feet[i];
+  const Corner corner = corner_of(s, i, way);
+  const Facet old = foot.ground, next = s.profile->facet(old.number + way);
+  foot.u[ALONG] = old.end(way) - s.body.legs[i].place;
+  const double speed = way * foot.w[ALONG] * corner.sin;
+  if (corner.rises() && !corner.straight() && speed <= no_rate(s, i, 0.0)) return stand_in_corner(s, i, way, false);
+  end_contact(s, i);
+  if (!corner.rises() && !corner.straight()) {
+    leave_facet(s, i, next.upright() ? s.profile->facet(next.number + way) : next);
+    return;
+  }
+  turn_back(s, i);
+  foot.contact = AIR;
+  pass_over(s, i, next);
+  land_on_facet(s, i);
+  if (foot.contact == AIR) {
+    const bool returns = !old.upright() && (next.upright() || way * foot.w[ALONG] < 0.0);
+    pass_over(s, i, returns ? old : next);
+    if (returns) foot.start = AS_IT_COMES;
+    return;
+  }
+  if (corner.straight() || way * foot.w[ALONG] > s.settings.speed_zero) return;
+  // what is left of its motion would take it back into the corner: both facets stop it
+  s.log.events.back().energy += 0.5 * s.body.legs[i].mass * foot.w[ALONG] * foot.w[ALONG];
+  stand_in_corner(s, i, -way, false);
+}
+
+// A foot in the air comes above an end of its facet: it passes, or hits the side of a step.
+inline void pass_corner(Legged& s, int i, int way) {
+  LeggedFoot& foot = s.feet[i];
+  s.rebase(i);
+  foot.u[ALONG] = foot.ground.end(way) * foot.ground.cos - s.body.legs[i].place;
+  const Facet next = s.profile->facet(foot.ground.number + way);
+  foot.start = AS_IT_COMES;
+  if (!next.upright()) return pass_over(s, i, next);
+  const Facet beyond = s.profile->facet(next.number + way);
+  const double height = foot.u[UP] + s.level[i].gap;
+  if (height >= beyond.height(-way) - beyond.rounding()) return pass_over(s, i, beyond);
+  const Facet before = foot.ground;
+  pass_over(s, i, next);
+  land_on_facet(s, i);
+  if (foot.contact != AIR) return;
+  pass_over(s, i, before);
+  foot.start = JUST_LEFT;
+}
+
 // Change the state of a foot by its event at the present time.
 inline void apply_event(Legged& s, int i, FootEvent kind) {
-  if (kind == TOUCH) return land(s, i);
+  if (kind == TOUCH) return land_on_facet(s, i);
   LeggedFoot& foot = s.feet[i];
+  if (kind == HIGH_END || kind == LOW_END) {
+    const int way = kind == HIGH_END ? 1 : -1;
+    return foot.contact == AIR ? pass_corner(s, i, way) : turn_corner(s, i, way);
+  }
+  if (kind == SHIFT || kind == LOOSE) return stand_in_corner(s, i, foot.wedged, kind == SHIFT);
+
   const int f = s.body.legs[i].foot;
   Present present(s);
   const double t = s.clock.time, pull = pull_on(present, i), strength = s.laws.strength(f, t - foot.since, s.volts_now(f));
@@ -181,10 +322,17 @@ inline void apply_event(Legged& s, int i, FootEvent kind) {
     s.log.add(t, f, RELEASE, foot.apex, 0.0, 0.0, pull, strength);
     foot.end(t);
     foot.w[UP] = leaving_rate(present, i, 0.0);
+    if (s.body.legs[i].turned) return leave_facet(s, i, open_side(s, foot.ground));
     begin_flight(s, i);
     return;
   }
   const Bearing<double> at = bearing_of(present, i, strength);
+  if (s.profile != nullptr) {
+    const int way = int(sense_of_slip(at.along));
+    const Leg& leg = s.body.legs[i];
+    const double left = std::fabs(foot.ground.end(way) - foot.u[ALONG] - leg.place);
+    if (left <= leg.rounding && corner_of(s, i, way).rises()) return stand_in_corner(s, i, way, false);
+  }
   foot.w[ALONG] = 0.0;
   const bool sticks = kind == STOP && at.holds(s.settings.force_zero);
   s.log.add(t, f, sticks ? STICK_BEGINS : SLIP_BEGINS, foot.apex, 0.0, 0.0, at.along, at.most);

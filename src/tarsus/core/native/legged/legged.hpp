@@ -28,6 +28,8 @@ struct LeggedFoot : Grip<double> {
   Contact contact;
   Start start;
   bool film, force;  // laws that act on it in the air
+  Facet ground;      // below it, of uneven ground
+  int wedged = 0;    // +-1: it stands in the corner at that end of its facet, pressed against the next one too
 
   bool held(int d) const { return contact == STUCK || (d == UP && contact != AIR); }
   bool filmed() const { return film && contact == AIR; }
@@ -130,6 +132,8 @@ struct Between {
   }
 };
 
+class Profile;
+
 struct Legged {
   Body body;  // with the gaps and weights of the run
   const LegTables& tables;
@@ -150,6 +154,11 @@ struct Legged {
   std::vector<double> shares;        // work [J] of single laws, see ActingLaws::shares
   int step_class = 0, launch_class[STICK_BEGINS + 1] = {}, launched = 0;  // by the kind of event, 0 for a kink
   bool launching = false;
+
+  // of uneven ground: its facets, or null, and legs and gains in the robot's own directions
+  const Profile* profile = nullptr;
+  std::vector<Leg> level;
+  std::vector<double> level_gain;
 
   // the step being made
   std::vector<Row> channels;
@@ -174,17 +183,30 @@ struct Legged {
   TARSUS_INLINE Real film(int i, const Real& gap) const {
     return laws.momentum_from(body.legs[i].foot, feet[i].from, feet[i].base, gap);
   }
+  double gap_now(int i) const { return body.legs[i].clearance(feet[i].u[UP], feet[i].u[ALONG]); }
+  void base_at(int i, double gap) {
+    feet[i].from = gap;
+    feet[i].base = laws.momentum(body.legs[i].foot, gap);
+  }
   // Count the momentum of the film under every foot in the air from the present gap on.
   void rebase() {
-    for (int i : body.leg) {
-      LeggedFoot& foot = feet[i];
-      if (!foot.filmed()) continue;
-      const double gap = body.legs[i].clearance(foot.u[UP]);
-      foot.w[UP] += film(i, gap) / body.legs[i].mass;
-      foot.from = gap;
-      foot.base = laws.momentum(body.legs[i].foot, gap);
-    }
+    for (int i : body.leg) rebase(i);
   }
+  void rebase(int i) {
+    LeggedFoot& foot = feet[i];
+    if (!foot.filmed()) return;
+    const double gap = gap_now(i);
+    const double momentum = film(i, gap);
+    foot.w[UP] += film_share(i, UP) * momentum / body.legs[i].mass;
+    if (body.legs[i].leans()) foot.w[ALONG] += film_share(i, ALONG) * momentum / body.legs[i].mass;
+    base_at(i, gap);
+  }
+  // What a force along the facet's normal does in a direction, and the momentum of the film: 0 for none.
+  double normal_share(int i, int d) const {
+    const Leg& leg = body.legs[i];
+    return leg.leans() ? leg.normal[d] : d == UP ? 1.0 : 0.0;
+  }
+  double film_share(int i, int d) const { return feet[i].filmed() ? normal_share(i, d) : 0.0; }
 
   // Volts at a foot's electrode at the nodes, and now.
   const Row& volts(int f) const {

@@ -49,6 +49,7 @@ struct LeggedMarch : Legged {
   const bool keeps_account;
   const Body& unit_body;  // its weights are those of unit gravity
   Notes& notes;
+  Profile ground;
   Moment moment;
   const double* gravity = nullptr;  // [m/s^2] of the run, into the ground and back along the way
   double lowest_at = -1.0, highest_at = -1.0;  // scaled times of the last step at which the body was lower, higher; -1: never
@@ -62,7 +63,7 @@ struct LeggedMarch : Legged {
   }
 
   size_t sample_width() const {
-    return 2 * coordinates() + 2 * DIRECTIONS * legs() + 2 * body.feet() + ENERGIES + shares.size();
+    return 2 * coordinates() + 2 * DIRECTIONS * legs() + (body.points > 0 ? 5 : 2) * body.feet() + ENERGIES + shares.size();
   }
 
   // Set everything to the start of a run. Its displacements and velocities: the body's, then of every leg the way along
@@ -72,7 +73,7 @@ struct LeggedMarch : Legged {
     const int nb = coordinates(), n = nb + 2 * legs();
     settings = units.of(run, body.feet());
     laws.take(run.parameters);
-    put_on_ground(run.sources);
+    put_on_ground(run);
     clock = Clock();
     clock.mark = 0.0;
     player.restart(run.channels);
@@ -92,9 +93,10 @@ struct LeggedMarch : Legged {
         foot.u[d] = initial[nb + 2 * i + 1 - d];
         foot.w[d] = initial[n + nb + 2 * i + 1 - d];
       }
-      if (!foot.film) continue;
-      foot.from = body.legs[i].clearance(foot.u[UP]);
-      foot.base = laws.momentum(f, foot.from);
+    }
+    if (profile != nullptr) lay_ground(*this);
+    for (int i : body.leg) {
+      if (feet[i].film) base_at(i, gap_now(i));
     }
     energy = {};
     std::fill(shares.begin(), shares.end(), 0.0);
@@ -108,11 +110,15 @@ struct LeggedMarch : Legged {
     notes.sampled = 0;
   }
 
-  // Rest gaps [m] of the feet, and gravity [m/s^2].
-  void put_on_ground(const double* sources) {
-    gravity = sources + body.feet();
-    for (int f = 0; f < body.feet(); f++) body.legs[body.leg[f]].gap = sources[f];
+  // Rest gaps [m] of the feet, gravity [m/s^2], and the shape of the ground.
+  void put_on_ground(const RunData& run) {
+    gravity = run.sources + body.feet();
+    if (body.points > 0) body = unit_body;  // feet of the run before may have stood on slopes
+    for (int f = 0; f < body.feet(); f++) body.legs[body.leg[f]].gap = run.sources[f];
     body.weigh(unit_body, gravity);
+    if (body.points == 0) return;
+    ground = {run.profile, body.points, body.periodic};
+    profile = &ground;
   }
 
   void enter() {}
@@ -123,7 +129,11 @@ struct LeggedMarch : Legged {
     std::vector<double>& row = notes.marks;
     row.push_back(clock.time);
     row.insert(row.end(), x, x + coordinates());
-    for (int i : body.leg) row.push_back(feet[i].u[ALONG]);
+    for (int i : body.leg) {
+      double u[DIRECTIONS] = {feet[i].u[UP], feet[i].u[ALONG]};
+      in_world(*this, i, u);
+      row.push_back(u[ALONG]);
+    }
     for (int i : body.leg) row.push_back(feet[i].slipped);
     row.push_back(std::min(lowest_body, x[1]));
     row.push_back(std::max(highest_body, x[1]));
@@ -142,7 +152,7 @@ struct LeggedMarch : Legged {
     int k = 0;
     for (int i = 0; i < legs(); i++) {
       for (int d = 0; d < DIRECTIONS; d++) {
-        if (!feet[i].held(d)) k = std::max(k, tables.longest[body.legs[i].kind[d]]);
+        if (!feet[i].held(d) || body.legs[i].turned) k = std::max(k, tables.longest[body.legs[i].kind[d]]);
       }
     }
     return k;
@@ -161,16 +171,28 @@ struct LeggedMarch : Legged {
     for (int b = 0; b < coordinates(); b++) *to++ = moment.x[b];
     for (int b = 0; b < coordinates(); b++) *to++ = moment.v[b];
     for (int i = 0; i < legs(); i++) {
+      double u[DIRECTIONS], w[DIRECTIONS];
       for (int d = 0; d < DIRECTIONS; d++) {
         const Motion at = moment.of(i, d);
-        const double film =
-            d == UP && feet[i].filmed() ? this->film(i, body.legs[i].clearance(at.u)) : 0.0;
-        *to++ = at.u;
-        *to++ = at.w + film / body.legs[i].mass;
+        const double share = film_share(i, d);
+        const double film = share != 0.0 ? share * this->film(i, body.legs[i].clearance(at.u, moment.of(i, ALONG).u)) : 0.0;
+        u[d] = at.u;
+        w[d] = at.w + film / body.legs[i].mass;
+      }
+      in_world(*this, i, u);
+      in_world(*this, i, w);
+      for (int d = 0; d < DIRECTIONS; d++) {
+        *to++ = u[d];
+        *to++ = w[d];
       }
     }
     for (int i : body.leg) *to++ = feet[i].contact;
     for (int i : body.leg) *to++ = feet[i].sense;
+    if (profile != nullptr) {
+      for (int i : body.leg) *to++ = feet[i].contact == AIR ? body.legs[i].clearance(moment.of(i, UP).u, moment.of(i, ALONG).u) : 0.0;
+      for (int i : body.leg) *to++ = feet[i].ground.cos;
+      for (int i : body.leg) *to++ = feet[i].ground.sin;
+    }
     const double* from = &before.work;
     const double* now = &energy.work;
     for (int e = 0; e < ENERGIES; e++) *to++ = from[e] + (now[e] - from[e]) * share;

@@ -26,7 +26,9 @@ inline void shift(double* coefficients, double by) {
 // Taylor series.
 inline Motion expand(const Leg& leg, int d, double h, double span, Motion from, const double* push,
                      const double* film) {
-  const double step = h * span, m = 1.0 / leg.mass, stiffness = leg.stiffness[d], damping = leg.damping[d];
+  const bool more = leg.turned && d == ALONG;  // by its tables' own, as its forces are (legged/profile.hpp)
+  const double step = h * span, m = 1.0 / leg.mass, stiffness = more ? leg.stiffness[d] - leg.more_stiffness : leg.stiffness[d],
+               damping = more ? leg.damping[d] - leg.more_damping : leg.damping[d];
   const double enough = 1e-18 * (std::fabs(from.u) + step * std::fabs(from.w)) + 1e-40;
   Motion sum = from, term = from;
   double power = 1.0;
@@ -80,9 +82,10 @@ inline Motion leg_at(const Legged& s, int i, int d, double h, double fraction) {
   double left = fraction - s.nodes.tau[node];
   if (left <= 0.0) return at;
   double push[N], momentum[N];
-  double* film = d == UP && foot.filmed() ? momentum : nullptr;
+  const double share = s.film_share(i, d);
+  double* film = share != 0.0 ? momentum : nullptr;
   store(push, combine(&s.between.about[node][0][0], r.q[d]));
-  if (film != nullptr) store(film, combine(&s.between.about[node][0][0], r.film));
+  if (film != nullptr) store(film, combine(&s.between.about[node][0][0], r.film) * share);
   const int kind = leg.kind[d];
   const double rate = s.tables.rate[kind] * h;
   // far from the node for the block's own rate: by the tables of shorter steps first
@@ -95,6 +98,22 @@ inline Motion leg_at(const Legged& s, int i, int d, double h, double fraction) {
     if (film != nullptr) shift(film, width);
   }
   return expand(leg, d, h, left, at, push, film);
+}
+
+// Displacement and rate of a free foot in direction d.
+inline Motion foot_at(const Legged& s, int i, int d, double h, double fraction) {
+  Motion at = leg_at(s, i, d, h, fraction);
+  if (const double share = s.film_share(i, d)) at.w += share * s.polynomial_at(s.rows[i].film, fraction) / s.body.legs[i].mass;
+  return at;
+}
+
+// Gap [m] and its rate [m/s] of a free foot at scaled time ``fraction``.
+inline Motion gap_at(const Legged& s, int i, double h, double fraction) {
+  const Leg& leg = s.body.legs[i];
+  Motion at = foot_at(s, i, UP, h, fraction);
+  if (!leg.leans()) return {leg.clearance(at.u, 0.0), at.w};
+  const Motion along = foot_at(s, i, ALONG, h, fraction);
+  return {leg.clearance(at.u, along.u), at.w * leg.normal[UP] + along.w * leg.normal[ALONG]};
 }
 
 // Values of the Lagrange polynomials at scaled time s.
@@ -168,7 +187,7 @@ inline void motion_at(const Legged& s, double h, double fraction, Moment& out) {
       const Motion to = smooth(s, r, d, h) ? Motion{total(r.u[d] * here), total(r.w[d] * here)} : leg_at(s, i, d, h, fraction);
       out.of(i, d) = to;
       double place = leg.mass * (to.u - foot.u[d] - foot.w[d] * fraction * h);
-      if (d == UP && foot.filmed()) place -= integral_at(s, s.rows[i].film, fraction) * h;
+      if (const double share = s.film_share(i, d)) place -= integral_at(s, s.rows[i].film, fraction) * (share * h);
       leg.hip[d].carry(-place, out.x);
       leg.hip[d].carry(-leg.mass * (to.w - foot.w[d]), out.v);
     }

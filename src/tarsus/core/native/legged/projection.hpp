@@ -1,10 +1,27 @@
 // The body of a legged robot under the forces of its own legs within a step: a projection that includes the legs' first-order
 // response to the body, so that the repetition of legged/step.hpp converges fast.
 #pragma once
+#include <cstring>
+
 #include "base/dense.hpp"
 #include "legged/legged.hpp"
 
 namespace tarsus::legged {
+
+// Of a foot that sticks on a slope: what its springs and dampers couple of the facet's two directions.
+inline void couple_across(Legged& s, int i) {
+  const Leg& leg = s.body.legs[i];
+  for (int d = 0; d < DIRECTIONS; d++) {
+    const Hip &hip = leg.hip[d], &other = leg.hip[1 - d];
+    for (int n = 0; n < hip.count; n++) {
+      s.coupling.offset[hip.at[n]] += hip.by[n] * leg.cross_stiffness * s.feet[i].u[1 - d];
+      for (int l = 0; l < other.count; l++) {
+        s.coupling.stiffness[hip.at[n]][other.at[l]] += hip.by[n] * other.by[l] * leg.cross_stiffness;
+        s.coupling.damping[hip.at[n]][other.at[l]] += hip.by[n] * other.by[l] * leg.cross_damping;
+      }
+    }
+  }
+}
 
 // Sum up the forces of all feet on the body and within it (Coupling), once more after each change of a contact.
 inline void assemble_coupling(Legged& s) {
@@ -36,6 +53,13 @@ inline void assemble_coupling(Legged& s) {
         }
       }
     }
+    if (!leg.turned) continue;
+    for (double of : {s.feet[i].ground.cos, s.feet[i].ground.sin}) {  // the solvers are of these slopes alone
+      uint64_t bits;
+      std::memcpy(&bits, &of, sizeof bits);
+      for (int b = 0; b < 64; b++) contacts.push_back((bits >> b) & 1);
+    }
+    if (s.feet[i].held(ALONG)) couple_across(s, i);
   }
   if (s.kept_solvers.size() >= MOST_CONTACT_SETS) s.kept_solvers.clear();
   s.solvers = &s.kept_solvers[contacts];

@@ -1,10 +1,13 @@
 // The first events inside a step whose nodes are known.
 #pragma once
 #include "legged/motion.hpp"
+#include "legged/profile.hpp"
 
 namespace tarsus::legged {
 
-enum FootEvent { NOTHING, TOUCH, PULL_OFF, SLIP_UP, SLIP_DOWN, STOP };
+// Of uneven ground too: a foot comes to an end of its facet, on it or above it; one that stands in a corner is pulled off its own
+// facet while it is pressed against the next, or is pressed against that no more.
+enum FootEvent { NOTHING, TOUCH, PULL_OFF, SLIP_UP, SLIP_DOWN, STOP, HIGH_END, LOW_END, SHIFT, LOOSE };
 
 // Where a foot may have an event, in scaled time; in the end low = high is its time.
 struct Bracket {
@@ -14,7 +17,7 @@ struct Bracket {
 
 struct Candidates {
   int count = 0;
-  Bracket some[3];
+  Bracket some[4];
 
   void note(double low, double high, FootEvent kind, double limit) {
     if (low < limit) some[count++] = {low, high, kind};
@@ -53,14 +56,6 @@ inline void falls_below(const Legged& s, const Row& values, double level, double
   if (end < 2.0) out.note(begin, end, kind, limit);
 }
 
-// Gap [m] and its rate [m/s] of a free foot at scaled time ``fraction``.
-inline Motion gap_at(const Legged& s, int i, double h, double fraction) {
-  Motion at = leg_at(s, i, UP, h, fraction);
-  if (s.feet[i].filmed()) at.w += s.polynomial_at(s.rows[i].film, fraction) / s.body.legs[i].mass;
-  at.u = s.body.legs[i].clearance(at.u);
-  return at;
-}
-
 // Gap and scaled time of the lowest point of a flight between nodes j - 1 and j, where its rate changes sign; share: of the
 // interval, to which the time is found. A gap needs no more than half of the digits, for it is level there.
 struct Lowest {
@@ -82,27 +77,65 @@ TARSUS_APART Lowest lowest_between(const Legged& s, int j, Flight&& gap_at, doub
   return {gap, at};
 }
 
+// Note where a distance [m], at the nodes with its rate, first falls below zero; at: both by the scaled time; none: what is no distance.
+template <class Flight>
+void runs_out(const Legged& s, const Row& gap, const Row& rate, double none, double h, double limit, FootEvent kind, Candidates& out, Flight&& at) {
+  const double* tau = s.nodes.tau;
+  // two neighbouring nodes are less than a quarter of a step apart, in which no flight falls farther than this
+  if (lowest(gap) > 0.25 * h * highest(magnitude(rate))) return;
+  for (int j = 1; j < N && tau[j - 1] < limit; j++) {
+    if (gap[j] < -none) return out.note(tau[j - 1], tau[j], kind, limit);
+    if (!(rate[j - 1] < 0.0 && 0.0 < rate[j])) continue;
+    // the parabola of the two rates bounds how far below its ends the flight may dip
+    const double width = (tau[j] - tau[j - 1]) * h;
+    const double drop = 0.5 * width * rate[j - 1] * rate[j - 1] / (rate[j] - rate[j - 1]);
+    if (std::min(gap[j - 1], gap[j]) >= 2.0 * drop) continue;
+    const Lowest least = lowest_between(s, j, at);
+    if (least.gap < -none) return out.note(tau[j - 1], least.at, kind, limit);
+  }
+}
+
 // Note where a free foot first reaches the ground; gap_at: its gap [m] and what has the sign of its rate, by the scaled time.
 template <class Flight>
 void touches(const Legged& s, int i, double h, double limit, Candidates& out, Flight&& gap_at) {
-  const Settings& settings = s.settings;
   const LegRows& r = s.rows[i];
-  const double* tau = s.nodes.tau;
-  if (s.feet[i].start == AS_IT_COMES && r.gap[0] <= settings.gap_zero && r.rate[0] <= settings.speed_zero) {
+  const double none = s.settings.gap_zero + s.body.legs[i].rounding;
+  if (s.feet[i].start == AS_IT_COMES && r.gap[0] <= none && r.rate[0] <= s.settings.speed_zero) {
     return out.note(0.0, 0.0, TOUCH, 1.0);
   }
-  // two neighbouring nodes are less than a quarter of a step apart, in which no flight falls farther than this
-  if (lowest(r.gap) > 0.25 * h * highest(magnitude(r.rate))) return;
-  for (int j = 1; j < N && tau[j - 1] < limit; j++) {
-    if (r.gap[j] < -settings.gap_zero) return out.note(tau[j - 1], tau[j], TOUCH, limit);
-    if (!(r.rate[j - 1] < 0.0 && 0.0 < r.rate[j])) continue;
-    // the parabola of the two rates bounds how far below its ends the flight may dip
-    const double width = (tau[j] - tau[j - 1]) * h;
-    const double drop = 0.5 * width * r.rate[j - 1] * r.rate[j - 1] / (r.rate[j] - r.rate[j - 1]);
-    if (std::min(r.gap[j - 1], r.gap[j]) >= 2.0 * drop) continue;
-    const Lowest least = lowest_between(s, j, gap_at);
-    if (least.gap < -settings.gap_zero) return out.note(tau[j - 1], least.at, TOUCH, limit);
+  runs_out(s, r.gap, r.rate, none, h, limit, TOUCH, out, gap_at);
+}
+
+// Distance [m] of a foot from an end of its facet, way = 1 the upper one, and its rate [m/s], at scaled time ``fraction``.
+inline Motion left_at(const Legged& s, int i, int way, double h, double fraction) {
+  const Leg& leg = s.body.legs[i];
+  const Motion at = foot_at(s, i, ALONG, h, fraction);
+  const double place = at.u + leg.place;
+  return {way > 0 ? leg.high - place : place - leg.low, -way * at.w};
+}
+
+// Note where a foot that moves along the ground first comes to an end of its facet.
+inline void comes_to_end(const Legged& s, int i, double h, double limit, Candidates& out) {
+  const Leg& leg = s.body.legs[i];
+  const LegRows& r = s.rows[i];
+  Row rate = r.w[ALONG];
+  if (const double share = s.film_share(i, ALONG)) rate += r.film * (share / leg.mass);
+  for (int way : {1, -1}) {
+    const Row left = way > 0 ? leg.high - leg.place - r.u[ALONG] : r.u[ALONG] + (leg.place - leg.low);
+    const FootEvent kind = way > 0 ? HIGH_END : LOW_END;
+    if (!std::isfinite(left[0])) continue;
+    if (left[0] <= leg.rounding && way * rate[0] > s.settings.speed_zero) {
+      out.note(0.0, 0.0, kind, 1.0);
+      continue;
+    }
+    runs_out(s, left, rate * double(-way), leg.rounding, h, limit, kind, out, [&](double at) { return left_at(s, i, way, h, at); });
   }
+}
+
+// Of a foot pressed into a corner, at the nodes: its margin on its own facet, where the next one bears what it is pressed along by.
+inline Row wedged_margin(const Legged& s, int i) {
+  const Corner corner = corner_of(s, i, s.feet[i].wedged);
+  return s.rows[i].margin - s.rows[i].along * (s.feet[i].wedged * corner.cos / corner.sin);
 }
 
 // Note where a sliding foot first comes to a stop.
@@ -123,13 +156,20 @@ Candidates candidates(Legged& s, int i, double h, double limit, Flight&& gap_at)
   const LeggedFoot& foot = s.feet[i];
   if (foot.contact == AIR) {
     touches(s, i, h, limit, out, gap_at);
+    if (s.profile != nullptr) comes_to_end(s, i, h, limit, out);
     return out;
   }
   LegRows& r = s.rows[i];
   const double level = -s.settings.force_zero;
+  if (foot.wedged != 0) {
+    falls_below(s, wedged_margin(s, i), level, limit, SHIFT, out);
+    falls_below(s, r.along * double(foot.wedged), level, limit, LOOSE, out);
+    return out;
+  }
   falls_below(s, r.margin, level, limit, PULL_OFF, out);
   if (foot.contact == SLIPPING) {
     stops(s, i, limit, out);
+    if (s.profile != nullptr) comes_to_end(s, i, h, limit, out);
   } else {
     r.bound = s.laws.friction(s.body.legs[i].foot, r.margin, r.strength, Row(0.0));
     falls_below(s, r.bound - r.along, level, limit, SLIP_UP, out);
@@ -148,12 +188,21 @@ struct EventFunction {
 
   EventFunction(const Legged& state, int leg, FootEvent k, double step) : s(state), i(leg), kind(k), h(step) {
     const LegRows& r = s.rows[i];
-    if (kind == TOUCH || kind == STOP) return;
+    if (moves()) return;
     store(powers, s.powers(kind == PULL_OFF  ? r.margin
+                           : kind == SHIFT   ? wedged_margin(s, i)
+                           : kind == LOOSE   ? r.along * double(s.feet[i].wedged)
                            : kind == SLIP_UP ? r.bound - r.along
                                              : r.bound + r.along));
   }
+  // Whether it is of the foot's own motion, which may start from an exact zero.
+  bool moves() const { return kind == TOUCH || kind == STOP || kind == HIGH_END || kind == LOW_END; }
   double at(double fraction, double& slope) const {
+    if (kind == HIGH_END || kind == LOW_END) {
+      const Motion now = left_at(s, i, kind == HIGH_END ? 1 : -1, h, fraction);
+      slope = now.w * h;
+      return now.u;
+    }
     if (kind == TOUCH) {
       const Motion now = gap_at(s, i, h, fraction);
       slope = now.w * h;
@@ -168,7 +217,7 @@ struct EventFunction {
 template <class Function>
 TARSUS_APART double refine(const Legged& s, int i, const Bracket& bracket, Function& function) {
   double low = bracket.low, high = bracket.high, slope = 0.0;
-  if (low == 0.0 && s.feet[i].start != AS_IT_COMES && (bracket.kind == TOUCH || bracket.kind == STOP)) {
+  if (low == 0.0 && (s.feet[i].start != AS_IT_COMES || s.body.legs[i].rounding > 0.0) && function.moves()) {
     low = high;  // it starts from an exact zero: find a place after it at which the event is still to come
     for (int n = 0; n < 50; n++) {
       low *= 0.5;

@@ -23,7 +23,7 @@ inline SlidingBound bound_at(const Legged& s, int i, const LegRows& r, const Row
 // Solve w = ``alone`` - force matrix sense bound(sense w) at the nodes, by rows of what a force at one node does to w, from the
 // speeds of the rows; the bound there becomes that of the rows. False where it does not converge, or where friction falls so fast
 // with the speed that the step is too long to follow the foot.
-TARSUS_APART inline bool slide(const Legged& s, const LegStep& table, int i, double h, const Row& alone, LegRows& r) {
+TARSUS_APART inline bool slide(const Legged& s, const double* force, int i, double h, const Row& alone, LegRows& r) {
   const Leg& leg = s.body.legs[i];
   const double sense = s.feet[i].sense, tolerance = CONVERGED * s.settings.gap / h;
   Row w = r.w[ALONG], columns[N];
@@ -31,9 +31,9 @@ TARSUS_APART inline bool slide(const Legged& s, const LegStep& table, int i, dou
   for (int round = 0; round < SLIP_ROUNDS; round++) {
     const SlidingBound bound = bound_at(s, i, r, w * sense);
     const Row& slope = bound.slope[SLIP_SPEED];
-    Row step = alone - combine(table.force[1][0], bound.value) * sense - w;
+    Row step = alone - combine(force, bound.value) * sense - w;
     for (int j = 0; j < N; j++) {
-      columns[j] = load(table.force[1][j]) * slope[j];
+      columns[j] = load(force + N * j) * slope[j];
       columns[j].set(j, columns[j][j] + 1.0);
     }
     if (!solve_columns(columns, step) || !finite(step)) return false;

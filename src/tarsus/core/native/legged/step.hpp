@@ -91,15 +91,22 @@ inline void first_guess(Legged& s, int k, double h) {
     LegRows& r = s.rows[i];
     if (foot.contact != AIR) {
       held_strength(s, i, h);
+      if (leg.turned) {
+        r.w[ALONG] = Row(foot.w[ALONG]);
+        r.u[ALONG] = s.nodes.times() * (foot.w[ALONG] * h) + foot.u[ALONG];
+      }
       if (slips_by_speed(s, i)) r.w[ALONG] = known && foot.start == AS_IT_COMES ? on(r.w[ALONG]) : Row(foot.w[ALONG]);
       continue;
     }
-    const double gap = leg.clearance(foot.u[UP]);
+    const double gap = s.gap_now(i);
     r.gap = known && foot.start == AS_IT_COMES ? on(r.gap) : Row(gap);
     if (!(lowest(r.gap) > 0.0)) r.gap = Row(gap);
+    if (s.profile != nullptr && std::fabs(r.gap[0] - gap) > 0.5 * gap) r.gap = Row(gap);  // above another facet by now
     if (foot.film) {
       r.film = s.film(i, r.gap);
-      r.stiff = is_stiff(s, s.tables.of(k, leg.kind[UP]).reach_film, leg.foot, r.gap);
+      double reach = s.tables.of(k, leg.kind[UP]).reach_film;
+      if (leg.leans()) reach += s.tables.of(k, leg.kind[ALONG]).reach_film;
+      r.stiff = is_stiff(s, reach, leg.foot, r.gap);
     }
     if (!foot.force) continue;
     r.rate = Row(foot.w[UP]);
@@ -142,7 +149,8 @@ TARSUS_INLINE void carry_free(Legged& s, int i, int d, const Row& own, double h,
   const LeggedFoot& foot = s.feet[i];
   const Row momentum = (r.w[d] - foot.w[d]) * leg.mass;
   const Row place = (r.u[d] - foot.u[d] - s.nodes.times() * (foot.w[d] * h)) * leg.mass;
-  if (d == UP && foot.film) leg.hip[d].carry(r.film, s.at.film);
+  if (d == UP && foot.film) leg.hip[d].carry(leg.leans() ? r.film * leg.normal[d] : r.film, s.at.film);
+  if (d == ALONG && leg.leans() && foot.filmed()) leg.hip[d].carry(r.film * leg.normal[d], s.at.film);
   leg.hip[d].carry(own, s.at.push);
   leg.hip[d].carry(momentum, s.at.momentum);
   leg.hip[d].carry(place, s.at.place);
@@ -150,7 +158,9 @@ TARSUS_INLINE void carry_free(Legged& s, int i, int d, const Row& own, double h,
 
 // Forces on a leg through spring and damper from the motion of its hip.
 TARSUS_INLINE Row spring(const Legged& s, const Leg& leg, int d) {
-  return leg.hip[d].motion(s.at.x) * leg.stiffness[d] + leg.hip[d].motion(s.at.v) * leg.damping[d];
+  const Row own = leg.hip[d].motion(s.at.x) * leg.stiffness[d] + leg.hip[d].motion(s.at.v) * leg.damping[d];
+  if (!leg.turned) return own;
+  return own + leg.hip[1 - d].motion(s.at.x) * leg.cross_stiffness + leg.hip[1 - d].motion(s.at.v) * leg.cross_damping;
 }
 
 // What a sweep leaves open. change: how far feet would move [m] under the present forces; sum: not finite where a number of the
@@ -183,15 +193,15 @@ TARSUS_INLINE void fly(Legged& s, int i, int k, double h, Sweep& sweep) {
     r.q[UP] = own + hip;
     r.u[UP] = u0 + combine(&table.force[0][0][0], r.q[UP]);
     if (foot.film) {
-      if (stiff && !stiff_film(s, &table.film[0][0][0], i, leg.clearance(r.u[UP]), r)) sweep.failed = true;
+      if (stiff && !stiff_film(s, &table.film[0][0][0], i, leg.clearance(r.u[UP], r.u[ALONG]), r)) sweep.failed = true;
       used = r.film;
       r.u[UP] += combine(&table.film[0][0][0], used);
-      r.gap = leg.clearance(r.u[UP]);
+      r.gap = leg.clearance(r.u[UP], r.u[ALONG]);
       r.film = s.film(i, r.gap);
       // a stiff film has converged by Newton's method; its momentum would only magnify the rounding of the gap
       change = stiff ? Row(0.0) : magnitude(r.film - used) * table.reach_film;
     } else {
-      r.gap = leg.clearance(r.u[UP]);
+      r.gap = leg.clearance(r.u[UP], r.u[ALONG]);
     }
     if (foot.force) {
       if (rated) find_rate();
@@ -212,6 +222,103 @@ TARSUS_INLINE void find_margin(Legged& s, int i) {
   const Leg& leg = s.body.legs[i];
   LegRows& r = s.rows[i];
   r.margin = r.smooth - (spring(s, leg, UP) - s.feet[i].u[UP] * leg.stiffness[UP] + r.load[UP]);
+  if (!leg.turned) return;
+  const bool slides = s.feet[i].contact == SLIPPING;
+  r.margin += slides ? r.u[ALONG] * leg.cross_stiffness + r.w[ALONG] * leg.cross_damping : Row(s.feet[i].u[ALONG] * leg.cross_stiffness);
+}
+
+// A foot in the air above a facet that slopes: films and forces act along its normal, and so on both directions at once.
+TARSUS_APART inline void fly_above_slope(Legged& s, int i, int k, double h, Sweep& sweep) {
+  const Leg& leg = s.body.legs[i];
+  const LeggedFoot& foot = s.feet[i];
+  LegRows& r = s.rows[i];
+  const LegStep* table[DIRECTIONS];
+  Row hip[DIRECTIONS], own[DIRECTIONS], change = Row(0.0), used = Row(0.0);
+  double film[N * N] = {};
+  for (int d = 0; d < DIRECTIONS; d++) {
+    table[d] = &s.tables.of(k, leg.kind[d]);
+    hip[d] = spring(s, leg, d);
+    own[d] = r.load[d];
+    for (int e = 0; e < N * N; e++) film[e] += leg.normal[d] * leg.normal[d] * (&table[d]->film[0][0][0])[e];
+  }
+  const bool stiff = foot.film && r.stiff;
+  for (int n = 0; n < ROUNDS; n++) {
+    for (int d = 0; d < DIRECTIONS; d++) {
+      if (foot.force) own[d] = r.load[d] + r.smooth * leg.normal[d];
+      r.q[d] = own[d] + hip[d];
+      free_motion(*table[d], foot.u[d], foot.w[d], r.q[d], r.u[d], r.w[d]);
+    }
+    change = Row(0.0);
+    if (foot.film) {
+      if (stiff && !stiff_film(s, film, i, leg.clearance(r.u[UP], r.u[ALONG]), r)) sweep.failed = true;
+      used = r.film;
+      for (int d = 0; d < DIRECTIONS; d++) {
+        r.u[d] += combine(&table[d]->film[0][0][0], used) * leg.normal[d];
+        r.w[d] += combine(&table[d]->film[1][0][0], used) * leg.normal[d];
+      }
+    }
+    r.gap = leg.clearance(r.u[UP], r.u[ALONG]);
+    r.rate = r.w[UP] * leg.normal[UP] + r.w[ALONG] * leg.normal[ALONG];
+    if (foot.film) {
+      r.film = s.film(i, r.gap);
+      r.rate += r.film * (1.0 / leg.mass);
+      if (!stiff) change = magnitude(r.film - used) * (table[UP]->reach_film + table[ALONG]->reach_film);
+    }
+    if (foot.force) {
+      const Row before = r.smooth;
+      r.smooth = s.laws.force(leg.foot, r.gap, r.rate, s.volts(leg.foot), s.nodes.times() * h + s.clock.time);
+      change += magnitude(r.smooth - before) * (table[UP]->reach_force + table[ALONG]->reach_force);
+    }
+    if (!any_less(Row(sweep.enough), change)) break;
+  }
+  sweep.change = larger(sweep.change, change);
+  for (int d = 0; d < DIRECTIONS; d++) {
+    sweep.sum += r.gap + own[d];
+    carry_free(s, i, d, own[d], h, r);
+  }
+}
+
+// A foot that slides on a facet that slopes. Its tables are those of the level: the stiffness and damping that the slope adds act as
+// a force at the nodes, q - more k u - more c w, found by the equations that follow for q.
+TARSUS_APART inline void slide_on_slope(Legged& s, int i, int k, double h, Sweep& sweep) {
+  const Leg& leg = s.body.legs[i];
+  const LeggedFoot& foot = s.feet[i];
+  LegRows& r = s.rows[i];
+  const LegStep& table = s.tables.of(k, leg.kind[ALONG]);
+  Row columns[N], inverse[N], u0, w0;
+  free_motion(table, foot.u[ALONG], foot.w[ALONG], Row(0.0), u0, w0);
+  for (int j = 0; j < N; j++) {
+    columns[j] = load(table.force[0][j]) * leg.more_stiffness + load(table.force[1][j]) * leg.more_damping;
+    columns[j].set(j, columns[j][j] + 1.0);
+  }
+  if (!invert_columns(columns, inverse)) sweep.failed = true;
+  const auto acting = [&](const Row& force) {
+    return combine(reinterpret_cast<const double*>(inverse), force - u0 * leg.more_stiffness - w0 * leg.more_damping);
+  };
+  const Row pulled = spring(s, leg, ALONG) - foot.u[UP] * leg.cross_stiffness;
+  Row own = r.load[ALONG], change = Row(0.0);
+  for (int n = 0; n < ROUNDS; n++) {
+    find_margin(s, i);
+    const Row before = n > 0 ? r.bound : Row(0.0);
+    if (slips_by_speed(s, i)) {
+      double force[N][N];
+      for (int j = 0; j < N; j++) store(force[j], combine(table.force[1][0], inverse[j]));
+      if (!slide(s, force[0], i, h, w0 + combine(table.force[1][0], acting(r.load[ALONG] + pulled)), r)) sweep.failed = true;
+    } else {
+      r.bound = s.laws.friction(leg.foot, r.margin, r.strength, Row(0.0));
+    }
+    own = r.load[ALONG] - r.bound * foot.sense;
+    r.q[ALONG] = acting(own + pulled);
+    free_motion(table, foot.u[ALONG], foot.w[ALONG], r.q[ALONG], r.u[ALONG], r.w[ALONG]);
+    change = magnitude(r.bound - before) * (table.reach_force * std::fabs(foot.sense));
+    if (n > 0 && !any_less(Row(sweep.enough), change)) break;
+  }
+  sweep.change = larger(sweep.change, change);
+  sweep.sum += r.margin + r.u[ALONG];
+  carry_free(s, i, ALONG, own, h, r);
+  const Row across = (leg.hip[ALONG].motion(s.at.x) - r.u[ALONG]) * leg.cross_stiffness +
+                     (leg.hip[ALONG].motion(s.at.v) - r.w[ALONG]) * leg.cross_damping;
+  leg.hip[UP].carry(-across, s.at.push);
 }
 
 // A foot that slides or is in the air, along the way.
@@ -226,7 +333,7 @@ TARSUS_INLINE void move_along(Legged& s, int i, int k, double h, Sweep& sweep) {
     if (slips_by_speed(s, i)) {
       Row u, w;
       free_motion(table, foot.u[ALONG], foot.w[ALONG], own + pulled, u, w);
-      if (!slide(s, table, i, h, w, r)) sweep.failed = true;
+      if (!slide(s, table.force[1][0], i, h, w, r)) sweep.failed = true;
     } else {
       r.bound = s.laws.friction(leg.foot, r.margin, r.strength, Row(0.0));
     }
@@ -247,6 +354,7 @@ inline bool find_held(Legged& s) {
     if (!finite(r.margin)) return false;
     if (s.feet[i].contact != STUCK) continue;
     r.along = r.load[ALONG] + spring(s, leg, ALONG) - s.feet[i].u[ALONG] * leg.stiffness[ALONG];
+    if (leg.turned) r.along -= Row(s.feet[i].u[UP] * leg.cross_stiffness);
   }
   return true;
 }
@@ -256,6 +364,10 @@ inline void move_legs(Legged& s, int k, double h, Sweep& sweep) {
   for (int i = 0; i < s.legs(); i++) {
     const Contact contact = s.feet[i].contact;
     if (contact == STUCK) continue;
+    if (s.body.legs[i].sloping) {
+      contact == SLIPPING ? slide_on_slope(s, i, k, h, sweep) : fly_above_slope(s, i, k, h, sweep);
+      continue;
+    }
     if (contact == SLIPPING) {
       find_margin(s, i);
       sweep.sum += s.rows[i].margin;
@@ -278,12 +390,12 @@ inline double error_of(const Legged& s, int k, double h) {
       if (s.feet[i].held(d)) continue;
       const LegStep& table = s.tables.of(k, s.body.legs[i].kind[d]);
       double error = nodes.truncation(r.q[d]) * table.reach_force;
-      if (d == UP && s.feet[i].filmed()) {
+      if (s.film_share(i, d) != 0.0) {
         const double swing = std::fabs(r.gap[N - 1] - r.gap[0]);
         // a stiff film holds the gap: an error of its momentum moves it no more than the film's slope lets it
         const double yields =
             swing > 0.0 ? table.missed_film * std::fabs(r.film[N - 1] - r.film[0]) / swing : 0.0;
-        error += nodes.truncation(r.film) * table.missed_film / (1.0 + yields);
+        error += nodes.truncation(r.film) * table.missed_film / (1.0 + yields);  // of a slope, as if it were level
       }
       worst = std::max(worst, error);
     }

@@ -27,11 +27,15 @@ inline Body body_of(const Fields& from) {
   const auto stiffness = from.sized("stiffness", DIRECTIONS * legs), damping = from.sized("damping", DIRECTIONS * legs);
   const auto hip = from.sized("hip", DIRECTIONS * legs * nb);
   const auto kind = from.narrowed<int>("kind"), foot = from.narrowed<int>("foot"), first = from.narrowed<int>("first");
+  const auto place = from.sized("place", legs);
+  out.points = int(from.whole("points"));
+  out.periodic = from.whole("periodic") != 0;
   Fields::check("a leg", kind.size() == DIRECTIONS * legs && foot.size() == legs && first.size() == legs + 1);
   for (size_t i = 0; i < legs; i++) {
     Leg leg;
     leg.mass = mass[i];
     leg.gap = gap[i];
+    leg.place = place[i];
     leg.foot = foot[i];
     leg.first = first[i];
     leg.last = first[i + 1];

@@ -8,7 +8,7 @@ namespace tarsus {
 
 // Keeps the arrays while a batch runs.
 struct Rows {
-  Doubles parameters, initial, sources, scales;
+  Doubles parameters, initial, sources, scales, profile;
   Integers channels;
   Batch batch;
 
@@ -16,17 +16,18 @@ struct Rows {
   Rows(nb::handle rows, const Signals& signals, size_t columns, size_t states, size_t feet, size_t drives)
       : parameters(nb::cast<Doubles>(rows.attr("parameters"))), initial(nb::cast<Doubles>(rows.attr("initial"))),
         sources(nb::cast<Doubles>(rows.attr("sources"))), scales(nb::cast<Doubles>(rows.attr("scales"))),
-        channels(nb::cast<Integers>(rows.attr("channels"))) {
+        profile(nb::cast<Doubles>(rows.attr("profile"))), channels(nb::cast<Integers>(rows.attr("channels"))) {
     const size_t runs = initial.shape(0), width = runs ? channels.size() / runs : 0;
     const size_t given = runs ? parameters.size() / runs : 0;
     const bool fits = runs > 0 && initial.size() == runs * states && given >= columns && parameters.size() == runs * given &&
                       sources.size() == runs * (feet + GRAVITIES) && scales.size() == runs * 3 && width >= drives &&
-                      channels.size() == runs * width;
+                      channels.size() == runs * width && profile.size() % runs == 0;
     if (!fits) throw std::invalid_argument("the sizes of a plan and of the rows of its runs differ");
     for (size_t c = 0; c < channels.size(); c++) {
       if (channels.data()[c] < 0 || channels.data()[c] >= signals.channels()) throw std::invalid_argument("no such channel");
     }
-    batch = {{parameters.data(), initial.data(), sources.data(), scales.data(), channels.data()}, runs, given, states, feet + GRAVITIES, width};
+    batch = {{parameters.data(), initial.data(), sources.data(), scales.data(), channels.data(), profile.data()},
+             runs, given, states, feet + GRAVITIES, width, runs ? profile.size() / runs : 0};
   }
 };
 

@@ -1,0 +1,192 @@
+// The ground along the way: a polyline of facets, on each of which a gap is linear, and the frame of a foot that stands on one.
+//
+// A foot on a facet lives in the facet's own directions: UP is its normal n = (-sin a, cos a), ALONG its tangent t = (cos a, sin a) in
+// (along, upward), so that what holds for a foot on level ground holds for it. Springs and dampers, which are
+// not alike in the two directions of the robot, then couple the facet's directions:
+//
+//   k_nn = k_v cos^2 a + k_l sin^2 a,  k_tt = k_l cos^2 a + k_v sin^2 a,  k_nt = (k_v - k_l) sin a cos a.
+//
+// In the air it lives in the robot's directions; there the facet gives its gap. On level facets the two are one.
+#pragma once
+#include <cstdint>
+
+#include "legged/legged.hpp"
+
+namespace tarsus::legged {
+
+// The facets of a run: a row of points (count, 2) [m]: along the way and height. Those of a ground that repeats go on with the last
+// point as the first of the next cell; else the ground goes on level beyond both ends.
+class Profile {
+ public:
+  const double* points = nullptr;
+  int count = 0;
+  bool periodic = false;
+
+  bool any() const { return points != nullptr && count > 1; }
+
+  Facet facet(int64_t k) const {
+    const int64_t n = count - 1;
+    const int64_t cell = periodic ? (k >= 0 ? k / n : -((n - 1 - k) / n)) : 0, j = k - cell * n;
+    const double* last = points + 2 * n;
+    Facet out;
+    out.number = k;
+    if (j < 0 || j >= n) {
+      const double* end = j < 0 ? points : last;
+      out.x = end[0];
+      out.z = end[1];
+      (j < 0 ? out.low : out.high) = j < 0 ? -INF : INF;
+      return out;
+    }
+    const double *a = points + 2 * j, *b = a + 2;
+    const double dx = b[0] - a[0], dz = b[1] - a[1];
+    out.x = a[0] + double(cell) * (last[0] - points[0]);
+    out.z = a[1] + double(cell) * (last[1] - points[1]);
+    out.high = std::hypot(dx, dz);
+    out.cos = dx / out.high;
+    out.sin = dz / out.high;
+    return out;
+  }
+  // The facet, not a vertical one, below a place (along, height); at a corner the one that leaves it above the ground.
+  Facet below(double x, double z) const {
+    const int64_t n = count - 1;
+    const double span = points[2 * n] - points[0];
+    const double cell = periodic ? std::floor((x - points[0]) / span) : 0.0, at = x - cell * span;
+    int64_t low = -1, high = n;
+    while (high - low > 1) {
+      const int64_t middle = (low + high) / 2;
+      (points[2 * middle] <= at ? low : high) = middle;
+    }
+    if (!periodic && high == n && at >= points[2 * n]) low = n;
+    Facet out = facet(int64_t(cell) * n + low);
+    if (out.upright()) out = facet(out.number + 1);
+    if (x - out.x <= out.rounding() && z < out.z - out.rounding()) {
+      out = facet(out.number - 1);
+      if (out.upright()) out = facet(out.number - 1);
+    }
+    return out;
+  }
+};
+
+// The turn from one facet into the next in the direction ``way`` (+-1), by which the ground rises: a corner that rises is concave.
+struct Corner {
+  double sin, cos;
+
+  Corner(const Facet& from, const Facet& to, int way)
+      : sin(way * (from.cos * to.sin - from.sin * to.cos)), cos(from.cos * to.cos + from.sin * to.sin) {}
+  // Directions that differ by less than what rounding leaves of them are one: a turn by 1e-12 takes 1e-24 of the energy.
+  bool straight() const { return std::fabs(sin) < 1e-12 && cos > 0.0; }
+  bool rises() const { return sin > 0.0; }
+};
+
+// The corner at an end of the facet of a foot.
+inline Corner corner_of(const Legged& s, int i, int way) {
+  const Facet& on = s.feet[i].ground;
+  return {on, s.profile->facet(on.number + way), way};
+}
+
+inline Hip combined(const Hip& a, double by_a, const Hip& b, double by_b) {
+  Hip out;
+  const auto add = [&out](const Hip& from, double by) {
+    for (int n = 0; n < from.count; n++) {
+      int k = 0;
+      while (k < out.count && out.at[k] != from.at[n]) k++;
+      if (k == out.count) {
+        out.at[out.count] = from.at[n];
+        out.by[out.count++] = 0.0;
+      }
+      out.by[k] += by * from.by[n];
+    }
+  };
+  add(a, by_a);
+  add(b, by_b);
+  return out;
+}
+
+// Components (upward, along) of a vector, from the robot's directions into a facet's: of one with the slope's sine reversed, back.
+inline void rotate(double* vector, double cos, double sin) {
+  const double up = vector[UP], along = vector[ALONG];
+  vector[UP] = cos * up - sin * along;
+  vector[ALONG] = cos * along + sin * up;
+}
+
+// Set a foot that is in the air above its facet, in the robot's directions.
+inline void float_above(Legged& s, int i) {
+  Leg& leg = s.body.legs[i];
+  const Leg& level = s.level[i];
+  const Facet& on = s.feet[i].ground;
+  leg = level;
+  for (int n = leg.first; n < leg.last; n++) {
+    for (int d = 0; d < DIRECTIONS; d++) s.body.gain[2 * n + d] = s.level_gain[2 * n + d];
+  }
+  const double up = level.gap - on.z, ahead = level.place - on.x;
+  leg.gap = on.cos * up - on.sin * ahead;
+  leg.place = ahead;
+  leg.normal[UP] = on.cos;
+  leg.normal[ALONG] = -on.sin;
+  leg.sloping = on.sin != 0.0;
+  leg.low = on.low * on.cos;
+  leg.high = on.high * on.cos;
+  leg.rounding = on.rounding();
+}
+
+// Go over to the facet's directions, with the rates of the foot itself, and back.
+inline void turn(Legged& s, int i) {
+  Leg& leg = s.body.legs[i];
+  if (!leg.sloping || leg.turned) return;
+  s.rebase(i);
+  LeggedFoot& foot = s.feet[i];
+  const Leg& level = s.level[i];
+  const double c = foot.ground.cos, z = foot.ground.sin;
+  rotate(foot.u, c, z);
+  rotate(foot.w, c, z);
+  rotate(leg.weight, c, z);
+  for (int n = leg.first; n < leg.last; n++) rotate(&s.body.gain[2 * n], c, z);
+  leg.hip[UP] = combined(level.hip[UP], c, level.hip[ALONG], -z);
+  leg.hip[ALONG] = combined(level.hip[ALONG], c, level.hip[UP], z);
+  const auto mix = [c, z](double* of, double up, double along) {
+    of[UP] = up * c * c + along * z * z;
+    of[ALONG] = along * c * c + up * z * z;
+    return (up - along) * z * c;
+  };
+  leg.cross_stiffness = mix(leg.stiffness, level.stiffness[UP], level.stiffness[ALONG]);
+  leg.cross_damping = mix(leg.damping, level.damping[UP], level.damping[ALONG]);
+  leg.more_stiffness = leg.stiffness[ALONG] - level.stiffness[ALONG];
+  leg.more_damping = leg.damping[ALONG] - level.damping[ALONG];
+  leg.place = c * (level.place - foot.ground.x) + z * (level.gap - foot.ground.z);
+  leg.low = foot.ground.low;
+  leg.high = foot.ground.high;
+  leg.turned = true;
+}
+inline void turn_back(Legged& s, int i) {
+  if (!s.body.legs[i].turned) return;
+  LeggedFoot& foot = s.feet[i];
+  rotate(foot.u, foot.ground.cos, -foot.ground.sin);
+  rotate(foot.w, foot.ground.cos, -foot.ground.sin);
+  float_above(s, i);
+}
+
+// A foot in the air is above another facet from now on. The films of the two differ, so it goes on with its own rate.
+inline void pass_over(Legged& s, int i, const Facet& to) {
+  LeggedFoot& foot = s.feet[i];
+  foot.ground = to;
+  float_above(s, i);
+  if (foot.film) s.base_at(i, s.gap_now(i));
+}
+
+// Displacement and rate of a foot in the robot's directions, as it is or as given in those it lives in.
+inline void in_world(const Legged& s, int i, double* vector) {
+  if (s.body.legs[i].turned) rotate(vector, s.feet[i].ground.cos, -s.feet[i].ground.sin);
+}
+
+// Put the feet of a run that begins above its ground.
+inline void lay_ground(Legged& s) {
+  s.level = s.body.legs;
+  s.level_gain = s.body.gain;
+  for (int i : s.body.leg) {
+    const double* u = s.feet[i].u;
+    s.feet[i].ground = s.profile->below(u[ALONG] + s.level[i].place, u[UP] + s.level[i].gap);
+    float_above(s, i);
+  }
+}
+
+}  // namespace tarsus::legged

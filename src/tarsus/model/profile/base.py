@@ -1,0 +1,80 @@
+"""What every shape of uneven ground offers."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import model_validator
+
+from tarsus.base.messages import PathErrors
+from tarsus.base.spec import Description
+
+Floats = NDArray[np.float64]
+
+
+class Profile(Description, ABC):
+    """Base of the shapes of uneven ground: facets between the points of a polyline along the way.
+
+    Numbers that are floats move points and never change how many there are, so that runs of one plan may differ in them.
+    """
+
+    @abstractmethod
+    def points(self) -> Floats:
+        """Places along the way, from rear to front, and heights above level ground (np, 2) [m]; two points at one
+        place are the side of a step."""
+
+    @property
+    def repeats(self) -> bool:
+        """Whether the last point is the first one of the next cell; else the ground goes on level beyond both ends."""
+        return True
+
+    @property
+    def slopes(self) -> bool:
+        """Whether a facet is neither level nor vertical."""
+        run, rise = np.diff(self.points(), axis=0).T
+        return bool(np.any((run != 0.0) & (rise != 0.0)))
+
+    @model_validator(mode="after")
+    def _check_points(self) -> Profile:
+        faults = profile_faults(self.points(), self.repeats)
+        if faults:
+            raise PathErrors([("", text) for text in faults])
+        return self
+
+
+def profile_faults(points: Floats, repeats: bool) -> list[str]:
+    """What is wrong with the points of a profile (np, 2) [m], a sentence each."""
+    if len(points) < 2:
+        return [f"expected two points at least, got {len(points)}"]
+    run, rise = np.diff(points, axis=0).T
+    if np.any(run < 0.0):
+        k = int(np.argmax(run < 0.0))
+        return [f"the ground goes on forward: point {k + 1} lies behind point {k}"]
+    if np.any((run == 0.0) & (rise == 0.0)):
+        k = int(np.argmax((run == 0.0) & (rise == 0.0)))
+        return [f"points {k} and {k + 1} are one"]
+    upright = run == 0.0
+    wrapped = np.append(upright, upright[0]) if repeats else upright
+    if np.any(wrapped[1:] & wrapped[:-1]):
+        return ["two sides of steps follow one another at one place: give the side of a step two points"]
+    if repeats and not points[-1, 0] > points[0, 0]:
+        return ["a ground that repeats is longer than nothing"]
+    return []
+
+
+def heights_of(points: Floats, repeats: bool, x: Floats) -> Floats:
+    """Height [m] of the ground at places x [m], any shape; at the side of a step, of its lower edge."""
+    run, rise = points[-1] - points[0]
+    cell = np.floor((x - points[0, 0]) / run) if repeats else np.zeros_like(x)
+    at = x - cell * run
+
+    def on(side: Literal["left", "right"], at: Floats) -> Floats:
+        k = np.clip(np.searchsorted(points[:, 0], at, side=side), 1, len(points) - 1)
+        (x0, z0), (x1, z1) = points[k - 1].T, points[k].T
+        return z0 + (z1 - z0) * np.clip((at - x0) / np.where(x1 > x0, x1 - x0, 1.0), 0.0, 1.0)
+
+    before = np.where(repeats and at == points[0, 0], on("left", at + run) - rise, on("left", at))
+    return np.minimum(on("right", at), before) + cell * rise

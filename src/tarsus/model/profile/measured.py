@@ -1,0 +1,67 @@
+"""A ground that was measured: a file of places and heights, or a row of a height map."""
+
+from functools import lru_cache
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from pydantic import Field, ValidationInfo, field_validator
+
+from tarsus.base.messages import PathErrors
+from tarsus.base.spec import Amount, MaybeAmount, quantity
+from tarsus.model.profile.base import Floats, Profile
+
+
+class Measured(Profile):
+    """Heights of a text file: two columns, places and heights; or with ``spacing`` one row of a map of heights.
+
+    Columns are separated by commas, semicolons or blanks; lines that begin with # are left out. A relative file is looked for
+    beside the scene file, then in the current folder.
+    """
+
+    kind: Literal["file"] = "file"
+    file: str
+    spacing: MaybeAmount = quantity("m", "distance between points: the file is a map of heights", default=None, gt=0)
+    row: int = Field(default=0, ge=0, description="row of the map")
+    unit: Amount = quantity("m", "length that the file's numbers are in", default=1.0, gt=0)
+    periodic: bool = False
+
+    @field_validator("file")
+    @classmethod
+    def _resolve(cls, value: str, info: ValidationInfo) -> str:
+        folder = (info.context or {}).get("folder")
+        if folder is None or Path(value).is_absolute() or not (there := Path(folder) / value).exists():
+            return value
+        return str(there.resolve())
+
+    def points(self) -> Floats:
+        table = _table(self.file)
+        if self.spacing is None:
+            if table.shape[1] != 2:
+                text = f"expected two columns, places and heights, got {table.shape[1]}: a map of heights needs its spacing"
+                raise PathErrors([("file", text)])
+            return self.unit * table
+        if self.row >= len(table):
+            raise PathErrors([("row", f"the map has {len(table)} rows, counted from 0")])
+        x = self.spacing * np.arange(table.shape[1])
+        return np.stack([x, self.unit * table[self.row]], axis=1)
+
+    @property
+    def repeats(self) -> bool:
+        return self.periodic
+
+
+@lru_cache(maxsize=16)
+def _table(file: str) -> Floats:
+    try:
+        lines = Path(file).read_text(encoding="utf-8").replace(";", " ").replace(",", " ").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise PathErrors([("file", f"cannot be read: {error}")]) from None
+    try:
+        rows = [[float(word) for word in line.split()] for line in lines if line.strip() and line[0] != "#"]
+        table = np.array(rows, dtype=float)
+    except ValueError:
+        raise PathErrors([("file", f"'{file}' is no table of numbers")]) from None
+    if table.ndim != 2 or not np.isfinite(table).all():
+        raise PathErrors([("file", f"'{file}' is no table of numbers")])
+    return table
