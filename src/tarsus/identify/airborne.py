@@ -59,7 +59,7 @@ class AirRecord:
     displacements before velocities; left (h, 2 np, nt): measured less predicted, mean of every second repeat, or of the
     only one; white (h, 2 np): its noise; slopes (p, 2 np, nt): of the prediction by the identified numbers;
     instruments: through which it is seen, where they delay it; nudges (q, 2 np, nt): of the prediction, by a standard
-    error of each of their numbers; gap [m]: of the foot at the neutral position.
+    error of each of their numbers.
     """
 
     set: str
@@ -77,7 +77,6 @@ class AirRecord:
     slopes: Floats
     instruments: Instruments | None
     nudges: Floats
-    gap: float
 
     @property
     def points(self) -> int:
@@ -259,7 +258,7 @@ def _record(
     jumped = mean - 0.5 * (force[:-1:_WITHIN] + force[_WITHIN::_WITHIN])
     return AirRecord(
         first.set, model, time, fine, volts[::_WITHIN], force[::_WITHIN], jumped, about(time), rest, predicted,
-        np.array(seen) - predicted, np.array(white), slopes, instruments, nudges, scene.robot.feet[model.foot].gap,
+        np.array(seen) - predicted, np.array(white), slopes, instruments, nudges,
     )  # fmt: skip
 
 

@@ -41,8 +41,6 @@ _OWN = 3
 """Kinds of columns beside those of alternatives: identified numbers, the instruments', zeros."""
 _PLAYS = np.arange(0.02, 1.0, 0.02)
 """Thresholds of plays, as shares of the widest voltage: others are nearly a sum of neighbours."""
-_DEPTHS = (0.1, 0.3, 1.0)
-"""Gaps beneath the ground from which an attraction by the volts counts: an electrode under a layer of some kind."""
 _RATIOS = (0.01, 0.1)
 """Damping ratios of a further mode, between which sums of both lie."""
 
@@ -94,20 +92,6 @@ def _air_drags(air: AirRecord) -> list[Floats]:
     speed = np.interp(air.fine, air.time, model.row @ air.states[n:])
     force = -0.1 * model.like_damping * speed * np.abs(speed) / (model.gap * model.slowest)
     return [air.pushed(model.row[:, None] * force)]
-
-
-def _volts_attract(air: AirRecord) -> list[Floats]:
-    """A force on the foot towards the ground, with the square of the volts over that of the distance from so far
-    beneath it: at the largest voltage and from where the foot rests a hundredth of what moves the foot by its gap."""
-    model, n = air.model, len(air.model.mass)
-    most = float(np.abs(air.volts).max()) or 1.0
-    height = air.gap + np.interp(air.fine, air.time, model.row @ (air.states[:n] + air.rest[:, None]))
-    size = 0.01 * model.gap / float(model.row @ np.linalg.solve(model.stiffness, model.row))
-    out = []
-    for depth in _DEPTHS:
-        away = (1.0 + depth) * model.gap / (height + depth * model.gap)
-        out.append(air.pushed(-size * model.row[:, None] * (air.volts / most * away) ** 2))
-    return out
 
 
 def _drive_creeps(air: AirRecord) -> list[Floats]:
@@ -195,10 +179,6 @@ DIFFERENCES = (
         "drag",
         "damping grows with speed, as by drag of the air: a ratio of {:.3g} % more where the foot swings by a gap",
         _air_drags, 0.1, _ALL,
-    ),
-    Difference(
-        "attraction", "the volts attract the foot: a force towards the ground with their square", _volts_attract, 1.0,
-        (LAW, GROUND), 0,
     ),
     Difference("creep", "creep of the drive: {:.3g} % of its force follows late", _drive_creeps, 10.0, _DRIVEN, 3),
     Difference(
