@@ -21,13 +21,26 @@ from tarsus.identify.one_more import FEWEST, OneMore, one_more
 from tarsus.identify.step import PREFERRED, UNDECIDED, Alternative, Check
 
 _ASSUMED, _OTHER = 3.0, 2.0
+_REACH = 2.0
+"""How far from the assumed exponent one is still a film's: those of thin films lie from 1 to 3, and the flights' slopes
+at 3, which the estimate goes along, say nothing of one much further off."""
+
+
+def figure_of(found: OneMore) -> str:
+    """The exponent as one more unknown in words: its value where the flights tell one, else why there is none."""
+    if found.error > _ASSUMED - _OTHER:
+        return f"these flights tell none: its standard error is {found.error:.2g}"
+    if abs(found.value - _ASSUMED) > _REACH:
+        ends = f"{_ASSUMED - _REACH:g} to {_ASSUMED + _REACH:g}"
+        return f"none from {ends} fits, with standard error {found.error:.2g}"
+    return f"{found.value:.3g} with standard error {found.error:.2g}"
 
 
 def with_exponent(film: FilmFit, found: OneMore, seed: int) -> FilmFit:
     """A film's fit with both exponents as alternatives, draws of both where they are undecided, and the check."""
     step, share = film.step, found.weight
     ratio, drawn, unit = step.combinations["C / g0^3"]
-    said = f"{found.value:.3g} with standard error {found.error:.2g}"
+    said, fits = figure_of(found), abs(found.value - _ASSUMED) <= max(_REACH, found.error)
     notes = step.notes
     if not found.decided:
         picked = found.picked(len(step.samples), seed)
@@ -43,11 +56,13 @@ def with_exponent(film: FilmFit, found: OneMore, seed: int) -> FilmFit:
     changes: dict[str, float] = {path: float(np.exp(one)) for path, one in zip(FILM, moved, strict=True)}
     answers: list[Alternative] = []
     for value, weight, change in ((_ASSUMED, 1.0 - share, dict[str, float]()), (_OTHER, share, changes)):
-        word = UNDECIDED if not found.decided else PREFERRED if weight > 0.5 else "contradicted"
+        word = UNDECIDED if not found.decided else PREFERRED if weight > 0.5 and fits else "contradicted"
         answers.append(
             Alternative("exponent of the film", f"{value:g}", weight, said, value == _ASSUMED, word, change)
         )
     cause = f"the exponent of the film is {_OTHER:g} rather than {_ASSUMED:g} (as one more unknown {said})"
+    if not fits:
+        cause = f"the flights after detachments are not damped by a film alone: of its exponents {said}"
     # flights under another force than the film's, as on a ground that gives way, tell their first pulls wrong as well
     check = Check(
         "weight of the other exponent of the film", share, LEVEL, paths=(*FILM, *PULLS), cause=cause

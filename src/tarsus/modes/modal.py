@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from tarsus.base.arrays import Complexes, Floats
 from tarsus.base.errors import InputError
+from tarsus.base.threads import single_threaded
 from tarsus.measure.mac import mac
 from tarsus.model.structure.modal import Modal
 from tarsus.modes.frf import Frf
@@ -173,6 +174,7 @@ class ModalFit(Tabled):
         )
 
 
+@single_threaded
 def identify_modes(
     frf: Frf | FrequencyResponse,
     band: tuple[float, float],

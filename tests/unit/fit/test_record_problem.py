@@ -99,7 +99,7 @@ def test_eliminating_the_starts_is_dense_least_squares() -> None:
     segments = [segments[k] for k in (0, 2, 3, 5)]  # of each record an impact and the detachment
     found = problem.solve(segments)
     assert found.settled
-    q, count, names = 5, len(segments), list(PRIORS)
+    q, count = 5, len(segments)
 
     def every(unknowns: np.ndarray) -> np.ndarray:
         own, moved = unknowns[: q * count].reshape(count, q), unknowns[q * count :]

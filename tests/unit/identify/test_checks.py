@@ -17,9 +17,9 @@ from tarsus.identify.alternatives import AirFit, drawn_over, fit_air
 from tarsus.identify.checks import TREND, air_checks, step_checks
 from tarsus.identify.draws import DRAWS
 from tarsus.identify.estimates import Estimates
-from tarsus.identify.film_exponent import film_exponent, with_exponent
+from tarsus.identify.film_exponent import figure_of, film_exponent, with_exponent
 from tarsus.identify.foot import FootModel
-from tarsus.identify.one_more import in_a_line
+from tarsus.identify.one_more import OneMore, in_a_line
 from tarsus.identify.step import Check, Residual, StepResult, Used, failures
 from tarsus.identify.traces import Trace
 from tarsus.identify.verdict import judge_samples
@@ -203,3 +203,13 @@ def test_the_exponent_of_the_film_is_found_and_an_undecided_one_widens_its_draws
     sure = with_exponent(chain.film, replace(found, gain=60.0), 3).step
     assert not sure.checks[-1].passed and np.array_equal(sure.samples[:, 1], own)
     assert sure.alternatives[-1].word == "preferred" and sure.alternatives[-1].weight > 0.99
+    wild = with_exponent(chain.film, replace(found, gain=60.0, value=-78.0, error=0.9), 3).step
+    assert [one.word for one in wild.alternatives[-2:]] == ["contradicted", "contradicted"]
+    assert not wild.checks[-1].passed and "not damped by a film alone" in wild.checks[-1].cause
+
+
+def test_an_exponent_that_no_film_has_is_no_number():
+    told = OneMore(2.1, 0.3, 1.0, np.zeros(4))
+    assert figure_of(told) == "2.1 with standard error 0.3"
+    assert figure_of(replace(told, error=13.0)) == "these flights tell none: its standard error is 13"
+    assert figure_of(replace(told, value=-78.0)) == "none from 1 to 5 fits, with standard error 0.3"

@@ -15,15 +15,15 @@ STEP = 50e-6
 
 
 def responses(late: float, low: LowPass | None) -> ModalFit:
-    """Two real modes behind a delay and a low-pass, at 54 dB."""
-    random, frequency = np.random.default_rng(3), np.arange(200.0, 9000.0, 4.0)
+    """Two real modes behind a delay and a low-pass, at 57 dB."""
+    random, frequency = np.random.default_rng(3), np.arange(200.0, 9000.0, 8.0)
     s = 2.0j * np.pi * frequency
     omega, zeta = 2.0 * np.pi * np.array([623.0, 6424.0]), np.array([0.011, 0.072])
     modes = 1.0 / (s**2 + 2.0 * (zeta * omega)[:, None] * s + omega[:, None] ** 2)
     through = np.exp(-s * late) * (1.0 if low is None else low.response(s))
     values = through * (np.array([[1.0, 20.0], [0.4, -12.0]]) @ modes)
     noise = random.standard_normal((6, 2, 2, len(s)))
-    size = 2e-3 * np.sqrt(np.mean(np.abs(values) ** 2, axis=1))[:, None]
+    size = 1.4e-3 * np.sqrt(np.mean(np.abs(values) ** 2, axis=1))[:, None]
     repeats = (values + size * (noise[:, 0] + 1.0j * noise[:, 1]))[:, :, None]
     frf = Frf(frequency, repeats.mean(axis=0), ("a", "b"), ("volts",), Quantity.DISPLACEMENT, repeats)
     return identify_modes(frf, (200.0, 9000.0), 12, between_fits=False)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from identify.campaigns import copied, folder, identified, modes_as_found, truth
+from identify.campaigns import copied, folder, grounded, identified, modes_as_found, truth
 
 from tarsus.base.spec import FrozenDict, float_paths
 from tarsus.files.library import load_scene
@@ -16,6 +16,7 @@ from tarsus.identify.campaign import Opened, read_campaign
 from tarsus.identify.chain import identify
 from tarsus.identify.draws import newton_draws
 from tarsus.identify.result import Identification, identified_device, write_identification
+from tarsus.identify.steps import STEPS
 from tarsus.identify.tables import open_table
 from tarsus.model.scene import Scene, Source
 from tarsus.records.purpose import Purpose
@@ -62,11 +63,11 @@ def wrong(found: Identification, true: Scene) -> dict[str, float]:
     return {path: by for path, by in off(found, true).items() if by > 3.0 and "damping_ratios" not in path}
 
 
-# Slow: each is an identification; one purpose, and the two that hang together most, stay.
+# Slow: each is an identification; one purpose and the steps alone stay, below.
 @pytest.mark.parametrize(
     ("gone", "lost"),
     [
-        (("ramps",), (ADHESION,)),
+        pytest.param(("ramps",), (ADHESION,), marks=pytest.mark.slow),
         pytest.param(("loops",), (), marks=pytest.mark.slow),
         pytest.param(("bounces",), (RESTITUTION,), marks=pytest.mark.slow),
         pytest.param(("validation",), (), marks=pytest.mark.slow),
@@ -86,6 +87,16 @@ def test_without_the_records_of_a_purpose_every_other_number_is_found(gone, lost
     assert not [path for path in told if lost and path.startswith(lost)]
 
 
+def test_a_step_without_records_leaves_the_others_to_be_done(monkeypatch):
+    modes_as_found(monkeypatch)
+    chain = grounded(without(read_campaign(folder()), "ramps"))
+    chain.take(STEPS)
+    assert "adhesion" not in chain.steps and {"film", "restitution"} <= set(chain.steps)
+    (told,), true = chain.steps["restitution"].values, float_paths(truth())[RESTITUTION].value
+    assert told == pytest.approx(true, rel=0.02)
+
+
+@pytest.mark.slow
 def test_without_detachments_the_impacts_tell_the_film_and_the_device_says_what_nobody_knows(tmp_path):
     found = identified_without("ramps")
     film, full = found.steps["film"], identified().steps["restitution"]
