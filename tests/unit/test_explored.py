@@ -93,10 +93,19 @@ def test_what_is_no_number_of_a_drive_is_told():
         explored.changed({"robot.structure.length": 1.0})
 
 
-def test_gravity_on_an_incline_is_no_slider():
+def test_gravity_on_an_incline_is_turned_by_its_acceleration_and_by_the_incline():
+    """Both write the same two numbers of the packet, g cos(a) and g sin(a)."""
     scene = ts.load_scene("millipede")
     flat = {one.paths[0] for one in Explored.of(scene, 0.02, drives=[]).sliders}
     assert "ground.gravity.acceleration" in flat and "ground.incline" not in flat
-    tilted = Explored.of(ts.with_values(scene, {"ground.incline": 0.1}), 0.02, drives=[]).sliders
-    tilted = {one.paths[0] for one in tilted}
-    assert flat - tilted == {"ground.gravity.acceleration"}
+    tilted = Explored.of(ts.with_values(scene, {"ground.incline": 0.05}), 0.04, drives=[])
+    (incline,) = [one for one in tilted.sliders if one.paths[0] == "ground.incline"]
+    assert (incline.low, incline.high, incline.log) == (-0.1, 0.1, False)
+    for values in ({"ground.incline": -0.08, "ground.gravity.acceleration": 5.0}, {"ground.gravity.acceleration": 7.0}):
+        into, along = tilted.row(values)["rows.sources"][-2:]
+        angle, pull = values.get("ground.incline", 0.05), values["ground.gravity.acceleration"]
+        assert (into, along) == pytest.approx((pull * np.cos(angle), pull * np.sin(angle)), rel=1e-15)
+        _, events, _, _ = tilted.shown(np.array([0.0, 0.04]), values)
+        wanted = ts.simulate(tilted.changed(values), 0.04).motion.log.events
+        np.testing.assert_array_equal(events[:, 1:3], wanted[:, 1:3])
+        np.testing.assert_allclose(events[:, 0], wanted[:, 0], rtol=0.0, atol=1e-10)

@@ -36,6 +36,8 @@ FEWER_STOPS = {1: (41,), 2: (15, 11), 3: (7, 5, 3)}
 """The same of drives behind amplifiers that are not ideal, whose voltages are followed row by row."""
 FIRST = ("amplitude", "high", "frequency", "duty", "swing_lag", "offset", "low", "phase")
 """Numbers of drives that are turned first."""
+STEEP = 0.1
+"""Incline [rad] to either side of level ground, at which a friction of 0.1 holds just so."""
 INSET = 0.02
 """Part of a share's range, 0 to 1, that its slider leaves out at either end."""
 
@@ -46,7 +48,8 @@ class Slider:
 
     value, low, high: SI; log: whether the way from end to end is logarithmic; known: whether the range is that of the
     provenance, or of draws. array, at: where in a packet the number stands; or, of what drives do, stops:
-    the values that are lowered.
+    the values that are lowered. turned: of gravity, whose two numbers there follow from its acceleration (0) and the
+    incline of the ground (1) together, which of these it is.
     """
 
     paths: tuple[str, ...]
@@ -60,6 +63,7 @@ class Slider:
     known: bool = False
     array: str = ""
     at: tuple[int, ...] = ()
+    turned: int | None = None
     stops: tuple[float, ...] = ()
 
 
@@ -98,9 +102,6 @@ def sliders_of(
     for paths in _alike(places, infos):
         kind = places[paths[0]].kind
         if kind in (Kind.DRIVE, Kind.GAIT):
-            continue
-        if kind is Kind.GRAVITY and (places[paths[0]].at or scene.ground.incline):
-            left += paths  # gravity on an incline is two numbers of the packet, a slider writes one
             continue
         one = _slider(scene, plan, paths, infos[paths[0]], kind, ranges)
         left += [] if one else [paths[0]]
@@ -167,8 +168,9 @@ def _address(plan: Plan, places: Sequence[Place]) -> dict[str, Any]:
         }
     if kind is Kind.INITIAL:
         return {"array": "rows.initial", "at": (places[0].at,)}
-    at = (plan.feet,) if kind is Kind.GRAVITY else tuple(one.at for one in places)
-    return {"array": "rows.sources", "at": at}
+    if kind is Kind.GRAVITY:
+        return {"array": "rows.sources", "at": (plan.feet, plan.feet + 1), "turned": places[0].at}
+    return {"array": "rows.sources", "at": tuple(one.at for one in places)}
 
 
 def _slider(
@@ -191,6 +193,9 @@ def _guess(scene: Scene, plan: Plan, path: str, info: FloatInfo) -> tuple[float,
     value, name = info.value, path.rpartition(".")[2]
     if _share(scene, path, info):
         return INSET, 1.0 - INSET
+    if path == "ground.incline":  # up and down, and on level ground as far as feet of low friction hold
+        reach = max(NARROWER * abs(value), STEEP)
+        return -reach, reach
     if value == 0.0:
         reach = 10.0 * unit_of(path, plan)
         if path.startswith("initial.displacement."):

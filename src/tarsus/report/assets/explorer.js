@@ -153,11 +153,21 @@ class Explorer {
     this.busy = true;
     this.due = false;
     this.asked = performance.now();
-    const row = this.turnable.filter((one) => !one.stops).map((one) => [one.array, one.places, one.value]);
+    const row = this.turnable.filter((one) => !one.stops && one.turned === undefined).map((one) => [one.array, one.places, one.value]);
+    row.push(...this.gravity());
     const place = this.turnable.filter((one) => one.stops).reduce((sum, one) => sum * one.stops.length + one.stops.indexOf(one.value), 0);
     const { info: { points, seconds }, charts: { seen } } = this;
     this.brief = this.moving && this.pace > 0;
     this.worker.postMessage({ row, place, seen, ...(this.brief ? { frames: MOVING.frames, points: Math.round(MOVING.points * points), end: this.reach(seen[1]) } : { frames: FRAMES, points, end: seconds }) });
+  }
+
+  /** Gravity into the ground and back along it, of its acceleration and the incline: see `gravity_on` of the library. */
+  gravity() {
+    const turning = this.turnable.filter((one) => one.turned !== undefined), falling = [...this.info.falling];
+    if (!turning.length) return [];
+    for (const one of turning) falling[one.turned] = one.value;
+    const [acceleration, incline] = falling, [into, along] = turning[0].places;
+    return [["rows.sources", [into], acceleration * Math.cos(incline)], ["rows.sources", [along], acceleration * Math.sin(incline)]];
   }
 
   /** How far a run goes while a slider moves [s]: whole periods, two at least, and to the end of what the figures show of it. */
