@@ -7,6 +7,7 @@ import pytest
 
 import tarsus as ts
 from tarsus.base.errors import InputError
+from tarsus.measure.switching import rise_squares, squares_per_period
 from tarsus.solve.explored import Explored
 
 TURNED = {
@@ -109,3 +110,34 @@ def test_gravity_on_an_incline_is_turned_by_its_acceleration_and_by_the_incline(
         wanted = ts.simulate(tilted.changed(values), 0.04).motion.log.events
         np.testing.assert_array_equal(events[:, 1:3], wanted[:, 1:3])
         np.testing.assert_allclose(events[:, 0], wanted[:, 0], rtol=0.0, atol=1e-10)
+
+
+def test_energy_drawn_and_cost_of_transport_are_those_of_the_library():
+    """At other volts and another frequency; of a drive without a capacitance there is neither."""
+    scene = ts.load_scene("millipede", **{"robot.drives.R1.recovery": 0.3})
+    explored = Explored.of(scene, 0.1)
+    stops = {one.paths[0]: one.stops for one in explored.sliders if one.stops}
+    values = {"gait.high": stops["gait.high"][20], "gait.frequency": stops["gait.frequency"][15], "ground.gravity.acceleration": 8.0}
+    _, _, _, measures = explored.shown(np.array([0.0, 0.1]), values)
+    run = ts.simulate(explored.changed(values), 0.1)
+    for name in ("electrical_energy", "cost_of_transport"):
+        found, own = measures[explored.measures.index(name)], run.measures[name]
+        assert own.value > 0.0 and found[2] == own.n
+        np.testing.assert_allclose(found[:2], [own.value, own.spread], rtol=1e-7, atol=1e-9 * own.value, err_msg=name)
+    bare = Explored.of(ts.load_scene("millipede", **{"robot.drives.R1.capacitance": None}), 0.1, drives=[])
+    _, _, _, measures = bare.shown(np.array([0.0, 0.1]))
+    assert np.isnan(measures[bare.measures.index("cost_of_transport"), 0])
+
+
+@pytest.mark.parametrize("duty", [0.3, 0.5])
+def test_squares_of_rises_per_period_are_those_between_instants(duty):
+    """Of square waves and sines, over five whole periods."""
+    waves = [
+        ts.Square(amplitude=7.0, offset=1.0, frequency=50.0, duty=duty, phase=0.4),
+        ts.Sine(amplitude=3.0, frequency=80.0, phase=1.0),
+    ]
+    for wave in waves:
+        track = wave.track()
+        (found,) = squares_per_period(track)
+        edges = np.arange(6) * track.period + 0.37 * track.period
+        np.testing.assert_allclose(rise_squares(wave, edges), found, rtol=1e-12)

@@ -110,9 +110,10 @@ class Explored:
         structure = self.scene.robot.structure
         length = structure.length if isinstance(structure, Walker) else 0.0
         worst = [DEFINITIONS[name].scope is Scope.WORST for name in self.measures]
-        arrays |= {"measure.length": [float(length)], "measure.worst": np.array(worst, dtype=np.int64)}
+        mass = structure.total_mass if isinstance(structure, Walker) else 0.0
+        arrays |= {"measure.mass": [float(mass)], "measure.length": [float(length)], "measure.worst": np.array(worst, dtype=np.int64)}
         arrays |= {"seen.mass": system.mass, "seen.damping": system.damping, "seen.body": self.body}
-        arrays |= {f"lattice.{name}": getattr(lattice, name) for name in ("channels", "shown", "periods")}
+        arrays |= {f"lattice.{name}": getattr(lattice, name) for name in ("channels", "shown", "periods", "drawn")}
         return arrays | self.row({})
 
     @cached_property
@@ -186,7 +187,10 @@ class Explored:
             out["rows.sources"][list(turning[0].at)] = gravity_on(*falling)
         at = self.place(values)
         out["rows.scales"][2] = self.lattice.periods[at]
-        return out | {"rows.channels": self.lattice.channels[at], "rows.shown": self.lattice.shown[at]}
+        lattice = self.lattice
+        return out | {
+            "rows.channels": lattice.channels[at], "rows.shown": lattice.shown[at], "rows.drawn": lattice.drawn[at : at + 1],
+        }  # fmt: skip
 
 
 def _few(sliders: Sequence[Slider]) -> list[Slider]:

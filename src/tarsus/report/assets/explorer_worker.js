@@ -26,6 +26,7 @@ function run({ row, place, end: asked, ...shown }) {
   };
   parts("channels");
   parts("shown");
+  parts("drawn");
   const period = engine.array("lattice.periods")[place], end = Math.min(asked, engine.duration);
   engine.array("rows.scales")[2] = period;
   const times = timesOf({ end, period, ...shown }), found = engine.run(times.all, true, end);

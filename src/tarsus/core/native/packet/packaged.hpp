@@ -116,7 +116,10 @@ class Packaged {
     }
     const size_t body = book_ != nullptr ? 0 : size_t(body_.coordinates());
     const size_t names = judged_names(body > 0).size();
-    measures = judged({events, feet(), own.scales[2], finish[0], marks, body, *packet_.at<double>("measure.length", 1), packet_.at<int64_t>("measure.worst", names)});
+    const double* gravity = own.sources + rules_.m;
+    const double weight = *packet_.at<double>("measure.mass", 1) * std::hypot(gravity[0], gravity[1]);
+    measures = judged({events, feet(), own.scales[2], finish[0], marks, body, *packet_.at<double>("measure.length", 1), weight,
+                       *packet_.at<double>("rows.drawn", 1), packet_.at<int64_t>("measure.worst", names)});
   }
 
  private:
