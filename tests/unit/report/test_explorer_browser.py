@@ -109,6 +109,27 @@ def test_sliders_run_the_scene_as_simulate_does(tmp_path, explorer):
     np.testing.assert_array_equal(again.motion.log.events, wanted)
 
 
+def test_an_incline_is_turned_and_a_walk_s_cost_is_told(tmp_path):
+    climber = ts.explore(ts.load_scene("millipede", **{"ground.incline": 0.05}), duration="60 ms")
+    found = watched(
+        tmp_path, climber,
+        """
+        await turn("incline", 350);
+        Object.assign(found, { values: explorer.values, events: [...explorer.shown.events],
+          measures: explorer.named(explorer.shown.measures) });
+        """,
+    )  # fmt: skip
+    run = climber.run(found["values"])
+    assert set(found["values"]) == {"ground.incline"}
+    rows = np.array([np.nan if one is None else one for one in found["events"]], dtype=float)
+    wanted = run.motion.log.events
+    rows = rows.reshape(-1, wanted.shape[1])
+    np.testing.assert_array_equal(rows[:, 1:3], wanted[:, 1:3])
+    np.testing.assert_allclose(rows[:, 0], wanted[:, 0], rtol=0.0, atol=1e-9)
+    for name in ("electrical_energy", "cost_of_transport", "stride"):
+        assert found["measures"][name] == pytest.approx(run.measures[name].value, rel=1e-6), name
+
+
 def test_while_a_slider_moves_the_beginning_of_the_run_is_shown(tmp_path, explorer):
     """As if the machine were slow: the figures hold the first periods, exactly, the measures wait for the whole."""
     found = watched(
