@@ -102,7 +102,10 @@ def test_gravity_on_an_incline_is_turned_by_its_acceleration_and_by_the_incline(
     tilted = Explored.of(ts.with_values(scene, {"ground.incline": 0.05}), 0.04, drives=[])
     (incline,) = [one for one in tilted.sliders if one.paths[0] == "ground.incline"]
     assert (incline.low, incline.high, incline.log) == (-0.1, 0.1, False)
-    for values in ({"ground.incline": -0.08, "ground.gravity.acceleration": 5.0}, {"ground.gravity.acceleration": 7.0}):
+    for values in (
+        {"ground.incline": -0.08, "ground.gravity.acceleration": 5.0},
+        {"ground.gravity.acceleration": 7.0},
+    ):
         into, along = tilted.row(values)["rows.sources"][-2:]
         angle, pull = values.get("ground.incline", 0.05), values["ground.gravity.acceleration"]
         assert (into, along) == pytest.approx((pull * np.cos(angle), pull * np.sin(angle)), rel=1e-15)
@@ -117,13 +120,19 @@ def test_energy_drawn_and_cost_of_transport_are_those_of_the_library():
     scene = ts.load_scene("millipede", **{"robot.drives.R1.recovery": 0.3})
     explored = Explored.of(scene, 0.1)
     stops = {one.paths[0]: one.stops for one in explored.sliders if one.stops}
-    values = {"gait.high": stops["gait.high"][20], "gait.frequency": stops["gait.frequency"][15], "ground.gravity.acceleration": 8.0}
+    values = {
+        "gait.high": stops["gait.high"][20],
+        "gait.frequency": stops["gait.frequency"][15],
+        "ground.gravity.acceleration": 8.0,
+    }
     _, _, _, measures = explored.shown(np.array([0.0, 0.1]), values)
     run = ts.simulate(explored.changed(values), 0.1)
     for name in ("electrical_energy", "cost_of_transport"):
         found, own = measures[explored.measures.index(name)], run.measures[name]
         assert own.value > 0.0 and found[2] == own.n
-        np.testing.assert_allclose(found[:2], [own.value, own.spread], rtol=1e-7, atol=1e-9 * own.value, err_msg=name)
+        np.testing.assert_allclose(
+            found[:2], [own.value, own.spread], rtol=1e-7, atol=1e-9 * own.value, err_msg=name
+        )
     bare = Explored.of(ts.load_scene("millipede", **{"robot.drives.R1.capacitance": None}), 0.1, drives=[])
     _, _, _, measures = bare.shown(np.array([0.0, 0.1]))
     assert np.isnan(measures[bare.measures.index("cost_of_transport"), 0])

@@ -205,7 +205,9 @@ def _weight(scene: Any) -> float:
 
 def _transport(walks: _Walks, about: Definition) -> Measured:
     drawn, weight = walks.robot(walks.energy, about), walks.described(_weight)
-    numbers = (np.ascontiguousarray(one, dtype=float) for one in (weight, walks.strides.mean, walks.strides.spread))
+    numbers = (
+        np.ascontiguousarray(one, dtype=float) for one in (weight, walks.strides.mean, walks.strides.spread)
+    )
     found = _native.transports(drawn.value, np.asarray(drawn.n, dtype=np.int64), *numbers)
     return Measured(found[:, 0], found[:, 1], found[:, 2].astype(np.intp), about)
 

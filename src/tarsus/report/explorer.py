@@ -273,7 +273,11 @@ def _slider(one: Any) -> dict[str, Any]:
         "unit": one.unit,
         "doc": one.doc, "low": one.low, "high": one.high, "log": one.log, "array": one.array, "places": one.at,
     }  # fmt: skip
-    return about | ({"stops": one.stops} if one.stops else {}) | ({} if one.turned is None else {"turned": one.turned})
+    return (
+        about
+        | ({"stops": one.stops} if one.stops else {})
+        | ({} if one.turned is None else {"turned": one.turned})
+    )
 
 
 def _name(paths: Sequence[str]) -> str:

@@ -111,9 +111,15 @@ class Explored:
         length = structure.length if isinstance(structure, Walker) else 0.0
         worst = [DEFINITIONS[name].scope is Scope.WORST for name in self.measures]
         mass = structure.total_mass if isinstance(structure, Walker) else 0.0
-        arrays |= {"measure.mass": [float(mass)], "measure.length": [float(length)], "measure.worst": np.array(worst, dtype=np.int64)}
+        arrays |= {
+            "measure.mass": [float(mass)],
+            "measure.length": [float(length)],
+            "measure.worst": np.array(worst, dtype=np.int64),
+        }
         arrays |= {"seen.mass": system.mass, "seen.damping": system.damping, "seen.body": self.body}
-        arrays |= {f"lattice.{name}": getattr(lattice, name) for name in ("channels", "shown", "periods", "drawn")}
+        arrays |= {
+            f"lattice.{name}": getattr(lattice, name) for name in ("channels", "shown", "periods", "drawn")
+        }
         return arrays | self.row({})
 
     @cached_property

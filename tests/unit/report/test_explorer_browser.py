@@ -182,8 +182,18 @@ def test_it_is_turned_by_keyboard(tmp_path, explorer):
         found.back = explorer.values;
         """,
     )  # fmt: skip
-    assert len(found["reached"]) > 15 and all(found["reached"]) and found["unnamed"] == [] and found["jumps"] == 0
-    assert found["stepped"] == 5 and found["spoken"] == found["written"] and found["kept"] and found["back"] == {}
+    assert (
+        len(found["reached"]) > 15
+        and all(found["reached"])
+        and found["unnamed"] == []
+        and found["jumps"] == 0
+    )
+    assert (
+        found["stepped"] == 5
+        and found["spoken"] == found["written"]
+        and found["kept"]
+        and found["back"] == {}
+    )
 
 
 def test_what_stops_the_engine_is_told_and_the_page_goes_on(tmp_path, explorer):
