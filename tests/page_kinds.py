@@ -45,6 +45,7 @@ KINDS = {
     "hexapod": ("simulate", "hexapod"),
     "walker": ("simulate", "hamr-like"),
     "millipede-30": ("simulate", "millipede-30"),
+    "explorer": ("explore", "cantilever", "--duration", "60 ms"),
     "sweep": ("sweep", "{study}"),
     "yield": ("yield", CREEPING, *_YIELD),
     "calibrate": ("calibrate", "{ball}"),
@@ -82,9 +83,10 @@ def make_page(kind: str, folder: Path) -> Path:
         }
     if "{p1}" in words:
         files |= _responses(folder)
-    code = main([*(word.format(**files) for word in words), "-o", str(folder / "out"), "-q"])
+    out = folder / ("out.html" if words[0] == "explore" else "out")
+    code = main([*(word.format(**files) for word in words), "-o", str(out), "-q"])
     assert code == 0, f"{kind}: {code}"
-    pages = (folder / "out" / name for name in ("report.html", "reproduction.html"))
+    pages = (out, out / "report.html", out / "reproduction.html")
     return next(page for page in pages if page.is_file())
 
 

@@ -7,6 +7,7 @@ import pytest
 
 import tarsus as ts
 from tarsus.base.errors import InputError
+from tarsus.measure.switching import rise_squares, squares_per_period
 from tarsus.solve.explored import Explored
 
 TURNED = {
@@ -93,10 +94,59 @@ def test_what_is_no_number_of_a_drive_is_told():
         explored.changed({"robot.structure.length": 1.0})
 
 
-def test_gravity_on_an_incline_is_no_slider():
+def test_gravity_on_an_incline_is_turned_by_its_acceleration_and_by_the_incline():
+    """Both write the same two numbers of the packet, g cos(a) and g sin(a)."""
     scene = ts.load_scene("millipede")
     flat = {one.paths[0] for one in Explored.of(scene, 0.02, drives=[]).sliders}
     assert "ground.gravity.acceleration" in flat and "ground.incline" not in flat
-    tilted = Explored.of(ts.with_values(scene, {"ground.incline": 0.1}), 0.02, drives=[]).sliders
-    tilted = {one.paths[0] for one in tilted}
-    assert flat - tilted == {"ground.gravity.acceleration"}
+    tilted = Explored.of(ts.with_values(scene, {"ground.incline": 0.05}), 0.04, drives=[])
+    (incline,) = [one for one in tilted.sliders if one.paths[0] == "ground.incline"]
+    assert (incline.low, incline.high, incline.log) == (-0.1, 0.1, False)
+    for values in (
+        {"ground.incline": -0.08, "ground.gravity.acceleration": 5.0},
+        {"ground.gravity.acceleration": 7.0},
+    ):
+        into, along = tilted.row(values)["rows.sources"][-2:]
+        angle, pull = values.get("ground.incline", 0.05), values["ground.gravity.acceleration"]
+        assert (into, along) == pytest.approx((pull * np.cos(angle), pull * np.sin(angle)), rel=1e-15)
+        _, events, _, _ = tilted.shown(np.array([0.0, 0.04]), values)
+        wanted = ts.simulate(tilted.changed(values), 0.04).motion.log.events
+        np.testing.assert_array_equal(events[:, 1:3], wanted[:, 1:3])
+        np.testing.assert_allclose(events[:, 0], wanted[:, 0], rtol=0.0, atol=1e-10)
+
+
+def test_energy_drawn_and_cost_of_transport_are_those_of_the_library():
+    """At other volts and another frequency; of a drive without a capacitance there is neither."""
+    scene = ts.load_scene("millipede", **{"robot.drives.R1.recovery": 0.3})
+    explored = Explored.of(scene, 0.1)
+    stops = {one.paths[0]: one.stops for one in explored.sliders if one.stops}
+    values = {
+        "gait.high": stops["gait.high"][20],
+        "gait.frequency": stops["gait.frequency"][15],
+        "ground.gravity.acceleration": 8.0,
+    }
+    _, _, _, measures = explored.shown(np.array([0.0, 0.1]), values)
+    run = ts.simulate(explored.changed(values), 0.1)
+    for name in ("electrical_energy", "cost_of_transport"):
+        found, own = measures[explored.measures.index(name)], run.measures[name]
+        assert own.value > 0.0 and found[2] == own.n
+        np.testing.assert_allclose(
+            found[:2], [own.value, own.spread], rtol=1e-7, atol=1e-9 * own.value, err_msg=name
+        )
+    bare = Explored.of(ts.load_scene("millipede", **{"robot.drives.R1.capacitance": None}), 0.1, drives=[])
+    _, _, _, measures = bare.shown(np.array([0.0, 0.1]))
+    assert np.isnan(measures[bare.measures.index("cost_of_transport"), 0])
+
+
+@pytest.mark.parametrize("duty", [0.3, 0.5])
+def test_squares_of_rises_per_period_are_those_between_instants(duty):
+    """Of square waves and sines, over five whole periods."""
+    waves = [
+        ts.Square(amplitude=7.0, offset=1.0, frequency=50.0, duty=duty, phase=0.4),
+        ts.Sine(amplitude=3.0, frequency=80.0, phase=1.0),
+    ]
+    for wave in waves:
+        track = wave.track()
+        (found,) = squares_per_period(track)
+        edges = np.arange(6) * track.period + 0.37 * track.period
+        np.testing.assert_allclose(rise_squares(wave, edges), found, rtol=1e-12)

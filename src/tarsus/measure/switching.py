@@ -18,6 +18,7 @@ import numpy as np
 if TYPE_CHECKING:
     from tarsus.measure.segments import Floats
     from tarsus.model.drive.signal import Signal
+    from tarsus.model.drive.track import Track
     from tarsus.model.robot import Drive
 
 
@@ -60,6 +61,25 @@ def rise_squares(signal: Signal, edges: Floats) -> Floats:
         before > 1e-9 * (edges[-1] - edges[0]),
     )
     return np.diff(np.maximum(seen, 0.0) @ rises.square)
+
+
+def squares_per_period(track: Track) -> Floats:
+    """Sum (nr,) [V^2] of the squares of the rises in a period of each run of a track that repeats from its start, as
+    `rise_squares` has it over whole periods; NaN of runs that do not repeat, or only later on."""
+    counts, out = np.diff(track.runs), np.full(len(track.loops), np.nan)
+    for count in np.unique(counts):
+        runs = np.flatnonzero((counts == count) & (track.loops == 0))
+        own = track.runs[runs, None] + np.arange(count)
+        volts = np.stack([track.first[own], track.last[own]], axis=-1).reshape(len(runs), 2 * count)
+        turn = (np.argmin(volts, axis=1)[:, None] + np.arange(2 * count + 1)) % (2 * count)
+        steps = np.diff(np.take_along_axis(volts, turn, axis=1), axis=1)
+        rise, total = np.zeros(len(runs)), np.zeros(len(runs))
+        for step in steps.T:  # from a lowest voltage on, once around
+            ended = step < 0.0
+            total += np.where(ended, rise**2, 0.0)
+            rise = np.where(ended, 0.0, rise + np.maximum(step, 0.0))
+        out[runs] = total + rise**2
+    return out
 
 
 @lru_cache(maxsize=1024)

@@ -205,12 +205,11 @@ def _weight(scene: Any) -> float:
 
 def _transport(walks: _Walks, about: Definition) -> Measured:
     drawn, weight = walks.robot(walks.energy, about), walks.described(_weight)
-    way = np.abs(walks.strides.mean)
-    none = np.full(len(way), np.nan)
-    there = (weight > 0.0) & (way > STANDSTILL)
-    cost = np.divide(drawn.value, weight * way, out=none.copy(), where=there)
-    vary = np.divide(walks.strides.spread, way, out=none, where=there)
-    return Measured(cost, cost * vary, np.where(np.isfinite(cost), drawn.n, 0), about)
+    numbers = (
+        np.ascontiguousarray(one, dtype=float) for one in (weight, walks.strides.mean, walks.strides.spread)
+    )
+    found = _native.transports(drawn.value, np.asarray(drawn.n, dtype=np.int64), *numbers)
+    return Measured(found[:, 0], found[:, 1], found[:, 2].astype(np.intp), about)
 
 
 def _once(values: Floats, about: Definition) -> Measured:

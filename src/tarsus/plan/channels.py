@@ -28,11 +28,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Course:
-    """What one drive does in nr runs. force, and volts where they are asked for: channels; which (nr,): number of
-    those of each run; periods (nr,) [s]: of its signal, NaN without one."""
+    """What one drive does in nr runs. force, and volts where they are asked for: channels; track: their voltages;
+    which (nr,): number of those of each run; periods (nr,) [s]: of its signal, NaN without one."""
 
     force: Channels
     volts: Channels | None
+    track: Track
     which: Ints
     periods: Floats
 
@@ -92,9 +93,10 @@ def _course(drive: Drive, wave: Signal, own: Columns, of_drive: Columns, charged
     signal = dict(zip(own, rows[:, : len(own)].T, strict=True))
     numbers = dict(zip(of_drive, rows[:, len(own) :].T, strict=True))
     wave = with_columns(wave, signal)
-    force, volts = _lowered(drive, numbers, _track(drive, wave, numbers, len(rows)), volts=charged)
+    track = _track(drive, wave, numbers, len(rows))
+    force, volts = _lowered(drive, numbers, track, volts=charged)
     periods = np.broadcast_to(wave.periods(), len(rows))
-    return Course(force, volts, which, periods[which])
+    return Course(force, volts, track, which, periods[which])
 
 
 Columns = Mapping[str, Any]

@@ -235,7 +235,7 @@ class Explorer:
                  "definition": of.words.format(span="drive period", **counted)}
                 for name, of in ((name, DEFINITIONS[name]) for name in one.measures)
             ],
-            "command": command, "words": dict(self.words), "load": load, "given": given,
+            "falling": list(one.scene.ground.falling), "command": command, "words": dict(self.words), "load": load, "given": given,
         }  # fmt: skip
 
     def _loaded(self) -> tuple[str, dict[str, float]]:
@@ -273,7 +273,11 @@ def _slider(one: Any) -> dict[str, Any]:
         "unit": one.unit,
         "doc": one.doc, "low": one.low, "high": one.high, "log": one.log, "array": one.array, "places": one.at,
     }  # fmt: skip
-    return about | ({"stops": one.stops} if one.stops else {})
+    return (
+        about
+        | ({"stops": one.stops} if one.stops else {})
+        | ({} if one.turned is None else {"turned": one.turned})
+    )
 
 
 def _name(paths: Sequence[str]) -> str:

@@ -19,6 +19,7 @@ from tarsus.measure.periods import PER_WINDOW
 from tarsus.measure.walking import WALK
 from tarsus.measure.whole import WHOLE_RUN
 from tarsus.model.structure import Walker
+from tarsus.plan.lowering import gravity_on
 from tarsus.solve.engine import RECORDED, Accuracy, Engine
 from tarsus.solve.packet import packed, packet_arrays
 from tarsus.solve.simulate import Shared, prepared
@@ -109,9 +110,16 @@ class Explored:
         structure = self.scene.robot.structure
         length = structure.length if isinstance(structure, Walker) else 0.0
         worst = [DEFINITIONS[name].scope is Scope.WORST for name in self.measures]
-        arrays |= {"measure.length": [float(length)], "measure.worst": np.array(worst, dtype=np.int64)}
+        mass = structure.total_mass if isinstance(structure, Walker) else 0.0
+        arrays |= {
+            "measure.mass": [float(mass)],
+            "measure.length": [float(length)],
+            "measure.worst": np.array(worst, dtype=np.int64),
+        }
         arrays |= {"seen.mass": system.mass, "seen.damping": system.damping, "seen.body": self.body}
-        arrays |= {f"lattice.{name}": getattr(lattice, name) for name in ("channels", "shown", "periods")}
+        arrays |= {
+            f"lattice.{name}": getattr(lattice, name) for name in ("channels", "shown", "periods", "drawn")
+        }
         return arrays | self.row({})
 
     @cached_property
@@ -176,11 +184,19 @@ class Explored:
         names = ("parameters", "initial", "sources", "scales")
         out = {f"rows.{name}": np.array(getattr(self.rows, name)[0], dtype=float).ravel() for name in names}
         for one in self.sliders:
-            if one.array and one.paths[0] in values:
+            if one.array and one.turned is None and one.paths[0] in values:
                 out[one.array][list(one.at)] = values[one.paths[0]]
+        if turning := [one for one in self.sliders if one.turned is not None]:
+            falling = list(self.scene.ground.falling)
+            for one in turning:
+                falling[one.turned or 0] = values.get(one.paths[0], one.value)
+            out["rows.sources"][list(turning[0].at)] = gravity_on(*falling)
         at = self.place(values)
         out["rows.scales"][2] = self.lattice.periods[at]
-        return out | {"rows.channels": self.lattice.channels[at], "rows.shown": self.lattice.shown[at]}
+        lattice = self.lattice
+        return out | {
+            "rows.channels": lattice.channels[at], "rows.shown": lattice.shown[at], "rows.drawn": lattice.drawn[at : at + 1],
+        }  # fmt: skip
 
 
 def _few(sliders: Sequence[Slider]) -> list[Slider]:

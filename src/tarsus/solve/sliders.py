@@ -16,11 +16,13 @@ from tarsus.base.errors import InputError
 from tarsus.base.spec import FloatInfo, float_paths, with_values
 from tarsus.model.drive.lower import lower
 from tarsus.model.drive.pieces import Channels
+from tarsus.measure.switching import squares_per_period
 from tarsus.plan.channels import drive_courses, felt
 from tarsus.plan.slots import Kind, Place, marked_period, slots, unit_of
 
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
+    from tarsus.plan.channels import Course
     from tarsus.plan.lowering import Plan
     from tarsus.plan.slots import Rows
 
@@ -36,6 +38,10 @@ FEWER_STOPS = {1: (41,), 2: (15, 11), 3: (7, 5, 3)}
 """The same of drives behind amplifiers that are not ideal, whose voltages are followed row by row."""
 FIRST = ("amplitude", "high", "frequency", "duty", "swing_lag", "offset", "low", "phase")
 """Numbers of drives that are turned first."""
+STEEP = 0.1
+"""Incline [rad] to either side of level ground, at which a friction of 0.1 holds just so."""
+SAME = 1e-9
+"""Part of itself to which a period is a whole number of others: that of rounding, and far below any detuning."""
 INSET = 0.02
 """Part of a share's range, 0 to 1, that its slider leaves out at either end."""
 
@@ -46,7 +52,8 @@ class Slider:
 
     value, low, high: SI; log: whether the way from end to end is logarithmic; known: whether the range is that of the
     provenance, or of draws. array, at: where in a packet the number stands; or, of what drives do, stops:
-    the values that are lowered.
+    the values that are lowered. turned: of gravity, whose two numbers there follow from its acceleration (0) and the
+    incline of the ground (1) together, which of these it is.
     """
 
     paths: tuple[str, ...]
@@ -60,6 +67,7 @@ class Slider:
     known: bool = False
     array: str = ""
     at: tuple[int, ...] = ()
+    turned: int | None = None
     stops: tuple[float, ...] = ()
 
 
@@ -68,13 +76,15 @@ class Lattice:
     """Drives lowered at all combinations of the stops of some sliders, the last one running fastest.
 
     pool: different channels; channels (nr, nc), shown (nr, nd): of each combination those of the plan, and volts of the
-    drives; periods (nr,) [s] of the marks.
+    drives; periods (nr,) [s] of the marks; drawn (nr,) [J]: electrical energy of a period, NaN where it is not the same
+    in all.
     """
 
     pool: Channels
     channels: Ints
     shown: Ints
     periods: Floats
+    drawn: Floats
 
 
 def sliders_of(
@@ -98,9 +108,6 @@ def sliders_of(
     for paths in _alike(places, infos):
         kind = places[paths[0]].kind
         if kind in (Kind.DRIVE, Kind.GAIT):
-            continue
-        if kind is Kind.GRAVITY and (places[paths[0]].at or scene.ground.incline):
-            left += paths  # gravity on an incline is two numbers of the packet, a slider writes one
             continue
         one = _slider(scene, plan, paths, infos[paths[0]], kind, ranges)
         left += [] if one else [paths[0]]
@@ -167,8 +174,9 @@ def _address(plan: Plan, places: Sequence[Place]) -> dict[str, Any]:
         }
     if kind is Kind.INITIAL:
         return {"array": "rows.initial", "at": (places[0].at,)}
-    at = (plan.feet,) if kind is Kind.GRAVITY else tuple(one.at for one in places)
-    return {"array": "rows.sources", "at": at}
+    if kind is Kind.GRAVITY:
+        return {"array": "rows.sources", "at": (plan.feet, plan.feet + 1), "turned": places[0].at}
+    return {"array": "rows.sources", "at": tuple(one.at for one in places)}
 
 
 def _slider(
@@ -191,6 +199,9 @@ def _guess(scene: Scene, plan: Plan, path: str, info: FloatInfo) -> tuple[float,
     value, name = info.value, path.rpartition(".")[2]
     if _share(scene, path, info):
         return INSET, 1.0 - INSET
+    if path == "ground.incline":  # up and down, and on level ground as far as feet of low friction hold
+        reach = max(NARROWER * abs(value), STEEP)
+        return -reach, reach
     if value == 0.0:
         reach = 10.0 * unit_of(path, plan)
         if path.startswith("initial.displacement."):
@@ -254,7 +265,30 @@ def lattice_of(scene: Scene, plan: Plan, rows: Rows, sliders: Sequence[Slider], 
         periods[d] = course.periods
     channels, where = _different(Channels.joined(pool))
     which = where[which]
-    return Lattice(channels, which[:, :nc], which[:, nc:], marked_period(periods, duration))
+    marked = marked_period(periods, duration)
+    return Lattice(channels, which[:, :nc], which[:, nc:], marked, _drawn(scene, courses, marked))
+
+
+def _drawn(scene: Scene, courses: Mapping[str, Course], marked: Floats) -> Floats:
+    """Electrical energy (nr,) [J] of a period (nr,) [s] of the marks, NaN where drives do not repeat with it."""
+    out, known = np.zeros(len(marked)), dict[int, Floats]()  # by course, which several drives share
+    for name, drive in scene.robot.drives.items():
+        course = courses.get(name)
+        if course is None:
+            track = scene.actuator_volts[name].track()
+            squares, period = squares_per_period(track), track.periods
+            if (track.first == track.last).all() and np.ptp(track.first) == 0.0:  # at rest
+                continue
+        else:
+            if id(course) not in known:
+                known[id(course)] = squares_per_period(course.track)[course.which]
+            squares, period = known[id(course)], course.periods
+        times = marked / period
+        whole = np.abs(times - np.round(times)) < SAME * times
+        capacitance = np.nan if drive.capacitance is None else drive.capacitance
+        energy = capacitance * (1.0 - (drive.recovery or 0.0)) * squares * np.round(times)
+        out += np.where(whole, np.where(squares > 0.0, energy, squares), np.nan)
+    return out
 
 
 def _different(channels: Channels) -> tuple[Channels, Ints]:

@@ -165,9 +165,9 @@ def test_measures_are_those_of_the_library(folder, name):
     (folder / "rows.json").write_text(json.dumps(rows))
     found = in_node(
         folder,
-        "const e = new Engine(wasm, packet('row.bin')), rows = JSON.parse(fs.readFileSync(folder + '/rows.json'));"
+        "const e = new Engine(wasm, packet('row.bin')), rows = JSON.parse(fs.readFileSync(folder + '/rows.json', 'utf8').replaceAll('NaN', 'null'));"
         "return rows.map((row) => { for (const [name, of] of Object.entries(row)) {"
-        "  const to = e.array(name); of.forEach((v, k) => { to[k] = to instanceof BigInt64Array ? BigInt(v) : v; }); }"
+        "  const to = e.array(name); of.forEach((v, k) => { to[k] = to instanceof BigInt64Array ? BigInt(v) : v ?? NaN; }); }"
         "  const { events, measures } = e.run([0, e.duration], true); return [events, measures]; })",
     )
     met = 0

@@ -19,7 +19,13 @@ const faults = [], found = {}, root = document.querySelector(".explore"),
 part = (name) => root.querySelector(`.explore-${name}`);
 addEventListener("error", (event) => faults.push(event.message));
 window.requestAnimationFrame = () => 0;
-const shown = () => new Promise((done) => root.addEventListener("shown", ({ detail }) => done(detail), { once: true }));
+const seen = [], next = () => new Promise((done) => root.addEventListener("shown", ({ detail }) => done(detail), { once: true }));
+const shown = async () => { // the whole run, and not its beginning alone
+  let detail = await next();
+  seen.push(detail.brief);
+  while (detail.brief) detail = await next();
+  return detail;
+};
 addEventListener("DOMContentLoaded", async () => {
   await shown();
   const explorer = root.explorer, rest = () => new Promise((done) => setTimeout(done, 300));
@@ -101,6 +107,93 @@ def test_sliders_run_the_scene_as_simulate_does(tmp_path, explorer):
     changes = {path: text.strip().strip('"') for path, _, text in (word.partition("=") for word in words)}
     again = ts.simulate(ts.load_scene("cantilever", **{path: text for path, text in changes.items()}), 0.06)
     np.testing.assert_array_equal(again.motion.log.events, wanted)
+
+
+def test_an_incline_is_turned_and_a_walk_s_cost_is_told(tmp_path):
+    climber = ts.explore(ts.load_scene("millipede", **{"ground.incline": 0.05}), duration="60 ms")
+    found = watched(
+        tmp_path, climber,
+        """
+        await turn("incline", 350);
+        Object.assign(found, { values: explorer.values, events: [...explorer.shown.events],
+          measures: explorer.named(explorer.shown.measures) });
+        """,
+    )  # fmt: skip
+    run = climber.run(found["values"])
+    assert set(found["values"]) == {"ground.incline"}
+    rows = np.array([np.nan if one is None else one for one in found["events"]], dtype=float)
+    wanted = run.motion.log.events
+    rows = rows.reshape(-1, wanted.shape[1])
+    np.testing.assert_array_equal(rows[:, 1:3], wanted[:, 1:3])
+    np.testing.assert_allclose(rows[:, 0], wanted[:, 0], rtol=0.0, atol=1e-9)
+    for name in ("electrical_energy", "cost_of_transport", "stride"):
+        assert found["measures"][name] == pytest.approx(run.measures[name].value, rel=1e-6), name
+
+
+def test_while_a_slider_moves_the_beginning_of_the_run_is_shown(tmp_path, explorer):
+    """As if the machine were slow: the figures hold the first periods, exactly, the measures wait for the whole."""
+    found = watched(
+        tmp_path, explorer,
+        """
+        explorer.pace = 1e6;
+        const input = [...root.querySelectorAll(".explore-slider input")][0], later = next();
+        input.value = Number(input.value) + 3;
+        input.dispatchEvent(new Event("input"));
+        const first = await later;
+        Object.assign(found, { brief: first.brief, end: explorer.shown.end, words: part("part").textContent,
+          waits: part("measures").classList.contains("explore-waits"), values: explorer.values,
+          time: [...explorer.shown.time], gap: [...explorer.shown.gap[0]] });
+        part("freeze").click();
+        found.early = explorer.frozen;
+        const last = await next();
+        Object.assign(found, { last: last.brief, whole: explorer.shown.end, said: part("part").textContent,
+          frozen: explorer.frozen.end, measures: explorer.named(explorer.shown.measures) });
+        """,
+    )  # fmt: skip
+    assert found["brief"] and not found["last"] and found["whole"] == found["frozen"] == 0.06
+    assert found["end"] == pytest.approx(0.03) and found["waits"] and found["early"] is None
+    assert found["words"].startswith("The first 30 ms while the slider moves") and found["said"] == ""
+    run = explorer.run(found["values"])
+    gap = run.states(np.array(found["time"])).gap[0]
+    np.testing.assert_allclose(found["gap"], gap, rtol=0.0, atol=1e-6 * gap.max())
+    assert found["measures"]["peak"] == pytest.approx(run.measures["peak"].value, rel=1e-7)
+
+
+def test_it_is_turned_by_keyboard(tmp_path, explorer):
+    """Every control is reached by the tab key in the order of the page, and arrows turn a slider: keys that the browser
+    itself makes are those of its own range inputs and buttons, whose focus and names are what a page can get wrong."""
+    found = watched(
+        tmp_path, explorer,
+        """
+        const all = [...root.querySelectorAll("a[href], button, input, select, [tabindex]")].filter((one) => one.checkVisibility());
+        found.reached = all.map((one) => { one.focus(); return document.activeElement === one; });
+        found.unnamed = all.filter((one) => !(one.getAttribute("aria-label") || one.textContent.trim() || one.labels?.length)).map((one) => one.outerHTML);
+        found.jumps = all.filter((one) => one.tabIndex > 0).length;
+        const input = root.querySelector(".explore-slider input"), before = input.value;
+        input.focus();
+        const later = shown();
+        input.stepUp(5);
+        input.dispatchEvent(new Event("input", { bubbles: true }));
+        await later;
+        Object.assign(found, { stepped: Number(input.value) - Number(before), spoken: input.getAttribute("aria-valuetext"),
+          written: input.parentNode.querySelector("output").textContent, kept: document.activeElement === input });
+        root.querySelector(".explore-slider button").click();
+        await shown();
+        found.back = explorer.values;
+        """,
+    )  # fmt: skip
+    assert (
+        len(found["reached"]) > 15
+        and all(found["reached"])
+        and found["unnamed"] == []
+        and found["jumps"] == 0
+    )
+    assert (
+        found["stepped"] == 5
+        and found["spoken"] == found["written"]
+        and found["kept"]
+        and found["back"] == {}
+    )
 
 
 def test_what_stops_the_engine_is_told_and_the_page_goes_on(tmp_path, explorer):

@@ -26,8 +26,10 @@ TARSUS_OUT(trouble) const char* trouble() { return told; }
 TARSUS_OUT(reserve) char* reserve(size_t bytes) { return static_cast<char*>(std::malloc(bytes)); }
 TARSUS_OUT(plan) Packaged* plan(char* packet, size_t bytes) { return new Packaged(packet, bytes); }
 TARSUS_OUT(duration) double duration(Packaged* plan) { return plan->duration(); }
-// Runs with samples at ``count`` times, and where ``seen`` with what a page shows there; returns the code, or -1 where it cannot start.
-TARSUS_OUT(run) int run(Packaged* plan, const double* times, int count, int seen) {
+// Runs until ``end`` [s] with samples at ``count`` times, and where ``seen`` with what a page shows there; returns the code, or -1 where it
+// cannot start.
+TARSUS_OUT(run) int run(Packaged* plan, const double* times, int count, int seen, double end) {
+  plan->until(end);
   const std::vector<double> at(times, times + count);
   seen ? plan->show(at) : plan->run(at);
   return plan->refused.empty() ? plan->code : -1;

@@ -53,16 +53,16 @@ class Engine {
     return this.calls.duration(this.plan);
   }
 
-  // A run with samples at times [s], increasing: code, or refusals (rows of 4: run, fault, foot, by) where it cannot start; events in rows
+  // A run until `end` [s], the packet's own where it is left out, with samples at times [s], increasing: code, or refusals (rows of 4: run, fault, foot, by) where it cannot start; events in rows
   // of 12, samples in rows of `width`, marks, finish. Where what is seen is asked for, also its rows (of `seenWidth`; see
   // packet/sights.hpp), in place of samples, and measures (value, spread, n). After a failure the engine is made anew, with the
   // packet's own numbers.
-  run(times, seen = false) {
+  run(times, seen = false, end = this.duration) {
     const { calls, plan } = this;
     let code;
     try {
       this.give(times);
-      code = this.told(() => calls.run(plan, this.room.at, times.length, seen));
+      code = this.told(() => calls.run(plan, this.room.at, times.length, seen, end));
     } catch (error) {
       this.begin();
       throw error;

@@ -39,6 +39,13 @@ function sparse(u, i) {
   return kept;
 }
 
+/** Numbers in units of a step; null where there is none. */
+function scaled(values, step) {
+  const out = new Array(values.length);
+  for (let n = 0; n < values.length; n++) out[n] = Number.isFinite(values[n]) ? values[n] / step : null;
+  return out;
+}
+
 class Charts {
   constructor(figure) {
     this.figure = figure;
@@ -50,21 +57,41 @@ class Charts {
     this.key = uPlot.sync(`charts${Charts.count++}`);
     this.room = 50;
     this.plots = this.spec.panels.map((panel, i) => this.plot(panel, i));
+    this.waiting = this.panels.map(() => null); // numbers of panels that are out of sight
+    this.sight = new IntersectionObserver((seen) => seen.forEach(({ target, isIntersecting }) => this.reveal(this.panels.indexOf(target), isIntersecting)));
+    this.inSight = this.panels.map(() => true);
+    this.panels.forEach((panel) => this.sight.observe(panel));
     if (this.room > 50) this.plots.forEach((plot) => plot.redraw(false, true));
     this.listen();
   }
 
   /** Other numbers in place of those of the page [SI]: the times of all lines, and of each panel its lines' values and what is shaded. */
   take(time, panels) {
-    const x = Array.from(time, (t) => t / this.spec.step);
+    const x = scaled(time, this.spec.step);
     this.sharing = true;
-    this.plots.forEach((plot, i) => {
-      const { step } = this.spec.panels[i], { lines, shaded } = panels[i], { min, max } = plot.scales.x;
-      if (shaded) this.spec.panels[i].shaded = shaded.map(([a, b]) => [a / this.spec.step, b / this.spec.step]);
-      plot.setData([x, ...lines.map((line) => Array.from(line, (v) => (Number.isFinite(v) ? v / step : null)))], false);
-      plot.setScale("x", { min, max });
+    this.plots.forEach((_, i) => {
+      this.waiting[i] = { x, ...panels[i] };
+      if (this.inSight[i]) this.put(i);
     });
     this.sharing = false;
+  }
+
+  /** Draws what waits for a panel. */
+  put(i) {
+    const waits = this.waiting[i], plot = this.plots[i], { step } = this.spec.panels[i], { min, max } = plot.scales.x;
+    if (!waits) return;
+    this.waiting[i] = null;
+    if (waits.shaded) this.spec.panels[i].shaded = waits.shaded.map(([a, b]) => [a / this.spec.step, b / this.spec.step]);
+    plot.setData([waits.x, ...waits.lines.map((line) => scaled(line, step))], false);
+    plot.setScale("x", { min, max });
+  }
+
+  reveal(i, seen) {
+    this.inSight[i] = seen;
+    const { sharing } = this;
+    this.sharing = true;
+    if (seen) this.put(i);
+    this.sharing = sharing;
   }
 
   /** The stretch that is seen [SI]. */
@@ -262,7 +289,7 @@ class Charts {
       button.addEventListener("click", () => this.zoom(button.dataset.zoom));
     }
     addEventListener("themechange", () => this.plots.forEach((plot) => plot.redraw(false, true)));
-    addEventListener("beforeprint", () => this.fit(640));
+    addEventListener("beforeprint", () => { this.panels.forEach((_, i) => this.put(i)); this.fit(640); });
     addEventListener("afterprint", () => this.fit());
     new ResizeObserver(() => this.fit()).observe(this.figure);
   }

@@ -1,6 +1,6 @@
 // An explorer: sliders that change a run of the engine in this page; asks nothing of any network.
 
-const FRAMES = 360, WIDTH = 12, KIND = 2, MOST_ROWS = 200, ROUNDING = 1e-9, REST = 120;
+const FRAMES = 360, MOVING = { frames: 120, points: 0.4, ms: 12, periods: 2 }, WIDTH = 12, KIND = 2, MOST_ROWS = 200, ROUNDING = 1e-9, REST = 120;
 const TIME = 0, FOOT = 1, BEFORE = 3, AFTER = 4, PULL = 5, ENERGY = 7;
 
 /** The bytes of a script element: base64 of what was compressed. */
@@ -26,7 +26,7 @@ class Slider {
     this.back = made("button", { type: "button", textContent: "↺", title: "Back to the scene's own value", hidden: true });
     this.back.setAttribute("aria-label", `${this.name}: back to the scene's own value`);
     this.input.setAttribute("aria-label", this.name);
-    this.input.addEventListener("input", () => { this.value = this.at(Number(this.input.value)); this.show(); turned(); });
+    this.input.addEventListener("input", () => { this.value = this.at(Number(this.input.value)); this.show(); turned(true); });
     this.back.addEventListener("click", () => { this.put(this.own); turned(); });
     const label = made("span", { className: "explore-name", textContent: this.name, title: `${this.paths[0]}: ${this.doc}` });
     this.root = made("div", { className: "explore-slider" }, label, this.out, this.back, this.input);
@@ -64,8 +64,8 @@ class Explorer {
     const part = (name) => root.querySelector(`.explore-${name}`);
     this.root = root;
     this.info = JSON.parse(part("info").textContent);
-    for (const name of ["says", "desk", "measures", "tally", "events", "copied", "freeze", "thaw", "reset"]) this[name] = part(name);
-    this.turnable = this.info.sliders.map((about) => new Slider(about, () => this.turned()));
+    for (const name of ["says", "desk", "measures", "tally", "events", "copied", "part", "freeze", "thaw", "reset"]) this[name] = part(name);
+    this.turnable = this.info.sliders.map((about) => new Slider(about, (moving) => this.turned(moving)));
     for (const group of new Set(this.turnable.map((one) => one.group))) {
       this.desk.append(made("fieldset", {}, made("legend", { textContent: group }), ...this.turnable.filter((one) => one.group === group).map((one) => one.root)));
     }
@@ -73,6 +73,9 @@ class Explorer {
     this.charts = root.querySelector(".charts").built;
     this.busy = true;
     this.due = false;
+    this.moving = false; // a slider, at this moment
+    this.brief = false; // what was asked last: less than the whole
+    this.pace = 0; // of the worker [ms] for a second of a run
     this.frozen = null;
     this.listen(part);
     this.start = () => this.begin(part);
@@ -93,7 +96,7 @@ class Explorer {
   }
 
   listen(part) {
-    this.freeze.addEventListener("click", () => { this.frozen = this.shown && { ...this.shown, values: this.values }; this.tell(); this.draw(); });
+    this.freeze.addEventListener("click", () => { this.keeping = true; this.keep(); });
     this.thaw.addEventListener("click", () => { this.frozen = null; this.tell(); this.draw(); });
     this.reset.addEventListener("click", () => this.take({}));
     for (const how of ["line", "python"]) part(how).addEventListener("click", () => this.copy(this[how]()));
@@ -102,6 +105,15 @@ class Explorer {
     const reduced = matchMedia("(prefers-reduced-motion: reduce)").matches;
     this.player.again = true;
     if (!reduced && this.info.plays) this.player.run();
+  }
+
+  /** Freezes what is shown, once it is the whole. */
+  keep() {
+    if (!this.keeping || !this.shown || !this.complete) return;
+    this.keeping = false;
+    this.frozen = { ...this.shown, values: this.values };
+    this.tell();
+    this.draw();
   }
 
   get values() {
@@ -114,12 +126,26 @@ class Explorer {
     this.turned();
   }
 
-  /** The last position of the sliders counts: those passed while a run goes on are left out. */
-  turned() {
+  /** The last position of the sliders counts: those passed while a run goes on are left out. While one moves the beginning
+   *  of the run is shown, as much of it as is computed within some milliseconds, and the whole when it rests. */
+  turned(moving = false) {
     this.due = true;
+    this.moving = moving;
+    if (moving) this.rest();
     this.start?.();
     this.start = null;
     this.ask();
+  }
+
+  /** The whole run, once no slider has moved for a while and the last one was shown. */
+  rest() {
+    clearTimeout(this.resting);
+    this.resting = setTimeout(() => {
+      if (this.busy) return this.rest();
+      this.moving = false;
+      this.due ||= this.brief;
+      this.ask();
+    }, REST);
   }
 
   ask() {
@@ -127,9 +153,28 @@ class Explorer {
     this.busy = true;
     this.due = false;
     this.asked = performance.now();
-    const row = this.turnable.filter((one) => !one.stops).map((one) => [one.array, one.places, one.value]);
+    const row = this.turnable.filter((one) => !one.stops && one.turned === undefined).map((one) => [one.array, one.places, one.value]);
+    row.push(...this.gravity());
     const place = this.turnable.filter((one) => one.stops).reduce((sum, one) => sum * one.stops.length + one.stops.indexOf(one.value), 0);
-    this.worker.postMessage({ row, place, frames: FRAMES, points: this.info.points, seen: this.charts.seen });
+    const { info: { points, seconds }, charts: { seen } } = this;
+    this.brief = this.moving && this.pace > 0;
+    this.worker.postMessage({ row, place, seen, ...(this.brief ? { frames: MOVING.frames, points: Math.round(MOVING.points * points), end: this.reach(seen[1]) } : { frames: FRAMES, points, end: seconds }) });
+  }
+
+  /** Gravity into the ground and back along it, of its acceleration and the incline: see `gravity_on` of the library. */
+  gravity() {
+    const turning = this.turnable.filter((one) => one.turned !== undefined), falling = [...this.info.falling];
+    if (!turning.length) return [];
+    for (const one of turning) falling[one.turned] = one.value;
+    const [acceleration, incline] = falling, [into, along] = turning[0].places;
+    return [["rows.sources", [into], acceleration * Math.cos(incline)], ["rows.sources", [along], acceleration * Math.sin(incline)]];
+  }
+
+  /** How far a run goes while a slider moves [s]: whole periods, two at least, and to the end of what the figures show of it. */
+  reach(last) {
+    const { pace, info: { seconds }, period } = this, one = Math.min(period, 0.25 * seconds);
+    const far = one * Math.max(Math.floor(MOVING.ms / pace / one), MOVING.periods);
+    return Math.min(last < (1 - ROUNDING) * seconds ? Math.max(far, last) : far, seconds);
   }
 
   answered(data) {
@@ -137,23 +182,26 @@ class Explorer {
     if (data.failed) {
       this.say(`The engine stopped: ${data.failed}. It was started anew; turn a slider to go on.`, true);
     } else if (!data.ready) {
+      const pace = data.took / data.end;
+      this.pace = this.pace ? Math.min(pace, 0.5 * (this.pace + pace)) : pace;
+      this.period = data.period;
       this.shown = this.read(data);
       this.draw();
       this.tell();
+      this.keep();
       this.took = performance.now() - this.asked;
-      this.root.dispatchEvent(new CustomEvent("shown", { detail: { ...data, whole: this.took } }));
-      if (parent !== window) parent.postMessage({ tarsus: { values: this.values, measures: this.named(this.shown.measures) } }, "*");
+      this.root.dispatchEvent(new CustomEvent("shown", { detail: { ...data, brief: this.brief, whole: this.took } }));
+      if (parent !== window && this.complete) parent.postMessage({ tarsus: { values: this.values, measures: this.named(this.shown.measures) } }, "*");
     }
     this.ask();
   }
 
   /** What was run, by column: see packet/sights.hpp for the order. */
-  read({ code, refusals, sights, seenWidth, events, measures, finish, period, times }) {
+  read({ code, refusals, sights, seenWidth, events, measures, finish, period, times, end }) {
     const { feet, drives, body } = this.info, count = seenWidth ? sights.length / seenWidth : 0;
-    const column = (k) => Float64Array.from({ length: count }, (_, n) => sights[n * seenWidth + k]);
     let next = 0;
-    const columns = (many) => Array.from({ length: many }, () => column(next++));
-    const time = column(next++), volts = columns(drives.length);
+    const columns = (many) => Array.from({ length: many }, () => sights.subarray(next * count, ++next * count));
+    const [time] = columns(1), volts = columns(drives.length);
     const [gap, ground, friction, state, along] = Array.from({ length: 5 }, () => columns(feet.length));
     const own = columns(body.length), [kinetic, elastic] = columns(2);
     const lost = new Float64Array(count);
@@ -161,7 +209,7 @@ class Explorer {
       for (; e < events.length && events[e + TIME] <= time[n]; e += WIDTH) sum += events[e + ENERGY];
       lost[n] = sum;
     }
-    return { code, refusals, events, measures, finish, period, times, time, volts, gap, ground, friction, state, along, body: own, kinetic, elastic, lost };
+    return { code, refusals, events, measures, finish, period, times, end, time, volts, gap, ground, friction, state, along, body: own, kinetic, elastic, lost };
   }
 
   draw() {
@@ -201,8 +249,9 @@ class Explorer {
     const before = this.player.walk, { legs } = this.info, at = [];
     for (let n = 0, k = 0; n < time.length && k < times.film.length; n++) if (time[n] === times.film[k]) { at.push(n); k++; }
     if (at.length < 2) return before;
-    const taken = (series) => Float64Array.from(at, (n) => series[n]), none = new Float64Array(at.length);
-    const ofLeg = (series, rest) => legs.map((foot, leg) => (foot < 0 ? none : taken(series[foot]).map((v) => v + (rest ? rest[leg] : 0))));
+    const none = new Float64Array(at.length);
+    const taken = (series, more = 0) => { const out = new Float64Array(at.length); for (let k = 0; k < at.length; k++) out[k] = series[at[k]] + more; return out; };
+    const ofLeg = (series, rest) => legs.map((foot, leg) => (foot < 0 ? none : taken(series[foot], rest ? rest[leg] : 0)));
     const coordinate = (name) => { const k = this.info.body.indexOf(name); return k < 0 ? none : taken(body[k]); };
     const film = taken(time);
     return {
@@ -225,6 +274,9 @@ class Explorer {
       this.say(`It cannot start so: ${faults.slice(0, 2).join("; ")}.`, true);
       return;
     }
+    this.part.textContent = this.complete ? "" : `The first ${amount(shown.end, "s", 3)} while the slider moves; measures and events of the whole run when it rests.`;
+    this.measures.classList.toggle("explore-waits", !this.complete);
+    if (!this.complete) return;
     this.thaw.hidden = !frozen;
     this.freeze.textContent = frozen ? "Freeze this as A" : "Freeze as A";
     this.say(shown.code === 0 ? "" : `${info.codes[shown.code]} It ended at ${amount(shown.finish[0], "s", 4)}.`, shown.code !== 0);
@@ -233,26 +285,36 @@ class Explorer {
     this.later = setTimeout(() => this.tellEvents(), REST);
   }
 
+  /** Whether what is shown is of the whole run; its figures may have fewer points. */
+  get complete() {
+    return this.shown.code < 0 || this.shown.end >= (1 - ROUNDING) * this.info.seconds;
+  }
+
   named(measures) {
     return Object.fromEntries(this.info.measures.map(({ name }, k) => [name, Number.isFinite(measures[3 * k]) ? measures[3 * k] : null]));
   }
 
   tellMeasures() {
     const { shown, frozen, info } = this;
-    const rows = info.measures.map(({ name, words, unit, definition }, k) => {
+    const rows = info.measures.map(({ unit }, k) => {
       const [value, spread, n] = shown.measures.subarray(3 * k, 3 * k + 3), a = frozen?.measures[3 * k];
-      const cells = [made("td", { textContent: words, title: definition }), made("td", { className: "n", textContent: amount(value, unit, 5) }),
-        made("td", { className: "n", textContent: n > 1 && spread > ROUNDING * Math.abs(value) ? amount(spread, unit, 2) : "" })];
-      if (frozen) {
-        const change = value - a, share = a ? ` (${change > 0 ? "+" : ""}${Number(((100 * change) / Math.abs(a)).toPrecision(3))} %)`.replace("-", "−") : "";
-        cells.push(made("td", { className: "n", textContent: amount(a, unit, 5) }),
-          made("td", { className: "n", textContent: change === 0 ? "0" : `${change > 0 ? "+" : ""}${amount(change, unit, 3)}${share}` }));
-      }
-      return made("tr", { className: "explore-measure" }, ...cells);
+      const texts = [amount(value, unit, 5), n > 1 && spread > ROUNDING * Math.abs(value) ? amount(spread, unit, 2) : ""];
+      if (!frozen) return texts;
+      const change = value - a, share = a ? ` (${change > 0 ? "+" : ""}${Number(((100 * change) / Math.abs(a)).toPrecision(3))} %)`.replace("-", "−") : "";
+      return [...texts, amount(a, unit, 5), change === 0 ? "0" : `${change > 0 ? "+" : ""}${amount(change, unit, 3)}${share}`];
     });
-    const heads = ["measure", "value", "spread", ...(frozen ? ["A", "change from A"] : [])];
+    if (this.told?.[0].length !== rows[0].length) this.told = this.table(rows[0].length);
+    rows.forEach((texts, k) => texts.forEach((text, c) => { if (this.told[k][c].textContent !== text) this.told[k][c].textContent = text; }));
+  }
+
+  /** An empty table of the measures: the cells of its numbers, by row. */
+  table(columns) {
+    const cells = this.info.measures.map(() => Array.from({ length: columns }, () => made("td", { className: "n" })));
+    const rows = this.info.measures.map(({ words, definition }, k) => made("tr", { className: "explore-measure" }, made("td", { textContent: words, title: definition }), ...cells[k]));
+    const heads = ["measure", "value", "spread", ...(columns > 2 ? ["A", "change from A"] : [])];
     const head = made("tr", {}, ...heads.map((text, k) => made("th", { textContent: text, className: k ? "n" : "", scope: "col" })));
     this.measures.replaceChildren(made("table", {}, made("thead", {}, head), made("tbody", {}, ...rows)));
+    return cells;
   }
 
   count({ events }) {

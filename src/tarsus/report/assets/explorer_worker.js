@@ -11,7 +11,14 @@ function timesOf({ end, period, frames, points, seen: [from, to] }) {
   return { film, chart, all: Float64Array.from(new Set([...film, ...chart])).sort() };
 }
 
-function run({ id, row, place, ...asked }) {
+/** Rows of numbers as columns, one behind the other. */
+function columnsOf(rows, width) {
+  const count = width ? rows.length / width : 0, out = new Float64Array(rows.length);
+  for (let k = 0, at = 0; k < width; k++) for (let n = 0; n < count; n++) out[at++] = rows[n * width + k];
+  return out;
+}
+
+function run({ row, place, end: asked, ...shown }) {
   for (const [name, places, value] of row) for (const at of places) engine.array(name)[at] = value;
   const parts = (name) => {
     const from = engine.array(`lattice.${name}`), to = engine.array(`rows.${name}`);
@@ -19,10 +26,11 @@ function run({ id, row, place, ...asked }) {
   };
   parts("channels");
   parts("shown");
-  const period = engine.array("lattice.periods")[place], end = engine.duration;
+  parts("drawn");
+  const period = engine.array("lattice.periods")[place], end = Math.min(asked, engine.duration);
   engine.array("rows.scales")[2] = period;
-  const times = timesOf({ end, period, ...asked });
-  return { id, period, times, ...engine.run(times.all, true) };
+  const times = timesOf({ end, period, ...shown }), found = engine.run(times.all, true, end);
+  return { ...found, period, end, times, sights: columnsOf(found.sights, found.seenWidth) };
 }
 
 onmessage = ({ data }) => {
@@ -33,9 +41,10 @@ onmessage = ({ data }) => {
       postMessage({ ready: true });
     } else {
       const found = run(data);
-      postMessage({ ...found, took: performance.now() - begun });
+      const moved = [found.sights, found.events, found.measures, found.times.all, found.times.film].map(({ buffer }) => buffer);
+      postMessage({ ...found, took: performance.now() - begun }, moved);
     }
   } catch (error) {
-    postMessage({ id: data.id, failed: error.message });
+    postMessage({ failed: error.message });
   }
 };

@@ -283,6 +283,16 @@ nb::tuple over_feet(const Integers& count, const Doubles& mean, const Doubles& s
   return nb::make_tuple(returned(std::move(n)), returned(std::move(value)), returned(std::move(deviation)));
 }
 
+// Of runs (nr,): what their drives draw per period, mean and number; weights; way per period, mean and spread: (nr, 3).
+nb::object transports(const Doubles& drawn, const Integers& count, const Doubles& weight, const Doubles& way, const Doubles& spread) {
+  Values out;
+  for (size_t r = 0; r < drawn.size(); r++) {
+    const Summary one = transport({drawn.data()[r], NONE, count.data()[r]}, weight.data()[r], {way.data()[r], spread.data()[r], 0});
+    out.insert(out.end(), {one.value, one.spread, double(one.n)});
+  }
+  return returned(std::move(out), 3);
+}
+
 struct Walks {
   std::vector<Marks> marks;
   std::vector<Walk> walks;
@@ -381,6 +391,7 @@ void bind_measure(nb::module_& m) {
   m.def("period_edges", &period_edges);
   m.def("moments", &moments_of);
   m.def("over_feet", &over_feet);
+  m.def("transports", &transports);
   nb::class_<Walks>(m, "Walks")
       .def(nb::init<const std::vector<Doubles>&, size_t, const Integers&, const Doubles&, const Doubles&, const Integers&, const Integers&>())
       .def("edges", &Walks::edges)

@@ -1,5 +1,6 @@
 // Measures of a walk by drive period, from the marks of a walker. Names, units and words are those of tarsus/measure/walking.py.
 #pragma once
+#include "measure/moments.hpp"
 #include "measure/periods.hpp"
 
 namespace tarsus::measure {
@@ -84,6 +85,14 @@ class Walk {
     return out;
   }
 };
+
+// Energy drawn per period [J] over weight [N] times the way per period without its sign; its spread is that of the way in proportion.
+inline Summary transport(const Summary& drawn, double weight, const Summary& stride) {
+  const double way = std::fabs(stride.value);
+  if (!(weight > 0.0 && way > STANDSTILL)) return Summary();
+  const double cost = drawn.value / (weight * way);
+  return std::isfinite(cost) ? Summary{cost, cost * stride.spread / way, drawn.n} : Summary();
+}
 
 inline double max_heave(const Marks& marks) {
   return marks.time.empty() ? NONE : *std::max_element(marks.highest.begin(), marks.highest.end());

@@ -6,7 +6,7 @@
 
 namespace tarsus {
 
-constexpr const char* WALKED[] = {"stride", "mean_speed", "body_lengths_per_second", "vertical_amplitude", "foot_slip", "slip_ratio", "max_heave", "max_surge"};
+constexpr const char* WALKED[] = {"stride", "mean_speed", "body_lengths_per_second", "vertical_amplitude", "foot_slip", "slip_ratio", "electrical_energy", "cost_of_transport", "max_heave", "max_surge"};
 
 // Names in the order of `judged`; of a robot that does not walk those of its feet alone.
 inline std::vector<const char*> judged_names(bool walks) {
@@ -18,14 +18,14 @@ inline std::vector<const char*> judged_names(bool walks) {
 }
 
 // A run as measures see it. period, reached [s]; marks (see legged::Notes) of so many body coordinates, none of a robot that does not
-// walk, of length [m]; worst: of each of the names whether it is that of the worst foot.
+// walk, of length [m] and weight [N], whose drives draw so much [J] in a period (NaN where it is not known); worst: of each of the names whether it is that of the worst foot.
 struct Judged {
   const std::vector<Event>& events;
   size_t feet;
   double period, reached;
   const std::vector<double>& marks;
   size_t body;
-  double length;
+  double length, weight, drawn;
   const int64_t* worst;
 };
 
@@ -50,12 +50,16 @@ inline void judge_walk(const Judged& run, const measure::Used& used, std::vector
     }
     return of_feet(each, run.worst[out.size()] != 0);
   };
-  out.push_back(of_robot(walk.stride()));
+  const Summary stride = of_robot(walk.stride());
+  out.push_back(stride);
   out.push_back(of_robot(walk.mean_speed()));
   out.push_back(of_robot(walk.body_lengths_per_second(run.length)));
   out.push_back(of_robot(walk.vertical_amplitude()));
   out.push_back(feet(&Walk::foot_slip));
   out.push_back(feet(&Walk::slip_ratio));
+  const Summary drawn = of_robot(Values(size_t(walk.count()), run.drawn));
+  out.push_back(drawn);
+  out.push_back(transport(drawn, run.weight, stride));
   for (double once : {max_heave(marks), max_surge(marks)}) out.push_back(moments(&once, 1));
 }
 

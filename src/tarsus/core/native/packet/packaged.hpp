@@ -57,7 +57,7 @@ class Packaged {
   Packaged(char* at, size_t bytes)
       : packet_(at, bytes), nodes_(nodes_of(PartOf(packet_, "nodes."))), signals_(signals_of(PartOf(packet_, "signals."))),
         laws_(laws_of(PartOf(packet_, "laws."))), rules_(PartOf(packet_, "start.")), settings_(settings_of(PartOf(packet_, "settings."))),
-        acting_(laws_) {
+        acting_(laws_), end_(settings_.end) {
     if (packet_.has("book.feet")) {
       book_ = std::make_unique<PacketBook>(packet_, nodes_);
     } else {
@@ -72,7 +72,9 @@ class Packaged {
   }
   Packaged(const Packaged&) = delete;
 
-  double duration() const { return settings_.end; }
+  double duration() const { return end_; }
+  // How far runs go from now on [s], at most to the packet's own end: a part of a run is its beginning.
+  void until(double time) { settings_.end = std::min(time, end_); }
   size_t feet() const { return rules_.m; }
 
   // times [s]: increasing; energies: whether a walker's are summed up, which a page does not show.
@@ -114,7 +116,10 @@ class Packaged {
     }
     const size_t body = book_ != nullptr ? 0 : size_t(body_.coordinates());
     const size_t names = judged_names(body > 0).size();
-    measures = judged({events, feet(), own.scales[2], finish[0], marks, body, *packet_.at<double>("measure.length", 1), packet_.at<int64_t>("measure.worst", names)});
+    const double* gravity = own.sources + rules_.m;
+    const double weight = *packet_.at<double>("measure.mass", 1) * std::hypot(gravity[0], gravity[1]);
+    measures = judged({events, feet(), own.scales[2], finish[0], marks, body, *packet_.at<double>("measure.length", 1), weight,
+                       *packet_.at<double>("rows.drawn", 1), packet_.at<int64_t>("measure.worst", names)});
   }
 
  private:
@@ -125,6 +130,7 @@ class Packaged {
   StartRules rules_;
   Settings settings_;
   ActingLaws acting_;
+  double end_;
   std::unique_ptr<PacketBook> book_;
   legged::Body body_;
   std::unique_ptr<legged::LegTables> tables_;
