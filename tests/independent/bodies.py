@@ -116,7 +116,8 @@ def walker(s: Any) -> tuple[Array, Array, Array, dict[str, Array], Array]:
     damping, stiffness = np.zeros((n, n)), np.zeros((n, n))
 
     def spring(upper: tuple[Array, Array], lower: tuple[Array, Array], by: Any) -> None:
-        for a, b, k, c in zip(upper, lower, (by.stiffness_l, by.stiffness_v), (by.damping_l, by.damping_v), strict=True):
+        sizes = ((by.stiffness_l, by.damping_l), (by.stiffness_v, by.damping_v))
+        for a, b, (k, c) in zip(upper, lower, sizes, strict=True):
             stiffness[:] += k * np.outer(a - b, a - b)
             damping[:] += c * np.outer(a - b, a - b)
 
