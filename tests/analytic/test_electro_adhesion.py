@@ -85,6 +85,17 @@ def test_a_foot_is_released_at_the_moment_at_which_the_channel_falls(scene: Scen
         assert releases["time"][0] == pytest.approx(0.0123, rel=1e-14)
 
 
+@pytest.mark.parametrize("weight", [1e-1, 1e-4, 1e-7])
+def test_volts_that_pass_through_zero_let_go_however_shortly(scene: Scene, weight: float) -> None:
+    """V = A cos w t holds until K V^2 falls to the weight; at 1e-7 of the most for 2e-4 of a period alone."""
+    high, hertz = math.sqrt(WEIGHT / (K * weight)), 40.0
+    run = ts.simulate(
+        padded(scene, 180.0, ts.Sine(amplitude=high, frequency=hertz, phase=0.5 * math.pi)), 0.02
+    )
+    lets_go = math.acos(math.sqrt(weight)) / (2.0 * math.pi * hertz)
+    assert first(run, EventKind.RELEASE)["time"] == pytest.approx(lets_go, rel=1e-8)
+
+
 def test_a_wall_holds_while_friction_bears_the_weight_and_brakes_afterwards(scene: Scene) -> None:
     """mu K V^2 >= m g; below, m v' = mu K V(t)^2 - m g along the wall, and friction takes its work."""
     high, time, end = 200.0, 0.1, 0.09
@@ -114,6 +125,17 @@ def test_an_amplifier_delays_the_release_by_its_lag(scene: Scene) -> None:
     run = ts.simulate(charged.model_copy(update={"robot": robot}), 0.05)
     late = tau * math.log(high / math.sqrt(WEIGHT / K))
     assert first(run, EventKind.RELEASE)["time"] == pytest.approx(off + late, rel=1e-9)
+
+
+def test_a_pad_takes_what_its_capacitance_stores_and_no_work(scene: Scene) -> None:
+    """C V^2 / 2 once it is charged; the ledger of a block that hangs still is empty."""
+    capacitance, high = 1e-9, 150.0
+    pad = ts.OnOff(levels=(0.0, high), durations=(0.001, 1.0))
+    standing = ts.with_values(padded(scene, 0.0, pad), {"robot.drives.pad.capacitance": capacitance})
+    run = ts.simulate(standing, 0.01)
+    moved = 0.0 if scene.name == "slider" else 0.5 * GRAVITY * 0.01**2  # the block's body falls beside it
+    assert run.electrical_energy == pytest.approx(0.5 * capacitance * high**2, rel=1e-9)
+    assert run.ledger.work_in == pytest.approx(MASS * GRAVITY * moved, rel=1e-9, abs=1e-18)
 
 
 def test_a_foot_that_lands_is_held_where_its_volts_hold_it() -> None:

@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 
-PROGRESS = re.compile(r"[a-z ]+: (\d+ of \d+|\d+ s)\b")
+PROGRESS = re.compile(r"[a-z, ]+: (\d+ of \d+|\d+ s)\b")
 """Lines that say how long work goes: on a slow machine, there are some."""
 
 

@@ -12,7 +12,8 @@ from random_scenes import branched_scene, creeping_scene, plain_scene, sliding_s
 from sliding_scenes import biped, by_modes, cantilever
 from tarsus.base.events import EventKind
 from tarsus.base.spec import get_value, with_values
-from tarsus.model.laws import Friction
+from tarsus.model.laws import ElectroAdhesion, Friction
+from walking_bodies import BODIES, with_body
 from walking_scenes import sticky, trotter
 
 FAST = {"modal": (13,), "legged": (22,)}
@@ -40,6 +41,21 @@ def test_they_agree_under_laws_of_two_branches_and_repeating_plateaus(kind: str,
     the accuracy (why is open), and so its slip, whose force hardly passes the bound, begins and ends 5e-8 rad apart."""
     found = compare(branched_scene(seed, kind == "legged"), TIGHT, 1e-7)
     assert found.wrong is None, found
+
+
+@pytest.mark.slow
+def test_they_agree_on_bodies_that_bend_and_carry_and_land_softly() -> None:
+    scene = with_body(trotter(3), **BODIES["all"])
+    found = compare(scene.model_copy(update={"duration": 0.001}), TIGHT)
+    assert found.wrong is None and found.compared > 3, found
+
+
+@pytest.mark.slow
+def test_they_agree_on_feet_that_adhere_as_volts_command() -> None:
+    pads = {"electro_adhesion": ElectroAdhesion(initial=0.0, coefficient=5e-9)}
+    scene = trotter(2, ground=sticky(adhesion=None, laws=pads))
+    found = compare(scene.model_copy(update={"duration": 0.002}), TIGHT)
+    assert found.wrong is None and found.compared > 3, found
 
 
 SLIDERS = {

@@ -17,61 +17,10 @@ from tarsus.base.errors import InputError
 from tarsus.base.events import EventKind
 from tarsus.model.laws import ElectroAdhesion, Friction
 from tarsus.model.scene import Initial, Scene, Standing
-from tarsus.model.structure import Lumped, Payload, Walker, WalkerMode, WalkerTip
+from tarsus.model.structure import Lumped, WalkerMode
 from tarsus.model.structure.body_modes import body_modes
+from walking_bodies import BAG, BODIES, TIP, with_body
 from walking_scenes import GRAVITY, block, sticky, trotter
-
-LEGS = ("leg0", "leg1", "leg2")
-MODE = WalkerMode(
-    frequency=900.0, damping_ratio=0.02, mass=5e-8, upward={"leg0": 1.0, "leg1": -0.6, "leg2": 0.4},
-    along={"leg1": 0.3, "bag": 0.2},
-)  # fmt: skip
-BAG = Payload(
-    x=2e-4, y=-1e-4, z=3e-4, mass=2e-7, stiffness_v=0.8, damping_v=2e-5, stiffness_l=1.1, damping_l=1e-5
-)
-TIP = WalkerTip(mass=4e-10, stiffness_v=30.0, damping_v=3e-6, stiffness_l=20.0, damping_l=3e-6)
-
-
-def with_body(scene: Scene, modes: Any = (), payloads: Any = (), tips: tuple[str, ...] = ()) -> Scene:
-    """The scene with more in its walker's body; drives of a leg with a tip act on the foot above it."""
-    walker = scene.robot.structure
-    assert isinstance(walker, Walker)
-    legs = {
-        name: one.model_copy(update={"tip": TIP}) if name in tips else one
-        for name, one in walker.legs.items()
-    }
-    structure = Walker(
-        body=walker.body.model_copy(update={"modes": dict(modes)}), legs=legs, payloads=dict(payloads)
-    )
-    drives = {
-        name: drive.model_copy(
-            update={
-                "load": drive.load.model_copy(
-                    update={
-                        "weights": {
-                            {leg: f"{leg}_ankle", f"{leg}_x": f"{leg}_ankle_x"}.get(point, point): w
-                            for leg in [name if name in tips else ""]
-                            for point, w in drive.load.weights.items()
-                        }
-                    }
-                )
-            }
-        )
-        for name, drive in scene.robot.drives.items()
-    }
-    robot = scene.robot.model_copy(update={"structure": structure, "drives": drives})
-    return Scene(
-        name=scene.name, robot=robot, ground=scene.ground, signals=scene.signals, initial=scene.initial,
-        duration=scene.duration,
-    )  # fmt: skip
-
-
-BODIES: dict[str, dict[str, Any]] = {
-    "mode": {"modes": {"bends": MODE.model_copy(update={"along": {"leg1": 0.3}})}},
-    "payload": {"payloads": {"bag": BAG}},
-    "tips": {"tips": LEGS},
-    "all": {"modes": {"bends": MODE}, "payloads": {"bag": BAG}, "tips": ("leg1",)},
-}
 
 
 def same_walk(scene: Scene, duration: float, within: float) -> tuple[ts.Run, ts.Run]:

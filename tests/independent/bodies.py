@@ -39,8 +39,9 @@ def robot_of(scene: Any) -> Robot:
     ahead = np.zeros(len(mass))
     if structure.kind == "walker":  # as every foot and the body go
         ahead[0] = 1.0
-        for leg in structure.legs:
-            ahead += rows[f"{leg}_x"]
+        ankles = [f"{leg}_ankle" for leg, one in structure.legs.items() if one.tip is not None]
+        for moving in (*structure.legs, *structure.payloads, *ankles):
+            ahead += rows[f"{moving}_x"]
     elif getattr(structure, "forward", None) is not None:
         ahead = np.array(structure.forward)
     feet = list(scene.robot.feet.items())
@@ -98,9 +99,12 @@ def modal(s: Any) -> tuple[Array, Array, Array, dict[str, Array], Array]:
 
 
 def walker(s: Any) -> tuple[Array, Array, Array, dict[str, Array], Array]:
-    """Coordinates: surge, heave, roll and pitch where the body turns, then x and z of every foot."""
+    """Coordinates: surge, heave, roll and pitch where the body turns; its modes; x and z of payloads, of feet above
+    compliant tips, and of every foot."""
     turns = [one for one in ("roll", "pitch") if getattr(s.body, f"{one}_inertia") is not None]
-    names = ["surge", "heave", *turns]
+    ankles = [f"{leg}_ankle" for leg, one in s.legs.items() if one.tip is not None]
+    carried = [f"{one}{way}" for one in (*s.payloads, *ankles) for way in ("_x", "")]
+    names = ["surge", "heave", *turns, *s.body.modes, *carried]
     n = len(names) + 2 * len(s.legs)
     basis = np.eye(n)
     body = dict(zip(names, basis, strict=False))
@@ -110,17 +114,45 @@ def walker(s: Any) -> tuple[Array, Array, Array, dict[str, Array], Array]:
     rows = {"body": body["heave"], "body_x": body["surge"]}
     up = body["heave"].copy()
     damping, stiffness = np.zeros((n, n)), np.zeros((n, n))
+
+    def spring(upper: tuple[Array, Array], lower: tuple[Array, Array], by: Any) -> None:
+        sizes = ((by.stiffness_l, by.damping_l), (by.stiffness_v, by.damping_v))
+        for a, b, (k, c) in zip(upper, lower, sizes, strict=True):
+            stiffness[:] += k * np.outer(a - b, a - b)
+            damping[:] += c * np.outer(a - b, a - b)
+
+    def on_body(name: str, at: Any) -> tuple[Array, Array]:
+        along, upward = body["surge"] + at.z * pitch, body["heave"] + at.y * roll - at.x * pitch
+        for mode, one in s.body.modes.items():
+            along = along + one.along.get(name, 0.0) * body[mode]
+            upward = upward + one.upward.get(name, 0.0) * body[mode]
+        return along, upward
+
+    for name, mode in s.body.modes.items():
+        rate = 2.0 * np.pi * mode.frequency
+        masses.append(mode.mass)
+        stiffness += mode.mass * rate**2 * np.outer(body[name], body[name])
+        damping += 2.0 * mode.damping_ratio * mode.mass * rate * np.outer(body[name], body[name])
+    for name, one in s.payloads.items():
+        rows |= {name: body[name], f"{name}_x": body[f"{name}_x"]}
+        spring(on_body(name, one), (body[f"{name}_x"], body[name]), one)
+        masses += [one.mass, one.mass]
+        up += body[name]
+    for name in ankles:
+        rows |= {name: body[name], f"{name}_x": body[f"{name}_x"]}
+        masses += [s.legs[name.removesuffix("_ankle")].mass] * 2
+        up += body[name]
     for i, (name, leg) in enumerate(s.legs.items()):
         x, z = basis[len(names) + 2 * i], basis[len(names) + 2 * i + 1]
-        hip_z, hip_x = body["heave"] + leg.y * roll - leg.x * pitch, body["surge"] + leg.z * pitch
-        rows |= {name: z, f"{name}_x": x, f"{name}_hip": hip_z, f"{name}_hip_x": hip_x}
-        for stretch, k, c in (
-            (hip_z - z, leg.stiffness_v, leg.damping_v),
-            (hip_x - x, leg.stiffness_l, leg.damping_l),
-        ):
-            stiffness += k * np.outer(stretch, stretch)
-            damping += c * np.outer(stretch, stretch)
-        masses += [leg.mass, leg.mass]
+        hip = on_body(name, leg)
+        rows |= {name: z, f"{name}_x": x, f"{name}_hip": hip[1], f"{name}_hip_x": hip[0]}
+        last = leg
+        if leg.tip is not None:
+            ankle = (body[f"{name}_ankle_x"], body[f"{name}_ankle"])
+            spring(hip, ankle, leg)
+            hip, last = ankle, leg.tip
+        spring(hip, (x, z), last)
+        masses += [last.mass, last.mass]
         up += z
     return np.diag(masses), damping, stiffness, rows, up
 

@@ -24,7 +24,7 @@ class Laws:
             ground.friction,
             ground.landing,
         )
-        self.magnet = self.drag = None
+        self.magnet = self.drag = self.pad = None
         self.wants_volts = False
         for law in ground.laws.values():
             kind = type(law).__name__
@@ -36,6 +36,8 @@ class Laws:
                 self.restitution = law
             elif kind == "OwnLatch":
                 self.adhesion = law
+            elif kind == "ElectroAdhesion":
+                self.pad = self.adhesion = law
             elif kind == "Magnet":
                 self.magnet = law
             elif kind == "Drag":
@@ -71,7 +73,9 @@ class Laws:
     def rebound(self, speed: float) -> float:
         return 0.0 if self.restitution is None else self.restitution.coefficient * speed
 
-    def strength(self, age: float) -> float:
+    def strength(self, age: float, volts: float) -> float:
+        if self.pad is not None:
+            return self.pad.initial + self.pad.coefficient * volts**2
         return 0.0 if self.adhesion is None else self.adhesion.initial + self.adhesion.rate * age
 
     def bound(self, margin: float, strength: float, speed: float = 0.0) -> float:

@@ -157,7 +157,7 @@ class Simulator:
         ) - without[:, None]  # fmt: skip
         matrix, right = np.eye(len(slides)), np.zeros(len(slides))
         for k, i in enumerate(slides):
-            strength = self.laws.strength(t - self.since[i])
+            strength = self.strength(i, t)
             slip = max(self.sense[i] * float(self.robot.tangents[:, i] @ z[self.n :]), 0.0)
             flat = self.laws.bound(0.0, strength, slip)
             steep = self.laws.bound(1.0, strength, slip) - flat
@@ -165,15 +165,17 @@ class Simulator:
             right[k] = -self.sense[i] * (flat + steep * self.margin(i, t, without[k]))
         return push + rows @ np.linalg.solve(matrix, right)
 
+    def strength(self, i: int, t: float, age: float | None = None) -> float:
+        """f_a of a foot, by its age unless another is given."""
+        return self.laws.strength(t - self.since[i] if age is None else age, self.foot_volts(i, t))
+
     def reactions(self, t: float, z: np.ndarray) -> dict[tuple[int, bool], float]:
         """`pulls` with friction."""
         return self.pulls(t, z, self.loaded(t, z))
 
     def margin(self, i: int, t: float, pull: float) -> float:
         """N + f_a of a held foot."""
-        return (
-            self.laws.strength(t - self.since[i]) - pull - self.laws.smooth(0.0, 0.0, self.foot_volts(i, t))
-        )
+        return self.strength(i, t) - pull - self.laws.smooth(0.0, 0.0, self.foot_volts(i, t))
 
     def rates(self, t: float, z: np.ndarray) -> np.ndarray:
         push = self.loaded(t, z)
@@ -207,7 +209,7 @@ class Simulator:
     def spare(self, i: int, t: float, z: np.ndarray) -> float:
         """What friction could carry beyond what it must."""
         pulls = self.reactions(t, z)
-        margin, strength = self.margin(i, t, pulls[i, False]), self.laws.strength(t - self.since[i])
+        margin, strength = self.margin(i, t, pulls[i, False]), self.strength(i, t)
         return self.laws.bound(margin, strength) - abs(pulls[i, True])
 
     def run(self) -> Found:
@@ -334,7 +336,7 @@ class Simulator:
             if rate < -1e-13 * self.length * self.rate:
                 self.touch(i)
             elif rate <= 1e-13 * self.length * self.rate:
-                if self.pull_if_held(i) <= self.laws.strength(0.0):
+                if self.pull_if_held(i) <= self.strength(i, self.time, 0.0):
                     self.note(i, CONTACT_AT_START)
                     self.hold(i)
                 else:
@@ -457,7 +459,7 @@ class Simulator:
 
     def decide(self, i: int, speed: float, after: float, pull: float, mobility: float, small: float) -> int:
         """BOUNCE, CAPTURE or REST by the landing rule."""
-        strength = self.laws.strength(0.0)
+        strength = self.strength(i, self.time, 0.0)
         low = pull < 0.0 and after * after < -2.0 * pull * mobility * small
         if self.landing == "restitute_first":
             held = pull <= strength and after <= self.restitutes_first

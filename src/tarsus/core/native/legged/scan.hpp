@@ -56,6 +56,33 @@ inline void falls_below(const Legged& s, const Row& values, double level, double
   if (end < 2.0) out.note(begin, end, kind, limit);
 }
 
+// Note where the polynomial through nodal values dips below ``level`` between the places at which `falls_below` looks: at the least
+// value next to the least of SAMPLES. Only what goes by the square of volts that pass through zero is so narrow.
+TARSUS_APART inline void dips_below(const Legged& s, const Row& values, double level, double limit, FootEvent kind, Candidates& out) {
+  constexpr int SAMPLES = 32;
+  double line[N], least = INF;
+  store(line, s.powers(values));
+  int at = 0;
+  for (int n = 0; n <= SAMPLES; n++) {
+    const double value = horner(line, 0, N, double(n) / SAMPLES);
+    if (value >= least) continue;
+    least = value;
+    at = n;
+  }
+  const double begin = std::max(at - 1, 0) / double(SAMPLES);
+  double low = begin, high = std::min(at + 1, SAMPLES) / double(SAMPLES);
+  const auto slope = [&](double place) {
+    double sum = 0.0;
+    for (int c = N - 1; c > 0; c--) sum = sum * place + c * line[c];
+    return sum;
+  };
+  for (int n = 0; n < 50 && high - low > 1e-15; n++) {
+    const double middle = 0.5 * (low + high);
+    (slope(middle) < 0.0 ? low : high) = middle;
+  }
+  if (horner(line, 0, N, high) < level && horner(line, 0, N, begin) >= level) out.note(begin, high, kind, limit);
+}
+
 // Gap and scaled time of the lowest point of a flight between nodes j - 1 and j, where its rate changes sign; share: of the
 // interval, to which the time is found. A gap needs no more than half of the digits, for it is level there.
 struct Lowest {
@@ -166,14 +193,20 @@ Candidates candidates(Legged& s, int i, double h, double limit, Flight&& gap_at)
     falls_below(s, r.along * double(foot.wedged), level, limit, LOOSE, out);
     return out;
   }
-  falls_below(s, r.margin, level, limit, PULL_OFF, out);
+  const bool commanded = s.laws.laws.volts[s.body.legs[i].foot] >= 0;
+  const auto look = [&](const Row& margin, FootEvent kind) {
+    const int known = out.count;
+    falls_below(s, margin, level, limit, kind, out);
+    if (commanded && out.count == known) dips_below(s, margin, level, limit, kind, out);
+  };
+  look(r.margin, PULL_OFF);
   if (foot.contact == SLIPPING) {
     stops(s, i, limit, out);
     if (s.profile != nullptr) comes_to_end(s, i, h, limit, out);
   } else {
     r.bound = s.laws.friction(s.body.legs[i].foot, r.margin, r.strength, Row(0.0));
-    falls_below(s, r.bound - r.along, level, limit, SLIP_UP, out);
-    falls_below(s, r.bound + r.along, level, limit, SLIP_DOWN, out);
+    look(r.bound - r.along, SLIP_UP);
+    look(r.bound + r.along, SLIP_DOWN);
   }
   return out;
 }

@@ -143,15 +143,16 @@ struct Margin {
   }
 
   // Zero in [a, b], f(a) > 0 > f(b): Newton's method kept inside the bracket. The strength against the pull hardly bends within
-  // the bracket: its slope is that of its chord.
+  // the bracket, unless volts command it: its slope is that of its chord.
   double root(int first, double a, double b, double fa, double fb, double guess) const {
+    const bool bends = held && m.laws.laws.volts[foot] >= 0;
     const double chord = !held ? 0.0 : straight ? gain : (holds(b) - holds(a)) / (b - a);
     double s = a < guess && guess < b ? guess : b - fb * (b - a) / (fb - fa), last = 1.0;
     for (int n = 0; n < 80; n++) {
       double slope, f = output(first, s, slope);
       if (held) {
         f = holds(s) - f;
-        slope = chord - slope;
+        slope = bends ? this->slope(first, s) : chord - slope;
       }
       (f > 0.0 ? a : b) = s;
       double after = s - f / slope;
@@ -159,7 +160,7 @@ struct Margin {
       const double change = std::fabs(after - s);
       // the rounding of the polynomial; or convergence is quadratic, and the next change would be (change / last)^2 of this
       const bool converged = change <= 1e-15 * b || (change < 1e-10 && change > 0.25 * last);
-      const bool quadratic = last < 1e-2 && change < 1e-2 * last;
+      const bool quadratic = !bends && last < 1e-2 && change < 1e-2 * last;
       if (converged || (quadratic && change * change * change <= 1e-17 * last * last)) return after;
       last = change;
       s = after;
