@@ -23,7 +23,9 @@ class RandomGround(Profile):
     correlation_length: Amount = quantity("m", "length above which heights know nothing of one another", gt=0)
     hurst: Amount = quantity("1", "Hurst exponent: the lower, the rougher", default=0.8, gt=0, le=1)
     spacing: Amount = quantity("m", "distance between neighbouring points", gt=0)
-    facets: int = Field(default=512, ge=4, le=1_000_000, description="how many until the ground repeats itself")
+    facets: int = Field(
+        default=512, ge=4, le=1_000_000, description="how many until the ground repeats itself"
+    )
 
     def points(self) -> Floats:
         waves = np.arange(1, self.facets // 2 + 1)
@@ -33,4 +35,4 @@ class RandomGround(Profile):
         spectrum = np.concatenate([[0.0], size * np.exp(1j * phase)])
         z = np.fft.irfft(spectrum, self.facets)
         z *= self.rms / math.sqrt(float(np.mean(z**2)))
-        return np.stack([self.spacing * np.arange(self.facets + 1), np.append(z, z[0])], axis=1)
+        return np.array([self.spacing * np.arange(self.facets + 1), np.append(z, z[0])], dtype=float).T.copy()
