@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray
 
 import tarsus as ts
 from random_scenes import plain_scene
@@ -19,6 +20,7 @@ from tarsus.plan.lowering import Kind, lower_scene, slot
 from tarsus.solve.packet import packet_of
 from tarsus.solve.trajectories import Trajectories
 from tarsus.solve.window import WindowStart, simulate_windows
+from tarsus.study.sweeping import run_sweep
 from walking_scenes import sticky, trotter
 
 STAIRS = {"kind": "staircase", "tread": 1e-3, "rise": 1e-5}
@@ -109,6 +111,22 @@ def test_numbers_of_a_shape_are_slots() -> None:
             with_values(scene, {path: values[i] for path, values in vary.items()}), "5 ms", batch.accuracy
         )
         assert alone.events.tolist() == batch.run(i).events.tolist()
+
+
+def test_random_grounds_are_drawn(tmp_path: Path) -> None:
+    """A seed is data as the heights are: each run of a batch or of a sweep walks on its own ground."""
+    rough = {"kind": "random", "seed": 0, "rms": 1e-8, "correlation_length": 1e-4, "spacing": 2e-5, "facets": 64}
+    scene = uneven(**rough)
+    batch = ts.simulate_batch(scene, {"ground.profile.seed": [1, 2]}, "5 ms")
+    first, second = (batch.run(i) for i in range(2))
+    assert first.scene.ground.profile.seed == 1 and not np.array_equal(first.events, second.events)
+    assert slot(scene, "ground.profile.facets") is None
+    vary = {"ground.profile.seed": [1.0, 2.0], "ground.profile.rms": [0.0, 1e-8]}
+    sweep = ts.Sweep(name="grounds", scene=scene, from_rest="5 ms", vary=vary, measures=["mean_speed"])
+    done = run_sweep(sweep, tmp_path / "out")
+    assert done.failed == 0
+    found = xarray.load_dataset(done.file)["mean_speed"].values
+    assert found[0, 0] == found[1, 0] != found[0, 1] != found[1, 1]
 
 
 def test_who_does_not_know_uneven_ground_says_so(tmp_path: Path) -> None:

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from tarsus.base.errors import InputError
 from tarsus.base.linear import largest_of, product, solve
+from tarsus.base.spec import get_value
 from tarsus.base.units import format_quantity
 from tarsus.core import _native
 from tarsus.core.arrays import Body as LeggedBody
@@ -455,7 +456,7 @@ def slot(scene: Scene, path: str) -> Place | None:
         return Place(Kind.INITIAL, column)
     if path in _TURNED and scene.ground.gravity is not None:
         return Place(Kind.GRAVITY, _TURNED.index(path))
-    if keys[:2] == ["ground", "profile"] and len(keys) > 2 and scene.ground.profile is not None:
+    if keys[:2] == ["ground", "profile"] and _is_float(scene, path):
         return Place(Kind.PROFILE)
     if keys[:2] == ["robot", "feet"] and len(keys) == 4 and keys[3] == "gap" and keys[2] in scene.robot.feet:
         return Place(Kind.GAP, list(scene.robot.feet).index(keys[2]))
@@ -467,6 +468,13 @@ def slot(scene: Scene, path: str) -> Place | None:
     if keys[:2] == ["robot", "drives"] and len(keys) > 3 and keys[2] in drives and keys[3] != "load":
         return Place(Kind.DRIVE, drives.index(keys[2]))
     return None
+
+
+def _is_float(scene: Scene, path: str) -> bool:
+    try:
+        return isinstance(get_value(scene, path), float)
+    except InputError:
+        return False
 
 
 def _law_column(scene: Scene, path: str) -> int | None:
