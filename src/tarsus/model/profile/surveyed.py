@@ -1,4 +1,4 @@
-"""A ground that was measured: a file of places and heights, or a row of a height map."""
+"""A ground that was surveyed: a file of places and heights, or a row of a height map."""
 
 from functools import lru_cache
 from pathlib import Path
@@ -12,7 +12,7 @@ from tarsus.base.spec import Amount, MaybeAmount, quantity
 from tarsus.model.profile.base import Floats, Profile
 
 
-class Measured(Profile):
+class SurveyedGround(Profile):
     """Heights of a text file: two columns, places and heights; or with ``spacing`` one row of a map of heights.
 
     Columns are separated by commas, semicolons or blanks; lines that begin with # are left out. A relative file is
