@@ -13,6 +13,7 @@ import tarsus as ts
 from tarsus.base.events import EventKind
 from tarsus.base.spec import with_values
 from tarsus.model.scene import Scene
+from tarsus.model.structure import Walker
 from walking_scenes import GRAVITY, block, moving, sticky, trotter
 
 Kind = EventKind
@@ -26,12 +27,20 @@ def on(scene: Scene, gap: float | None = None, **profile: Any) -> Scene:
     return with_values(scene, given)
 
 
+def place(run: ts.Run, time: float) -> float:
+    found = run.at(np.array([time])).foot_x
+    assert found is not None
+    return float(found[0, 0])
+
+
 def of_kind(run: ts.Run, *kinds: EventKind) -> np.ndarray:
     return run.events[np.isin(run.events["kind"], kinds)]
 
 
-def falls(x: float, z: float, vx: float, tread: float, drop: float, ratio: float, until: float) -> list[float]:
-    """Times at which a ball bounces on stairs that go down by ``drop`` at tread, 2 tread ..., from x, z at rest upward."""
+def falls(
+    x: float, z: float, vx: float, tread: float, drop: float, ratio: float, until: float
+) -> list[float]:
+    """Times at which a ball bounces on stairs that go down by ``drop`` at tread, 2 tread ..., from rest at x, z."""
     t, vz, out = 0.0, 0.0, []
     while True:
         for k in range(1000):  # the tread that it reaches: the first whose time of fall lies above it
@@ -63,22 +72,28 @@ def test_a_ball_falls_down_stairs(ratio: float) -> None:
 def test_a_ball_hits_the_side_of_a_step() -> None:
     """Along the way it comes back by the coefficient of restitution; upward it does not notice."""
     scene = moving(block(friction=None), block_x=0.5)
-    run = ts.simulate(on(scene, gap=1e-3, kind="staircase", tread=0.1, rise=10e-3, start=5e-3, steps=1), 0.0145)
+    run = ts.simulate(
+        on(scene, gap=1e-3, kind="staircase", tread=0.1, rise=10e-3, start=5e-3, steps=1), 0.0145
+    )
     side = run.events[0]
     assert side["time"] == pytest.approx(0.01, rel=1e-12)
-    assert (side["kind"], side["speed_before"], side["speed_after"]) == pytest.approx((Kind.BOUNCE, 0.5, 0.25))
+    assert (side["kind"], side["speed_before"], side["speed_after"]) == pytest.approx(
+        (Kind.BOUNCE, 0.5, 0.25)
+    )
     assert run.events[1]["time"] == pytest.approx(math.sqrt(2e-3 / GRAVITY), rel=1e-12)
-    assert run.at(np.array([0.0145])).foot_x[0, 0] == pytest.approx(5e-3 - 0.25 * 0.0045, rel=1e-9)
+    assert place(run, 0.0145) == pytest.approx(5e-3 - 0.25 * 0.0045, rel=1e-9)
     assert run.ledger.closure < 1e-8
 
 
 @pytest.mark.parametrize("friction", [None, 0.1])
 def test_a_sled_swings_in_a_tooth(friction: float | None) -> None:
-    """It slides down with g (sin a - mu cos a), keeps v (cos 2a - mu sin 2a) of its speed in the corner, where it hits the next side,
-    and rises with -g (sin a + mu cos a)."""
+    """It slides down with g (sin a - mu cos a), keeps v (cos 2a - mu sin 2a) of its speed in the corner, where it hits
+    the next side, and rises with -g (sin a + mu cos a)."""
     half, height = 10e-3, 2e-3
     angle, mu = math.atan2(height, half), friction or 0.0
-    scene = with_values(block(friction=friction), {"ground.restitution": None, "robot.feet.block.gap": height / 2})
+    scene = with_values(
+        block(friction=friction), {"ground.restitution": None, "robot.feet.block.gap": height / 2}
+    )
     sled = on(scene, kind="sawtooth", length=2 * half, height=height, start=-1.5 * half)
     down, up = (GRAVITY * (math.sin(angle) + sign * mu * math.cos(angle)) for sign in (-1.0, 1.0))
     run = ts.simulate(sled, 0.9)
@@ -110,24 +125,27 @@ def test_a_sled_flies_off_a_ramp() -> None:
     fall = (vz + math.sqrt(vz * vz + 2.0 * GRAVITY * rise)) / GRAVITY
     lands = of_kind(run, Kind.CAPTURE)[-1]
     assert lands["time"] == pytest.approx(climb + fall, rel=1e-10)
-    x = run.at(np.array([lands["time"]])).foot_x[0, 0]
-    assert x == pytest.approx(length + top * math.cos(angle) * fall, rel=1e-10)
+    assert place(run, float(lands["time"])) == pytest.approx(length + top * math.cos(angle) * fall, rel=1e-10)
     assert run.ledger.closure < 1e-8
 
 
 def soft(angle: float, **ground: Any) -> Scene:
     """A body on one leg whose springs and dampers differ in the two directions, on a long slope."""
-    scene = trotter(1, ground=sticky(**{"adhesion": None, "restitution": None, "friction": None} | ground), turning=False)
+    scene = trotter(
+        1, ground=sticky(**{"adhesion": None, "restitution": None, "friction": None} | ground), turning=False
+    )
     high = math.tan(angle)
     scene = with_values(scene, {"signals": {}, "robot.feet.leg0.gap": 0.0})
     return on(scene, kind="polyline", given=[(-1.0, -high), (1.0, high)])
 
 
 def test_springs_couple_the_directions_of_a_slope() -> None:
-    """One leg that slides without friction down a slope: the linear equations of body and foot in the facet's direction."""
+    """One leg that slides without friction down a slope: the linear equations of body and foot along the facet."""
     angle, end = 0.4, 4e-3
     scene = soft(angle)
-    walker, leg = scene.robot.structure, scene.robot.structure.legs["leg0"]
+    walker = scene.robot.structure
+    assert isinstance(walker, Walker)
+    leg = walker.legs["leg0"]
     s, c = math.sin(angle), math.cos(angle)
 
     def rates(_: float, y: np.ndarray) -> list[float]:
@@ -152,9 +170,18 @@ def test_springs_couple_the_directions_of_a_slope() -> None:
 def test_a_tilted_world_is_an_incline(law: str) -> None:
     """A leg with equal springs on a slope moves as on level ground whose gravity is turned."""
     angle, end = 0.3, 6e-3
-    alike = {f"robot.structure.legs.leg0.{name}_l": value for name, value in (("stiffness", 1.3), ("damping", 3e-6))}
-    alike |= {f"robot.structure.legs.leg0.{name}_v": value for name, value in (("stiffness", 1.3), ("damping", 3e-6))}
-    laws: dict[str, Any] = {"restitution": ts.Restitution(coefficient=0.5), "friction": ts.Friction(coefficient=0.2)}
+    alike = {
+        f"robot.structure.legs.leg0.{name}_l": value
+        for name, value in (("stiffness", 1.3), ("damping", 3e-6))
+    }
+    alike |= {
+        f"robot.structure.legs.leg0.{name}_v": value
+        for name, value in (("stiffness", 1.3), ("damping", 3e-6))
+    }
+    laws: dict[str, Any] = {
+        "restitution": ts.Restitution(coefficient=0.5),
+        "friction": ts.Friction(coefficient=0.2),
+    }
     if law == "film":
         laws["film"] = ts.Film(coefficient=2e-26, thickness=1e-7)
     sloped = with_values(soft(angle, **laws), alike)

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from tarsus.base.errors import InputError
 from tarsus.base.linear import largest_of, product, solve
+from tarsus.base.spec import get_value
 from tarsus.base.units import format_quantity
 from tarsus.core import _native
 from tarsus.core.arrays import Body as LeggedBody
@@ -32,7 +33,6 @@ from tarsus.model.structure.walker import Walker
 
 if TYPE_CHECKING:
     from tarsus.model.laws.program import Program
-    from tarsus.model.robot import Robot
     from tarsus.model.scene import Ground, Scene
     from tarsus.model.structure.base import Matrices
     from tarsus.plan.slots import Rows
@@ -126,7 +126,7 @@ class Plan:
     then volts of those of ``charged``; initial (2n,): displacements and velocities at t = 0; periods (nd,) [s]: of the
     signals, NaN where one does not repeat. length [m], force [N], rate [1/s]: scales that turn relative tolerances into
     absolute ones. legs: of a structure that walks, its body and legs; None for any other. stance: of a walker that
-    starts standing, how. profile (2 np,): points of uneven ground, along the way and height [m]; none of level ground.
+    starts standing, how. profile: of uneven ground, see `lower_profile`.
     """
 
     system: LinearSystem
@@ -274,8 +274,13 @@ def gravity_on(acceleration: ArrayLike, incline: ArrayLike) -> Floats:
 
 
 def lower_profile(ground: Ground) -> Floats:
-    """Points (2 np,) [m] of uneven ground; none of level ground."""
-    return np.zeros(0) if ground.profile is None else ground.profile.points().ravel()
+    """Points (2 np,) [m] of uneven ground, and factors (3 (np - 1),) where its facets are not alike; none of level
+    ground."""
+    if ground.profile is None:
+        return np.zeros(0)
+    points = ground.profile.points()
+    factors = ground.profile.patches(len(points) - 1) if ground.profile.patched else np.zeros(0)
+    return np.concatenate([points.ravel(), factors.ravel()])
 
 
 def level_only(plan: Plan, what: str) -> None:
@@ -321,6 +326,7 @@ def lower_legs(scene: Scene, system: LinearSystem) -> Legs | None:
         gain=onto[of_leg, :, driven_by].reshape(-1, 2), body_load=np.ascontiguousarray(system.loads[:nb].T),
         place=np.array([one.x for one in walker.legs.values()]),
         points=0 if profile is None else len(profile.points()), periodic=int(profile is not None and profile.repeats),
+        patched=int(profile is not None and profile.patched),
     )  # fmt: skip
     return Legs(body, blocks)
 
@@ -456,7 +462,7 @@ def slot(scene: Scene, path: str) -> Place | None:
         return Place(Kind.INITIAL, column)
     if path in _TURNED and scene.ground.gravity is not None:
         return Place(Kind.GRAVITY, _TURNED.index(path))
-    if keys[:2] == ["ground", "profile"] and len(keys) > 2 and scene.ground.profile is not None:
+    if keys[:2] == ["ground", "profile"] and _is_float(scene, path):
         return Place(Kind.PROFILE)
     if keys[:2] == ["robot", "feet"] and len(keys) == 4 and keys[3] == "gap" and keys[2] in scene.robot.feet:
         return Place(Kind.GAP, list(scene.robot.feet).index(keys[2]))
@@ -468,6 +474,13 @@ def slot(scene: Scene, path: str) -> Place | None:
     if keys[:2] == ["robot", "drives"] and len(keys) > 3 and keys[2] in drives and keys[3] != "load":
         return Place(Kind.DRIVE, drives.index(keys[2]))
     return None
+
+
+def _is_float(scene: Scene, path: str) -> bool:
+    try:
+        return isinstance(get_value(scene, path), float)
+    except InputError:
+        return False
 
 
 def _law_column(scene: Scene, path: str) -> int | None:
@@ -525,11 +538,13 @@ def _started_above(plan: Plan, rows: Rows, idle: Floats, initial: Floats) -> tup
     assert plan.legs is not None
     body, m = plan.legs.body, plan.feet
     at = len(body.body_mass) + 2 * body.leg
-    points = rows.profile.reshape(len(rows.profile), -1, 2)
+    points = rows.profile[:, : 2 * body.points].reshape(len(rows.profile), -1, 2)
     for _ in range(_ROUNDS):
         below = body.place[body.leg] + initial[:, at]
         level = rows.sources.copy()
-        ground = np.array([heights_of(own, bool(body.periodic), x) for own, x in zip(points, below, strict=True)])
+        ground = np.array(
+            [heights_of(own, bool(body.periodic), x) for own, x in zip(points, below, strict=True)]
+        )
         level[:, :m] -= ground
         size = np.abs(ground) + np.abs(points).max(axis=(1, 2), initial=0.0)[:, None] + np.abs(below)
         level[:, :m][np.abs(level[:, :m]) < _SUM * size] = 0.0

@@ -21,7 +21,18 @@ from tarsus.base.errors import InputError
 from tarsus.base.spec import Description, float_paths, get_value, with_values
 from tarsus.model.drive.pieces import Channels, Pieces, evaluate
 from tarsus.plan.channels import Course, drive_courses
-from tarsus.plan.lowering import Kind, Place, Plan, distinct, gravity_on, idle_forces, lower_profile, pack, slot, started
+from tarsus.plan.lowering import (
+    Kind,
+    Place,
+    Plan,
+    distinct,
+    gravity_on,
+    idle_forces,
+    lower_profile,
+    pack,
+    slot,
+    started,
+)
 
 if TYPE_CHECKING:
     from tarsus.core import _native
@@ -55,8 +66,8 @@ class Rows:
     pool: channels that runs are driven by, signals: the same for the engine; channels (nr, nc): those of each run, in
     the plan's order.
     parameters (nr, m, np) of the laws; initial (nr, 2n); sources (nr, m + 2): rest gaps [m] and gravity [m/s^2];
-    scales (nr, 3): length [m] and force [N] that tolerances refer to, and period [s] of the marks; profile (nr, 2 np):
-    points of uneven ground [m], along the way and height.
+    scales (nr, 3): length [m] and force [N] that tolerances refer to, and period [s] of the marks; profile (nr, .):
+    uneven ground, as `lower_profile` has it.
     """
 
     pool: Sequence[Pieces]
@@ -100,7 +111,8 @@ def rows_of(plan: Plan, count: int = 1, period: float = math.inf) -> Rows:
 
     return Rows(
         plan.channels, plan.signals, each(plan.laws.parameters), each(plan.initial), each(plan.system.sources),
-        each([plan.length, plan.force, period]), np.repeat(np.arange(channels)[None], count, axis=0), each(plan.profile),
+        each([plan.length, plan.force, period]), np.repeat(np.arange(channels)[None], count, axis=0),
+        each(plan.profile),
     )  # fmt: skip
 
 
@@ -192,9 +204,14 @@ def rows_for(
 
 
 def _profiles(scene: Scene, values: Mapping[str, Floats]) -> Floats:
-    """Points (nr, 2 np) [m] of the grounds of runs that differ in numbers of their shape."""
+    """The profiles (nr, .) of the grounds of runs that differ in numbers of their shape."""
     rows, which = distinct(np.stack(list(values.values()), axis=1))
-    own = [with_values(scene.ground, dict(zip((path.removeprefix("ground.") for path in values), row, strict=True))) for row in rows.tolist()]
+    own = [
+        with_values(
+            scene.ground, dict(zip((path.removeprefix("ground.") for path in values), row, strict=True))
+        )
+        for row in rows.tolist()
+    ]
     return np.array([lower_profile(one) for one in own])[which]
 
 

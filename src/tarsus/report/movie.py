@@ -26,7 +26,7 @@ from tarsus.model.structure import Walker
 from tarsus.report.motion import Motion, motion_of
 from tarsus.report.stage import BACK, LIFT, WalkStage, stage_of
 from tarsus.report.style import INK, MUTED
-from tarsus.report.walk_figures import draw_robot
+from tarsus.report.walk_figures import draw_ground, draw_robot
 from tarsus.solve.simulate import simulate
 
 FRAMES = 48
@@ -211,7 +211,7 @@ def _frames(motion: Motion, stage: WalkStage, width: int) -> Iterator[Image.Imag
     for frame in range(len(motion.time)):
         for old in [*axes.lines, *axes.patches]:
             old.remove()
-        axes.axhline(0.0, color=INK, lw=1.5, zorder=0)
+        draw_ground(axes, motion, stage, frame, INK, 1.5)
         first = (-stage.along * float(surge[frame]) - left) % apart + left
         marks = np.arange(first - apart, right + apart, apart)
         axes.plot([marks, marks - 0.4 * BELOW * stage.leg], [np.zeros(len(marks)), np.full(len(marks), low)],

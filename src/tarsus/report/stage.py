@@ -55,6 +55,12 @@ class WalkStage:
         return back - short, front + short, float(self.y.min()), float(self.y.max())
 
     @property
+    def piece(self) -> float:
+        """Length of ground that is drawn below a foot [m]: as far as the next one on its side."""
+        apart = [np.diff(np.unique(self.x[side])) for side in (self.far, ~self.far)]
+        return float(np.concatenate(apart).min(initial=self.leg))
+
+    @property
     def far(self) -> np.ndarray:
         """Legs on the far side (nl,), the robot's left; none where all legs are in one plane."""
         return self.y > 0.5 * (self.y.min() + self.y.max()) + 1e-9 * self.length
@@ -161,6 +167,22 @@ def drawn(motion: Motion, stage: WalkStage, frame: int) -> Drawing:
         )
 
     return Drawing(hips, feet, face(right), face(left))
+
+
+def facets(motion: Motion, stage: WalkStage, frame: int) -> list[np.ndarray]:
+    """The pieces of uneven ground below the feet at a moment, each (n, 2) [m], as large as the motion is drawn."""
+    place, height = motion.ground.T
+    half = 0.5 * stage.piece / stage.along
+    depth = _depth(stage, stage.y)
+    out = []
+    for leg, x in enumerate(motion.foot_x[:, frame]):
+        ends, inside = np.array([x - half, x + half]), np.abs(place - x) < half
+        edge = np.interp(ends, place, height)
+        at = np.concatenate([ends[:1], place[inside], ends[1:]])
+        z = np.concatenate([edge[:1], height[inside], edge[1:]])
+        along = stage.along * (at - motion.hips[leg, 0] - motion.coordinate("surge")[frame])
+        out.append(np.column_stack([stage.x[leg] + along, stage.up * z]) + depth[leg])
+    return out
 
 
 def _depth(stage: WalkStage, y: np.ndarray) -> np.ndarray:

@@ -10,7 +10,7 @@ import numpy as np
 from tarsus.report.charts import Charts, Window
 from tarsus.report.motion import AIR, SLIPPING, STUCK, Motion
 from tarsus.report.pages import Plate
-from tarsus.report.stage import WalkStage, drawn
+from tarsus.report.stage import WalkStage, drawn, facets
 from tarsus.report.style import BLUE, GREEN, INK, MUTED, PURPLE, RULE, VERMILION, samples_inside, scale_of
 
 if TYPE_CHECKING:
@@ -111,7 +111,7 @@ def still(motion: Motion, stage: WalkStage) -> Plate:
         height = WIDTH * (top - low) / (right - left)
         for axes, frame in zip(sheet.grid(len(frames), height), frames, strict=True):
             draw_robot(axes, motion, stage, frame)
-            axes.axhline(0.0, color=MUTED, lw=0.8, zorder=0)
+            draw_ground(axes, motion, stage, frame, MUTED, 0.8)
             if motion.incline:
                 draw_gravity(axes, motion.incline, left + 0.06 * (right - left), 0.9 * top, 0.5 * stage.leg)
             axes.set(
@@ -167,6 +167,15 @@ def _extent(motion: Motion, stage: WalkStage, frames: list[int]) -> tuple[float,
         float(points[:, 0].max()) + room,
         float(points[:, 1].max()) + 0.02 * stage.length,
     )
+
+
+def draw_ground(axes: Axes, motion: Motion, stage: WalkStage, frame: int, color: str, width: float) -> None:
+    """The ground at a moment: a line, or of uneven ground the piece below each foot, as large as motion is drawn."""
+    if not len(motion.ground):
+        axes.axhline(0.0, color=color, lw=width, zorder=0)
+        return
+    for piece in facets(motion, stage, frame):
+        axes.plot(*piece.T, color=color, lw=width, zorder=0)
 
 
 def draw_robot(axes: Axes, motion: Motion, stage: WalkStage, frame: int, *, forces: bool = True) -> None:

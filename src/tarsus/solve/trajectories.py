@@ -163,7 +163,9 @@ class Trajectories:
 
         def work(part: slice) -> Sequence[Any]:
             own = SimpleNamespace(
-                initial=self.state[part], profile=np.zeros(0), **{name: getattr(rows, name)[part] for name in _BY_RUN}
+                initial=self.state[part],
+                profile=np.zeros(0),
+                **{name: getattr(rows, name)[part] for name in _BY_RUN},
             )
             ways = tuple(np.ascontiguousarray(one[part]) for one in (self.time, until, self.feet))
             plan, tables = self.plan, self.tables

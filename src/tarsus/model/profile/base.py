@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pydantic import model_validator
 
 from tarsus.base.messages import PathErrors
-from tarsus.base.spec import Description
+from tarsus.base.spec import Description, quantity
 
 Floats = NDArray[np.float64]
 
@@ -18,8 +18,18 @@ Floats = NDArray[np.float64]
 class Profile(Description, ABC):
     """Base of the shapes of uneven ground: facets between the points of a polyline along the way.
 
-    Numbers that are floats move points and never change how many there are, so that runs of one plan may differ in them.
+    Numbers that are floats move points and never change how many there are, so that runs of one plan may differ in
+    them. `restitution`, `adhesion` and `friction` are factors of these laws on one facet after the other, from the
+    first point on, again and again: a friction of (1, 0.2) makes every second facet slippery.
     """
+
+    restitution: tuple[float, ...] | None = quantity(
+        "1", "factors of the speed of departure", default=None, ge=0, le=1
+    )
+    adhesion: tuple[float, ...] | None = quantity(
+        "1", "factors of the strength of a contact", default=None, ge=0
+    )
+    friction: tuple[float, ...] | None = quantity("1", "factors of the bound of friction", default=None, ge=0)
 
     @abstractmethod
     def points(self) -> Floats:
@@ -32,10 +42,14 @@ class Profile(Description, ABC):
         return True
 
     @property
-    def slopes(self) -> bool:
-        """Whether a facet is neither level nor vertical."""
-        run, rise = np.diff(self.points(), axis=0).T
-        return bool(np.any((run != 0.0) & (rise != 0.0)))
+    def patched(self) -> bool:
+        """Whether facets are not alike."""
+        return any(one is not None for one in (self.restitution, self.adhesion, self.friction))
+
+    def patches(self, facets: int) -> Floats:
+        """Factors of restitution, adhesion and friction of each facet (facets, 3)."""
+        columns = (one or (1.0,) for one in (self.restitution, self.adhesion, self.friction))
+        return np.stack([np.resize(np.array(one, dtype=float), facets) for one in columns], axis=1)
 
     @model_validator(mode="after")
     def _check_points(self) -> Profile:
@@ -63,6 +77,21 @@ def profile_faults(points: Floats, repeats: bool) -> list[str]:
     if repeats and not points[-1, 0] > points[0, 0]:
         return ["a ground that repeats is longer than nothing"]
     return []
+
+
+def line_between(points: Floats, repeats: bool, low: float, high: float) -> Floats:
+    """The ground from one place to another [m] as a line: its points there (n, 2), sides of steps among them."""
+    if repeats:
+        run, rise = points[-1] - points[0]
+        cells = np.arange(np.floor((low - points[0, 0]) / run), np.floor((high - points[0, 0]) / run) + 1.0)
+        every = (points[None, :-1] + cells[:, None, None] * [run, rise]).reshape(-1, 2)
+        points = np.vstack([every, every[:1] + len(cells) * np.array([run, rise])])
+    else:
+        reach = [min(low, points[0, 0]), points[0, 1]], [max(high, points[-1, 0]), points[-1, 1]]
+        points = np.vstack([reach[0], points, reach[1]])
+    inside = points[(points[:, 0] > low) & (points[:, 0] < high)]
+    ends = [[x, float(heights_of(points, False, np.array(x)))] for x in (low, high)]
+    return np.vstack([ends[:1], inside, ends[1:]])
 
 
 def heights_of(points: Floats, repeats: bool, x: Floats) -> Floats:

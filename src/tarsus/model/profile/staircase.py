@@ -24,7 +24,7 @@ class Staircase(Profile):
             return np.array([[self.start, self.rise], [end, self.rise], [end, 2.0 * self.rise]])
         at = self.start + self.tread * np.arange(self.steps)
         low, high = self.rise * np.arange(self.steps), self.rise * np.arange(1, self.steps + 1)
-        return np.stack([np.repeat(at, 2), np.stack([low, high], axis=1).ravel()], axis=1)
+        return np.array([np.repeat(at, 2), np.stack([low, high], axis=1).ravel()], dtype=float).T.copy()
 
     @property
     def repeats(self) -> bool:

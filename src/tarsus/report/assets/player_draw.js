@@ -145,7 +145,8 @@ class Stage {
     const back = this.wide > 0 ? stage.back[1] * stage.length * this.scale : 0;
     pen.fillStyle = colors.ground;
     pen.fillRect(0, ground - back, width, back + 3);
-    line(pen, [[0, ground], [width, ground]], colors.muted);
+    if (this.walk.ground.length) this.walk.names.forEach((_, leg) => this.drawFacets(leg));
+    else line(pen, [[0, ground], [width, ground]], colors.muted);
     if (stage.springs) return;
     const pixels = this.choices.along * this.scale, step = roundAbove(84 / pixels);
     const start = this.place(0, this.right, 0)[0];
@@ -156,6 +157,19 @@ class Stage {
     }
     const [x, y] = this.place(this.choices.along * this.moment.surge, this.right, 0);
     polygon(pen, [[x, y + 4], [x - 5, y + 13], [x + 5, y + 13]], this.look.ink);
+  }
+
+  /** The piece of uneven ground that a foot stands on, as large as its motion is drawn. */
+  drawFacets(leg) {
+    const { walk, moment, choices: { up, along } } = this, { stage } = walk, x = moment.read(walk.footX[leg]);
+    const half = (0.5 * stage.piece) / along, [hipX] = walk.hips[leg];
+    const height = (place) => {
+      const after = walk.ground.findIndex(([at]) => at > place), [x1, z1] = walk.ground.at(after), [x0, z0] = walk.ground.at(after - 1);
+      return after < 1 ? z1 : z0 + ((place - x0) / (x1 - x0)) * (z1 - z0);
+    };
+    const inside = walk.ground.filter(([place]) => Math.abs(place - x) < half);
+    const piece = [[x - half, height(x - half)], ...inside, [x + half, height(x + half)]];
+    line(this.pen, piece.map(([place, z]) => this.place(stage.x[leg] + along * (place - hipX), stage.y[leg], up * z)), this.look.colors.muted);
   }
 
   drawBody() {

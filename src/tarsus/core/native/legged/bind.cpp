@@ -98,7 +98,7 @@ nb::tuple run_legged(const Body& body, const LegTables& tables, const Nodes& nod
   const int nb = body.coordinates();
   if (laws.feet != body.feet()) throw std::invalid_argument("the body and the laws are of different feet");
   const Rows rows(given, signals, size_t(laws.feet) * laws.columns, 2 * (nb + 2 * body.legs.size()), laws.feet, body.drives);
-  if (rows.batch.profile != 2 * size_t(body.points)) throw std::invalid_argument("the sizes of a ground's profile differ");
+  if (rows.batch.profile != body.shape()) throw std::invalid_argument("the sizes of a ground's profile differ");
   const Batch& batch = rows.batch;
   const Start begin(start, laws.flags.size());
   Outcome out;

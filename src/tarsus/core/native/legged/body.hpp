@@ -100,6 +100,10 @@ struct Body {
   int drives = 0;
   int points = 0;         // of the ground's profile, 0 for level ground
   bool periodic = false;  // whether that repeats
+  bool patched = false;   // and whether its facets are not alike
+
+  // Numbers of the profile of one run.
+  size_t shape() const { return size_t(points > 0 ? 2 * points + (patched ? 3 * (points - 1) : 0) : 0); }
 
   int coordinates() const { return int(mass.size()); }
   int feet() const { return int(leg.size()); }

@@ -13,7 +13,7 @@ namespace tarsus::legged {
 struct Present {
   typedef double Real;
   Legged& s;
-  const ActingLaws& laws;
+  const PatchedLaws& laws;
 
   explicit Present(Legged& of) : s(of), laws(of.laws) {}
 
@@ -148,20 +148,22 @@ inline void begin_contact(Legged& s, int i) {
   foot.start = AS_IT_COMES;
   foot.apex.restart(s.clock.time);
   const double along = foot.w[ALONG];
-  const Footing on(has_friction(s.laws, s.body.legs[i].foot, std::fabs(along)), along, s.settings.speed_zero);
+  const Footing on(s.laws.rubs(s.body.legs[i].foot, std::fabs(along)), along, s.settings.speed_zero);
   if (on.sticks) foot.w[ALONG] = 0.0;
   foot.contact = on.sticks ? STUCK : SLIPPING;
   foot.sense = on.sense;
 }
 
-// A foot reaches the ground: it bounces, is captured, comes to rest, or has no speed and lies there already.
-inline void land(Legged& s, int i) {
+// A foot reaches the ground: it bounces, is captured, comes to rest, or has no speed and lies there already. pull [N]: on it where
+// it is not held by this facet alone.
+inline void land(Legged& s, int i, const double* pull = nullptr) {
   LeggedFoot& foot = s.feet[i];
   const int f = s.body.legs[i].foot;
   const double t = s.clock.time;
   Present present(s);
   const double momentum = present.film(i, present.landing_gap(i));
   Landing<double> at = pre_impact(present, i);
+  if (pull != nullptr) at.pull = *pull;
   at.none = no_pull(s, i) + ROUNDING * std::fabs(at.strength);
   if (at.speed <= no_rate(s, i, momentum)) {
     if (at.pull <= at.strength + at.none) {
@@ -183,9 +185,9 @@ inline void land(Legged& s, int i) {
 // ---- on uneven ground
 
 // A foot reaches its facet.
-inline void land_on_facet(Legged& s, int i) {
+inline void land_on_facet(Legged& s, int i, const double* pull = nullptr) {
   turn(s, i);
-  land(s, i);
+  land(s, i, pull);
   if (s.feet[i].contact == AIR) turn_back(s, i);
 }
 
@@ -225,8 +227,17 @@ inline void lie_on(Legged& s, int i, const Facet& next) {
   begin_contact(s, i);
 }
 
-// A foot stands still in a concave corner at an end of its facet. Without friction two facets bear a force R on the foot by R =
-// N n + N' n'. Pressed against both it is held; away from the next one, or pulled off its own (``shifts``), it is on one
+// What the two facets of a corner bear of a foot there without friction, R = N n + N' n' [N]: its own with the strength of the contact,
+// N + f_a, and the next one N'.
+struct Pressing {
+  double own, next;
+
+  Pressing(const Bearing<double>& at, const Corner& corner, int way)
+      : own(at.margin - way * at.along / corner.sin * corner.cos), next(way * at.along / corner.sin) {}
+  bool holds() const { return next > 0.0 && own >= 0.0; }
+};
+
+// A foot stands still in a concave corner at an end of its facet. Pressed against both it is held; away from the next one, or pulled off its own (``shifts``), it is on one
 // facet, where it sticks or slides out of the corner.
 inline void stand_in_corner(Legged& s, int i, int way, bool shifts) {
   LeggedFoot& foot = s.feet[i];
@@ -236,20 +247,20 @@ inline void stand_in_corner(Legged& s, int i, int way, bool shifts) {
   foot.wedged = 0;
   Present present(s);
   Bearing<double> at = bearing_of(present, i, s.laws.strength(f, s.clock.time - foot.since, s.volts_now(f)));
-  const double pressed = way * at.along / corner.sin;
-  if (pressed > 0.0 && !shifts && at.margin - pressed * corner.cos >= 0.0) {
+  const Pressing by(at, corner, way);
+  if (by.holds() && !shifts) {
     foot.contact = STUCK;
     foot.sense = 0.0;
     foot.wedged = way;
     s.log.add(s.clock.time, f, STICK_BEGINS, foot.apex, 0.0, 0.0, at.along, at.most);
     return;
   }
-  if (pressed > 0.0) {
+  if (by.next > 0.0) {
     lie_on(s, i, s.profile->facet(foot.ground.number + way));
     way = -way;
     at = bearing_of(present, i, s.laws.strength(f, s.clock.time - foot.since, s.volts_now(f)));
   }
-  const bool had = foot.contact == STUCK, friction = has_friction(s.laws, f), sticks = friction && at.holds(s.settings.force_zero);
+  const bool had = foot.contact == STUCK, friction = s.laws.rubs(f), sticks = friction && at.holds(s.settings.force_zero);
   foot.contact = sticks ? STUCK : SLIPPING;
   foot.sense = sticks || !friction ? 0.0 : double(-way);
   foot.start = sticks ? AS_IT_COMES : JUST_SLIDING;
@@ -264,7 +275,20 @@ inline void turn_corner(Legged& s, int i, int way) {
   const Facet old = foot.ground, next = s.profile->facet(old.number + way);
   foot.u[ALONG] = old.end(way) - s.body.legs[i].place;
   const double speed = way * foot.w[ALONG] * corner.sin;
-  if (corner.rises() && !corner.straight() && speed <= no_rate(s, i, 0.0)) return stand_in_corner(s, i, way, false);
+  const bool meets = corner.rises() && !corner.straight();
+  Present present(s);
+  const int f = s.body.legs[i].foot;
+  const Pressing by(bearing_of(present, i, s.laws.strength(f, s.clock.time - foot.since)), corner, way);
+  const double energy = 0.5 * s.body.legs[i].mass * foot.w[ALONG] * foot.w[ALONG];
+  // no more swings from one facet to the other than flights that are as low
+  const bool low = by.holds() && energy < s.settings.rest_height * std::min(by.own, by.next);
+  if (meets && (low || speed <= no_rate(s, i, 0.0))) {
+    const size_t before = s.log.events.size();
+    stand_in_corner(s, i, way, false);
+    if (s.log.events.size() > before) s.log.events[before].energy += energy;
+    return;
+  }
+  const double pull = -by.next;
   end_contact(s, i);
   if (!corner.rises() && !corner.straight()) {
     leave_facet(s, i, next.upright() ? s.profile->facet(next.number + way) : next);
@@ -273,7 +297,7 @@ inline void turn_corner(Legged& s, int i, int way) {
   turn_back(s, i);
   foot.contact = AIR;
   pass_over(s, i, next);
-  land_on_facet(s, i);
+  land_on_facet(s, i, meets && by.holds() ? &pull : nullptr);
   if (foot.contact == AIR) {
     const bool returns = !old.upright() && (next.upright() || way * foot.w[ALONG] < 0.0);
     pass_over(s, i, returns ? old : next);

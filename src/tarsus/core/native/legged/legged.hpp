@@ -11,6 +11,7 @@
 #include "march/log.hpp"
 #include "march/march.hpp"
 #include "drives/signals.hpp"
+#include "march/friction.hpp"
 
 namespace tarsus::legged {
 
@@ -132,6 +133,33 @@ struct Between {
   }
 };
 
+// Factors of what the laws say under a foot, of the ground below it.
+struct Patch {
+  double rebound = 1.0, strength = 1.0, friction = 1.0;
+};
+
+// The laws on ground whose facets are not alike.
+struct PatchedLaws : ActingLaws {
+  std::vector<Patch> patches;  // of every foot; none where all are 1
+
+  using ActingLaws::ActingLaws;
+  double rebound(int foot, double speed) const {
+    const double out = ActingLaws::rebound(foot, speed);
+    return patches.empty() ? out : out * patches[foot].rebound;
+  }
+  template <class Real>
+  Real strength(int foot, const Real& age) const {
+    const Real out = ActingLaws::strength(foot, age);
+    return patches.empty() ? out : out * patches[foot].strength;
+  }
+  template <class Real>
+  Real friction(int foot, const Real& margin, const Real& held, const Real& speed) const {
+    const Real out = ActingLaws::friction(foot, margin, held, speed);
+    return patches.empty() ? out : out * patches[foot].friction;
+  }
+  bool rubs(int foot, double speed = 0.0) const { return (patches.empty() || patches[foot].friction > 0.0) && has_friction(*this, foot, speed); }
+};
+
 class Profile;
 
 struct Legged {
@@ -141,7 +169,7 @@ struct Legged {
   const Between& between;
   const Settings& units;  // tolerances for a length and a force of one
   Settings settings;      // and those of the run
-  ActingLaws laws;
+  PatchedLaws laws;
   Player player;
   Clock clock;
   Log& log;

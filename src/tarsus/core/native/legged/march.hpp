@@ -117,8 +117,9 @@ struct LeggedMarch : Legged {
     for (int f = 0; f < body.feet(); f++) body.legs[body.leg[f]].gap = run.sources[f];
     body.weigh(unit_body, gravity);
     if (body.points == 0) return;
-    ground = {run.profile, body.points, body.periodic};
+    ground = {run.profile, body.points, body.periodic, body.patched};
     profile = &ground;
+    if (body.patched) laws.patches.assign(body.feet(), {});
   }
 
   void enter() {}

@@ -14,15 +14,14 @@
 
 namespace tarsus::legged {
 
-// The facets of a run: a row of points (count, 2) [m]: along the way and height. Those of a ground that repeats go on with the last
+// The facets of a run: a row of points (count, 2) [m], along the way and height, and where they are not alike of patches (count - 1).
+// Those of a ground that repeats go on with the last
 // point as the first of the next cell; else the ground goes on level beyond both ends.
 class Profile {
  public:
   const double* points = nullptr;
   int count = 0;
-  bool periodic = false;
-
-  bool any() const { return points != nullptr && count > 1; }
+  bool periodic = false, patched = false;
 
   Facet facet(int64_t k) const {
     const int64_t n = count - 1;
@@ -45,6 +44,11 @@ class Profile {
     out.cos = dx / out.high;
     out.sin = dz / out.high;
     return out;
+  }
+  Patch patch(int64_t k) const {
+    const int64_t n = count - 1, j = periodic ? ((k % n) + n) % n : std::min(std::max(k, int64_t(0)), n - 1);
+    const double* at = points + 2 * count + 3 * j;
+    return {at[0], at[1], at[2]};
   }
   // The facet, not a vertical one, below a place (along, height); at a corner the one that leaves it above the ground.
   Facet below(double x, double z) const {
@@ -127,6 +131,7 @@ inline void float_above(Legged& s, int i) {
   leg.low = on.low * on.cos;
   leg.high = on.high * on.cos;
   leg.rounding = on.rounding();
+  if (s.profile->patched) s.laws.patches[leg.foot] = s.profile->patch(on.number);
 }
 
 // Go over to the facet's directions, with the rates of the foot itself, and back.

@@ -17,7 +17,12 @@ inline bool slips_by_speed(const Legged& s, int i) {
 
 // The bound of friction on a foot that slides, at speeds [m/s] in the sense of the slip.
 inline SlidingBound bound_at(const Legged& s, int i, const LegRows& r, const Row& speed) {
-  return sliding_bound(s.laws, s.body.legs[i].foot, r.margin, r.strength, speed, s.feet[i].start == JUST_SLIDING);
+  const int f = s.body.legs[i].foot;
+  SlidingBound out = sliding_bound(s.laws, f, r.margin, r.strength, speed, s.feet[i].start == JUST_SLIDING);
+  if (s.laws.patches.empty()) return out;
+  out.value = out.value * s.laws.patches[f].friction;
+  for (Row& slope : out.slope) slope = slope * s.laws.patches[f].friction;
+  return out;
 }
 
 // Solve w = ``alone`` - force matrix sense bound(sense w) at the nodes, by rows of what a force at one node does to w, from the

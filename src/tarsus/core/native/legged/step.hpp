@@ -239,7 +239,7 @@ TARSUS_APART inline void fly_above_slope(Legged& s, int i, int k, double h, Swee
     table[d] = &s.tables.of(k, leg.kind[d]);
     hip[d] = spring(s, leg, d);
     own[d] = r.load[d];
-    for (int e = 0; e < N * N; e++) film[e] += leg.normal[d] * leg.normal[d] * (&table[d]->film[0][0][0])[e];
+    for (int e = 0; foot.film && e < N * N; e++) film[e] += leg.normal[d] * leg.normal[d] * (&table[d]->film[0][0][0])[e];
   }
   const bool stiff = foot.film && r.stiff;
   for (int n = 0; n < ROUNDS; n++) {

@@ -30,6 +30,7 @@ inline Body body_of(const Fields& from) {
   const auto place = from.sized("place", legs);
   out.points = int(from.whole("points"));
   out.periodic = from.whole("periodic") != 0;
+  out.patched = from.whole("patched") != 0;
   Fields::check("a leg", kind.size() == DIRECTIONS * legs && foot.size() == legs && first.size() == legs + 1);
   for (size_t i = 0; i < legs; i++) {
     Leg leg;

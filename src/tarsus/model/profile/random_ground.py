@@ -18,19 +18,23 @@ class RandomGround(Profile):
     """
 
     kind: Literal["random"] = "random"
-    seed: int = Field(ge=0, description="of the phases: another seed is another ground of the same kind")
+    seed: Amount = quantity(
+        "1", "of the phases: another whole part is another ground of the same kind", ge=0, le=2.0**53
+    )
     rms: Amount = quantity("m", "RMS height", ge=0)
     correlation_length: Amount = quantity("m", "length above which heights know nothing of one another", gt=0)
     hurst: Amount = quantity("1", "Hurst exponent: the lower, the rougher", default=0.8, gt=0, le=1)
     spacing: Amount = quantity("m", "distance between neighbouring points", gt=0)
-    facets: int = Field(default=512, ge=4, le=1_000_000, description="how many until the ground repeats itself")
+    facets: int = Field(
+        default=512, ge=4, le=1_000_000, description="how many until the ground repeats itself"
+    )
 
     def points(self) -> Floats:
         waves = np.arange(1, self.facets // 2 + 1)
         number = 2.0 * math.pi * waves / (self.facets * self.spacing)
         size = (1.0 + (number * self.correlation_length) ** 2) ** (-0.5 * (self.hurst + 0.5))
-        phase = np.random.default_rng(self.seed).uniform(0.0, 2.0 * math.pi, len(waves))
+        phase = np.random.default_rng(int(self.seed)).uniform(0.0, 2.0 * math.pi, len(waves))
         spectrum = np.concatenate([[0.0], size * np.exp(1j * phase)])
         z = np.fft.irfft(spectrum, self.facets)
         z *= self.rms / math.sqrt(float(np.mean(z**2)))
-        return np.stack([self.spacing * np.arange(self.facets + 1), np.append(z, z[0])], axis=1)
+        return np.array([self.spacing * np.arange(self.facets + 1), np.append(z, z[0])], dtype=float).T.copy()

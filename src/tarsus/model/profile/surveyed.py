@@ -1,4 +1,4 @@
-"""A ground that was measured: a file of places and heights, or a row of a height map."""
+"""A ground that was surveyed: a file of places and heights, or a row of a height map."""
 
 from functools import lru_cache
 from pathlib import Path
@@ -12,16 +12,18 @@ from tarsus.base.spec import Amount, MaybeAmount, quantity
 from tarsus.model.profile.base import Floats, Profile
 
 
-class Measured(Profile):
+class SurveyedGround(Profile):
     """Heights of a text file: two columns, places and heights; or with ``spacing`` one row of a map of heights.
 
-    Columns are separated by commas, semicolons or blanks; lines that begin with # are left out. A relative file is looked for
-    beside the scene file, then in the current folder.
+    Columns are separated by commas, semicolons or blanks; lines that begin with # are left out. A relative file is
+    looked for beside the scene file, then in the current folder.
     """
 
     kind: Literal["file"] = "file"
     file: str
-    spacing: MaybeAmount = quantity("m", "distance between points: the file is a map of heights", default=None, gt=0)
+    spacing: MaybeAmount = quantity(
+        "m", "distance between points: the file is a map of heights", default=None, gt=0
+    )
     row: int = Field(default=0, ge=0, description="row of the map")
     unit: Amount = quantity("m", "length that the file's numbers are in", default=1.0, gt=0)
     periodic: bool = False
@@ -38,8 +40,8 @@ class Measured(Profile):
         table = _table(self.file)
         if self.spacing is None:
             if table.shape[1] != 2:
-                text = f"expected two columns, places and heights, got {table.shape[1]}: a map of heights needs its spacing"
-                raise PathErrors([("file", text)])
+                text = f"expected two columns, places and heights, got {table.shape[1]}"
+                raise PathErrors([("file", f"{text}: a map of heights needs its spacing")])
             return self.unit * table
         if self.row >= len(table):
             raise PathErrors([("row", f"the map has {len(table)} rows, counted from 0")])

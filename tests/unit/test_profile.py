@@ -1,0 +1,146 @@
+"""Shapes of uneven ground: their points, what is refused, slots, and who does not know them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray
+
+import tarsus as ts
+from random_scenes import plain_scene
+from tarsus.base.errors import InputError
+from tarsus.base.spec import validate, with_values
+from tarsus.model.ground import Ground
+from tarsus.model.profile import Profile, heights_of, line_between
+from tarsus.model.scene import Scene
+from tarsus.plan.lowering import Kind, lower_scene, slot
+from tarsus.solve.packet import packet_of
+from tarsus.solve.trajectories import Trajectories
+from tarsus.solve.window import WindowStart, simulate_windows
+from tarsus.study.sweeping import run_sweep
+from walking_scenes import sticky, trotter
+
+STAIRS = {"kind": "staircase", "tread": 1e-3, "rise": 1e-5}
+LOW = STAIRS | {"rise": 1e-7}
+
+
+def shape(**profile: Any) -> Profile:
+    found = validate(Ground, {"profile": profile}).profile
+    assert found is not None
+    return found
+
+
+def uneven(**profile: Any) -> Scene:
+    scene = with_values(trotter(2, ground=sticky(), turning=False), {"ground.profile": profile or LOW})
+    return with_values(scene, {"initial": {"standing": {}}})
+
+
+def test_points_of_shapes(tmp_path: Path) -> None:
+    assert shape(kind="staircase", tread="1 mm", rise="1 um", steps=2).points().tolist() == [
+        [0.0, 0.0], [0.0, 1e-6], [1e-3, 1e-6], [1e-3, 2e-6]
+    ]  # fmt: skip
+    stairs = shape(**STAIRS)
+    at = np.array([-0.5e-3, 0.0, 0.5e-3, 1e-3, 2.5e-3])
+    assert heights_of(stairs.points(), stairs.repeats, at) == pytest.approx([0.0, 0.0, 1e-5, 1e-5, 3e-5])
+    pits = shape(kind="pits", spacing=1.0, width=0.25, depth=0.5)
+    assert heights_of(pits.points(), True, np.array([0.1, 0.5, 3.2, -0.1])).tolist() == [-0.5, 0.0, -0.5, 0.0]
+    teeth = shape(kind="sawtooth", length=1.0, height=0.5, rising=1.0)
+    line = line_between(teeth.points(), True, 0.5, 1.5)
+    assert line == pytest.approx(np.array([[0.5, 0.25], [1.0, 0.5], [1.0, 0.0], [1.5, 0.25]]))
+    (tmp_path / "line.csv").write_text("# mm\n0, 1\n1, 2\n3, 2\n")
+    assert shape(kind="file", file=str(tmp_path / "line.csv"), unit="1 mm").points()[1].tolist() == [
+        1e-3,
+        2e-3,
+    ]
+    (tmp_path / "map.txt").write_text("0 1 2\n3 4 5\n")
+    row = shape(kind="file", file=str(tmp_path / "map.txt"), spacing=0.5, row=1).points()
+    assert row.tolist() == [[0.0, 3.0], [0.5, 4.0], [1.0, 5.0]]
+
+
+def test_random_ground_has_its_height_and_its_spectrum() -> None:
+    numbers: dict[str, Any] = {
+        "rms": 1e-6,
+        "correlation_length": 2e-3,
+        "hurst": 0.7,
+        "spacing": 1e-5,
+        "facets": 4096,
+    }
+    one, other = (shape(kind="random", seed=seed, **numbers).points() for seed in (1, 2))
+    assert np.sqrt(np.mean(one[:-1, 1] ** 2)) == pytest.approx(1e-6, rel=1e-12)
+    assert one[-1, 1] == one[0, 1] and not np.allclose(one, other)
+    power = np.abs(np.fft.rfft(one[:-1, 1])[1:-1]) ** 2
+    slope = np.polyfit(np.log(np.arange(100, 2000)), np.log(power[99:1999]), 1)[0]
+    assert slope == pytest.approx(-2.0 * 0.7 - 1.0, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("profile", "said"),
+    [
+        ({"kind": "polyline", "given": [[0.0, 0.0]]}, "two points at least, got 1"),
+        ({"kind": "polyline", "given": [[0.0, 0.0], [-1.0, 0.0]]}, "point 1 lies behind point 0"),
+        ({"kind": "polyline", "given": [[0.0, 0.0], [0.0, 0.0]]}, "points 0 and 1 are one"),
+        (
+            {"kind": "polyline", "given": [[0.0, 0.0], [0.0, 1.0], [0.0, 2.0]]},
+            "give the side of a step two points",
+        ),
+        ({"kind": "pits", "spacing": 1.0, "width": 2.0, "depth": 1.0}, "point 4 lies behind point 3"),
+        ({"kind": "file", "file": "nowhere.csv"}, "cannot be read"),
+        ({"kind": "staircase", "tread": 0.0, "rise": 1.0}, "tread"),
+        (STAIRS | {"restitution": [1.5]}, "restitution"),
+    ],
+)
+def test_what_is_no_ground_is_refused(profile: dict[str, Any], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        shape(**profile)
+
+
+def test_numbers_of_a_shape_are_slots() -> None:
+    """A batch over heights, spacing and patches is what its runs are alone, and shares one plan."""
+    scene = uneven(**LOW, friction=[1.0, 0.5])
+    for path in ("ground.profile.rise", "ground.profile.tread", "ground.profile.friction.1"):
+        place = slot(scene, path)
+        assert place is not None and place.kind is Kind.PROFILE
+    vary = {"ground.profile.rise": [1e-7, 2e-7], "ground.profile.friction.1": [0.5, 0.0]}
+    batch = ts.simulate_batch(scene, vary, "5 ms")
+    assert batch.done.all()
+    for i in range(2):
+        alone = ts.simulate(
+            with_values(scene, {path: values[i] for path, values in vary.items()}), "5 ms", batch.accuracy
+        )
+        assert alone.events.tolist() == batch.run(i).events.tolist()
+
+
+def test_random_grounds_are_drawn(tmp_path: Path) -> None:
+    """A seed is data as the heights are: each run of a batch or of a sweep walks on its own ground."""
+    rough = {"kind": "random", "seed": 0, "rms": 1e-8, "correlation_length": 1e-4, "spacing": 2e-5, "facets": 64}
+    scene = uneven(**rough)
+    batch = ts.simulate_batch(scene, {"ground.profile.seed": [1, 2]}, "5 ms")
+    first, second = (batch.run(i) for i in range(2))
+    assert first.scene.ground.profile.seed == 1 and not np.array_equal(first.events, second.events)
+    assert slot(scene, "ground.profile.facets") is None
+    vary = {"ground.profile.seed": [1.0, 2.0], "ground.profile.rms": [0.0, 1e-8]}
+    sweep = ts.Sweep(name="grounds", scene=scene, from_rest="5 ms", vary=vary, measures=["mean_speed"])
+    done = run_sweep(sweep, tmp_path / "out")
+    assert done.failed == 0
+    found = xarray.load_dataset(done.file)["mean_speed"].values
+    assert found[0, 0] == found[1, 0] != found[0, 1] != found[1, 1]
+
+
+def test_who_does_not_know_uneven_ground_says_so(tmp_path: Path) -> None:
+    scene = uneven()
+    plan = lower_scene(scene)
+    start = WindowStart(plan.initial, 0.0, np.array([1e-3]))
+    for ask in (
+        lambda: ts.simulate(scene, "1 ms", gradients=["ground.gravity.acceleration"]),
+        lambda: simulate_windows(plan, [start]),
+        lambda: Trajectories.of(scene, {}, 1e-3),
+        lambda: packet_of(scene, 1e-3),
+        lambda: ts.export(scene, to="matlab", output=tmp_path),
+    ):
+        with pytest.raises(InputError, match=r"ground\.profile: .* on level ground alone"):
+            ask()
+    with pytest.raises(InputError, match=r"ground\.profile: is ground under the feet of a walker"):
+        with_values(plain_scene(1, legged=False), {"ground.profile": STAIRS})
