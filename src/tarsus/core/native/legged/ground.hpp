@@ -278,7 +278,7 @@ inline void turn_corner(Legged& s, int i, int way) {
   const bool meets = corner.rises() && !corner.straight();
   Present present(s);
   const int f = s.body.legs[i].foot;
-  const Pressing by(bearing_of(present, i, s.laws.strength(f, s.clock.time - foot.since)), corner, way);
+  const Pressing by(bearing_of(present, i, s.laws.strength(f, s.clock.time - foot.since, s.volts_now(f))), corner, way);
   const double energy = 0.5 * s.body.legs[i].mass * foot.w[ALONG] * foot.w[ALONG];
   // no more swings from one facet to the other than flights that are as low
   const bool low = by.holds() && energy < s.settings.rest_height * std::min(by.own, by.next);

@@ -148,8 +148,8 @@ struct PatchedLaws : ActingLaws {
     return patches.empty() ? out : out * patches[foot].rebound;
   }
   template <class Real>
-  Real strength(int foot, const Real& age) const {
-    const Real out = ActingLaws::strength(foot, age);
+  Real strength(int foot, const Real& age, const Real& volts) const {
+    const Real out = ActingLaws::strength(foot, age, volts);
     return patches.empty() ? out : out * patches[foot].strength;
   }
   template <class Real>
