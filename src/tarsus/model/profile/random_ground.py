@@ -6,7 +6,7 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from tarsus.base.spec import Amount, quantity
+from tarsus.base.spec import Amount, MaybeAmount, quantity
 from tarsus.model.profile.base import Floats, Profile
 
 
@@ -14,7 +14,8 @@ class RandomGround(Profile):
     """Heights at equal distances with the spectrum of a self-affine surface, for ever.
 
     A wave of number q = 2 pi j / (facets spacing), j = 1 ... facets / 2, has a random phase and the power
-    (1 + (q correlation_length)^2)^-(hurst + 1/2); all together have the RMS height ``rms`` exactly.
+    (1 + (q correlation_length)^2)^-(hurst + 1/2); all together have the RMS height ``rms`` exactly. With ``growth`` heights
+    are 1 + growth x times as large, and the ground ends with its facets.
     """
 
     kind: Literal["random"] = "random"
@@ -28,6 +29,9 @@ class RandomGround(Profile):
     facets: int = Field(
         default=512, ge=4, le=1_000_000, description="how many until the ground repeats itself"
     )
+    growth: MaybeAmount = quantity(
+        "1/m", "by which heights grow along the way, of those at its begin; absent: they do not", default=None
+    )
 
     def points(self) -> Floats:
         waves = np.arange(1, self.facets // 2 + 1)
@@ -37,4 +41,9 @@ class RandomGround(Profile):
         spectrum = np.concatenate([[0.0], size * np.exp(1j * phase)])
         z = np.fft.irfft(spectrum, self.facets)
         z *= self.rms / math.sqrt(float(np.mean(z**2)))
-        return np.array([self.spacing * np.arange(self.facets + 1), np.append(z, z[0])], dtype=float).T.copy()
+        x = self.spacing * np.arange(self.facets + 1)
+        return np.stack([x, np.append(z, z[0]) * (1.0 + (self.growth or 0.0) * x)], axis=1)
+
+    @property
+    def repeats(self) -> bool:
+        return self.growth is None
