@@ -26,6 +26,7 @@ from tarsus.identify.estimates import Estimates
 from tarsus.identify.foot import FootModel
 from tarsus.identify.heldout import Comparison, compare
 from tarsus.identify.landing import LandingVerdict, judge_landing
+from tarsus.identify.shown import instrument_checks
 from tarsus.identify.step import Shift, failures
 from tarsus.identify.steps import STEPS
 from tarsus.identify.surroundings import ground_checks, hum_checks
@@ -135,10 +136,16 @@ def check(chain: StepRunner, comparisons: Sequence[Comparison], air: Sequence[Ai
         instruments = chain.evidence.instruments
         # repeats that begin at different times differ by the drive's own lines
         alike = instruments is None or not instruments.starts
+        repeated = chain.traces(*_SLOW, Purpose.AIR)
+        hum = hum_checks(repeated) if alike else ()
         beside = (
-            *(hum_checks(chain.traces(*_SLOW, Purpose.AIR)) if alike else ()),
+            *hum,
             *smeared_check(instruments, known),
-        )
+            *instrument_checks(
+                known, repeated, chain.traces(Purpose.AIR), chain.traces(Purpose.RAMPS),
+                alike=alike, hum=not all(one.passed for one in hum),
+            ),
+        )  # fmt: skip
         ground = ground_checks(known, chain.traces(*_SLOW), chain.ground()[0])
         steps["hysteresis"] = with_checks(steps["hysteresis"], (*beside, *ground))
         chain.known = drawn_over(known, fit, chain.seed)
