@@ -52,6 +52,7 @@ CAUSES = {
     "clock 100 ppm off": r"clock",
     "lost fringes": r"fringe|drop-out|spike",
     "coupled displacement": r"high-pass|coupl",
+    "coloured noise": r"coloured",
     "trigger jitter": r"trigger",
     "gains warm up": r"\bgains?\b",
     "slow amplifier": r"amplifier|\blate\b",

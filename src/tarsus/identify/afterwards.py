@@ -132,20 +132,18 @@ def check(chain: StepRunner, comparisons: Sequence[Comparison], air: Sequence[Ai
         steps[name] = with_checks(step, step_checks(step, known))
     if "hysteresis" in steps:
         fit = fit_air(lambda moved: air if moved is known else _air_records(chain, moved)[0], known)
-        steps["hysteresis"] = with_checks(steps["hysteresis"], *air_checks(fit, known))
         instruments = chain.evidence.instruments
         # repeats that begin at different times differ by the drive's own lines
         alike = instruments is None or not instruments.starts
         repeated = chain.traces(*_SLOW, Purpose.AIR)
         hum = hum_checks(repeated) if alike else ()
-        beside = (
-            *hum,
-            *smeared_check(instruments, known),
-            *instrument_checks(
-                known, repeated, chain.traces(Purpose.AIR), chain.traces(Purpose.RAMPS),
-                alike=alike, hum=not all(one.passed for one in hum),
-            ),
+        own = instrument_checks(
+            known, repeated, chain.traces(Purpose.AIR), chain.traces(Purpose.RAMPS),
+            alike=alike, hum=not all(one.passed for one in hum),
         )  # fmt: skip
+        told = air_checks(fit, known, not all(one.passed for one in own))
+        steps["hysteresis"] = with_checks(steps["hysteresis"], *told)
+        beside = (*hum, *smeared_check(instruments, known), *own)
         ground = ground_checks(known, chain.traces(*_SLOW), chain.ground()[0])
         steps["hysteresis"] = with_checks(steps["hysteresis"], (*beside, *ground))
         chain.known = drawn_over(known, fit, chain.seed)

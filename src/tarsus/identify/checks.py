@@ -66,12 +66,15 @@ def touched(known: Estimates, parts: Sequence[str]) -> tuple[str, ...]:
     return tuple(path for path in known.paths if any(part in path for part in parts))
 
 
-def air_checks(fit: AirFit | None, known: Estimates) -> tuple[tuple[Check, ...], tuple[Alternative, ...]]:
-    """Whether the identified structure and drive predict the motion in the air, and what would explain what is left."""
+def air_checks(
+    fit: AirFit | None, known: Estimates, instruments: bool = False
+) -> tuple[tuple[Check, ...], tuple[Alternative, ...]]:
+    """Whether the identified structure and drive predict the motion in the air, and what would explain what is left;
+    instruments: whether records show something of their instruments that may be the cause as well."""
     if fit is None:
         return (), ()
     parts = {part for one in fit.found for part in one.difference.touches} or set(_ALL)
-    cause = _cause(fit)
+    cause = _cause(fit, instruments)
     own = touched(known, tuple(parts))
     checks = [
         Check("motion in the air over its noise", fit.predicted, OVER_NOISE, paths=own, cause=cause),
@@ -100,18 +103,19 @@ def air_checks(fit: AirFit | None, known: Estimates) -> tuple[tuple[Check, ...],
                     cause=said,
                 )
             )
-    return tuple(checks), tuple(_answer(one) for one in fit.found)
+    return tuple(checks), tuple(_answer(one, not instruments) for one in fit.found)
 
 
-def _cause(fit: AirFit) -> str:
-    if not fit.found:
+def _cause(fit: AirFit, instruments: bool) -> str:
+    if not fit.found and not instruments:
         return "the identified structure and drive do not predict the motion in the air"
-    rivals = " or ".join(one.sentence() for one in fit.found)
+    shown = ("what is said of the instruments",) if instruments else ()
+    rivals = " or ".join((*shown, *(one.sentence() for one in fit.found)))
     return f"the motion in the air shows a difference from the model: {rivals}"
 
 
-def _answer(one: Weighed) -> Alternative:
-    word = PREFERRED if one.weight >= LEVEL else UNDECIDED
+def _answer(one: Weighed, alone: bool) -> Alternative:
+    word = PREFERRED if alone and one.weight >= LEVEL else UNDECIDED
     figure = f"chi-squared of records left out lower by {one.gain:.4g}"
     return Alternative("motion in the air", one.sentence(), one.weight, figure, word=word)
 

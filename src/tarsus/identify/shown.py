@@ -133,7 +133,9 @@ def _dropped(traces: Sequence[Trace]) -> tuple[Check, ...]:
 def _beyond(values: Floats) -> list[float]:
     """Sizes of the stretches of values (n,) that are farther off zero than nearly all."""
     size = np.abs(values)
-    usual = np.median(size[size > 0.0]) if size.any() else 0.0  # the middle one of three repeats is not off at all
+    usual = (
+        np.median(size[size > 0.0]) if size.any() else 0.0
+    )  # the middle one of three repeats is not off at all
     beyond = np.flatnonzero(size > _SURE * 1.4826 * usual)
     return [
         float(size[one].max())

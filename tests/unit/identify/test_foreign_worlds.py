@@ -87,8 +87,10 @@ def test_nothing_is_determined_and_wrong(world: str, cause: str, tmp_path: Path)
         ("contacts scatter", "The scatter of e from impact to impact, beyond noise, is 0.04"),
         ("attraction by the volts", ""),
         ("weak attraction", ""),
-        ("gains warm up", ""),
-        ("coloured noise", ""),
+        ("gains warm up", "all motion grows by 0.04"),
+        ("coupled displacement", "high-pass of 0.09"),
+        ("lost fringes", "drop-outs"),
+        ("coloured noise", "is coloured"),
         ("tip misstated", ""),
     ],
 )

@@ -19,7 +19,7 @@ FRINGE = 316e-9
 
 def moved(number: int) -> tuple[Floats, Floats]:
     """Displacement and velocity (ns,) of a point that goes to and fro, and rests at another place in between."""
-    time = STEP * (np.arange(COUNT + REST) - REST)
+    time = STEP * (np.arange(COUNT + REST, dtype=np.float64) - REST)
     omega = 2.0 * np.pi * (23.0 + 7.0 * number)
     x = np.where(time > 0.0, 3e-5 * (1.0 - np.cos(omega * time)), 0.0)
     return x, np.where(time > 0.0, 3e-5 * omega * np.sin(omega * time), 0.0)
@@ -35,7 +35,8 @@ def warmer(x: Floats, v: Floats, repeat: int) -> tuple[Floats, Floats]:
 
 def coupled(x: Floats, v: Floats, repeat: int) -> tuple[Floats, Floats]:
     """Displacements behind a high-pass of 0.1 Hz."""
-    return lfilter(*butter(1, 0.2 * STEP, "high"), x), v
+    above, below = butter(1, 0.2 * STEP, "high")
+    return lfilter(above, below, x), v
 
 
 def dropped(x: Floats, v: Floats, repeat: int) -> tuple[Floats, Floats]:
@@ -48,7 +49,7 @@ def dropped(x: Floats, v: Floats, repeat: int) -> tuple[Floats, Floats]:
 def records(change: Callable[..., tuple[Floats, Floats]], smooth: int = 1) -> list[Trace]:
     """Three repeats of each of four motions, with noise of 0.1 um and 30 um/s, a mean over some samples."""
     random, out = np.random.default_rng(3), []
-    time = STEP * (np.arange(COUNT + REST) - REST)
+    time = STEP * (np.arange(COUNT + REST, dtype=np.float64) - REST)
     for number in range(4):
         for repeat in range(3):
             rows = change(*moved(number), repeat)

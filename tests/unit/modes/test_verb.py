@@ -128,10 +128,15 @@ def test_the_order_of_the_files_and_their_names_change_nothing(kind):
     words = {"band": (110.0, 990.0), "decay": kind == "decays"}
     fit = ts.modes(*files, **words)
     assert any(mode.verdict is ModeVerdict.DETERMINED for mode in fit.modes)
-    called = {"sweeps": ("p", "p", "p"), "responses": ("", "", ""), "decays": ("x/1.csv", "y/1.csv")}[kind]
-    named = [replace(one, source=name) for one, name in zip(files, called, strict=True)]
-    turned = [1, 0] if kind == "decays" else [1, 2, 0]
-    other = ts.modes(*(named[k] for k in turned), **words)
+    turned, called = [1, 0] if kind == "decays" else [1, 2, 0], ("p", "p", "p")
+    if kind == "responses":  # whose points are named after their files
+        renamed = ts.modes(
+            *(replace(one, source=name) for one, name in zip(files, ("", "b", "a"), strict=True)), **words
+        )
+        same_numbers(replace(fit, frf=renamed.frf), renamed)
+    else:
+        files = [replace(one, source=name) for one, name in zip(files, called, strict=False)]
+    other = ts.modes(*(files[k] for k in turned), **words)
     if kind == "decays":  # each is an excitation of its own
         other = replace(other, modes=tuple(replace(m, residues=m.residues[:, turned]) for m in other.modes))
     same_numbers(fit, other)
