@@ -217,3 +217,13 @@ def test_numbers_of_a_law_that_creeps_are_those_of_all_robots() -> None:
     path = "robot.drives.piezo.law.temperature"
     with pytest.raises(InputError, match="has the same numbers in all robots"):
         ts.Session(robot(), robots=2, vary={path: [290.0, 300.0]}).reset()
+
+
+def test_a_step_has_derivatives_by_its_start_while_the_creeping_drive_is_held_alone() -> None:
+    session = ts.Session(robot())
+    session.reset()
+    with pytest.raises(InputError, match="a command of a drive that creeps has no derivative"):
+        session.step({"piezo": 3.0}, "1 ms", gradients=[])
+    session.step({"piezo": 3.0}, "1 ms")
+    _, slopes = session.step(dt="1 ms", gradients=[])
+    assert np.isfinite(slopes.by_state).all()
