@@ -151,8 +151,8 @@ def test_while_a_slider_moves_the_beginning_of_the_run_is_shown(tmp_path, explor
         """,
     )  # fmt: skip
     assert found["brief"] and not found["last"] and found["whole"] == found["frozen"] == 0.06
-    assert found["end"] == pytest.approx(0.03) and found["waits"] and found["early"] is None
-    assert found["words"].startswith("The first 30 ms while the slider moves") and found["said"] == ""
+    assert found["end"] == pytest.approx(0.015) and found["waits"] and found["early"] is None
+    assert found["words"].startswith("The first 15 ms while the slider moves") and found["said"] == ""
     run = explorer.run(found["values"])
     gap = run.states(np.array(found["time"])).gap[0]
     np.testing.assert_allclose(found["gap"], gap, rtol=0.0, atol=1e-6 * gap.max())
