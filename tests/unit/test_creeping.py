@@ -203,7 +203,9 @@ def test_what_lags_can_be_taken_up_at_any_moment(wave, seconds):
     history = (9.0, -2.0)
     late = LAW.late(wave.track(), history, None, seconds)
     (before, _), last = lower(wave, LAW, history), wave.volts(np.array([seconds]))[0]
-    dense = np.union1d([0.0, seconds], np.arange(0.0, seconds, 1.0 / 480.0))  # all extremes of both waves among them
+    dense = np.union1d(
+        [0.0, seconds], np.arange(0.0, seconds, 1.0 / 480.0)
+    )  # all extremes of both waves among them
     past = (*history, *wave.volts(dense))
     (held,) = LAW.channels(Constant(level=last).track(), past, late)
     now = 1.04 * (INSTANT.force([last], past)[0]) + late.sum()

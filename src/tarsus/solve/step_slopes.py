@@ -110,7 +110,9 @@ def _told(robots: SteppedRobots, command: Command, name: str, number: int, count
             f"drive.{name}: behind an amplifier a command has no derivative; step by ramps without one"
         )
     if drive.law.by_rate:
-        raise InputError(f"drive.{name}: a command of a drive that creeps has no derivative; hold it in this step")
+        raise InputError(
+            f"drive.{name}: a command of a drive that creeps has no derivative; hold it in this step"
+        )
     charged = list(robots.scene.robot.drives).index(name) in robots.runs.plan.charged
     level = Dual(command.asked.last[-1:], np.eye(count)[number][None])
     ramp = command.asked.first[0] != command.asked.last[0]

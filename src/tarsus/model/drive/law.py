@@ -36,8 +36,10 @@ class VoltageLaw(Description, ABC):
         """
 
     def channels(self, track: Track, history: Sequence[float], late: Floats | None = None) -> Channels:
-        """The force as piecewise polynomials of time, a channel for each run of the track; late: what a law that goes by
-        the rate lags at the start, as `late` gives it, at rest without."""
+        """The force as piecewise polynomials of time, a channel for each run of the track.
+
+        late: what a law that goes by the rate lags at the start, as `late` gives it, at rest without.
+        """
         track = track.twice() if self.has_memory else track
         return to_pieces(track, self.parts(track, history))
 
@@ -49,8 +51,8 @@ class VoltageLaw(Description, ABC):
     def late(
         self, track: Track, history: Sequence[float], late: Floats | None = None, seconds: float = 0.0
     ) -> Floats:
-        """What lags (nl,) [N] have come to after so many seconds of the track of one run, from what they were at its start;
-        of a law that only goes by the order of voltages there are none."""
+        """What lags (nl,) [N] have come to after so many seconds of the track of one run, from what they were at its
+        start; of a law that only goes by the order of voltages there are none."""
         return np.zeros(0)
 
     def small_signal_gain(self) -> Floats:
