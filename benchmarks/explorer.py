@@ -1,4 +1,6 @@
-"""How long an explorer takes from a slider to what is drawn, in Chromium without a window: python benchmarks/explorer.py [DEVICE ...]
+"""How long an explorer takes from a slider to what is drawn, in Chromium without a window.
+
+    python benchmarks/explorer.py [DEVICE ...]
 
 Every number below is of 60 moves of one slider of the ground, or of the drive, in the page as it is written, on this
 machine's clock: from the input event to when the moving picture and all figures are drawn. `whole` is the time from the
@@ -15,9 +17,8 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
-from chromium import HOLD, found_in
-
 import tarsus as ts
+from chromium import HOLD, found_in  # pyright: ignore[reportMissingImports]
 
 DEVICES = ("cantilever", "millipede", "hexapod", "millipede-30")
 MOVES = 60

@@ -194,8 +194,38 @@ def test_what_it_refuses() -> None:
         lower(Square(amplitude=1.0, frequency=100.0), slow)
 
 
-def test_no_other_voltage_is_taken_on_the_way() -> None:
+@pytest.mark.parametrize(
+    "wave", [Constant(level=5.0), Sine(amplitude=6.0, frequency=40.0), Square(amplitude=5.0, frequency=30.0)]
+)
+@pytest.mark.parametrize("seconds", [0.0, 1.3e-3, 0.0377, 0.3, 0.71])
+def test_what_lags_can_be_taken_up_at_any_moment(wave, seconds):
+    """A signal that is left at a moment and held there: the force goes on as that of the two in one."""
+    history = (9.0, -2.0)
+    late = LAW.late(wave.track(), history, None, seconds)
+    (before, _), last = lower(wave, LAW, history), wave.volts(np.array([seconds]))[0]
+    dense = np.union1d(
+        [0.0, seconds], np.arange(0.0, seconds, 1.0 / 480.0)
+    )  # all extremes of both waves among them
+    past = (*history, *wave.volts(dense))
+    (held,) = LAW.channels(Constant(level=last).track(), past, late)
+    now = 1.04 * (INSTANT.force([last], past)[0]) + late.sum()
+    assert evaluate(held, np.zeros(1))[0] == pytest.approx(now, rel=1e-12)
+    assert evaluate(before, np.array([seconds]))[0] == pytest.approx(now, rel=1e-7)
+    forever = evaluate(held, np.array([1e4]))[0]
+    assert forever == pytest.approx(LAW.force([last], past)[0], rel=1e-6)
+
+
+def test_numbers_of_a_law_that_creeps_are_those_of_all_robots() -> None:
+    path = "robot.drives.piezo.law.temperature"
+    with pytest.raises(InputError, match="has the same numbers in all robots"):
+        ts.Session(robot(), robots=2, vary={path: [290.0, 300.0]}).reset()
+
+
+def test_a_step_has_derivatives_by_its_start_while_the_creeping_drive_is_held_alone() -> None:
     session = ts.Session(robot())
-    session.reset(seed=1)
-    with pytest.raises(InputError, match="creeps takes no other voltage"):
-        session.step({"piezo": 3.0}, "1 ms")
+    session.reset()
+    with pytest.raises(InputError, match="a command of a drive that creeps has no derivative"):
+        session.step({"piezo": 3.0}, "1 ms", gradients=[])
+    session.step({"piezo": 3.0}, "1 ms")
+    _, slopes = session.step(dt="1 ms", gradients=[])
+    assert np.isfinite(slopes.by_state).all()

@@ -54,6 +54,18 @@ def _same_events(parts, whole, scale, tolerance=1e-9):
         )
 
 
+def _creeping():
+    """The cantilever's drive with a plain hysteresis, creep of a second and elements near a step's length."""
+    law = {
+        "kind": "creeping", "instant": {"linear": 8e-7, "thresholds": [1.0, 2.0], "weights": [2e-7, 1e-7]},
+        "thresholds": [0.0, 1.5, 0.5], "weights": [1e-7, 1e-7, 2e-7], "times": [2e-3, 2e-3, 1.0],
+    }  # fmt: skip
+    return ts.with_values(
+        ts.load_scene("cantilever"),
+        {"robot.drives.pzt.law": law, "robot.drives.pzt.history": (9.0, -2.0), "provenance": {}},
+    )
+
+
 SCENES = {
     "cantilever": lambda: ts.load_scene("cantilever"),
     "millipede": lambda: ts.load_scene("millipede"),
@@ -69,6 +81,7 @@ SCENES = {
             },
         },
     ),
+    "a drive that creeps": lambda: _creeping(),
     "feet that slide": lambda: by_modes(
         ts.load_scene("millipede").model_copy(update={"initial": ts.Initial()}),
     ),

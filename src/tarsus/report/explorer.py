@@ -235,7 +235,8 @@ class Explorer:
                  "definition": of.words.format(span="drive period", **counted)}
                 for name, of in ((name, DEFINITIONS[name]) for name in one.measures)
             ],
-            "falling": list(one.scene.ground.falling), "command": command, "words": dict(self.words), "load": load, "given": given,
+            "falling": list(one.scene.ground.falling),
+            "command": command, "words": dict(self.words), "load": load, "given": given,
         }  # fmt: skip
 
     def _loaded(self) -> tuple[str, dict[str, float]]:

@@ -34,7 +34,7 @@ class Command:
 
     which (nr,): the course of each; begun (R,) [s]: since when; past (R, H) [V]: visited before; level (R,) [V]: of
     courses that are one voltage each, which need no tracks; tracks: of others, the volts of the time since then, asked
-    for and behind the amplifier.
+    for and behind the amplifier. late (R, nl): of laws that go by the rate what they lag then (`VoltageLaw.late`).
     """
 
     which: NDArray[np.intp]
@@ -42,6 +42,7 @@ class Command:
     past: Floats
     level: Floats | None
     tracks: tuple[Track, Track] | None
+    late: Floats | None = None
 
     @property
     def asked(self) -> Track:
@@ -60,23 +61,34 @@ class Command:
         asked = _of_runs(wave.track(), courses)
         past = np.broadcast_to(np.array(drive.history, dtype=float), (courses, len(drive.history)))
         which = np.arange(count) if varied else np.zeros(count, dtype=np.intp)
-        return cls(which, np.zeros(courses), past, None, (asked, _amplified(drive, asked, past)))
+        given = _amplified(drive, asked, past)
+        if not drive.law.by_rate:
+            return cls(which, np.zeros(courses), past, None, (asked, given))
+        late = np.tile(drive.law.late(given.picked(np.array([0])), drive.history), (courses, 1))
+        return cls(which, np.zeros(courses), past, None, (asked, given), late)
 
     def told(self, drive: Drive, asked: Track | Floats, time: Floats) -> Command:
-        """Another course for all robots, or voltages (nr,) that are held, from times (nr,) [s] on.
-
-        Raises InputError for a law that goes by the rate: what it remembers in time is not carried on.
-        """
-        if drive.law.by_rate:
-            raise InputError(
-                "a drive that creeps takes no other voltage on the way: give it its whole signal beforehand"
-            )
+        """Another course for all robots, or voltages (nr,) that are held, from times (nr,) [s] on."""
+        late = self._lagging(drive, time) if drive.law.by_rate else None
         ideal, own = drive.amplifier.ideal, np.arange(len(time))
         past = self.visited(time) if drive.law.has_memory or not ideal else np.zeros((len(time), 0))
         if ideal and not isinstance(asked, Track):
-            return Command(own, time.copy(), past, asked, None)
+            return Command(own, time.copy(), past, asked, None, late)
         track = asked if isinstance(asked, Track) else constant_track(asked)
-        return Command(own, time.copy(), past, None, (track, _amplified(drive, track, past)))
+        return Command(own, time.copy(), past, None, (track, _amplified(drive, track, past)), late)
+
+    def _lagging(self, drive: Drive, time: Floats) -> Floats:
+        """What the law lags (nr, nl) at times (nr,) [s], robot by robot."""
+        assert self.late is not None
+        given, since = self.given, time - self.begun[self.which]
+        return np.array(
+            [
+                drive.law.late(
+                    given.picked(np.array([c])), tuple(self.past[c]), self.late[c], float(since[r])
+                )
+                for r, c in enumerate(self.which.tolist())
+            ]
+        )
 
     def with_runs(self, other: Command, robots: NDArray[np.intp]) -> Command:
         """The same, but for some robots that follow another command."""
@@ -85,10 +97,13 @@ class Command:
         wide = max(self.past.shape[1], other.past.shape[1])
         past = np.concatenate([_padded(self.past, wide), _padded(other.past, wide)])[which]
         begun, own = np.concatenate([self.begun, other.begun])[which], np.arange(len(which))
+        late = None
+        if self.late is not None and other.late is not None:
+            late = np.concatenate([self.late, other.late])[which]
         if self.level is not None and other.level is not None:
-            return Command(own, begun, past, np.concatenate([self.level, other.level])[which], None)
+            return Command(own, begun, past, np.concatenate([self.level, other.level])[which], None, late)
         asked, given = joined([self.asked, other.asked]), joined([self.given, other.given])
-        return Command(own, begun, past, None, (asked.picked(which), given.picked(which)))
+        return Command(own, begun, past, None, (asked.picked(which), given.picked(which)), late)
 
     def volts(self, time: Floats, *, asked: bool = False) -> Floats:
         """Volts (nr,) at times (nr,) [s], those that are asked for or those behind the amplifier; after a jump."""
@@ -119,7 +134,16 @@ class Command:
 
     def lowered(self, drive: Drive, charged: bool) -> tuple[Channels, Channels | None]:
         """Forces [N] of the courses by the robots' own time, and volts where they are asked for."""
-        force, volts = lower_track(self.given, drive.law, tuple(self.past.T), volts=charged)
+        if self.late is None:
+            force, volts = lower_track(self.given, drive.law, tuple(self.past.T), volts=charged)
+        else:
+            courses = [self.given.picked(np.array([c])) for c in range(len(self.begun))]
+            parts = [
+                lower_track(one, drive.law, tuple(past), volts=charged, late=late)
+                for one, past, late in zip(courses, self.past, self.late, strict=True)
+            ]
+            force = Channels.joined([one for one, _ in parts])
+            volts = Channels.joined([one for _, one in parts if one is not None]) if charged else None
         return self._by_time(force), self._by_time(volts) if charged and volts is not None else None
 
     def _by_time(self, channels: Channels) -> Channels:
@@ -129,6 +153,7 @@ class Command:
     def arrays(self) -> dict[str, Any]:
         """Its numbers by name, from which `of` makes it again."""
         out: dict[str, Any] = {"which": self.which, "begun": self.begun, "past": self.past}
+        out |= {} if self.late is None else {"late": self.late}
         if self.tracks is None:
             return out | {"level": self.level}
         for name, track in zip(("asked", "given"), self.tracks, strict=True):
@@ -146,18 +171,20 @@ class Command:
                 for name in ("asked", "given")
             )
             tracks = asked, given
-        return cls(arrays["which"], arrays["begun"], arrays["past"], arrays.get("level"), tracks)
+        return cls(
+            arrays["which"], arrays["begun"], arrays["past"], arrays.get("level"), tracks, arrays.get("late")
+        )
 
 
 def held(
     commands: Sequence[tuple[Command, Drive, bool]], robots: int, varied: bool
 ) -> tuple[Channels, NDArray[np.int64]] | None:
     """What `Command.lowered` makes of commands that are one voltage each, at once: channels of all, and which (nr, nc)
-    each robot is driven by, forces, then volts of charged drives. None of other commands, and where numbers of drives
-    are ``varied`` of which a law knows one at a time."""
+    each robot is driven by, forces, then volts of charged drives. None of other commands, of laws that go by the rate,
+    and where numbers of drives are ``varied`` of which a law knows one at a time."""
     values, volts = [], []
     for of, drive, charged in commands:
-        if of.level is None or (varied and type(drive.law).held is VoltageLaw.held):
+        if of.level is None or drive.law.by_rate or (varied and type(drive.law).held is VoltageLaw.held):
             return None
         values.append(drive.law.held(of.level, of.past))
         volts += [of.level] if charged else []

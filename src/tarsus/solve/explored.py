@@ -195,8 +195,10 @@ class Explored:
         out["rows.scales"][2] = self.lattice.periods[at]
         lattice = self.lattice
         return out | {
-            "rows.channels": lattice.channels[at], "rows.shown": lattice.shown[at], "rows.drawn": lattice.drawn[at : at + 1],
-        }  # fmt: skip
+            "rows.channels": lattice.channels[at],
+            "rows.shown": lattice.shown[at],
+            "rows.drawn": lattice.drawn[at : at + 1],
+        }
 
 
 def _few(sliders: Sequence[Slider]) -> list[Slider]:

@@ -14,9 +14,9 @@ import numpy as np
 from tarsus.base.arrays import Floats, Ints
 from tarsus.base.errors import InputError
 from tarsus.base.spec import FloatInfo, float_paths, with_values
+from tarsus.measure.switching import squares_per_period
 from tarsus.model.drive.lower import lower
 from tarsus.model.drive.pieces import Channels
-from tarsus.measure.switching import squares_per_period
 from tarsus.plan.channels import drive_courses, felt
 from tarsus.plan.slots import Kind, Place, marked_period, slots, unit_of
 

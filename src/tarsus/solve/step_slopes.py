@@ -65,7 +65,8 @@ def step_slopes(
     paths: Sequence[str],
 ) -> StepSlopes:
     """Those of a step of one robot under commands, of which ``drive`` are told now. Raises InputError for several
-    robots, paths by which there is no derivative, and voltages behind an amplifier that is not ideal."""
+    robots, paths by which there is no derivative, and voltages behind an amplifier that is not ideal, or of a drive
+    that creeps."""
     if len(robots) != 1:
         raise InputError("gradients: a step of one robot has derivatives; fork a session for each")
     scene = with_values(robots.scene, {path: float(of[0]) for path, of in robots.values.items()})
@@ -107,6 +108,10 @@ def _told(robots: SteppedRobots, command: Command, name: str, number: int, count
     if not drive.amplifier.ideal:
         raise InputError(
             f"drive.{name}: behind an amplifier a command has no derivative; step by ramps without one"
+        )
+    if drive.law.by_rate:
+        raise InputError(
+            f"drive.{name}: a command of a drive that creeps has no derivative; hold it in this step"
         )
     charged = list(robots.scene.robot.drives).index(name) in robots.runs.plan.charged
     level = Dual(command.asked.last[-1:], np.eye(count)[number][None])

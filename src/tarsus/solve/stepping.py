@@ -159,7 +159,10 @@ class SteppedRobots:
         return {path.removeprefix(head): of for path, of in self.values.items() if path.startswith(head)}
 
     def _own_commands(self) -> dict[str, Command]:
-        """What the drives do by the scene."""
+        """What the drives do by the scene.
+
+        Raises InputError for numbers of a drive with a law that goes by the rate which differ from robot to robot.
+        """
         scene, count, out = self.scene, len(self), {}
         gait = self._of("gait.")
         waves = gait_waves(scene, gait) if gait else {}
@@ -167,6 +170,10 @@ class SteppedRobots:
             own = {**self._of(f"signals.{name}."), **waves.get(name, {})}
             wave = with_columns(scene.waveforms.get(name) or Constant(level=0.0), own)
             moved = bool(own or self._of(f"robot.drives.{name}."))
+            if scene.robot.drives[name].law.by_rate and self._of(f"robot.drives.{name}."):
+                raise InputError(
+                    f"robot.drives.{name}: a drive that creeps has the same numbers in all robots"
+                )
             out[name] = Command.own(self.drive(name), wave, count, moved)
         return out
 

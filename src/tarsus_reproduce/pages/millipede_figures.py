@@ -64,7 +64,7 @@ def swept_figure(swept: Sequence[tuple[str, Swept]], title: str, symbol: str) ->
 
 def walks_figure(examples: Sequence[Example], title: str) -> Plate:
     """Walks in time (as Fig. 4.7): heights of body and feet on each ground, and the ways of the body on both."""
-    charts = Charts([0.6] * (len(examples) + 1))
+    charts = Charts([0.5] * (len(examples) + 1))
     *heights, along = charts.panels
     for panel, example, look in zip(heights, examples, ("-", (0, (4.0, 3.0))), strict=True):
         one = example.run.variables()

@@ -165,9 +165,11 @@ def test_measures_are_those_of_the_library(folder, name):
     (folder / "rows.json").write_text(json.dumps(rows))
     found = in_node(
         folder,
-        "const e = new Engine(wasm, packet('row.bin')), rows = JSON.parse(fs.readFileSync(folder + '/rows.json', 'utf8').replaceAll('NaN', 'null'));"
+        "const e = new Engine(wasm, packet('row.bin')), text = fs.readFileSync(folder + '/rows.json', 'utf8');"
+        "const rows = JSON.parse(text.replaceAll('NaN', 'null'));"
         "return rows.map((row) => { for (const [name, of] of Object.entries(row)) {"
-        "  const to = e.array(name); of.forEach((v, k) => { to[k] = to instanceof BigInt64Array ? BigInt(v) : v ?? NaN; }); }"
+        "  const to = e.array(name), put = to instanceof BigInt64Array ? BigInt : (v) => v ?? NaN;"
+        "  of.forEach((v, k) => { to[k] = put(v); }); }"
         "  const { events, measures } = e.run([0, e.duration], true); return [events, measures]; })",
     )
     met = 0

@@ -35,8 +35,11 @@ class VoltageLaw(Description, ABC):
         cuts stay where they are, for a force that is continuous is the same on either side to first order.
         """
 
-    def channels(self, track: Track, history: Sequence[float]) -> Channels:
-        """The force as piecewise polynomials of time, a channel for each run of the track."""
+    def channels(self, track: Track, history: Sequence[float], late: Floats | None = None) -> Channels:
+        """The force as piecewise polynomials of time, a channel for each run of the track.
+
+        late: what a law that goes by the rate lags at the start, as `late` gives it, at rest without.
+        """
         track = track.twice() if self.has_memory else track
         return to_pieces(track, self.parts(track, history))
 
@@ -44,6 +47,13 @@ class VoltageLaw(Description, ABC):
         """Forces (R,) [N] at voltages (R,) [V] that are held, of actuators that have visited others (R, H) [V] before;
         numbers of the law may be one of each."""
         return np.array([self.force([v], tuple(row))[0] for v, row in zip(volts, past, strict=True)])
+
+    def late(
+        self, track: Track, history: Sequence[float], late: Floats | None = None, seconds: float = 0.0
+    ) -> Floats:
+        """What lags (nl,) [N] have come to after so many seconds of the track of one run, from what they were at its
+        start; of a law that only goes by the order of voltages there are none."""
+        return np.zeros(0)
 
     def small_signal_gain(self) -> Floats:
         """Ascending powers (3,) of the voltage in the gain [N/V] of a small signal about it.

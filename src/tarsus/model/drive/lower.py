@@ -54,10 +54,11 @@ def lower(waveform: Signal, law: VoltageLaw, history: Sequence[float] = ()) -> t
 
 
 def lower_track(
-    track: Track, law: VoltageLaw, history: Any = (), *, volts: bool = True
+    track: Track, law: VoltageLaw, history: Any = (), *, volts: bool = True, late: Any = None
 ) -> tuple[Channels, Channels | None]:
     """The same of the voltages of many runs, a channel for each, and of volts where they are asked for; numbers of
-    the law and of the history may be one a run (nr,), and carry derivatives, as those of the track."""
+    the law and of the history may be one a run (nr,), and carry derivatives, as those of the track; late: what a law
+    that goes by the rate lags, see `VoltageLaw.channels`."""
     if not all(np.isfinite(value_of(v)).all() for v in history):
         raise InputError("the history of a drive must be finite voltages")
     with np.errstate(all="ignore"):
@@ -71,4 +72,4 @@ def lower_track(
                 level, coef=gain[:, None] * level.coef + np.where(first, offset[:, None], 0.0)
             ), level
         level = to_pieces(track, whole_parts(track, IDENTITY)) if volts else None
-        return law.channels(track, history), level
+        return law.channels(track, history, late), level

@@ -1,6 +1,6 @@
 // An explorer: sliders that change a run of the engine in this page; asks nothing of any network.
 
-const FRAMES = 360, MOVING = { frames: 120, points: 0.4, ms: 12, periods: 2 }, WIDTH = 12, KIND = 2, MOST_ROWS = 200, ROUNDING = 1e-9, REST = 120;
+const FRAMES = 360, MOVING = { frames: 120, points: 0.4, ms: 12, periods: 1 }, WIDTH = 12, KIND = 2, MOST_ROWS = 200, ROUNDING = 1e-9, REST = 120;
 const TIME = 0, FOOT = 1, BEFORE = 3, AFTER = 4, PULL = 5, ENERGY = 7;
 
 /** The bytes of a script element: base64 of what was compressed. */
@@ -170,7 +170,7 @@ class Explorer {
     return [["rows.sources", [into], acceleration * Math.cos(incline)], ["rows.sources", [along], acceleration * Math.sin(incline)]];
   }
 
-  /** How far a run goes while a slider moves [s]: whole periods, two at least, and to the end of what the figures show of it. */
+  /** How far a run goes while a slider moves [s]: whole periods, one at least, and to the end of what the figures show of it. */
   reach(last) {
     const { pace, info: { seconds }, period } = this, one = Math.min(period, 0.25 * seconds);
     const far = one * Math.max(Math.floor(MOVING.ms / pace / one), MOVING.periods);

@@ -23,7 +23,7 @@ from tarsus.model.drive.output import lagged
 from tarsus.model.drive.parts import IDENTITY, Parts, to_pieces
 from tarsus.model.drive.pieces import TERMS, Channels, Pieces
 from tarsus.model.drive.plays import play_states, visited
-from tarsus.model.drive.track import Track, shifted
+from tarsus.model.drive.track import Track, horner, shifted
 
 MOST_PIECES = 500_000
 """A force with more is refused: it would take longer to lower than to simulate."""
@@ -99,16 +99,31 @@ class Creeping(VoltageLaw):
         rest = play_states(levels, r, np.zeros(len(r)))[len(past) :]
         return self.gain * (self.instant.force(volts, history) + product(rest, w))
 
-    def channels(self, track: Track, history: Sequence[float]) -> Channels:
+    def channels(self, track: Track, history: Sequence[float], late: Floats | None = None) -> Channels:
         """The force along the track of one run. A periodic one is followed until all elements repeat to 1e-13.
 
         Raises InputError for a force of too many pieces, by elements that are very slow against the signal.
         """
         track = track.twice()
         now = to_pieces(track, self.parts(track, history))[0]
-        r, w, times = self.elements()
-        if not len(r):
+        if not len(self.times):
             return Channels.of([now])
+        followed, rest = self._followed(track, history, now)
+        return Channels.of([followed.along(rest if late is None else late)])
+
+    def late(
+        self, track: Track, history: Sequence[float], late: Floats | None = None, seconds: float = 0.0
+    ) -> Floats:
+        """Forces (nl,) [N] of the elements of each time, from the shortest on, at a moment of the track of one run."""
+        if not len(self.times):
+            return np.zeros(0)
+        track = track.twice()
+        followed, rest = self._followed(track, history, to_pieces(track, self.parts(track, history))[0])
+        return followed.at(rest if late is None else late, seconds)
+
+    def _followed(self, track: Track, history: Sequence[float], now: Pieces) -> tuple[_Followed, Floats]:
+        """What the lags follow along a track, beside the force `now`, and what they are at rest after the history."""
+        r, w, times = self.elements()
         plays = PrandtlIshlinskii(linear=1.0, thresholds=self.thresholds, weights=(1.0,) * len(r))
         stretch, low, high, engaged, still = plays.engaged(track, history)
         rows = np.broadcast_to(IDENTITY, (len(stretch), 4))
@@ -118,10 +133,10 @@ class Creeping(VoltageLaw):
         share = (times == lags[:, None]) * w * self.gain  # of each element in what its lag is asked to follow
         past = visited(history)
         rest = play_states(past, r, np.zeros(len(r)))[-1]
-        pieces = _Followed.of(
+        followed = _Followed.of(
             now, volts, begins, product(engaged.astype(float), share.T), product(still, share.T), lags
         )
-        return Channels.of([pieces.along(product(share, rest))])
+        return followed, product(share, rest)
 
     def along(
         self, times: ArrayLike, volts: ArrayLike, history: Sequence[float] = (), *, loop: bool = False
@@ -293,6 +308,25 @@ class _Followed:
         for p in range(made.shape[1]):
             out.append(made[:, p] + left[:, p] * out[-1])
         return np.array(out).T
+
+    def at(self, state: Floats, time: float) -> Floats:
+        """States (nl,) at a time [s], from those at the start on."""
+        first = 0
+        if time >= self.start[-1] and self.loop < 0:
+            state = self.states(state, slice(None))[:, -1]
+            return self.goals + (state - self.goals) * np.exp((self.start[-1] - time) / self.lags)
+        if time >= self.start[-1]:
+            again, period = slice(self.loop, None), self.start[-1] - self.start[self.loop]
+            count = math.floor((time - self.start[self.loop]) / period)
+            state = self.states(state, slice(0, self.loop))[:, -1]
+            steady = self.states(np.zeros(len(self.lags)), again)[:, -1] / -np.expm1(-period / self.lags)
+            state = steady + (state - steady) * np.exp(-count * period / self.lags)
+            first, time = self.loop, min(max(time - count * period, self.start[self.loop]), self.start[-1])
+        piece = min(max(int(np.searchsorted(self.start, time, side="right")) - 1, first), len(self.now) - 1)
+        state = self.states(state, slice(first, piece))[:, -1]
+        xi = 2.0 * (time - self.start[piece]) / (self.start[piece + 1] - self.start[piece]) - 1.0
+        made, left = (horner(one[:, piece], np.full(len(self.lags), xi)) for one in (self.made, self.left))
+        return made + left * state
 
     def along(self, state: Floats) -> Pieces:
         """The pieces of the force, from these states (nl,) [N] of the lags on."""
