@@ -147,6 +147,12 @@ struct ActingLaws {
            (laws.terms[STRENGTH].size() == 1 && laws.terms[STRENGTH][0].twin == ADHESION_STRENGTH);
   }
 
+  // Whether the strength goes by volts.
+  bool commanded() const {
+    const auto& terms = laws.terms[STRENGTH];
+    return !terms.empty() && terms[0].program >= 0 && laws.programs[terms[0].program].arguments > 1;
+  }
+
   // Momentum [N s] at a gap [m]; the force on the foot is its rate of change. ``Real`` is double or Row. A law is
   // promised to be finite on the ground and above; below, where a step's trial may reach, its value on the ground
   // stands for one that is not.

@@ -193,7 +193,7 @@ Candidates candidates(Legged& s, int i, double h, double limit, Flight&& gap_at)
     falls_below(s, r.along * double(foot.wedged), level, limit, LOOSE, out);
     return out;
   }
-  const bool commanded = s.laws.laws.volts[s.body.legs[i].foot] >= 0;
+  const bool commanded = s.laws.commanded();
   const auto look = [&](const Row& margin, FootEvent kind) {
     const int known = out.count;
     falls_below(s, margin, level, limit, kind, out);

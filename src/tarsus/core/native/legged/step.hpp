@@ -406,7 +406,8 @@ inline double error_of(const Legged& s, int k, double h) {
     worst = std::max(worst, error * h / s.body.mass[b] * s.body.lever[b]);
   }
   worst = std::max(worst / s.settings.gap, sudden);
-  for (int d = 0; d < s.player.channels(); d++) {
+  const int followed = s.laws.commanded() ? s.player.channels() : s.body.drives;  // volts as well where they command the strength
+  for (int d = 0; d < followed; d++) {
     const double span = s.player.cursor[d].span;
     if (span > 0.0) worst = std::max(worst, nodes.truncation(s.channels[d]) / span / s.settings.drive);
   }

@@ -95,7 +95,7 @@ inline double drive_error(const Modal& m) {
     const double span = m.player.cursor[d].span;
     if (!m.constant[i] && span != 0.0) error = std::max(error, m.nodes.truncation(m.values[i]) / span);
   }
-  for (int i = 0; i < m.sizes.feet; i++) {
+  for (int i = 0; m.laws.commanded() && i < m.sizes.feet; i++) {
     const int64_t c = m.laws.laws.volts[i];
     const double span = c < 0 ? 0.0 : m.player.cursor[c].span;
     if (span != 0.0) error = std::max(error, m.nodes.truncation(m.volts[i]) / span);

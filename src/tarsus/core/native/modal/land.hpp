@@ -145,7 +145,7 @@ struct Margin {
   // Zero in [a, b], f(a) > 0 > f(b): Newton's method kept inside the bracket. The strength against the pull hardly bends within
   // the bracket, unless volts command it: its slope is that of its chord.
   double root(int first, double a, double b, double fa, double fb, double guess) const {
-    const bool bends = held && m.laws.laws.volts[foot] >= 0;
+    const bool bends = held && m.laws.commanded();
     const double chord = !held ? 0.0 : straight ? gain : (holds(b) - holds(a)) / (b - a);
     double s = a < guess && guess < b ? guess : b - fb * (b - a) / (fb - fa), last = 1.0;
     for (int n = 0; n < 80; n++) {

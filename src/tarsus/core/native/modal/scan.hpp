@@ -98,7 +98,7 @@ inline void look_along(Modal& m, const StepClass& step, int foot, double t, doub
   }
   const Row strength = m.laws.strength(foot, m.nodes.times() * step.length + (t - m.feet[foot].since), m.volts[foot]);
   const SlidingBound bound = sliding_bound(m.laws, foot, m.margin[foot], strength, Row(0.0), false);
-  const double commanded = m.laws.laws.volts[foot] >= 0 ? size_of(bound.slope[HELD_STRENGTH]) * bulge_of(m.nodes, strength) : 0.0;
+  const double commanded = m.laws.commanded() ? size_of(bound.slope[HELD_STRENGTH]) * bulge_of(m.nodes, strength) : 0.0;
   const double between = size_of(bound.slope[MARGIN]) * of_margin + commanded + of_along;
   m.margin[forward] = bound.value - m.outputs[forward];
   m.margin[backward] = bound.value + m.outputs[forward];
@@ -125,7 +125,7 @@ TARSUS_APART Scan scan(Modal& m, const StepClass& step, double t, double limit) 
     if (held) {
       const Row breaking = breaking_pull(m, i, t + m.nodes.times() * step.length, m.volts[i]);
       m.margin[i] = breaking - m.outputs[i];
-      if (m.laws.laws.volts[i] >= 0) own = bulge_of(m.nodes, breaking);
+      if (m.laws.commanded()) own = bulge_of(m.nodes, breaking);
     }
     const auto bound_of = [&](int o) { return chord_bound<S>(m, step, o, [speeds](int p) { return S::get(speeds + p * S::WIDTH); }); };
     const double bound = bound_of(i) + own;
