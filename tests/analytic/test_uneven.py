@@ -17,6 +17,7 @@ from tarsus.model.structure import Walker
 from walking_scenes import GRAVITY, block, moving, sticky, trotter
 
 Kind = EventKind
+MASS = 1e-6  # of the block
 
 
 def on(scene: Scene, gap: float | None = None, **profile: Any) -> Scene:
@@ -201,3 +202,20 @@ def test_a_tilted_world_is_an_incline(law: str) -> None:
     assert (c * x + s * z, c * z - s * x) == pytest.approx((along, up), rel=1e-7, abs=1e-13)
     for run in (one, other):
         assert run.ledger.closure < 1e-8
+
+
+@pytest.mark.parametrize("friction", [None, 0.1])
+def test_a_block_waits_in_a_corner(friction: float | None) -> None:
+    """Pushed against the side of a step it stops there, stands on both facets, and goes back when it is pulled."""
+    push, side, half = 2e-6, 1e-3, 0.05
+    mu = friction or 0.0
+    scene = with_values(block(friction=friction), {"ground.restitution": None})
+    scene = scene.model_copy(update={"signals": {"along": ts.Square(amplitude=push, frequency=0.5 / half)}})
+    run = ts.simulate(on(scene, gap=0.0, kind="staircase", tread=1.0, rise=1e-3, start=side, steps=1), 0.09)
+    away = push / MASS - mu * GRAVITY
+    arrives = of_kind(run, Kind.CAPTURE)[0]
+    assert arrives["time"] == pytest.approx(math.sqrt(2.0 * side / away), rel=1e-10)
+    assert arrives["speed_before"] == pytest.approx(math.sqrt(2.0 * side * away), rel=1e-10)
+    assert place(run, 0.9 * half) == side == place(run, half)
+    assert place(run, 0.09) == pytest.approx(side - 0.5 * away * (0.09 - half) ** 2, rel=1e-9)
+    assert run.ledger.closure < 1e-8

@@ -27,7 +27,9 @@ DEVICES = (
 
 def events() -> list[str]:
     """All numbers of all events of short runs, bit by bit, by their names."""
-    scenes = [*(ts.load_scene(name) for name in DEVICES), trotter(1), trotter(3)]
+    rough = {"kind": "random", "seed": 2, "rms": 1e-7, "correlation_length": 1e-4, "spacing": 2e-5}
+    uneven = ts.with_values(trotter(3), {"ground.profile": rough})
+    scenes = [*(ts.load_scene(name) for name in DEVICES), trotter(1), trotter(3), uneven]
     runs = [ts.simulate(scene, 0.02) for scene in scenes]
     assert all(run.ok for run in runs) and sum(len(run.events) for run in runs) > 200
     return [run.events[name].tobytes().hex() for run in runs for name in run.events.dtype.names or ()]

