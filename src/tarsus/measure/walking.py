@@ -208,7 +208,7 @@ def _transport(walks: _Walks, about: Definition) -> Measured:
     numbers = (
         np.ascontiguousarray(one, dtype=float) for one in (weight, walks.strides.mean, walks.strides.spread)
     )
-    found = _native.transports(drawn.value, np.asarray(drawn.n, dtype=np.int64), *numbers)
+    found: Any = _native.transports(drawn.value, np.asarray(drawn.n, dtype=np.int64), *numbers)
     return Measured(found[:, 0], found[:, 1], found[:, 2].astype(np.intp), about)
 
 
