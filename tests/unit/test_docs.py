@@ -155,6 +155,10 @@ def a_law(names: Names) -> None:
     assert names["run"].ok
 
 
+def on_stairs(names: Names) -> None:
+    assert len(names["walk"].events) > 20 and names["walk"].ledger.closure < 1e-8
+
+
 def walks(names: Names) -> None:
     a_law(names)
     assert names["uphill"].ok and names["uphill"].measures.stride.value == pytest.approx(-2.8e-6, rel=0.1)
@@ -414,6 +418,7 @@ CASES = [
     Case("files-in.md", files, records),
     Case("fit.md", a_fit, slow=True),
     Case("gaits.md", a_gait),
+    Case("ground.md", on_stairs),
     Case("gradients.md", a_law, gradients),
     Case("identify.md", identified, lab, slow=True),
     Case("index.md", a_law),

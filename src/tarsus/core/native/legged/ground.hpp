@@ -273,7 +273,7 @@ inline void turn_corner(Legged& s, int i, int way) {
   LeggedFoot& foot = s.feet[i];
   const Corner corner = corner_of(s, i, way);
   const Facet old = foot.ground, next = s.profile->facet(old.number + way);
-  foot.u[ALONG] = old.end(way) - s.body.legs[i].place;
+  if (corner.rises()) foot.u[ALONG] = old.end(way) - s.body.legs[i].place;
   const double speed = way * foot.w[ALONG] * corner.sin;
   const bool meets = corner.rises() && !corner.straight();
   Present present(s);
@@ -314,7 +314,7 @@ inline void turn_corner(Legged& s, int i, int way) {
 inline void pass_corner(Legged& s, int i, int way) {
   LeggedFoot& foot = s.feet[i];
   s.rebase(i);
-  foot.u[ALONG] = foot.ground.end(way) * foot.ground.cos - s.body.legs[i].place;
+  foot.u[ALONG] = end_of(s, i, way) - s.body.legs[i].place;
   const Facet next = s.profile->facet(foot.ground.number + way);
   foot.start = AS_IT_COMES;
   if (!next.upright()) return pass_over(s, i, next);

@@ -128,8 +128,12 @@ inline void float_above(Legged& s, int i) {
   leg.normal[UP] = on.cos;
   leg.normal[ALONG] = -on.sin;
   leg.sloping = on.sin != 0.0;
-  leg.low = on.low * on.cos;
-  leg.high = on.high * on.cos;
+  // A film on one side of a corner alone may drive a foot off that side while its leg drives it back. Where the ground falls away it
+  // is above its facet for as much longer as flights may be high that are none, so that it cannot cross the corner again in no time.
+  const bool felt = s.feet[i].film || s.feet[i].force;
+  const auto past = [&](int way) { return felt && !corner_of(s, i, way).rises() ? s.settings.rest_height : 0.0; };
+  leg.low = on.low * on.cos - past(-1);
+  leg.high = on.high * on.cos + past(1);
   leg.rounding = on.rounding();
   if (s.profile->patched) s.laws.patches[leg.foot] = s.profile->patch(on.number);
 }
@@ -176,6 +180,12 @@ inline void pass_over(Legged& s, int i, const Facet& to) {
   foot.ground = to;
   float_above(s, i);
   if (foot.film) s.base_at(i, s.gap_now(i));
+}
+
+// Where a facet ends for a foot on it or above it.
+inline double end_of(const Legged& s, int i, int way) {
+  if (s.feet[i].contact != AIR) return s.feet[i].ground.end(way);
+  return way > 0 ? s.body.legs[i].high : s.body.legs[i].low;
 }
 
 // Displacement and rate of a foot in the robot's directions, as it is or as given in those it lives in.

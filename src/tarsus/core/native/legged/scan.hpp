@@ -138,7 +138,7 @@ inline Motion left_at(const Legged& s, int i, int way, double h, double fraction
   const Leg& leg = s.body.legs[i];
   const Motion at = foot_at(s, i, ALONG, h, fraction);
   const double place = at.u + leg.place;
-  return {way > 0 ? leg.high - place : place - leg.low, -way * at.w};
+  return {way * (end_of(s, i, way) - place), -way * at.w};
 }
 
 // Note where a foot that moves along the ground first comes to an end of its facet.
@@ -148,7 +148,7 @@ inline void comes_to_end(const Legged& s, int i, double h, double limit, Candida
   Row rate = r.w[ALONG];
   if (const double share = s.film_share(i, ALONG)) rate += r.film * (share / leg.mass);
   for (int way : {1, -1}) {
-    const Row left = way > 0 ? leg.high - leg.place - r.u[ALONG] : r.u[ALONG] + (leg.place - leg.low);
+    const Row left = (end_of(s, i, way) - leg.place - r.u[ALONG]) * double(way);
     const FootEvent kind = way > 0 ? HIGH_END : LOW_END;
     if (!std::isfinite(left[0])) continue;
     if (left[0] <= leg.rounding && way * rate[0] > s.settings.speed_zero) {
