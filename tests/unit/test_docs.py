@@ -363,6 +363,17 @@ def two_robots(names: Names) -> None:
         assert np.multiply(1e6, names["speeds"][factor]) == pytest.approx(row, abs=0.6)
 
 
+def over_a_step(names: Names) -> None:
+    assert names["level"].measures.stride.value == pytest.approx(0.9825e-6, abs=2e-9)
+    assert names["after"] - names["before"] == pytest.approx(2e-6, rel=1e-6)
+    assert names["climbed"].ledger.closure < 1e-9 and names["stopped"].ledger.closure < 1e-9
+    assert (names["low"], names["high"]) == (20.0, 21.0)
+    assert names["foot_x"][0] == pytest.approx(155e-6, rel=1e-12)
+    assert 1.7 < len(names["stopped"].events) / len(names["level"].events) < 2.1
+    assert names["worst"] == 14
+    assert (names["speed"].min(), names["speed"].max()) == pytest.approx((45.2e-6, 54.8e-6), rel=0.01)
+
+
 def first_landing(names: Names) -> None:
     assert names["closing"]["time"] == pytest.approx(27.795e-6, abs=0.5e-9)
     account, design = names["account"], names["design"]
@@ -439,6 +450,7 @@ CASES = [
     Case("tutorial-gait.md", whole_gait, slow=True),
     Case("tutorial-landing.md", first_landing, count=4),
     Case("tutorial-landing.md", whole_landing, slow=True),
+    Case("tutorial-ground.md", over_a_step, slow=True),
     Case("tutorial-two-robots.md", two_robots, slow=True),
     Case("walking.md", walks),
     Case("bodies.md", climbs),
