@@ -75,10 +75,11 @@ struct Account {
   }
 
   // The gap of a foot in the air at an end of a stretch, where its displacement upward is known.
-  double end_gap(int i, double up, double fraction) const {
+  TARSUS_INLINE double end_gap(int i, double up, double fraction) const {
     const Leg& leg = s.body.legs[i];
-    return leg.leans() ? gap_at(s, i, h, fraction).u : leg.clearance(up, 0.0);
+    return leg.leans() ? gap_above_slope(i, fraction) : leg.clearance(up, 0.0);
   }
+  TARSUS_APART double gap_above_slope(int i, double fraction) const { return gap_at(s, i, h, fraction).u; }
 
   // The same law by law, of a foot in the air; see ActingLaws::shares. Where a film of several laws is thinner than the way of the
   // foot, the nodes do not resolve the shares of the laws in its work.
@@ -142,14 +143,17 @@ struct Account {
 
   void of_body(const Stretch& over) {
     const int nb = s.coordinates();
+    const std::vector<double>& within = s.body.damping;
+    const bool damped = std::any_of(within.begin(), within.end(), [](double c) { return c != 0.0; });
     for (int b = 0; b < nb; b++) {
       Row push = Row(-s.body.weight[b]);
       for (int d = 0; d < s.body.drives; d++) {
         if (s.body.load[d * nb + b] != 0.0) push += s.channels[d] * s.body.load[d * nb + b];
       }
       s.energy.work += integral(over.of(push) * over.of(s.at.v[b])) * h * over.width;
+      if (!damped) continue;
       Row drag = Row(0.0);
-      for (int c = 0; c < nb; c++) drag += s.at.v[c] * s.body.damping[b * nb + c];
+      for (int c = 0; c < nb; c++) drag += s.at.v[c] * within[b * nb + c];
       s.energy.damping += integral(over.of(drag) * over.of(s.at.v[b])) * h * over.width;
     }
   }
