@@ -72,12 +72,8 @@ SLIDERS = {
 }
 
 
-FAST_SLIDERS = ("cantilever",)
-
-
-@pytest.mark.parametrize(
-    "scene", [one if one in FAST_SLIDERS else pytest.param(one, marks=pytest.mark.slow) for one in SLIDERS]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("scene", SLIDERS)
 def test_feet_by_contact_modes_slip_and_stick_as_there(scene: str) -> None:
     """Whole sequences: friction bears on the push that bears it, and impacts couple both ways."""
     found = compare(SLIDERS[scene](), TIGHT)

@@ -131,6 +131,7 @@ def test_signs_of_sweeps_that_are_flipped_in_all_of_them(flipped):
     assert len(told) == bool(flipped)
 
 
+@pytest.mark.slow
 def test_sweeps_that_move_the_other_way_than_the_loops_are_remarked():
     chain, _ = sweeps()
     chain.resonances = identified().resonances
