@@ -76,6 +76,21 @@ def test_random_ground_has_its_height_and_its_spectrum() -> None:
     assert slope == pytest.approx(-2.0 * 0.7 - 1.0, abs=0.01)
 
 
+def test_random_ground_may_grow_along_the_way() -> None:
+    numbers = {
+        "kind": "random",
+        "seed": 1,
+        "rms": 2e-6,
+        "correlation_length": 6e-5,
+        "spacing": 1e-5,
+        "facets": 64,
+    }
+    level, growing = shape(**numbers), shape(**numbers, growth=1e3)
+    x, heights = level.points().T
+    assert np.allclose(growing.points()[:, 1], heights * (1.0 + 1e3 * x), rtol=1e-14)
+    assert level.repeats and not growing.repeats
+
+
 @pytest.mark.parametrize(
     ("profile", "said"),
     [

@@ -14,8 +14,8 @@ class RandomGround(Profile):
     """Heights at equal distances with the spectrum of a self-affine surface, for ever.
 
     A wave of number q = 2 pi j / (facets spacing), j = 1 ... facets / 2, has a random phase and the power
-    (1 + (q correlation_length)^2)^-(hurst + 1/2); all together have the RMS height ``rms`` exactly. With ``growth`` heights
-    are 1 + growth x times as large, and the ground ends with its facets.
+    (1 + (q correlation_length)^2)^-(hurst + 1/2); all together have the RMS height ``rms`` exactly. With ``growth``
+    heights are 1 + growth x times as large, and the ground ends with its facets.
     """
 
     kind: Literal["random"] = "random"
@@ -42,7 +42,8 @@ class RandomGround(Profile):
         z = np.fft.irfft(spectrum, self.facets)
         z *= self.rms / math.sqrt(float(np.mean(z**2)))
         x = self.spacing * np.arange(self.facets + 1)
-        return np.stack([x, np.append(z, z[0]) * (1.0 + (self.growth or 0.0) * x)], axis=1)
+        heights = np.append(z, z[0]) * (1.0 + (self.growth or 0.0) * x)
+        return np.array([x, heights], dtype=float).T.copy()
 
     @property
     def repeats(self) -> bool:
