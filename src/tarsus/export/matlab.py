@@ -62,7 +62,7 @@ def _reason(described: Subject) -> str:
         return "its feet land by the pull as printed, which the script does not know"
     if any("remaining" in type(law).functions() for law in ground.acting_laws.values()):
         return "its contacts remember those before them"
-    if any("volts" in law.leading for law in ground.acting_on("strength").values()):
+    if any(law.by_volts() for law in ground.acting_on("strength").values()):
         return "what holds its feet goes by their volts, which the script does not know"
     if not described.feet:
         return "it has no feet"

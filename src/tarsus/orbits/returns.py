@@ -242,12 +242,12 @@ def end_of(window: Window) -> Floats:
 
 def check_memory(plan: Plan) -> None:
     """Raise InputError where feet remember their contacts (a law with `remaining`): what they bring along is no
-    part of a map's state.  And where volts command what they hold: maps follow the strength by age alone."""
+    part of a map's state; and where volts command what they hold: maps follow the strength by age alone."""
     if plan.laws.remembers:
         raise InputError(
             "there is no return map where feet remember their contacts: what they bring along is not in its state"
         )
-    if any("volts" in law.leading for law in plan.laws.acting.values() if law.hook == "strength"):
+    if any(law.by_volts() for law in plan.laws.acting.values() if law.hook == "strength"):
         raise InputError("there is no return map where volts command how strongly feet adhere")
 
 

@@ -200,7 +200,7 @@ def lower_scene(scene: Scene, drive: Callable[..., tuple[Pieces, Pieces]] = lowe
     laws = lower_laws(scene.ground, len(feet))
     if scene.ground.makes_energy:
         laws.flags[:] |= _native.FLAGS["map_as_is"]
-    sees = any("volts" in law.leading for law in laws.acting.values())
+    sees = any(law.by_volts() for law in laws.acting.values())
     # where no foot has an electrode, users' laws see the volts of the first drive
     rest = names[0] if names and not any(f.electrode for f in feet) else None
     wired = [f.electrode if f.electrode is not None else rest for f in feet]

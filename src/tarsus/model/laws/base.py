@@ -102,6 +102,11 @@ class Law(Description):
                 _check_arguments(cls, function, own.__func__, leading)
 
     @classmethod
+    def by_volts(cls) -> bool:
+        """Whether the function takes the volts of the foot's electrode."""
+        return "volts" in cls.leading
+
+    @classmethod
     def name(cls) -> str:
         """Name of the law in files and on the command line: the class name in snake_case."""
         return _in_snake_case(cls.__name__)
