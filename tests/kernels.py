@@ -5,7 +5,8 @@ processor that lacks the instructions falls back in silence or dies, so what is 
 
     OPENBLAS_CORETYPE=Prescott python tests/kernels.py
 
-says what that gives here, and with ``--here`` the script names the kernels that this processor can run.
+says what that gives here, and with ``--here`` the script names the kernels that this processor can run, with ``--others`` those
+of them that it does not run by itself.
 """
 
 from __future__ import annotations
@@ -76,8 +77,10 @@ if __name__ == "__main__":
     import numpy as np
     import scipy.linalg
 
-    if sys.argv[1:] == ["--here"]:
-        print(*(kernel for kernel in KERNELS if in_use() and not missing(kernel)), sep="\n")
+    if sys.argv[1:] in (["--here"], ["--others"]):
+        own = set(in_use().values())
+        here = [kernel for kernel in KERNELS if own and not missing(kernel)]
+        print(*(kernel for kernel in here if sys.argv[1] == "--here" or own != {kernel}), sep="\n")
         sys.exit(0)
     square = np.random.default_rng(0).normal(size=(64, 64))
     np.linalg.eig(square @ square)  # a kernel that the processor cannot run dies here
