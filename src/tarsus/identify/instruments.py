@@ -270,8 +270,8 @@ def relations_of(records: Sequence[Measurement], points: Sequence[str]) -> dict[
 def _relations(records: Sequence[Measurement], points: Sequence[str]) -> dict[str, Relation]:
     found = {point: [one for r in records if (one := _compared(r, point)) is not None] for point in points}
     tables = {point: np.array(one) for point, one in found.items() if one}
-    gains = {point: _median(one[:, 0], one[:, 1]) for point, one in tables.items()}
-    lags = {point: _median(one[:, 2], one[:, 3]) for point, one in tables.items()}
+    gains = {point: middle_of(one[:, 0], one[:, 1]) for point, one in tables.items()}
+    lags = {point: middle_of(one[:, 2], one[:, 3]) for point, one in tables.items()}
     weight = np.array([one.error**-2.0 for one in lags.values()])
     if len(lags):
         mean = float(weight @ [one.value for one in lags.values()] / weight.sum())
@@ -280,8 +280,8 @@ def _relations(records: Sequence[Measurement], points: Sequence[str]) -> dict[st
     return {point: Relation(gains[point], lags[point]) for point in tables}
 
 
-def _median(values: Floats, errors: Floats) -> WithError:
-    """Weighted median: a record with another fault counts as one of many."""
+def middle_of(values: Floats, errors: Floats) -> WithError:
+    """Weighted median of values (n,) with standard errors: a record with another fault counts as one of many."""
     order, weight = np.argsort(values), errors**-2.0
     share = np.cumsum(weight[order]) / weight.sum()
     middle = float(values[order][np.searchsorted(share, 0.5)])

@@ -192,8 +192,9 @@ def _recorded(
                 seen = seen * (world.gain if point == "tip" or world.warming else 1.0)
             elif world.warming:
                 seen = seen * world.gain
+            still = float(seen[0])
             seen = seen + coloured(len(seen), noise, world, random)
-            out[f"{point}_{quantity}"] = factor * seen_by(seen, rate, quantity, world, random)
+            out[f"{point}_{quantity}"] = factor * seen_by(seen, rate, quantity, still, world, random)
     return out
 
 
