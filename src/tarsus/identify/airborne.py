@@ -53,13 +53,13 @@ _NUDGE = 1e-6
 class AirRecord:
     """One set of records in the air, its repeats averaged, beside the identified device.
 
-    set: its name; model: the device; gap: of its foot there at the neutral position [m]; time (nt,) [s]; fine (nf,) [s]: ends of `FINE` steps a sample; volts,
-    force (nf,) [V], [N]: the drive's there; jumped (nf - 1,) [N]: mean of its force in each step, less that of both
-    ends; states (2n, nf): of the device, about the rest; rest (n,): the state there; predicted (2 np, nt):
-    displacements before velocities; left (h, 2 np, nt): measured less predicted, mean of every second repeat, or of the
-    only one; white (h, 2 np): its noise; slopes (p, 2 np, nt): of the prediction by the identified numbers;
-    instruments: through which it is seen, where they delay it; nudges (q, 2 np, nt): of the prediction, by a standard
-    error of each of their numbers.
+    set: its name; model: the device; gap: of its foot there at the neutral position [m]; time (nt,) [s]; fine (nf,)
+    [s]: ends of `FINE` steps a sample; volts, force (nf,) [V], [N]: the drive's there; jumped (nf - 1,) [N]: mean of
+    its force in each step, less that of both ends; states (2n, nf): of the device, about the rest; rest (n,): the state
+    there; predicted (2 np, nt): displacements before velocities; left (h, 2 np, nt): measured less predicted, mean of
+    every second repeat, or of the only one; white (h, 2 np): its noise; slopes (p, 2 np, nt): of the prediction by the
+    identified numbers; instruments: through which it is seen, where they delay it; nudges (q, 2 np, nt): of the
+    prediction, by a standard error of each of their numbers.
     """
 
     set: str
@@ -268,7 +268,8 @@ def _record(
     mean = force[:-1].reshape(-1, _WITHIN).mean(axis=1)
     jumped = mean - 0.5 * (force[:-1:_WITHIN] + force[_WITHIN::_WITHIN])
     return AirRecord(
-        first.set, model, model.gap if first.gap is None else first.gap, time, fine, volts[::_WITHIN], force[::_WITHIN], jumped, about(fine), rest, predicted,
+        first.set, model, model.gap if first.gap is None else first.gap,
+        time, fine, volts[::_WITHIN], force[::_WITHIN], jumped, about(fine), rest, predicted,
         np.array(seen) - predicted, np.array(white), slopes, instruments, nudges,
     )  # fmt: skip
 

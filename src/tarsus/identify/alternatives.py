@@ -171,8 +171,8 @@ def _nearness(air: AirRecord) -> list[Floats]:
 
 def _by_shape(air: AirRecord, shape: Floats, k: int) -> Floats:
     """The k-th coordinate's motion in another shape (np,)."""
-    x, v = air.states[k], air.states[len(air.rest) + k]
-    return air.shown(np.concatenate([np.outer(shape, x), np.outer(shape, v)]))
+    x, v = (shape[:, None] * air.states[at] for at in (k, len(air.rest) + k))
+    return air.shown(np.concatenate([x, v]))
 
 
 def _other_shapes(air: AirRecord) -> list[Floats]:
@@ -246,8 +246,8 @@ DIFFERENCES = (
     Difference("mode", "a further mode that the structure has not", _further_mode, 1.0, _ALL, 0),
     Difference(
         "attraction",
-        "the volts attract the foot, by their square: in contact at 10 V with {:.3g} % of the force that bends it by its "
-        "gap",
+        "the volts attract the foot, by their square: in contact at 10 V with {:.3g} % of the force that bends it by "
+        "its gap",
         _volts_attract, 10.0, _DRIVEN, 3,
     ),
     Difference(

@@ -123,7 +123,8 @@ def high_pass_of(
     mean, pull = weighted(*np.array(rough).T)
     found = middle_of(*np.array(close).T)
     error = np.hypot(found.error, mean / max(pull, 1e-300))
-    if mean > 0.0 or pull < SURE or abs(found.value) < SURE * found.error or abs(found.value - mean) > _AGREE * error:
+    sure = mean < 0.0 and pull > SURE and -found.value > SURE * found.error
+    if not sure or abs(found.value - mean) > _AGREE * error:
         return None
     return WithError(-found.value / (2.0 * np.pi), found.error / (2.0 * np.pi))
 

@@ -73,7 +73,9 @@ class Evidence:
     def _uncouple(self) -> None:
         """Put displacements back that all are behind a high-pass."""
         sets = self.opened.campaign.records
-        used = [(r.record, sets[r.set]) for r in self.readings if r.record and sets[r.set].purpose in _UNCOUPLED]
+        used = [
+            (r.record, sets[r.set]) for r in self.readings if r.record and sets[r.set].purpose in _UNCOUPLED
+        ]
         corner = high_pass_of(
             [record for record, _ in used], [one.rest for _, one in used],
             [one.signal.period if one.signal else None for _, one in used], self.opened.model.points,

@@ -35,6 +35,10 @@ _REACH = 15
 acceleration jumps with it, and a difference of samples is off."""
 _FEWEST = 200
 """Samples that make a comparison."""
+_COARSE = 4.0
+"""Steps of the finest record from which on another is not compared: modes that the one shows lie between the samples of
+the other, whose differences are no velocities then. Slow loops at 1 kHz show center and tip a quarter of a sample apart
+where nothing is late."""
 _ALIKE = 0.9
 """Least correlation of channels that are compared: others are not of one point."""
 _MIDDLE = 1.2533
@@ -246,10 +250,11 @@ class Instruments:
 def relations_of(records: Sequence[Measurement], points: Sequence[str]) -> dict[str, Relation]:
     """Relations of displacements and velocities, by point: medians over records, weighted by what each tells. Lags that
     agree are one."""
+    step = min(record.step for record in records)
+    records = [record for record in records if record.step < _COARSE * step]
     first = _relations(records, points)
     if not first:
         return first
-    step = min(record.step for record in records)
     rough = Instruments(first, step)
     if not rough.differ:
         return first

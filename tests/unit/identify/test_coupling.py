@@ -1,4 +1,4 @@
-"""Displacements behind a high-pass: the corner is found from records alone, to what their noise leaves, and put back."""
+"""Displacements behind a high-pass: the corner is found from records alone, to what noise leaves, and put back."""
 
 from __future__ import annotations
 
@@ -27,7 +27,8 @@ def record(seed: int, corner: float = 0.0, creep: float = 0.0) -> Measurement:
     v = v + np.where(on, creep * size * np.exp(-time / 0.3) / 0.3, 0.0)
     x = x + late + NOISE[0] * random.standard_normal(len(x))
     if corner:
-        x = lfilter(*butter(1, 2.0 * corner * STEP, "high"), x)
+        above, below = butter(1, 2.0 * corner * STEP, "high")
+        x = lfilter(above, below, x)
     return Measurement(CHANNELS, np.array([x, v + NOISE[1] * random.standard_normal(len(x))]), STEP)
 
 
