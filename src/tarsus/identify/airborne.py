@@ -23,7 +23,7 @@ from tarsus.base.spec import with_values
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.foot import FootModel, response
 from tarsus.identify.instruments import Instruments
-from tarsus.identify.traces import Trace
+from tarsus.identify.traces import Trace, repeats_of
 from tarsus.impacts.detection import STILL
 from tarsus.model.drive.waveforms import Waveform
 from tarsus.model.standing import rest_state
@@ -175,8 +175,7 @@ def air_records(
         instruments = None
     out: list[AirRecord] = []
     said: list[str] = []
-    for name in dict.fromkeys(one.set for one in traces if one.set in signals):
-        repeats = [one for one in traces if one.set == name]
+    for name, repeats in repeats_of([one for one in traces if one.set in signals]).items():
         if len({round(one.step, 12) for one in repeats}) > 1:
             said.append(f"{name}: its repeats are sampled at different rates")
             continue

@@ -16,7 +16,7 @@ from scipy.integrate import cumulative_trapezoid
 
 from tarsus.base.arrays import Floats
 from tarsus.identify.instruments import middle_of
-from tarsus.identify.with_error import WithError
+from tarsus.identify.with_error import WithError, regressed
 from tarsus.records.measurement import Measurement, Quantity
 
 SURE = 8.0
@@ -60,13 +60,8 @@ def beside_velocity(x: Floats, v: Floats, step: float) -> list[tuple[float, floa
     if not parts:
         return []
     design, seen = np.split(np.concatenate(parts), [3], axis=1)
-    size = np.linalg.norm(design, axis=0)
-    if not size.all():
-        return []
-    inverse = np.linalg.pinv((design / size).T @ (design / size))
-    values = inverse @ ((design / size).T @ seen[:, 0])
-    left = float(np.mean((seen[:, 0] - design / size @ values) ** 2))
-    return [(float(values[0] / size[0]), float(np.sqrt(left * inverse[0, 0]) / size[0]))]
+    found = regressed(seen[:, 0], design)
+    return [] if found is None else [(float(found[0][0]), float(found[1][0]))]
 
 
 def by_period(x: Floats, step: float, period: float) -> list[tuple[float, float]]:

@@ -19,7 +19,7 @@ from tarsus.base.arrays import Complexes, Floats
 from tarsus.identify.clock import PACE, stretched
 from tarsus.identify.lateness import SAMPLES, Lateness, LowPass, lateness_of
 from tarsus.identify.volts import jumps_of
-from tarsus.identify.with_error import WithError
+from tarsus.identify.with_error import WithError, regressed
 from tarsus.modes.modal import ModalFit
 from tarsus.records.measurement import Measurement, Quantity
 
@@ -315,17 +315,11 @@ def _compared(record: Measurement, point: str) -> tuple[float, float, float, flo
     speed = (convolve1d(x, slope) / record.step)[used]
     known, rising = convolve1d(v, smooth)[used], (convolve1d(v, slope) / record.step)[used]
     design = np.column_stack([known, -rising, np.ones(len(known))])
-    size = np.linalg.norm(design, axis=0)
-    if not size.all() or abs(np.corrcoef(speed, known)[0, 1]) < _ALIKE:
+    found = regressed(speed, design)
+    if found is None or abs(np.corrcoef(speed, known)[0, 1]) < _ALIKE:
         return None
-    gram = (design / size).T @ (design / size)
-    inverse = np.linalg.pinv(gram)
-    solved = inverse @ ((design / size).T @ speed)
-    left = speed - design / size @ solved
     # samples through a Gaussian are as many as lie its effective width apart
-    variance = float(np.mean(left**2)) * 2.0 * np.sqrt(np.pi) * _WIDTH
-    error = np.sqrt(variance * np.diag(inverse)) / size
-    gain, lag = (solved / size)[:2]
+    (gain, lag, _), error = found[0], found[1] * np.sqrt(2.0 * np.sqrt(np.pi) * _WIDTH)
     if not 1.0 / _MOST < abs(gain) < _MOST:
         return None
     return float(gain), float(error[0]), float(lag / gain), float(error[1] / abs(gain))

@@ -9,7 +9,7 @@ white. None of these figures hangs on the device.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from tarsus.identify.checks import GROUND, LAW, LOAD, touched
 from tarsus.identify.coupling import SURE, beside_velocity, weighted
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.step import Check
-from tarsus.identify.traces import Trace
+from tarsus.identify.traces import Trace, comparable
 
 _MEAN = 32
 """Samples on either side of a step whose means are compared: half a wavelength of red light stands out of noise of
@@ -64,21 +64,11 @@ def instrument_checks(
     return (*checks, *(_dropped(air) if alike else ()))
 
 
-def _sets(traces: Sequence[Trace]) -> Iterator[list[Trace]]:
-    """Repeats of each set that are as long as each other."""
-    for name in dict.fromkeys(one.set for one in traces):
-        repeats = [one for one in traces if one.set == name]
-        if len({(one.x.shape, round(one.step, 12)) for one in repeats}) == 1:
-            yield repeats
-
-
 def _warming(traces: Sequence[Trace], own: tuple[str, ...]) -> tuple[Check, ...]:
     """Whether all channels grow, or shrink, from one repeat to the next."""
     slopes, errors = list[float](), list[float]()
-    for repeats in _sets(traces):
+    for repeats in comparable(traces):
         order = np.arange(len(repeats)) - 0.5 * (len(repeats) - 1)
-        if len(repeats) < 2:
-            continue
         moved = np.array([np.concatenate([one.x, one.v]) for one in repeats])
         noise = np.mean([np.concatenate([one.noise_x, one.noise_v]) for one in repeats], axis=0)
         moved -= moved.mean(axis=2, keepdims=True)
@@ -101,9 +91,7 @@ def _dropped(traces: Sequence[Trace]) -> tuple[Check, ...]:
     """How often a displacement steps, or a velocity is far off, where the repeats do not. It takes no number's verdict:
     what it does to one is in what fits leave."""
     count, seconds, sizes = 0, 0.0, list[float]()
-    for repeats in _sets(traces):
-        if len(repeats) < 2:
-            continue
+    for repeats in comparable(traces):
         x, v = (np.array([getattr(one, kind) for one in repeats]) for kind in ("x", "v"))
         seconds += x.shape[2] * repeats[0].step * len(x) * x.shape[1]
         for row in np.concatenate(x - np.median(x, axis=0)):
@@ -139,7 +127,7 @@ def _beyond(values: Floats) -> list[float]:
 def _coupled(traces: Sequence[Trace], own: tuple[str, ...]) -> tuple[Check, ...]:
     """Whether displacements lack a part of their own integral beside that of the velocity, or velocities of theirs."""
     found: list[tuple[float, float]] = []
-    for repeats in _sets(traces):
+    for repeats in comparable(traces, fewest=1):
         one = repeats[0]
         for k in range(len(one.points)):
             x, v = (np.mean([getattr(t, kind)[k] for t in repeats], axis=0) for kind in ("x", "v"))
