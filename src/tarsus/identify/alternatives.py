@@ -23,7 +23,7 @@ from tarsus.fit.verdict import LEVEL
 from tarsus.identify.airborne import AirRecord, moving
 from tarsus.identify.checks import GROUND, LAW, LOAD, STRUCTURE, SURE
 from tarsus.identify.estimates import Estimates
-from tarsus.identify.foot import response
+from tarsus.identify.foot import BEYOND, response
 from tarsus.identify.loops import AWAY, across
 from tarsus.model.drive.laws import PrandtlIshlinskii
 from tarsus.model.structure import Beam
@@ -45,11 +45,6 @@ _PLAYS = np.arange(0.02, 1.0, 0.02)
 """Thresholds of plays, as shares of the widest voltage: others are nearly a sum of neighbours."""
 _RATIOS = (0.01, 0.1)
 """Damping ratios of a further mode, between which sums of both lie."""
-_ATTRACTED_AT = 10.0
-"""Volts [V] for which an attraction is given: a few to a hundred are in use."""
-_BEYOND = (0.1, 0.3, 1.0)
-"""Gaps, as parts of the device's own, that an attraction acts across while the foot is in contact: air films and
-insulators on an electrode; others are nearly a sum of neighbours."""
 
 
 @dataclass(frozen=True)
@@ -148,10 +143,11 @@ def _further_mode(air: AirRecord) -> list[Floats]:
 def _volts_attract(air: AirRecord) -> list[Floats]:
     """A pull on the foot towards the ground by the square of the volts, ``V^2 / (g + g_e)^2``: in contact a tenth of
     the force that bends the foot by its gap."""
-    model = air.model
-    stiff = 1.0 / float(model.row @ np.linalg.solve(model.stiffness, model.row))
-    pull = 0.1 * stiff * model.gap * (air.volts / _ATTRACTED_AT) ** 2
-    return [air.pushed(-model.row[:, None] * pull * near**2) for near in _nearness(air)]
+    row, ways = air.model.row[:, None], _ways(air)
+    return [
+        air.pushed(-10.0 * air.model.like_attraction(beyond) * row * (air.volts / way) ** 2)
+        for beyond, way in ways
+    ]
 
 
 def _other_film(air: AirRecord) -> list[Floats]:
@@ -160,13 +156,12 @@ def _other_film(air: AirRecord) -> list[Floats]:
     if air.gap > AWAY * air.model.gap:
         return []
     damped = -10.0 * air.model.like_damping * air.speed
-    return [air.pushed(air.model.row[:, None] * damped * near**3) for near in _nearness(air)]
+    return [air.pushed(air.model.row[:, None] * damped * (beyond / way) ** 3) for beyond, way in _ways(air)]
 
 
-def _nearness(air: AirRecord) -> list[Floats]:
-    """``g_e / (g + g_e)`` (nf,) of the foot, 1 in contact."""
-    across_it = [part * air.model.gap for part in _BEYOND]
-    return [one / (air.height + one) for one in across_it]
+def _ways(air: AirRecord) -> list[tuple[float, Floats]]:
+    """Gaps [m] in contact, and ways (nf,) [m] from the foot across these."""
+    return [(part * air.model.gap, air.height + part * air.model.gap) for part in BEYOND]
 
 
 def _by_shape(air: AirRecord, shape: Floats, k: int) -> Floats:
