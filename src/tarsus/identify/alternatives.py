@@ -37,6 +37,10 @@ _ZERO = 10.0
 _REFINED = 3
 """Alternatives, the likeliest ones, that are formed again about the numbers that go with them: those of the model alone
 are off by what the difference has done to them, and traces are products of both."""
+_TOLD = 0.2
+"""Part of what the prediction leaves beyond noise that the likeliest difference must take away to be named: a third
+mode, whose loops and sweeps were misread as well, takes 0.4; whatever is likeliest where every record begins at another
+time, 0.04."""
 _CREEPS = (0.03, 0.3, 3.0)
 """Times [s] after which a late share of a force may follow: within a record, about one, and over it."""
 _OWN = 4
@@ -283,7 +287,7 @@ class AirFit:
     records: their number; values: of samples; predicted, left: root mean square over the noise that the prediction
     leaves, the zeros free and the identified numbers within their draws, and that the alternatives leave; pull: root
     mean square, in standard deviations, by which the records pull the identified numbers; found: alternatives in the
-    order they were taken, each with those that share its weight.
+    order they were taken, each with those that share its weight; none where the likeliest explains next to nothing.
     """
 
     records: int
@@ -445,9 +449,10 @@ def fit_air(records_of: Callable[[Estimates], Sequence[AirRecord]], known: Estim
         left = sums.left(base, sums.fitted(base, _WIDE)[0])
         return AirFit(len(records), count, float(predicted), float(np.sqrt(left / count)), float(pull), ())
     columns = about[best].with_alternative(best)
-    left = about[best].left(columns, about[best].fitted(columns, _WIDE)[0])
-    shared = tuple(one for one in found if one.weight > 1.0 - LEVEL)
-    return AirFit(len(records), count, float(predicted), float(np.sqrt(left / count)), float(pull), shared)
+    left = about[best].left(columns, about[best].fitted(columns, _WIDE)[0]) / count
+    told = predicted**2 - left >= _TOLD * (predicted**2 - 1.0)
+    shared = tuple(one for one in found if told and one.weight > 1.0 - LEVEL)
+    return AirFit(len(records), count, float(predicted), float(np.sqrt(left)), float(pull), shared)
 
 
 def _weighed(

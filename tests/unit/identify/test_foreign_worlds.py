@@ -102,6 +102,11 @@ def test_differences_without_an_alternative_leave_nothing_wrong(
     assert any(cause in one for one in said_of(found)), said_of(found)
     if world == "coupled displacement":  # all but what a sound campaign leaves open as well: the film
         assert words.count("determined") >= len(words) - 1
+    if world == "trigger jitter":  # what is likeliest explains a twenty-fifth
+        assert not any(
+            one.word == "preferred" and one.question == "motion in the air"
+            for one in found.steps["hysteresis"].alternatives
+        )
     if world == "contacts scatter":
         (told,) = (one.rpartition(" ")[2] for one in said_of(found) if cause in one)
         assert float(told.rstrip(".")) == pytest.approx(WORLDS[world].scatter * device.restitution, rel=0.25)
