@@ -23,7 +23,7 @@ from tarsus.base.spec import with_values
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.foot import FootModel, response
 from tarsus.identify.instruments import Instruments
-from tarsus.identify.traces import Trace
+from tarsus.identify.traces import Trace, repeats_of
 from tarsus.impacts.detection import STILL
 from tarsus.model.drive.waveforms import Waveform
 from tarsus.model.standing import rest_state
@@ -53,17 +53,18 @@ _NUDGE = 1e-6
 class AirRecord:
     """One set of records in the air, its repeats averaged, beside the identified device.
 
-    set: its name; model: the device there; time (nt,) [s]; fine (nf,) [s]: ends of `FINE` steps a sample; volts,
-    force (nf,) [V], [N]: the drive's there; jumped (nf - 1,) [N]: mean of its force in each step, less that of both
-    ends; states (2n, nt): of the device, about the rest; rest (n,): the state there; predicted (2 np, nt):
-    displacements before velocities; left (h, 2 np, nt): measured less predicted, mean of every second repeat, or of the
-    only one; white (h, 2 np): its noise; slopes (p, 2 np, nt): of the prediction by the identified numbers;
-    instruments: through which it is seen, where they delay it; nudges (q, 2 np, nt): of the prediction, by a standard
-    error of each of their numbers.
+    set: its name; model: the device; gap: of its foot there at the neutral position [m]; time (nt,) [s]; fine (nf,)
+    [s]: ends of `FINE` steps a sample; volts, force (nf,) [V], [N]: the drive's there; jumped (nf - 1,) [N]: mean of
+    its force in each step, less that of both ends; states (2n, nf): of the device, about the rest; rest (n,): the state
+    there; predicted (2 np, nt): displacements before velocities; left (h, 2 np, nt): measured less predicted, mean of
+    every second repeat, or of the only one; white (h, 2 np): its noise; slopes (p, 2 np, nt): of the prediction by the
+    identified numbers; instruments: through which it is seen, where they delay it; nudges (q, 2 np, nt): of the
+    prediction, by a standard error of each of their numbers.
     """
 
     set: str
     model: FootModel
+    gap: float
     time: Floats
     fine: Floats
     volts: Floats
@@ -90,6 +91,16 @@ class AirRecord:
         seen = self.predicted[: self.points] + left
         off = np.sqrt(np.mean(left**2, axis=1) / np.mean(seen**2, axis=1))
         return dict(zip(self.model.points, off.tolist(), strict=True))
+
+    @property
+    def height(self) -> Floats:
+        """Gap of the foot (nf,) [m]."""
+        return self.gap + self.model.row @ (self.states[: len(self.rest)] + self.rest[:, None])
+
+    @property
+    def speed(self) -> Floats:
+        """Of the foot along its normal (nf,) [m/s]."""
+        return self.model.row @ self.states[len(self.rest) :]
 
     @cached_property
     def moved(self) -> tuple[Floats, Floats, Floats]:
@@ -164,8 +175,7 @@ def air_records(
         instruments = None
     out: list[AirRecord] = []
     said: list[str] = []
-    for name in dict.fromkeys(one.set for one in traces if one.set in signals):
-        repeats = [one for one in traces if one.set == name]
+    for name, repeats in repeats_of([one for one in traces if one.set in signals]).items():
         if len({round(one.step, 12) for one in repeats}) > 1:
             said.append(f"{name}: its repeats are sampled at different rates")
             continue
@@ -257,7 +267,8 @@ def _record(
     mean = force[:-1].reshape(-1, _WITHIN).mean(axis=1)
     jumped = mean - 0.5 * (force[:-1:_WITHIN] + force[_WITHIN::_WITHIN])
     return AirRecord(
-        first.set, model, time, fine, volts[::_WITHIN], force[::_WITHIN], jumped, about(time), rest, predicted,
+        first.set, model, model.gap if first.gap is None else first.gap,
+        time, fine, volts[::_WITHIN], force[::_WITHIN], jumped, about(fine), rest, predicted,
         np.array(seen) - predicted, np.array(white), slopes, instruments, nudges,
     )  # fmt: skip
 

@@ -187,7 +187,7 @@ def with_speed(step: StepResult, study: BounceStudy, seed: int) -> StepResult:
     check = Check(
         "restitution against the logarithm of speed: F", found.f, TREND, paths=step.paths, cause=cause
     )
-    answers = _answers("restitution", ("the same at all speeds", "by the logarithm of speed"), found, {})
+    answers = both_answers("restitution", ("the same at all speeds", "by the logarithm of speed"), found, {})
     return with_checks(replace(step, samples=drawn), (check,), answers)
 
 
@@ -212,11 +212,11 @@ def with_age(step: StepResult, seed: int) -> StepResult:
         "adhesion against the square of contact time: F", found.f, AGEING, paths=step.paths, cause=cause
     )
     changes = dict(zip(step.paths, (step.values + moves).tolist(), strict=True))
-    answers = _answers("adhesion over contact time", ("a line", "a line and its square"), found, changes)
+    answers = both_answers("adhesion over contact time", ("a line", "a line and its square"), found, changes)
     return with_checks(replace(step, samples=drawn), (check,), answers)
 
 
-def _answers(
+def both_answers(
     question: str, names: tuple[str, str], found: OneMore, changes: Mapping[str, float]
 ) -> tuple[Alternative, ...]:
     """The model as it is and a hypothesis beside it, where they are weighed against each other at all."""

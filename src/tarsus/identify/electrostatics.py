@@ -21,7 +21,6 @@ from tarsus.identify.foot import FootModel
 from tarsus.identify.step import StepResult, Used
 from tarsus.identify.traces import Trace
 from tarsus.records.excluded import Excluded, evenly
-from tarsus.solve.flights import SUBSTEPS
 
 LONGEST = 0.1
 """Time [s] of a record that is fitted, from the beginning of the drive."""
@@ -42,10 +41,7 @@ class CloseRecords(FlightProblem):
 
     def _prepare(self, items: Sequence[Moment], model: FootModel) -> None:
         super()._prepare(items, model)
-        self.squares = np.zeros_like(self.drive[0])
-        for r, one in enumerate(items):
-            level = self.volts[one.trace].fine[SUBSTEPS * one.first :][: self.drive[0].shape[1]]
-            self.squares[r, : len(level)] = level**2
+        self.squares = self.squared()
 
     def of_sides(self) -> tuple[FlightSide, ...]:
         """Onward, with a start that is known."""

@@ -11,6 +11,7 @@ from tarsus.base.errors import InputError
 from tarsus.identify.campaign import Opened, RecordFile, read_records
 from tarsus.identify.clock import clocks_of
 from tarsus.identify.consistency import not_together, odd_ones
+from tarsus.identify.coupling import high_pass_of, restored
 from tarsus.identify.instruments import Instruments, relations_of
 from tarsus.identify.traces import Trace, contact_level, misplaced, trace_of
 from tarsus.model.drive.waveforms import SweptSine
@@ -20,6 +21,8 @@ from tarsus.records.purpose import Purpose
 
 _REPEATED = (Purpose.LOOPS, Purpose.RAMPS, Purpose.CLOSE, Purpose.AIR)
 """Records whose repeats show the same motion; bounces need not."""
+_UNCOUPLED = (Purpose.RAMPS, Purpose.AIR)
+"""Records that tell of a high-pass: they repeat themselves from one period of the drive to the next."""
 _GROUND = (Purpose.RAMPS, Purpose.LOOPS, Purpose.BOUNCES)
 _SLOW = (Purpose.RAMPS, Purpose.LOOPS)
 _FAR = 100.0
@@ -55,6 +58,7 @@ class Evidence:
             self.readings += found
             for reading in found:
                 self.left_out += [excluded_of(reading.file, said) for said in reading.problems]
+        self._uncouple()
         records = [r.record for r in self.readings if r.record is not None]
         if records:
             step = min(record.step for record in records)
@@ -65,6 +69,27 @@ class Evidence:
             relations = relations_of(records, self.opened.model.points)
             clocks = clocks_of(sweeps)
             self.take_off(Instruments(relations, step, pace=clocks.pace, starts=clocks.starts))
+
+    def _uncouple(self) -> None:
+        """Put displacements back that all are behind a high-pass."""
+        sets = self.opened.campaign.records
+        used = [
+            (r.record, sets[r.set]) for r in self.readings if r.record and sets[r.set].purpose in _UNCOUPLED
+        ]
+        corner = high_pass_of(
+            [record for record, _ in used], [one.rest for _, one in used],
+            [one.signal.period if one.signal else None for _, one in used], self.opened.model.points,
+        )  # fmt: skip
+        if corner is None:
+            return
+        self.remarks.append(
+            f"the displacements are behind a high-pass of {corner.value:.4g} +- {2.0 * corner.error:.1g} Hz, as if "
+            "coupled by a capacitor: taken off"
+        )
+        self.readings = [
+            replace(r, record=restored(r.record, sets[r.set].rest, corner.value)) if r.record else r
+            for r in self.readings
+        ]
 
     def take_off(self, instruments: Instruments) -> None:
         """Trace all records without what is their instruments'; what was formed of the records before is dropped."""

@@ -1,29 +1,39 @@
-"""The exponent of the film as a hypothesis of the flights after detachments.
+"""Hypotheses of the flights after detachments: another exponent of the film, and an attraction by the volts.
 
 ``F = -C g' / (g + g0)^n`` with n = 3 is assumed; 2 is the alternative: one more unknown of the flights, beside each
 one's own, C / g0^n and g0. Both exponents are scored on every second record, fitted to the others; where neither has
 nearly all of the weight, draws of the film come from both, so that an exponent that is undecided widens what hangs on
-it.
+it. A foot that the volts attract, by ``C_e V^2 / (g + g_e)^2``, leaves the ground against a force that the film's would
+have to make up for: one more unknown for each of some g_e. Where the flights show one, their film is another than that
+of the fit, and its exponent is not asked for.
 """
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
 
+from tarsus.base.arrays import Floats
 from tarsus.fit.verdict import LEVEL
+from tarsus.identify.checks import SURE, both_answers, with_checks
+from tarsus.identify.detachment import Detachments
 from tarsus.identify.draws import by_group
 from tarsus.identify.film import FilmFit
 from tarsus.identify.flight import FILM, PULLS
-from tarsus.identify.foot import FootModel
+from tarsus.identify.foot import ATTRACTED_AT, BEYOND, FootModel
 from tarsus.identify.one_more import FEWEST, OneMore, one_more
 from tarsus.identify.step import PREFERRED, UNDECIDED, Alternative, Check
+from tarsus.solve.flights import Varied
 
 _ASSUMED, _OTHER = 3.0, 2.0
 _REACH = 2.0
 """How far from the assumed exponent one is still a film's: those of thin films lie from 1 to 3, and the flights' slopes
 at 3, which the estimate goes along, say nothing of one much further off."""
+
+_NOTHING = 1e-12
+"""Part of a first guess of an attraction about which its derivative is taken: a flight is linear in it."""
 
 
 def figure_of(found: OneMore) -> str:
@@ -87,14 +97,54 @@ def film_exponent(model: FootModel, film: FilmFit, seed: int) -> OneMore | None:
     seed
         Of the draws.
     """
-    records = [one.trace for one in film.offs.items]
+    law = film.fitted.sought.law(model, film.fitted.place)
+    with_n = np.array([law.value[0] * np.log(law.value[1]), 0.0, 0.0, 0.0, 1.0])  # with C / g0^n as it is
+    found = _one_more(film.offs, film, law, with_n, seed, _OTHER - _ASSUMED)
+    return None if found is None else replace(found, value=_ASSUMED + found.value)
+
+
+def film_attraction(model: FootModel, film: FilmFit, seed: int) -> OneMore | None:
+    """An attraction by the volts that the flights of a film's fit show most of, in hundredths of the force that bends
+    the foot by its gap, in contact at `ATTRACTED_AT`; None as above, of flights that show none, and of a ground whose
+    law has one."""
+    if model.scene.ground.acting.electrostatic is not None:
+        return None
+    law, offs = film.fitted.sought.law(model, film.fitted.place), copy(film.offs)
+    offs.squares, found = offs.squared(), list[OneMore]()
+    for part in BEYOND:
+        beyond = part * model.gap
+        pull = model.like_attraction(beyond)
+        there = replace(law, value=np.array([*law.value[:2], _NOTHING * pull, beyond, law.value[4]]))
+        one = _one_more(offs, film, there, np.array([0.0, 0.0, pull, 0.0, 0.0]), seed)
+        found += [one] if one is not None and one.value > 0.0 else []  # none pushes the foot away
+    return max(found, key=lambda one: one.gain, default=None)
+
+
+def with_attraction(film: FilmFit, found: OneMore) -> FilmFit:
+    """A film's fit with the check whether the volts attract the foot, and both answers."""
+    size = f"in contact at {ATTRACTED_AT:g} V with {found.value:.3g} +- {2.0 * found.error:.1g} %"
+    cause = (
+        f"the volts attract the foot, by their square, as flights after detachments show: {size} of the force that "
+        "bends it by its gap"
+    )
+    check = Check(
+        "gain of an attraction by the volts, in chi-squared of flights left out", found.gain, SURE,
+        paths=(*FILM, *PULLS, "ground.restitution.coefficient"), cause=cause,
+    )  # fmt: skip
+    names = "the film's alone", "an attraction by the volts as well"
+    told = both_answers("forces at the flying foot", names, found, {})
+    return replace(film, step=with_checks(film.step, (check,), told))
+
+
+def _one_more(
+    offs: Detachments, film: FilmFit, law: Varied, rates: Floats, seed: int, value: float | None = None
+) -> OneMore | None:
+    """One more unknown of the flights of a fit, by which the constants of the forces at the foot (5,) go at these
+    rates."""
+    records = [one.trace for one in offs.items]
     if len(set(records)) < FEWEST:
         return None
-    fitted, offs = film.fitted, film.offs
-    law = fitted.sought.law(model, fitted.place)
     assert law.slopes is not None
-    with_n = np.array([law.value[0] * np.log(law.value[1]), 0.0, 0.0, 0.0, 1.0])  # with C / g0^n as it is
-    system = offs.equations(fitted.unknowns, replace(law, slopes=np.column_stack([law.slopes, with_n])))
-    information, score = by_group(records, *system.reduced())
-    found = one_more(information, score, seed, _OTHER - _ASSUMED)
-    return None if found is None else replace(found, value=_ASSUMED + found.value)
+    more = replace(law, slopes=np.column_stack([law.slopes, rates]))
+    information, score = by_group(records, *offs.equations(film.fitted.unknowns, more).reduced())
+    return one_more(information, score, seed, value)

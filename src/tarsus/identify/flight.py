@@ -211,6 +211,14 @@ class FlightProblem:
             self._driven(r, one, first)
         self.gaps = np.array([self.gap(self.traces[one.trace]) for one in items])
 
+    def squared(self) -> Floats:
+        """Squared volts (nr, steps + 1) [V^2] along the flights onward."""
+        out = np.zeros_like(self.drive[-1])
+        for r, one in enumerate(self.items):
+            level = self.volts[one.trace].fine[SUBSTEPS * one.first :][: out.shape[1]]
+            out[r, : len(level)] = level**2
+        return out
+
     def by(self, model: FootModel) -> Self:
         """The same by another model."""
         out = copy(self)

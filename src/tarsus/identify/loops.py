@@ -22,7 +22,7 @@ from tarsus.model.drive.laws import LinearForce, PrandtlIshlinskii, VoltageLaw
 
 SETTLING = 0.08
 """Time [s] after a contact is made or broken in which a static record is not used."""
-_AWAY = 10.0
+AWAY = 10.0
 """Own gaps of the device from which on the ground counts as away: a film damps a thousandth of what it does there."""
 
 
@@ -118,7 +118,7 @@ def calmed(model: FootModel, trace: Trace) -> Trace:
     Every corner of a slow voltage, where its slope changes by dV', sets each mode ringing by ``dV' / omega`` volts. The
     mode rings for about ``1 / (zeta omega)``: with a soft robot as long as a straight run of its loops, and a mean over
     few such runs does not average it out."""
-    if trace.gap is None or trace.gap < _AWAY * model.gap:
+    if trace.gap is None or trace.gap < AWAY * model.gap:
         return trace
     volts = trace.between
     force = volts.force(model.law, model.history, 0, len(trace.volts))

@@ -9,20 +9,17 @@ white. None of these figures hangs on the device.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
 
 from tarsus.base.arrays import Floats
 from tarsus.identify.checks import GROUND, LAW, LOAD, touched
+from tarsus.identify.coupling import SURE, beside_velocity, weighted
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.step import Check
-from tarsus.identify.traces import Trace
+from tarsus.identify.traces import Trace, comparable
 
-_SURE = 8.0
-"""Standard errors by which a gain must drift, or a high-pass be seen, and deviations of what is seen elsewhere by which
-a displacement must step: of 10^6 samples of a campaign one of normal noise in 10^9 campaigns."""
 _MEAN = 32
 """Samples on either side of a step whose means are compared: half a wavelength of red light stands out of noise of
 0.1 um then."""
@@ -30,11 +27,6 @@ _DROPPED = 3
 """Steps from which on they are drop-outs, and not a knock."""
 _FEWEST = 4
 """Estimates that a mean is taken of, to see how far they scatter."""
-_JUMP = 10.0
-"""Deviations of its usual change by which a velocity jumps between two samples: over an impact no sum of samples is the
-integral, and the displacement may have any step."""
-_SMOOTH = 100
-"""Samples between two jumps that tell how a displacement goes with its velocity: the noise of one is a tenth then."""
 _BLOCK = 10
 """Samples at rest of which means are taken: a few blocks fit into 10 ms at 20 kHz."""
 _COLOURED = 2.0
@@ -72,21 +64,11 @@ def instrument_checks(
     return (*checks, *(_dropped(air) if alike else ()))
 
 
-def _sets(traces: Sequence[Trace]) -> Iterator[list[Trace]]:
-    """Repeats of each set that are as long as each other."""
-    for name in dict.fromkeys(one.set for one in traces):
-        repeats = [one for one in traces if one.set == name]
-        if len({(one.x.shape, round(one.step, 12)) for one in repeats}) == 1:
-            yield repeats
-
-
 def _warming(traces: Sequence[Trace], own: tuple[str, ...]) -> tuple[Check, ...]:
     """Whether all channels grow, or shrink, from one repeat to the next."""
     slopes, errors = list[float](), list[float]()
-    for repeats in _sets(traces):
+    for repeats in comparable(traces):
         order = np.arange(len(repeats)) - 0.5 * (len(repeats) - 1)
-        if len(repeats) < 2:
-            continue
         moved = np.array([np.concatenate([one.x, one.v]) for one in repeats])
         noise = np.mean([np.concatenate([one.noise_x, one.noise_v]) for one in repeats], axis=0)
         moved -= moved.mean(axis=2, keepdims=True)
@@ -96,22 +78,20 @@ def _warming(traces: Sequence[Trace], own: tuple[str, ...]) -> tuple[Check, ...]
         errors += (noise / np.sqrt(power * (order @ order))).tolist()
     if len(slopes) < _FEWEST or not np.isfinite(errors).all():
         return ()
-    slope, pull = _weighted(np.array(slopes), np.array(errors))
+    slope, pull = weighted(np.array(slopes), np.array(errors))
     way = "grows" if slope > 0.0 else "shrinks"
     cause = (
         f"all motion {way} by {100.0 * abs(slope):.2g} % from one repeat to the next: gains of all channels, or of the "
         "drive, that warm up"
     )
-    return (Check("growth from repeat to repeat, in standard errors", pull, _SURE, paths=own, cause=cause),)
+    return (Check("growth from repeat to repeat, in standard errors", pull, SURE, paths=own, cause=cause),)
 
 
 def _dropped(traces: Sequence[Trace]) -> tuple[Check, ...]:
     """How often a displacement steps, or a velocity is far off, where the repeats do not. It takes no number's verdict:
     what it does to one is in what fits leave."""
     count, seconds, sizes = 0, 0.0, list[float]()
-    for repeats in _sets(traces):
-        if len(repeats) < 2:
-            continue
+    for repeats in comparable(traces):
         x, v = (np.array([getattr(one, kind) for one in repeats]) for kind in ("x", "v"))
         seconds += x.shape[2] * repeats[0].step * len(x) * x.shape[1]
         for row in np.concatenate(x - np.median(x, axis=0)):
@@ -136,7 +116,7 @@ def _beyond(values: Floats) -> list[float]:
     usual = (
         np.median(size[size > 0.0]) if size.any() else 0.0
     )  # the middle one of three repeats is not off at all
-    beyond = np.flatnonzero(size > _SURE * 1.4826 * usual)
+    beyond = np.flatnonzero(size > SURE * 1.4826 * usual)
     return [
         float(size[one].max())
         for one in np.split(beyond, np.flatnonzero(np.diff(beyond) > 1) + 1)
@@ -147,49 +127,21 @@ def _beyond(values: Floats) -> list[float]:
 def _coupled(traces: Sequence[Trace], own: tuple[str, ...]) -> tuple[Check, ...]:
     """Whether displacements lack a part of their own integral beside that of the velocity, or velocities of theirs."""
     found: list[tuple[float, float]] = []
-    for repeats in _sets(traces):
+    for repeats in comparable(traces, fewest=1):
         one = repeats[0]
         for k in range(len(one.points)):
             x, v = (np.mean([getattr(t, kind)[k] for t in repeats], axis=0) for kind in ("x", "v"))
-            found += _corner(x, v, one.step)
+            found += beside_velocity(x, v, one.step)
     if len(found) < _FEWEST:
         return ()
-    rate, pull = _weighted(*np.array(found).T)
+    rate, pull = weighted(*np.array(found).T)
     what, hertz = "displacements" if rate < 0.0 else "velocities", abs(rate) / (2.0 * np.pi)
     cause = (
         f"the {what} are behind a high-pass of {hertz:.3g} +- {2.0 * hertz / max(pull, 1e-300):.1g} Hz, as if coupled "
         "by a capacitor"
     )
     name = "high-pass between displacements and velocities, in standard errors"
-    return (Check(name, pull, _SURE, paths=own, cause=cause),)
-
-
-def _weighted(values: Floats, errors: Floats) -> tuple[float, float]:
-    """Mean of values (n,) with standard errors, and how many of its own it is off zero, as they scatter."""
-    weight = errors**-2.0
-    mean = float(weight @ values / weight.sum())
-    scatter = max(float(weight @ (values - mean) ** 2) / (len(values) - 1), 1.0)
-    return mean, abs(mean) * float(np.sqrt(weight.sum() / scatter))
-
-
-def _corner(x: Floats, v: Floats, step: float) -> list[tuple[float, float]]:
-    """Rate [1/s] at which a displacement (ns,) gains its own integral beside that of the velocity, with gain and zeros
-    free, and its standard error; nothing of one without stretches in which the velocity does not jump."""
-    path, whole = (np.asarray(cumulative_trapezoid(one, dx=step, initial=0.0)) for one in (v, x))
-    table = np.column_stack([whole, path, step * np.arange(len(x)), x])
-    change = np.abs(np.diff(v))
-    jumps = 1 + np.flatnonzero(change > _JUMP * 1.4826 * np.median(change))
-    parts = [one - one.mean(axis=0) for one in np.split(table, jumps) if len(one) >= _SMOOTH]
-    if not parts:
-        return []
-    design, seen = np.split(np.concatenate(parts), [3], axis=1)
-    size = np.linalg.norm(design, axis=0)
-    if not size.all():
-        return []
-    inverse = np.linalg.pinv((design / size).T @ (design / size))
-    values = inverse @ ((design / size).T @ seen[:, 0])
-    left = float(np.mean((seen[:, 0] - design / size @ values) ** 2))
-    return [(float(values[0] / size[0]), float(np.sqrt(left * inverse[0, 0]) / size[0]))]
+    return (Check(name, pull, SURE, paths=own, cause=cause),)
 
 
 def _coloured(traces: Sequence[Trace], hum: bool) -> tuple[Check, ...]:

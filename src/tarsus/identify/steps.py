@@ -17,7 +17,7 @@ from tarsus.identify.adhesion import identify_adhesion
 from tarsus.identify.contact_film import film_by_impacts
 from tarsus.identify.electrostatics import identify_close, wide_attraction
 from tarsus.identify.film import identify_film, wide_film
-from tarsus.identify.film_exponent import film_exponent, with_exponent
+from tarsus.identify.film_exponent import film_attraction, film_exponent, with_attraction, with_exponent
 from tarsus.identify.flight import ATTRACTION, FILM
 from tarsus.identify.hysteresis import Shares, identify_hysteresis
 from tarsus.identify.impact_column import Pair, from_pairs, identify_impact_column, map_from_pairs
@@ -162,7 +162,10 @@ def _film(chain: StepRunner) -> StepResult:
         raise InputError("no record of ramped squares shows a foot standing on the ground")
     model, seed = chain.known.model(), chain.seed + 2
     film = identify_film(model, chain.known, traces, chain.evidence.level[0], seed, chain.film)
-    exponent = film_exponent(model, film, seed)
+    attraction = film_attraction(model, film, seed)
+    film = film if attraction is None else with_attraction(film, attraction)
+    attracted = not all(one.passed for one in film.step.checks)
+    exponent = None if attracted else film_exponent(model, film, seed)
     chain.film = film if exponent is None else with_exponent(film, exponent, seed)
     return chain.film.step
 

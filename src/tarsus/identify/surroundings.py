@@ -16,7 +16,7 @@ from tarsus.base.arrays import Complexes, Floats
 from tarsus.identify.checks import GROUND, touched
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.step import Check
-from tarsus.identify.traces import SHORTEST, Trace, holds
+from tarsus.identify.traces import SHORTEST, Trace, comparable, holds
 
 _MAINS = (50.0, 60.0)
 """Frequencies of mains [Hz]."""
@@ -57,11 +57,7 @@ def _differences(traces: Sequence[Trace]) -> list[tuple[float, Floats, float]]:
     """Sampling steps [s], displacements (np, ns) less the mean of the repeats, and by which part of the variance this
     takes."""
     out = []
-    for name in dict.fromkeys(one.set for one in traces):
-        repeats = [one for one in traces if one.set == name]
-        alike = len({(one.x.shape, round(one.step, 12)) for one in repeats}) == 1
-        if len(repeats) < 2 or not alike:
-            continue
+    for repeats in comparable(traces):
         mean = np.mean([one.x for one in repeats], axis=0)
         out += [(one.step, one.x - mean, 1.0 - 1.0 / len(repeats)) for one in repeats]
     return out

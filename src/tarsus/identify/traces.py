@@ -64,6 +64,23 @@ class Trace:
         return self.points.index(name)
 
 
+def repeats_of(traces: Sequence[Trace]) -> dict[str, list[Trace]]:
+    """Records by the name of their set."""
+    out: dict[str, list[Trace]] = {}
+    for one in traces:
+        out.setdefault(one.set, []).append(one)
+    return out
+
+
+def comparable(traces: Sequence[Trace], fewest: int = 2) -> list[list[Trace]]:
+    """Repeats of each set that has so many, all as long as each other."""
+    return [
+        repeats
+        for repeats in repeats_of(traces).values()
+        if len(repeats) >= fewest and len({(one.x.shape, round(one.step, 12)) for one in repeats}) == 1
+    ]
+
+
 def trace_of(
     record: Measurement, points: Sequence[str], name: str, drive: str, rest: float, gap: float | None = None,
     late: float = 0.0, pace: float = 0.0,

@@ -1,8 +1,12 @@
-"""A number of an instrument with its standard error, and whether it is off what was stated."""
+"""A number of an instrument with its standard error, whether it is off what was stated, and regressions for such."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+
+import numpy as np
+
+from tarsus.base.arrays import Floats
 
 _SURE = 4.0
 """Standard errors that a difference must have."""
@@ -18,3 +22,16 @@ class WithError:
     def off(self, stated: float, limit: float) -> bool:
         """Whether it differs from what was stated by more than a limit, and for sure."""
         return abs(self.value - stated) > max(limit, _SURE * self.error)
+
+
+def regressed(seen: Floats, design: Floats) -> tuple[Floats, Floats] | None:
+    """Coefficients (p,) of columns (n, p) in values (n,), and their standard errors by what is left if that is white;
+    None where a column is zero."""
+    size = np.linalg.norm(design, axis=0)
+    if not size.all():
+        return None
+    scaled = design / size
+    inverse = np.linalg.pinv(scaled.T @ scaled)
+    values = inverse @ (scaled.T @ seen)
+    left = float(np.mean((seen - scaled @ values) ** 2))
+    return values / size, np.sqrt(left * np.diag(inverse)) / size

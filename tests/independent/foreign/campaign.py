@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -114,7 +115,10 @@ def write_campaign(
     """
     folder.mkdir(parents=True, exist_ok=True)
     between = np.isfinite(world.filtered) or world.behind or world.pace or world.trigger
-    motion = Motion(device, world, 8 if between else 2)
+    steps = 8 if between else 2
+    again = world.drift or world.unpoled or world.scatter  # no two records move alike
+    kept = dict[str, Moved]() if again else _kept(device, world.moving, steps, rate)
+    motion = Motion(device, world, steps)
     random = np.random.default_rng([seed, 41])
     head = [
         f'name = "{name}"', 'device = "device.toml"', 'foot = "tip"', 'drive = "pzt"', "", "[defaults]",
@@ -127,10 +131,11 @@ def write_campaign(
     number = 0
     for record in planned(rate):
         files = []
-        moved: Moved | None = None
+        moved = kept.get(record.name)
         for repeat in range(record.repeats):
             if moved is None or (world.drift and record.gap is None) or world.unpoled or world.scatter:
                 moved = _moved(motion, record, rate / record.share, device.gap + world.drift * number)
+                kept[record.name] = moved
             number += 1
             file = f"{record.name}-{repeat + 1}.mat" if record.repeats > 1 else f"{record.name}.mat"
             begun = replace(world, gain=world.gain * (1.0 + world.warming * number / 46.0))
@@ -142,6 +147,12 @@ def write_campaign(
     (folder / "campaign.toml").write_text("\n".join(head) + "\n")
     (folder / "device.toml").write_text(_known(device, world))
     return folder / "campaign.toml"
+
+
+@lru_cache(maxsize=1)
+def _kept(device: Device, world: World, steps: int, rate: float) -> dict[str, Moved]:
+    """Motions of the last device, by record, for worlds that differ in their instruments alone: most of the effort."""
+    return {}
 
 
 def _moved(motion: Motion, record: Record, rate: float, gap: float) -> Moved:
@@ -192,8 +203,9 @@ def _recorded(
                 seen = seen * (world.gain if point == "tip" or world.warming else 1.0)
             elif world.warming:
                 seen = seen * world.gain
+            still = float(seen[0])
             seen = seen + coloured(len(seen), noise, world, random)
-            out[f"{point}_{quantity}"] = factor * seen_by(seen, rate, quantity, world, random)
+            out[f"{point}_{quantity}"] = factor * seen_by(seen, rate, quantity, still, world, random)
     return out
 
 

@@ -26,12 +26,15 @@ def noise(count: int, size: float, world: World, random: np.random.Generator) ->
     return size * out / out.std()
 
 
-def seen_by(motion: Floats, rate: float, quantity: str, world: World, random: np.random.Generator) -> Floats:
-    """A channel as its instrument shows it: behind a high-pass, with drop-outs, in steps of its range."""
+def seen_by(
+    motion: Floats, rate: float, quantity: str, still: float, world: World, random: np.random.Generator
+) -> Floats:
+    """A channel as its instrument shows it: behind a high-pass whose capacitor has settled at what the channel is at
+    rest but for its noise (``still``), with drop-outs, in steps of its range."""
     out = motion
     if world.coupled and quantity == "x":
         b, a = butter(1, 2.0 * world.coupled / rate, "high")
-        out = out[0] + lfilter(b, a, out - out[0])
+        out = still + lfilter(b, a, out - still)
     if world.lost:
         out = out.copy()
         for at in random.integers(0, len(out), random.poisson(world.lost * len(out) / rate)).tolist():

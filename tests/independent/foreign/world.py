@@ -43,6 +43,26 @@ class Device:
         return replace(self, participation=(self.participation[0], second), **changed)  # type: ignore[arg-type]
 
 
+_SEEN = frozenset(
+    (
+        "late",
+        "behind",
+        "filtered",
+        "gain",
+        "hum",
+        "bits",
+        "lost",
+        "colour",
+        "coupled",
+        "trigger",
+        "warming",
+        "gap",
+        "long",
+    )
+)
+"""What of a world moves nothing."""
+
+
 @dataclass(frozen=True)
 class World:
     """What differs from the model; every default is no difference.
@@ -96,6 +116,12 @@ class World:
     long: float = 1.0
 
     @property
+    def moving(self) -> World:
+        """The same without what is its instruments' or only stated: things move alike there."""
+        own = {f.name: f.default for f in fields(self) if f.name in _SEEN}
+        return replace(self, **own)  # type: ignore[arg-type]
+
+    @property
     def differs(self) -> tuple[str, ...]:
         """Names of what differs."""
         return tuple(f.name for f in fields(self) if getattr(self, f.name) != f.default)
@@ -136,4 +162,4 @@ WORLDS = {
     "creep, and late": World(creep=0.08, late=6e-6),
     "third mode, and restitution falls": World(third=0.02, fading=0.15),
 }
-"""Kinds of world: one as the model has it, ten differences that are known to mislead, and six more."""
+"""Kinds of world: one as the model has it, and differences from it, alone and two at once."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -14,11 +15,17 @@ from tarsus.base.spec import with_values
 from tarsus.fit.verdict import Verdict, verdict_of
 from tarsus.identify.airborne import air_records
 from tarsus.identify.alternatives import AirFit, drawn_over, fit_air
-from tarsus.identify.checks import TREND, air_checks, step_checks
+from tarsus.identify.checks import SURE, TREND, air_checks, step_checks
 from tarsus.identify.draws import DRAWS
 from tarsus.identify.estimates import Estimates
-from tarsus.identify.film_exponent import figure_of, film_exponent, with_exponent
-from tarsus.identify.foot import FootModel
+from tarsus.identify.film_exponent import (
+    figure_of,
+    film_attraction,
+    film_exponent,
+    with_attraction,
+    with_exponent,
+)
+from tarsus.identify.foot import ATTRACTED_AT, FootModel
 from tarsus.identify.one_more import OneMore, in_a_line
 from tarsus.identify.step import Check, Residual, StepResult, Used, failures
 from tarsus.identify.traces import Trace
@@ -45,9 +52,9 @@ def known() -> Estimates:
     return Estimates(base, PATHS, values, values * draws)
 
 
-def recorded(model: FootModel, late: float = 0.0) -> list[Trace]:
+def recorded(model: FootModel, late: float = 0.0, gap: float = FAR) -> list[Trace]:
     """Two records of 50 ms in the air, 40 dB, their displacements late [s]."""
-    scene = with_values(model.driven(SIGNAL), {"robot.feet.tip.gap": FAR})
+    scene = with_values(model.driven(SIGNAL), {"robot.feet.tip.gap": gap})
     run = ts.simulate(scene, 0.06)
     time, rest = np.arange(1000) / RATE, np.array(rest_state(scene))
     x = model.rows @ (run.states(np.maximum(time - late, 0.0)).x - rest[:, None])
@@ -57,16 +64,17 @@ def recorded(model: FootModel, late: float = 0.0) -> list[Trace]:
     return [
         Trace(
             f"air-{k}", "air", model.points, time, x + noise_x[:, None] * random.standard_normal(x.shape),
-            v + noise_v[:, None] * random.standard_normal(v.shape), 0.0 * time, noise_x, noise_v, 0.0 * noise_x, FAR,
+            v + noise_v[:, None] * random.standard_normal(v.shape), 0.0 * time, noise_x, noise_v, 0.0 * noise_x, gap,
         )
         for k in (1, 2)
     ]  # fmt: skip
 
 
-def looked_at(model: FootModel, late: float = 0.0) -> AirFit:
+def looked_at(model: FootModel, late: float = 0.0, gap: float = FAR) -> AirFit:
     """The air fit of the device as known to records of another one."""
-    traces = recorded(model, late)
-    found = fit_air(lambda one: air_records(one, traces, {"air": SIGNAL}, -1e-5)[0], known())
+    traces = recorded(model, late, gap)
+    level = -gap - float(model.row @ rest_state(model.scene))
+    found = fit_air(lambda one: air_records(one, traces, {"air": SIGNAL}, level)[0], known())
     assert found is not None and found.values == 2 * 1000 * 4
     return found
 
@@ -88,6 +96,26 @@ def test_a_delay_of_the_displacements_is_named_and_measured():
     assert failed and answers[0].weight == cause.weight
     assert all("late behind the voltage" in one.cause for one in failed[:1])
     assert set(failed[0].paths) == set(PATHS[2:]), "frequency and damping of the sweeps do not hang on it"
+
+
+def test_a_tip_of_another_length_is_named_and_measured():
+    """Its modes move the points in other shapes, by which both answers share the weight; no number hides that."""
+    model, path = known().model(), "robot.structure.tip_length"
+    length = float(ts.get_value(model.scene, path))
+    found = {one.difference.name: one for one in looked_at(model.changed({path: 1.03 * length})).found}
+    assert set(found) == {"tip", "shapes"}
+    assert found["tip"].estimate == pytest.approx(3.0, abs=0.3)
+
+
+def test_an_attraction_by_the_volts_is_named_and_measured():
+    """Twice the force that bends the foot by its gap, in contact at 10 V, seen from half a gap on at 2 V."""
+    model = known().model()
+    size, beyond = 200.0, 0.3 * model.gap
+    laws = {"coefficient": size * model.like_attraction(beyond), "offset": beyond}
+    attracted = model.changed({"robot.feet.tip.electrode": model.drive, "ground.electrostatic": laws})
+    (cause,) = looked_at(attracted, gap=2.2 * model.gap).found
+    assert cause.difference.name == "attraction" and cause.weight > 0.95
+    assert 0.5 * size < cause.estimate < 2.0 * size, "in contact, where no record was"
 
 
 def test_differences_that_share_the_weight_are_drawn_over():
@@ -213,3 +241,31 @@ def test_an_exponent_that_no_film_has_is_no_number():
     assert figure_of(told) == "2.1 with standard error 0.3"
     assert figure_of(replace(told, error=13.0)) == "these flights tell none: its standard error is 13"
     assert figure_of(replace(told, value=-78.0)) == "none from 1 to 5 fits, with standard error 0.3"
+
+
+def test_flights_tell_an_attraction_by_the_volts_that_is_added_to_them():
+    """Flights of a sound device show none; with what one adds to every flight it is found, and the film is in doubt."""
+    chain = identified()
+    assert chain.film is not None
+    model, film = chain.model, chain.film
+    none = film_attraction(model, film, 3)
+    assert none is None or none.gain < SURE
+    beyond, size = 0.3 * model.gap, 2.0
+    offs, law = copy(film.offs), film.fitted.sought.law(model, film.fitted.place)
+    offs.squares = offs.squared()
+    flights = []
+    for pull in (0.0, size * model.like_attraction(beyond)):
+        value = np.array([*law.value[:2], pull, beyond, law.value[4]])
+        flights.append(offs.flown(film.fitted.unknowns, replace(law, value=value))[2])
+    offs.squares = None
+    offs.measured = [one + more - less for one, less, more in zip(offs.measured, *flights, strict=True)]
+    found = film_attraction(model, replace(film, offs=offs), 3)
+    assert (
+        found is not None and found.gain > SURE and abs(found.value - size) < 3.0 * found.error < 0.2 * size
+    )
+    doubted = with_attraction(film, found).step
+    assert (
+        not doubted.checks[-1].passed
+        and f"in contact at {ATTRACTED_AT:g} V with 2" in doubted.checks[-1].cause
+    )
+    assert doubted.alternatives[-1].word == "preferred" and doubted.unsound() == []

@@ -58,7 +58,7 @@ def said_of(found: Identification) -> list[str]:
         ("cubic stiffness", "stiffens as it bends"),
         ("other thresholds", "other thresholds of the plays"),
         ("third mode", "a further mode"),
-        ("film exponent 2", "the exponent of the film is undecided between 3 and 2"),
+        ("film exponent 2", "the exponent of the film is "),
         ("restitution falls with speed", "restitution falls with speed"),
         ("mains hum", "mains hum: a line at 50 Hz"),
         ("compliant ground", "the ground gives way"),
@@ -85,21 +85,28 @@ def test_nothing_is_determined_and_wrong(world: str, cause: str, tmp_path: Path)
         ("slow amplifier", "late behind the voltage"),
         ("trigger jitter", "as by a trigger that is late by more or less"),
         ("contacts scatter", "The scatter of e from impact to impact, beyond noise, is "),
-        ("attraction by the volts", ""),
-        ("weak attraction", ""),
+        ("attraction by the volts", "the volts attract the foot"),
+        ("weak attraction", "the volts attract the foot"),
         ("gains warm up", "all motion grows by 0.04"),
-        ("coupled displacement", "high-pass of 0.09"),
+        ("coupled displacement", "Hz, as if coupled by a capacitor: taken off"),
         ("lost fringes", "drop-outs"),
         ("coloured noise", "is coloured"),
-        ("tip misstated", ""),
+        ("tip misstated", "% off its length in the device file"),
     ],
 )
 def test_differences_without_an_alternative_leave_nothing_wrong(
     world: str, cause: str, tmp_path: Path
 ) -> None:
     device = DEVICE.drawn(0.1, 3)
-    found, _ = identified(device, world, tmp_path)
+    found, words = identified(device, world, tmp_path)
     assert any(cause in one for one in said_of(found)), said_of(found)
+    if world == "coupled displacement":  # all but what a sound campaign leaves open as well: the film
+        assert words.count("determined") >= len(words) - 1
+    if world == "trigger jitter":  # what is likeliest explains a twenty-fifth
+        assert not any(
+            one.word == "preferred" and one.question == "motion in the air"
+            for one in found.steps["hysteresis"].alternatives
+        )
     if world == "contacts scatter":
         (told,) = (one.rpartition(" ")[2] for one in said_of(found) if cause in one)
         assert float(told.rstrip(".")) == pytest.approx(WORLDS[world].scatter * device.restitution, rel=0.25)

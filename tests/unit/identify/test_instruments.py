@@ -83,3 +83,23 @@ def test_sound_records_stay_as_they_are():
     found = Instruments(relations_of(records, POINTS), STEP)
     assert not found.differ and not found.sentences()
     assert found.taken_off(records[0], False) is records[0]
+
+
+def test_slow_records_that_modes_alias_in_tell_no_delay() -> None:
+    """A staircase at 1 kHz whose corners set a mode of 623 Hz ringing, beside a sweep at 20 kHz without velocities."""
+    time, pole = 1e-3 * np.arange(3000.0), 2.0 * np.pi * 623.0 * (-0.01 + 1.0j)
+    x, v, speed = np.zeros(len(time)), np.zeros(len(time)), 0.0
+    for begin, slope in ((0.0, 2e-4), (0.5, -2e-4), (1.5, 2e-4), (2.5, -1e-4)):
+        past = np.maximum(time - begin, 0.0)
+        ringing = (speed - slope) * np.where(past > 0.0, np.exp(pole * past), 0.0)
+        x, v = (
+            x + (slope - speed) * past + (ringing / pole).real,
+            v + (slope - speed) * (past > 0.0) + ringing.real,
+        )
+        speed = slope
+    channels = (Channel("x", Quantity.DISPLACEMENT, "tip"), Channel("v", Quantity.VELOCITY, "tip"))
+    random = np.random.default_rng(5)
+    slow = Measurement(channels, np.array([x, v]) + 1e-10 * random.standard_normal((2, len(time))), 1e-3)
+    sweep = Measurement(channels[:1], random.standard_normal((1, 500)), STEP)
+    assert abs(relations_of([slow], POINTS)["tip"].lag.value) > 2e-6  # what it would be taken for
+    assert not relations_of([slow, sweep], POINTS)
