@@ -329,13 +329,15 @@ def _walker_ground_faults(ground: Ground) -> list[tuple[str, str]]:
     return faults
 
 
+STRAIGHT_AHEAD = "goes by the way straight ahead, which a walker leaves whose legs move across it: leave it out"
+
+
 def _sideways_faults(walker: Walker, ground: Ground) -> list[tuple[str, str]]:
     """Ground that is not alike in all directions, under a walker that sways: its shape goes by the way along alone."""
     if not walker.sways:
         return []
-    text = "goes by the way straight ahead, which a walker leaves whose legs move across it: leave it out"
     named = (("profile", ground.profile is not None), ("incline", bool(np.any(ground.incline))))
-    return [(f"ground.{name}", text) for name, given in named if given]
+    return [(f"ground.{name}", STRAIGHT_AHEAD) for name, given in named if given]
 
 
 def _signal_faults(signals: Iterable[str], drives: Collection[str]) -> list[tuple[str, str]]:

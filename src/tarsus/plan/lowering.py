@@ -28,6 +28,7 @@ from tarsus.model.laws.impact_map import Body, MassWeighted
 from tarsus.model.laws.landing import PullAsPrinted
 from tarsus.model.laws.translate import translate
 from tarsus.model.profile import heights_of
+from tarsus.model.scene import STRAIGHT_AHEAD
 from tarsus.model.standing import Stance, stance_of
 from tarsus.model.structure.walker import Walker
 
@@ -527,8 +528,11 @@ def started(plan: Plan, rows: Rows, idle: Floats, feet: Sequence[str]) -> tuple[
     """Initial states of runs, (nr, 2n), where a walker starts standing those in which each stands, and their scales
     (nr, 3), with lengths and forces of their own. idle (nr, nd) [N]: of drives without volts; feet: their names.
 
-    Raises InputError for the first run that would start below the ground, or does not stand.
+    Raises InputError for the first run that would start below the ground, or does not stand, and for an incline under
+    a walker that sways.
     """
+    if plan.legs is not None and plan.legs.body.directions > 2 and np.any(rows.sources[:, -1]):
+        raise InputError([f"ground.incline: {STRAIGHT_AHEAD}"])
     initial, scales, refused = _native.start_rows(plan.rules, plan.laws.native, rows.signals, rows, idle)
     if plan.legs is not None and plan.legs.body.points:
         initial, scales, refused = _started_above(plan, rows, idle, initial)
