@@ -16,8 +16,8 @@ from tarsus.model.structure import Walker, WalkerBody, WalkerLeg
 from walking_scenes import GRAVITY, sticky, trotter
 
 HALF_LENGTH, HALF_WIDTH, FRICTION = 2e-3, 1e-3, 0.3
-STIFF = {"stiffness_v": 50.0, "stiffness_l": 40.0, "stiffness_t": 30.0}
-LOSS = {"damping_v": 1e-4, "damping_l": 1e-4, "damping_t": 1e-4}
+STIFF: dict[str, Any] = {"stiffness_v": 50.0, "stiffness_l": 40.0, "stiffness_t": 30.0}
+LOSS: dict[str, Any] = {"damping_v": 1e-4, "damping_l": 1e-4, "damping_t": 1e-4}
 
 
 def puck(spin: float, surge: float = 0.0, mass: float = 1e-6, foot: float = 1e-8, **ground: Any) -> Scene:
@@ -44,7 +44,9 @@ def puck(spin: float, surge: float = 0.0, mass: float = 1e-6, foot: float = 1e-8
             row = walker.row(point)
             friction = -math.copysign(FRICTION * press, rate) if rate else 0.0
             speed += row * rate
-            start += row * (friction - foot * slows) / STIFF[key]  # what the spring gives the foot: m a - friction
+            start += (
+                row * (friction - foot * slows) / STIFF[key]
+            )  # what the spring gives the foot: m a - friction
     return Scene(
         name="puck",
         robot=Robot(structure=walker, feet={name: Foot(point=name, gap=0.0) for name in legs}),
@@ -58,7 +60,9 @@ def spinning_down(mass: float = 1e-6, foot: float = 1e-8) -> float:
     """Angular deceleration [rad/s^2] of the puck under friction in a box: mu m g (a + b) over its moment of inertia."""
     square = HALF_LENGTH**2 + HALF_WIDTH**2
     whole = mass + 4.0 * foot
-    return FRICTION * whole * GRAVITY * (HALF_LENGTH + HALF_WIDTH) / (mass * square / 3.0 + 4.0 * foot * square)
+    return (
+        FRICTION * whole * GRAVITY * (HALF_LENGTH + HALF_WIDTH) / (mass * square / 3.0 + 4.0 * foot * square)
+    )
 
 
 def across(scene: Scene, dice: Dice | None = None, inertia: float = 2e-6) -> Scene:
@@ -68,7 +72,10 @@ def across(scene: Scene, dice: Dice | None = None, inertia: float = 2e-6) -> Sce
     share = dice.log if dice is not None else lambda low, high: 1.0
     legs = {
         name: one.model_copy(
-            update={"stiffness_t": one.stiffness_l * share(0.3, 10.0), "damping_t": one.damping_l * share(0.3, 3.0)}
+            update={
+                "stiffness_t": one.stiffness_l * share(0.3, 10.0),
+                "damping_t": one.damping_l * share(0.3, 3.0),
+            }
         )
         for name, one in walker.legs.items()
     }
@@ -94,7 +101,9 @@ def turning_walk(seed: int) -> Scene:
     drives = dict(scene.robot.drives)
     for name, one in drives.items():
         drives[name] = one.model_copy(update={"law": LinearForce(gain=2e-6 * dice.log(0.3, 6.0))})
-    push = Drive(load=PointLoad(weights={"body_y": 1.0, "leg0_y": dice.between(-0.5, 0.5)}), law=LinearForce(gain=1e-6))
+    push = Drive(
+        load=PointLoad(weights={"body_y": 1.0, "leg0_y": dice.between(-0.5, 0.5)}), law=LinearForce(gain=1e-6)
+    )
     robot = scene.robot.model_copy(update={"drives": drives | {"push": push}})
     sine = ts.Sine(amplitude=dice.log(0.1, 2.0), offset=0.0, frequency=dice.log(50.0, 500.0), phase=0.3)
     return Scene(

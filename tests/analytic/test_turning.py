@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from tarsus.base.errors import InputError
 from tarsus.base.events import EventKind
-from turning_scenes import HALF_LENGTH, across, puck, spinning_down
-from walking_scenes import sticky, trotter
+from turning_scenes import puck, spinning_down
 
 
 def test_a_spinning_plate_stops_when_the_box_of_friction_says() -> None:
@@ -23,5 +21,7 @@ def test_a_spinning_plate_stops_when_the_box_of_friction_says() -> None:
     assert len(sticks) >= 8 and sticks["time"][0] == pytest.approx(stop, rel=1e-3)
     half = run.at(np.array([0.5 * stop])).body
     yaw = run.scene.robot.structure.body_coordinates.index("yaw")
-    assert half[yaw, 0] == pytest.approx(spin * 0.5 * stop - spinning_down() * (0.5 * stop) ** 2 / 2.0, rel=1e-9)
+    assert half[yaw, 0] == pytest.approx(
+        spin * 0.5 * stop - spinning_down() * (0.5 * stop) ** 2 / 2.0, rel=1e-9
+    )
     assert run.at(np.array([run.end_time])).body[yaw, 0] == pytest.approx(0.5 * spin * stop, rel=1e-3)

@@ -13,8 +13,8 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Robot:
-    """mass, damping, stiffness (n, n); normals, tangents, sideways (n, m): rows that give gaps and places along the ground
-    and across the way, zeros where a foot knows none;
+    """mass, damping, stiffness (n, n); normals, tangents, sideways (n, m): rows that give gaps and places along the
+    ground and across the way, zeros where a foot knows none;
     loads (n, nd); up, ahead (n,): unit translations off the ground and along it; directions (n, m) of impacts, None for
     impulses at the foot;
     points (k, n): rows of independent points; own_point: which of them each foot is, and its normal."""
@@ -70,8 +70,9 @@ def robot_of(scene: Any) -> Robot:
     points = np.array(list(rows.values())) if structure.kind == "modal" else np.eye(len(mass))
     own = [int(np.argmin(np.abs(points - rows[foot.point]).sum(axis=1))) for _, foot in feet]
     return Robot(
-        mass, damping, stiffness, normals, tangents, sideways, np.array(loads).reshape(len(loads), len(mass)).T, up, ahead, found,
-        points, [(place, foot.normal) for place, (_, foot) in zip(own, feet, strict=True)],
+        mass, damping, stiffness, normals, tangents, sideways,
+        np.array(loads).reshape(len(loads), len(mass)).T, up, ahead, found, points,
+        [(place, foot.normal) for place, (_, foot) in zip(own, feet, strict=True)],
     )  # fmt: skip
 
 

@@ -1,5 +1,5 @@
-"""Walkers that move across the way as well, under friction in a box or in a disk: feet are point masses, so that the ground
-acts on each foot's own coordinates.
+"""Walkers that move across the way as well, under friction in a box or in a disk: feet are point masses, so that the
+ground acts on each foot's own coordinates.
 
 A box bounds the friction along and across the way each by itself, as the library does; a disk bounds the length of both
 together, made smooth at a slip speed that is none.
@@ -16,7 +16,16 @@ from scipy.integrate import LSODA
 from scipy.optimize import brentq
 
 from independent.simulator import (
-    AIR, BEGIN_SLIP, BEGIN_STICK, BOUNCE, CAPTURE, CONTACT_AT_START, RELEASE, REST, STUCK, Found, Simulator,
+    AIR,
+    BEGIN_SLIP,
+    BEGIN_STICK,
+    BOUNCE,
+    CONTACT_AT_START,
+    RELEASE,
+    REST,
+    STUCK,
+    Found,
+    Simulator,
 )  # fmt: skip
 
 ON_GROUND = STUCK
@@ -28,7 +37,8 @@ class Boxed(Simulator):
     def __init__(self, scene: Any, length: float) -> None:
         super().__init__(scene, length)
         self.ways = (self.robot.tangents, self.robot.sideways)
-        self.senses = np.zeros((self.m, 2))  # of feet on the ground; 0: sticks
+        self.senses = np.zeros((self.m, 2))  # of feet on the ground; 0: sticks, where anything rubs
+        self.rough = self.laws.bound(1.0, 1.0) != 0.0
         self.known: dict[tuple[float, bytes, tuple[int, ...]], np.ndarray] = {}
 
     def applied(self, t: float, z: np.ndarray) -> np.ndarray:
@@ -54,6 +64,8 @@ class Boxed(Simulator):
 
     def on_foot(self, i: int, t: float, z: np.ndarray, push: np.ndarray) -> np.ndarray:
         """Friction (2,) [N] on a foot on the ground."""
+        if not self.rough:
+            return np.zeros(2)
         margin, force = self.shares(i, t, z, push)
         most = self.bound(i, t, margin)
         return np.array([-f if s == 0.0 else -s * most for f, s in zip(force, self.senses[i], strict=True)])
@@ -76,7 +88,7 @@ class Boxed(Simulator):
                 out[i, "touch"] = lambda t, z, i=i: self.gap(i, z)
                 continue
             out[i, "leave"] = lambda t, z, i=i: self.shares(i, t, z, self.applied(t, z))[0]
-            for d, rows in enumerate(self.ways):
+            for d, rows in enumerate(self.ways if self.rough else ()):
                 if self.senses[i, d] == 0.0:
                     out[i, "slip", d] = lambda t, z, i=i, d=d: self.room(i, d, t, z)
                 else:
@@ -157,12 +169,15 @@ class Boxed(Simulator):
     def hold(self, i: int) -> None:
         self.since[i], self.fresh[i], self.contact[i] = self.time, False, ON_GROUND
         self.z[: self.n] -= self.robot.normals[:, i] * self.gap(i, self.z)
+        if not self.rough:
+            return
         slip = self.slipping(i)
         self.senses[i] = np.where(np.abs(slip) > 1e-13 * self.length * self.rate, np.sign(slip), 0.0)
 
 
 class Disked(Boxed):
-    """Friction against the slip velocity, in full from a slip speed ``full`` [m/s] on; by a method for stiff equations."""
+    """Friction against the slip velocity, in full from a slip speed ``full`` [m/s] on, by a method for stiff
+    equations."""
 
     full, box = 1e-4, False
 
@@ -187,7 +202,9 @@ class Disked(Boxed):
 
     def march(self, stop: float) -> tuple[int, str] | None:
         scale = np.concatenate([np.full(self.n, self.length), np.full(self.n, self.length * self.rate)])
-        solver = LSODA(self.rates, self.time, self.z, stop, rtol=1e-7, atol=1e-8 * scale, max_step=1.0 / self.rate)
+        solver = LSODA(  # pyright: ignore[reportArgumentType]
+            self.rates, self.time, self.z, stop, rtol=1e-7, atol=1e-8 * scale, max_step=1.0 / self.rate
+        )
         watches, begun = self.watches(), dict.fromkeys(self.watches(), False)
         for key, watch in watches.items():
             begun[key] = not (self.fresh[key[0]] and key[1] == "touch") and watch(self.time, self.z) > 0.0
@@ -215,6 +232,3 @@ class Disked(Boxed):
 def simulate(scene: Any, length: float) -> Found:
     """As `independent.simulator.simulate`, in three directions, with friction in a box."""
     return Boxed(scene, length).run()
-
-
-__all__ = ["CAPTURE", "Boxed", "Disked", "simulate"]

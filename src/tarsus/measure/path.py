@@ -22,4 +22,6 @@ def path_of(surge: Floats, sway: Floats, yaw: Floats) -> Floats:
             np.sin(heading) * ahead + np.cos(heading) * aside,
         ]
     )
-    return np.concatenate([np.zeros((2, 1)), np.cumsum(steps, axis=1)], axis=1) + np.array([surge[:1], sway[:1]])
+    return np.concatenate([np.zeros((2, 1)), np.cumsum(steps, axis=1)], axis=1) + np.array(
+        [surge[:1], sway[:1]]
+    )

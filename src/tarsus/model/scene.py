@@ -329,7 +329,9 @@ def _walker_ground_faults(ground: Ground) -> list[tuple[str, str]]:
     return faults
 
 
-STRAIGHT_AHEAD = "goes by the way straight ahead, which a walker leaves whose legs move across it: leave it out"
+STRAIGHT_AHEAD = (
+    "goes by the way straight ahead, which a walker leaves whose legs move across it: leave it out"
+)
 
 
 def _sideways_faults(walker: Walker, ground: Ground) -> list[tuple[str, str]]:

@@ -290,7 +290,9 @@ def level_only(plan: Plan, what: str) -> None:
     if plan.profile.size:
         raise InputError([f"ground.profile: {what} on level ground alone: leave it out"])
     if plan.legs is not None and plan.legs.body.directions > 2:
-        text = f"{what} with legs that move upward and along the way alone: leave out stiffness_t and damping_t"
+        text = (
+            f"{what} with legs that move upward and along the way alone: leave out stiffness_t and damping_t"
+        )
         raise InputError([f"robot.structure.legs: {text}"])
 
 
@@ -314,16 +316,18 @@ def lower_legs(scene: Scene, system: LinearSystem) -> Legs | None:
     hip = np.array([[*walker.above(leg)[::-1], walker.hip_row_y(leg)][:ways] for leg in names])
     damping, stiffness = walker.within()
     # what moves a hip or a foot, and a coordinate within the body by itself
-    moves = np.abs(
-        [*hip.reshape(-1, nb), *map(walker.hip_row_z, names), *map(walker.hip_row_x, names)]
-    ).max(axis=0)
+    moves = np.abs([*hip.reshape(-1, nb), *map(walker.hip_row_z, names), *map(walker.hip_row_x, names)]).max(
+        axis=0
+    )
     lever = np.maximum(moves, np.where(np.arange(nb) < walker.rigid_size, 1e-300, 1.0))
     leg = np.array([names.index(one.point) for one in robot.feet.values()], dtype=np.int64)
     foot, gap = np.full(nl, -1, dtype=np.int64), np.zeros(nl)
     foot[leg], gap[leg] = np.arange(len(leg)), system.rest_gap
     plane, sideways = np.split(system.loads[nb:], [2 * nl])
     # upward, along the way, and across it
-    onto = np.concatenate([plane.reshape(nl, 2, nd)[:, ::-1], sideways.reshape(nl, walker.directions - 2, nd)], axis=1)
+    onto = np.concatenate(
+        [plane.reshape(nl, 2, nd)[:, ::-1], sideways.reshape(nl, walker.directions - 2, nd)], axis=1
+    )
     touched = np.any(onto != 0.0, axis=1)
     of_leg, driven_by = np.nonzero(touched)
     body = LeggedBody(

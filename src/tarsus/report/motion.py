@@ -87,7 +87,9 @@ class Motion:
     @property
     def hip_shift_x(self) -> np.ndarray:
         """Displacement of the hips along the way (nl, nt) [m]."""
-        turned = np.outer(self.hips[:, 2], self.coordinate("pitch")) - np.outer(self.hips[:, 1], self.coordinate("yaw"))
+        turned = np.outer(self.hips[:, 2], self.coordinate("pitch")) - np.outer(
+            self.hips[:, 1], self.coordinate("yaw")
+        )
         return self.coordinate("surge") + turned
 
     @property

@@ -93,7 +93,13 @@ def to_variables(scene: Scene, series: Series) -> dict[str, Variable]:
     if series.foot_y is not None:
         assert series.friction_across is not None
         add("foot_y", foot, series.foot_y, "m", "displacement of a foot across the way, to the left")
-        add("friction_across", foot, series.friction_across, "N", "friction on a foot across the way, positive to the left")
+        add(
+            "friction_across",
+            foot,
+            series.friction_across,
+            "N",
+            "friction on a foot across the way, positive to the left",
+        )
     variables["time"] = Variable(("time",), series.time, {"units": "s", "long_name": "time"})
     for dim, known in names.items():
         variables[dim] = Variable((dim,), np.array(list(known), dtype=object), {})

@@ -213,7 +213,9 @@ class Marched:
     @property
     def last(self) -> Floats:
         place, feet, _, _ = self.log.end
-        x, v = (np.concatenate([place[k], feet[:, 1::-1, k].ravel(), feet[:, 2:, k].ravel()]) for k in range(2))
+        x, v = (
+            np.concatenate([place[k], feet[:, 1::-1, k].ravel(), feet[:, 2:, k].ravel()]) for k in range(2)
+        )
         return np.concatenate([x, v])
 
     @property

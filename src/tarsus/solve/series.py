@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from tarsus.core.modes import LinearSystem
     from tarsus.core.replay import SampledStates
     from tarsus.model.scene import Scene
-    from tarsus.solve.motion import Account, Way
+    from tarsus.solve.motion import Account, Sliding, Way
     from tarsus.solve.run import Run
 
 Floats = NDArray[np.float64]
@@ -110,6 +110,7 @@ def sample(run: Run, time: Floats) -> Series:
 
 def along_the_way(run: Run, way: Way, strength: Floats, margin: Floats) -> dict[str, Any]:
     """What series also have where feet know their way along the ground; margin (m, nt) [N]: what presses feet down."""
+
     def friction(of: Sliding) -> Floats:
         out, slides = np.where(of.held, -of.force, 0.0), of.slides
         if slides.any():

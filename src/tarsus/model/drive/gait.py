@@ -85,8 +85,8 @@ class Gait(Description, ABC):
 
     turn: Amount = quantity(
         "1",
-        "share by which strides are shorter on the inside of a turn, the left where it is positive: 1 leaves those legs "
-        "standing, 2 has them step backward",
+        "share by which strides are shorter on the inside of a turn, the left where it is positive: 1 leaves those "
+        "legs standing, 2 has them step backward",
         default=0.0,
         ge=-2,
         le=2,
@@ -135,7 +135,10 @@ class Gait(Description, ABC):
         late = self.delays(layout)
         middle, half = 0.5 * (self.high + self.low), 0.5 * (self.high - self.low)
         # strides on the left and on the right, as shares of whole ones
-        left, right = 1.0 - np.where(self.turn > 0.0, self.turn, 0.0), 1.0 + np.where(self.turn < 0.0, self.turn, 0.0)
+        left, right = (
+            1.0 - np.where(self.turn > 0.0, self.turn, 0.0),
+            1.0 + np.where(self.turn < 0.0, self.turn, 0.0),
+        )
         shares = [left, right] if np.any(self.turn != 0.0) else [1.0, 1.0]
         strides = _strides(layout)
         waves: dict[str, Square] = {}

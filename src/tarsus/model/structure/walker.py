@@ -132,7 +132,8 @@ class Walker(Structure):
 
     Points, along +z unless the name ends in ``_x`` (then along +x): ``body`` and ``body_x``, payloads, and for a leg
     ``L`` what touches the ground ``L`` and ``L_x``, its hip ``L_hip`` and ``L_hip_x``, and the foot above a compliant
-    tip ``L_ankle`` and ``L_ankle_x``; where legs move across the way also ``body_y``, ``L_y`` and ``L_hip_y``, along +y.
+    tip ``L_ankle`` and ``L_ankle_x``; where legs move across the way also ``body_y``, ``L_y`` and ``L_hip_y``, along
+    +y.
     """
 
     kind: Literal["walker"] = "walker"
@@ -184,7 +185,9 @@ class Walker(Structure):
             text = "every leg has stiffness_t and damping_t, or none has either"
             return [(f"legs.{odd}.stiffness_t", text)]
         if not some:
-            text = "a body turns about z on legs that move across the way: give them stiffness_t and damping_t"
+            text = (
+                "a body turns about z on legs that move across the way: give them stiffness_t and damping_t"
+            )
             return [] if self.body.yaw_inertia is None else [("body.yaw_inertia", text)]
         faults = [(f"payloads.{name}", "a body that sways has no payloads") for name in self.payloads]
         text = "a leg that moves across the way has no compliant tip"
@@ -203,9 +206,9 @@ class Walker(Structure):
     @property
     def body_coordinates(self) -> tuple[str, ...]:
         """Names of the body's coordinates (nb), in order: all but what touches the ground."""
-        body, sways = self.body, self.sways
-        known = (True, True, body.roll_inertia is not None, body.pitch_inertia is not None, sways, body.yaw_inertia is not None)
-        rigid = (name for name, moves in zip(_RIGID, known, strict=True) if moves)
+        turns = [getattr(self.body, f"{name}_inertia") is not None for name in TURNS]
+        moves = (True, True, *turns[:2], self.sways, turns[2])
+        rigid = (name for name, known in zip(_RIGID, moves, strict=True) if known)
         return (*rigid, *self.body.modes, *self._carried)
 
     @property
@@ -246,7 +249,8 @@ class Walker(Structure):
 
     def body_mass(self) -> Array:
         """Inertias of the body's coordinates (nb,) [kg, kg m^2]."""
-        turning = (self.body.roll_inertia, self.body.pitch_inertia, self.body.mass if self.sways else None, self.body.yaw_inertia)
+        body = self.body
+        turning = (body.roll_inertia, body.pitch_inertia, body.mass if self.sways else None, body.yaw_inertia)
         masses = {f"{leg}_ankle": one.mass for leg, one in self.legs.items()}
         masses |= {name: one.mass for name, one in self.payloads.items()}
         carried = [masses[point.removesuffix("_x")] for point in self._carried]
@@ -364,8 +368,8 @@ class Walker(Structure):
         return Matrices(mass, damping, stiffness)
 
     def row(self, point: str) -> Array:
-        """Weights (n,) of a point's displacement, along +x for a name that ends in ``_x``, along +y for one that ends in
-        ``_y`` of a walker that sways, else along +z."""
+        """Weights (n,) of a point's displacement, along +x for a name that ends in ``_x``, along +y of a walker that
+        sways for one that ends in ``_y``, else along +z."""
         row = np.zeros(self.size)
         if point in self._carried:
             row[self.body_coordinates.index(point)] = 1.0
@@ -379,7 +383,11 @@ class Walker(Structure):
         elif point == f"{leg}_y" and self.sways:
             row[self.body_size + 2 * len(self.legs) + list(self.legs).index(leg)] = 1.0
         else:
-            rows = {f"{leg}_hip": self.hip_row_z, f"{leg}_hip_x": self.hip_row_x, f"{leg}_hip_y": self.hip_row_y}
+            rows = {
+                f"{leg}_hip": self.hip_row_z,
+                f"{leg}_hip_x": self.hip_row_x,
+                f"{leg}_hip_y": self.hip_row_y,
+            }
             row[: self.body_size] = rows[point](leg)
         return row
 
