@@ -13,8 +13,8 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Robot:
-    """mass, damping, stiffness (n, n); normals, tangents (n, m): rows that give gaps and places along the ground,
-    zeros where a foot knows none;
+    """mass, damping, stiffness (n, n); normals, tangents, sideways (n, m): rows that give gaps and places along the
+    ground and across the way, zeros where a foot knows none;
     loads (n, nd); up, ahead (n,): unit translations off the ground and along it; directions (n, m) of impacts, None for
     impulses at the foot;
     points (k, n): rows of independent points; own_point: which of them each foot is, and its normal."""
@@ -24,6 +24,7 @@ class Robot:
     stiffness: Array
     normals: Array
     tangents: Array
+    sideways: Array
     loads: Array
     up: Array
     ahead: Array
@@ -48,6 +49,7 @@ def robot_of(scene: Any) -> Robot:
     normals = np.stack([foot.normal * rows[foot.point] for _, foot in feet], axis=1)
     ways = [f"{foot.point}_x" if structure.kind == "walker" else foot.along for _, foot in feet]
     tangents = np.stack([rows[way] if way else np.zeros(len(mass)) for way in ways], axis=1)
+    sideways = np.stack([rows.get(f"{foot.point}_y", np.zeros(len(mass))) for _, foot in feet], axis=1)
     loads = []
     for drive in scene.robot.drives.values():
         if drive.load.kind == "modal":
@@ -68,8 +70,9 @@ def robot_of(scene: Any) -> Robot:
     points = np.array(list(rows.values())) if structure.kind == "modal" else np.eye(len(mass))
     own = [int(np.argmin(np.abs(points - rows[foot.point]).sum(axis=1))) for _, foot in feet]
     return Robot(
-        mass, damping, stiffness, normals, tangents, np.array(loads).reshape(len(loads), len(mass)).T, up, ahead, found,
-        points, [(place, foot.normal) for place, (_, foot) in zip(own, feet, strict=True)],
+        mass, damping, stiffness, normals, tangents, sideways,
+        np.array(loads).reshape(len(loads), len(mass)).T, up, ahead, found, points,
+        [(place, foot.normal) for place, (_, foot) in zip(own, feet, strict=True)],
     )  # fmt: skip
 
 
@@ -99,18 +102,21 @@ def modal(s: Any) -> tuple[Array, Array, Array, dict[str, Array], Array]:
 
 
 def walker(s: Any) -> tuple[Array, Array, Array, dict[str, Array], Array]:
-    """Coordinates: surge, heave, roll and pitch where the body turns; its modes; x and z of payloads, of feet above
-    compliant tips, and of every foot."""
+    """Coordinates: surge, heave, roll and pitch where the body turns; sway and yaw where it does so; its modes; x and z
+    of payloads, of feet above compliant tips, and of every foot; y of every foot that moves across the way."""
     turns = [one for one in ("roll", "pitch") if getattr(s.body, f"{one}_inertia") is not None]
+    sways = all(leg.stiffness_t is not None for leg in s.legs.values())
+    beside = ["sway"] * sways + ["yaw"] * (s.body.yaw_inertia is not None)
     ankles = [f"{leg}_ankle" for leg, one in s.legs.items() if one.tip is not None]
     carried = [f"{one}{way}" for one in (*s.payloads, *ankles) for way in ("_x", "")]
-    names = ["surge", "heave", *turns, *s.body.modes, *carried]
-    n = len(names) + 2 * len(s.legs)
+    names = ["surge", "heave", *turns, *beside, *s.body.modes, *carried]
+    n = len(names) + (3 if sways else 2) * len(s.legs)
     basis = np.eye(n)
     body = dict(zip(names, basis, strict=False))
     nothing = np.zeros(n)
-    roll, pitch = body.get("roll", nothing), body.get("pitch", nothing)
+    roll, pitch, yaw = (body.get(turn, nothing) for turn in ("roll", "pitch", "yaw"))
     masses = [s.body.mass, s.body.mass, *(getattr(s.body, f"{one}_inertia") for one in turns)]
+    masses += [s.body.mass if one == "sway" else s.body.yaw_inertia for one in beside]
     rows = {"body": body["heave"], "body_x": body["surge"]}
     up = body["heave"].copy()
     damping, stiffness = np.zeros((n, n)), np.zeros((n, n))
@@ -122,7 +128,7 @@ def walker(s: Any) -> tuple[Array, Array, Array, dict[str, Array], Array]:
             damping[:] += c * np.outer(a - b, a - b)
 
     def on_body(name: str, at: Any) -> tuple[Array, Array]:
-        along, upward = body["surge"] + at.z * pitch, body["heave"] + at.y * roll - at.x * pitch
+        along, upward = body["surge"] + at.z * pitch - at.y * yaw, body["heave"] + at.y * roll - at.x * pitch
         for mode, one in s.body.modes.items():
             along = along + one.along.get(name, 0.0) * body[mode]
             upward = upward + one.upward.get(name, 0.0) * body[mode]
@@ -154,6 +160,15 @@ def walker(s: Any) -> tuple[Array, Array, Array, dict[str, Array], Array]:
         spring(hip, (x, z), last)
         masses += [last.mass, last.mass]
         up += z
+    for i, (name, leg) in enumerate(s.legs.items()):
+        if not sways:
+            break
+        y = basis[len(names) + 2 * len(s.legs) + i]
+        hip = body["sway"] + leg.x * yaw - leg.z * roll
+        rows |= {f"{name}_y": y, f"{name}_hip_y": hip, "body_y": body["sway"]}
+        stiffness += leg.stiffness_t * np.outer(hip - y, hip - y)
+        damping += leg.damping_t * np.outer(hip - y, hip - y)
+        masses.append(leg.mass)
     return np.diag(masses), damping, stiffness, rows, up
 
 

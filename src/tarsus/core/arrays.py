@@ -15,17 +15,17 @@ TRACE_HEAD = 6  # as many as those above
 # Return codes of the engine, as in native/march/kinds.hpp.
 DONE, STALL, STEP_TOO_SMALL, STEP_LIMIT, NOT_FINITE, JAMMED = range(6)
 
-# What describes a legged robot to the engine. Sizes: nb body coordinates, nl legs, m feet, nd drives, nt kinds of leg blocks.
-# Direction 0 is upward, 1 along the way.
+# What describes a legged robot to the engine. Sizes: nb body coordinates, nl legs, m feet, nd drives, nt kinds of leg blocks, w directions.
+# Direction 0 is upward, 1 along the way, and 2 across it, of legs that move sideways.
 # body_mass (nb,); body_weight (nb, 2) per unit of gravity; body_stiffness, body_damping (nb, nb) within the body;
-# lever (nb,) largest hip entry; mass (nl,); stiffness, damping (nl, 2); hip (nl, 2, nb);
-# gap (nl,) clearance at rest; foot (nl,) number of its foot or -1; leg (m,) leg of a foot; kind (nl, 2) of its blocks;
-# weight (nl,); first (nl + 1,), drive, gain (., 2): drives that act on the foot of each leg; body_load (nd, nb); place (nl,) of a
-# foot at rest along the way; points of the ground's profile, 0 for level ground, whether it is periodic, and whether its facets are not alike.
+# lever (nb,) largest hip entry; mass (nl,); stiffness, damping (nl, w); hip (nl, w, nb);
+# gap (nl,) clearance at rest; foot (nl,) number of its foot or -1; leg (m,) leg of a foot; kind (nl, w) of its blocks;
+# weight (nl,); first (nl + 1,), drive, gain (., w): drives that act on the foot of each leg; body_load (nd, nb); place (nl,) of a
+# foot at rest along the way; points of the ground's profile, 0 for level ground, whether it is periodic, and whether its facets are not alike; directions w.
 Body = namedtuple(
     "Body",
     "body_mass body_weight body_stiffness body_damping lever mass stiffness damping hip gap foot leg kind weight first drive gain body_load "
-    "place points periodic patched",
+    "place points periodic patched directions",
 )
 
 # Work done by drives and weight, and by dampers, films, smooth forces and friction, in samples and at the end of a run.

@@ -74,10 +74,11 @@ def in_the_walk(judgement: Judgement, names: Collection[str] | None = None) -> d
     if not wanted:
         return {}
     table = judgement.table
-    if not len(table) or not isinstance(_structure(table.scene(int(table.variant[0]))), Walker):
+    structure = _structure(table.scene(int(table.variant[0]))) if len(table) else None
+    if not isinstance(structure, Walker):
         return {}
-    walks = _Walks(judgement)
-    return {name: WALK[name].of(walks, WALK[name]) for name in wanted}
+    walks, moves = _Walks(judgement), structure.body_coordinates
+    return {name: WALK[name].of(walks, WALK[name]) for name in wanted if WALK[name].moves in moves}
 
 
 def _structure(scene: Any) -> Any:
@@ -147,6 +148,25 @@ class _Walks:
     def stride(self) -> Floats:
         """Surge of the body [m] over every period."""
         return self.native.stride()
+
+    @cached_property
+    def yaw(self) -> Floats:
+        """Yaw [rad] of a body that turns at every mark."""
+        structure = _structure(self.table.scene(int(self.table.variant[0])))
+        return self.marks["body"][:, structure.body_coordinates.index("yaw")]
+
+    @cached_property
+    def turn_rate(self) -> Floats:
+        """Yaw over every period per time [rad/s]."""
+        begin, end, _ = self._edges
+        return (self.yaw[end] - self.yaw[begin]) / (self.marks["time"][end] - self.marks["time"][begin])
+
+    @property
+    def heading(self) -> Floats:
+        """Yaw (nr,) [rad] at the last mark of every run, NaN for a run without."""
+        last = self.mark_first[1:] - 1
+        known = last >= self.mark_first[:-1]
+        return np.where(known, self.yaw[last], np.nan) if len(self.yaw) else np.full(len(last), np.nan)
 
     @cached_property
     def strides(self) -> Moments:
@@ -220,9 +240,10 @@ def _once(values: Floats, about: Definition) -> Measured:
 
 @dataclass(frozen=True)
 class _OfWalk(Definition):
-    """A measure of walks."""
+    """A measure of walks, of bodies that have the coordinate ``moves``."""
 
     of: Callable[[_Walks, Definition], Measured]
+    moves: str = "surge"
 
 
 WALK = {
@@ -275,9 +296,17 @@ WALK = {
         "farthest that the body gets from its start in the whole run, without sign, seen at the ends of drive periods",
         lambda walks, about: _once(walks.native.max_surge(), about),
     ),
+    "turn_rate": _OfWalk(
+        "rad/s", Scope.ROBOT, "yaw of the body per drive period over drive period, positive to the left",
+        lambda walks, about: walks.robot(walks.turn_rate, about), "yaw",
+    ),
+    "heading": _OfWalk(
+        "rad", Scope.ROBOT, "yaw of the body at the end of the run, positive to the left",
+        lambda walks, about: _once(walks.heading, about), "yaw",
+    ),
 }  # fmt: skip
 """Measures of walks by name: by drive period, and what the source plots of the body in a whole run from its start,
 transients included (Figs. 4.8-4.11)."""
 
-OF_EPISODES = frozenset(("max_heave", "max_surge", *WHOLE_RUN))
+OF_EPISODES = frozenset(("max_heave", "max_surge", "heading", *WHOLE_RUN))
 """Measures of a whole run from its start: a settled motion has none of them."""

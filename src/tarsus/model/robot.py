@@ -163,14 +163,14 @@ class Robot(Description):
             points = drive.load.foot_points(walker)
             legs = {leg for point in points if (leg := walker.leg_of(point)) is not None}
             lateral = bool(legs) and all(
-                point.endswith("_x") for point in points
+                point.endswith(("_x", "_y")) for point in points
             )  # no foot's height among them
             drives[name] = Reach(tuple(leg for leg in walker.legs if leg in legs), lateral)
         return Layout({name: (leg.x, leg.y) for name, leg in walker.legs.items()}, drives)
 
 
 def _foot_points(leg: str | None) -> tuple[str, ...]:
-    return () if leg is None else (leg, f"{leg}_x", f"{leg}_ankle", f"{leg}_ankle_x")
+    return () if leg is None else (leg, f"{leg}_x", f"{leg}_y", f"{leg}_ankle", f"{leg}_ankle_x")
 
 
 def _walker_faults(walker: Walker, feet: Mapping[str, Foot]) -> list[tuple[str, str]]:

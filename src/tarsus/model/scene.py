@@ -169,6 +169,7 @@ class Scene(Description):
             faults += _gait_faults(self.gait, self.robot)
         if isinstance(structure, Walker):
             faults += _walker_ground_faults(self.ground)
+            faults += _sideways_faults(structure, self.ground)
         elif self.slides:
             faults += _strength_faults(self.ground)
             if self.ground.impact is not None and not isinstance(self.ground.impact, MassWeighted):
@@ -326,6 +327,19 @@ def _walker_ground_faults(ground: Ground) -> list[tuple[str, str]]:
         text = "the feet of a walker are point masses, for which the mass-weighted map is exact: leave it out, got"
         faults.append(("ground.impact", f"{text} '{ground.impact.kind}'"))
     return faults
+
+
+STRAIGHT_AHEAD = (
+    "goes by the way straight ahead, which a walker leaves whose legs move across it: leave it out"
+)
+
+
+def _sideways_faults(walker: Walker, ground: Ground) -> list[tuple[str, str]]:
+    """Ground that is not alike in all directions, under a walker that sways: its shape goes by the way along alone."""
+    if not walker.sways:
+        return []
+    named = (("profile", ground.profile is not None), ("incline", bool(np.any(ground.incline))))
+    return [(f"ground.{name}", STRAIGHT_AHEAD) for name, given in named if given]
 
 
 def _signal_faults(signals: Iterable[str], drives: Collection[str]) -> list[tuple[str, str]]:

@@ -53,10 +53,15 @@ def stance_of(robot: Robot, stiffness: Array, weight: Array, loads: Array, drive
     heights = [walker.leg_coordinate(foot.point) + 1 for foot in robot.feet.values()]
     ways = [height - 1 for height in heights]
     limp = [walker.leg_coordinate(leg) for leg, one in walker.legs.items() if one.end.stiffness_l == 0.0]
+    limp += [
+        walker.body_size + 2 * len(walker.legs) + i
+        for i, one in enumerate(walker.legs.values())
+        if one.stiffness_t == 0.0
+    ]
     found = np.zeros((len(weight), m + 2 + loads.shape[1]))
     found[heights, range(m)] = -1.0
     own = [c for c in range(found.shape[1]) if c != m + 1]  # all but gravity along the ground
-    free = [i for i in range(len(weight)) if i not in {0, *heights, *limp}]
+    free = [i for i in range(len(weight)) if i not in {*walker.adrift, *heights, *limp}]
     if free:
         softest = _softest(stiffness, free)
         if softest is not None:
@@ -66,7 +71,7 @@ def stance_of(robot: Robot, stiffness: Array, weight: Array, loads: Array, drive
     free = [i for i in range(len(weight)) if i not in {*heights, *ways, *limp}]
     if _softest(stiffness, free) is None:  # else nothing holds the body back: it stands on level ground alone
         found[free, m + 1] = solve(stiffness[np.ix_(free, free)], weight[free, 1])
-    loose = [i for i in (0, *limp) if i not in ways]
+    loose = [i for i in (*walker.adrift, *limp) if i not in ways]
     return Stance(found, np.array(heights), np.array(ways), np.array(loose), driven)
 
 

@@ -28,6 +28,7 @@ from tarsus.model.laws.impact_map import Body, MassWeighted
 from tarsus.model.laws.landing import PullAsPrinted
 from tarsus.model.laws.translate import translate
 from tarsus.model.profile import heights_of
+from tarsus.model.scene import STRAIGHT_AHEAD
 from tarsus.model.standing import Stance, stance_of
 from tarsus.model.structure.walker import Walker
 
@@ -284,9 +285,15 @@ def lower_profile(ground: Ground) -> Floats:
 
 
 def level_only(plan: Plan, what: str) -> None:
-    """Raise InputError for uneven ground, where some part of the library, named, knows level ground alone."""
+    """Raise InputError for uneven ground, and for legs that move across the way, where some part of the library, named,
+    knows level ground and motion in one plane alone."""
     if plan.profile.size:
         raise InputError([f"ground.profile: {what} on level ground alone: leave it out"])
+    if plan.legs is not None and plan.legs.body.directions > 2:
+        text = (
+            f"{what} with legs that move upward and along the way alone: leave out stiffness_t and damping_t"
+        )
+        raise InputError([f"robot.structure.legs: {text}"])
 
 
 def lower_legs(scene: Scene, system: LinearSystem) -> Legs | None:
@@ -300,33 +307,39 @@ def lower_legs(scene: Scene, system: LinearSystem) -> Legs | None:
     values = np.array(
         [
             [(one.mass, one.stiffness_v, one.damping_v), (one.mass, one.stiffness_l, one.damping_l)]
-            for one in (leg.end for leg in walker.legs.values())
+            + [(one.mass, leg.stiffness_t, leg.damping_t)] * walker.sways
+            for leg, one in ((leg, leg.end) for leg in walker.legs.values())
         ]
     )
-    blocks, kind = np.unique(values.reshape(2 * nl, 3), axis=0, return_inverse=True)
-    hip = np.array([walker.above(leg)[::-1] for leg in names])
+    ways = values.shape[1]
+    blocks, kind = np.unique(values.reshape(ways * nl, 3), axis=0, return_inverse=True)
+    hip = np.array([[*walker.above(leg)[::-1], walker.hip_row_y(leg)][:ways] for leg in names])
     damping, stiffness = walker.within()
     # what moves a hip or a foot, and a coordinate within the body by itself
-    moves = np.abs(
-        [*hip[:, 0], *hip[:, 1], *map(walker.hip_row_z, names), *map(walker.hip_row_x, names)]
-    ).max(axis=0)
+    moves = np.abs([*hip.reshape(-1, nb), *map(walker.hip_row_z, names), *map(walker.hip_row_x, names)]).max(
+        axis=0
+    )
     lever = np.maximum(moves, np.where(np.arange(nb) < walker.rigid_size, 1e-300, 1.0))
     leg = np.array([names.index(one.point) for one in robot.feet.values()], dtype=np.int64)
     foot, gap = np.full(nl, -1, dtype=np.int64), np.zeros(nl)
     foot[leg], gap[leg] = np.arange(len(leg)), system.rest_gap
-    onto = system.loads[nb:].reshape(nl, 2, nd)[:, ::-1]  # upward, then along the way
+    plane, sideways = np.split(system.loads[nb:], [2 * nl])
+    # upward, along the way, and across it
+    onto = np.concatenate(
+        [plane.reshape(nl, 2, nd)[:, ::-1], sideways.reshape(nl, walker.directions - 2, nd)], axis=1
+    )
     touched = np.any(onto != 0.0, axis=1)
     of_leg, driven_by = np.nonzero(touched)
     body = LeggedBody(
         body_mass=walker.body_mass(), body_weight=-system.weight[:nb], body_stiffness=stiffness, body_damping=damping,
         lever=lever, mass=values[:, 0, 0].copy(), stiffness=values[:, :, 1].copy(), damping=values[:, :, 2].copy(),
-        hip=hip, gap=gap, foot=foot, leg=leg, kind=kind.reshape(nl, 2).astype(np.int64),
-        weight=-system.weight[nb + 1 :: 2, 0],
+        hip=hip, gap=gap, foot=foot, leg=leg, kind=kind.reshape(nl, ways).astype(np.int64),
+        weight=-system.weight[nb + 1 : nb + 2 * nl : 2, 0],
         first=np.concatenate([[0], np.cumsum(touched.sum(axis=1))]).astype(np.int64), drive=driven_by,
-        gain=onto[of_leg, :, driven_by].reshape(-1, 2), body_load=np.ascontiguousarray(system.loads[:nb].T),
+        gain=onto[of_leg, :, driven_by].reshape(-1, ways), body_load=np.ascontiguousarray(system.loads[:nb].T),
         place=np.array([one.x for one in walker.legs.values()]),
         points=0 if profile is None else len(profile.points()), periodic=int(profile is not None and profile.repeats),
-        patched=int(profile is not None and profile.patched),
+        patched=int(profile is not None and profile.patched), directions=ways,
     )  # fmt: skip
     return Legs(body, blocks)
 
@@ -519,8 +532,11 @@ def started(plan: Plan, rows: Rows, idle: Floats, feet: Sequence[str]) -> tuple[
     """Initial states of runs, (nr, 2n), where a walker starts standing those in which each stands, and their scales
     (nr, 3), with lengths and forces of their own. idle (nr, nd) [N]: of drives without volts; feet: their names.
 
-    Raises InputError for the first run that would start below the ground, or does not stand.
+    Raises InputError for the first run that would start below the ground, or does not stand, and for an incline under
+    a walker that sways.
     """
+    if plan.legs is not None and plan.legs.body.directions > 2 and np.any(rows.sources[:, -1]):
+        raise InputError([f"ground.incline: {STRAIGHT_AHEAD}"])
     initial, scales, refused = _native.start_rows(plan.rules, plan.laws.native, rows.signals, rows, idle)
     if plan.legs is not None and plan.legs.body.points:
         initial, scales, refused = _started_above(plan, rows, idle, initial)

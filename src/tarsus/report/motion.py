@@ -24,7 +24,7 @@ PER_PERIOD = 64
 MOST_FRAMES = 2000
 """Frames of an animation at most."""
 
-BODY = ("surge", "heave", "roll", "pitch")
+BODY = ("surge", "heave", "roll", "pitch", "sway", "yaw")
 """Coordinates a body may have; one it does not have is zero."""
 
 _NOTHING = np.zeros((0, 0))
@@ -87,7 +87,10 @@ class Motion:
     @property
     def hip_shift_x(self) -> np.ndarray:
         """Displacement of the hips along the way (nl, nt) [m]."""
-        return self.coordinate("surge") + np.outer(self.hips[:, 2], self.coordinate("pitch"))
+        turned = np.outer(self.hips[:, 2], self.coordinate("pitch")) - np.outer(
+            self.hips[:, 1], self.coordinate("yaw")
+        )
+        return self.coordinate("surge") + turned
 
     @property
     def hip_shift_z(self) -> np.ndarray:

@@ -22,18 +22,20 @@ ARROW = 0.5
 
 MOMENTS = 4
 
-_TURNS = (("roll", "about x"), ("pitch", "about y"))
+_TURNS = (("roll", "about x"), ("pitch", "about y"), ("yaw", "about z, its heading"))
 
 
 def travel(motion: Motion) -> Plate:
     """Travel and height of the body over the whole run, and its turns where it has them."""
     turns = [(name, axis) for name, axis in _TURNS if name in motion.body]
-    charts = Charts([1.05, 0.7, *(0.55 for _ in turns)])
-    shown = [("surge", "m", 1.0), ("heave", "m", 1.0), *((name, "mrad", 1e3) for name, _ in turns)]
+    beside = [("sway", "m", 1.0)] if "sway" in motion.body else []
+    charts = Charts([1.05, 0.7, *(0.55 for _ in (*beside, *turns))])
+    shown = [("surge", "m", 1.0), ("heave", "m", 1.0), *beside, *((name, "mrad", 1e3) for name, _ in turns)]
     for axes, (name, unit, factor) in zip(charts.panels, shown, strict=True):
         axes.plot(motion.time, factor * motion.coordinate(name), color=BLUE)
         axes.set_ylabel(name, unit)
-    more = "".join(f", its {name} {axis}" for name, axis in turns)
+    more = ", its sway to the left" if beside else ""
+    more += "".join(f", its {name} {axis}" for name, axis in turns)
     return charts.plate(f"Travel of the body's centre along the way, its height above that at rest{more}.")
 
 

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tarsus.files.series import Variable
+from tarsus.measure.path import path_of
+from tarsus.model.structure.walker import TURNS
 from tarsus.solve.series import command_volts
 
 if TYPE_CHECKING:
@@ -63,9 +65,15 @@ def to_variables(scene: Scene, series: Series) -> dict[str, Variable]:
     names = {"foot": scene.robot.feet, "drive": scene.robot.drives, "point": points}
     if body := structure.body_coordinates:
         names["coordinate"] = body
-        units = ", ".join("rad" if name in ("roll", "pitch") else "m" for name in body)
+        units = ", ".join("rad" if name in TURNS else "m" for name in body)
         assert series.body is not None  # a walker has one
         add("body", ("coordinate", "time"), series.body, units, "coordinates of the body")
+        if "yaw" in body:
+            surge, sway, yaw = (series.body[body.index(name)] for name in ("surge", "sway", "yaw"))
+            for name, values, way in zip(
+                ("path_x", "path_y"), path_of(surge, sway, yaw), ("forward", "to the left"), strict=True
+            ):
+                add(name, ("time",), values, "m", f"place of the body in the world, {way} of its start")
     if series.foot_x is not None:
         lost = series.cumulative["friction"]
         for name, dims, values, unit, text in (
@@ -82,6 +90,16 @@ def to_variables(scene: Scene, series: Series) -> dict[str, Variable]:
         ):
             assert values is not None  # they come together
             add(name, dims, values, unit, text)
+    if series.foot_y is not None:
+        assert series.friction_across is not None
+        add("foot_y", foot, series.foot_y, "m", "displacement of a foot across the way, to the left")
+        add(
+            "friction_across",
+            foot,
+            series.friction_across,
+            "N",
+            "friction on a foot across the way, positive to the left",
+        )
     variables["time"] = Variable(("time",), series.time, {"units": "s", "long_name": "time"})
     for dim, known in names.items():
         variables[dim] = Variable((dim,), np.array(list(known), dtype=object), {})

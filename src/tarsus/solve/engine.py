@@ -228,7 +228,7 @@ def walk(
         plan.legs.native, tables, NODES, rows.signals, plan.laws.native, rows, settings,
         np.zeros(0) if times is None else np.array(times, dtype=float), account, start,
     )  # fmt: skip
-    end = (body, feet.reshape(-1, 2, 2), contact, energy)
+    end = (body, feet.reshape(len(feet), -1, 2), contact, energy)
     return RawWalks(codes, finish, events, event_end, marks, mark_end, samples=samples, end=end)
 
 

@@ -36,17 +36,25 @@ def account_of(acting: Acting, energy: Floats) -> Account:
     return Account(terms, acting.works(-energy[a.FILM], energy[a.SMOOTH], energy[a.ENERGIES :]))
 
 
+class Sliding(NamedTuple):
+    """What feet (m, nt) do in one direction along the ground: places [m] and speeds [m/s], not negative, whether they
+    are held there or slide, the sense of that, and the structure's force [N]."""
+
+    place: Floats
+    speed: Floats
+    held: NDArray[np.bool_]
+    slides: NDArray[np.bool_]
+    sense: Floats
+    force: Floats
+
+
 class Way(NamedTuple):
-    """What a robot does along the way: coordinates of a walker's body (nb, nt) [m, rad]; of feet (m, nt) places [m]
-    and speeds [m/s], not negative, states as in `tarsus.base.events.FootState`, senses of sliding, and the structure's
-    force along the way [N]."""
+    """What a robot does along the ground: coordinates of a walker's body (nb, nt) [m, rad], and its feet along the way,
+    and across it where they move so."""
 
     body: Floats
-    foot_x: Floats
-    speed: Floats
-    contact: Floats
-    sense: Floats
-    along: Floats
+    along: Sliding
+    across: Sliding | None = None
 
 
 class MotionSamples(NamedTuple):
@@ -117,8 +125,10 @@ def _way(tangents: Floats | None, state: SampledStates) -> Way | None:
         return None
     along = np.where(state.contact == FootState.STUCK, -state.friction, 0.0)
     none = np.zeros((0, state.x.shape[1]))
-    speed = np.abs(tangents.T @ state.v)
-    return Way(none, tangents.T @ state.x, speed, state.contact, -np.sign(state.friction), along)
+    speed, stuck, slips = (
+        np.abs(tangents.T @ state.v), state.contact == FootState.STUCK, state.contact == FootState.SLIPPING
+    )  # fmt: skip
+    return Way(none, Sliding(tangents.T @ state.x, speed, stuck, slips, -np.sign(state.friction), along))
 
 
 def unpacked(acting: Acting, samples: Floats, times: Floats) -> tuple[SampledStates, Way, Floats]:
@@ -127,10 +137,14 @@ def unpacked(acting: Acting, samples: Floats, times: Floats) -> tuple[SampledSta
     assert plan.legs is not None
     body, m = plan.legs.body, plan.feet
     nt, nl, nb, kinds = len(times), len(body.mass), len(body.body_mass), 5 if body.points else 2
-    place, speed, legs, footing, energy = np.split(samples.T, np.cumsum([nb, nb, 4 * nl, kinds * m]))
+    sideways = 2 * nl + 3 * m if body.directions > 2 else 0
+    place, speed, legs, footing, beside, energy = np.split(
+        samples.T, np.cumsum([nb, nb, 4 * nl, kinds * m, sideways])
+    )
     feet = legs.reshape(nl, 2, 2, nt)  # leg; upward, along; displacement, rate
-    x = np.concatenate([place, feet[:, ::-1, 0].reshape(2 * nl, nt)])
-    v = np.concatenate([speed, feet[:, ::-1, 1].reshape(2 * nl, nt)])
+    across = beside[: sideways and 2 * nl].reshape(-1, 2, nt)
+    x = np.concatenate([place, feet[:, ::-1, 0].reshape(2 * nl, nt), across[:, 0]])
+    v = np.concatenate([speed, feet[:, ::-1, 1].reshape(2 * nl, nt), across[:, 1]])
     contact, sense, *below = footing.reshape(kinds, m, nt)
     held = np.isin(contact, (FootState.STUCK, FootState.SLIPPING))
     up, ahead = feet[body.leg, 0], feet[body.leg, 1]
@@ -151,7 +165,21 @@ def unpacked(acting: Acting, samples: Floats, times: Floats) -> tuple[SampledSta
         slip = cos * ahead[:, 1] + sin * up[:, 1]
     pull = np.where(held, lift, 0.0)
     state = SampledStates(x, v, gap, rate, resistive, np.where(held, 0.0, smooth), pull, held)
-    return state, Way(place, ahead[:, 0], np.abs(slip), contact, sense, along), energy
+    stuck = contact == FootState.STUCK
+    if not sideways:
+        way = Way(place, Sliding(ahead[:, 0], np.abs(slip), stuck, held & ~stuck, sense, along))
+        return state, way, energy
+    side, stays, stays_across = beside[2 * nl :].reshape(3, m, nt)
+    sway, push = across[body.leg], onto[nb + 2 * nl :][body.leg]
+    way = Way(
+        place, *(
+            Sliding(to, np.abs(at), still > 0.0, held & (still == 0.0), turned, force)
+            for to, at, still, turned, force in (
+                (ahead[:, 0], ahead[:, 1], stays, sense, along), (sway[:, 0], sway[:, 1], stays_across, side, push)
+            )
+        ),
+    )  # fmt: skip
+    return state, way, energy
 
 
 @dataclass(frozen=True)
@@ -185,7 +213,9 @@ class Marched:
     @property
     def last(self) -> Floats:
         place, feet, _, _ = self.log.end
-        x, v = (np.concatenate([place[k], feet[:, ::-1, k].ravel()]) for k in range(2))
+        x, v = (
+            np.concatenate([place[k], feet[:, 1::-1, k].ravel(), feet[:, 2:, k].ravel()]) for k in range(2)
+        )
         return np.concatenate([x, v])
 
     @property

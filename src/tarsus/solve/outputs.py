@@ -20,6 +20,7 @@ from tarsus.base.linear import solve
 from tarsus.base.messages import nearest
 from tarsus.base.quantities import Quantity
 from tarsus.model.drive.lower import evaluate, lower
+from tarsus.model.structure.walker import TURNS
 from tarsus.plan.lowering import lower_system
 
 if TYPE_CHECKING:
@@ -272,7 +273,7 @@ def _tangents(scene: Scene, system: LinearSystem) -> Floats:
 def _faults(scene: Scene, outputs: Sequence[Output]) -> list[str]:
     """Sentences on outputs that a robot does not have."""
     structure, drives = scene.robot.structure, tuple(scene.robot.drives)
-    angles = tuple(name for name in structure.body_coordinates if name in ("roll", "pitch"))
+    angles = tuple(name for name in structure.body_coordinates if name in TURNS)
     places = tuple(name for name in (*structure.points, *structure.body_coordinates) if name not in angles)
     problems: list[str] = []
     for one in outputs:

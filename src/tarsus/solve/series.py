@@ -10,7 +10,7 @@ import numpy as np
 from numpy.polynomial.polynomial import polyval
 from numpy.typing import NDArray
 
-from tarsus.base.events import CONTACT_BEGINS, EventKind, FootState
+from tarsus.base.events import CONTACT_BEGINS, EventKind
 from tarsus.base.quantities import Quantity
 from tarsus.files.ledger import Ledger
 from tarsus.model.laws.base import AdhesionLaw, Law
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from tarsus.core.modes import LinearSystem
     from tarsus.core.replay import SampledStates
     from tarsus.model.scene import Scene
-    from tarsus.solve.motion import Account, Way
+    from tarsus.solve.motion import Account, Sliding, Way
     from tarsus.solve.run import Run
 
 Floats = NDArray[np.float64]
@@ -49,7 +49,8 @@ class Series:
     strength (m, nt): f_a of a held foot.
     cumulative, works: energies of the ledger and works of the laws by name, from the start (nt,) [J].
     Of walkers also the body's coordinates (nb, nt) [m, rad]; where friction acts the feet's places along the way foot_x
-    (m, nt) [m], where they slide (m, nt), and friction on them (m, nt) [N], positive forward.
+    (m, nt) [m], where they slide (m, nt), and friction on them (m, nt) [N], positive forward; where feet move across it
+    their places and friction across, positive to the left.
     """
 
     time: Floats
@@ -70,6 +71,8 @@ class Series:
     foot_x: Floats | None = None
     slipping: NDArray[np.bool_] | None = None
     friction: Floats | None = None
+    foot_y: Floats | None = None
+    friction_across: Floats | None = None
 
 
 def grid(run: Run) -> Floats:
@@ -107,15 +110,23 @@ def sample(run: Run, time: Floats) -> Series:
 
 def along_the_way(run: Run, way: Way, strength: Floats, margin: Floats) -> dict[str, Any]:
     """What series also have where feet know their way along the ground; margin (m, nt) [N]: what presses feet down."""
-    friction = np.where(way.contact == FootState.STUCK, -way.along, 0.0)
-    sliding = way.contact == FootState.SLIPPING
-    if sliding.any():
-        for bound in run.motion.acting.on("friction").values():
-            # the margin is below 0 by rounding where a foot has just let go
-            given = {"margin": np.maximum(margin, 0.0), "strength": strength, "speed": way.speed}
-            most = acting.value(bound, *(given[name][sliding] for name in bound.leading))
-            friction[sliding] = -way.sense[sliding] * most
-    return {"body": way.body, "foot_x": way.foot_x, "slipping": sliding, "friction": friction}
+
+    def friction(of: Sliding) -> Floats:
+        out, slides = np.where(of.held, -of.force, 0.0), of.slides
+        if slides.any():
+            for bound in run.motion.acting.on("friction").values():
+                # the margin is below 0 by rounding where a foot has just let go
+                given = {"margin": np.maximum(margin, 0.0), "strength": strength, "speed": of.speed}
+                most = acting.value(bound, *(given[name][slides] for name in bound.leading))
+                out[slides] = -of.sense[slides] * most
+        return out
+
+    along, across = way.along, way.across
+    out = {"body": way.body, "foot_x": along.place, "slipping": along.slides, "friction": friction(along)}
+    if across is None:
+        return out
+    out["slipping"] = along.slides | across.slides
+    return out | {"foot_y": across.place, "friction_across": friction(across)}
 
 
 def quadratic(matrix: Floats, z: Floats) -> Floats:

@@ -83,6 +83,15 @@ class Gait(Description, ABC):
         "1", "how late drives that act along the way only follow their legs, in periods", default=0.25
     )
 
+    turn: Amount = quantity(
+        "1",
+        "share by which strides are shorter on the inside of a turn, the left where it is positive: 1 leaves those "
+        "legs standing, 2 has them step backward",
+        default=0.0,
+        ge=-2,
+        le=2,
+    )
+
     @model_validator(mode="after")
     def _in_order(self) -> Gait:
         if self.high < self.low:
@@ -99,6 +108,8 @@ class Gait(Description, ABC):
         if not layout.groups:
             return [("", "no drive of the robot moves a leg, so that there is nothing to walk with")]
         faults = self._pattern_faults(layout)
+        if np.any(self.turn != 0.0):
+            faults += _turn_faults(layout)
         if np.any(
             self.high < self.low
         ):  # of numbers that are one a run, which no one else has looked at together
@@ -123,12 +134,20 @@ class Gait(Description, ABC):
         (nr,), and carry derivatives, and those of the waves are then as well."""
         late = self.delays(layout)
         middle, half = 0.5 * (self.high + self.low), 0.5 * (self.high - self.low)
+        # strides on the left and on the right, as shares of whole ones
+        left, right = (
+            1.0 - np.where(self.turn > 0.0, self.turn, 0.0),
+            1.0 + np.where(self.turn < 0.0, self.turn, 0.0),
+        )
+        shares = [left, right] if np.any(self.turn != 0.0) else [1.0, 1.0]
+        strides = _strides(layout)
         waves: dict[str, Square] = {}
         for drive, reach in layout.drives.items():
             if reach.legs:
                 delay = late[reach.legs[0]] + (self.swing_lag if reach.lateral else 0.0)
+                side = _side(layout, reach)
                 waves[drive] = Square.model_construct(
-                    amplitude=half,
+                    amplitude=half * shares[side < 0.0] if side != 0.0 and drive in strides else half,
                     offset=middle,
                     frequency=self.frequency,
                     duty=self.duty,
@@ -216,6 +235,27 @@ class CustomGait(Gait):
     def delays(self, layout: Layout) -> dict[str, float]:
         """As given [periods]."""
         return dict(self.phases)
+
+
+def _strides(layout: Layout) -> list[str]:
+    """Drives that make the strides: those that act along the way only, or where there are none all."""
+    own = [name for name, reach in layout.drives.items() if reach.legs and reach.lateral]
+    return own or list(layout.drives)
+
+
+def _side(layout: Layout, reach: Reach) -> float:
+    """1 for a drive of legs on the left, -1 on the right, 0 for any other."""
+    sides = {float(np.sign(layout.hips[leg][1])) for leg in reach.legs}
+    return sides.pop() if len(sides) == 1 else 0.0
+
+
+def _turn_faults(layout: Layout) -> list[tuple[str, str]]:
+    """Drives that cannot make the strides of the two sides differ."""
+    return [
+        ("turn", f"drive '{name}' moves legs of both sides, so that their strides cannot differ")
+        for name in _strides(layout)
+        if len({np.sign(layout.hips[leg][1]) for leg in layout.drives[name].legs} - {0.0}) > 1
+    ]
 
 
 def _each(layout: Layout, delay: Callable[[int, int, int], float]) -> dict[str, float]:

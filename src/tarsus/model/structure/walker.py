@@ -63,6 +63,12 @@ class WalkerBody(Description):
         default=None,
         gt=0,
     )
+    yaw_inertia: MaybeAmount = quantity(
+        "kg m^2",
+        "moment of inertia about z, upward, of a body whose legs move across the way; absent: it does not turn",
+        default=None,
+        gt=0,
+    )
     modes: Named[WalkerMode] = Field(
         default=FrozenDict(), description="modes of the free body, besides its rigid motions"
     )
@@ -93,6 +99,15 @@ class WalkerLeg(Description):
     damping_v: Amount = quantity("N s/m", "damping between hip and foot, upward", ge=0)
     stiffness_l: Amount = quantity("N/m", "stiffness between hip and foot, along the way", ge=0)
     damping_l: Amount = quantity("N s/m", "damping between hip and foot, along the way", ge=0)
+    stiffness_t: MaybeAmount = quantity(
+        "N/m",
+        "stiffness between hip and foot, across the way; absent: no leg moves sideways, and no body",
+        default=None,
+        ge=0,
+    )
+    damping_t: MaybeAmount = quantity(
+        "N s/m", "damping between hip and foot, across the way; with stiffness_t", default=None, ge=0
+    )
     tip: WalkerTip | None = Field(
         default=None, description="compliant tip below the foot, which touches the ground in its place"
     )
@@ -107,15 +122,18 @@ class Walker(Structure):
     """A body on n legs, linear for small angles: (4.4)-(4.6) for any number of legs, with roll and pitch.
 
     Coordinates in order: ``surge`` x forward and ``heave`` z upward of the centre of mass [m], ``roll`` about +x and
-    ``pitch`` about +y [rad] where the body has that inertia; the body's modes by name; for each payload ``P`` its
+    ``pitch`` about +y [rad] where the body has that inertia; ``sway`` y to the left [m] where its legs move across the
+    way, and ``yaw`` about +z [rad] where it has that inertia; the body's modes by name; for each payload ``P`` its
     ``P_x`` and ``P``; for each leg ``L`` with a compliant tip the foot above it, ``L_ankle_x`` and ``L_ankle``; then
-    for each leg x and height of what touches the ground [m].  A hip at (X, Y, Z) from the centre of mass has the
-    height ``heave + Y roll - X pitch`` and the place along the way ``surge + Z pitch``, and what modes add; springs
-    and dampers act between hip and foot.  Feet are coupled through the body only.
+    for each leg x and height of what touches the ground [m], and then for each leg its y.  A hip at (X, Y, Z) from the
+    centre of mass has the height ``heave + Y roll - X pitch``, the place along the way ``surge + Z pitch - Y yaw`` and
+    across it ``sway + X yaw - Z roll``, and what modes add; springs and dampers act between hip and foot.  Feet are
+    coupled through the body only.  A body that yaws carries its directions with it: x is its heading (docs/bodies.md).
 
     Points, along +z unless the name ends in ``_x`` (then along +x): ``body`` and ``body_x``, payloads, and for a leg
     ``L`` what touches the ground ``L`` and ``L_x``, its hip ``L_hip`` and ``L_hip_x``, and the foot above a compliant
-    tip ``L_ankle`` and ``L_ankle_x``.
+    tip ``L_ankle`` and ``L_ankle_x``; where legs move across the way also ``body_y``, ``L_y`` and ``L_hip_y``, along
+    +y.
     """
 
     kind: Literal["walker"] = "walker"
@@ -129,12 +147,15 @@ class Walker(Structure):
     def _check(self) -> Walker:
         if not self.legs:
             raise PathErrors([("legs", "expected at least one leg, got none")])
+        if sideways := self._sideways_faults():
+            raise PathErrors(sideways)
+        endings = (*_ENDINGS, *_ACROSS) if self.sways else _ENDINGS
         own = [
-            *((f"legs.{leg}", (leg, *(f"{leg}{ending}" for ending in _ENDINGS)), "leg") for leg in self.legs),
+            *((f"legs.{leg}", (leg, *(f"{leg}{ending}" for ending in endings)), "leg") for leg in self.legs),
             *((f"payloads.{name}", (name, f"{name}_x"), "payload") for name in self.payloads),
             *((f"body.modes.{name}", (name,), "mode") for name in self.body.modes),
         ]
-        counts = Counter(("body", "body_x", *_RIGID, *(point for _, points, _ in own for point in points)))
+        counts = Counter((*self._body_points, *_RIGID, *(point for _, points, _ in own for point in points)))
         faults = [
             (path, f"its point '{shared[0]}' would bear the name of another point: rename the {what}")
             for path, points, what in own
@@ -155,12 +176,45 @@ class Walker(Structure):
             raise PathErrors(faults)
         return self
 
+    def _sideways_faults(self) -> list[tuple[str, str]]:
+        """What does not go with legs that move across the way: some that do not, payloads and compliant tips."""
+        given = [one.stiffness_t is not None and one.damping_t is not None for one in self.legs.values()]
+        some = any(one.stiffness_t is not None or one.damping_t is not None for one in self.legs.values())
+        if some and not all(given):
+            odd = list(self.legs)[given.index(False)]
+            text = "every leg has stiffness_t and damping_t, or none has either"
+            return [(f"legs.{odd}.stiffness_t", text)]
+        if not some:
+            text = (
+                "a body turns about z on legs that move across the way: give them stiffness_t and damping_t"
+            )
+            return [] if self.body.yaw_inertia is None else [("body.yaw_inertia", text)]
+        faults = [(f"payloads.{name}", "a body that sways has no payloads") for name in self.payloads]
+        text = "a leg that moves across the way has no compliant tip"
+        return faults + [(f"legs.{leg}.tip", text) for leg, one in self.legs.items() if one.tip is not None]
+
+    @property
+    def sways(self) -> bool:
+        """Whether body and feet move across the way."""
+        return all(one.stiffness_t is not None for one in self.legs.values())
+
+    @property
+    def directions(self) -> int:
+        """Directions in which a leg moves: upward, along the way, and across it."""
+        return 3 if self.sways else 2
+
     @property
     def body_coordinates(self) -> tuple[str, ...]:
         """Names of the body's coordinates (nb), in order: all but what touches the ground."""
-        rolls = ("roll",) if self.body.roll_inertia is not None else ()
-        pitches = ("pitch",) if self.body.pitch_inertia is not None else ()
-        return ("surge", "heave", *rolls, *pitches, *self.body.modes, *self._carried)
+        turns = [getattr(self.body, f"{name}_inertia") is not None for name in TURNS]
+        moves = (True, True, *turns[:2], self.sways, turns[2])
+        rigid = (name for name, known in zip(_RIGID, moves, strict=True) if known)
+        return (*rigid, *self.body.modes, *self._carried)
+
+    @property
+    def adrift(self) -> tuple[int, ...]:
+        """Coordinates that no spring holds where the feet slide freely: surge, and sway and yaw where it has them."""
+        return tuple(i for i, name in enumerate(self.body_coordinates) if name in ("surge", "sway", "yaw"))
 
     @property
     def _carried(self) -> tuple[str, ...]:
@@ -175,23 +229,28 @@ class Walker(Structure):
 
     @property
     def rigid_size(self) -> int:
-        """Number of the body's rigid motions, the first of its coordinates, 2 to 4."""
+        """Number of the body's rigid motions, the first of its coordinates, 2 to 6."""
         return self.body_size - len(self.body.modes) - len(self._carried)
 
     @property
     def size(self) -> int:
-        """Number of coordinates: nb, and two a leg."""
-        return self.body_size + 2 * len(self.legs)
+        """Number of coordinates: nb, and one a leg for each direction."""
+        return self.body_size + self.directions * len(self.legs)
 
     @property
     def points(self) -> tuple[str, ...]:
         """``body``, ``body_x``, then those of each leg, then of payloads."""
         of_legs = (point for leg, one in self.legs.items() for point in _leg_points(leg, one))
-        return ("body", "body_x", *of_legs, *(p for name in self.payloads for p in (name, f"{name}_x")))
+        return (*self._body_points, *of_legs, *(p for name in self.payloads for p in (name, f"{name}_x")))
+
+    @property
+    def _body_points(self) -> tuple[str, ...]:
+        return ("body", "body_x", "body_y") if self.sways else ("body", "body_x")
 
     def body_mass(self) -> Array:
-        """Inertias of the body's coordinates (nb,) [kg, kg, kg m^2, kg m^2, kg ...]."""
-        turning = (self.body.roll_inertia, self.body.pitch_inertia)
+        """Inertias of the body's coordinates (nb,) [kg, kg m^2]."""
+        body = self.body
+        turning = (body.roll_inertia, body.pitch_inertia, body.mass if self.sways else None, body.yaw_inertia)
         masses = {f"{leg}_ankle": one.mass for leg, one in self.legs.items()}
         masses |= {name: one.mass for name, one in self.payloads.items()}
         carried = [masses[point.removesuffix("_x")] for point in self._carried]
@@ -220,9 +279,14 @@ class Walker(Structure):
         """Weights (nb,) of the body's coordinates in the place of a leg's hip along the way; `KeyError` as above."""
         return self._mount(leg, self.legs[leg])[0]
 
+    def hip_row_y(self, leg: str) -> Array:
+        """Weights (nb,) of the body's coordinates in the place of a leg's hip across the way; `KeyError` as above."""
+        across = {"sway": 1.0, "yaw": self.legs[leg].x, "roll": -self.legs[leg].z}
+        return np.array([across.get(one, 0.0) for one in self.body_coordinates])
+
     def _mount(self, name: str, at: WalkerLeg | Payload) -> tuple[Array, Array]:
         """Weights (nb,) of the body's coordinates in place and height of a hip, or of what bears a payload."""
-        along = {"surge": 1.0, "pitch": at.z} | {
+        along = {"surge": 1.0, "pitch": at.z, "yaw": -at.y} | {
             n: one.along.get(name, 0.0) for n, one in self.body.modes.items()
         }
         upward = {"heave": 1.0, "roll": at.y, "pitch": -at.x}
@@ -243,20 +307,23 @@ class Walker(Structure):
         return x, z
 
     def leg_coordinate(self, leg: str) -> int:
-        """Index of the coordinate of a foot's x; its height is the next one; `KeyError` for an unknown leg."""
+        """Index of the coordinate of a foot's x; its height is the next one, and its y, where it has one, the leg's of
+        the last nl; `KeyError` for an unknown leg."""
         if leg not in self.legs:
             raise KeyError(leg)
         return self.body_size + 2 * list(self.legs).index(leg)
 
     def leg_of(self, point: str) -> str | None:
         """The leg that bears a point of its own; None for the body's, those of payloads, and unknown ones."""
-        names = (point.removesuffix(ending) for ending in ("", *_ENDINGS) if point.endswith(ending))
+        endings = ("", *_ENDINGS, *_ACROSS)
+        names = (point.removesuffix(ending) for ending in endings if point.endswith(ending))
         return next((name for name in names if name in self.legs), None)
 
     @property
     def foot_points(self) -> tuple[str, ...]:
-        """Points of the feet in the order of their coordinates: ``L_x`` and ``L`` for every leg ``L``."""
-        return tuple(point for leg in self.legs for point in (f"{leg}_x", leg))
+        """Points of the feet in the order of their coordinates: ``L_x`` and ``L`` for every leg ``L``, then ``L_y``."""
+        across = (f"{leg}_y" for leg in self.legs if self.sways)
+        return (*(point for leg in self.legs for point in (f"{leg}_x", leg)), *across)
 
     def within(self) -> tuple[Array, Array]:
         """Damping and stiffness (nb, nb) within the body: of modes, payloads, and legs above compliant tips."""
@@ -281,7 +348,8 @@ class Walker(Structure):
     def matrices(self) -> Matrices:
         """Mass, damping and stiffness (n, n): those of (4.4) where the body only surges and heaves."""
         ends = [one.end for one in self.legs.values()]
-        mass = np.diag([*self.body_mass(), *(m for one in ends for m in (one.mass, one.mass))])
+        feet = [m for one in ends for m in (one.mass, one.mass)] + [one.mass for one in ends if self.sways]
+        mass = np.diag([*self.body_mass(), *feet])
         damping, stiffness = np.zeros_like(mass), np.zeros_like(mass)
         nb = self.body_size
         damping[:nb, :nb], stiffness[:nb, :nb] = self.within()
@@ -291,26 +359,41 @@ class Walker(Structure):
             along[:nb], upward[:nb] = x, z
             stiffness += end.stiffness_l * np.outer(along, along) + end.stiffness_v * np.outer(upward, upward)
             damping += end.damping_l * np.outer(along, along) + end.damping_v * np.outer(upward, upward)
+            leg = self.legs[name]
+            if leg.stiffness_t is not None and leg.damping_t is not None:
+                across = -self.row(f"{name}_y")
+                across[:nb] = self.hip_row_y(name)
+                stiffness += leg.stiffness_t * np.outer(across, across)
+                damping += leg.damping_t * np.outer(across, across)
         return Matrices(mass, damping, stiffness)
 
     def row(self, point: str) -> Array:
-        """Weights (n,) of a point's displacement, along +x for a name that ends in ``_x``, else along +z."""
+        """Weights (n,) of a point's displacement, along +x for a name that ends in ``_x``, along +y of a walker that
+        sways for one that ends in ``_y``, else along +z."""
         row = np.zeros(self.size)
         if point in self._carried:
             row[self.body_coordinates.index(point)] = 1.0
             return row
         leg = self.leg_of(point)
         if leg is None:
-            row[{"body": 1, "body_x": 0}[point]] = 1.0
+            at = {"body": "heave", "body_x": "surge", "body_y": "sway"}[point]
+            row[self.body_coordinates.index(at)] = 1.0
         elif point in (leg, f"{leg}_x"):
             row[self.leg_coordinate(leg) + (point == leg)] = 1.0
+        elif point == f"{leg}_y" and self.sways:
+            row[self.body_size + 2 * len(self.legs) + list(self.legs).index(leg)] = 1.0
         else:
-            row[: self.body_size] = {f"{leg}_hip": self.hip_row_z, f"{leg}_hip_x": self.hip_row_x}[point](leg)
+            rows = {
+                f"{leg}_hip": self.hip_row_z,
+                f"{leg}_hip_x": self.hip_row_x,
+                f"{leg}_hip_y": self.hip_row_y,
+            }
+            row[: self.body_size] = rows[point](leg)
         return row
 
     def alone(self, point: str) -> Array:
         """The row of a foot's, a payload's or the body's point: it is a coordinate; `InputError` for a hip."""
-        if point not in ("body", "body_x", *self._carried, *self.foot_points):
+        if point not in (*self._body_points, *self._carried, *self.foot_points):
             raise InputError(f"the displacement of '{point}' is no coordinate of a walker")
         return self.row(point)
 
@@ -323,17 +406,23 @@ class Walker(Structure):
         return self._translation(self.row("body_x"), 0)
 
     def _translation(self, row: Array, first: int) -> Array:
-        row[self.body_size - len(self._carried) + first :: 2] = 1.0
+        row[self.body_size - len(self._carried) + first : self.body_size + 2 * len(self.legs) : 2] = 1.0
         return row
 
 
 MOST_COORDINATES = 16
 """Of a body with all that moves in it: as many as the engine has room for."""
 
-_RIGID = ("surge", "heave", "roll", "pitch")
+TURNS = ("roll", "pitch", "yaw")
+"""Coordinates of a body that are angles [rad]."""
+
+_RIGID = ("surge", "heave", "roll", "pitch", "sway", "yaw")
 _ENDINGS = ("_x", "_hip", "_hip_x", "_ankle", "_ankle_x")
+_ACROSS = ("_y", "_hip_y")
 
 
 def _leg_points(name: str, leg: WalkerLeg) -> tuple[str, ...]:
     endings = _ENDINGS if leg.tip is not None else _ENDINGS[:3]
+    if leg.stiffness_t is not None:
+        endings += _ACROSS
     return (name, *(f"{name}{ending}" for ending in endings))

@@ -22,12 +22,12 @@ function unpackStates(text, legs, frames) {
 /** The walk as arrays over its frames: coordinates of the body, and of every leg its foot and what acts there. */
 function readWalk(data) {
   const { frames } = data, body = {};
-  for (const name of ["surge", "heave", "roll", "pitch"]) {
+  for (const name of ["surge", "heave", "roll", "pitch", "yaw"]) {
     body[name] = data.body[name] ? unpack(data.body[name], frames)[0] : new Float64Array(frames);
   }
   const time = unpack(data.time, frames)[0];
   return {
-    frames, body, time, start: time[0], end: time[frames - 1], period: data.period, incline: data.incline,
+    frames, body, turns: "yaw" in data.body, time, start: time[0], end: time[frames - 1], period: data.period, incline: data.incline,
     ground: data.ground,
     names: data.legs, hips: data.hips, stage: data.stage,
     footX: unpack(data.foot_x, frames), footZ: unpack(data.foot_z, frames),
@@ -175,7 +175,8 @@ class Player {
     const next = Math.min(low + 1, frames - 1);
     const share = next > low ? between((this.now - time[low]) / (time[next] - time[low]), 0, 1) : 0;
     const read = (series) => series[low] + share * (series[next] - series[low]);
-    return { frame: low, read, surge: read(body.surge), heave: read(body.heave), roll: read(body.roll), pitch: read(body.pitch) };
+    return { frame: low, read, surge: read(body.surge), heave: read(body.heave), roll: read(body.roll), pitch: read(body.pitch),
+      yaw: read(body.yaw) };
   }
 
   /** Read the page's colours and font again, and draw. */
@@ -201,12 +202,13 @@ class Player {
   }
 
   /** What is seen, in words. */
-  say({ frame, surge, heave }) {
+  say({ frame, surge, heave, yaw }) {
     const feet = [[STUCK, "stuck"], [SLIPPING, "slipping"]].map(([state, word]) => {
       const names = this.walk.names.filter((_, leg) => this.walk.state[leg][frame] === state);
       return names.length ? `, ${names.length > 6 ? `${names.length} feet` : names.join(" ")} ${word}` : "";
     }).join("");
-    const where = this.walk.stage.springs ? "Feet" : `Travel ${amount(surge, "m")}, height ${amount(heave, "m")}`;
+    const heading = this.walk.turns ? `, heading ${amount(yaw, "rad")}` : "";
+    const where = this.walk.stage.springs ? "Feet" : `Travel ${amount(surge, "m")}, height ${amount(heave, "m")}${heading}`;
     this.says.textContent = `${where}${feet || ", no foot on the ground"}.`.replace("Feet, no", "No").replace("Feet,", "Feet:");
   }
 }

@@ -189,7 +189,7 @@ class Stage {
   drawLeg(leg) {
     const { pen, size, walk, moment, look: { colors } } = this, { stage } = walk, { up, along } = this.choices;
     const [hipX, hipY, hipZ] = walk.hips[leg], color = this.far(leg) ? colors["far-leg"] : colors.leg;
-    const hip = this.place(stage.x[leg] + along * (moment.surge + hipZ * moment.pitch), stage.y[leg],
+    const hip = this.place(stage.x[leg] + along * (moment.surge + hipZ * moment.pitch - hipY * moment.yaw), stage.y[leg],
       stage.z[leg] + up * (moment.heave + hipY * moment.roll - hipX * moment.pitch));
     const [x, y] = this.place(stage.x[leg] + along * (moment.read(walk.footX[leg]) - hipX), stage.y[leg],
       up * moment.read(walk.footZ[leg]));

@@ -28,6 +28,8 @@ class Acting {
   typedef Jet Real;
   LawTangents& laws;
 
+  static constexpr int directions() { return DIRECTIONS; }
+
   // copies: perturbed walkers; null where no derivatives are needed.
   Acting(const Legged& s, const Body& unit, LawTangents& l, const DriveTangents& drives, const DataTangents& data,
          const Player& player, const std::vector<PerturbedWalker>* copies)
@@ -113,7 +115,7 @@ class Acting {
   Jet function(int i, FootEvent kind) const {
     switch (kind) {
       case TOUCH: return u(i, UP) + gap(i);
-      case STOP: return w(i, ALONG) * s_.feet[i].sense;
+      case STOP: return w(i, ALONG) * s_.feet[i].sense[ALONG];
       case PULL_OFF: return strength(i) - pull_on(*this, i);
       default: break;
     }
@@ -208,9 +210,9 @@ class Acting {
       }
       if (d == ALONG && foot.contact == SLIPPING) {
         out.slipped[i] = std::fabs(rate);
-        if (foot.sense != 0.0) {
+        if (foot.sense[ALONG] != 0.0) {
           const Jet most = strength(i);
-          const double frictional = laws.friction(leg.foot, most - pull_on(*this, i), most, Jet(std::fabs(w))).value * foot.sense;
+          const double frictional = laws.friction(leg.foot, most - pull_on(*this, i), most, Jet(std::fabs(w))).value * foot.sense[ALONG];
           force -= frictional;
           out.power.friction += frictional * rate;
         }

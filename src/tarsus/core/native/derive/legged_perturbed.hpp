@@ -56,7 +56,7 @@ struct PerturbedWalker {
       }
       if (s.feet[i].contact == STUCK) continue;
       Row own = s.rows[i].load[ALONG];
-      if (s.feet[i].contact == SLIPPING) own -= s.rows[i].bound * s.feet[i].sense;
+      if (s.feet[i].contact == SLIPPING) own -= s.rows[i].bound[ALONG] * s.feet[i].sense[ALONG];
       move(i, ALONG, k, own);
       carry_free(s, i, ALONG, own, h, s.rows[i]);
     }

@@ -38,7 +38,8 @@ struct PerturbedStep {
         r.u[e] += d.u[e] * by;
         r.w[e] += d.w[e] * by;
       }
-      for (Row LegRows::*part : {&LegRows::film, &LegRows::gap, &LegRows::rate, &LegRows::smooth, &LegRows::bound}) {
+      r.bound[ALONG] += d.bound[ALONG] * by;
+      for (Row LegRows::*part : {&LegRows::film, &LegRows::gap, &LegRows::rate, &LegRows::smooth}) {
         r.*part += d.*part * by;
       }
       if (!s.feet[i].filmed()) continue;

@@ -225,7 +225,7 @@ class LeggedTangent : public LeggedMarch {
           own.air[0] += f.by_gap[0] * r.u[UP] * one.weight;
           own.air[1] += (f.by_gap[1] * r.u[UP] + f.by_rate * r.rate) * one.weight;
         } else if (f.slides) {
-          own.bound += (f.by[MARGIN] * r.margin + f.by[SLIP_SPEED] * r.w[ALONG] * feet[i].sense) * one.weight;
+          own.bound += (f.by[MARGIN] * r.margin + f.by[SLIP_SPEED] * r.w[ALONG] * feet[i].sense[ALONG]) * one.weight;
         }
       }
       one.finish(h);
@@ -385,7 +385,8 @@ class LeggedTangent : public LeggedMarch {
         foot.aged = place_.grip[i].aged.slope[lane];
         foot.parted = place_.grip[i].parted.slope[lane];
         foot.contact = feet[i].contact;
-        foot.sense = feet[i].sense;
+        std::copy_n(feet[i].sense, MOST_DIRECTIONS, foot.sense);
+        std::copy_n(feet[i].slides, MOST_DIRECTIONS, foot.slides);
       }
       assemble_coupling(t);
     }
@@ -417,7 +418,7 @@ class LeggedTangent : public LeggedMarch {
       const LeggedFoot& foot = feet[i];
       f.acts[0] = foot.contact == AIR && foot.film;
       f.acts[1] = foot.contact == AIR && foot.force;
-      f.slides = foot.contact == SLIPPING && foot.sense != 0.0;
+      f.slides = foot.contact == SLIPPING && foot.sense[ALONG] != 0.0;
       f.speeds = f.slides && laws.laws.friction_by_speed;
       f.by_gap[0] = f.by_gap[1] = f.by_rate = f.by[MARGIN] = f.by[HELD_STRENGTH] = f.by[SLIP_SPEED] = Row(0.0);
       if (foot.contact != AIR) linearise_held(i, times);
@@ -477,7 +478,7 @@ class LeggedTangent : public LeggedMarch {
       return strength - laws_.force(foot, Jet(0.0), Jet(0.0), volts_at(foot, j), Jet(times[j]));
     });
     if (!f.slides) return;
-    const SlidingTangent found = sliding_tangent(laws_, foot, r.margin, r.strength, r.w[ALONG] * feet[i].sense, feet[i].start == JUST_SLIDING);
+    const SlidingTangent found = sliding_tangent(laws_, foot, r.margin, r.strength, r.w[ALONG] * feet[i].sense[ALONG], feet[i].just_slides(ALONG));
     std::copy_n(found.by, FRICTION_ARGUMENTS, f.by);
     for (int lane = 0; lane < LANES; lane++) linear_.own[size_t(i) * LANES + lane].bound = found.own[lane];
     if (f.speeds && !invert_friction(tables.of(step_class, body.legs[i].kind[ALONG]), f)) lose();

@@ -90,12 +90,12 @@ inline bool invert_friction(const LegStep& table, LinearFoot& f) {
 // A foot along the ground from u0, w0 under the force q and, where it slides, a friction of which ``own`` does not depend on its
 // speed.
 inline void slide_linear(const LinearFoot& f, const LegStep& table, double sense, double u0, double w0, const Row& own, LegRows& r) {
-  r.bound = f.slides ? own : Row(0.0);
+  r.bound[ALONG] = f.slides ? own : Row(0.0);
   if (f.speeds) {
     free_motion(table, u0, w0, r.q[ALONG], r.u[ALONG], r.w[ALONG]);
-    r.bound = combine(reinterpret_cast<const double*>(f.bound_inverse), own + f.by[SLIP_SPEED] * r.w[ALONG] * sense);
+    r.bound[ALONG] = combine(reinterpret_cast<const double*>(f.bound_inverse), own + f.by[SLIP_SPEED] * r.w[ALONG] * sense);
   }
-  r.q[ALONG] -= r.bound * sense;
+  r.q[ALONG] -= r.bound[ALONG] * sense;
   free_motion(table, u0, w0, r.q[ALONG], r.u[ALONG], r.w[ALONG]);
 }
 
@@ -154,14 +154,14 @@ inline bool body_matrix(const Legged& s, int k, double h, const LegTangents& of,
       } else if (of.feet[i].slides) {
         const Row pull = place * leg.stiffness[UP] + unit * leg.damping[UP];
         r.q[ALONG] = Row(0.0);
-        slide_linear(of.feet[i], along, s.feet[i].sense, 0.0, 0.0, -of.feet[i].by[MARGIN] * pull, r);
+        slide_linear(of.feet[i], along, s.feet[i].sense[ALONG], 0.0, 0.0, -of.feet[i].by[MARGIN] * pull, r);
         add(leg.hip[ALONG], leg.hip[UP], l, r.w[ALONG] * leg.mass - combine(once, r.q[ALONG]) * h);
       }
       if (s.feet[i].held(ALONG)) continue;
       r.q[ALONG] = place * leg.stiffness[ALONG] + unit * leg.damping[ALONG];
-      slide_linear(of.feet[i], along, s.feet[i].sense, 0.0, 0.0, Row(0.0), r);
+      slide_linear(of.feet[i], along, s.feet[i].sense[ALONG], 0.0, 0.0, Row(0.0), r);
       Row made = r.w[ALONG] * leg.mass;
-      if (of.feet[i].speeds) made += combine(once, r.bound) * (h * s.feet[i].sense);
+      if (of.feet[i].speeds) made += combine(once, r.bound[ALONG]) * (h * s.feet[i].sense[ALONG]);
       add(leg.hip[ALONG], leg.hip[ALONG], l, made);
     }
   }
@@ -190,9 +190,9 @@ inline void move_lane(const Legged& s, Legged& t, int k, double h, const LegTang
     }
     if (foot.contact == STUCK) continue;
     r.q[ALONG] = r.load[ALONG] + spring(t, leg, ALONG);
-    slide_linear(f, s.tables.of(k, leg.kind[ALONG]), foot.sense, foot.u[ALONG], foot.w[ALONG],
+    slide_linear(f, s.tables.of(k, leg.kind[ALONG]), foot.sense[ALONG], foot.u[ALONG], foot.w[ALONG],
                  f.by[MARGIN] * r.margin + f.by[HELD_STRENGTH] * own.strength + own.bound, r);
-    carry_free(t, i, ALONG, r.load[ALONG] - r.bound * foot.sense, h, r);
+    carry_free(t, i, ALONG, r.load[ALONG] - r.bound[ALONG] * foot.sense[ALONG], h, r);
   }
 }
 

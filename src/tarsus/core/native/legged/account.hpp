@@ -124,8 +124,8 @@ struct Account {
     s.energy.work += integral(over.of(r.load[d]) * rate) * span;
     if (acted && foot.force) s.energy.smooth += integral(over.of(r.smooth) * rate) * (s.normal_share(i, d) * span);
     if (leg.turned) s.energy.damping -= 2.0 * leg.cross_damping * integral(across * over.of(leg.hip[UP].motion(s.at.v))) * span;
-    if (d == ALONG && foot.contact == SLIPPING) {
-      s.energy.friction += integral(over.of(r.bound) * rate) * foot.sense * span;
+    if (d != UP && foot.contact == SLIPPING) {
+      s.energy.friction += integral(over.of(r.bound[d]) * rate) * foot.sense[d] * span;
     }
   }
 
@@ -193,7 +193,7 @@ inline void add_energies(Legged& s, double h, double fraction, Moment& end, Choi
   const Stretch over(s, 0.0, std::min(fraction, 1.0));
   account.of_body(over);
   for (int i = 0; i < s.legs(); i++) {
-    for (int d = 0; d < DIRECTIONS; d++) account.of_leg(i, d, over, end.of(i, d).u);
+    for (int d = 0; d < s.directions(); d++) account.of_leg(i, d, over, end.of(i, d).u);
   }
 }
 

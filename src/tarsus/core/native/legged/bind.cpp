@@ -74,13 +74,13 @@ void run_all(LeggedMarch& system, const Batch& batch, const Start& begin, Outcom
   system.rebase();  // so that the rates are those of the feet
   out.moving.assign(system.x, system.x + nb);
   out.moving.insert(out.moving.end(), system.v, system.v + nb);
-  for (const LeggedFoot& foot : system.feet)
-{
+  for (const LeggedFoot& foot : system.feet) {
     double u[DIRECTIONS] = {foot.u[UP], foot.u[ALONG]}, w[DIRECTIONS] = {foot.w[UP], foot.w[ALONG]};
     const int i = int(&foot - system.feet.data());
     in_world(system, i, u);
     in_world(system, i, w);
     out.legs.insert(out.legs.end(), {u[UP], w[UP], u[ALONG], w[ALONG]});
+    if (body.directions > DIRECTIONS) out.legs.insert(out.legs.end(), {foot.u[ACROSS], foot.w[ACROSS]});
   }
   for (int i : body.leg) out.contacts.push_back(system.feet[i].contact);
   out.energies.assign(&system.energy.work, &system.energy.work + ENERGIES);
@@ -90,14 +90,14 @@ void run_all(LeggedMarch& system, const Batch& batch, const Start& begin, Outcom
 // Every run of a batch.
 //
 // Returns codes, events and where those of every run end, marks and where they end, finish (time, steps, rejected steps),
-// samples, and of the last run body (2, nb), feet (nl, 2, 2), contacts and energies at its end. ``start``: where every run
+// samples, and of the last run body (2, nb), legs (nl, directions, 2), contacts and energies at its end. ``start``: where every run
 // starts, as time, held, leaving and since of each foot (see Beginning); from t = 0 without it.
 nb::tuple run_legged(const Body& body, const LegTables& tables, const Nodes& nodes, const Signals& signals, const Laws& laws,
                      nb::handle given, const Settings& settings, const Doubles& times, bool account,
                      nb::object start) {
   const int nb = body.coordinates();
   if (laws.feet != body.feet()) throw std::invalid_argument("the body and the laws are of different feet");
-  const Rows rows(given, signals, size_t(laws.feet) * laws.columns, 2 * (nb + 2 * body.legs.size()), laws.feet, body.drives);
+  const Rows rows(given, signals, size_t(laws.feet) * laws.columns, 2 * size_t(body.all_coordinates()), laws.feet, body.drives);
   if (rows.batch.profile != body.shape()) throw std::invalid_argument("the sizes of a ground's profile differ");
   const Batch& batch = rows.batch;
   const Start begin(start, laws.flags.size());
@@ -114,7 +114,7 @@ nb::tuple run_legged(const Body& body, const LegTables& tables, const Nodes& nod
                         returned(std::move(out.notes.marks), 3 + nb + 2 * body.feet()),
                         returned(std::move(out.ends.mark_end)), returned(std::move(out.ends.finish), 3),
                         returned(std::move(out.notes.samples), out.sample_width), returned(std::move(out.moving), nb),
-                        returned(std::move(out.legs), 2 * DIRECTIONS), returned(std::move(out.contacts)),
+                        returned(std::move(out.legs), 2 * body.directions), returned(std::move(out.contacts)),
                         returned(std::move(out.energies)));
 }
 

@@ -1,7 +1,7 @@
-// A legged robot as data: a body on legs, each a foot on a spring and damper in two directions. Of the body's coordinates four are rigid
-// motions at most; the others are its modes, payloads on springs and the masses of legs above a compliant tip.
+// A legged robot as data: a body on legs, each a foot on a spring and damper in two directions, or in three. Of the body's coordinates
+// six are rigid motions at most; the others are its modes, payloads on springs and the masses of legs above a compliant tip.
 //
-// Direction 0 is upward, 1 along the way. A foot with displacement u [m], hip at a and film momentum P moves
+// Direction 0 is upward, 1 along the way, 2 across it, to the left. The directions are the body's, and turn with it (docs/bodies.md). A foot with displacement u [m], hip at a and film momentum P moves
 // by
 //
 //   u' = w + P/m,   w' = (-k u - c w + Q)/m - c P/m^2,   Q = k a + c a' + load,
@@ -18,9 +18,10 @@
 
 namespace tarsus::legged {
 
-enum Direction { UP, ALONG, DIRECTIONS };
+enum Direction { UP, ALONG, ACROSS };
+constexpr int DIRECTIONS = 2, MOST_DIRECTIONS = 3;  // of a robot that keeps its heading, and of one that turns or sways
 
-constexpr int MOST_COORDINATES = 16;  // of a body: four rigid motions, and what moves in it on springs
+constexpr int MOST_COORDINATES = 16;  // of a body: six rigid motions, and what moves in it on springs
 
 // How a hip follows the body's coordinates; those that do not move it are excluded.
 struct Hip {
@@ -64,10 +65,10 @@ struct Facet {
 
 struct Leg {
   double mass, gap;                                      // [kg], clearance at rest [m]
-  double weight[DIRECTIONS];                             // [N] downward, and backward
-  double stiffness[DIRECTIONS], damping[DIRECTIONS];     // [N/m], [N s/m]
-  int kind[DIRECTIONS], foot = -1, first = 0, last = 0;  // tables; foot or -1; drives that act on the foot
-  Hip hip[DIRECTIONS];
+  double weight[MOST_DIRECTIONS] = {};                            // [N] downward, and backward
+  double stiffness[MOST_DIRECTIONS], damping[MOST_DIRECTIONS];    // [N/m], [N s/m]
+  int kind[MOST_DIRECTIONS], foot = -1, first = 0, last = 0;      // tables; foot or -1; drives that act on the foot
+  Hip hip[MOST_DIRECTIONS];
 
   // Of uneven ground (legged/profile.hpp). place [m]: of the foot at rest along the facet, which lasts from low to high; normal: of the
   // facet, in the directions the leg lives in; rounding [m]: of the gap. sloping: the facet is not level; turned: the leg lives in its
@@ -94,10 +95,10 @@ struct Body {
   std::vector<double> stiffness, damping;   // (coordinates, coordinates): of springs and dampers within the body
   std::vector<Leg> legs;
   std::vector<int> leg;    // of a foot
-  std::vector<int> drive;  // of every load on a foot, and its gain upward and along
+  std::vector<int> drive;  // of every load on a foot, and its gain (directions)
   std::vector<double> gain;
   std::vector<double> load;  // (drives, coordinates): loads on the body itself
-  int drives = 0;
+  int drives = 0, directions = DIRECTIONS;
   int points = 0;         // of the ground's profile, 0 for level ground
   bool periodic = false;  // whether that repeats
   bool patched = false;   // and whether its facets are not alike
@@ -106,6 +107,9 @@ struct Body {
   size_t shape() const { return size_t(points > 0 ? 2 * points + (patched ? 3 * (points - 1) : 0) : 0); }
 
   int coordinates() const { return int(mass.size()); }
+  // Of body and legs; in a state places across come after all others.
+  int all_coordinates() const { return coordinates() + directions * int(legs.size()); }
+  int coordinate(int leg, int d) const { return coordinates() + (d == ACROSS ? DIRECTIONS * int(legs.size()) + leg : DIRECTIONS * leg + 1 - d); }
   int feet() const { return int(leg.size()); }
 
   // Take the weights of ``unit``, which are those per unit of gravity, under this one [m/s^2]: into the ground, and back along the

@@ -17,6 +17,7 @@ struct Present {
 
   explicit Present(Legged& of) : s(of), laws(of.laws) {}
 
+  int directions() const { return s.directions(); }
   const Leg& leg(int i) const { return s.body.legs[i]; }
   double& u(int i, int d) { return s.feet[i].u[d]; }
   double& w(int i, int d) { return s.feet[i].w[d]; }
@@ -27,7 +28,7 @@ struct Present {
   double damping(int i, int d) const { return leg(i).damping[d]; }
   double hip(int i, int d) const { return leg(i).hip[d].motion(s.x); }
   double hip_rate(int i, int d) const { return leg(i).hip[d].motion(s.v); }
-  double load(int n, int d) const { return s.body.gain[2 * n + d] * s.player.value(s.body.drive[n], s.clock.time); }
+  double load(int n, int d) const { return s.body.gain[s.directions() * n + d] * s.player.value(s.body.drive[n], s.clock.time); }
   double age_brought(int i) const { return s.feet[i].brought(laws, leg(i).foot, s.clock.time); }
   double volts(int f) const { return s.volts_now(f); }
   double landing_gap(int i) const { return s.gap_now(i); }
@@ -59,10 +60,10 @@ inline typename P::Real pull_on(const P& p, int i) {
   return structure_force(p, i, UP, -p.gap(i)) + p.smooth(i, Real(0.0), Real(0.0));
 }
 
-// What friction has to bear under a foot that sticks, and can, of a contact of that strength [N].
+// What friction has to bear in direction d under a foot that sticks, and can, of a contact of that strength [N].
 template <class P>
-inline Bearing<typename P::Real> bearing_of(P& p, int i, const typename P::Real& strength) {
-  return {p.laws, p.leg(i).foot, strength - pull_on(p, i), strength, structure_force(p, i, ALONG, p.u(i, ALONG))};
+inline Bearing<typename P::Real> bearing_of(P& p, int i, const typename P::Real& strength, int d = ALONG) {
+  return {p.laws, p.leg(i).foot, strength - pull_on(p, i), strength, structure_force(p, i, d, p.u(i, d))};
 }
 
 // Rate [m/s] without the film's momentum of a foot that leaves the ground at a rate.
@@ -98,10 +99,14 @@ inline Braking<typename P::Real> impact(P& p, int i, EventKind kind, const Landi
   const bool bounces = kind == BOUNCE;
   const Real restituted = bounces ? at.lost() : at.lost() + at.kept();
   p.w(i, UP) = bounces ? leaving_rate(p, i, at.after) : Real(0.0);
-  Braking<Real> out = impact_friction(p.laws, p.leg(i).foot, {at.mobility, Real(0.0), at.mobility}, at.speed,
-                                      bounces ? at.after : Real(0.0), Real(p.w(i, ALONG)));
-  p.w(i, ALONG) = out.left;
-  out.lost = restituted + out.lost;
+  Braking<Real> out;
+  Real lost = restituted;
+  for (int d = ALONG; d < p.directions(); d++) {
+    out = impact_friction(p.laws, p.leg(i).foot, {at.mobility, Real(0.0), at.mobility}, at.speed, bounces ? at.after : Real(0.0), Real(p.w(i, d)));
+    p.w(i, d) = out.left;
+    lost = lost + out.lost;
+  }
+  out.lost = lost;
   return out;
 }
 
@@ -112,7 +117,7 @@ inline double no_pull(const Legged& s, int i) {
   const Leg& leg = s.body.legs[i];
   double parts = leg.stiffness[UP] * (leg.hip[UP].parts(s.x) + std::fabs(leg.standing())) + leg.damping[UP] * leg.hip[UP].parts(s.v) + std::fabs(leg.weight[UP]);
   for (int n = leg.first; n < leg.last; n++) {
-    parts += std::fabs(s.body.gain[2 * n + UP] * s.player.value(s.body.drive[n], s.clock.time));
+    parts += std::fabs(s.body.gain[s.directions() * n + UP] * s.player.value(s.body.drive[n], s.clock.time));
   }
   if (leg.turned) {
     parts += std::fabs(leg.cross_stiffness) * (leg.hip[ALONG].parts(s.x) + std::fabs(s.feet[i].u[ALONG])) +
@@ -147,11 +152,12 @@ inline void begin_contact(Legged& s, int i) {
   foot.begin(s.laws, s.body.legs[i].foot, s.clock.time);
   foot.start = AS_IT_COMES;
   foot.apex.restart(s.clock.time);
-  const double along = foot.w[ALONG];
-  const Footing on(s.laws.rubs(s.body.legs[i].foot, std::fabs(along)), along, s.settings.speed_zero);
-  if (on.sticks) foot.w[ALONG] = 0.0;
-  foot.contact = on.sticks ? STUCK : SLIPPING;
-  foot.sense = on.sense;
+  for (int d = ALONG; d < s.directions(); d++) {
+    const double along = foot.w[d];
+    const Footing on(s.laws.rubs(s.body.legs[i].foot, std::fabs(along)), along, s.settings.speed_zero);
+    if (on.sticks) foot.w[d] = 0.0;
+    foot.set_sliding(d, !on.sticks, on.sense, false);
+  }
 }
 
 // A foot reaches the ground: it bounces, is captured, comes to rest, or has no speed and lies there already. pull [N]: on it where
@@ -249,8 +255,7 @@ inline void stand_in_corner(Legged& s, int i, int way, bool shifts) {
   Bearing<double> at = bearing_of(present, i, s.laws.strength(f, s.clock.time - foot.since, s.volts_now(f)));
   const Pressing by(at, corner, way);
   if (by.holds() && !shifts) {
-    foot.contact = STUCK;
-    foot.sense = 0.0;
+    foot.set_sliding(ALONG, false, 0.0, false);
     foot.wedged = way;
     s.log.add(s.clock.time, f, STICK_BEGINS, foot.apex, 0.0, 0.0, at.along, at.most);
     return;
@@ -261,9 +266,7 @@ inline void stand_in_corner(Legged& s, int i, int way, bool shifts) {
     at = bearing_of(present, i, s.laws.strength(f, s.clock.time - foot.since, s.volts_now(f)));
   }
   const bool had = foot.contact == STUCK, friction = s.laws.rubs(f), sticks = friction && at.holds(s.settings.force_zero);
-  foot.contact = sticks ? STUCK : SLIPPING;
-  foot.sense = sticks || !friction ? 0.0 : double(-way);
-  foot.start = sticks ? AS_IT_COMES : JUST_SLIDING;
+  foot.set_sliding(ALONG, !sticks, sticks || !friction ? 0.0 : double(-way), !sticks);
   if (had != sticks) s.log.add(s.clock.time, f, sticks ? STICK_BEGINS : SLIP_BEGINS, foot.apex, 0.0, 0.0, at.along, at.most);
 }
 
@@ -329,8 +332,8 @@ inline void pass_corner(Legged& s, int i, int way) {
   foot.start = JUST_LEFT;
 }
 
-// Change the state of a foot by its event at the present time.
-inline void apply_event(Legged& s, int i, FootEvent kind) {
+// Change the state of a foot by its event at the present time; d: the direction in which it slips or stops.
+inline void apply_event(Legged& s, int i, FootEvent kind, int d) {
   if (kind == TOUCH) return land_on_facet(s, i);
   LeggedFoot& foot = s.feet[i];
   if (kind == HIGH_END || kind == LOW_END) {
@@ -350,19 +353,17 @@ inline void apply_event(Legged& s, int i, FootEvent kind) {
     begin_flight(s, i);
     return;
   }
-  const Bearing<double> at = bearing_of(present, i, strength);
+  const Bearing<double> at = bearing_of(present, i, strength, d);
   if (s.profile != nullptr) {
     const int way = int(sense_of_slip(at.along));
     const Leg& leg = s.body.legs[i];
     const double left = std::fabs(foot.ground.end(way) - foot.u[ALONG] - leg.place);
     if (left <= leg.rounding && corner_of(s, i, way).rises()) return stand_in_corner(s, i, way, false);
   }
-  foot.w[ALONG] = 0.0;
+  foot.w[d] = 0.0;
   const bool sticks = kind == STOP && at.holds(s.settings.force_zero);
   s.log.add(t, f, sticks ? STICK_BEGINS : SLIP_BEGINS, foot.apex, 0.0, 0.0, at.along, at.most);
-  foot.contact = sticks ? STUCK : SLIPPING;
-  foot.sense = sticks ? 0.0 : sense_of_slip(at.along);
-  foot.start = sticks ? AS_IT_COMES : JUST_SLIDING;
+  foot.set_sliding(d, !sticks, sticks ? 0.0 : sense_of_slip(at.along), !sticks);
 }
 
 }  // namespace tarsus::legged

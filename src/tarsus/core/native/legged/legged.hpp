@@ -15,34 +15,45 @@
 
 namespace tarsus::legged {
 
-// How a foot starts a step: as its state says; with a gap of exactly zero, having just left the ground; or with a slip speed of
-// exactly zero, having just begun to slide.
-enum Start { AS_IT_COMES, JUST_LEFT, JUST_SLIDING };
+// How a foot starts a step, bit by bit: as its state says; with a gap of exactly zero, having just left the ground; or with a slip
+// speed of exactly zero, having just begun to slide, along or across.
+enum Start { AS_IT_COMES, JUST_LEFT, JUST_SLIDING, JUST_SLIDING_ACROSS = 4 };
 
 // State and history of a foot.
 struct LeggedFoot : Grip<double> {
-  double u[DIRECTIONS], w[DIRECTIONS];  // displacement [m], rate without the film's momentum [m/s]
-  double sense;                         // of sliding, +-1, 0 without friction
-  double slipped;                       // path slid in contact [m]
-  double from, base;                    // gap [m] at which the film's momentum counts as 0, and what it is there [N s]
+  double u[MOST_DIRECTIONS], w[MOST_DIRECTIONS];  // displacement [m], rate without the film's momentum [m/s]
+  double sense[MOST_DIRECTIONS];                  // of sliding along and across, +-1, 0 without friction
+  double slipped;                                 // path slid in contact [m]
+  double from, base;                              // gap [m] at which the film's momentum counts as 0, and what it is there [N s]
   Apex apex;
-  Contact contact;
-  Start start;
+  Contact contact;               // STUCK: held along and across
+  bool slides[MOST_DIRECTIONS];  // of one that is SLIPPING, along and across
+  int start;
   bool film, force;  // laws that act on it in the air
   Facet ground;      // below it, of uneven ground
   int wedged = 0;    // +-1: it stands in the corner at that end of its facet, pressed against the next one too
 
-  bool held(int d) const { return contact == STUCK || (d == UP && contact != AIR); }
+  bool held(int d) const { return contact == STUCK || (contact == SLIPPING && (d == UP || !slides[d])); }
+  bool just_slides(int d) const { return start & (d == ALONG ? JUST_SLIDING : JUST_SLIDING_ACROSS); }
+  // Go on along the ground in direction d: held, or with a sense, from a speed of exactly zero where it ``begins``.
+  void set_sliding(int d, bool slips, double way, bool begins) {
+    const int bit = d == ALONG ? JUST_SLIDING : JUST_SLIDING_ACROSS;
+    slides[d] = slips;
+    sense[d] = way;
+    start = begins ? start | bit : start & ~bit;
+    contact = slides[ALONG] || slides[ACROSS] ? SLIPPING : STUCK;
+  }
   bool filmed() const { return film && contact == AIR; }
 };
 
 // A leg at the nodes of the step: drive and weight, all forces but the film's, motion; then the forces at its foot.
 struct LegRows {
-  Row load[DIRECTIONS], q[DIRECTIONS], u[DIRECTIONS], w[DIRECTIONS];
-  Row film, gap, rate;                 // in the air: momentum [N s], gap [m] and its rate
-  Row smooth;                          // force [N] in the air; held, strength less smooth force
-  Row strength, margin, bound, along;  // held: f_a, N + f_a, most friction, force along [N]
-  bool stiff;                          // whether the film in the air is too stiff for repetition
+  Row load[MOST_DIRECTIONS], q[MOST_DIRECTIONS], u[MOST_DIRECTIONS], w[MOST_DIRECTIONS];
+  Row film, gap, rate;                                 // in the air: momentum [N s], gap [m] and its rate
+  Row smooth;                                          // force [N] in the air; held, strength less smooth force
+  Row strength, margin;                                // held: f_a, N + f_a [N]
+  Row bound[MOST_DIRECTIONS], force[MOST_DIRECTIONS];  // along and across the way: most friction, what it has to bear [N]
+  bool stiff;                                          // whether the film in the air is too stiff for repetition
 };
 
 // The body at the nodes of the step, by coordinate.
@@ -57,7 +68,7 @@ struct BodyRows {
 // drag = - damping (x - x(0)); those that nothing holds in a direction follow with their mass.
 struct Coupling {
   double stiffness[MOST_COORDINATES][MOST_COORDINATES], damping[MOST_COORDINATES][MOST_COORDINATES];
-  double mass[DIRECTIONS][MOST_COORDINATES][MOST_COORDINATES];
+  double mass[MOST_DIRECTIONS][MOST_COORDINATES][MOST_COORDINATES];
   double offset[MOST_COORDINATES];
 };
 
@@ -194,7 +205,7 @@ struct Legged {
   BodyRows at;
   double length = 0.0, origin = 0.0;  // of the step that the rows are of [s], 0 for none; scaled time of the present in it
   Coupling coupling;
-  std::map<std::vector<bool>, SolversByClass> kept_solvers;  // by what is held, of every leg upward and along
+  std::map<std::vector<bool>, SolversByClass> kept_solvers;  // by what is held, of every leg in every direction
   SolversByClass* solvers = nullptr;                         // of the present contacts
 
   Legged(const Body& b, const LegTables& t, const Nodes& n, const Between& f, const Signals& s, const Laws& l,
@@ -204,6 +215,7 @@ struct Legged {
 
   int coordinates() const { return body.coordinates(); }
   int legs() const { return int(feet.size()); }
+  int directions() const { return body.directions; }
   bool counts(int i) const { return body.legs[i].foot >= 0; }  // whether a leg can touch the ground
 
   // Momentum [N s] of the film under a foot at a gap, from that at its base on.

@@ -58,19 +58,21 @@ struct LeggedMarch : Legged {
   LeggedMarch(const Body& b, const LegTables& t, const Nodes& n, const Between& f, const Signals& s, const Laws& l,
               const Settings& set, Log& events, Notes& some, bool account, size_t driven)
       : Legged(b, t, n, f, s, l, set, events, driven), keeps_account(account), unit_body(b), notes(some) {
-    moment.legs.resize(DIRECTIONS * body.legs.size());
+    moment.directions = body.directions;
+    moment.legs.resize(body.directions * body.legs.size());
     turns.resize(body.legs.size());
   }
 
   size_t sample_width() const {
-    return 2 * coordinates() + 2 * DIRECTIONS * legs() + (body.points > 0 ? 5 : 2) * body.feet() + ENERGIES + shares.size();
+    const int sideways = directions() > DIRECTIONS ? 2 * legs() + 3 * body.feet() : 0;
+    return 2 * coordinates() + 2 * DIRECTIONS * legs() + (body.points > 0 ? 5 : 2) * body.feet() + sideways + ENERGIES + shares.size();
   }
 
   // Set everything to the start of a run. Its displacements and velocities: the body's, then of every leg the way along
-  // before the height.
+  // before the height, then of every leg the place across.
   void begin(const RunData& run) {
     const double* initial = run.initial;
-    const int nb = coordinates(), n = nb + 2 * legs();
+    const int nb = coordinates(), n = body.all_coordinates();
     settings = units.of(run, body.feet());
     laws.take(run.parameters);
     put_on_ground(run);
@@ -89,9 +91,9 @@ struct LeggedMarch : Legged {
       foot.film = f >= 0 && laws.has(f, HAS_MOMENTUM);
       foot.force = f >= 0 && laws.has(f, HAS_FORCE);
       foot.apex.integral = settings.track ? 0.0 : NOT_A_NUMBER;
-      for (int d = 0; d < DIRECTIONS; d++) {
-        foot.u[d] = initial[nb + 2 * i + 1 - d];
-        foot.w[d] = initial[n + nb + 2 * i + 1 - d];
+      for (int d = 0; d < directions(); d++) {
+        foot.u[d] = initial[body.coordinate(i, d)];
+        foot.w[d] = initial[n + body.coordinate(i, d)];
       }
     }
     if (profile != nullptr) lay_ground(*this);
@@ -152,7 +154,7 @@ struct LeggedMarch : Legged {
   int coarsest() const {
     int k = 0;
     for (int i = 0; i < legs(); i++) {
-      for (int d = 0; d < DIRECTIONS; d++) {
+      for (int d = 0; d < directions(); d++) {
         if (!feet[i].held(d) || body.legs[i].turned) k = std::max(k, tables.longest[body.legs[i].kind[d]]);
       }
     }
@@ -188,11 +190,21 @@ struct LeggedMarch : Legged {
       }
     }
     for (int i : body.leg) *to++ = feet[i].contact;
-    for (int i : body.leg) *to++ = feet[i].sense;
+    for (int i : body.leg) *to++ = feet[i].sense[ALONG];
     if (profile != nullptr) {
       for (int i : body.leg) *to++ = feet[i].contact == AIR ? body.legs[i].clearance(moment.of(i, UP).u, moment.of(i, ALONG).u) : 0.0;
       for (int i : body.leg) *to++ = feet[i].ground.cos;
       for (int i : body.leg) *to++ = feet[i].ground.sin;
+    }
+    if (directions() > DIRECTIONS) {
+      for (int i = 0; i < legs(); i++) {
+        *to++ = moment.of(i, ACROSS).u;
+        *to++ = moment.of(i, ACROSS).w;
+      }
+      for (int i : body.leg) *to++ = feet[i].sense[ACROSS];
+      for (int d : {ALONG, ACROSS}) {
+        for (int i : body.leg) *to++ = feet[i].held(d);
+      }
     }
     const double* from = &before.work;
     const double* now = &energy.work;
@@ -223,21 +235,21 @@ struct LeggedMarch : Legged {
     }
   }
 
-  // Path [m] that a foot slides up to scaled time ``fraction`` of the step, after which it is at ``end`` along the ground. A foot
-  // without friction turns back without an event: where its speed changes sign between two nodes.
-  double slide(int i, double h, double fraction, double end) {
+  // Path [m] that a foot slides in direction d up to scaled time ``fraction`` of the step, after which it is at ``end`` along the
+  // ground. A foot without friction turns back without an event: where its speed changes sign between two nodes.
+  double slide(int i, int d, double h, double fraction, double end) {
     constexpr double EXACT = 1e-13;  // of the time between two nodes: derivatives of the path are known as well as that moment
     const LegRows& r = rows[i];
-    const Row& speed = r.w[ALONG];
-    const bool by_nodes = smooth(*this, r, ALONG, h);
-    double path = 0.0, from = feet[i].u[ALONG], sense = speed[0];
+    const Row& speed = r.w[d];
+    const bool by_nodes = smooth(*this, r, d, h);
+    double path = 0.0, from = feet[i].u[d], sense = speed[0];
     turns[i].clear();
     for (int j = 1; j < N && nodes.tau[j - 1] < fraction; j++) {
       if (sense * speed[j] < 0.0) {
         const double up = sense < 0.0 ? 1.0 : -1.0;
         const Lowest turn = lowest_between(*this, j, [&](double at) {
           const Row here = lagrange(nodes, at);
-          const Motion to = by_nodes ? Motion{total(r.u[ALONG] * here), total(speed * here)} : leg_at(*this, i, ALONG, h, at);
+          const Motion to = by_nodes ? Motion{total(r.u[d] * here), total(speed * here)} : leg_at(*this, i, d, h, at);
           return Motion{up * to.u, up * to.w};
         }, EXACT);
         if (turn.at >= fraction) break;
@@ -266,7 +278,9 @@ struct LeggedMarch : Legged {
       if (foot.contact == AIR && settings.track) {
         raise_apex(nodes, foot.apex, reinterpret_cast<const double*>(&rows[i].gap), fraction, clock.time, h);
       } else if (foot.contact == SLIPPING) {
-        foot.slipped += slide(i, h, fraction, moment.of(i, ALONG).u);
+        for (int d = ALONG; d < directions(); d++) {
+          if (!foot.held(d)) foot.slipped += slide(i, d, h, fraction, moment.of(i, d).u);
+        }
       }
     }
     note_heights(h, fraction);
@@ -276,7 +290,7 @@ struct LeggedMarch : Legged {
     }
     for (int i = 0; i < legs(); i++) {
       feet[i].start = AS_IT_COMES;
-      for (int d = 0; d < DIRECTIONS; d++) {
+      for (int d = 0; d < directions(); d++) {
         sum += (feet[i].u[d] = moment.of(i, d).u) + (feet[i].w[d] = moment.of(i, d).w);
       }
     }
@@ -392,7 +406,7 @@ struct LeggedMarch : Legged {
     for (int f = 0; f < body.feet(); f++) {
       if (!now(f, first)) continue;
       follower.before_event(body.leg[f], events[f].kind);
-      apply_event(*this, body.leg[f], events[f].kind);
+      apply_event(*this, body.leg[f], events[f].kind, events[f].way);
       follower.after_event(body.leg[f], events[f].kind);
     }
     for (size_t e = before; e < log.events.size(); e++) {

@@ -149,8 +149,9 @@ inline double integral_twice_at(const Legged& state, const Row& values, double s
 // State of the body and of every leg at one moment.
 struct Moment {
   double x[MOST_COORDINATES], v[MOST_COORDINATES];
-  std::vector<Motion> legs;  // (legs, 2)
-  Motion& of(int i, int d) { return legs[DIRECTIONS * size_t(i) + d]; }
+  std::vector<Motion> legs;  // (legs, directions)
+  int directions = DIRECTIONS;
+  Motion& of(int i, int d) { return legs[size_t(directions) * size_t(i) + d]; }
 };
 
 inline void end_of_step(const Legged& s, Moment& out) {
@@ -159,7 +160,7 @@ inline void end_of_step(const Legged& s, Moment& out) {
     out.v[b] = s.at.v[b][N - 1];
   }
   for (int i = 0; i < s.legs(); i++) {
-    for (int d = 0; d < DIRECTIONS; d++) {
+    for (int d = 0; d < s.directions(); d++) {
       const bool held = s.feet[i].held(d);
       out.of(i, d) =
           held ? Motion{s.feet[i].u[d], 0.0} : Motion{s.rows[i].u[d][N - 1], s.rows[i].w[d][N - 1]};
@@ -180,7 +181,7 @@ inline void motion_at(const Legged& s, double h, double fraction, Moment& out) {
   for (int i = 0; i < s.legs(); i++) {
     const Leg& leg = s.body.legs[i];
     const LeggedFoot& foot = s.feet[i];
-    for (int d = 0; d < DIRECTIONS; d++) {
+    for (int d = 0; d < s.directions(); d++) {
       out.of(i, d) = {foot.u[d], 0.0};
       if (foot.held(d)) continue;
       const LegRows& r = s.rows[i];

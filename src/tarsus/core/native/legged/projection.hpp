@@ -34,7 +34,7 @@ inline void assemble_coupling(Legged& s) {
   std::vector<bool> contacts;
   for (int i = 0; i < s.legs(); i++) {
     const Leg& leg = s.body.legs[i];
-    for (int d = 0; d < DIRECTIONS; d++) {
+    for (int d = 0; d < s.directions(); d++) {
       const Hip& hip = leg.hip[d];
       const bool held = s.feet[i].held(d);
       contacts.push_back(held);
@@ -73,12 +73,12 @@ struct Projection {
 
   const Coupling& all;
   const Nodes& nodes;
-  const LegStep* leg[DIRECTIONS];
+  const LegStep* leg[MOST_DIRECTIONS];
   const double h;
-  const int size;
+  const int size, directions;
 
-  Projection(const Legged& s, int k) : all(s.coupling), nodes(s.nodes), h(s.tables.lengths[k]), size(s.coordinates()) {
-    for (int d = 0; d < DIRECTIONS; d++) leg[d] = &s.tables.of(k, s.body.legs[0].kind[d]);
+  Projection(const Legged& s, int k) : all(s.coupling), nodes(s.nodes), h(s.tables.lengths[k]), size(s.coordinates()), directions(s.directions()) {
+    for (int d = 0; d < directions; d++) leg[d] = &s.tables.of(k, s.body.legs[0].kind[d]);
   }
 
   // The momentum of b [N s] under a push and a drag, less the legs' response to displacements of all coordinates.
@@ -108,7 +108,7 @@ struct Projection {
     for (int c = 0; c < size; c++) {
       if (c == b) continue;
       double mass = 0.5 * h * h * std::fabs(all.stiffness[b][c]) + h * std::fabs(all.damping[b][c]);
-      for (int d = 0; d < DIRECTIONS; d++) mass += std::fabs(all.mass[d][b][c]);
+      for (int d = 0; d < directions; d++) mass += std::fabs(all.mass[d][b][c]);
       share += mass * body.lever[b] / (body.mass[b] * body.lever[c]);
     }
     return share > LINK;
@@ -119,7 +119,7 @@ struct Projection {
     Row columns[N];
     for (int r = 0; r < N; r++) {
       columns[r] = load(nodes.once[r]) * (all.damping[b][b] * h) + load(nodes.twice[r]) * (all.stiffness[b][b] * h * h);
-      for (int d = 0; d < DIRECTIONS; d++) columns[r] += load(leg[d]->follow[0][r]) * all.mass[d][b][b];
+      for (int d = 0; d < directions; d++) columns[r] += load(leg[d]->follow[0][r]) * all.mass[d][b][b];
       columns[r].set(r, columns[r][r] + mass);
     }
     return invert_columns(columns, solver);
@@ -129,7 +129,7 @@ struct Projection {
   // Momentum of the feet in the air, by their rate (v = 1) or displacement (0); ``but``: a coordinate excluded.
   TARSUS_INLINE Row following(int b, const Row* x, int v, int but) const {
     Row out = Row(0.0);
-    for (int d = 0; d < DIRECTIONS; d++) {
+    for (int d = 0; d < directions; d++) {
       if (all.mass[d][b][b] == 0.0) continue;
       Row sum = Row(0.0);
       for (int c = 0; c < size; c++) {

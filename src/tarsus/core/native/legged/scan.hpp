@@ -9,18 +9,21 @@ namespace tarsus::legged {
 // facet while it is pressed against the next, or is pressed against that no more.
 enum FootEvent { NOTHING, TOUCH, PULL_OFF, SLIP_UP, SLIP_DOWN, STOP, HIGH_END, LOW_END, SHIFT, LOOSE };
 
-// Where a foot may have an event, in scaled time; in the end low = high is its time.
+// Where a foot may have an event, in scaled time; in the end low = high is its time. way: the direction along the ground in which it
+// slips or stops.
 struct Bracket {
   double low, high;
   FootEvent kind;
+  int way = ALONG;
 };
 
 struct Candidates {
   int count = 0;
-  Bracket some[4];
+  Bracket some[1 + 2 * DIRECTIONS];  // of a foot on the ground: pulled off, and two for each direction along it or end of its facet
+  int way = ALONG;                   // of what is noted
 
   void note(double low, double high, FootEvent kind, double limit) {
-    if (low < limit) some[count++] = {low, high, kind};
+    if (low < limit) some[count++] = {low, high, kind, way};
   }
 };
 
@@ -162,15 +165,15 @@ inline void comes_to_end(const Legged& s, int i, double h, double limit, Candida
 // Of a foot pressed into a corner, at the nodes: its margin on its own facet, where the next one bears what it is pressed along by.
 inline Row wedged_margin(const Legged& s, int i) {
   const Corner corner = corner_of(s, i, s.feet[i].wedged);
-  return s.rows[i].margin - s.rows[i].along * (s.feet[i].wedged * corner.cos / corner.sin);
+  return s.rows[i].margin - s.rows[i].force[ALONG] * (s.feet[i].wedged * corner.cos / corner.sin);
 }
 
-// Note where a sliding foot first comes to a stop.
-inline void stops(const Legged& s, int i, double limit, Candidates& out) {
-  const double sense = s.feet[i].sense;
+// Note where a foot that slides in direction d first comes to a stop.
+inline void stops(const Legged& s, int i, int d, double limit, Candidates& out) {
+  const double sense = s.feet[i].sense[d];
   if (sense == 0.0) return;
-  const Row& w = s.rows[i].w[ALONG];
-  if (s.feet[i].start == AS_IT_COMES && sense * w[0] <= 0.0) return out.note(0.0, 0.0, STOP, 1.0);
+  const Row& w = s.rows[i].w[d];
+  if (!s.feet[i].just_slides(d) && sense * w[0] <= 0.0) return out.note(0.0, 0.0, STOP, 1.0);
   for (int j = 1; j < N && s.nodes.tau[j - 1] < limit; j++) {
     if (sense * w[j] < 0.0) return out.note(s.nodes.tau[j - 1], s.nodes.tau[j], STOP, limit);
   }
@@ -190,7 +193,7 @@ Candidates candidates(Legged& s, int i, double h, double limit, Flight&& gap_at)
   const double level = -s.settings.force_zero;
   if (foot.wedged != 0) {
     falls_below(s, wedged_margin(s, i), level, limit, SHIFT, out);
-    falls_below(s, r.along * double(foot.wedged), level, limit, LOOSE, out);
+    falls_below(s, r.force[ALONG] * double(foot.wedged), level, limit, LOOSE, out);
     return out;
   }
   const bool commanded = s.laws.commanded();
@@ -200,14 +203,17 @@ Candidates candidates(Legged& s, int i, double h, double limit, Flight&& gap_at)
     if (commanded && out.count == known) dips_below(s, margin, level, limit, kind, out);
   };
   look(r.margin, PULL_OFF);
-  if (foot.contact == SLIPPING) {
-    stops(s, i, limit, out);
-    if (s.profile != nullptr) comes_to_end(s, i, h, limit, out);
-  } else {
-    r.bound = s.laws.friction(s.body.legs[i].foot, r.margin, r.strength, Row(0.0));
-    look(r.bound - r.along, SLIP_UP);
-    look(r.bound + r.along, SLIP_DOWN);
+  for (int d = ALONG; d < s.directions(); d++) {
+    out.way = d;
+    if (!foot.held(d)) {
+      stops(s, i, d, limit, out);
+      continue;
+    }
+    r.bound[d] = s.laws.friction(s.body.legs[i].foot, r.margin, r.strength, Row(0.0));
+    look(r.bound[d] - r.force[d], SLIP_UP);
+    look(r.bound[d] + r.force[d], SLIP_DOWN);
   }
+  if (s.profile != nullptr && foot.contact == SLIPPING) comes_to_end(s, i, h, limit, out);
   return out;
 }
 
@@ -216,20 +222,23 @@ struct EventFunction {
   const Legged& s;
   const int i;
   const FootEvent kind;
+  const int way;
   const double h;
   double powers[N];
 
-  EventFunction(const Legged& state, int leg, FootEvent k, double step) : s(state), i(leg), kind(k), h(step) {
+  EventFunction(const Legged& state, int leg, const Bracket& found, double step)
+      : s(state), i(leg), kind(found.kind), way(found.way), h(step) {
     const LegRows& r = s.rows[i];
     if (moves()) return;
     store(powers, s.powers(kind == PULL_OFF  ? r.margin
                            : kind == SHIFT   ? wedged_margin(s, i)
-                           : kind == LOOSE   ? r.along * double(s.feet[i].wedged)
-                           : kind == SLIP_UP ? r.bound - r.along
-                                             : r.bound + r.along));
+                           : kind == LOOSE   ? r.force[ALONG] * double(s.feet[i].wedged)
+                           : kind == SLIP_UP ? r.bound[way] - r.force[way]
+                                             : r.bound[way] + r.force[way]));
   }
   // Whether it is of the foot's own motion, which may start from an exact zero.
   bool moves() const { return kind == TOUCH || kind == STOP || kind == HIGH_END || kind == LOW_END; }
+  bool starts_from_zero() const { return kind == STOP ? s.feet[i].just_slides(way) : s.feet[i].start != AS_IT_COMES; }
   double at(double fraction, double& slope) const {
     if (kind == HIGH_END || kind == LOW_END) {
       const Motion now = left_at(s, i, kind == HIGH_END ? 1 : -1, h, fraction);
@@ -241,7 +250,7 @@ struct EventFunction {
       slope = now.w * h;
       return now.u;
     }
-    if (kind == STOP) return s.feet[i].sense * leg_at(s, i, ALONG, h, fraction).w;
+    if (kind == STOP) return s.feet[i].sense[way] * leg_at(s, i, way, h, fraction).w;
     return horner(powers, 0, N, fraction) + s.settings.force_zero;
   }
 };
@@ -250,7 +259,7 @@ struct EventFunction {
 template <class Function>
 TARSUS_APART double refine(const Legged& s, int i, const Bracket& bracket, Function& function) {
   double low = bracket.low, high = bracket.high, slope = 0.0;
-  if (low == 0.0 && (s.feet[i].start != AS_IT_COMES || s.body.legs[i].rounding > 0.0) && function.moves()) {
+  if (low == 0.0 && (function.starts_from_zero() || s.body.legs[i].rounding > 0.0) && function.moves()) {
     low = high;  // it starts from an exact zero: find a place after it at which the event is still to come
     for (int n = 0; n < 50; n++) {
       low *= 0.5;
@@ -287,8 +296,8 @@ TARSUS_APART double refine(const Legged& s, int i, const Bracket& bracket, Funct
 }
 
 // Whether there is no force along the ground by which the foot could slip: the bound passes 0 because the foot is about to leave.
-inline bool nothing_along(const Legged& s, int i, double fraction) {
-  return std::fabs(s.polynomial_at(s.rows[i].along, fraction)) <= s.settings.force_zero;
+inline bool nothing_along(const Legged& s, int i, int d, double fraction) {
+  return std::fabs(s.polynomial_at(s.rows[i].force[d], fraction)) <= s.settings.force_zero;
 }
 
 // The first event of a foot, at its own time (2: none).
@@ -298,11 +307,11 @@ inline Bracket first_of_foot(Legged& s, int i, double h, double limit) {
   for (int n = 0; n < found.count; n++) {
     const Bracket& one = found.some[n];
     if (one.low > std::min(best.low, limit)) continue;
-    EventFunction function(s, i, one.kind, h);
+    EventFunction function(s, i, one, h);
     const double at = one.high <= 0.0 ? 0.0 : refine(s, i, one, function);
     if (at > limit || at >= best.low) continue;
-    if ((one.kind == SLIP_UP || one.kind == SLIP_DOWN) && nothing_along(s, i, at)) continue;
-    best = {at, at, one.kind};
+    if ((one.kind == SLIP_UP || one.kind == SLIP_DOWN) && nothing_along(s, i, one.way, at)) continue;
+    best = {at, at, one.kind, one.way};
   }
   return best;
 }

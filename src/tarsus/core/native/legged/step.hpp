@@ -31,14 +31,11 @@ constexpr double GUESS_TOLERANCE = 1e3;
 inline void load_feet(Legged& s) {
   for (int i = 0; i < s.legs(); i++) {
     const Leg& leg = s.body.legs[i];
-    Row up = Row(-leg.weight[UP]), along = Row(-leg.weight[ALONG]);
-    for (int n = leg.first; n < leg.last; n++) {
-      const Row& force = s.channels[s.body.drive[n]];
-      up += force * s.body.gain[2 * n];
-      along += force * s.body.gain[2 * n + 1];
+    for (int d = 0; d < s.directions(); d++) {
+      Row sum = Row(-leg.weight[d]);
+      for (int n = leg.first; n < leg.last; n++) sum += s.channels[s.body.drive[n]] * s.body.gain[s.directions() * n + d];
+      s.rows[i].load[d] = sum;
     }
-    s.rows[i].load[UP] = up;
-    s.rows[i].load[ALONG] = along;
   }
 }
 
@@ -95,7 +92,9 @@ inline void first_guess(Legged& s, int k, double h) {
         r.w[ALONG] = Row(foot.w[ALONG]);
         r.u[ALONG] = s.nodes.times() * (foot.w[ALONG] * h) + foot.u[ALONG];
       }
-      if (slips_by_speed(s, i)) r.w[ALONG] = known && foot.start == AS_IT_COMES ? on(r.w[ALONG]) : Row(foot.w[ALONG]);
+      for (int d = ALONG; d < s.directions(); d++) {
+        if (slips_by_speed(s, i, d)) r.w[d] = known && !foot.just_slides(d) ? on(r.w[d]) : Row(foot.w[d]);
+      }
       continue;
     }
     const double gap = s.gap_now(i);
@@ -299,18 +298,18 @@ TARSUS_APART inline void slide_on_slope(Legged& s, int i, int k, double h, Sweep
   Row own = r.load[ALONG], change = Row(0.0);
   for (int n = 0; n < ROUNDS; n++) {
     find_margin(s, i);
-    const Row before = n > 0 ? r.bound : Row(0.0);
+    const Row before = n > 0 ? r.bound[ALONG] : Row(0.0);
     if (slips_by_speed(s, i)) {
       double force[N][N];
       for (int j = 0; j < N; j++) store(force[j], combine(table.force[1][0], inverse[j]));
-      if (!slide(s, force[0], i, h, w0 + combine(table.force[1][0], acting(r.load[ALONG] + pulled)), r)) sweep.failed = true;
+      if (!slide(s, force[0], i, ALONG, h, w0 + combine(table.force[1][0], acting(r.load[ALONG] + pulled)), r)) sweep.failed = true;
     } else {
-      r.bound = s.laws.friction(leg.foot, r.margin, r.strength, Row(0.0));
+      r.bound[ALONG] = s.laws.friction(leg.foot, r.margin, r.strength, Row(0.0));
     }
-    own = r.load[ALONG] - r.bound * foot.sense;
+    own = r.load[ALONG] - r.bound[ALONG] * foot.sense[ALONG];
     r.q[ALONG] = acting(own + pulled);
     free_motion(table, foot.u[ALONG], foot.w[ALONG], r.q[ALONG], r.u[ALONG], r.w[ALONG]);
-    change = magnitude(r.bound - before) * (table.reach_force * std::fabs(foot.sense));
+    change = magnitude(r.bound[ALONG] - before) * (table.reach_force * std::fabs(foot.sense[ALONG]));
     if (n > 0 && !any_less(Row(sweep.enough), change)) break;
   }
   sweep.change = larger(sweep.change, change);
@@ -321,30 +320,30 @@ TARSUS_APART inline void slide_on_slope(Legged& s, int i, int k, double h, Sweep
   leg.hip[UP].carry(-across, s.at.push);
 }
 
-// A foot that slides or is in the air, along the way.
-TARSUS_INLINE void move_along(Legged& s, int i, int k, double h, Sweep& sweep) {
+// A foot that slides or is in the air, along the way or across it.
+TARSUS_INLINE void move_along(Legged& s, int i, int d, int k, double h, Sweep& sweep) {
   const Leg& leg = s.body.legs[i];
   const LeggedFoot& foot = s.feet[i];
   LegRows& r = s.rows[i];
-  const LegStep& table = s.tables.of(k, leg.kind[ALONG]);
-  const Row pulled = spring(s, leg, ALONG);
-  Row own = r.load[ALONG];
+  const LegStep& table = s.tables.of(k, leg.kind[d]);
+  const Row pulled = spring(s, leg, d);
+  Row own = r.load[d];
   if (foot.contact == SLIPPING) {
-    if (slips_by_speed(s, i)) {
+    if (slips_by_speed(s, i, d)) {
       Row u, w;
-      free_motion(table, foot.u[ALONG], foot.w[ALONG], own + pulled, u, w);
-      if (!slide(s, table.force[1][0], i, h, w, r)) sweep.failed = true;
+      free_motion(table, foot.u[d], foot.w[d], own + pulled, u, w);
+      if (!slide(s, table.force[1][0], i, d, h, w, r)) sweep.failed = true;
     } else {
-      r.bound = s.laws.friction(leg.foot, r.margin, r.strength, Row(0.0));
+      r.bound[d] = s.laws.friction(leg.foot, r.margin, r.strength, Row(0.0));
     }
-    own -= r.bound * foot.sense;
+    own -= r.bound[d] * foot.sense[d];
   }
-  r.q[ALONG] = own + pulled;
-  free_motion(table, foot.u[ALONG], foot.w[ALONG], r.q[ALONG], r.u[ALONG], r.w[ALONG]);
-  carry_free(s, i, ALONG, own, h, r);
+  r.q[d] = own + pulled;
+  free_motion(table, foot.u[d], foot.w[d], r.q[d], r.u[d], r.w[d]);
+  carry_free(s, i, d, own, h, r);
 }
 
-// The forces on feet that stick, once the body's motion is known. False where a number is undefined.
+// The forces on feet along directions in which they stick, once the body's motion is known. False where a number is undefined.
 inline bool find_held(Legged& s) {
   for (int i : s.body.leg) {
     LegRows& r = s.rows[i];
@@ -352,9 +351,11 @@ inline bool find_held(Legged& s) {
     if (s.feet[i].contact == AIR) continue;
     find_margin(s, i);
     if (!finite(r.margin)) return false;
-    if (s.feet[i].contact != STUCK) continue;
-    r.along = r.load[ALONG] + spring(s, leg, ALONG) - s.feet[i].u[ALONG] * leg.stiffness[ALONG];
-    if (leg.turned) r.along -= Row(s.feet[i].u[UP] * leg.cross_stiffness);
+    for (int d = ALONG; d < s.directions(); d++) {
+      if (!s.feet[i].held(d)) continue;
+      r.force[d] = r.load[d] + spring(s, leg, d) - s.feet[i].u[d] * leg.stiffness[d];
+      if (leg.turned) r.force[d] -= Row(s.feet[i].u[UP] * leg.cross_stiffness);
+    }
   }
   return true;
 }
@@ -374,7 +375,9 @@ inline void move_legs(Legged& s, int k, double h, Sweep& sweep) {
     } else {
       fly(s, i, k, h, sweep);
     }
-    move_along(s, i, k, h, sweep);
+    for (int d = ALONG; d < s.directions(); d++) {
+      if (!s.feet[i].held(d)) move_along(s, i, d, k, h, sweep);
+    }
   }
 }
 
@@ -386,7 +389,7 @@ inline double error_of(const Legged& s, int k, double h) {
   double worst = 0.0, sudden = 0.0;
   for (int i = 0; i < s.legs(); i++) {
     const LegRows& r = s.rows[i];
-    for (int d = 0; d < DIRECTIONS; d++) {
+    for (int d = 0; d < s.directions(); d++) {
       if (s.feet[i].held(d)) continue;
       const LegStep& table = s.tables.of(k, s.body.legs[i].kind[d]);
       double error = nodes.truncation(r.q[d]) * table.reach_force;
@@ -398,8 +401,8 @@ inline double error_of(const Legged& s, int k, double h) {
         error += nodes.truncation(r.film) * table.missed_film / (1.0 + yields);  // of a slope, as if it were level
       }
       worst = std::max(worst, error);
+      if (d != UP && slips_by_speed(s, i, d)) sudden = std::max(sudden, bend_error(nodes, r.bound[d], h, s.settings.end));
     }
-    if (slips_by_speed(s, i)) sudden = std::max(sudden, bend_error(nodes, r.bound, h, s.settings.end));
   }
   for (int b = 0; b < s.coordinates(); b++) {
     const double error = nodes.truncation(s.at.push[b]) * 0.5 * h + nodes.truncation(s.at.drag[b]);

@@ -18,20 +18,23 @@ inline Body body_of(const Fields& from) {
   out.lever = from.sized("lever", nb);
   out.leg = from.narrowed<int>("leg");
   out.drive = from.narrowed<int>("drive");
-  out.gain = from.sized("gain", DIRECTIONS * out.drive.size());
+  out.directions = int(from.whole("directions"));
+  if (out.directions < DIRECTIONS || out.directions > MOST_DIRECTIONS) throw std::invalid_argument("a leg has 2 or 3 directions");
+  const int ways = out.directions;
+  out.gain = from.sized("gain", ways * out.drive.size());
   out.load = from.doubles("body_load");
   out.drives = int(out.load.size()) / nb;
   const std::vector<double> mass = from.doubles("mass");
   const size_t legs = mass.size();
   const auto weight = from.sized("weight", legs), gap = from.sized("gap", legs);
-  const auto stiffness = from.sized("stiffness", DIRECTIONS * legs), damping = from.sized("damping", DIRECTIONS * legs);
-  const auto hip = from.sized("hip", DIRECTIONS * legs * nb);
+  const auto stiffness = from.sized("stiffness", ways * legs), damping = from.sized("damping", ways * legs);
+  const auto hip = from.sized("hip", ways * legs * nb);
   const auto kind = from.narrowed<int>("kind"), foot = from.narrowed<int>("foot"), first = from.narrowed<int>("first");
   const auto place = from.sized("place", legs);
   out.points = int(from.whole("points"));
   out.periodic = from.whole("periodic") != 0;
   out.patched = from.whole("patched") != 0;
-  Fields::check("a leg", kind.size() == DIRECTIONS * legs && foot.size() == legs && first.size() == legs + 1);
+  Fields::check("a leg", kind.size() == ways * legs && foot.size() == legs && first.size() == legs + 1);
   for (size_t i = 0; i < legs; i++) {
     Leg leg;
     leg.mass = mass[i];
@@ -40,13 +43,13 @@ inline Body body_of(const Fields& from) {
     leg.foot = foot[i];
     leg.first = first[i];
     leg.last = first[i + 1];
-    for (int d = 0; d < DIRECTIONS; d++) {
-      leg.weight[d] = weight[i];
-      leg.stiffness[d] = stiffness[DIRECTIONS * i + d];
-      leg.damping[d] = damping[DIRECTIONS * i + d];
-      leg.kind[d] = kind[DIRECTIONS * i + d];
+    leg.weight[UP] = leg.weight[ALONG] = weight[i];
+    for (int d = 0; d < ways; d++) {
+      leg.stiffness[d] = stiffness[ways * i + d];
+      leg.damping[d] = damping[ways * i + d];
+      leg.kind[d] = kind[ways * i + d];
       for (int b = 0; b < nb; b++) {
-        const double by = hip[(DIRECTIONS * i + d) * nb + b];
+        const double by = hip[(ways * i + d) * nb + b];
         if (by == 0.0) continue;
         leg.hip[d].at[leg.hip[d].count] = b;
         leg.hip[d].by[leg.hip[d].count++] = by;

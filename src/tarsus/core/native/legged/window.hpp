@@ -9,15 +9,16 @@ namespace tarsus::legged {
 inline CarriedFoot handed_on(const LeggedFoot& foot) {
   CarriedFoot out = tarsus::handed_on(foot.contact, foot, foot.apex);
   out.start = foot.start;
-  out.sense = foot.sense;
+  out.sense = foot.sense[ALONG];
   out.slipped = foot.slipped;
   return out;
 }
 inline void take_on(const CarriedFoot& from, LeggedFoot& foot) {
   tarsus::take_on(from, foot, foot.apex);
   foot.contact = Contact(int(from.contact));
-  foot.start = Start(int(from.start));
-  foot.sense = from.sense;
+  foot.start = int(from.start);
+  foot.sense[ALONG] = from.sense;
+  foot.slides[ALONG] = foot.contact == SLIPPING;
   foot.slipped = from.slipped;
 }
 

@@ -1,0 +1,32 @@
+"""Walks that nobody chose on legs that move every way: they end, no foot is below the ground, and energy is kept."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import tarsus as ts
+from tarsus.solve.engine import Accuracy
+from turning_scenes import turning_walk
+
+STEPS = 100_000
+"""A hundred times as many as these walks need: a walk that does not come to an end is found soon."""
+
+
+def check(seed: int) -> None:
+    run = ts.simulate(turning_walk(seed), accuracy=Accuracy(gap=1e-10, steps=STEPS))
+    assert run.ok, f"{seed}: {run.code}"
+    assert run.ledger.closure < 1e-8, f"{seed}: {run.ledger.closure}"
+    state = run.states(np.linspace(0.0, run.duration, 200))
+    assert state.gap.min() > -1e-12, f"{seed}: {state.gap.min()}"
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_walks_that_turn(seed: int) -> None:
+    check(seed)
+
+
+@pytest.mark.slow
+def test_a_hundred_walks_that_turn() -> None:
+    for seed in range(100):
+        check(seed)

@@ -1,0 +1,134 @@
+"""Walkers that sway and turn: what they may have, what refuses them, and where the path goes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import tarsus as ts
+from tarsus.base.errors import InputError
+from tarsus.measure.path import path_of
+from tarsus.model.structure import Payload, Walker
+from turning_scenes import across, turning_walk
+from walking_scenes import trotter
+
+HEXAPOD = ts.load_scene("turning-hexapod")
+TIP = {"mass": 1e-7, "stiffness_v": 1.0, "damping_v": 0.0, "stiffness_l": 1.0, "damping_l": 0.0}
+BAG = Payload(mass=1e-4, stiffness_v=40.0, damping_v=0.01, stiffness_l=60.0, damping_l=0.01)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        (
+            {"robot.structure.legs.LF.stiffness_t": None},
+            "every leg has stiffness_t and damping_t, or none has",
+        ),
+        ({"robot.structure.legs.LF.tip": TIP}, "has no compliant tip"),
+        ({"robot.structure.payloads": {"bag": BAG}}, "has no payloads"),
+        ({"ground.incline": 0.1}, "ground.incline: goes by the way straight ahead"),
+        (
+            {"ground.profile": {"kind": "staircase", "tread": 1e-3, "rise": 1e-4}},
+            "ground.profile: goes by the way",
+        ),
+    ],
+)
+def test_what_does_not_go_with_turning_is_said(changes: dict[str, Any], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        ts.with_values(HEXAPOD, changes)
+
+
+def test_a_body_turns_on_legs_that_move_across_alone() -> None:
+    with pytest.raises(InputError, match="a body turns about z on legs that move across the way"):
+        ts.with_values(ts.load_scene("hamr-like"), {"robot.structure.body.yaw_inertia": 1e-7})
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda scene: ts.gradient("mean_speed", scene, ["ground.friction.coefficient"], duration=1e-3),
+        lambda scene: ts.Session(scene).reset(seed=1),
+        lambda scene: ts.periodic(scene),
+        lambda scene: ts.export(scene, to="c", output="nowhere"),
+        pytest.param(lambda scene: ts.explore(scene, "nowhere.html"), marks=pytest.mark.slow),
+    ],
+    ids=["gradient", "session", "orbit", "export", "page"],
+)
+def test_what_knows_one_plane_refuses_three_directions(ask: Callable[[ts.Scene], object]) -> None:
+    with pytest.raises(InputError, match="legs that move upward and along the way alone"):
+        ask(ts.with_values(HEXAPOD, {"duration": 0.01}))
+
+
+def test_runs_of_a_batch_are_those_of_one() -> None:
+    varied = {"gait.turn": [0.0, 1.0], "robot.structure.legs.LF.stiffness_t": [9.5, 20.0]}
+    rates = ts.simulate_batch(HEXAPOD, varied, 0.2).measure("turn_rate")
+    for i, rate in enumerate(rates):
+        one = ts.simulate(ts.with_values(HEXAPOD, {path: values[i] for path, values in varied.items()}), 0.2)
+        assert one.measures["turn_rate"].value == pytest.approx(rate, abs=1e-8)
+    with pytest.raises(InputError, match=r"ground\.incline: goes by the way"):
+        ts.simulate_batch(ts.with_values(HEXAPOD, {"initial": {}}), {"ground.incline": [0.0, 0.1]}, 0.1)
+
+
+def test_samples_end_where_the_run_does() -> None:
+    run = ts.simulate(turning_walk(3), 0.004)
+    state = run.at(np.array([run.end_time])).state
+    assert np.concatenate([state.x[:, 0], state.v[:, 0]]) == pytest.approx(
+        run.motion.last, rel=1e-12, abs=1e-18
+    )
+    walker = run.scene.robot.structure
+    series = run.at(np.linspace(0.0, run.end_time, 40))
+    assert series.foot_y == pytest.approx(
+        np.stack([walker.row(f"{leg}_y") @ series.state.x for leg in walker.legs])
+    )
+
+
+def test_friction_stays_in_its_box_and_brakes() -> None:
+    """Each way by itself at most mu (N + f_a), and against the slip."""
+    run = ts.simulate(turning_walk(7), 0.01)
+    series = run.at(np.linspace(0.0, 0.01, 400))
+    most = 0.3 * np.maximum(series.contact + series.strength, 0.0)
+    walker = run.scene.robot.structure
+    assert series.friction is not None and series.friction_across is not None
+    for friction, ending in ((series.friction, "_x"), (series.friction_across, "_y")):
+        assert np.abs(friction).max() > 0.0 and np.all(np.abs(friction) <= most * (1.0 + 1e-9) + 1e-13)
+        speed = np.stack([walker.row(f"{leg}{ending}") @ series.state.v for leg in walker.legs])
+        slides = np.abs(speed) > 1e-9
+        assert np.all((friction * speed)[slides & series.state.held] <= 0.0)
+
+
+def test_strides_are_shorter_on_the_inside_of_a_turn() -> None:
+    waves = {turn: ts.with_values(HEXAPOD, {"gait.turn": turn}).waveforms for turn in (-1.0, 0.0, 0.5, 2.0)}
+    swing = {turn: (one["LF_swing"].amplitude, one["RF_swing"].amplitude) for turn, one in waves.items()}
+    assert swing == {-1.0: (50.0, 0.0), 0.0: (50.0, 50.0), 0.5: (25.0, 50.0), 2.0: (-50.0, 50.0)}
+    assert {one["LF_lift"].amplitude for one in waves.values()} == {50.0}
+
+
+def test_one_drive_for_both_sides_cannot_turn() -> None:
+    scene = trotter(2)
+    both = ts.PointLoad(weights={"leg0": -1.0, "leg1": -1.0})
+    drives = {"all": scene.robot.drives["leg0"].model_copy(update={"load": both})}
+    feet = {name: foot.model_copy(update={"electrode": None}) for name, foot in scene.robot.feet.items()}
+    robot = scene.robot.model_copy(update={"drives": drives, "feet": feet})
+    gait = {"kind": "free", "frequency": 10.0, "high": 1.0, "phases": {"leg0": 0.0, "leg1": 0.0}, "turn": 0.5}
+    with pytest.raises(InputError, match=r"gait\.turn: drive 'all' moves legs of both sides"):
+        ts.Scene(name="both", robot=robot, ground=scene.ground, gait=gait, duration=0.1)  # pyright: ignore
+
+
+def test_a_body_that_goes_ahead_and_turns_goes_round_a_circle() -> None:
+    yaw = np.linspace(0.0, np.pi, 2001)
+    x, y = path_of(0.1 * yaw, np.zeros(2001), yaw)
+    assert np.hypot(x, y - 0.1) == pytest.approx(np.full(2001, 0.1), rel=1e-6)
+    assert (x[-1], y[-1]) == pytest.approx((0.0, 0.2), abs=1e-7)
+
+
+def test_hips_follow_a_turn_of_any_axis_as_a_rigid_body() -> None:
+    walker = across(trotter(3)).robot.structure
+    assert isinstance(walker, Walker)
+    turn = {"roll": 0.3, "pitch": -0.2, "yaw": 0.5}
+    body = np.array([turn.get(name, 0.0) for name in walker.body_coordinates])
+    for name, leg in walker.legs.items():
+        moved = [row(name) @ body for row in (walker.hip_row_x, walker.hip_row_y, walker.hip_row_z)]
+        assert moved == pytest.approx(np.cross(list(turn.values()), (leg.x, leg.y, leg.z)))
