@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -14,12 +15,10 @@ from random_scenes import plain_scene
 from tarsus.base.errors import InputError
 from tarsus.base.spec import validate, with_values
 from tarsus.model.ground import Ground
-from tarsus.model.profile import Profile, heights_of, line_between
+from tarsus.model.profile import Profile, gaps_above, heights_of, line_between
 from tarsus.model.scene import Scene
-from tarsus.plan.lowering import Kind, lower_scene, slot
+from tarsus.plan.lowering import Kind, slot
 from tarsus.solve.packet import packet_of
-from tarsus.solve.trajectories import Trajectories
-from tarsus.solve.window import WindowStart, simulate_windows
 from tarsus.study.sweeping import run_sweep
 from walking_scenes import sticky, trotter
 
@@ -58,6 +57,19 @@ def test_points_of_shapes(tmp_path: Path) -> None:
     (tmp_path / "map.txt").write_text("0 1 2\n3 4 5\n")
     row = shape(kind="file", file=str(tmp_path / "map.txt"), spacing=0.5, row=1).points()
     assert row.tolist() == [[0.0, 3.0], [0.5, 4.0], [1.0, 5.0]]
+
+
+@pytest.mark.parametrize("periodic", [False, True])
+def test_gaps_above_facets(periodic: bool) -> None:
+    """Height above the ground times the cosine of its slope; on the level beyond its ends, where it has such."""
+    points = np.array([[0.0, 0.0], [1.0, 0.5], [1.0, 0.0], [3.0, 1.0]])
+    x = np.array([-1.7, 0.3, 1.9, 3.4])
+    below = np.array([np.nan, np.nan, 2.0, 3.0])
+    cos = np.array([1.0, *(2.0 / math.sqrt(5.0),) * 2, 1.0])
+    if periodic:
+        below, cos = np.array([np.nan, 0.0, np.nan, 3.0]), np.full(4, 2.0 / math.sqrt(5.0))
+    high = (2.0 - heights_of(points, periodic, x)) * cos
+    assert gaps_above(points, below, x, np.full(4, 2.0), periodic) == pytest.approx(high)
 
 
 def test_random_ground_has_its_height_and_its_spectrum() -> None:
@@ -159,12 +171,7 @@ def test_random_grounds_are_drawn(tmp_path: Path) -> None:
 
 def test_who_does_not_know_uneven_ground_says_so(tmp_path: Path) -> None:
     scene = uneven()
-    plan = lower_scene(scene)
-    start = WindowStart(plan.initial, 0.0, np.array([1e-3]))
     for ask in (
-        lambda: ts.simulate(scene, "1 ms", gradients=["ground.gravity.acceleration"]),
-        lambda: simulate_windows(plan, [start]),
-        lambda: Trajectories.of(scene, {}, 1e-3),
         lambda: packet_of(scene, 1e-3),
         lambda: ts.export(scene, to="matlab", output=tmp_path),
     ):

@@ -52,11 +52,22 @@ def moved(starts: list[WindowStart], name: str, by: float) -> list[WindowStart]:
     return [replace(one, state=np.asarray(one.state) + by * unit) for one in starts]
 
 
+ROUGH = {
+    "kind": "random", "seed": 3, "rms": 2e-7, "correlation_length": 3e-5, "spacing": 1e-5, "facets": 256
+}  # fmt: skip
 CASES = [
     (lambda: scene_of("p1_n2"), ("ground.film.coefficient", "signals.pull.amplitude"), 0.1, 0.008, 16),
     pytest.param(
         lambda: trotter(5, ground=sticky()),
         ("ground.adhesion.initial", "ground.restitution.coefficient"),
+        None,
+        0.002,
+        12,
+        marks=pytest.mark.slow,
+    ),
+    pytest.param(
+        lambda: with_values(trotter(3, ground=sticky()), {"ground.profile": ROUGH}),
+        ("ground.profile.rms", "ground.friction.coefficient"),
         None,
         0.002,
         12,

@@ -285,10 +285,16 @@ def lower_profile(ground: Ground) -> Floats:
 
 
 def level_only(plan: Plan, what: str) -> None:
-    """Raise InputError for uneven ground, and for legs that move across the way, where some part of the library, named,
-    knows level ground and motion in one plane alone."""
+    """Raise InputError for uneven ground and for legs that move across the way, where some part of the library, named,
+    knows neither."""
     if plan.profile.size:
         raise InputError([f"ground.profile: {what} on level ground alone: leave it out"])
+    ahead_only(plan, what)
+
+
+def ahead_only(plan: Plan, what: str) -> None:
+    """Raise InputError for legs that move across the way, where some part of the library, named, knows motion in one
+    plane alone."""
     if plan.legs is not None and plan.legs.body.directions > 2:
         text = (
             f"{what} with legs that move upward and along the way alone: leave out stiffness_t and damping_t"

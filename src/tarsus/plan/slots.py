@@ -123,11 +123,19 @@ def slots(scene: Scene) -> dict[str, Place]:
 
 
 def unit_of(path: str, plan: Plan | None) -> float:
-    """What a number that is zero varies by: a gap by the plan's length, a displacement so as to move a foot by that."""
+    """What a number that is zero varies by: a gap or a point of the ground by the plan's length, a displacement so as
+    to move a foot by that."""
     if plan is not None and path.startswith("initial.displacement."):
         moves = np.abs(plan.system.normals[int(path.rpartition(".")[2])]).max(initial=0.0)
         return float(plan.length / (moves or 1.0))
-    return plan.length if plan is not None and path.endswith(".gap") else 1.0
+    keys = path.split(".")
+    shaped = keys[:2] == ["ground", "profile"] and keys[2] not in (
+        "restitution",
+        "adhesion",
+        "friction",
+        "rising",
+    )
+    return plan.length if plan is not None and (keys[-1] == "gap" or shaped) else 1.0
 
 
 def check_bounds(scene: Scene, path: str, values: Floats) -> None:

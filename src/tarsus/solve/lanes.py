@@ -34,6 +34,7 @@ class Doubt(IntEnum):
     EDGE_AT_START = _native.DOUBTS["EDGE_AT_START"]
     APART = _native.DOUBTS["APART"]
     NEAR_MISS = _native.DOUBTS["NEAR_MISS"]
+    AT_CORNER = _native.DOUBTS["AT_CORNER"]
 
 
 _REASONS: dict[int, str] = {
@@ -44,6 +45,7 @@ _REASONS: dict[int, str] = {
     Doubt.EDGE_AT_START: "an edge of a drive lies at the very start, and acts only if it is later",
     Doubt.APART: "events or edges of drives that meet at {time} move apart",
     Doubt.NEAR_MISS: "a foot turns just above the ground before {time}: it may touch it within the error of a step",
+    Doubt.AT_CORNER: "{foot} comes so close to a corner of the ground at {time} that which facet it meets is not known",
 }
 
 

@@ -151,7 +151,7 @@ def unpacked(acting: Acting, samples: Floats, times: Floats) -> tuple[SampledSta
     gap, rate = sources[:m, None] + up[:, 0], up[:, 1]
     if below:  # the facets' directions: their tangents have these components along the way and upward
         gap, cos, sin = below
-        rate = cos * up[:, 1] - sin * ahead[:, 1]
+        rate = np.where(held, 0.0, cos * up[:, 1] - sin * ahead[:, 1])
     # the structure's force on every coordinate; on a held foot it is its pull, or its force along the way
     system = plan.system.at(sources)
     onto = system.loads @ acting.drives(times) + system.constant[:, None]

@@ -79,7 +79,7 @@ def step_slopes(
     own = entering(scene, plan, paths, runs.longest)
     by_command = {name: of for name, of in drive.items() if not isinstance(of, (Signal, Sequence))}
     data = DataTangents.none(row, len(paths) + len(by_command))
-    for name in ("parameters", "sources"):
+    for name in ("parameters", "sources", "profile"):
         getattr(data, name)[..., : len(paths)] = getattr(own.data, name)
     for k, name in enumerate(by_command):
         moved = _told(robots, told[name], name, len(paths) + k, len(paths) + len(by_command))

@@ -13,6 +13,7 @@ from numpy.polynomial.polynomial import polyval
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
+from tarsus.base.events import FootState
 from tarsus.base.messages import nearest
 from tarsus.base.spec import get_value
 from tarsus.core.arrays import ENERGIES
@@ -20,6 +21,7 @@ from tarsus.core.replay import integrate
 from tarsus.measure.tally import TALLIED
 from tarsus.model.drive.pieces import Channels
 from tarsus.model.drive.waveforms.constant import Constant
+from tarsus.model.profile import gaps_above
 from tarsus.plan.channels import gait_waves, with_columns
 from tarsus.plan.lowering import pack
 from tarsus.plan.slots import Rows
@@ -39,6 +41,8 @@ if TYPE_CHECKING:
     from tarsus.model.scene import Scene
 
 Floats = NDArray[np.float64]
+_OWN = ("parameters", "sources", "scales", "profile")
+"""What of rows of data robots have of their own, but for their drives."""
 
 
 @dataclass
@@ -93,7 +97,7 @@ class SteppedRobots:
             self.values[path] = self.values[path].copy()
             self.values[path][robots] = values[robots]
         rows, other = self.runs.rows, fresh.runs.rows
-        moved = {name: getattr(rows, name).copy() for name in ("parameters", "sources", "scales")}
+        moved = {name: getattr(rows, name).copy() for name in _OWN}
         for name, array in moved.items():
             array[robots] = getattr(other, name)[robots]
         self.runs.rows, self._rows = replace(rows, **moved), None
@@ -197,7 +201,7 @@ class SteppedRobots:
     def _driven(self, commands: Mapping[str, Command]) -> Rows:
         """The robots' rows of data with what their drives do."""
         plan, rows = self.runs.plan, self.runs.rows
-        each = {name: getattr(rows, name)[self.runs.data] for name in ("parameters", "sources", "scales")}
+        each = {name: getattr(rows, name)[self.runs.data] for name in _OWN}
         each["scales"][:, 2] = np.inf  # no marks of periods
         told = [(of, self.drive(name), d in plan.charged) for d, (name, of) in enumerate(commands.items())]
         varied = any(path.startswith("robot.drives.") for path in self.values)
@@ -242,7 +246,7 @@ class SteppedRobots:
         rows = self._rows if known else self._driven(commands)
         assert rows is not None
         one = slice(robot, robot + 1)
-        each = {name: getattr(rows, name)[one] for name in ("parameters", "sources", "scales", "channels")}
+        each = {name: getattr(rows, name)[one] for name in (*_OWN, "channels")}
         return replace(rows, initial=self.runs.state[one], **each)
 
     def ledger(self, robot: int) -> Ledger:
@@ -316,6 +320,7 @@ class State:
 
     scene: Scene
     sources: Floats
+    profile: Floats
     normals: Floats
     loads: Floats
     _time: Floats
@@ -350,13 +355,27 @@ class State:
 
     @cached_property
     def gaps(self) -> Any:
-        """Gaps (nr, m) [m] of the feet."""
-        return self._shown(self.sources[:, : self.normals.shape[1]] + self._x @ self.normals)
+        """Gaps (nr, m) [m] of the feet, along the normals of the facets below them where the ground is uneven."""
+        m, profile = self.normals.shape[1], self.scene.ground.profile
+        height = self.sources[:, :m] + self._x @ self.normals
+        if profile is None:
+            return self._shown(height)
+        walker = self.scene.robot.structure
+        at = [walker.leg_coordinate(foot.point) for foot in self.scene.robot.feet.values()]
+        place = self._x[:, at] + [walker.legs[foot.point].x for foot in self.scene.robot.feet.values()]
+        points = self.profile[:, : 2 * len(profile.points())].reshape(len(height), -1, 2)
+        facets = self._feet[..., CARRIED.index("facet")]
+        gaps = [gaps_above(*one, profile.repeats) for one in zip(points, facets, place, height, strict=True)]
+        return self._shown(np.where(self._contacts == FootState.AIR, np.array(gaps), 0.0))
 
     @cached_property
     def contacts(self) -> Any:
         """What feet (nr, m) do: `tarsus.base.events.FootState`."""
-        return self._shown(self._feet[..., CARRIED.index("contact")].astype(np.intp))
+        return self._shown(self._contacts)
+
+    @property
+    def _contacts(self) -> NDArray[np.intp]:
+        return self._feet[..., CARRIED.index("contact")].astype(np.intp)
 
     @property
     def feet(self) -> Any:
@@ -454,6 +473,6 @@ def state_of(robots: SteppedRobots, began: Floats, parts: StepLog | None, one: b
     rows = np.zeros((0, 12)) if parts is None else parts.events
     ends = np.zeros(len(runs), dtype=np.int64) if parts is None else parts.event_end
     return State(
-        robots.scene, runs.rows.sources[runs.data], system.normals, system.loads, time, runs.state[:, :n].copy(),
-        runs.state[:, n:].copy(), runs.feet.copy(), volts, began, rows, ends, runs.code.copy(), one,
+        robots.scene, runs.rows.sources[runs.data], runs.rows.profile[runs.data], system.normals, system.loads, time,
+        runs.state[:, :n].copy(), runs.state[:, n:].copy(), runs.feet.copy(), volts, began, rows, ends, runs.code.copy(), one,
     )  # fmt: skip

@@ -20,7 +20,7 @@ from tarsus.core.arrays import LANES
 from tarsus.core.modes import LinearSystem, ModeBook, derived_mode
 from tarsus.model.drive.pieces import TERMS
 from tarsus.plan.channels import SlopedDrive, sloped_drives
-from tarsus.plan.lowering import Plan, level_only, lower_legs, lower_scene, lower_system, pack
+from tarsus.plan.lowering import Plan, ahead_only, lower_legs, lower_scene, lower_system, pack
 from tarsus.plan.slots import Rows, bears, check_bounds, rows_for, slot, unit_of
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ class Stencil:
         for places, weights in _STENCILS[order]:
             found = cls(base, direction, places * size, weights / size)
             try:
-                found.check(scene)
+                found.check(scene, plan)
             except InputError as error:
                 problem = problem or error
                 continue
@@ -81,9 +81,13 @@ class Stencil:
         assert problem is not None
         raise problem
 
-    def check(self, scene: Scene) -> None:
-        """Raise InputError unless the scene takes the outermost places."""
+    def check(self, scene: Scene, plan: Plan | None) -> None:
+        """Raise InputError unless the scene takes the outermost places, where no foot starts below uneven ground."""
         ends = np.array([self.places.min(), self.places.max()])
+        if plan is not None and any(path.startswith("ground.profile.") for path in self.direction):
+            rows_for(
+                scene, plan, {path: self.base[path] + w * ends for path, w in self.direction.items()}, 0.0
+            )
         for path, w in self.direction.items():
             place = slot(scene, path)
             if place is not None and place.bounded:
@@ -129,8 +133,8 @@ class DataTangents:
     """Derivatives of one row of data by P numbers, last axis: as `tarsus.plan.slots.Rows`, and of its signals' pieces.
 
     coef (pieces, 12 or fewer terms, P), begin, end (pieces, P) [s]: at fixed numbers in the pieces; loops (channels, P)
-    [s]; since (m, P) [s]: begin of the contacts at the start; period (1, P) [s] of the marks; start (1, P) [s]: of the
-    moment at which a window begins.
+    [s]; profile (., P): of uneven ground; since (m, P) [s]: begin of the contacts at the start; period (1, P) [s] of
+    the marks; start (1, P) [s]: of the moment at which a window begins.
     """
 
     parameters: Floats
@@ -141,6 +145,7 @@ class DataTangents:
     begin: Floats
     end: Floats
     loops: Floats
+    profile: Floats
     period: Floats
     start: Floats
 
@@ -151,7 +156,7 @@ class DataTangents:
         pieces, m = len(np.asarray(signals.start)), rows.sources.shape[1] - 2
         shapes = (
             rows.parameters.shape[1:], rows.initial.shape[1:], rows.sources.shape[1:], (m,), (pieces, terms), (pieces,),
-            (pieces,), (len(np.asarray(signals.loop)),), (1,), (1,),
+            (pieces,), (len(np.asarray(signals.loop)),), rows.profile.shape[1:], (1,), (1,),
         )  # fmt: skip
         return cls(*(np.zeros((*shape, count)) for shape in shapes))
 
@@ -235,8 +240,12 @@ def entering(
     Raises InputError for a path that is none, a number that cannot vary, where a drive changes the number of its
     pieces, and for a number of the structure of a robot that slides and is no walker.
     """
-    level_only(plan, "a run has derivatives")
+    ahead_only(plan, "a run has derivatives")
     found = directions_of(gradients)
+    if "ground.profile.seed" in {path for one in found.values() for path in one}:
+        raise InputError(
+            ["ground.profile.seed: there is no derivative by it, for its whole part makes the ground"]
+        )
     names = list(scene.robot.drives)
     lines, rest = sloped_drives(scene, list(found.values()), [names[d] for d in plan.charged])
     parts = [_apart(scene, one) for one in rest]
@@ -378,7 +387,7 @@ def _one_row(rows: Rows) -> Rows:
     pool = tuple(rows.pool[c] for c in used)
     return replace(
         rows, parameters=rows.parameters[:1], initial=rows.initial[:1], sources=rows.sources[:1],
-        scales=rows.scales[:1].copy(), channels=channels.reshape(1, -1).astype(np.int64),
+        scales=rows.scales[:1].copy(), profile=rows.profile[:1], channels=channels.reshape(1, -1).astype(np.int64),
         pool=pool, signals=pack(pool),
     )  # fmt: skip
 
@@ -443,7 +452,7 @@ def _differences(
     marks = np.where(np.isfinite(rows.periods), rows.periods, 0.0)
     return replace(
         out, parameters=slopes(rows.parameters), initial=slopes(rows.initial), sources=slopes(rows.sources),
-        period=slopes(marks)[None],
+        profile=slopes(rows.profile), period=slopes(marks)[None],
     )  # fmt: skip
 
 

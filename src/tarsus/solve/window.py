@@ -18,7 +18,7 @@ from tarsus.core import _native
 from tarsus.core import arrays as a
 from tarsus.core.modes import NODES, ModeBook
 from tarsus.core.replay import SampledStates, shown_states
-from tarsus.plan.lowering import level_only
+from tarsus.plan.lowering import ahead_only
 from tarsus.plan.slots import Rows, rows_of
 from tarsus.solve.acting import Acting
 from tarsus.solve.codes import EVENT_TYPE, ResultCode, event_places, structured_events, without_marks
@@ -277,7 +277,7 @@ def simulate_windows(
     InputError
         For states, times or contacts that do not fit the plan, and data that are not there.
     """
-    level_only(plan, "windows of a run know where they begin")
+    ahead_only(plan, "windows of a run know where they begin")
     by = gradients or WindowGradients(state=False, t0=False)
     data = [one.row for one in by.entered] or [rows_of(plan) if rows is None else rows]
     given = _Given.of(plan, starts, sum(map(len, data)))
@@ -308,7 +308,7 @@ def _singles(data: Sequence[Rows], wanted: npt.NDArray[np.int64]) -> dict[int, R
     for number in np.unique(wanted).tolist():
         k = int(np.searchsorted(first, number, side="right")) - 1
         r = number - int(first[k])
-        parts = ("parameters", "initial", "sources", "scales", "channels")
+        parts = ("parameters", "initial", "sources", "scales", "channels", "profile")
         out[number] = (
             data[k]
             if len(data[k]) == 1

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import Field
 
 from tarsus.base.discover import classes_beside
-from tarsus.model.profile.base import Profile, heights_of, line_between
+from tarsus.model.profile.base import Profile, gaps_above, heights_of, line_between
 
-__all__ = ["AnyProfile", "Profile", "heights_of", "line_between"]
+__all__ = ["AnyProfile", "Profile", "gaps_above", "heights_of", "line_between"]
 
 
 def _kind(shape: type[Profile]) -> str | None:

@@ -107,3 +107,18 @@ def heights_of(points: Floats, repeats: bool, x: Floats) -> Floats:
 
     before = np.where(repeats and at == points[0, 0], on("left", at + run) - rise, on("left", at))
     return np.minimum(on("right", at), before) + cell * rise
+
+
+def gaps_above(points: Floats, facets: Floats, x: Floats, z: Floats, repeats: bool) -> Floats:
+    """Gaps [m] of places x, z (m,) along the normals of facets (m,) by number; NaN: of the facet below."""
+    n, (run, rise) = len(points) - 1, points[-1] - points[0]
+    cell = np.floor((x - points[0, 0]) / run) if repeats else np.zeros_like(x)
+    below = np.searchsorted(points[:, 0], x - cell * run, side="right") - 1 + cell * n
+    k = np.where(np.isnan(facets), below, facets)
+    cell = np.floor(k / n) if repeats else np.zeros_like(k)
+    j = (k - cell * n).astype(np.intp)
+    a, b = points[np.clip(j, 0, n)], points[np.clip(j + 1, 0, n)]
+    a = np.where((j < 0)[:, None], points[0], a)
+    along = np.where(((j < 0) | (j >= n))[:, None], [1.0, 0.0], b - a)
+    cos, sin = (along / np.hypot(*along.T)[:, None]).T
+    return cos * (z - a[:, 1] - cell * rise) - sin * (x - a[:, 0] - cell * run)

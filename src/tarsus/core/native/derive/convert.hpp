@@ -42,8 +42,8 @@ inline std::vector<Row> lanes(nb::handle group, const char* name, size_t count) 
   return out;
 }
 
-// coordinates: of the structure.
-inline DataTangents data_tangents(nb::handle from, size_t coordinates, const Laws& laws, const Signals& signals, size_t channels) {
+// coordinates: of the structure; profile: numbers of a ground's shape.
+inline DataTangents data_tangents(nb::handle from, size_t coordinates, const Laws& laws, const Signals& signals, size_t profile) {
   const size_t m = size_t(laws.feet), pieces = signals.start.size();
   DataTangents out;
   out.parameters = lanes(from, "parameters", m * laws.columns);
@@ -54,6 +54,7 @@ inline DataTangents data_tangents(nb::handle from, size_t coordinates, const Law
   out.begin = lanes(from, "begin", pieces);
   out.end = lanes(from, "end", pieces);
   out.loops = lanes(from, "loops", size_t(signals.channels()));
+  out.profile = lanes(from, "profile", profile);
   out.period = lanes(from, "period", 1)[0];
   out.start = lanes(from, "start", 1)[0];
   return out;

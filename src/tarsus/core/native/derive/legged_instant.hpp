@@ -6,11 +6,14 @@
 
 namespace tarsus::legged {
 
-// State at a moment. u, w (legs, directions); grip (legs): as in LeggedFoot.
+// State at a moment. u, w (legs, directions); grip (legs): as in LeggedFoot. Of uneven ground the facet of every leg, and whether its
+// foot lives in the directions of that, which may turn; else in the robot's.
 struct JetPlace {
   Jet time = Jet(0.0);
   std::vector<Jet> x, v, u, w;
   std::vector<Grip<Jet>> grip;
+  std::vector<FacetOf<Jet>> ground;
+  std::vector<uint8_t> on;
   Jet& of(std::vector<Jet>& values, int i, int d) { return values[DIRECTIONS * size_t(i) + d]; }
   const Jet& of(const std::vector<Jet>& values, int i, int d) const { return values[DIRECTIONS * size_t(i) + d]; }
 };
@@ -41,11 +44,12 @@ class Acting {
     return *this;
   }
 
-  // A number of the structure, with its derivatives from the perturbed copies.
+  // A number of a leg in the robot's directions, with its derivatives from the perturbed copies.
   template <class F>
-  Jet of_body(F&& value) const {
-    Jet out(value(s_.body));
-    add_own(out, value);
+  Jet of_leg(int i, F&& value) const {
+    const auto from = [i, &value](const Legged& s) { return value(s.profile != nullptr ? s.level[i] : s.body.legs[i]); };
+    Jet out(from(s_));
+    add_own(out, from);
     return out;
   }
   const Leg& leg(int i) const { return s_.body.legs[i]; }
@@ -54,31 +58,65 @@ class Acting {
   const Jet& u(int i, int d) const { return at_->of(at_->u, i, d); }
   const Jet& w(int i, int d) const { return at_->of(at_->w, i, d); }
   Jet mass(int i) const {
-    return of_body([&](const Body& b) { return b.legs[i].mass; });
+    return of_leg(i, [](const Leg& leg) { return leg.mass; });
   }
-  Jet stiffness(int i, int d) const {
-    return of_body([&](const Body& b) { return b.legs[i].stiffness[d]; });
-  }
-  Jet damping(int i, int d) const {
-    return of_body([&](const Body& b) { return b.legs[i].damping[d]; });
-  }
-  Jet gap(int i) const { return jet(leg(i).gap, leg(i).foot < 0 ? Row(0.0) : data_.sources[leg(i).foot]); }
+  Jet stiffness(int i, int d) const { return on(i) ? mixed(i, &Leg::stiffness).own[d] : level(i, &Leg::stiffness, d); }
+  Jet damping(int i, int d) const { return on(i) ? mixed(i, &Leg::damping).own[d] : level(i, &Leg::damping, d); }
+  Jet gap(int i) const { return uneven() ? ground(i).gap_of(place(i), height(i)) : height(i); }
   Jet weight(int i, int d) const {
-    Jet out = jet(leg(i).weight[d], data_.sources[s_.body.feet() + d] * unit_.legs[i].weight[d]);
-    add_own(out, [&](const Body& b) { return b.legs[i].weight[d]; });
-    return out;
+    return turned(i, d, [&](int e) {
+      Jet out = jet((uneven() ? s_.level[i] : leg(i)).weight[e], data_.sources[s_.body.feet() + e] * unit_.legs[i].weight[e]);
+      add_own(out, [&](const Legged& s) { return (s.profile != nullptr ? s.level[i] : s.body.legs[i]).weight[e]; });
+      return out;
+    });
   }
   Jet hip(int i, int d) const { return hip(i, d, at_->x); }
   Jet hip_rate(int i, int d) const { return hip(i, d, at_->v); }
-  Jet load(int n, int d) const {
-    return drive(s_.body.drive[n], at_->time) * of_body([&](const Body& b) { return b.gain[2 * n + d]; });
+  Jet load(int i, int n, int d) const {
+    return drive(s_.body.drive[n], at_->time) * turned(i, d, [&](int e) {
+      const auto gain = [&](const Legged& s) { return (s.profile != nullptr ? s.level_gain : s.body.gain)[2 * n + e]; };
+      Jet out(gain(s_));
+      add_own(out, gain);
+      return out;
+    });
   }
-  Jet across(int, int) const { return Jet(0.0); }  // there are no derivatives on uneven ground
+  Jet across(int i, int d) const {
+    if (!on(i)) return Jet(0.0);
+    const Jet rate = hip_rate(i, 1 - d) - (d == UP ? w(i, ALONG) : Jet(0.0));
+    return mixed(i, &Leg::stiffness).cross * (hip(i, 1 - d) - u(i, 1 - d)) + mixed(i, &Leg::damping).cross * rate;
+  }
   Jet landing_gap(int) const { return Jet(0.0); }  // a foot that lands is at the ground at its own moment
-  // The film's momentum, from the run's base on; the lanes' own counts from nothing.
-  Jet film(int i, const Jet& gap) const {
+
+  // Of uneven ground: facets and their factors by number, those of a foot, and the corner at an end of its facet.
+  bool uneven() const { return s_.profile != nullptr; }
+  FacetOf<Jet> facet(int64_t k) const {
+    return s_.profile->facet<Jet>(k, [&](int64_t n) { return jet(s_.profile->points[n], data_.profile[n]); });
+  }
+  PatchOf<Jet> patch(int64_t k) const {
+    return s_.profile->patch<Jet>(k, [&](int64_t n) { return jet(s_.profile->points[n], data_.profile[n]); });
+  }
+  const FacetOf<Jet>& ground(int i) const { return at_->ground[i]; }
+  bool on(int i) const { return uneven() && at_->on[i]; }
+  CornerOf<Jet> corner(int i, int way) const { return {ground(i), facet(ground(i).number + way), way}; }
+  // Height and place at rest, in the robot's directions.
+  Jet height(int i) const { return jet((uneven() ? s_.level[i] : leg(i)).gap, leg(i).foot < 0 ? Row(0.0) : data_.sources[leg(i).foot]); }
+  Jet place(int i) const {
+    return of_leg(i, [](const Leg& leg) { return leg.place; });
+  }
+  // Take a foot from the robot's directions into those of its facet, and back.
+  void turn(int i) { turn_by(i, ground(i).sin, true); }
+  void turn_back(int i) { turn_by(i, -ground(i).sin, false); }
+  // Gap of a foot where it is; what a force along the ground's normal does in a direction.
+  Jet clearance(int i) const {
+    return uneven() && !on(i) ? gap(i) + ground(i).cos * u(i, UP) - ground(i).sin * u(i, ALONG) : u(i, UP) + gap(i);
+  }
+  Jet normal(int i, int d) const { return uneven() && !on(i) ? (d == UP ? ground(i).cos : -ground(i).sin) : Jet(d == UP ? 1.0 : 0.0); }
+
+  // The film's momentum, from the run's base on; the lanes' own counts from nothing. Events on uneven ground are told of rates with it.
+  Jet momentum(int i, const Jet& gap) const {
     return s_.feet[i].film ? laws.momentum(leg(i).foot, gap) - s_.feet[i].base : Jet(0.0);
   }
+  Jet film(int i, const Jet& gap) const { return uneven() ? Jet(0.0) : momentum(i, gap); }
   Jet smooth(int i, const Jet& gap, const Jet& rate) const {
     const int f = leg(i).foot;
     return s_.feet[i].force ? laws.force(f, gap, rate, volts(f), at_->time) : Jet(0.0);
@@ -97,29 +135,42 @@ class Acting {
     return c < 0 ? Jet(0.0) : drive(int(c), at_->time);
   }
   Jet hip(int i, int d, const std::vector<Jet>& body) const {
-    const Hip& of = s_.body.legs[i].hip[d];
-    Jet out(0.0);
-    for (int n = 0; n < of.count; n++) out = out + body[of.at[n]] * of.by[n];
     double plain[MOST_COORDINATES];
     for (size_t b = 0; b < body.size(); b++) plain[b] = body[b].value;
-    add_own(out, [&](const Body& b) { return b.legs[i].hip[d].motion(plain); });
-    return out;
+    return turned(i, d, [&](int e) {
+      const Hip& of = (uneven() ? s_.level[i] : leg(i)).hip[e];
+      Jet out(0.0);
+      for (int n = 0; n < of.count; n++) out = out + body[of.at[n]] * of.by[n];
+      add_own(out, [&](const Legged& s) { return (s.profile != nullptr ? s.level[i] : s.body.legs[i]).hip[e].motion(plain); });
+      return out;
+    });
   }
   Jet strength(int i) const { return laws.strength(leg(i).foot, at_->time - at_->grip[i].since, volts(leg(i).foot)); }
   Jet age_brought(int i) const { return at_->grip[i].brought(laws, leg(i).foot, at_->time); }
   Bearing<Jet> bearing(int i) const { return bearing_of(*this, i, strength(i)); }
   // Gap rate [m/s] of a free foot.
-  Jet rate(int i) const { return w(i, UP) + film(i, u(i, UP) + gap(i)) / mass(i); }
+  Jet rate(int i) const {
+    const Jet own = uneven() ? normal(i, UP) * w(i, UP) + normal(i, ALONG) * w(i, ALONG) : w(i, UP);
+    return own + momentum(i, clearance(i)) / mass(i);
+  }
 
   // The function that vanishes at an event.
   Jet function(int i, FootEvent kind) const {
     switch (kind) {
-      case TOUCH: return u(i, UP) + gap(i);
+      case TOUCH: return clearance(i);
       case STOP: return w(i, ALONG) * s_.feet[i].sense[ALONG];
       case PULL_OFF: return strength(i) - pull_on(*this, i);
+      case HIGH_END: return left(i, 1);
+      case LOW_END: return left(i, -1);
       default: break;
     }
     const Bearing<Jet> at = bearing(i);
+    if (kind == SHIFT || kind == LOOSE) {
+      const int way = s_.feet[i].wedged;
+      if (kind == LOOSE) return at.along * double(way);
+      const CornerOf<Jet> corner = this->corner(i, way);
+      return at.margin - at.along * (double(way) * corner.cos / corner.sin);
+    }
     return at.most + at.along * (kind == SLIP_UP ? -1.0 : 1.0);
   }
 
@@ -141,17 +192,17 @@ class Acting {
         out.power.damping += drag * out.x[b];
       }
     }
-    for (int i = 0; i < s_.legs(); i++) {
-      for (int d = 0; d < DIRECTIONS; d++) add_rates(i, d, push, out);
-    }
+    for (int i = 0; i < s_.legs(); i++) add_rates(i, push, out);
     for (int b = 0; b < nb; b++) out.v[b] = push[b] / s_.body.mass[b];
     return out;
   }
 
-  // A foot reaches the ground: its state after what the log says of it, or, ``kind`` 0, after it has just left.
-  EventNumbers<Jet> land(int i, int kind) {
+  // A foot reaches the ground: its state after what the log says of it, or, ``kind`` 0, after it has just left. pull [N]: on it where it
+  // is not held by this facet alone.
+  EventNumbers<Jet> land(int i, int kind, const Jet* pull = nullptr) {
     const int f = leg(i).foot;
     Landing<Jet> at = pre_impact(*this, i);
+    if (pull != nullptr) at.pull = *pull;
     EventNumbers<Jet> out;
     out.when = at_->time;
     if (kind == 0) {
@@ -184,49 +235,82 @@ class Acting {
   template <class F>
   void add_own(Jet& to, F&& value) const {
     if (copies_ == nullptr) return;
-    for (const PerturbedWalker& one : *copies_) to.slope[one.lane] += one.weight * value(one.s.body);
+    for (const PerturbedWalker& one : *copies_) to.slope[one.lane] += one.weight * value(one.s);
   }
 
-  void add_rates(int i, int d, std::vector<double>& push, Rates& out) const {
+  typedef double (Leg::*Pair)[DIRECTIONS];
+  Jet level(int i, Pair part, int d) const {
+    return of_leg(i, [&](const Leg& leg) { return (leg.*part)[d]; });
+  }
+  Mixed<Jet> mixed(int i, Pair part) const { return {level(i, part, UP), level(i, part, ALONG), ground(i).cos, ground(i).sin}; }
+  // Components of a vector, given by ``part`` in the robot's directions, in those that a foot lives in.
+  template <class F>
+  Jet turned(int i, int d, F&& part) const {
+    if (!on(i)) return part(d);
+    Jet vector[DIRECTIONS] = {part(UP), part(ALONG)};
+    rotate(vector, ground(i).cos, ground(i).sin);
+    return vector[d];
+  }
+  void turn_by(int i, const Jet& sin, bool on) {
+    rotate(&u(i, UP), ground(i).cos, sin);
+    rotate(&w(i, UP), ground(i).cos, sin);
+    at_->on[i] = on;
+  }
+  // Distance of a foot from an end of its facet, on it or above it.
+  Jet left(int i, int way) const {
+    const FacetOf<Jet>& facet = ground(i);
+    if (on(i)) return (facet.end(way) - u(i, ALONG) - facet.place_of(place(i), height(i))) * double(way);
+    const Jet end = facet.end(way) * facet.cos;
+    const double past = end_of(s_, i, way) - end.value;  // see float_above
+    return (facet.x + end + past - u(i, ALONG) - place(i)) * double(way);
+  }
+
+  void add_rates(int i, std::vector<double>& push, Rates& out) const {
     const Leg& leg = this->leg(i);
     const LeggedFoot& foot = s_.feet[i];
-    const double u = this->u(i, d).value, w = this->w(i, d).value;
-    const double lifted = hip(i, d).value - u, moved = hip_rate(i, d).value;
-    double rate = 0.0, gain = 0.0;
-    if (!foot.held(d)) {
-      double own = -weight(i, d).value;
-      for (int n = leg.first; n < leg.last; n++) own += load(n, d).value;
-      double force = leg.stiffness[d] * lifted + leg.damping[d] * moved + own;
-      rate = w;
-      if (d == UP && foot.film) {
-        const Jet g = this->u(i, UP) + gap(i);
-        rate += film(i, g).value / leg.mass;
-        out.power.film -= rate * rate * laws.momentum_slope(leg.foot, Jet(g.value), s_.settings.probe).value;
-      }
-      if (d == UP && foot.force) {
-        const double more = smooth(i, Jet((this->u(i, UP) + gap(i)).value), Jet(rate)).value;
-        force += more;
-        out.power.smooth += more * rate;
-      }
-      if (d == ALONG && foot.contact == SLIPPING) {
-        out.slipped[i] = std::fabs(rate);
-        if (foot.sense[ALONG] != 0.0) {
-          const Jet most = strength(i);
-          const double frictional = laws.friction(leg.foot, most - pull_on(*this, i), most, Jet(std::fabs(w))).value * foot.sense[ALONG];
-          force -= frictional;
-          out.power.friction += frictional * rate;
-        }
-      }
-      out.power.work += own * rate;
-      gain = (force - leg.damping[d] * rate) / leg.mass;
+    const bool film = foot.film && !foot.held(UP), force = foot.force && !foot.held(UP);
+    const double gap = film || force ? clearance(i).value : 0.0, momentum = film ? this->momentum(i, Jet(gap)).value : 0.0;
+    double lifted[DIRECTIONS], across[DIRECTIONS], rate[DIRECTIONS] = {}, normal[DIRECTIONS], approach = 0.0;
+    for (int d = 0; d < DIRECTIONS; d++) {
+      normal[d] = this->normal(i, d).value;
+      if (!foot.held(d)) rate[d] = w(i, d).value + normal[d] * momentum / leg.mass;
+      lifted[d] = hip(i, d).value - u(i, d).value;
+      across[d] = hip_rate(i, d).value - rate[d];
+      approach += normal[d] * rate[d];
     }
-    const double across = moved - rate;
-    out.power.damping += leg.damping[d] * across * across;
-    leg.hip[d].carry(-(leg.stiffness[d] * lifted + leg.damping[d] * across), push.data());
-    out.u.push_back(rate);
-    out.w.push_back(gain);
+    const double smooth = force ? this->smooth(i, Jet(gap), Jet(approach)).value : 0.0;
+    if (film) out.power.film -= approach * approach * laws.momentum_slope(leg.foot, Jet(gap), s_.settings.probe).value;
+    out.power.smooth += smooth * approach;
+    out.power.damping += 2.0 * leg.cross_damping * across[UP] * across[ALONG];
+    for (int d = 0; d < DIRECTIONS; d++) {
+      double gain = 0.0;
+      const double pulled = leg.stiffness[d] * lifted[d] + leg.damping[d] * across[d] +
+                            leg.cross_stiffness * lifted[1 - d] + leg.cross_damping * across[1 - d];
+      if (!foot.held(d)) {
+        double own = -weight(i, d).value;
+        for (int n = leg.first; n < leg.last; n++) own += load(i, n, d).value;
+        double force = pulled + own + smooth * normal[d];
+        if (d == ALONG && foot.contact == SLIPPING) force -= rubbed(i, rate[d], out);
+        out.power.work += own * rate[d];
+        gain = force / leg.mass;
+      }
+      out.power.damping += leg.damping[d] * across[d] * across[d];
+      leg.hip[d].carry(-pulled, push.data());
+      out.u.push_back(rate[d]);
+      out.w.push_back(gain);
+    }
   }
 
+  // Friction [N] on a foot that slides with a rate.
+  double rubbed(int i, double rate, Rates& out) const {
+    const LeggedFoot& foot = s_.feet[i];
+    out.slipped[i] = std::fabs(rate);
+    if (foot.sense[ALONG] == 0.0) return 0.0;
+    const Jet most = strength(i);
+    const double friction = laws.friction(leg(i).foot, most - pull_on(*this, i), most, Jet(std::fabs(rate))).value * foot.sense[ALONG];
+    out.power.friction += friction * rate;
+    return friction;
+  }
 };
 
 }  // namespace tarsus::legged

@@ -4,8 +4,12 @@
 // for the copies.
 #pragma once
 #include "derive/legged_tangent_step.hpp"
+#include "legged/profile.hpp"
 
 namespace tarsus::legged {
+
+// By what a facet turns.
+inline Row leaning(const FacetOf<Jet>& facet) { return slope_of(facet.sin) * facet.cos.value - slope_of(facet.cos) * facet.sin.value; }
 
 // A perturbed copy of the run's structure, its weight in the difference of a lane.
 struct PerturbedBody {
@@ -32,7 +36,11 @@ struct PerturbedWalker {
     s.settings.gap = s.settings.force_zero = 0.0;  // no change is small enough to be excluded from a difference
     s.shares.clear();
     s.body.weigh(unit, gravity);
-    for (int i = 0; i < s.legs(); i++) s.body.legs[i].gap = run.body.legs[i].gap;
+    for (int i = 0; i < s.legs(); i++) s.body.legs[i].gap = run.profile != nullptr ? run.level[i].gap : run.body.legs[i].gap;
+    s.profile = run.profile;
+    s.laws.patches = run.laws.patches;
+    s.level = s.body.legs;
+    s.level_gain = s.body.gain;
   }
 
   // Its legs over the run's step, and their forces on the body.
@@ -45,20 +53,26 @@ struct PerturbedWalker {
     s.at = run.at;
     s.clock.time = run.clock.time;
     s.step_class = k;
+    for (int i : s.body.leg) {
+      if (s.profile == nullptr) break;
+      float_above(s, i);
+      if (s.feet[i].contact != AIR) turn_leg(s, i);
+    }
     load_feet(s);
     assemble_coupling(s);
     clear_body(s);
     for (int i = 0; i < s.legs(); i++) {
       if (s.feet[i].contact == AIR) {
         fly(i, k, h);
-      } else {
-        find_margin(s, i);
+        continue;
       }
-      if (s.feet[i].contact == STUCK) continue;
-      Row own = s.rows[i].load[ALONG];
-      if (s.feet[i].contact == SLIPPING) own -= s.rows[i].bound[ALONG] * s.feet[i].sense[ALONG];
-      move(i, ALONG, k, own);
-      carry_free(s, i, ALONG, own, h, s.rows[i]);
+      if (s.feet[i].contact == SLIPPING) {
+        const Row own = s.rows[i].load[ALONG] - s.rows[i].bound[ALONG] * s.feet[i].sense[ALONG];
+        move(i, ALONG, k, own);
+        carry_free(s, i, ALONG, own, h, s.rows[i]);
+        if (s.body.legs[i].turned) carry_across(s, i);
+      }
+      find_margin(s, i);
     }
   }
 
@@ -71,24 +85,30 @@ struct PerturbedWalker {
  private:
   void move(int i, int d, int k, const Row& own) {
     const Leg& leg = s.body.legs[i];
+    const LegStep& table = s.tables.of(k, leg.kind[d]);
     LegRows& r = s.rows[i];
     r.q[d] = own + spring(s, leg, d);
-    free_motion(s.tables.of(k, leg.kind[d]), s.feet[i].u[d], s.feet[i].w[d], r.q[d], r.u[d], r.w[d]);
+    if (leg.turned) r.q[d] = OnSlope(leg, table, s.feet[i]).acting(r.q[d] - s.feet[i].u[UP] * leg.cross_stiffness);
+    free_motion(table, s.feet[i].u[d], s.feet[i].w[d], r.q[d], r.u[d], r.w[d]);
   }
 
   void fly(int i, int k, double h) {
     const Leg& leg = s.body.legs[i];
-    const LegStep& table = s.tables.of(k, leg.kind[UP]);
     LegRows& r = s.rows[i];
-    const Row own = s.feet[i].force ? r.load[UP] + r.smooth : r.load[UP];
-    move(i, UP, k, own);
-    if (s.feet[i].film) {
-      r.u[UP] += combine(&table.film[0][0][0], r.film);
-      r.w[UP] += combine(&table.film[1][0][0], r.film);
+    for (int d = 0; d < DIRECTIONS; d++) {
+      const LegStep& table = s.tables.of(k, leg.kind[d]);
+      const double share = leg.normal[d];
+      const Row own = s.feet[i].force && share != 0.0 ? r.load[d] + r.smooth * share : r.load[d];
+      move(i, d, k, own);
+      if (s.feet[i].film && share != 0.0) {
+        r.u[d] += combine(&table.film[0][0][0], r.film) * share;
+        r.w[d] += combine(&table.film[1][0][0], r.film) * share;
+      }
+      carry_free(s, i, d, own, h, r);
     }
-    r.gap = r.u[UP] + leg.gap;
-    r.rate = s.feet[i].film ? r.w[UP] + r.film * (1.0 / leg.mass) : r.w[UP];
-    carry_free(s, i, UP, own, h, r);
+    r.gap = leg.clearance(r.u[UP], r.u[ALONG]);
+    r.rate = leg.leans() ? r.w[UP] * leg.normal[UP] + r.w[ALONG] * leg.normal[ALONG] : r.w[UP];
+    if (s.feet[i].film) r.rate += r.film * (1.0 / leg.mass);
   }
 };
 

@@ -13,7 +13,9 @@ struct PerturbedStep {
   Legged s;
   std::vector<double> parameters;
 
-  PerturbedStep(const Legged& run, const Legged& lane, const DataTangents& data, int number, double by) : s(run) {
+  // facets: of the legs, none of level ground.
+  PerturbedStep(const Legged& run, const Legged& lane, const DataTangents& data, const std::vector<FacetOf<Jet>>& facets, int number, double by)
+      : s(run) {
     s.energy = {};
     s.shares.clear();
     for (size_t n = 0; n < data.parameters.size(); n++) {
@@ -42,15 +44,45 @@ struct PerturbedStep {
       for (Row LegRows::*part : {&LegRows::film, &LegRows::gap, &LegRows::rate, &LegRows::smooth}) {
         r.*part += d.*part * by;
       }
+      if (!facets.empty()) turn_facet(i, lane, facets[i], number, by);
       if (!s.feet[i].filmed()) continue;
       // the copy's momentum counts from its own value at the gap at which the run's has its base
       LeggedFoot& foot = s.feet[i];
       const double more = s.laws.momentum(s.body.legs[i].foot, foot.from) - foot.base;
       foot.base += more;
-      foot.w[UP] += more / s.body.legs[i].mass;
-      r.w[UP] += more / s.body.legs[i].mass;
+      for (int d = 0; d < DIRECTIONS; d++) {
+        const double gained = s.film_share(i, d) * more / s.body.legs[i].mass;
+        foot.w[d] += gained;
+        r.w[d] += gained;
+      }
       r.film -= more;
     }
+  }
+
+ private:
+  // Of uneven ground: the facet below a foot, and a foot on it in the directions of that; a lane lives in those of the run.
+  void turn_facet(int i, const Legged& lane, const FacetOf<Jet>& facet, int number, double by) {
+    if (s.body.legs[i].foot < 0) return;
+    const auto moved = [&](double& to, const Jet& at) { to += by * at.slope[number]; };
+    LeggedFoot& foot = s.feet[i];
+    LegRows& r = s.rows[i];
+    s.level[i].gap += by * lane.level[i].gap;
+    for (int d = 0; d < DIRECTIONS; d++) s.level[i].weight[d] += by * lane.level[i].weight[d];
+    moved(foot.ground.x, facet.x);
+    moved(foot.ground.z, facet.z);
+    moved(foot.ground.cos, facet.cos);
+    moved(foot.ground.sin, facet.sin);
+    float_above(s, i);
+    if (foot.contact == AIR) return;
+    turn_leg(s, i);
+    const double lean = by * leaning(facet)[number];
+    rotate(foot.u, 1.0, lean);
+    rotate(foot.w, 1.0, lean);
+    r.u[ALONG] += foot.u[UP] * lean;
+    r.q[ALONG] += foot.u[UP] * (lean * s.level[i].stiffness[ALONG]);  // by its tables it moves as before, from elsewhere
+    const Row up = r.load[UP];
+    r.load[UP] -= r.load[ALONG] * lean;
+    r.load[ALONG] += up * lean;
   }
 };
 
@@ -89,13 +121,14 @@ inline double size_of(const Legged& s, const Legged& lane, const DataTangents& d
 
 // Add the derivatives of the energies of the step up to scaled time ``fraction`` to those of the lanes.
 inline void add_power(const Legged& s, std::vector<Legged>& lanes, const std::vector<PerturbedWalker>& structures, const DataTangents& data,
-                      double h, double fraction) {
+                      const std::vector<FacetOf<Jet>>& facets, double h, double fraction) {
   Choices choices;
   Moment end, moved;
   end.legs.resize(DIRECTIONS * s.body.legs.size());
   moved.legs = end.legs;
   motion_at(s, h, fraction, end);
   Legged plain = s;
+  plain.shares.clear();
   add_energies(plain, h, fraction, end, &choices);
   choices.again = true;
   for (const PerturbedWalker& one : structures) {
@@ -111,7 +144,7 @@ inline void add_power(const Legged& s, std::vector<Legged>& lanes, const std::ve
     const double size = size_of(s, lane, data, int(n));
     motion_at(lane, h, fraction, moved);
     for (double sign : {1.0, -1.0}) {
-      PerturbedStep copy(s, lane, data, int(n), sign * size);
+      PerturbedStep copy(s, lane, data, facets, int(n), sign * size);
       Moment there = end;
       for (size_t m = 0; m < there.legs.size(); m++) there.legs[m].u += sign * size * moved.legs[m].u;
       choices.next = 0;

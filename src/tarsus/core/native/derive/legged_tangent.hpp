@@ -43,6 +43,8 @@ class LeggedTangent : public LeggedMarch {
     reported.shared_at = begun_ = clock.time;
     for (PerturbedWalker& one : copies_) one.begin(*this, run_.parameters, gravity);
     bases_ = bases();
+    if (profile != nullptr) deeds = &deeds_;
+    stand_on_ground();
     linear_.feet.resize(legs());
     linear_.own.resize(size_t(legs()) * LANES);
     values_.resize(player.cursor.size() * N);
@@ -50,6 +52,7 @@ class LeggedTangent : public LeggedMarch {
     drives_.edges_at(clock.time, [&](int lane) { flag(EDGE_AT_START, lane); });
     for (int lane = 0; lane < count_; lane++) {
       lanes_.push_back(*this);
+      lanes_.back().deeds = nullptr;
       begin_lane(lanes_.back(), lane, window);
     }
     if (window && any_less(Row(0.0), magnitude(data_.start))) begin_later();
@@ -81,6 +84,7 @@ class LeggedTangent : public LeggedMarch {
     linearise(h);
     for (int i : body.leg) {
       if (nearly_lands(i, h, fraction)) flag(NEAR_MISS);
+      if (nearly_ends(i, h, fraction)) flag(AT_CORNER);
     }
     follow_copies(k, h);
     if (!solve_lanes(*this, lanes_, k, h, linear_)) lose();
@@ -89,9 +93,8 @@ class LeggedTangent : public LeggedMarch {
     }
     apexes_.clear();
     for (int i : body.leg) apexes_.push_back(feet[i].apex.gap);
-    ways_.clear();
-    for (const LeggedFoot& foot : feet) ways_.push_back(foot.u[ALONG]);
-    if (keeps_account && fraction > 0.0) add_power(*this, lanes_, copies_, data_, h, fraction);
+    started_ = feet;
+    if (keeps_account && fraction > 0.0) add_power(*this, lanes_, copies_, data_, facets_, h, fraction);
   }
 
   // And after.
@@ -111,43 +114,28 @@ class LeggedTangent : public LeggedMarch {
     if (!open_) note_rates();
     at_once_ = fraction_ == 0.0 && reported.shared_at == clock.time && shares_moment(i, kind, value.value);
     if (!at_once_) {
-      const Margin found{slope_of(value), rate, grazes(i, kind, rate)};
+      const bool ends = kind == HIGH_END || kind == LOW_END, near = grazes(i, kind, rate);
+      const Margin found{slope_of(value), rate, near && !ends};
+      if (near && ends) flag(AT_CORNER);
       if (open_) flag_order(-found.by / rate, rate, former_[body.legs[i].foot]);
       reported.take_moment(known_, found, clock.time);
     }
     open_ = true;
     reported.shared_at = clock.time;
     shift(place_, before_, reported.shared);
+    if (profile == nullptr) return;
+    deeds_.clear();
+    add_film(i, 1.0);
   }
 
   void after_event(int i, FootEvent kind) {
-    const bool logged = log.events.size() > known_;
-    const int what = logged ? int(log.events.back().kind) : 0;
-    EventNumbers<Jet> out;
-    out.when = place_.time;
     acting_.on(place_);
-    Jet& along = acting_.w(i, ALONG);
-    if (kind == TOUCH) {
-      out = acting_.land(i, what);
-      if (what == 0 || (what == CONTACT_AT_START && !at_once_)) reported.flag(known_, GRAZING);
-      if (feet[i].contact == STUCK) stop_along(along);
-    } else if (kind == PULL_OFF) {
-      out.pull = pull_on(acting_, i);
-      out.strength = acting_.strength(i);
-      place_.grip[i].end(place_.time);
-      acting_.w(i, UP) = leaving_rate(acting_, i, Jet(0.0));
+    if (profile != nullptr && (!deeds_.empty() || kind >= HIGH_END)) {
+      follow_deeds(i);
     } else {
-      const Bearing<Jet> at = acting_.bearing(i);
-      out.pull = at.along;
-      out.strength = at.most;
-      out.doubtful = kind == STOP && is_close(Jet(std::fabs(at.along.value)), at.most);
-      along = Jet(0.0);
+      follow_event(i, kind);
     }
-    if (out.doubtful) reported.flag(known_, AT_THRESHOLD);
-    if (logged) {
-      reported.put(known_, body.legs[i].foot, out);
-      if (what != SLIP_BEGINS && what != STICK_BEGINS) reported.restart(body.legs[i].foot, slope_of(place_.time));
-    }
+    if (profile != nullptr) stand_on_ground();
     return_to_fixed_time();
   }
 
@@ -166,7 +154,7 @@ class LeggedTangent : public LeggedMarch {
       const int f = int(log.events[e].foot);
       const bool rising = apexes[f].time == clock.time && apexes[f].gap > 0.0;
       const int i = body.leg[f];
-      reported.put_mark(e, f, by, feet[i].u[UP] + body.legs[i].gap, moves ? now.u[DIRECTIONS * size_t(i) + UP] : 0.0, rising);
+      reported.put_mark(e, f, by, gap_now(i), moves ? approach(i, now.u) : 0.0, rising);
     }
   }
 
@@ -186,13 +174,17 @@ class LeggedTangent : public LeggedMarch {
   LegTangents linear_;
   std::vector<double> values_;  // (channels, nodes)
   std::vector<Row> slopes_;
-  std::vector<double> apexes_, ways_;  // highest gaps of the feet and places of the legs along the way, before the step
+  std::vector<double> apexes_;       // highest gaps of the feet before the step
+  std::vector<LeggedFoot> started_;  // of every leg, where the step starts
   Moment turning_;  // room for a lane's motion at one moment
   double h_ = 0.0, fraction_ = 0.0, begin_time_ = 0.0, begun_ = 0.0;
   JetPlace place_;
   Rates before_;
   size_t known_ = 0;                     // events when the present one began
   bool open_ = false, at_once_ = false;  // an event has been applied in this step; the present one shares its moment
+  std::vector<FacetOf<Jet>> facets_;     // of every leg on uneven ground
+  std::vector<Row> leans_, gaps_;        // by what these turn, and derivatives of the gaps above them of feet at rest
+  std::vector<Done> deeds_;              // of the present event
   std::vector<double> former_;           // rates of the functions of its events before the first of them, by foot
 
   std::vector<double> bases() const {
@@ -203,12 +195,185 @@ class LeggedTangent : public LeggedMarch {
 
   // A rate without the film's momentum counts that from its base: where this has moved, so has what a mass makes of it.
   void rebase_lanes() {
-    for (const PerturbedWalker& one : copies_) {
-      for (int i = 0; i < legs(); i++) {
-        lanes_[one.lane].feet[i].w[UP] += (feet[i].base - bases_[i]) * one.weight / one.s.body.legs[i].mass;
+    for (int i : body.leg) {
+      const double gained = feet[i].base - bases_[i];
+      for (int d = 0; d < DIRECTIONS && gained != 0.0; d++) {
+        const double share = film_share(i, d);
+        for (const PerturbedWalker& one : copies_) lanes_[one.lane].feet[i].w[d] += share * gained * one.weight / one.s.body.legs[i].mass;
+        if (profile == nullptr) continue;
+        const Row turned = turning(i, d) * (gained / body.legs[i].mass);
+        for (int lane = 0; lane < count_; lane++) lanes_[lane].feet[i].w[d] += turned[lane];
       }
     }
     bases_ = bases();
+  }
+
+  // ---- uneven ground. A lane of a foot on a facet lives in the directions of the run's facet, a place in those of the facet as it turns.
+
+  // Facets below the feet, and their factors of the laws.
+  void stand_on_ground() {
+    if (profile == nullptr) return;
+    facets_.resize(legs());
+    leans_.assign(legs(), Row(0.0));
+    gaps_.assign(legs(), Row(0.0));
+    JetPlace here;
+    for (int i : body.leg) {
+      facets_[i] = acting_.facet(feet[i].ground.number);
+      leans_[i] = leaning(facets_[i]);
+      take_patch(i, feet[i].ground.number);
+      bases_[i] = feet[i].base;
+    }
+    here.ground = facets_;
+    acting_.on(here);
+    for (int i : body.leg) gaps_[i] = slope_of(acting_.gap(i));
+  }
+  void take_patch(int i, int64_t facet) {
+    if (!body.patched) return;
+    for (LawTangents* of : {&laws_, &still_laws_}) {
+      of->patches.resize(body.feet());
+      of->patches[body.legs[i].foot] = (of == &laws_ ? acting_ : still_).patch(facet);
+    }
+  }
+  // How the normal of the facet below a foot turns.
+  Row turning(int i, int d) const { return leans_[i] * (d == UP ? -feet[i].ground.sin : -feet[i].ground.cos); }
+  // The feet on facets from the directions of the run's (by = 1) into those of theirs, or back.
+  void turn_places(JetPlace& at, double by) const {
+    for (int i : body.leg) {
+      if (profile == nullptr || !at.on[i]) continue;
+      rotate(&at.of(at.u, i, UP), Jet(1.0), jet(0.0, leans_[i] * by));
+      rotate(&at.of(at.w, i, UP), Jet(1.0), jet(0.0, leans_[i] * by));
+    }
+  }
+  // The rates of a foot with the film's momentum, or (by = -1) without.
+  void add_film(int i, double by) {
+    acting_.on(place_);
+    if (feet[i].contact != AIR || !feet[i].film) return;
+    const Jet share = acting_.momentum(i, acting_.clearance(i)) / acting_.mass(i) * by;
+    for (int d = 0; d < DIRECTIONS; d++) acting_.w(i, d) = acting_.w(i, d) + acting_.normal(i, d) * share;
+  }
+  // Rate at which a foot in the air departs from its facet, of rates in the directions that it lives in.
+  double approach(int i, const std::vector<double>& rates) const {
+    return normal_share(i, UP) * rates[DIRECTIONS * size_t(i) + UP] + normal_share(i, ALONG) * rates[DIRECTIONS * size_t(i) + ALONG];
+  }
+  void at_facet(int i, int64_t number) {
+    if (acting_.on(i)) acting_.turn_back(i);
+    place_.ground[i] = acting_.facet(number);
+    take_patch(i, number);
+  }
+  // A foot on its facet so near to a corner that it could as well be on the next.
+  void flag_corner(int i) {
+    const FacetOf<Jet>& on = place_.ground[i];
+    const double at = on.place_of(acting_.place(i), acting_.height(i)).value + acting_.u(i, ALONG).value;
+    const double length = on.high.value - on.low.value, size = std::isfinite(length) ? length : std::fabs(on.x.value) + std::fabs(on.z.value);
+    for (int way : {1, -1}) {
+      if (std::fabs(on.end(way).value - at) < CLOSE * size) reported.flag(known_, AT_CORNER);
+    }
+  }
+
+  // The event of a foot that follows from its kind and what the log says of it.
+  void follow_event(int i, FootEvent kind) {
+    const bool logged = log.events.size() > known_;
+    const int what = logged ? int(log.events.back().kind) : 0;
+    EventNumbers<Jet> out;
+    out.when = place_.time;
+    Jet& along = acting_.w(i, ALONG);
+    if (kind == TOUCH) {
+      out = acting_.land(i, what);
+      if (what == 0 || (what == CONTACT_AT_START && !at_once_)) reported.flag(known_, GRAZING);
+      if (feet[i].contact == STUCK) stop_along(along);
+    } else if (kind == PULL_OFF) {
+      out.pull = pull_on(acting_, i);
+      out.strength = acting_.strength(i);
+      place_.grip[i].end(place_.time);
+      acting_.w(i, UP) = leaving_rate(acting_, i, Jet(0.0));
+      if (profile != nullptr) settle(i);
+    } else {
+      const Bearing<Jet> at = acting_.bearing(i);
+      out.pull = at.along;
+      out.strength = at.most;
+      out.doubtful = kind == STOP && is_close(Jet(std::fabs(at.along.value)), at.most);
+      along = Jet(0.0);
+    }
+    if (out.doubtful) reported.flag(known_, AT_THRESHOLD);
+    if (logged) put(known_, i, out);
+  }
+  void put(size_t event, int i, const EventNumbers<Jet>& out) {
+    const int what = int(log.events[event].kind), f = body.legs[i].foot;
+    reported.put(event, f, out);
+    if (what != SLIP_BEGINS && what != STICK_BEGINS) reported.restart(f, slope_of(place_.time));
+  }
+
+  // The event of a foot that is made of several things: in the robot's directions, but for what a facet does.
+  void follow_deeds(int i) {
+    std::vector<EventNumbers<Jet>> out(log.events.size() - known_);
+    for (EventNumbers<Jet>& one : out) one.when = place_.time;
+    Jet pull(0.0);
+    for (const Done& one : deeds_) {
+      at_facet(i, one.facet);
+      acting_.turn(i);
+      follow_deed(i, one, out, pull);
+    }
+    if (deeds_.empty() && gap_now(i) < reported.room()) reported.flag(known_, AT_CORNER);
+    settle(i);
+    for (size_t n = 0; n < out.size(); n++) {
+      if (out[n].doubtful) reported.flag(known_, AT_THRESHOLD);
+      put(known_ + n, i, out[n]);
+    }
+  }
+  // Into the directions that the foot lives in from now on.
+  void settle(int i) {
+    at_facet(i, feet[i].ground.number);
+    if (feet[i].contact != AIR) return acting_.turn(i);
+    add_film(i, -1.0);
+  }
+
+  void follow_deed(int i, const Done& one, std::vector<EventNumbers<Jet>>& out, Jet& pull) {
+    const size_t at = one.event - known_;
+    const bool logged = at < out.size();
+    const int what = logged ? int(log.events[one.event].kind) : 0;
+    Jet &up = acting_.w(i, UP), &along = acting_.w(i, ALONG);
+    const auto bear = [&](const Jet& by, const Jet& most) {
+      if (logged) out[at].pull = by, out[at].strength = most;
+    };
+    if (one.what == LANDS || one.what == LANDS_PRESSED) {
+      flag_landing(i, one, what);
+      const EventNumbers<Jet> found = acting_.land(i, what, one.what == LANDS ? nullptr : &pull);
+      if (logged) out[at] = found;
+      if (Footing(laws.rubs(body.legs[i].foot, std::fabs(along.value)), along.value, settings.speed_zero).sticks && up.value == 0.0) stop_along(along);
+    } else if (one.what == PRESSES) {
+      const Pressing<Jet> by(acting_.bearing(i), acting_.corner(i, one.way), one.way);
+      pull = -by.next;
+      flag_pressing(i, one, by);
+    } else if (one.what == SPENDS) {
+      if (logged) out[at].energy = out[at].energy + 0.5 * acting_.mass(i) * along * along;
+    } else if (one.what == STANDS) {
+      up = along = Jet(0.0);
+      flag_pressing(i, one, Pressing<Jet>(acting_.bearing(i), acting_.corner(i, one.way), one.way));
+    } else if (one.what == PARTS) {
+      bear(pull_on(acting_, i), acting_.strength(i));
+      place_.grip[i].end(place_.time);
+    } else if (one.what == LIES) {
+      bear(pull_on(acting_, i), laws_.strength(body.legs[i].foot, acting_.age_brought(i), acting_.volts(body.legs[i].foot)));
+      place_.grip[i].begin(laws_, body.legs[i].foot, place_.time);
+    } else {
+      const Bearing<Jet> by = acting_.bearing(i);
+      bear(by.along, by.most);
+      if (is_close(Jet(std::fabs(by.along.value)), by.most)) reported.flag(known_, AT_THRESHOLD);
+    }
+  }
+  // A foot that a corner hardly holds.
+  void flag_pressing(int i, const Done& one, const Pressing<Jet>& by) {
+    if (!acting_.corner(i, one.way).rises()) return;
+    const double size = std::fabs(by.own.value) + std::fabs(by.next.value);
+    if (std::min(std::fabs(by.own.value), std::fabs(by.next.value)) < CLOSE * size) reported.flag(known_, AT_CORNER);
+    if (one.what != PRESSES || !by.holds()) return;
+    const double speed = acting_.w(i, ALONG).value, energy = 0.5 * body.legs[i].mass * speed * speed;
+    if (is_close(energy, settings.rest_height * std::min(by.own.value, by.next.value))) reported.flag(known_, AT_CORNER);
+  }
+  // A landing at a corner that the foot has not come to along a facet; one that hardly is.
+  void flag_landing(int i, const Done& one, int what) {
+    if (what == 0 || (what == CONTACT_AT_START && !at_once_)) reported.flag(known_, GRAZING);
+    if (one.what == LANDS && deeds_.size() == 1) flag_corner(i);
   }
 
   // The run's step with each perturbed structure, for the lanes of their numbers.
@@ -222,8 +387,9 @@ class LeggedTangent : public LeggedMarch {
         const LegRows& r = one.s.rows[i];
         OwnPart& own = linear_.own[size_t(i) * LANES + one.lane];
         if (feet[i].contact == AIR) {
-          own.air[0] += f.by_gap[0] * r.u[UP] * one.weight;
-          own.air[1] += (f.by_gap[1] * r.u[UP] + f.by_rate * r.rate) * one.weight;
+          const Row gap = r.u[UP] * normal_share(i, UP) + r.u[ALONG] * normal_share(i, ALONG);
+          own.air[0] += f.by_gap[0] * gap * one.weight;
+          own.air[1] += (f.by_gap[1] * gap + f.by_rate * r.rate) * one.weight;
         } else if (f.slides) {
           own.bound += (f.by[MARGIN] * r.margin + f.by[SLIP_SPEED] * r.w[ALONG] * feet[i].sense[ALONG]) * one.weight;
         }
@@ -296,6 +462,10 @@ class LeggedTangent : public LeggedMarch {
         foot.u[d] = data_.initial[nb + 2 * i + 1 - d][lane];
         foot.w[d] = data_.initial[n + nb + 2 * i + 1 - d][lane];
       }
+      if (profile != nullptr && f >= 0) {
+        begin_above(t, i, lane);
+        continue;
+      }
       if (feet[i].film) {
         const Jet gap = jet(feet[i].u[UP] + body.legs[i].gap, Row(foot.u[UP] + t.body.legs[i].gap));
         foot.w[UP] -= laws_.momentum(f, gap).slope[lane] / body.legs[i].mass;
@@ -306,12 +476,55 @@ class LeggedTangent : public LeggedMarch {
         if (feet[i].contact == STUCK) foot.w[ALONG] = 0.0;
       }
     }
+    follow_legs(t, lane);
     assemble_coupling(t);
+  }
+
+  // A foot that begins above or on a facet.
+  void begin_above(Legged& t, int i, int lane) {
+    LeggedFoot& foot = t.feet[i];
+    const LeggedFoot& run = feet[i];
+    t.level[i].gap = t.body.legs[i].gap;
+    std::copy_n(t.body.legs[i].weight, DIRECTIONS, t.level[i].weight);
+    if (run.contact == AIR) {
+      if (!run.film) return;
+      double gap = gaps_[i][lane];
+      for (int d = 0; d < DIRECTIONS; d++) gap += turning(i, d)[lane] * run.u[d] + normal_share(i, d) * foot.u[d];
+      Row by = Row(0.0);
+      by.set(lane, gap);
+      const double momentum = laws_.momentum(body.legs[i].foot, jet(gap_now(i), by)).slope[lane] / body.legs[i].mass;
+      for (int d = 0; d < DIRECTIONS; d++) foot.w[d] -= normal_share(i, d) * momentum;
+      return;
+    }
+    in_facet(i, foot.u);
+    in_facet(i, foot.w);
+    foot.u[UP] = leans_[i][lane] * run.u[ALONG] - gaps_[i][lane];
+    foot.w[UP] = leans_[i][lane] * run.w[ALONG];
+    if (run.contact == STUCK) foot.w[ALONG] = 0.0;
+  }
+  void in_facet(int i, double* vector) const {
+    if (body.legs[i].turned) rotate(vector, feet[i].ground.cos, feet[i].ground.sin);
+  }
+
+  // The legs of a lane are those of the run; its own are gaps and weights.
+  void follow_legs(Legged& t, int lane) const {
+    if (profile == nullptr) return;
+    for (int i : body.leg) {
+      Leg& leg = t.body.legs[i];
+      leg = body.legs[i];
+      std::copy_n(t.level[i].weight, DIRECTIONS, leg.weight);
+      in_facet(i, leg.weight);
+      leg.gap = gaps_[i][lane];
+      t.feet[i].ground = feet[i].ground;
+    }
+    t.body.gain = body.gain;
   }
 
   // The state of the run with the derivatives of the lanes.
   JetPlace place() const {
     JetPlace out;
+    out.ground = facets_;
+    for (const LeggedFoot& foot : feet) out.on.push_back(foot.contact != AIR);
     out.time = Jet(clock.time);
     for (int b = 0; b < coordinates(); b++) {
       out.x.push_back(jet(x[b], lane_row([&](const Legged& t) { return t.x[b]; })));
@@ -327,6 +540,7 @@ class LeggedTangent : public LeggedMarch {
       };
       out.grip.push_back({moved(&Grip<double>::since), moved(&Grip<double>::aged), moved(&Grip<double>::parted)});
     }
+    turn_places(out, 1.0);
     return out;
   }
 
@@ -369,6 +583,7 @@ class LeggedTangent : public LeggedMarch {
 
   // The derivatives of the place, as those of the lanes.
   void take_lanes() {
+    turn_places(place_, -1.0);
     for (int lane = 0; lane < count_; lane++) {
       Legged& t = lanes_[lane];
       for (int b = 0; b < coordinates(); b++) {
@@ -385,9 +600,10 @@ class LeggedTangent : public LeggedMarch {
         foot.aged = place_.grip[i].aged.slope[lane];
         foot.parted = place_.grip[i].parted.slope[lane];
         foot.contact = feet[i].contact;
-        std::copy_n(feet[i].sense, MOST_DIRECTIONS, foot.sense);
+        std::copy_n(feet[i].sense[ALONG], MOST_DIRECTIONS, foot.sense[ALONG]);
         std::copy_n(feet[i].slides, MOST_DIRECTIONS, foot.slides);
       }
+      follow_legs(t, lane);
       assemble_coupling(t);
     }
   }
@@ -419,12 +635,46 @@ class LeggedTangent : public LeggedMarch {
       f.acts[0] = foot.contact == AIR && foot.film;
       f.acts[1] = foot.contact == AIR && foot.force;
       f.slides = foot.contact == SLIPPING && foot.sense[ALONG] != 0.0;
-      f.speeds = f.slides && laws.laws.friction_by_speed;
+      f.bends = foot.contact == SLIPPING && (body.legs[i].turned || slips_by_speed(*this, i));
       f.by_gap[0] = f.by_gap[1] = f.by_rate = f.by[MARGIN] = f.by[HELD_STRENGTH] = f.by[SLIP_SPEED] = Row(0.0);
+      lean_lanes(i);
       if (foot.contact != AIR) linearise_held(i, times);
       if (!f.acts[0] && !f.acts[1]) continue;
       linearise_free(i, times);
-      if (!invert_foot(tables.of(step_class, body.legs[i].kind[UP]), body.legs[i].mass, f)) lose();
+      const LegStep* const own[] = {&tables.of(step_class, body.legs[i].kind[UP]), &tables.of(step_class, body.legs[i].kind[ALONG])};
+      if (!invert_foot(own, body.legs[i], f)) lose();
+    }
+  }
+
+  // What moves the facet below a foot adds to the rows of the lanes.
+  void lean_lanes(int i) {
+    const bool flies = feet[i].contact == AIR, uneven = profile != nullptr && body.legs[i].foot >= 0;
+    const Leg& leg = body.legs[i];
+    const LegRows& r = rows[i];
+    Row along = Row(0.0);  // the structure's force on a foot that slides
+    if (uneven && feet[i].contact == SLIPPING) {
+      along = r.load[ALONG] + spring(*this, leg, ALONG) - r.u[ALONG] * leg.stiffness[ALONG] - r.w[ALONG] * leg.damping[ALONG] -
+              feet[i].u[UP] * leg.cross_stiffness;
+    }
+    for (int lane = 0; lane < count_; lane++) {
+      OwnPart& own = linear_.own[size_t(i) * LANES + lane];
+      own.lift[0] = Row(flies ? lanes_[lane].body.legs[i].gap : 0.0);
+      own.lift[1] = own.push[UP] = own.push[ALONG] = own.film[UP] = own.film[ALONG] = own.turned = Row(0.0);
+      const double lean = uneven ? leans_[i][lane] : 0.0;
+      lanes_[lane].rows[i].leans = flies && lean != 0.0 && feet[i].film;
+      if (lean == 0.0 || feet[i].contact == STUCK) continue;
+      for (int d = 0; flies && d < DIRECTIONS; d++) {
+        const double turned = turning(i, d)[lane];
+        own.lift[0] += r.u[d] * turned;
+        own.lift[1] += r.w[d] * turned;
+        if (feet[i].film) own.film[d] = r.film * turned;
+        if (feet[i].force) own.push[d] = r.smooth * turned;
+      }
+      if (flies) continue;
+      own.lift[0] = (r.u[ALONG] - feet[i].u[ALONG]) * lean;
+      own.lift[1] = r.w[ALONG] * lean;
+      own.push[ALONG] = (r.smooth - r.margin) * lean;
+      own.turned = along * lean;
     }
   }
 
@@ -451,7 +701,8 @@ class LeggedTangent : public LeggedMarch {
     if (f.acts[1]) laws_.slopes(FORCE, foot, arguments, 4, f.by_gap[1], f.by_rate);
     for (int lane = 0; lane < count_; lane++) {
       OwnPart& own = linear_.own[size_t(i) * LANES + lane];
-      for (int a = 0; a < 2; a++) own.air[a] = f.by_gap[a] * lanes_[lane].body.legs[i].gap;
+      for (int a = 0; a < 2; a++) own.air[a] = f.by_gap[a] * own.lift[0];
+      own.air[1] += f.by_rate * own.lift[1];
     }
     const bool driven = f.acts[1] && laws.laws.volts[foot] >= 0;
     for (int j = 0; (laws_.varied[foot] || driven) && j < N; j++) {
@@ -477,11 +728,25 @@ class LeggedTangent : public LeggedMarch {
       if (!feet[i].force) return strength;
       return strength - laws_.force(foot, Jet(0.0), Jet(0.0), volts_at(foot, j), Jet(times[j]));
     });
-    if (!f.slides) return;
+    for (int lane = 0; lane < count_; lane++) linear_.own[size_t(i) * LANES + lane].smooth += linear_.own[size_t(i) * LANES + lane].turned;
+    if (!f.slides) return bend(i);
     const SlidingTangent found = sliding_tangent(laws_, foot, r.margin, r.strength, r.w[ALONG] * feet[i].sense[ALONG], feet[i].just_slides(ALONG));
     std::copy_n(found.by, FRICTION_ARGUMENTS, f.by);
     for (int lane = 0; lane < LANES; lane++) linear_.own[size_t(i) * LANES + lane].bound = found.own[lane];
-    if (f.speeds && !invert_friction(tables.of(step_class, body.legs[i].kind[ALONG]), f)) lose();
+    bend(i);
+  }
+
+  // How the force along the ground on a foot that slides depends on its own motion there, beyond its tables.
+  void bend(int i) {
+    LinearFoot& f = linear_.feet[i];
+    if (!f.bends) return;
+    const Leg& leg = body.legs[i];
+    const double sense = feet[i].sense[ALONG];
+    f.rub[0] = f.by[MARGIN] * leg.cross_stiffness;
+    f.rub[1] = f.by[MARGIN] * leg.cross_damping + f.by[SLIP_SPEED] * sense;
+    f.bend[0] = f.rub[0] * sense + leg.more_stiffness;
+    f.bend[1] = f.rub[1] * sense + leg.more_damping;
+    if (!invert_bend(tables.of(step_class, leg.kind[ALONG]), f)) lose();
   }
 
   // Drives over the step; one that has jumped where its kink's time moves shifts the state by the difference of its rates.
@@ -518,6 +783,11 @@ class LeggedTangent : public LeggedMarch {
         foot.u[d] = moment.of(i, d).u;
         foot.w[d] = moment.of(i, d).w;
       }
+      if (profile == nullptr || feet[i].contact != SLIPPING) continue;
+      const double lifted = leans_[i][lane] * (feet[i].u[ALONG] - started_[i].u[ALONG]);
+      foot.u[UP] += lifted;
+      body.legs[i].hip[UP].carry(body.legs[i].stiffness[UP] * lifted, t.coupling.offset);
+      foot.w[UP] = leans_[i][lane] * feet[i].w[ALONG];
     }
     std::copy_n(moment.x, coordinates(), t.x);
     std::copy_n(moment.v, coordinates(), t.v);
@@ -527,7 +797,7 @@ class LeggedTangent : public LeggedMarch {
   // How the path moves that a foot slides in the step: with its ends and with the places where it turns back, the moments of which
   // count for nothing, for it stands still there. The lane's motion at the end of the step is in ``moment``.
   double path_of_lane(int lane, int i, double h) {
-    double path = 0.0, place = ways_[i], from = lanes_[lane].feet[i].u[ALONG];
+    double path = 0.0, place = started_[i].u[ALONG], from = lanes_[lane].feet[i].u[ALONG];
     const auto reach = [&](double next, double to) {
       path += next < place ? from - to : to - from;
       place = next;
@@ -563,13 +833,30 @@ class LeggedTangent : public LeggedMarch {
     double line[N], bend = 0.0;
     store(line, powers(rows[i].gap));
     for (int c = N - 1; c > 1; c--) bend = bend * s + c * (c - 1) * line[c];
-    to.apex = moved_row([&](const Legged& t) { return leg_at(t, i, UP, h, s).u; }) + data_.sources[f];
+    const auto normal = [&](double (*part)(const Motion&)) {
+      return moved_row([&](const Legged& t) {
+        double out = 0.0;
+        for (int d = 0; d < DIRECTIONS; d++) {
+          if (normal_share(i, d) != 0.0) out += normal_share(i, d) * part(leg_at(t, i, d, h, s));
+        }
+        return out;
+      }) + turned_row(i, part, h, s);
+    };
+    to.apex = normal([](const Motion& at) { return at.u; }) + (profile != nullptr ? gaps_[i] : data_.sources[f]);
     if (s <= 0.0) {  // what is highest where it began moves with that
       to.apex += to.apex_time * rows[i].rate[0];
       return;
     }
     const bool inside = s < fraction && bend < 0.0;
-    to.apex_time = inside ? moved_row([&](const Legged& t) { return leg_at(t, i, UP, h, s).w; }) * (-h * h / bend) : Row(0.0);
+    to.apex_time = inside ? normal([](const Motion& at) { return at.w; }) * (-h * h / bend) : Row(0.0);
+  }
+  // What a facet's turning makes of the run's motion above it, in the step from which the state has moved on.
+  Row turned_row(int i, double (*part)(const Motion&), double h, double s) {
+    Row out = Row(0.0);
+    std::swap(feet, started_);
+    for (int d = 0; profile != nullptr && d < DIRECTIONS; d++) out += turning(i, d) * part(leg_at(*this, i, d, h, s));
+    std::swap(feet, started_);
+    return out;
   }
 
   // ---- events
@@ -595,6 +882,9 @@ class LeggedTangent : public LeggedMarch {
     };
     for (auto* part : {&on.x, &on.v, &on.u, &on.w}) still(*part);
     for (Grip<Jet>& one : on.grip) one.since = Jet(one.since.value);
+    for (FacetOf<Jet>& one : on.ground) {
+      for (Jet* part : {&one.x, &one.z, &one.cos, &one.sin, &one.low, &one.high}) *part = Jet(part->value);
+    }
     shift(on, before_, Row(1.0));
     return still_.on(on).function(i, kind).slope[0];
   }
@@ -602,23 +892,36 @@ class LeggedTangent : public LeggedMarch {
   // Whether an event at the start of a step has the moment of the one just before it: a jump beyond rounding, or a foot that
   // lies there from the start.
   bool shares_moment(int i, FootEvent kind, double value) const {
-    if (kind == TOUCH) return clock.time == begun_ || -place_.of(place_.w, i, UP).value <= no_rate(*this, i, 0.0);
-    if (kind == STOP) return clock.time == begun_;
+    if (kind == TOUCH) return clock.time == begun_ || -(normal_share(i, UP) * place_.of(place_.w, i, UP).value + normal_share(i, ALONG) * place_.of(place_.w, i, ALONG).value) <= no_rate(*this, i, 0.0);
+    if (kind == STOP || kind == HIGH_END || kind == LOW_END) return clock.time == begun_;
     return clock.time == begun_ || value < -JUMP * run_.scales[1];
   }
   static constexpr double JUMP = 1e-9;  // part of the scale of forces; functions that pass zero overshoot it by less
 
   bool nearly_lands(int i, double h, double fraction) const {
-    if (feet[i].contact != AIR) return false;
-    return reported.nearly_lands(nodes, rows[i].gap, fraction, [&](double s) {
-      const Motion at = gap_at(*this, i, h, s);
+    return feet[i].contact == AIR && turns_near(rows[i].gap, h, fraction, [&](double s) { return gap_at(*this, i, h, s); });
+  }
+  // Whether a foot turns so close before an end of its facet.
+  bool nearly_ends(int i, double h, double fraction) const {
+    if (profile == nullptr || feet[i].contact == STUCK) return false;
+    for (int way : {1, -1}) {
+      const Row left = (end_of(*this, i, way) - body.legs[i].place - rows[i].u[ALONG]) * double(way);
+      if (std::isfinite(left[0]) && turns_near(left, h, fraction, [&](double s) { return left_at(*this, i, way, h, s); })) return true;
+    }
+    return false;
+  }
+  template <class At>
+  bool turns_near(const Row& left, double h, double fraction, At&& motion) const {
+    return reported.nearly_lands(nodes, left, fraction, [&](double s) {
+      const Motion at = motion(s);
       return std::pair<double, double>(at.u, at.w * h);
     });
   }
 
   // A touchdown that would dip below the ground by less than GRAZE errors of a gap; a force or speed that hardly passes zero.
   bool grazes(int i, FootEvent kind, double rate) const {
-    if (kind == TOUCH) return reported.gap_grazes(rate, before_.w[DIRECTIONS * size_t(i) + UP]);
+    if (kind == TOUCH) return reported.gap_grazes(rate, approach(i, before_.w));
+    if (kind == HIGH_END || kind == LOW_END) return !(std::fabs(rate) > settings.gap / settings.end);
     return kind == STOP ? !(std::fabs(rate) > settings.gap / (settings.end * settings.end)) : reported.force_grazes(rate);
   }
 
@@ -657,8 +960,13 @@ class LeggedTangent : public LeggedMarch {
     }
     to.insert(to.end(), place.begin(), place.end());
     for (int i : body.leg) {
-      to.push_back(moving(lane_row([&](const Legged& t) { return t.feet[i].u[ALONG]; }),
-                          rate != nullptr ? rate->u[DIRECTIONS * size_t(i) + ALONG] : 0.0));
+      const auto world = [&](const double* of) {
+        double own[DIRECTIONS] = {of[UP], of[ALONG]};
+        in_world(*this, i, own);
+        return own[ALONG];
+      };
+      to.push_back(moving(lane_row([&](const Legged& t) { return world(t.feet[i].u); }),
+                          rate != nullptr ? world(&rate->u[DIRECTIONS * size_t(i)]) : 0.0));
     }
     for (int i : body.leg) {
       to.push_back(moving(lane_row([&](const Legged& t) { return t.feet[i].slipped; }), rate != nullptr ? rate->slipped[i] : 0.0));
@@ -692,30 +1000,41 @@ class LeggedTangent : public LeggedMarch {
       lane_at(lane, h, s, here);
       fill([&](Jet& one, double value) { one.slope[lane] = value; });
     }
+    for (int i : body.leg) {  // in the directions of the facet as it turns it moves along that alone
+      if (profile == nullptr || feet[i].contact == AIR) continue;
+      to.of(to.u, i, UP) = jet(to.of(to.u, i, UP).value, slope_of(to.of(to.u, i, UP)) + leans_[i] * (to.of(to.u, i, ALONG).value - feet[i].u[ALONG]));
+      to.of(to.w, i, UP) = jet(0.0, leans_[i] * to.of(to.w, i, ALONG).value);
+    }
+    turn_places(to, 1.0);
     note_sample(to);
   }
 
   void note_sample(JetPlace& to) {
     acting_.on(to);
     std::vector<Row>& out = slopes.samples;
-    const auto leg_rate = [&](int i, int d) { return d == UP && feet[i].filmed() ? acting_.rate(i) : to.of(to.w, i, d); };
-    for (const Jet& one : to.x) out.push_back(slope_of(one));
-    for (int i = 0; i < legs(); i++) out.insert(out.end(), {slope_of(to.of(to.u, i, ALONG)), slope_of(to.of(to.u, i, UP))});
-    for (const Jet& one : to.v) out.push_back(slope_of(one));
-    for (int i = 0; i < legs(); i++) out.insert(out.end(), {slope_of(leg_rate(i, ALONG)), slope_of(leg_rate(i, UP))});
-    std::vector<Row> resistive, smooth, pull;
-    const size_t gaps = out.size();
-    for (int i : body.leg) out.push_back(slope_of(to.of(to.u, i, UP) + acting_.gap(i)));
-    for (int i : body.leg) out.push_back(slope_of(leg_rate(i, UP)));
+    std::vector<Row> resistive, smooth, pull, gaps, rates;
     for (int i : body.leg) {
-      const Jet gap = to.of(to.u, i, UP) + acting_.gap(i), rate = leg_rate(i, UP);
       const bool free = feet[i].contact == AIR;
+      const Jet gap = acting_.clearance(i), rate = acting_.rate(i);
+      gaps.push_back(free ? slope_of(gap) : Row(0.0));
+      rates.push_back(free ? slope_of(rate) : Row(0.0));
       resistive.push_back(free && feet[i].film ? slope_of(laws_.momentum_slope(body.legs[i].foot, gap, settings.probe) * rate) : Row(0.0));
       smooth.push_back(free ? slope_of(acting_.smooth(i, gap, rate)) : Row(0.0));
       pull.push_back(free ? Row(0.0) : slope_of(structure_force(acting_, i, UP, -acting_.gap(i))));
-      if (!free) out[gaps + body.legs[i].foot] = Row(0.0);
     }
-    for (const auto* part : {&resistive, &smooth, &pull}) out.insert(out.end(), part->begin(), part->end());
+    for (int i = 0; i < legs(); i++) {  // into the robot's directions
+      if (acting_.on(i)) {
+        acting_.turn_back(i);
+      } else if (feet[i].filmed()) {
+        const Jet share = acting_.momentum(i, acting_.clearance(i)) / acting_.mass(i);
+        for (int d = 0; d < DIRECTIONS; d++) acting_.w(i, d) = acting_.w(i, d) + acting_.normal(i, d) * share;
+      }
+    }
+    for (const Jet& one : to.x) out.push_back(slope_of(one));
+    for (int i = 0; i < legs(); i++) out.insert(out.end(), {slope_of(to.of(to.u, i, ALONG)), slope_of(to.of(to.u, i, UP))});
+    for (const Jet& one : to.v) out.push_back(slope_of(one));
+    for (int i = 0; i < legs(); i++) out.insert(out.end(), {slope_of(to.of(to.w, i, ALONG)), slope_of(to.of(to.w, i, UP))});
+    for (const auto* part : {&gaps, &rates, &resistive, &smooth, &pull}) out.insert(out.end(), part->begin(), part->end());
   }
 };
 

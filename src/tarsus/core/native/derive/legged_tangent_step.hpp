@@ -13,18 +13,20 @@
 namespace tarsus::legged {
 
 // The laws of one foot linearised at the nodes of a step: slopes of momentum and smooth force by the gap, of the force by
-// the rate, of friction by its arguments; and columns of the inverse of what makes momentum and force consistent, and of what
-// makes friction so that depends on the speed.
+// the rate, of friction by its arguments; columns of the inverse of what makes momentum and force consistent, and of what makes the force
+// along the ground so that depends on the foot's own motion there: of friction by speed, and on a slope. rub: friction by displacement and
+// rate along the ground; bend: all that the foot's tables have not, likewise.
 struct LinearFoot {
-  Row by_gap[2], by_rate, by[FRICTION_ARGUMENTS];
-  Row inverse[2][2][N], bound_inverse[N];
-  bool acts[2], slides, speeds;  // whether a momentum and a smooth force act in the air; sliding with friction; with such by speed
+  Row by_gap[2], by_rate, by[FRICTION_ARGUMENTS], rub[2], bend[2];
+  Row inverse[2][2][N], bent[N];
+  bool acts[2], slides, bends;  // whether a momentum and a smooth force act in the air; sliding with friction; the last above
 };
 
-// What laws add to the rows of a lane by numbers of their own: momentum and smooth force in the air; held, strength less
-// smooth force, strength, and friction.
+// What a number's own adds to the rows of a lane. By laws: momentum and smooth force in the air; held, strength less smooth force,
+// strength, and friction. By what moves the facet below: forces and the film's momentum, that turn with it; lift: gap and its rate in
+// the air, displacement upward and its rate of a foot that slides; turned: its pull.
 struct OwnPart {
-  Row air[2], smooth, strength, bound;
+  Row air[2], smooth, strength, bound, push[DIRECTIONS], film[DIRECTIONS], lift[2], turned;
 };
 
 struct LegTangents {
@@ -35,9 +37,16 @@ struct LegTangents {
   Factored solver;
 };
 
-// Make momentum P and smooth force F of a foot consistent with the motion that they lead to: (1 - S G) [P, F] = right side.
-inline bool invert_foot(const LegStep& table, double mass, LinearFoot& f) {
-  const double(*reach[2])[N][N] = {table.film, table.force};
+// Make momentum P and smooth force F of a foot, which act along the normal of the ground, consistent with the motion that they lead to:
+// (1 - S G) [P, F] = right side.
+inline bool invert_foot(const LegStep* const* tables, const Leg& leg, LinearFoot& f) {
+  const auto reach = [&](int b, int v, int l, int j) {
+    double out = 0.0;
+    for (int d = 0; d < DIRECTIONS; d++) {
+      if (leg.normal[d] != 0.0) out += leg.normal[d] * leg.normal[d] * (b == 0 ? tables[d]->film : tables[d]->force)[v][l][j];
+    }
+    return out;
+  };
   std::vector<int> parts;
   for (int a = 0; a < 2; a++) {
     if (f.acts[a]) parts.push_back(a);
@@ -49,8 +58,8 @@ inline bool invert_foot(const LegStep& table, double mass, LinearFoot& f) {
     const int a = parts[r / N], j = r % N;
     for (int c = 0; c < size; c++) {
       const int b = parts[c / N], l = c % N;
-      double value = (r == c) - f.by_gap[a][j] * reach[b][0][l][j];
-      if (a == 1) value -= f.by_rate[j] * (reach[b][1][l][j] + (b == 0 && j == l ? 1.0 / mass : 0.0));
+      double value = (r == c) - f.by_gap[a][j] * reach(b, 0, l, j);
+      if (a == 1) value -= f.by_rate[j] * (reach(b, 1, l, j) + (b == 0 && j == l ? 1.0 / leg.mass : 0.0));
       matrix[size_t(r) * size + c] = value;
     }
   }
@@ -67,11 +76,11 @@ inline bool invert_foot(const LegStep& table, double mass, LinearFoot& f) {
   return true;
 }
 
-// Make the friction of a sliding foot consistent with the speed that it leads to: (1 + S G) bound = right side.
-inline bool invert_friction(const LegStep& table, LinearFoot& f) {
+// Make the force along the ground on a foot that slides consistent with the motion that it leads to: (1 + bend T) q = right side.
+inline bool invert_bend(const LegStep& table, LinearFoot& f) {
   std::vector<double> matrix(N * N);
   for (int j = 0; j < N; j++) {
-    for (int l = 0; l < N; l++) matrix[j * N + l] = (j == l) + f.by[SLIP_SPEED][j] * table.force[1][l][j];
+    for (int l = 0; l < N; l++) matrix[j * N + l] = (j == l) + f.bend[0][j] * table.force[0][l][j] + f.bend[1][j] * table.force[1][l][j];
   }
   Factored solver;
   if (!solver.factor(matrix, N)) return false;
@@ -82,117 +91,180 @@ inline bool invert_friction(const LegStep& table, LinearFoot& f) {
   }
   solver.solve(columns);  // by rows
   for (int l = 0; l < N; l++) {
-    for (int j = 0; j < N; j++) f.bound_inverse[l].set(j, columns[j][l]);
+    for (int j = 0; j < N; j++) f.bent[l].set(j, columns[j][l]);
   }
   return true;
 }
 
 // A foot along the ground from u0, w0 under the force q and, where it slides, a friction of which ``own`` does not depend on its
-// speed.
+// own motion.
 inline void slide_linear(const LinearFoot& f, const LegStep& table, double sense, double u0, double w0, const Row& own, LegRows& r) {
   r.bound[ALONG] = f.slides ? own : Row(0.0);
-  if (f.speeds) {
-    free_motion(table, u0, w0, r.q[ALONG], r.u[ALONG], r.w[ALONG]);
-    r.bound[ALONG] = combine(reinterpret_cast<const double*>(f.bound_inverse), own + f.by[SLIP_SPEED] * r.w[ALONG] * sense);
-  }
   r.q[ALONG] -= r.bound[ALONG] * sense;
+  if (f.bends) {
+    free_motion(table, u0, w0, Row(0.0), r.u[ALONG], r.w[ALONG]);
+    const Row right = r.q[ALONG] - f.bend[0] * r.u[ALONG] - f.bend[1] * r.w[ALONG];
+    r.q[ALONG] = combine(reinterpret_cast<const double*>(f.bent), right);
+  }
   free_motion(table, u0, w0, r.q[ALONG], r.u[ALONG], r.w[ALONG]);
+  if (f.slides && f.bends) r.bound[ALONG] += f.rub[0] * r.u[ALONG] + f.rub[1] * r.w[ALONG];
 }
 
-// A foot in the air from u0, w0 under the force q, what its laws do following from ``own`` and its motion.
-inline void fly_linear(const LinearFoot& f, const LegStep& table, double mass, double u0, double w0, const Row& q,
-                       const Row* own, LegRows& r) {
-  free_motion(table, u0, w0, q, r.u[UP], r.w[UP]);
+// A foot in the air in one direction from u0, w0 under the force r.q and a momentum that the ground's turning has of the film.
+inline void fly_freely(const LegStep& table, int d, double u0, double w0, LegRows& r) {
+  free_motion(table, u0, w0, r.q[d], r.u[d], r.w[d]);
+  if (!r.leans) return;
+  r.u[d] += combine(&table.film[0][0][0], r.leaned[d]);
+  r.w[d] += combine(&table.film[1][0][0], r.leaned[d]);
+}
+
+// What its laws do follows from ``own`` and this motion, and adds to it.
+inline void fly_linear(const LinearFoot& f, const LegStep* const* tables, const Leg& leg, const Row* own, LegRows& r) {
+  const auto along_normal = [&](const Row* of) { return leg.leans() ? of[UP] * leg.normal[UP] + of[ALONG] * leg.normal[ALONG] : of[UP]; };
   r.film = r.smooth = Row(0.0);
   if (f.acts[0] || f.acts[1]) {
-    const Row film = f.by_gap[0] * r.u[UP] + own[0];
-    const Row force = f.by_gap[1] * r.u[UP] + f.by_rate * r.w[UP] + own[1];
+    const Row gap = along_normal(r.u), film = f.by_gap[0] * gap + own[0];
+    const Row force = f.by_gap[1] * gap + f.by_rate * along_normal(r.w) + own[1];
     const auto part = [&](int a) {
       return combine(reinterpret_cast<const double*>(f.inverse[a][0]), film) +
              combine(reinterpret_cast<const double*>(f.inverse[a][1]), force);
     };
     r.film = part(0);
     r.smooth = part(1);
-    r.u[UP] += combine(&table.film[0][0][0], r.film) + combine(&table.force[0][0][0], r.smooth);
-    r.w[UP] += combine(&table.film[1][0][0], r.film) + combine(&table.force[1][0][0], r.smooth);
+    for (int d = 0; d < DIRECTIONS; d++) {
+      const double share = leg.normal[d];
+      if (share == 0.0) continue;
+      r.u[d] += (combine(&tables[d]->film[0][0][0], r.film) + combine(&tables[d]->force[0][0][0], r.smooth)) * share;
+      r.w[d] += (combine(&tables[d]->film[1][0][0], r.film) + combine(&tables[d]->force[1][0][0], r.smooth)) * share;
+    }
   }
-  r.rate = r.w[UP] + r.film * (1.0 / mass);
+  r.rate = along_normal(r.w) + r.film * (1.0 / leg.mass);
 }
 
 // Add to the matrix of the body's rates what legs and held feet make of them.
-inline bool body_matrix(const Legged& s, int k, double h, const LegTangents& of, Factored& solver) {
-  const int nb = s.coordinates(), size = nb * N;
-  std::vector<double> matrix(size_t(size) * size, 0.0);
-  const double* once = &s.nodes.once[0][0];
-  const auto add = [&](const Hip& to, const Hip& from, int l, const Row& made) {
+class BodyMatrix {
+ public:
+  BodyMatrix(const Legged& of, int k, double length, const LegTangents& linear)
+      : s(of), class_(k), h(length), linear_(linear), once_(&s.nodes.once[0][0]), size_(s.coordinates() * N), matrix_(size_t(size_) * size_, 0.0) {}
+
+  bool factor(Factored& solver) {
+    const int nb = s.coordinates();
+    for (int l = 0; l < N; l++) {
+      unit_ = Row(0.0);
+      unit_.set(l, 1.0);
+      place_ = load(s.nodes.once[l]) * h;
+      for (int b = 0; b < nb; b++) {
+        matrix_[size_t(b * N + l) * size_ + b * N + l] += s.body.mass[b];
+        for (int c = 0; c < nb; c++) {
+          const Row made = combine(once_, place_) * (h * s.coupling.stiffness[b][c]) + place_ * s.coupling.damping[b][c];
+          for (int j = 0; j < N; j++) matrix_[size_t(b * N + j) * size_ + c * N + l] += made[j];
+        }
+      }
+      for (int i = 0; i < s.legs(); i++) {
+        for (int from = 0; from < DIRECTIONS; from++) {
+          if (s.feet[i].contact == AIR) fly(i, from, l);
+          if (s.feet[i].contact == SLIPPING) slide(i, from, l);
+        }
+      }
+    }
+    return solver.factor(std::move(matrix_), size_);
+  }
+
+ private:
+  const Legged& s;
+  const int class_;
+  const double h;
+  const LegTangents& linear_;
+  const double* once_;
+  const int size_;
+  std::vector<double> matrix_;
+  Row unit_, place_;  // the body's rate and displacement at the nodes, of one node's rate
+
+  void add(const Hip& to, const Hip& from, int l, const Row& made) {
     for (int n = 0; n < to.count; n++) {
       for (int c = 0; c < from.count; c++) {
         const double by = to.by[n] * from.by[c];
-        for (int j = 0; j < N; j++) matrix[size_t(to.at[n] * N + j) * size + from.at[c] * N + l] += by * made[j];
+        for (int j = 0; j < N; j++) matrix_[size_t(to.at[n] * N + j) * size_ + from.at[c] * N + l] += by * made[j];
       }
-    }
-  };
-  for (int l = 0; l < N; l++) {
-    const Row place = load(s.nodes.once[l]) * h;
-    Row unit = Row(0.0);
-    unit.set(l, 1.0);
-    for (int b = 0; b < nb; b++) {
-      matrix[size_t(b * N + l) * size + b * N + l] += s.body.mass[b];
-      for (int c = 0; c < nb; c++) {
-        const Row made = combine(once, place) * (h * s.coupling.stiffness[b][c]) + place * s.coupling.damping[b][c];
-        for (int j = 0; j < N; j++) matrix[size_t(b * N + j) * size + c * N + l] += made[j];
-      }
-    }
-    for (int i = 0; i < s.legs(); i++) {
-      const Leg& leg = s.body.legs[i];
-      const LegStep &up = s.tables.of(k, leg.kind[UP]), &along = s.tables.of(k, leg.kind[ALONG]);
-      const Row none[2] = {Row(0.0), Row(0.0)};
-      LegRows r;
-      if (s.feet[i].contact == AIR) {
-        fly_linear(of.feet[i], up, leg.mass, 0.0, 0.0, place * leg.stiffness[UP] + unit * leg.damping[UP], none, r);
-        add(leg.hip[UP], leg.hip[UP], l, r.w[UP] * leg.mass - combine(once, r.smooth) * h);
-      } else if (of.feet[i].slides) {
-        const Row pull = place * leg.stiffness[UP] + unit * leg.damping[UP];
-        r.q[ALONG] = Row(0.0);
-        slide_linear(of.feet[i], along, s.feet[i].sense[ALONG], 0.0, 0.0, -of.feet[i].by[MARGIN] * pull, r);
-        add(leg.hip[ALONG], leg.hip[UP], l, r.w[ALONG] * leg.mass - combine(once, r.q[ALONG]) * h);
-      }
-      if (s.feet[i].held(ALONG)) continue;
-      r.q[ALONG] = place * leg.stiffness[ALONG] + unit * leg.damping[ALONG];
-      slide_linear(of.feet[i], along, s.feet[i].sense[ALONG], 0.0, 0.0, Row(0.0), r);
-      Row made = r.w[ALONG] * leg.mass;
-      if (of.feet[i].speeds) made += combine(once, r.bound[ALONG]) * (h * s.feet[i].sense[ALONG]);
-      add(leg.hip[ALONG], leg.hip[ALONG], l, made);
     }
   }
-  return solver.factor(std::move(matrix), size);
-}
+  Row pulled(double stiffness, double damping) const { return place_ * stiffness + unit_ * damping; }
+
+  void fly(int i, int from, int l) {
+    const Leg& leg = s.body.legs[i];
+    const LegStep* const tables[] = {&s.tables.of(class_, leg.kind[UP]), &s.tables.of(class_, leg.kind[ALONG])};
+    const Row none[2] = {Row(0.0), Row(0.0)};
+    LegRows r;
+    r.u[1 - from] = r.w[1 - from] = r.smooth = Row(0.0);
+    r.q[from] = pulled(leg.stiffness[from], leg.damping[from]);
+    fly_freely(*tables[from], from, 0.0, 0.0, r);
+    if (from == UP || leg.leans()) fly_linear(linear_.feet[i], tables, leg, none, r);
+    for (int d = 0; d < DIRECTIONS; d++) {
+      if (d == from || leg.leans()) add(leg.hip[d], leg.hip[from], l, r.w[d] * leg.mass - combine(once_, r.smooth) * (h * leg.normal[d]));
+    }
+  }
+
+  void slide(int i, int from, int l) {
+    const Leg& leg = s.body.legs[i];
+    const LinearFoot& f = linear_.feet[i];
+    if (from == UP && !f.slides && !leg.turned) return;
+    const Row own = pulled(leg.stiffness[from], leg.damping[from]), cross = pulled(leg.cross_stiffness, leg.cross_damping);
+    LegRows r;
+    r.q[ALONG] = from == ALONG ? own : cross;
+    slide_linear(f, s.tables.of(class_, leg.kind[ALONG]), s.feet[i].sense[ALONG], 0.0, 0.0, -f.by[MARGIN] * (from == UP ? own : cross), r);
+    Row made = r.w[ALONG] * leg.mass;
+    if (f.slides) made += combine(once_, r.bound[ALONG]) * (h * s.feet[i].sense[ALONG]);
+    add(leg.hip[ALONG], leg.hip[from], l, made);
+    if (!leg.turned) return;
+    const Row across = (from == ALONG ? cross : Row(0.0)) - r.u[ALONG] * leg.cross_stiffness - r.w[ALONG] * leg.cross_damping;
+    add(leg.hip[UP], leg.hip[from], l, combine(once_, across) * h);
+  }
+};
 
 // The legs of a lane for the motion of its body, and what they do to that.
+inline void fly_lane(const Legged& s, Legged& t, int i, int k, double h, const LinearFoot& f, const OwnPart& own) {
+  const Leg& leg = t.body.legs[i];
+  const LeggedFoot& foot = t.feet[i];
+  const LegStep* const tables[] = {&s.tables.of(k, leg.kind[UP]), &s.tables.of(k, leg.kind[ALONG])};
+  LegRows& r = t.rows[i];
+  for (int d = 0; d < DIRECTIONS; d++) {
+    r.leaned[d] = own.film[d];
+    r.q[d] = r.load[d] + own.push[d] + spring(t, leg, d);
+    fly_freely(*tables[d], d, foot.u[d], foot.w[d], r);
+  }
+  fly_linear(f, tables, leg, own.air, r);
+  r.gap = (leg.leans() ? r.u[UP] * leg.normal[UP] + r.u[ALONG] * leg.normal[ALONG] : r.u[UP]) + own.lift[0];
+  r.rate += own.lift[1];
+  for (int d = 0; d < DIRECTIONS; d++) {
+    r.q[d] += r.smooth * leg.normal[d];
+    carry_free(t, i, d, r.load[d] + own.push[d] + r.smooth * leg.normal[d], h, r);
+    if (r.leans) leg.hip[d].carry(r.leaned[d], t.at.film);
+  }
+}
+
+inline void slide_lane(const Legged& s, Legged& t, int i, int k, double h, const LinearFoot& f, const OwnPart& own) {
+  const Leg& leg = t.body.legs[i];
+  const LeggedFoot& foot = t.feet[i];
+  LegRows& r = t.rows[i];
+  r.smooth = own.smooth;
+  r.u[ALONG] = r.w[ALONG] = Row(0.0);  // what friction has of them is found with them
+  find_margin(t, i);
+  const Row lifted = own.lift[0] * leg.stiffness[UP] + own.lift[1] * leg.damping[UP];
+  const Row load = r.load[ALONG] + own.push[ALONG];
+  r.q[ALONG] = load + spring(t, leg, ALONG) - (own.lift[0] + foot.u[UP]) * leg.cross_stiffness - own.lift[1] * leg.cross_damping;
+  slide_linear(f, s.tables.of(k, leg.kind[ALONG]), foot.sense[ALONG], foot.u[ALONG], foot.w[ALONG],
+               f.by[MARGIN] * (r.margin + lifted) + f.by[HELD_STRENGTH] * own.strength + own.bound, r);
+  carry_free(t, i, ALONG, load - r.bound[ALONG] * foot.sense[ALONG], h, r);
+  leg.hip[UP].carry(lifted, t.at.push);
+  if (leg.turned) carry_across(t, i);
+}
+
 inline void move_lane(const Legged& s, Legged& t, int k, double h, const LegTangents& of, int lane) {
   clear_body(t);
   for (int i = 0; i < t.legs(); i++) {
-    const Leg& leg = t.body.legs[i];
-    const LeggedFoot& foot = t.feet[i];
-    const LinearFoot& f = of.feet[i];
     const OwnPart& own = of.own[size_t(i) * LANES + lane];
-    LegRows& r = t.rows[i];
-    if (foot.contact == AIR) {
-      const Row hip = spring(t, leg, UP);
-      fly_linear(f, s.tables.of(k, leg.kind[UP]), leg.mass, foot.u[UP], foot.w[UP], r.load[UP] + hip, own.air, r);
-      r.gap = r.u[UP] + leg.gap;
-      const Row load = r.load[UP] + r.smooth;
-      r.q[UP] = load + hip;
-      carry_free(t, i, UP, load, h, r);
-    } else {
-      r.smooth = own.smooth;
-      find_margin(t, i);
-    }
-    if (foot.contact == STUCK) continue;
-    r.q[ALONG] = r.load[ALONG] + spring(t, leg, ALONG);
-    slide_linear(f, s.tables.of(k, leg.kind[ALONG]), foot.sense[ALONG], foot.u[ALONG], foot.w[ALONG],
-                 f.by[MARGIN] * r.margin + f.by[HELD_STRENGTH] * own.strength + own.bound, r);
-    carry_free(t, i, ALONG, r.load[ALONG] - r.bound[ALONG] * foot.sense[ALONG], h, r);
+    if (t.feet[i].contact == AIR) fly_lane(s, t, i, k, h, of.feet[i], own);
+    if (t.feet[i].contact == SLIPPING) slide_lane(s, t, i, k, h, of.feet[i], own);
   }
 }
 
@@ -216,7 +288,7 @@ inline void body_of_momentum(Legged& t, double h) {
 inline bool solve_lanes(const Legged& s, std::vector<Legged>& lanes, int k, double h, LegTangents& of) {
   const int nb = s.coordinates();
   const double* once = &s.nodes.once[0][0];
-  if (!body_matrix(s, k, h, of, of.solver)) return false;
+  if (!BodyMatrix(s, k, h, of).factor(of.solver)) return false;
   of.right.assign(size_t(nb) * N, Row(0.0));
   for (size_t lane = 0; lane < lanes.size(); lane++) {
     Legged& t = lanes[lane];

@@ -24,24 +24,24 @@ inline Row slope_of(const Jet& a) { return load(a.slope); }
 // Why a derivative does not exist, or to one side only. The only list of these numbers: Python takes it from ``DOUBTS``. APART:
 // events or kinks of one moment move apart, so that what is integrated over the steps between them has no derivative here; all
 // else has.
-enum Doubtful { GRAZING = 1, SIMULTANEOUS = 2, AT_THRESHOLD = 3, LOST = 4, EDGE_AT_START = 5, APART = 6, NEAR_MISS = 7 };
-constexpr const char* DOUBTS[] = {"GRAZING", "SIMULTANEOUS", "AT_THRESHOLD", "LOST", "EDGE_AT_START", "APART", "NEAR_MISS"};
+enum Doubtful { GRAZING = 1, SIMULTANEOUS = 2, AT_THRESHOLD = 3, LOST = 4, EDGE_AT_START = 5, APART = 6, NEAR_MISS = 7, AT_CORNER = 8 };
+constexpr const char* DOUBTS[] = {"GRAZING", "SIMULTANEOUS", "AT_THRESHOLD", "LOST", "EDGE_AT_START", "APART", "NEAR_MISS", "AT_CORNER"};
 
 struct TangentFlag {
   double event, reason, lane;  // lane -1: all
 };
 
 // Derivatives of the data of one run. coef (pieces, 12), begin and end (pieces) [s]: of the pieces of all channels, at fixed
-// numbers in them; loops (channels) [s]: of their periods; period [s]: of the marks; start [s]: of the moment at which a window
+// numbers in them; loops (channels) [s]: of their periods; profile: of the shape of uneven ground; period [s]: of the marks; start [s]: of the moment at which a window
 // begins, and contacts and flights that begin with it.
 struct DataTangents {
-  std::vector<Row> parameters, initial, sources, since, coef, begin, end, loops;
+  std::vector<Row> parameters, initial, sources, since, coef, begin, end, loops, profile;
   Row period, start = Row(0.0);
 
   // Of the same data, by numbers that nothing depends on.
   DataTangents nothing() const {
     DataTangents out = *this;
-    for (auto* part : {&out.parameters, &out.initial, &out.sources, &out.since, &out.coef, &out.begin, &out.end, &out.loops}) {
+    for (auto* part : {&out.parameters, &out.initial, &out.sources, &out.since, &out.coef, &out.begin, &out.end, &out.loops, &out.profile}) {
       std::fill(part->begin(), part->end(), Row(0.0));
     }
     out.period = out.start = Row(0.0);
@@ -53,7 +53,7 @@ struct DataTangents {
     const size_t feet = laws.feet, pieces = signals.start.size();
     const auto rows = [](size_t count) { return std::vector<Row>(count, Row(0.0)); };
     return {rows(feet * laws.columns), rows(2 * coordinates), rows(feet + GRAVITIES), rows(feet), rows(pieces * DEGREE), rows(pieces),
-            rows(pieces), rows(signals.loop.size()), Row(0.0), Row(0.0)};
+            rows(pieces), rows(signals.loop.size()), {}, Row(0.0), Row(0.0)};
   }
 };
 
@@ -159,7 +159,8 @@ struct DriveTangents {
 // The laws with their derivatives, all by their programs: ``laws`` has no twins.
 struct LawTangents {
   const Laws& laws;
-  std::vector<uint8_t> varied;  // whether a parameter of a foot has a derivative
+  std::vector<uint8_t> varied;        // whether a parameter of a foot has a derivative
+  std::vector<PatchOf<Jet>> patches;  // of every foot, of uneven ground; none where all are 1
 
   // ``slopes``: derivatives of the parameters.
   LawTangents(const Laws& l, const double* parameters, const std::vector<Row>& slopes)
@@ -203,11 +204,13 @@ struct LawTangents {
     return value(FORCE, foot, {gap, rate, volts, time});
   }
   // As those of ActingLaws.
-  Jet rebound(int foot, const Jet& speed) { return value(REBOUND, foot, {speed}); }
-  Jet strength(int foot, const Jet& age, const Jet& volts) { return value(STRENGTH, foot, {age, volts}); }
+  Jet rebound(int foot, const Jet& speed) { return patched(value(REBOUND, foot, {speed}), foot, &PatchOf<Jet>::rebound); }
+  Jet strength(int foot, const Jet& age, const Jet& volts) {
+    return patched(value(STRENGTH, foot, {age, volts}), foot, &PatchOf<Jet>::strength);
+  }
   Jet remaining(int foot, const Jet& age, const Jet& away) { return value(REMAINING, foot, {age, away}); }
   Jet friction(int foot, const Jet& margin, const Jet& held, const Jet& speed) {
-    return value(FRICTION, foot, {margin, held, speed});
+    return patched(value(FRICTION, foot, {margin, held, speed}), foot, &PatchOf<Jet>::friction);
   }
   Jet excess(int foot, const Jet& departing) { return value(EXCESS, foot, {departing}); }
   // Its slope by its first argument, by a central difference over a probe.
@@ -223,6 +226,10 @@ struct LawTangents {
       std::copy_n(arguments, laws.programs[term.program].arguments, wide_.begin());
       sum = sum + evaluate(laws.programs[term.program], spread_.data() + size_t(foot) * laws.fixed + term.fixed, wide_.data());
     }
+    if (patches.empty()) return sum;
+    const Jet& by = patches[foot].friction;
+    for (int lane = 0; lane < LANES; lane++) sum.slope[lane] = sum.slope[lane] * by.value + sum.value * by.slope[lane];
+    sum.value = sum.value * by.value;
     return sum;
   }
 
@@ -264,6 +271,8 @@ struct LawTangents {
   }
 
  private:
+  Jet patched(const Jet& value, int foot, Jet PatchOf<Jet>::*by) const { return patches.empty() ? value : value * (patches[foot].*by); }
+
   ActingLaws plain_;
   std::vector<Jet> fixed_, registers_;
   std::vector<Dual<Row, 2>> rows_;
@@ -280,6 +289,9 @@ struct SlidingTangent {
 inline SlidingTangent sliding_tangent(LawTangents& laws, int foot, const Row& margin, const Row& strength, const Row& speed, bool begins) {
   SlidingTangent out;
   std::copy_n(sliding_bound(laws.plain(), foot, margin, strength, speed, begins).slope, FRICTION_ARGUMENTS, out.by);
+  if (!laws.patches.empty()) {
+    for (Row& by : out.by) by = by * laws.patches[foot].friction.value;
+  }
   const auto own = mirrored(speed, begins, [&](const Row& at, const Row&) { return laws.friction(foot, margin, strength, at); });
   std::copy_n(own.slope, LANES, out.own);
   return out;

@@ -118,7 +118,7 @@ inline std::vector<WindowData> window_data(nb::list on, size_t coordinates, cons
     const size_t m = size_t(laws.feet);
     out.push_back({*signals, Rows(rows, *signals, m * laws.columns, 2 * coordinates, m, drives), {}});
     for (nb::handle block : blocks) {
-      out.back().blocks.push_back(data_tangents(block, coordinates, laws, *signals, out.back().rows.batch.channels));
+      out.back().blocks.push_back(data_tangents(block, coordinates, laws, *signals, out.back().rows.batch.profile));
     }
   }
   return out;

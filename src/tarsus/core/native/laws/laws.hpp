@@ -38,6 +38,13 @@ enum LawFlag {
   PULL_AS_PRINTED = 64
 };
 
+// Factors of what the laws say under a foot, of the ground below it. Real is double or a Jet.
+template <class Real>
+struct PatchOf {
+  Real rebound = 1.0, strength = 1.0, friction = 1.0;
+};
+typedef PatchOf<double> Patch;
+
 // A twin or the number of a program; the first column of its parameters, and of what a program makes of them.
 struct Term {
   int twin = NO_TWIN, program = -1, first = 0, fixed = 0;

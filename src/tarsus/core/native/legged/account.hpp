@@ -63,21 +63,21 @@ struct Account {
   double integral(const Row& values) const { return total(values * load(s.between.weights)); }
   bool seen(const Row& w) const { return s.nodes.truncation(w) <= UNSEEN * highest(magnitude(w)); }
 
-  // Integral of rate dP, with w and the film's momentum P at the nodes, ``low`` and ``high`` at the ends.
+  // Integral of rate share dP, with w and the film's momentum P at the nodes, ``low`` and ``high`` at the ends.
   //
   // The nodes do not resolve the change of P in a film much thinner than the way of the foot: then by parts.
-  double by_film(const Row& w, const Row& film, const Row& rate, double mass, double low, double high,
+  double by_film(const Row& w, const Row& film, double share, const Row& rate, double mass, double low, double high,
                  double unseen = UNSEEN) const {
     const double* slope = &s.between.slope[0][0];
     const double missed = s.nodes.truncation(film) + std::fabs(film[0] - low) + std::fabs(film[N - 1] - high);
-    if (chosen(missed <= unseen * highest(magnitude(film - high)))) return integral(combine(slope, film) * rate);
-    return film_by_parts(s.between, w, film, mass, low, high);
+    if (chosen(missed <= unseen * highest(magnitude(film - high)))) return integral(combine(slope, film * share) * rate);
+    return film_by_parts(s.between, w, film * share, mass, low * share, high * share);
   }
 
   // The gap of a foot in the air at an end of a stretch, where its displacement upward is known.
   TARSUS_INLINE double end_gap(int i, double up, double fraction) const {
     const Leg& leg = s.body.legs[i];
-    return leg.leans() ? gap_above_slope(i, fraction) : leg.clearance(up, 0.0);
+    return leg.leans() || s.profile != nullptr ? gap_above_slope(i, fraction) : leg.clearance(up, 0.0);
   }
   TARSUS_APART double gap_above_slope(int i, double fraction) const { return gap_at(s, i, h, fraction).u; }
 
@@ -90,11 +90,11 @@ struct Account {
     const auto &resistive = s.laws.laws.terms[MOMENTUM], &smooth = s.laws.laws.terms[FORCE];
     size_t share = 0;
     for (size_t n = 0; n + 1 < resistive.size(); n++) {
-      const Row film = over.of(s.laws.momentum_of(resistive[n], leg.foot, r.gap)) * by;
-      const double low = by * s.laws.momentum_of(resistive[n], leg.foot, low_gap);
-      const double high = by * s.laws.momentum_of(resistive[n], leg.foot, high_gap);
-      const Row without = rate - film * (1.0 / leg.mass);  // with the part of the rate that the other films make
-      s.shares[share++] += by_film(without, film, rate, leg.mass, low, high, UNSEEN_SHARE);
+      const Row film = over.of(s.laws.momentum_of(resistive[n], leg.foot, r.gap));
+      const double low = s.laws.momentum_of(resistive[n], leg.foot, low_gap);
+      const double high = s.laws.momentum_of(resistive[n], leg.foot, high_gap);
+      const Row without = rate - film * (by / leg.mass);  // with the part of the rate that the other films make
+      s.shares[share++] += by_film(without, film, by, rate, leg.mass, low, high, UNSEEN_SHARE);
     }
     const Row now = s.nodes.times() * h + s.clock.time;
     for (size_t n = 0; n + 1 < smooth.size(); n++) {
@@ -110,12 +110,13 @@ struct Account {
     const LegRows& r = s.rows[i];
     const double span = h * over.width;
     Row rate = path.w;
-    if (const double share = s.film_share(i, d)) {
-      const Row film = over.of(r.film) * share;
-      rate += film * (1.0 / leg.mass);
-      const double low = share * s.film(i, end_gap(i, path.low, over.start));
-      const double high = share * s.film(i, end_gap(i, path.high, over.start + over.width));
-      s.energy.film -= by_film(path.w, film, rate, leg.mass, low, high);
+    if (foot.filmed() && (d == UP || s.profile != nullptr)) {  // along a level facet nothing, but by what turns it
+      const double share = s.film_share(i, d);
+      const Row film = over.of(r.film);
+      rate += film * (share / leg.mass);
+      const double low = s.film(i, end_gap(i, path.low, over.start));
+      const double high = s.film(i, end_gap(i, path.high, over.start + over.width));
+      s.energy.film -= by_film(path.w, film, share, rate, leg.mass, low, high);
     }
     const bool acted = (d == UP || leg.leans()) && foot.contact == AIR;  // by what acts along the normal of the ground
     if (acted && leg.foot >= 0 && !s.shares.empty()) add_shares(i, d, over, path, rate);

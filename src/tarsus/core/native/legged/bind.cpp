@@ -130,7 +130,8 @@ nb::tuple tangents_legged(const Body& body, const LegTables& tables, const Nodes
   const size_t coordinates = body.coordinates() + 2 * body.legs.size(), m = size_t(laws.feet);
   const Rows rows(given, signals, m * laws.columns, 2 * coordinates, m, body.drives);
   const Start begin(start, m);
-  const DataTangents tangents = data_tangents(data, coordinates, laws, signals, rows.batch.channels);
+  if (rows.batch.profile != body.shape()) throw std::invalid_argument("the sizes of a ground's profile differ");
+  const DataTangents tangents = data_tangents(data, coordinates, laws, signals, rows.batch.profile);
   std::vector<PerturbedBody> others;
   for (nb::handle item : copies) {
     const auto [other, legs, weight, lane] = nb::cast<std::tuple<Body*, LegTables*, double, int>>(item);

@@ -28,7 +28,7 @@ struct Present {
   double damping(int i, int d) const { return leg(i).damping[d]; }
   double hip(int i, int d) const { return leg(i).hip[d].motion(s.x); }
   double hip_rate(int i, int d) const { return leg(i).hip[d].motion(s.v); }
-  double load(int n, int d) const { return s.body.gain[s.directions() * n + d] * s.player.value(s.body.drive[n], s.clock.time); }
+  double load(int, int n, int d) const { return s.body.gain[s.directions() * n + d] * s.player.value(s.body.drive[n], s.clock.time); }
   double age_brought(int i) const { return s.feet[i].brought(laws, leg(i).foot, s.clock.time); }
   double volts(int f) const { return s.volts_now(f); }
   double landing_gap(int i) const { return s.gap_now(i); }
@@ -49,7 +49,7 @@ struct Present {
 template <class P>
 inline typename P::Real structure_force(const P& p, int i, int d, const typename P::Real& u) {
   typename P::Real force = p.stiffness(i, d) * (p.hip(i, d) - u) + p.damping(i, d) * p.hip_rate(i, d) - p.weight(i, d);
-  for (int n = p.leg(i).first; n < p.leg(i).last; n++) force = force + p.load(n, d);
+  for (int n = p.leg(i).first; n < p.leg(i).last; n++) force = force + p.load(i, n, d);
   return force + p.across(i, d);
 }
 
@@ -193,6 +193,7 @@ inline void land(Legged& s, int i, const double* pull = nullptr) {
 // A foot reaches its facet.
 inline void land_on_facet(Legged& s, int i, const double* pull = nullptr) {
   turn(s, i);
+  s.note(pull != nullptr ? LANDS_PRESSED : LANDS, i);
   land(s, i, pull);
   if (s.feet[i].contact == AIR) turn_back(s, i);
 }
@@ -213,6 +214,7 @@ inline void end_contact(Legged& s, int i) {
   LeggedFoot& foot = s.feet[i];
   const int f = s.body.legs[i].foot;
   const double t = s.clock.time;
+  s.note(PARTS, i);
   s.log.add(t, f, RELEASE, foot.apex, 0.0, 0.0, pull_on(present, i), s.laws.strength(f, t - foot.since, s.volts_now(f)));
   foot.end(t);
   foot.wedged = 0;
@@ -229,18 +231,19 @@ inline void lie_on(Legged& s, int i, const Facet& next) {
   Present present(s);
   const int f = s.body.legs[i].foot;
   foot.u[UP] = s.body.legs[i].standing();
+  s.note(LIES, i);
   s.log.add(s.clock.time, f, CONTACT_AT_START, foot.apex, 0.0, 0.0, pull_on(present, i), s.laws.strength(f, present.age_brought(i), s.volts_now(f)));
   begin_contact(s, i);
 }
 
 // What the two facets of a corner bear of a foot there without friction, R = N n + N' n' [N]: its own with the strength of the contact,
 // N + f_a, and the next one N'.
+template <class Real>
 struct Pressing {
-  double own, next;
+  Real own, next;
 
-  Pressing(const Bearing<double>& at, const Corner& corner, int way)
-      : own(at.margin - way * at.along / corner.sin * corner.cos), next(way * at.along / corner.sin) {}
-  bool holds() const { return next > 0.0 && own >= 0.0; }
+  Pressing(const Bearing<Real>& at, const CornerOf<Real>& corner, int way) : next(double(way) * at.along / corner.sin) { own = at.margin - next * corner.cos; }
+  bool holds() const { return value_of(next) > 0.0 && value_of(own) >= 0.0; }
 };
 
 // A foot stands still in a concave corner at an end of its facet. Pressed against both it is held; away from the next one, or pulled off its own (``shifts``), it is on one
@@ -253,10 +256,12 @@ inline void stand_in_corner(Legged& s, int i, int way, bool shifts) {
   foot.wedged = 0;
   Present present(s);
   Bearing<double> at = bearing_of(present, i, s.laws.strength(f, s.clock.time - foot.since, s.volts_now(f)));
-  const Pressing by(at, corner, way);
+  const Pressing<double> by(at, corner, way);
+  s.note(STANDS, i, way);
   if (by.holds() && !shifts) {
     foot.set_sliding(ALONG, false, 0.0, false);
     foot.wedged = way;
+    s.note(BEARS, i);
     s.log.add(s.clock.time, f, STICK_BEGINS, foot.apex, 0.0, 0.0, at.along, at.most);
     return;
   }
@@ -267,6 +272,7 @@ inline void stand_in_corner(Legged& s, int i, int way, bool shifts) {
   }
   const bool had = foot.contact == STUCK, friction = s.laws.rubs(f), sticks = friction && at.holds(s.settings.force_zero);
   foot.set_sliding(ALONG, !sticks, sticks || !friction ? 0.0 : double(-way), !sticks);
+  s.note(BEARS, i);
   if (had != sticks) s.log.add(s.clock.time, f, sticks ? STICK_BEGINS : SLIP_BEGINS, foot.apex, 0.0, 0.0, at.along, at.most);
 }
 
@@ -281,12 +287,14 @@ inline void turn_corner(Legged& s, int i, int way) {
   const bool meets = corner.rises() && !corner.straight();
   Present present(s);
   const int f = s.body.legs[i].foot;
-  const Pressing by(bearing_of(present, i, s.laws.strength(f, s.clock.time - foot.since, s.volts_now(f))), corner, way);
+  s.note(PRESSES, i, way);
+  const Pressing<double> by(bearing_of(present, i, s.laws.strength(f, s.clock.time - foot.since, s.volts_now(f))), corner, way);
   const double energy = 0.5 * s.body.legs[i].mass * foot.w[ALONG] * foot.w[ALONG];
   // no more swings from one facet to the other than flights that are as low
   const bool low = by.holds() && energy < s.settings.rest_height * std::min(by.own, by.next);
   if (meets && (low || speed <= no_rate(s, i, 0.0))) {
     const size_t before = s.log.events.size();
+    s.note(SPENDS, i);
     stand_in_corner(s, i, way, false);
     if (s.log.events.size() > before) s.log.events[before].energy += energy;
     return;
@@ -309,6 +317,7 @@ inline void turn_corner(Legged& s, int i, int way) {
   }
   if (corner.straight() || way * foot.w[ALONG] > s.settings.speed_zero) return;
   // what is left of its motion would take it back into the corner: both facets stop it
+  s.note(SPENDS, i, 0, 1);
   s.log.events.back().energy += 0.5 * s.body.legs[i].mass * foot.w[ALONG] * foot.w[ALONG];
   stand_in_corner(s, i, -way, false);
 }

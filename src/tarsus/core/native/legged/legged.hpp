@@ -54,6 +54,8 @@ struct LegRows {
   Row strength, margin;                                // held: f_a, N + f_a [N]
   Row bound[MOST_DIRECTIONS], force[MOST_DIRECTIONS];  // along and across the way: most friction, what it has to bear [N]
   bool stiff;                                          // whether the film in the air is too stiff for repetition
+  Row leaned[DIRECTIONS];              // of a lane: momentum of the run's film, by what turns its facet
+  bool leans = false;                  // whether it has such
 };
 
 // The body at the nodes of the step, by coordinate.
@@ -144,10 +146,6 @@ struct Between {
   }
 };
 
-// Factors of what the laws say under a foot, of the ground below it.
-struct Patch {
-  double rebound = 1.0, strength = 1.0, friction = 1.0;
-};
 
 // The laws on ground whose facets are not alike.
 struct PatchedLaws : ActingLaws {
@@ -172,6 +170,17 @@ struct PatchedLaws : ActingLaws {
 };
 
 class Profile;
+
+// What an event on uneven ground is made of, one thing after the other: a foot has its speed along the facet taken by the corner at its
+// end, or is found pressed into that; lands, with the pull that the corner leaves or its own; leaves its contact; lies on a facet; stands
+// still in a corner; bears what friction has to. event: number of the logged event that it belongs to, or the next one.
+enum Deed { SPENDS, PRESSES, LANDS, LANDS_PRESSED, PARTS, LIES, STANDS, BEARS };
+struct Done {
+  Deed what;
+  int64_t facet;
+  int way;
+  size_t event;
+};
 
 struct Legged {
   Body body;  // with the gaps and weights of the run
@@ -198,6 +207,10 @@ struct Legged {
   const Profile* profile = nullptr;
   std::vector<Leg> level;
   std::vector<double> level_gain;
+  std::vector<Done>* deeds = nullptr;  // where what events are made of is noted, or null
+  void note(Deed what, int i, int way = 0, size_t earlier = 0) {
+    if (deeds != nullptr) deeds->push_back({what, feet[i].ground.number, way, log.events.size() - earlier});
+  }
 
   // the step being made
   std::vector<Row> channels;
@@ -247,6 +260,10 @@ struct Legged {
     return leg.leans() ? leg.normal[d] : d == UP ? 1.0 : 0.0;
   }
   double film_share(int i, int d) const { return feet[i].filmed() ? normal_share(i, d) : 0.0; }
+
+  // Whether a film acts in a direction, and its momentum there at the nodes.
+  bool films(int i, int d) const { return film_share(i, d) != 0.0 || rows[i].leans; }
+  Row film_row(int i, int d) const { return rows[i].leans ? rows[i].film * film_share(i, d) + rows[i].leaned[d] : rows[i].film * film_share(i, d); }
 
   // Volts at a foot's electrode at the nodes, and now.
   const Row& volts(int f) const {

@@ -178,7 +178,7 @@ struct LeggedMarch : Legged {
       for (int d = 0; d < DIRECTIONS; d++) {
         const Motion at = moment.of(i, d);
         const double share = film_share(i, d);
-        const double film = share != 0.0 ? share * this->film(i, body.legs[i].clearance(at.u, moment.of(i, ALONG).u)) : 0.0;
+        const double film = share != 0.0 ? share * this->film(i, body.legs[i].clearance(moment.of(i, UP).u, moment.of(i, ALONG).u)) : 0.0;
         u[d] = at.u;
         w[d] = at.w + film / body.legs[i].mass;
       }

@@ -82,10 +82,9 @@ inline Motion leg_at(const Legged& s, int i, int d, double h, double fraction) {
   double left = fraction - s.nodes.tau[node];
   if (left <= 0.0) return at;
   double push[N], momentum[N];
-  const double share = s.film_share(i, d);
-  double* film = share != 0.0 ? momentum : nullptr;
+  double* film = s.films(i, d) ? momentum : nullptr;
   store(push, combine(&s.between.about[node][0][0], r.q[d]));
-  if (film != nullptr) store(film, combine(&s.between.about[node][0][0], r.film) * share);
+  if (film != nullptr) store(film, combine(&s.between.about[node][0][0], s.film_row(i, d)));
   const int kind = leg.kind[d];
   const double rate = s.tables.rate[kind] * h;
   // far from the node for the block's own rate: by the tables of shorter steps first
@@ -188,7 +187,7 @@ inline void motion_at(const Legged& s, double h, double fraction, Moment& out) {
       const Motion to = smooth(s, r, d, h) ? Motion{total(r.u[d] * here), total(r.w[d] * here)} : leg_at(s, i, d, h, fraction);
       out.of(i, d) = to;
       double place = leg.mass * (to.u - foot.u[d] - foot.w[d] * fraction * h);
-      if (const double share = s.film_share(i, d)) place -= integral_at(s, s.rows[i].film, fraction) * (share * h);
+      if (s.films(i, d)) place -= integral_at(s, s.film_row(i, d), fraction) * h;
       leg.hip[d].carry(-place, out.x);
       leg.hip[d].carry(-leg.mass * (to.w - foot.w[d]), out.v);
     }

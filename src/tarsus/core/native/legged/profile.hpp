@@ -23,33 +23,36 @@ class Profile {
   int count = 0;
   bool periodic = false, patched = false;
 
-  Facet facet(int64_t k) const {
+  // A facet of the shape's numbers ``at``, and its factors of the laws.
+  template <class Real, class At>
+  FacetOf<Real> facet(int64_t k, At&& at) const {
     const int64_t n = count - 1;
     const int64_t cell = periodic ? (k >= 0 ? k / n : -((n - 1 - k) / n)) : 0, j = k - cell * n;
-    const double* last = points + 2 * n;
-    Facet out;
+    FacetOf<Real> out;
     out.number = k;
     if (j < 0 || j >= n) {
-      const double* end = j < 0 ? points : last;
-      out.x = end[0];
-      out.z = end[1];
-      (j < 0 ? out.low : out.high) = j < 0 ? -INF : INF;
+      const int64_t end = j < 0 ? 0 : 2 * n;
+      out.x = at(end);
+      out.z = at(end + 1);
+      (j < 0 ? out.low : out.high) = Real(j < 0 ? -INF : INF);
       return out;
     }
-    const double *a = points + 2 * j, *b = a + 2;
-    const double dx = b[0] - a[0], dz = b[1] - a[1];
-    out.x = a[0] + double(cell) * (last[0] - points[0]);
-    out.z = a[1] + double(cell) * (last[1] - points[1]);
-    out.high = std::hypot(dx, dz);
+    const Real dx = at(2 * j + 2) - at(2 * j), dz = at(2 * j + 3) - at(2 * j + 1);
+    out.x = at(2 * j) + double(cell) * (at(2 * n) - at(0));
+    out.z = at(2 * j + 1) + double(cell) * (at(2 * n + 1) - at(1));
+    out.high = hypotenuse(dx, dz);
     out.cos = dx / out.high;
     out.sin = dz / out.high;
     return out;
   }
-  Patch patch(int64_t k) const {
+  template <class Real, class At>
+  PatchOf<Real> patch(int64_t k, At&& at) const {
     const int64_t n = count - 1, j = periodic ? ((k % n) + n) % n : std::min(std::max(k, int64_t(0)), n - 1);
-    const double* at = points + 2 * count + 3 * j;
-    return {at[0], at[1], at[2]};
+    const int64_t first = 2 * count + 3 * j;
+    return {at(first), at(first + 1), at(first + 2)};
   }
+  Facet facet(int64_t k) const { return {facet<double>(k, [this](int64_t n) { return points[n]; })}; }
+  Patch patch(int64_t k) const { return patch<double>(k, [this](int64_t n) { return points[n]; }); }
   // The facet, not a vertical one, below a place (along, height); at a corner the one that leaves it above the ground.
   Facet below(double x, double z) const {
     const int64_t n = count - 1;
@@ -72,15 +75,17 @@ class Profile {
 };
 
 // The turn from one facet into the next in the direction ``way`` (+-1), by which the ground rises: a corner that rises is concave.
-struct Corner {
-  double sin, cos;
+template <class Real>
+struct CornerOf {
+  Real sin, cos;
 
-  Corner(const Facet& from, const Facet& to, int way)
-      : sin(way * (from.cos * to.sin - from.sin * to.cos)), cos(from.cos * to.cos + from.sin * to.sin) {}
+  CornerOf(const FacetOf<Real>& from, const FacetOf<Real>& to, int way)
+      : sin(double(way) * (from.cos * to.sin - from.sin * to.cos)), cos(from.cos * to.cos + from.sin * to.sin) {}
   // Directions that differ by less than what rounding leaves of them are one: a turn by 1e-12 takes 1e-24 of the energy.
-  bool straight() const { return std::fabs(sin) < 1e-12 && cos > 0.0; }
-  bool rises() const { return sin > 0.0; }
+  bool straight() const { return std::fabs(value_of(sin)) < 1e-12 && value_of(cos) > 0.0; }
+  bool rises() const { return value_of(sin) > 0.0; }
 };
+typedef CornerOf<double> Corner;
 
 // The corner at an end of the facet of a foot.
 inline Corner corner_of(const Legged& s, int i, int way) {
@@ -107,11 +112,21 @@ inline Hip combined(const Hip& a, double by_a, const Hip& b, double by_b) {
 }
 
 // Components (upward, along) of a vector, from the robot's directions into a facet's: of one with the slope's sine reversed, back.
-inline void rotate(double* vector, double cos, double sin) {
-  const double up = vector[UP], along = vector[ALONG];
+template <class Real>
+inline void rotate(Real* vector, const Real& cos, const Real& sin) {
+  const Real up = vector[UP], along = vector[ALONG];
   vector[UP] = cos * up - sin * along;
   vector[ALONG] = cos * along + sin * up;
 }
+
+// Of springs, or dampers, upward and along the way: what they are in the directions of a facet, and couple of them.
+template <class Real>
+struct Mixed {
+  Real own[DIRECTIONS], cross;
+
+  Mixed(const Real& up, const Real& along, const Real& c, const Real& s)
+      : own{up * c * c + along * s * s, along * c * c + up * s * s}, cross((up - along) * s * c) {}
+};
 
 // Set a foot that is in the air above its facet, in the robot's directions.
 inline void float_above(Legged& s, int i) {
@@ -122,9 +137,8 @@ inline void float_above(Legged& s, int i) {
   for (int n = leg.first; n < leg.last; n++) {
     for (int d = 0; d < DIRECTIONS; d++) s.body.gain[2 * n + d] = s.level_gain[2 * n + d];
   }
-  const double up = level.gap - on.z, ahead = level.place - on.x;
-  leg.gap = on.cos * up - on.sin * ahead;
-  leg.place = ahead;
+  leg.gap = on.gap_of(level.place, level.gap);
+  leg.place = level.place - on.x;
   leg.normal[UP] = on.cos;
   leg.normal[ALONG] = -on.sin;
   leg.sloping = on.sin != 0.0;
@@ -138,33 +152,39 @@ inline void float_above(Legged& s, int i) {
   if (s.profile->patched) s.laws.patches[leg.foot] = s.profile->patch(on.number);
 }
 
-// Go over to the facet's directions, with the rates of the foot itself, and back.
-inline void turn(Legged& s, int i) {
+// The numbers of a leg whose foot is above its facet, in the facet's directions.
+inline void turn_leg(Legged& s, int i) {
   Leg& leg = s.body.legs[i];
-  if (!leg.sloping || leg.turned) return;
-  s.rebase(i);
+  if (!leg.sloping) return;
   LeggedFoot& foot = s.feet[i];
   const Leg& level = s.level[i];
   const double c = foot.ground.cos, z = foot.ground.sin;
-  rotate(foot.u, c, z);
-  rotate(foot.w, c, z);
   rotate(leg.weight, c, z);
   for (int n = leg.first; n < leg.last; n++) rotate(&s.body.gain[2 * n], c, z);
   leg.hip[UP] = combined(level.hip[UP], c, level.hip[ALONG], -z);
   leg.hip[ALONG] = combined(level.hip[ALONG], c, level.hip[UP], z);
-  const auto mix = [c, z](double* of, double up, double along) {
-    of[UP] = up * c * c + along * z * z;
-    of[ALONG] = along * c * c + up * z * z;
-    return (up - along) * z * c;
+  const auto mix = [c, z](double* of, const double* level) {
+    const Mixed<double> found(level[UP], level[ALONG], c, z);
+    std::copy_n(found.own, DIRECTIONS, of);
+    return found.cross;
   };
-  leg.cross_stiffness = mix(leg.stiffness, level.stiffness[UP], level.stiffness[ALONG]);
-  leg.cross_damping = mix(leg.damping, level.damping[UP], level.damping[ALONG]);
+  leg.cross_stiffness = mix(leg.stiffness, level.stiffness);
+  leg.cross_damping = mix(leg.damping, level.damping);
   leg.more_stiffness = leg.stiffness[ALONG] - level.stiffness[ALONG];
   leg.more_damping = leg.damping[ALONG] - level.damping[ALONG];
-  leg.place = c * (level.place - foot.ground.x) + z * (level.gap - foot.ground.z);
+  leg.place = foot.ground.place_of(level.place, level.gap);
   leg.low = foot.ground.low;
   leg.high = foot.ground.high;
   leg.turned = true;
+}
+
+// Go over to the facet's directions, with the rates of the foot itself, and back.
+inline void turn(Legged& s, int i) {
+  if (!s.body.legs[i].sloping || s.body.legs[i].turned) return;
+  s.rebase(i);
+  rotate(s.feet[i].u, s.feet[i].ground.cos, s.feet[i].ground.sin);
+  rotate(s.feet[i].w, s.feet[i].ground.cos, s.feet[i].ground.sin);
+  turn_leg(s, i);
 }
 inline void turn_back(Legged& s, int i) {
   if (!s.body.legs[i].turned) return;

@@ -279,21 +279,40 @@ TARSUS_APART inline void fly_above_slope(Legged& s, int i, int k, double h, Swee
 
 // A foot that slides on a facet that slopes. Its tables are those of the level: the stiffness and damping that the slope adds act as
 // a force at the nodes, q - more k u - more c w, found by the equations that follow for q.
+struct OnSlope {
+  const Leg& leg;
+  Row inverse[N], u0, w0;
+  bool found;
+
+  OnSlope(const Leg& of, const LegStep& table, const LeggedFoot& foot) : leg(of) {
+    Row columns[N];
+    free_motion(table, foot.u[ALONG], foot.w[ALONG], Row(0.0), u0, w0);
+    for (int j = 0; j < N; j++) {
+      columns[j] = load(table.force[0][j]) * leg.more_stiffness + load(table.force[1][j]) * leg.more_damping;
+      columns[j].set(j, columns[j][j] + 1.0);
+    }
+    found = invert_columns(columns, inverse);
+  }
+  Row acting(const Row& force) const {
+    return combine(reinterpret_cast<const double*>(inverse), force - u0 * leg.more_stiffness - w0 * leg.more_damping);
+  }
+};
+
+// What the slope couples of its motion along the facet acts on the body along the normal.
+inline void carry_across(Legged& s, int i) {
+  const Leg& leg = s.body.legs[i];
+  const Row across = (leg.hip[ALONG].motion(s.at.x) - s.rows[i].u[ALONG]) * leg.cross_stiffness +
+                     (leg.hip[ALONG].motion(s.at.v) - s.rows[i].w[ALONG]) * leg.cross_damping;
+  leg.hip[UP].carry(-across, s.at.push);
+}
+
 TARSUS_APART inline void slide_on_slope(Legged& s, int i, int k, double h, Sweep& sweep) {
   const Leg& leg = s.body.legs[i];
   const LeggedFoot& foot = s.feet[i];
   LegRows& r = s.rows[i];
   const LegStep& table = s.tables.of(k, leg.kind[ALONG]);
-  Row columns[N], inverse[N], u0, w0;
-  free_motion(table, foot.u[ALONG], foot.w[ALONG], Row(0.0), u0, w0);
-  for (int j = 0; j < N; j++) {
-    columns[j] = load(table.force[0][j]) * leg.more_stiffness + load(table.force[1][j]) * leg.more_damping;
-    columns[j].set(j, columns[j][j] + 1.0);
-  }
-  if (!invert_columns(columns, inverse)) sweep.failed = true;
-  const auto acting = [&](const Row& force) {
-    return combine(reinterpret_cast<const double*>(inverse), force - u0 * leg.more_stiffness - w0 * leg.more_damping);
-  };
+  const OnSlope slope(leg, table, foot);
+  if (!slope.found) sweep.failed = true;
   const Row pulled = spring(s, leg, ALONG) - foot.u[UP] * leg.cross_stiffness;
   Row own = r.load[ALONG], change = Row(0.0);
   for (int n = 0; n < ROUNDS; n++) {
@@ -301,13 +320,13 @@ TARSUS_APART inline void slide_on_slope(Legged& s, int i, int k, double h, Sweep
     const Row before = n > 0 ? r.bound[ALONG] : Row(0.0);
     if (slips_by_speed(s, i)) {
       double force[N][N];
-      for (int j = 0; j < N; j++) store(force[j], combine(table.force[1][0], inverse[j]));
-      if (!slide(s, force[0], i, ALONG, h, w0 + combine(table.force[1][0], acting(r.load[ALONG] + pulled)), r)) sweep.failed = true;
+      for (int j = 0; j < N; j++) store(force[j], combine(table.force[1][0], slope.inverse[j]));
+      if (!slide(s, force[0], i, ALONG, h, slope.w0 + combine(table.force[1][0], slope.acting(r.load[ALONG] + pulled)), r)) sweep.failed = true;
     } else {
       r.bound[ALONG] = s.laws.friction(leg.foot, r.margin, r.strength, Row(0.0));
     }
     own = r.load[ALONG] - r.bound[ALONG] * foot.sense[ALONG];
-    r.q[ALONG] = acting(own + pulled);
+    r.q[ALONG] = slope.acting(own + pulled);
     free_motion(table, foot.u[ALONG], foot.w[ALONG], r.q[ALONG], r.u[ALONG], r.w[ALONG]);
     change = magnitude(r.bound[ALONG] - before) * (table.reach_force * std::fabs(foot.sense[ALONG]));
     if (n > 0 && !any_less(Row(sweep.enough), change)) break;
@@ -315,9 +334,7 @@ TARSUS_APART inline void slide_on_slope(Legged& s, int i, int k, double h, Sweep
   sweep.change = larger(sweep.change, change);
   sweep.sum += r.margin + r.u[ALONG];
   carry_free(s, i, ALONG, own, h, r);
-  const Row across = (leg.hip[ALONG].motion(s.at.x) - r.u[ALONG]) * leg.cross_stiffness +
-                     (leg.hip[ALONG].motion(s.at.v) - r.w[ALONG]) * leg.cross_damping;
-  leg.hip[UP].carry(-across, s.at.push);
+  carry_across(s, i);
 }
 
 // A foot that slides or is in the air, along the way or across it.

@@ -67,6 +67,7 @@ nb::tuple advance_legged(const legged::Body& body, const legged::LegTables& tabl
   const size_t m = size_t(laws.feet), width = 2 * (body.coordinates() + 2 * body.legs.size());
   const Rows given(rows, signals, m * laws.columns, width, m, body.drives);
   const Ways on(ways, given.batch.runs, m);
+  if (given.batch.profile != body.shape()) throw std::invalid_argument("the sizes of a ground's profile differ");
   Parts out;
   std::vector<double> energies;
   size_t terms = 0;

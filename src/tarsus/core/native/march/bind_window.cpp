@@ -49,7 +49,7 @@ nb::tuple tangents_modal(Book& book, const Nodes& nodes, const Signals& signals,
   const size_t m = size_t(laws.feet);
   const Rows given(rows, signals, m * laws.columns, 2 * size_t(sizes.coordinates), m, sizes.drives);
   const WindowRecord window(start, recorded, sizes, m);
-  const DataTangents tangents = data_tangents(data, size_t(sizes.coordinates), laws, signals, given.batch.channels);
+  const DataTangents tangents = data_tangents(data, size_t(sizes.coordinates), laws, signals, given.batch.profile);
   std::vector<Structural> numbers;
   for (nb::handle item : structural) {
     const auto [by, lane] = nb::cast<std::tuple<DerivedBook*, int>>(item);
