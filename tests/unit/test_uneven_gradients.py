@@ -40,7 +40,7 @@ def test_a_ball_on_stairs_in_closed_form() -> None:
     by_rise, by_tread, by_start = (run.event_gradients[path] for path in shaped("rise", "tread", "start"))
     assert by_rise["time"][0] == pytest.approx(-1.0 / speed, rel=1e-10)
     assert by_rise["speed_before"][0] == pytest.approx(-GRAVITY / speed, rel=1e-10)
-    assert by_tread["time"][0] == by_start["time"][0] == 0.0
+    assert [by_tread["time"][0], by_start["time"][0]] == pytest.approx([0.0, 0.0], abs=1e-12)
 
 
 def test_a_ball_on_stairs_and_their_sides() -> None:
@@ -92,7 +92,8 @@ FILM = {"film": ts.Film(coefficient=1e-26, thickness=1e-7)}
 @pytest.mark.parametrize(
     ("shape", "names", "laws"),
     [
-        (TEETH, ("height", "start", "friction.1", "restitution.0", "adhesion.1"), {}),
+        (TEETH, ("height", "friction.1"), {}),
+        pytest.param(TEETH, ("start", "restitution.0", "adhesion.1"), {}, marks=pytest.mark.slow),
         pytest.param(
             TEETH,
             ("length", "friction.0", "adhesion.0", "adhesion.2", "restitution.1"),
@@ -111,8 +112,9 @@ def test_trotters_on_uneven_ground(
     shape: dict[str, Any], names: tuple[str, ...], laws: dict[str, Any]
 ) -> None:
     scene = with_values(trotter(2, ground=sticky(**laws)), {"ground.profile": shape})
-    structure = "robot.structure.legs.leg1.stiffness_l", "robot.structure.legs.leg0.x"
-    paths = [*shaped(*names), *structure, "robot.drives.leg0.law.gain", "robot.feet.leg1.gap"]
+    paths = [*shaped(*names), "robot.structure.legs.leg0.x"]
+    if len(names) > 2:
+        paths += ["robot.structure.legs.leg1.stiffness_l", "robot.drives.leg0.law.gain", "robot.feet.leg1.gap"]
     terms = ("ledger.damping", "ledger.friction", "ledger.work_in")
     run = assert_as_differences(scene, paths, 0.006, 1e-6, (1e-3, 1e-4, 1e-5), terms)
     assert len(run.events) > 5

@@ -17,7 +17,7 @@ from tarsus.identify.adhesion import identify_adhesion
 from tarsus.identify.contact_film import film_by_impacts
 from tarsus.identify.electrostatics import identify_close, wide_attraction
 from tarsus.identify.film import identify_film, wide_film
-from tarsus.identify.film_exponent import film_attraction, film_exponent, with_attraction, with_exponent
+from tarsus.identify.film_hypotheses import film_attraction, film_exponent, with_attraction, with_exponent
 from tarsus.identify.flight import ATTRACTION, FILM
 from tarsus.identify.hysteresis import Shares, identify_hysteresis
 from tarsus.identify.impact_column import Pair, from_pairs, identify_impact_column, map_from_pairs

@@ -474,5 +474,6 @@ def state_of(robots: SteppedRobots, began: Floats, parts: StepLog | None, one: b
     ends = np.zeros(len(runs), dtype=np.int64) if parts is None else parts.event_end
     return State(
         robots.scene, runs.rows.sources[runs.data], runs.rows.profile[runs.data], system.normals, system.loads, time,
-        runs.state[:, :n].copy(), runs.state[:, n:].copy(), runs.feet.copy(), volts, began, rows, ends, runs.code.copy(), one,
+        runs.state[:, :n].copy(), runs.state[:, n:].copy(), runs.feet.copy(), volts, began, rows, ends,
+        runs.code.copy(), one,
     )  # fmt: skip

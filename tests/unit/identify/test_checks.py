@@ -18,7 +18,7 @@ from tarsus.identify.alternatives import AirFit, drawn_over, fit_air
 from tarsus.identify.checks import SURE, TREND, air_checks, step_checks
 from tarsus.identify.draws import DRAWS
 from tarsus.identify.estimates import Estimates
-from tarsus.identify.film_exponent import (
+from tarsus.identify.film_hypotheses import (
     figure_of,
     film_attraction,
     film_exponent,

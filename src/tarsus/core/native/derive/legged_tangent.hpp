@@ -3,7 +3,7 @@
 // How moments move, and what is reported, is in derive/shell.hpp. Feet act on each other only through the body, so that each
 // event has a moment of its own.
 #pragma once
-#include "derive/legged_instant.hpp"
+#include "derive/legged_events.hpp"
 #include "derive/legged_power.hpp"
 #include "derive/legged_tangent_step.hpp"
 #include "derive/shell.hpp"
@@ -33,7 +33,7 @@ class LeggedTangent : public LeggedMarch {
         laws_(programs, run.parameters, data.parameters), drives_(s, n, data, run, driven),
         still_laws_(programs, run.parameters, nothing_.parameters), still_drives_(s, n, nothing_, run, driven),
         acting_(*this, b, laws_, drives_, data_, drives_.player, &copies_),
-        still_(*this, b, still_laws_, still_drives_, nothing_, drives_.player, nullptr) {
+        still_(*this, b, still_laws_, still_drives_, nothing_, drives_.player, nullptr), event_(*this, acting_, still_, reported) {
     for (const PerturbedBody& one : copies) copies_.emplace_back(one, *this, s, l, driven);
   }
 
@@ -43,7 +43,7 @@ class LeggedTangent : public LeggedMarch {
     reported.shared_at = begun_ = clock.time;
     for (PerturbedWalker& one : copies_) one.begin(*this, run_.parameters, gravity);
     bases_ = bases();
-    if (profile != nullptr) deeds = &deeds_;
+    if (profile != nullptr) deeds = &event_.deeds;
     stand_on_ground();
     linear_.feet.resize(legs());
     linear_.own.resize(size_t(legs()) * LANES);
@@ -123,19 +123,12 @@ class LeggedTangent : public LeggedMarch {
     open_ = true;
     reported.shared_at = clock.time;
     shift(place_, before_, reported.shared);
-    if (profile == nullptr) return;
-    deeds_.clear();
-    add_film(i, 1.0);
+    event_.begin(place_, i, known_, at_once_);
   }
 
   void after_event(int i, FootEvent kind) {
-    acting_.on(place_);
-    if (profile != nullptr && (!deeds_.empty() || kind >= HIGH_END)) {
-      follow_deeds(i);
-    } else {
-      follow_event(i, kind);
-    }
-    if (profile != nullptr) stand_on_ground();
+    event_.follow(i, kind);
+    stand_on_ground();
     return_to_fixed_time();
   }
 
@@ -170,6 +163,7 @@ class LeggedTangent : public LeggedMarch {
   std::vector<PerturbedWalker> copies_;
   std::vector<double> bases_;  // of the films' momenta from which the lanes' rates count (legs) [N s]
   Acting acting_, still_;      // with the derivatives of laws and drives, and without
+  FootEvents event_;
   std::vector<Legged> lanes_;
   LegTangents linear_;
   std::vector<double> values_;  // (channels, nodes)
@@ -184,7 +178,6 @@ class LeggedTangent : public LeggedMarch {
   bool open_ = false, at_once_ = false;  // an event has been applied in this step; the present one shares its moment
   std::vector<FacetOf<Jet>> facets_;     // of every leg on uneven ground
   std::vector<Row> leans_, gaps_;        // by what these turn, and derivatives of the gaps above them of feet at rest
-  std::vector<Done> deeds_;              // of the present event
   std::vector<double> former_;           // rates of the functions of its events before the first of them, by foot
 
   std::vector<double> bases() const {
@@ -220,19 +213,12 @@ class LeggedTangent : public LeggedMarch {
     for (int i : body.leg) {
       facets_[i] = acting_.facet(feet[i].ground.number);
       leans_[i] = leaning(facets_[i]);
-      take_patch(i, feet[i].ground.number);
+      event_.take_patch(i, feet[i].ground.number);
       bases_[i] = feet[i].base;
     }
     here.ground = facets_;
     acting_.on(here);
     for (int i : body.leg) gaps_[i] = slope_of(acting_.gap(i));
-  }
-  void take_patch(int i, int64_t facet) {
-    if (!body.patched) return;
-    for (LawTangents* of : {&laws_, &still_laws_}) {
-      of->patches.resize(body.feet());
-      of->patches[body.legs[i].foot] = (of == &laws_ ? acting_ : still_).patch(facet);
-    }
   }
   // How the normal of the facet below a foot turns.
   Row turning(int i, int d) const { return leans_[i] * (d == UP ? -feet[i].ground.sin : -feet[i].ground.cos); }
@@ -244,138 +230,10 @@ class LeggedTangent : public LeggedMarch {
       rotate(&at.of(at.w, i, UP), Jet(1.0), jet(0.0, leans_[i] * by));
     }
   }
-  // The rates of a foot with the film's momentum, or (by = -1) without.
-  void add_film(int i, double by) {
-    acting_.on(place_);
-    if (feet[i].contact != AIR || !feet[i].film) return;
-    const Jet share = acting_.momentum(i, acting_.clearance(i)) / acting_.mass(i) * by;
-    for (int d = 0; d < DIRECTIONS; d++) acting_.w(i, d) = acting_.w(i, d) + acting_.normal(i, d) * share;
-  }
   // Rate at which a foot in the air departs from its facet, of rates in the directions that it lives in.
   double approach(int i, const std::vector<double>& rates) const {
     return normal_share(i, UP) * rates[DIRECTIONS * size_t(i) + UP] + normal_share(i, ALONG) * rates[DIRECTIONS * size_t(i) + ALONG];
   }
-  void at_facet(int i, int64_t number) {
-    if (acting_.on(i)) acting_.turn_back(i);
-    place_.ground[i] = acting_.facet(number);
-    take_patch(i, number);
-  }
-  // A foot on its facet so near to a corner that it could as well be on the next.
-  void flag_corner(int i) {
-    const FacetOf<Jet>& on = place_.ground[i];
-    const double at = on.place_of(acting_.place(i), acting_.height(i)).value + acting_.u(i, ALONG).value;
-    const double length = on.high.value - on.low.value, size = std::isfinite(length) ? length : std::fabs(on.x.value) + std::fabs(on.z.value);
-    for (int way : {1, -1}) {
-      if (std::fabs(on.end(way).value - at) < CLOSE * size) reported.flag(known_, AT_CORNER);
-    }
-  }
-
-  // The event of a foot that follows from its kind and what the log says of it.
-  void follow_event(int i, FootEvent kind) {
-    const bool logged = log.events.size() > known_;
-    const int what = logged ? int(log.events.back().kind) : 0;
-    EventNumbers<Jet> out;
-    out.when = place_.time;
-    Jet& along = acting_.w(i, ALONG);
-    if (kind == TOUCH) {
-      out = acting_.land(i, what);
-      if (what == 0 || (what == CONTACT_AT_START && !at_once_)) reported.flag(known_, GRAZING);
-      if (feet[i].contact == STUCK) stop_along(along);
-    } else if (kind == PULL_OFF) {
-      out.pull = pull_on(acting_, i);
-      out.strength = acting_.strength(i);
-      place_.grip[i].end(place_.time);
-      acting_.w(i, UP) = leaving_rate(acting_, i, Jet(0.0));
-      if (profile != nullptr) settle(i);
-    } else {
-      const Bearing<Jet> at = acting_.bearing(i);
-      out.pull = at.along;
-      out.strength = at.most;
-      out.doubtful = kind == STOP && is_close(Jet(std::fabs(at.along.value)), at.most);
-      along = Jet(0.0);
-    }
-    if (out.doubtful) reported.flag(known_, AT_THRESHOLD);
-    if (logged) put(known_, i, out);
-  }
-  void put(size_t event, int i, const EventNumbers<Jet>& out) {
-    const int what = int(log.events[event].kind), f = body.legs[i].foot;
-    reported.put(event, f, out);
-    if (what != SLIP_BEGINS && what != STICK_BEGINS) reported.restart(f, slope_of(place_.time));
-  }
-
-  // The event of a foot that is made of several things: in the robot's directions, but for what a facet does.
-  void follow_deeds(int i) {
-    std::vector<EventNumbers<Jet>> out(log.events.size() - known_);
-    for (EventNumbers<Jet>& one : out) one.when = place_.time;
-    Jet pull(0.0);
-    for (const Done& one : deeds_) {
-      at_facet(i, one.facet);
-      acting_.turn(i);
-      follow_deed(i, one, out, pull);
-    }
-    if (deeds_.empty() && gap_now(i) < reported.room()) reported.flag(known_, AT_CORNER);
-    settle(i);
-    for (size_t n = 0; n < out.size(); n++) {
-      if (out[n].doubtful) reported.flag(known_, AT_THRESHOLD);
-      put(known_ + n, i, out[n]);
-    }
-  }
-  // Into the directions that the foot lives in from now on.
-  void settle(int i) {
-    at_facet(i, feet[i].ground.number);
-    if (feet[i].contact != AIR) return acting_.turn(i);
-    add_film(i, -1.0);
-  }
-
-  void follow_deed(int i, const Done& one, std::vector<EventNumbers<Jet>>& out, Jet& pull) {
-    const size_t at = one.event - known_;
-    const bool logged = at < out.size();
-    const int what = logged ? int(log.events[one.event].kind) : 0;
-    Jet &up = acting_.w(i, UP), &along = acting_.w(i, ALONG);
-    const auto bear = [&](const Jet& by, const Jet& most) {
-      if (logged) out[at].pull = by, out[at].strength = most;
-    };
-    if (one.what == LANDS || one.what == LANDS_PRESSED) {
-      flag_landing(i, one, what);
-      const EventNumbers<Jet> found = acting_.land(i, what, one.what == LANDS ? nullptr : &pull);
-      if (logged) out[at] = found;
-      if (Footing(laws.rubs(body.legs[i].foot, std::fabs(along.value)), along.value, settings.speed_zero).sticks && up.value == 0.0) stop_along(along);
-    } else if (one.what == PRESSES) {
-      const Pressing<Jet> by(acting_.bearing(i), acting_.corner(i, one.way), one.way);
-      pull = -by.next;
-      flag_pressing(i, one, by);
-    } else if (one.what == SPENDS) {
-      if (logged) out[at].energy = out[at].energy + 0.5 * acting_.mass(i) * along * along;
-    } else if (one.what == STANDS) {
-      up = along = Jet(0.0);
-      flag_pressing(i, one, Pressing<Jet>(acting_.bearing(i), acting_.corner(i, one.way), one.way));
-    } else if (one.what == PARTS) {
-      bear(pull_on(acting_, i), acting_.strength(i));
-      place_.grip[i].end(place_.time);
-    } else if (one.what == LIES) {
-      bear(pull_on(acting_, i), laws_.strength(body.legs[i].foot, acting_.age_brought(i), acting_.volts(body.legs[i].foot)));
-      place_.grip[i].begin(laws_, body.legs[i].foot, place_.time);
-    } else {
-      const Bearing<Jet> by = acting_.bearing(i);
-      bear(by.along, by.most);
-      if (is_close(Jet(std::fabs(by.along.value)), by.most)) reported.flag(known_, AT_THRESHOLD);
-    }
-  }
-  // A foot that a corner hardly holds.
-  void flag_pressing(int i, const Done& one, const Pressing<Jet>& by) {
-    if (!acting_.corner(i, one.way).rises()) return;
-    const double size = std::fabs(by.own.value) + std::fabs(by.next.value);
-    if (std::min(std::fabs(by.own.value), std::fabs(by.next.value)) < CLOSE * size) reported.flag(known_, AT_CORNER);
-    if (one.what != PRESSES || !by.holds()) return;
-    const double speed = acting_.w(i, ALONG).value, energy = 0.5 * body.legs[i].mass * speed * speed;
-    if (is_close(energy, settings.rest_height * std::min(by.own.value, by.next.value))) reported.flag(known_, AT_CORNER);
-  }
-  // A landing at a corner that the foot has not come to along a facet; one that hardly is.
-  void flag_landing(int i, const Done& one, int what) {
-    if (what == 0 || (what == CONTACT_AT_START && !at_once_)) reported.flag(known_, GRAZING);
-    if (one.what == LANDS && deeds_.size() == 1) flag_corner(i);
-  }
-
   // The run's step with each perturbed structure, for the lanes of their numbers.
   void follow_copies(int k, double h) {
     linear_.misfit.assign(copies_.empty() ? 0 : lanes_.size() * coordinates(), Row(0.0));
@@ -938,14 +796,6 @@ class LeggedTangent : public LeggedMarch {
     for (int f = 0; f < body.feet(); f++) {
       if (now(f, fraction_)) former_[f] = rate_of(body.leg[f], events[f].kind);
     }
-  }
-
-  // Friction holds a foot that did not move along the ground, and would stop any motion only in time.
-  void stop_along(Jet& along) {
-    for (int lane = 0; lane < count_; lane++) {
-      if (along.slope[lane] != 0.0) reported.flag(known_, AT_THRESHOLD, lane);
-    }
-    along = Jet(0.0);
   }
 
   // ---- what is reported

@@ -105,8 +105,7 @@ def film_exponent(model: FootModel, film: FilmFit, seed: int) -> OneMore | None:
 
 def film_attraction(model: FootModel, film: FilmFit, seed: int) -> OneMore | None:
     """An attraction by the volts that the flights of a film's fit show most of, in hundredths of the force that bends
-    the foot by its gap, in contact at `ATTRACTED_AT`; None as above, of flights that show none, and of a ground whose
-    law has one."""
+    the foot by its gap, in contact at `ATTRACTED_AT`; None as above, and of a ground whose law has one."""
     if model.scene.ground.acting.electrostatic is not None:
         return None
     law, offs = film.fitted.sought.law(model, film.fitted.place), copy(film.offs)
@@ -116,7 +115,8 @@ def film_attraction(model: FootModel, film: FilmFit, seed: int) -> OneMore | Non
         pull = model.like_attraction(beyond)
         there = replace(law, value=np.array([*law.value[:2], _NOTHING * pull, beyond, law.value[4]]))
         one = _one_more(offs, film, there, np.array([0.0, 0.0, pull, 0.0, 0.0]), seed)
-        found += [one] if one is not None and one.value > 0.0 else []  # none pushes the foot away
+        if one is not None:  # none pushes the foot away
+            found.append(one if one.value > 0.0 else replace(one, gain=min(one.gain, 0.0)))
     return max(found, key=lambda one: one.gain, default=None)
 
 
