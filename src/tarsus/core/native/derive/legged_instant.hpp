@@ -238,7 +238,7 @@ class Acting {
     for (const PerturbedWalker& one : *copies_) to.slope[one.lane] += one.weight * value(one.s);
   }
 
-  typedef double (Leg::*Pair)[DIRECTIONS];
+  typedef double (Leg::*Pair)[MOST_DIRECTIONS];
   Jet level(int i, Pair part, int d) const {
     return of_leg(i, [&](const Leg& leg) { return (leg.*part)[d]; });
   }

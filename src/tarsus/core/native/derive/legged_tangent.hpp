@@ -458,7 +458,7 @@ class LeggedTangent : public LeggedMarch {
         foot.aged = place_.grip[i].aged.slope[lane];
         foot.parted = place_.grip[i].parted.slope[lane];
         foot.contact = feet[i].contact;
-        std::copy_n(feet[i].sense[ALONG], MOST_DIRECTIONS, foot.sense[ALONG]);
+        std::copy_n(feet[i].sense, MOST_DIRECTIONS, foot.sense);
         std::copy_n(feet[i].slides, MOST_DIRECTIONS, foot.slides);
       }
       follow_legs(t, lane);
