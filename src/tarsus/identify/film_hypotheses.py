@@ -32,6 +32,9 @@ _REACH = 2.0
 """How far from the assumed exponent one is still a film's: those of thin films lie from 1 to 3, and the flights' slopes
 at 3, which the estimate goes along, say nothing of one much further off."""
 
+_LEAST = 0.2
+"""Hundredths of the force that bends the foot by its gap that an attraction must have: 0.04 are left of a sound device
+at 80 dB, where noise hides nothing of what flights and drive are off."""
 _NOTHING = 1e-12
 """Part of a first guess of an attraction about which its derivative is taken: a flight is linear in it."""
 
@@ -116,7 +119,7 @@ def film_attraction(model: FootModel, film: FilmFit, seed: int) -> OneMore | Non
         there = replace(law, value=np.array([*law.value[:2], _NOTHING * pull, beyond, law.value[4]]))
         one = _one_more(offs, film, there, np.array([0.0, 0.0, pull, 0.0, 0.0]), seed)
         if one is not None:  # none pushes the foot away
-            found.append(one if one.value > 0.0 else replace(one, gain=min(one.gain, 0.0)))
+            found.append(one if one.value > _LEAST else replace(one, gain=min(one.gain, 0.0)))
     return max(found, key=lambda one: one.gain, default=None)
 
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicHermiteSpline, CubicSpline, PchipInterpolator
+from scipy.interpolate import CubicHermiteSpline, CubicSpline
 from scipy.io import savemat
 from scipy.signal import butter
 
@@ -22,8 +23,8 @@ from independent.foreign.world import Device, World
 Floats = NDArray[np.float64]
 FAR = 0.03
 """Gap [m] of records in the air."""
-RINGS = 8.0
-"""Places beside a jump at which a cubic spline still overshoots, by 1e-4 of it."""
+_FEWEST = 4
+"""Places that a cubic goes through; between fewer the motion runs straight."""
 WANDER = 1e-6
 """Standard deviation [m] of the displacements' zero from record to record."""
 RAMPS = (
@@ -192,7 +193,7 @@ def _recorded(
             if late or world.pace:
                 seen = np.interp(at, own, motion)
                 inside = at > 0.0
-                seen[inside] = _between(own, motion, speed, at[inside], [time for time, _ in moved.events])
+                seen[inside] = _between(own, motion, speed, at[inside], moved.breaks)
                 seen[~inside] = motion[0]
             else:
                 seen = np.concatenate([np.full(rest, motion[0]), motion[:: moved.fine][:count]])
@@ -209,17 +210,20 @@ def _recorded(
     return out
 
 
-def _between(time: Floats, motion: Floats, speed: Floats | None, at: Floats, events: list[float]) -> Floats:
-    """Motion between samples: by its speed as well where that is known, which bends at impacts; a speed, which jumps
-    there, without overshoot near events."""
+def _between(time: Floats, motion: Floats, speed: Floats | None, at: Floats, breaks: Floats) -> Floats:
+    """Motion at increasing times between samples: by its speed as well where that is known; a speed, which bends where
+    the drive jumps and jumps at impacts, by a spline of its own between any two of these breaks."""
     inside = np.minimum(at, time[-1])
     if speed is not None:
         return np.asarray(CubicHermiteSpline(time, motion, speed)(inside))
-    out = np.asarray(CubicSpline(time, motion)(inside))
-    places = np.sort(np.array([-np.inf, *events, np.inf]))
-    after = np.searchsorted(places, inside)
-    near = np.minimum(inside - places[after - 1], places[after] - inside) < RINGS * (time[1] - time[0])
-    out[near] = PchipInterpolator(time, motion)(inside[near])
+    out = np.interp(inside, time, motion)
+    edges = np.concatenate([[-np.inf], np.unique(breaks), [np.inf]])
+    for known, wanted in zip(
+        pairwise(np.searchsorted(time, edges)), pairwise(np.searchsorted(inside, edges)), strict=True
+    ):
+        if known[1] - known[0] >= _FEWEST and wanted[1] > wanted[0]:
+            own = slice(*known)
+            out[slice(*wanted)] = CubicSpline(time[own], motion[own])(inside[slice(*wanted)])
     return out
 
 

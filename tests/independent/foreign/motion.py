@@ -26,12 +26,18 @@ REFERENCE_GAP = 20e-6
 @dataclass(frozen=True)
 class Moved:
     """x, v (2, nt): displacements from the rest [m] and velocities [m/s] of tip and centre, so many times as often as
-    sampled (``fine``); events: time [s] and kind ("bounce", "capture", "release")."""
+    sampled (``fine``); events: time [s] and kind ("bounce", "capture", "release"); turns [s]: of a drive that jumps."""
 
     x: Floats
     v: Floats
     events: list[tuple[float, str]]
     fine: int = 1
+    turns: tuple[float, ...] = ()
+
+    @property
+    def breaks(self) -> Floats:
+        """Times [s] at which velocities jump or bend."""
+        return np.array([*(time for time, _ in self.events), *self.turns])
 
 
 class _Stepper:
@@ -229,6 +235,7 @@ class Motion:
             self.modes.points @ states[n:],
             run.events,
             self.steps,
+            tuple(drive.turns.tolist()),
         )
 
 
