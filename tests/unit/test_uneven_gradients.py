@@ -114,7 +114,11 @@ def test_trotters_on_uneven_ground(
     scene = with_values(trotter(2, ground=sticky(**laws)), {"ground.profile": shape})
     paths = [*shaped(*names), "robot.structure.legs.leg0.x"]
     if len(names) > 2:
-        paths += ["robot.structure.legs.leg1.stiffness_l", "robot.drives.leg0.law.gain", "robot.feet.leg1.gap"]
+        paths += [
+            "robot.structure.legs.leg1.stiffness_l",
+            "robot.drives.leg0.law.gain",
+            "robot.feet.leg1.gap",
+        ]
     terms = ("ledger.damping", "ledger.friction", "ledger.work_in")
     run = assert_as_differences(scene, paths, 0.006, 1e-6, (1e-3, 1e-4, 1e-5), terms)
     assert len(run.events) > 5

@@ -22,6 +22,7 @@ from tarsus.measure.tally import TALLIED
 from tarsus.model.drive.pieces import Channels
 from tarsus.model.drive.waveforms.constant import Constant
 from tarsus.model.profile import gaps_above
+from tarsus.model.structure import Walker
 from tarsus.plan.channels import gait_waves, with_columns
 from tarsus.plan.lowering import pack
 from tarsus.plan.slots import Rows
@@ -361,6 +362,7 @@ class State:
         if profile is None:
             return self._shown(height)
         walker = self.scene.robot.structure
+        assert isinstance(walker, Walker)  # checked by Scene
         at = [walker.leg_coordinate(foot.point) for foot in self.scene.robot.feet.values()]
         place = self._x[:, at] + [walker.legs[foot.point].x for foot in self.scene.robot.feet.values()]
         points = self.profile[:, : 2 * len(profile.points())].reshape(len(height), -1, 2)
