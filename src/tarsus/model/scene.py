@@ -40,6 +40,7 @@ from tarsus.model.laws.impact_map import Body
 from tarsus.model.robot import Drive, Foot, ModalLoad, PointLoad, Robot, reference_faults
 from tarsus.model.structure import Walker
 from tarsus.model.structure.base import Array
+from tarsus.model.structure.walker import STRAIGHT_AHEAD
 from tarsus.tables.table import Table
 
 __all__ = [
@@ -327,11 +328,6 @@ def _walker_ground_faults(ground: Ground) -> list[tuple[str, str]]:
         text = "the feet of a walker are point masses, for which the mass-weighted map is exact: leave it out, got"
         faults.append(("ground.impact", f"{text} '{ground.impact.kind}'"))
     return faults
-
-
-STRAIGHT_AHEAD = (
-    "goes by the way straight ahead, which a walker leaves whose legs move across it: leave it out"
-)
 
 
 def _sideways_faults(walker: Walker, ground: Ground) -> list[tuple[str, str]]:

@@ -28,9 +28,8 @@ from tarsus.model.laws.impact_map import Body, MassWeighted
 from tarsus.model.laws.landing import PullAsPrinted
 from tarsus.model.laws.translate import translate
 from tarsus.model.profile import heights_of
-from tarsus.model.scene import STRAIGHT_AHEAD
 from tarsus.model.standing import Stance, stance_of
-from tarsus.model.structure.walker import Walker
+from tarsus.model.structure.walker import STRAIGHT_AHEAD, Walker
 
 if TYPE_CHECKING:
     from tarsus.model.laws.program import Program

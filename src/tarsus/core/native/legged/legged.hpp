@@ -3,6 +3,7 @@
 #include <array>
 #include <map>
 #include <memory>
+#include <type_traits>
 
 #include "laws/laws.hpp"
 #include "legged/body.hpp"
@@ -282,5 +283,14 @@ struct Legged {
     return horner(line, 0, N, s);
   }
 };
+
+// Call ``each`` with every direction of the robot's legs from FIRST on, constants to the compiler, which the third costs one question
+// of a robot that has none.
+template <int FIRST, class Each>
+TARSUS_INLINE void in_directions(const Legged& s, Each&& each) {
+  if (FIRST == UP) each(std::integral_constant<int, UP>());
+  each(std::integral_constant<int, ALONG>());
+  if (s.directions() > DIRECTIONS) each(std::integral_constant<int, ACROSS>());
+}
 
 }  // namespace tarsus::legged

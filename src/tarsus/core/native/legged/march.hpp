@@ -154,9 +154,9 @@ struct LeggedMarch : Legged {
   int coarsest() const {
     int k = 0;
     for (int i = 0; i < legs(); i++) {
-      for (int d = 0; d < directions(); d++) {
+      in_directions<UP>(*this, [&](auto d) {
         if (!feet[i].held(d) || body.legs[i].turned) k = std::max(k, tables.longest[body.legs[i].kind[d]]);
-      }
+      });
     }
     return k;
   }
@@ -278,9 +278,9 @@ struct LeggedMarch : Legged {
       if (foot.contact == AIR && settings.track) {
         raise_apex(nodes, foot.apex, reinterpret_cast<const double*>(&rows[i].gap), fraction, clock.time, h);
       } else if (foot.contact == SLIPPING) {
-        for (int d = ALONG; d < directions(); d++) {
+        in_directions<ALONG>(*this, [&](auto d) {
           if (!foot.held(d)) foot.slipped += slide(i, d, h, fraction, moment.of(i, d).u);
-        }
+        });
       }
     }
     note_heights(h, fraction);
@@ -290,9 +290,9 @@ struct LeggedMarch : Legged {
     }
     for (int i = 0; i < legs(); i++) {
       feet[i].start = AS_IT_COMES;
-      for (int d = 0; d < directions(); d++) {
+      in_directions<UP>(*this, [&](auto d) {
         sum += (feet[i].u[d] = moment.of(i, d).u) + (feet[i].w[d] = moment.of(i, d).w);
-      }
+      });
     }
     clock.time = reached;
     origin = fraction;

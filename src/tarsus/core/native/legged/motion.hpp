@@ -159,11 +159,11 @@ inline void end_of_step(const Legged& s, Moment& out) {
     out.v[b] = s.at.v[b][N - 1];
   }
   for (int i = 0; i < s.legs(); i++) {
-    for (int d = 0; d < s.directions(); d++) {
+    in_directions<UP>(s, [&](auto d) {
       const bool held = s.feet[i].held(d);
       out.of(i, d) =
           held ? Motion{s.feet[i].u[d], 0.0} : Motion{s.rows[i].u[d][N - 1], s.rows[i].w[d][N - 1]};
-    }
+    });
   }
 }
 

@@ -129,14 +129,17 @@ struct Projection {
   // Momentum of the feet in the air, by their rate (v = 1) or displacement (0); ``but``: a coordinate excluded.
   TARSUS_INLINE Row following(int b, const Row* x, int v, int but) const {
     Row out = Row(0.0);
-    for (int d = 0; d < directions; d++) {
-      if (all.mass[d][b][b] == 0.0) continue;
+    const auto follow_in = [&](int d) {
+      if (all.mass[d][b][b] == 0.0) return;
       Row sum = Row(0.0);
       for (int c = 0; c < size; c++) {
         if (c != but) sum += x[c] * all.mass[d][b][c];
       }
       out += combine(&leg[d]->follow[v][0][0], sum);
-    }
+    };
+    follow_in(UP);
+    follow_in(ALONG);
+    if (directions > DIRECTIONS) follow_in(ACROSS);
     return out;
   }
 };

@@ -203,16 +203,13 @@ Candidates candidates(Legged& s, int i, double h, double limit, Flight&& gap_at)
     if (commanded && out.count == known) dips_below(s, margin, level, limit, kind, out);
   };
   look(r.margin, PULL_OFF);
-  for (int d = ALONG; d < s.directions(); d++) {
+  in_directions<ALONG>(s, [&](auto d) {
     out.way = d;
-    if (!foot.held(d)) {
-      stops(s, i, d, limit, out);
-      continue;
-    }
+    if (!foot.held(d)) return stops(s, i, d, limit, out);
     r.bound[d] = s.laws.friction(s.body.legs[i].foot, r.margin, r.strength, Row(0.0));
     look(r.bound[d] - r.force[d], SLIP_UP);
     look(r.bound[d] + r.force[d], SLIP_DOWN);
-  }
+  });
   if (s.profile != nullptr && foot.contact == SLIPPING) comes_to_end(s, i, h, limit, out);
   return out;
 }

@@ -31,11 +31,11 @@ constexpr double GUESS_TOLERANCE = 1e3;
 inline void load_feet(Legged& s) {
   for (int i = 0; i < s.legs(); i++) {
     const Leg& leg = s.body.legs[i];
-    for (int d = 0; d < s.directions(); d++) {
+    in_directions<UP>(s, [&](auto d) {
       Row sum = Row(-leg.weight[d]);
       for (int n = leg.first; n < leg.last; n++) sum += s.channels[s.body.drive[n]] * s.body.gain[s.directions() * n + d];
       s.rows[i].load[d] = sum;
-    }
+    });
   }
 }
 
@@ -92,9 +92,9 @@ inline void first_guess(Legged& s, int k, double h) {
         r.w[ALONG] = Row(foot.w[ALONG]);
         r.u[ALONG] = s.nodes.times() * (foot.w[ALONG] * h) + foot.u[ALONG];
       }
-      for (int d = ALONG; d < s.directions(); d++) {
+      in_directions<ALONG>(s, [&](auto d) {
         if (slips_by_speed(s, i, d)) r.w[d] = known && !foot.just_slides(d) ? on(r.w[d]) : Row(foot.w[d]);
-      }
+      });
       continue;
     }
     const double gap = s.gap_now(i);
@@ -368,11 +368,11 @@ inline bool find_held(Legged& s) {
     if (s.feet[i].contact == AIR) continue;
     find_margin(s, i);
     if (!finite(r.margin)) return false;
-    for (int d = ALONG; d < s.directions(); d++) {
-      if (!s.feet[i].held(d)) continue;
+    in_directions<ALONG>(s, [&](auto d) {
+      if (!s.feet[i].held(d)) return;
       r.force[d] = r.load[d] + spring(s, leg, d) - s.feet[i].u[d] * leg.stiffness[d];
       if (leg.turned) r.force[d] -= Row(s.feet[i].u[UP] * leg.cross_stiffness);
-    }
+    });
   }
   return true;
 }
@@ -392,9 +392,9 @@ inline void move_legs(Legged& s, int k, double h, Sweep& sweep) {
     } else {
       fly(s, i, k, h, sweep);
     }
-    for (int d = ALONG; d < s.directions(); d++) {
+    in_directions<ALONG>(s, [&](auto d) {
       if (!s.feet[i].held(d)) move_along(s, i, d, k, h, sweep);
-    }
+    });
   }
 }
 
@@ -406,8 +406,8 @@ inline double error_of(const Legged& s, int k, double h) {
   double worst = 0.0, sudden = 0.0;
   for (int i = 0; i < s.legs(); i++) {
     const LegRows& r = s.rows[i];
-    for (int d = 0; d < s.directions(); d++) {
-      if (s.feet[i].held(d)) continue;
+    in_directions<UP>(s, [&](auto d) {
+      if (s.feet[i].held(d)) return;
       const LegStep& table = s.tables.of(k, s.body.legs[i].kind[d]);
       double error = nodes.truncation(r.q[d]) * table.reach_force;
       if (s.film_share(i, d) != 0.0) {
@@ -419,7 +419,7 @@ inline double error_of(const Legged& s, int k, double h) {
       }
       worst = std::max(worst, error);
       if (d != UP && slips_by_speed(s, i, d)) sudden = std::max(sudden, bend_error(nodes, r.bound[d], h, s.settings.end));
-    }
+    });
   }
   for (int b = 0; b < s.coordinates(); b++) {
     const double error = nodes.truncation(s.at.push[b]) * 0.5 * h + nodes.truncation(s.at.drag[b]);
