@@ -79,6 +79,9 @@ class Initial(Description):
     standing: Standing | None = Field(default=None, description="start in static equilibrium on all feet")
     displacement: tuple[float, ...] | None = quantity("m", "initial coordinates", default=None)
     velocity: tuple[float, ...] | None = quantity("m/s", "initial rates of the coordinates", default=None)
+    lifted: bool = Field(
+        default=False, description="whether a robot that would start below uneven ground is lifted onto it"
+    )
 
 
 class Source(Enum):
@@ -145,7 +148,7 @@ class Scene(Description):
             if values is not None and len(values) != structure.size:
                 text = f"expected {structure.size} values, one a coordinate, got {len(values)}"
                 faults.append((f"initial.{name}", text))
-            elif values is not None and name == "displacement":
+            elif values is not None and name == "displacement" and self.ground.profile is None:
                 faults += self._start_faults(np.array(values))
         if self.ground.gravity is not None and structure.vertical() is None:
             text = "needs to know which way is up: give upward, the coordinates of a unit upward translation"

@@ -3,8 +3,9 @@
     x(0) = x0 + h u,   v(0) = v0 + s u,   u: feet lifted by 1 m
 
 `height` h and `speed` s lift and throw the robot as a whole: a body that is free upwards rises as it is, one that
-springs hold is bent as a force on its feet bends it. `phase` is where in their common period all drives are when it
-is put down. Everything else that a start consists of goes by its path.
+springs hold is bent as a force on its feet bends it. Where it would be below uneven ground it is lifted onto it.
+`phase` is where in their common period all drives are when it is put down. Everything else that a start consists of
+goes by its path.
 """
 
 from __future__ import annotations
@@ -60,7 +61,10 @@ class Box:
         """
         plan = lower_scene(scene)
         displacement, velocity = np.split(np.asarray(plan.initial, dtype=float), 2)
-        initial = Initial(displacement=tuple(displacement.tolist()), velocity=tuple(velocity.tolist()))
+        initial = Initial(
+            displacement=tuple(displacement.tolist()), velocity=tuple(velocity.tolist()),
+            lifted=scene.ground.profile is not None,
+        )  # fmt: skip
         explicit = scene.model_copy(update={"initial": initial})
         lift = _lift(plan)
         if over is None:

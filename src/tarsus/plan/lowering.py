@@ -126,7 +126,8 @@ class Plan:
     then volts of those of ``charged``; initial (2n,): displacements and velocities at t = 0; periods (nd,) [s]: of the
     signals, NaN where one does not repeat. length [m], force [N], rate [1/s]: scales that turn relative tolerances into
     absolute ones. legs: of a structure that walks, its body and legs; None for any other. stance: of a walker that
-    starts standing, how. profile: of uneven ground, see `lower_profile`.
+    starts standing, how. profile: of uneven ground, see `lower_profile`. lift (n,): displacements of a robot that is lifted
+    by 1 m, where it is to be lifted onto uneven ground; else empty.
     """
 
     system: LinearSystem
@@ -141,6 +142,7 @@ class Plan:
     legs: Legs | None = None
     stance: Stance | None = None
     profile: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    lift: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
     def __getstate__(self) -> dict[str, Any]:
         return without_native(self)
@@ -215,9 +217,11 @@ def lower_scene(scene: Scene, drive: Callable[..., tuple[Pieces, Pieces]] = lowe
         initial[:n] = scene.initial.displacement
     if scene.initial.velocity is not None:
         initial[n:] = scene.initial.velocity
+    lift = scene.robot.structure.vertical() if scene.initial.lifted and scene.ground.profile else None
     plan = Plan(
         system, laws, channels, tuple(used), initial, np.array(periods), math.nan, math.nan, _rate(system),
         lower_legs(scene, system), lower_stance(scene, system), lower_profile(scene.ground),
+        np.zeros(0) if lift is None else np.asarray(lift),
     )  # fmt: skip
     row: Any = SimpleNamespace(
         signals=plan.signals, parameters=laws.parameters[None], initial=initial[None], sources=system.sources[None],
@@ -569,7 +573,14 @@ def _started_above(plan: Plan, rows: Rows, idle: Floats, initial: Floats) -> tup
         level[:, :m] -= ground
         size = np.abs(ground) + np.abs(points).max(axis=(1, 2), initial=0.0)[:, None] + np.abs(below)
         level[:, :m][np.abs(level[:, :m]) < _SUM * size] = 0.0
-        own = SimpleNamespace(**{name: getattr(rows, name) for name in _STARTS} | {"sources": level})
+        start = rows.initial
+        if plan.lift.size:
+            gaps = level[:, :m] + start[:, : plan.lift.size] @ plan.system.normals
+            start = start.copy()
+            start[:, : plan.lift.size] += np.maximum(-gaps.min(axis=1), 0.0)[:, None] * plan.lift
+        own = SimpleNamespace(
+            **{name: getattr(rows, name) for name in _STARTS} | {"sources": level, "initial": start}
+        )
         found, scales, refused = _native.start_rows(plan.rules, plan.laws.native, rows.signals, own, idle)
         if len(refused) or np.array_equal(found, initial):
             break
