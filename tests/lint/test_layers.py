@@ -104,6 +104,7 @@ def test_reasons_for_no_derivative_are_numbered_as_in_the_engine():
         "EDGE_AT_START": "very start",
         "APART": "move apart",
         "NEAR_MISS": "just above",
+        "AT_CORNER": "corner of the ground",
     }
     assert set(found) == set(said)
     assert set(found.values()) == set(lanes._REASONS)
