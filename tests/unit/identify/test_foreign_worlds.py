@@ -60,7 +60,6 @@ def said_of(found: Identification) -> list[str]:
     [
         ("sound", ""),
         ("mains hum", "mains hum: a line at 50 Hz"),
-        ("gain of a channel", "divided out"),
         ("displacement 20 us late", "us after their velocities"),
         ("displacement 6 us late", "us after their velocities"),
         ("anti-alias filter", "low-pass of order 4"),
