@@ -94,12 +94,16 @@ def _dropped(traces: Sequence[Trace]) -> tuple[Check, ...]:
     for repeats in comparable(traces):
         x, v = (np.array([getattr(one, kind) for one in repeats]) for kind in ("x", "v"))
         seconds += x.shape[2] * repeats[0].step * len(x) * x.shape[1]
-        for row in np.concatenate(x - np.median(x, axis=0)):
+        noise_x, noise_v = (
+            np.concatenate([getattr(one, kind) for one in repeats]) for kind in ("noise_x", "noise_v")
+        )
+        for row, noise in zip(np.concatenate(x - np.median(x, axis=0)), noise_x.tolist(), strict=True):
             sums = np.concatenate([[0.0], np.cumsum(row)])
-            found = _beyond((sums[2 * _MEAN :] - 2.0 * sums[_MEAN:-_MEAN] + sums[: -2 * _MEAN]) / _MEAN)
-            sizes += found
+            steps = (sums[2 * _MEAN :] - 2.0 * sums[_MEAN:-_MEAN] + sums[: -2 * _MEAN]) / _MEAN
+            sizes += (found := _beyond(steps, noise * np.sqrt(2.0 / _MEAN)))
             count += len(found)
-        count += sum(len(_beyond(row)) for row in np.concatenate(v - np.median(v, axis=0)))
+        rows = zip(np.concatenate(v - np.median(v, axis=0)), noise_v.tolist(), strict=True)
+        count += sum(len(_beyond(row, noise)) for row, noise in rows)
     if not seconds:
         return ()
     size = f" (by some {1e6 * np.median(sizes):.2g} um)" if sizes else ""
@@ -110,13 +114,14 @@ def _dropped(traces: Sequence[Trace]) -> tuple[Check, ...]:
     return (Check("drop-outs that no repeat shows", float(count), float(_DROPPED), cause=cause),)
 
 
-def _beyond(values: Floats) -> list[float]:
-    """Sizes of the stretches of values (n,) that are farther off zero than nearly all."""
+def _beyond(values: Floats, noise: float) -> list[float]:
+    """Sizes of the stretches of values (n,) that are farther off zero than nearly all, and than their noise: of a
+    coarse converter nearly all are off by what its zeros are."""
     size = np.abs(values)
     usual = (
         np.median(size[size > 0.0]) if size.any() else 0.0
     )  # the middle one of three repeats is not off at all
-    beyond = np.flatnonzero(size > SURE * 1.4826 * usual)
+    beyond = np.flatnonzero(size > SURE * max(1.4826 * usual, noise))
     return [
         float(size[one].max())
         for one in np.split(beyond, np.flatnonzero(np.diff(beyond) > 1) + 1)

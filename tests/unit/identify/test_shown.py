@@ -94,3 +94,15 @@ def test_numbers_that_hang_on_gains_are_in_doubt_and_what_hum_adds_is_not_taken_
     for hum in (False, True):
         checks = instrument_checks(known(), hummed, (), (), alike=True, hum=hum)
         assert all(one.passed for one in checks) is hum
+
+
+def test_steps_of_a_coarse_converter_are_no_drop_outs() -> None:
+    """Four times the noise: of most samples repeats differ by nothing but what their zeros are off."""
+    digit, coarse = np.array([4e-7, 1.2e-4]), []
+    for one in records(plain):
+        x, v = (step * np.round(row / step) for step, row in zip(digit, (one.x, one.v), strict=True))
+        own = {"noise_x": digit[:1] / np.sqrt(12.0), "noise_v": digit[1:] / np.sqrt(12.0)}
+        coarse.append(Trace(**{**vars(one), "x": x - x[:, :REST].mean(), "v": v - v[:, :REST].mean(), **own}))
+    checks = instrument_checks(known(), coarse, coarse, (), alike=True, hum=False)
+    (dropped_out,) = (one for one in checks if one.name.startswith("drop-outs"))
+    assert dropped_out.passed, dropped_out.value
