@@ -54,7 +54,9 @@ def test_a_disk_of_friction_turns_otherwise() -> None:
         other = turning.Disked(scene, run.plan.length)
         other.box, other.full = box, 1e-3
         found.append(other.run().state[yaw])
-    own = run.at(np.array([0.1])).body[yaw, 0]
+    body = run.at(np.array([0.1])).body
+    assert body is not None
+    own = body[yaw, 0]
     assert found[0] == pytest.approx(own, rel=0.05) and abs(found[1] - own) > 0.15 * abs(own)
 
 

@@ -202,9 +202,10 @@ class Disked(Boxed):
 
     def march(self, stop: float) -> tuple[int, str] | None:
         scale = np.concatenate([np.full(self.n, self.length), np.full(self.n, self.length * self.rate)])
-        solver = LSODA(  # pyright: ignore[reportArgumentType]
-            self.rates, self.time, self.z, stop, rtol=1e-7, atol=1e-8 * scale, max_step=1.0 / self.rate
-        )
+        solver = LSODA(
+            self.rates, self.time, self.z, stop, max_step=1.0 / self.rate, rtol=1e-7,
+            atol=1e-8 * scale,  # pyright: ignore[reportArgumentType]
+        )  # fmt: skip
         watches, begun = self.watches(), dict.fromkeys(self.watches(), False)
         for key, watch in watches.items():
             begun[key] = not (self.fresh[key[0]] and key[1] == "touch") and watch(self.time, self.z) > 0.0

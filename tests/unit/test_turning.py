@@ -72,13 +72,18 @@ def test_runs_of_a_batch_are_those_of_one() -> None:
         ts.simulate_batch(ts.with_values(HEXAPOD, {"initial": {}}), {"ground.incline": [0.0, 0.1]}, 0.1)
 
 
+def walker_of(scene: ts.Scene) -> Walker:
+    assert isinstance(scene.robot.structure, Walker)
+    return scene.robot.structure
+
+
 def test_samples_end_where_the_run_does() -> None:
     run = ts.simulate(turning_walk(3), 0.004)
     state = run.at(np.array([run.end_time])).state
     assert np.concatenate([state.x[:, 0], state.v[:, 0]]) == pytest.approx(
         run.motion.last, rel=1e-12, abs=1e-18
     )
-    walker = run.scene.robot.structure
+    walker = walker_of(run.scene)
     series = run.at(np.linspace(0.0, run.end_time, 40))
     assert series.foot_y == pytest.approx(
         np.stack([walker.row(f"{leg}_y") @ series.state.x for leg in walker.legs])
@@ -90,7 +95,7 @@ def test_friction_stays_in_its_box_and_brakes() -> None:
     run = ts.simulate(turning_walk(7), 0.01)
     series = run.at(np.linspace(0.0, 0.01, 400))
     most = 0.3 * np.maximum(series.contact + series.strength, 0.0)
-    walker = run.scene.robot.structure
+    walker = walker_of(run.scene)
     assert series.friction is not None and series.friction_across is not None
     for friction, ending in ((series.friction, "_x"), (series.friction_across, "_y")):
         assert np.abs(friction).max() > 0.0 and np.all(np.abs(friction) <= most * (1.0 + 1e-9) + 1e-13)
@@ -100,7 +105,9 @@ def test_friction_stays_in_its_box_and_brakes() -> None:
 
 
 def test_strides_are_shorter_on_the_inside_of_a_turn() -> None:
-    waves = {turn: ts.with_values(HEXAPOD, {"gait.turn": turn}).waveforms for turn in (-1.0, 0.0, 0.5, 2.0)}
+    waves: dict[float, Any] = {
+        turn: ts.with_values(HEXAPOD, {"gait.turn": turn}).waveforms for turn in (-1.0, 0.0, 0.5, 2.0)
+    }
     swing = {turn: (one["LF_swing"].amplitude, one["RF_swing"].amplitude) for turn, one in waves.items()}
     assert swing == {-1.0: (50.0, 0.0), 0.0: (50.0, 50.0), 0.5: (25.0, 50.0), 2.0: (-50.0, 50.0)}
     assert {one["LF_lift"].amplitude for one in waves.values()} == {50.0}

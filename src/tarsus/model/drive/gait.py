@@ -20,7 +20,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from tarsus.base.messages import PathErrors, nearest
-from tarsus.base.spec import Amount, Description, Named, quantity
+from tarsus.base.spec import Amount, Description, MaybeAmount, Named, quantity
 from tarsus.base.units import format_quantity
 from tarsus.model.drive.waveforms.square import Square
 
@@ -83,11 +83,11 @@ class Gait(Description, ABC):
         "1", "how late drives that act along the way only follow their legs, in periods", default=0.25
     )
 
-    turn: Amount = quantity(
+    turn: MaybeAmount = quantity(
         "1",
         "share by which strides are shorter on the inside of a turn, the left where it is positive: 1 leaves those "
-        "legs standing, 2 has them step backward",
-        default=0.0,
+        "legs standing, 2 has them step backward; absent: strides are alike",
+        default=None,
         ge=-2,
         le=2,
     )
@@ -108,7 +108,7 @@ class Gait(Description, ABC):
         if not layout.groups:
             return [("", "no drive of the robot moves a leg, so that there is nothing to walk with")]
         faults = self._pattern_faults(layout)
-        if np.any(self.turn != 0.0):
+        if self.turn is not None:
             faults += _turn_faults(layout)
         if np.any(
             self.high < self.low
@@ -134,26 +134,26 @@ class Gait(Description, ABC):
         (nr,), and carry derivatives, and those of the waves are then as well."""
         late = self.delays(layout)
         middle, half = 0.5 * (self.high + self.low), 0.5 * (self.high - self.low)
-        # strides on the left and on the right, as shares of whole ones
-        left, right = (
-            1.0 - np.where(self.turn > 0.0, self.turn, 0.0),
-            1.0 + np.where(self.turn < 0.0, self.turn, 0.0),
-        )
-        shares = [left, right] if np.any(self.turn != 0.0) else [1.0, 1.0]
-        strides = _strides(layout)
+        strides = {} if self.turn is None else self._strides(self.turn, layout)
         waves: dict[str, Square] = {}
         for drive, reach in layout.drives.items():
             if reach.legs:
                 delay = late[reach.legs[0]] + (self.swing_lag if reach.lateral else 0.0)
-                side = _side(layout, reach)
                 waves[drive] = Square.model_construct(
-                    amplitude=half * shares[side < 0.0] if side != 0.0 and drive in strides else half,
+                    amplitude=half * strides[drive] if drive in strides else half,
                     offset=middle,
                     frequency=self.frequency,
                     duty=self.duty,
                     phase=2.0 * math.pi * (-delay % 1.0),
                 )
         return waves
+
+    @staticmethod
+    def _strides(turn: Any, layout: Layout) -> dict[str, Any]:
+        """Strides of the drives that make them on either side, as shares of whole ones."""
+        left, right = 1.0 - np.where(turn > 0.0, turn, 0.0), 1.0 + np.where(turn < 0.0, turn, 0.0)
+        sides = {name: _side(layout, layout.drives[name]) for name in _striding(layout)}
+        return {name: left if side > 0.0 else right for name, side in sides.items() if side != 0.0}
 
 
 class Alternating(Gait):
@@ -237,7 +237,7 @@ class CustomGait(Gait):
         return dict(self.phases)
 
 
-def _strides(layout: Layout) -> list[str]:
+def _striding(layout: Layout) -> list[str]:
     """Drives that make the strides: those that act along the way only, or where there are none all."""
     own = [name for name, reach in layout.drives.items() if reach.legs and reach.lateral]
     return own or list(layout.drives)
@@ -253,7 +253,7 @@ def _turn_faults(layout: Layout) -> list[tuple[str, str]]:
     """Drives that cannot make the strides of the two sides differ."""
     return [
         ("turn", f"drive '{name}' moves legs of both sides, so that their strides cannot differ")
-        for name in _strides(layout)
+        for name in _striding(layout)
         if len({np.sign(layout.hips[leg][1]) for leg in layout.drives[name].legs} - {0.0}) > 1
     ]
 

@@ -416,7 +416,9 @@ MOST_COORDINATES = 16
 TURNS = ("roll", "pitch", "yaw")
 """Coordinates of a body that are angles [rad]."""
 
-STRAIGHT_AHEAD = "goes by the way straight ahead, which a walker leaves whose legs move across it: leave it out"
+STRAIGHT_AHEAD = (
+    "goes by the way straight ahead, which a walker leaves whose legs move across it: leave it out"
+)
 """What is said of ground that is not alike in all directions under a walker that sways."""
 
 _RIGID = ("surge", "heave", "roll", "pitch", "sway", "yaw")

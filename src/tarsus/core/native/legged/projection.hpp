@@ -129,17 +129,14 @@ struct Projection {
   // Momentum of the feet in the air, by their rate (v = 1) or displacement (0); ``but``: a coordinate excluded.
   TARSUS_INLINE Row following(int b, const Row* x, int v, int but) const {
     Row out = Row(0.0);
-    const auto follow_in = [&](int d) {
-      if (all.mass[d][b][b] == 0.0) return;
+    for (int d = 0; d < MOST_DIRECTIONS; d++) {
+      if (all.mass[d][b][b] == 0.0) continue;
       Row sum = Row(0.0);
       for (int c = 0; c < size; c++) {
         if (c != but) sum += x[c] * all.mass[d][b][c];
       }
       out += combine(&leg[d]->follow[v][0][0], sum);
-    };
-    follow_in(UP);
-    follow_in(ALONG);
-    if (directions > DIRECTIONS) follow_in(ACROSS);
+    }
     return out;
   }
 };
