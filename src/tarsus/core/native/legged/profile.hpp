@@ -142,10 +142,14 @@ inline void float_above(Legged& s, int i) {
   leg.normal[UP] = on.cos;
   leg.normal[ALONG] = -on.sin;
   leg.sloping = on.sin != 0.0;
-  // A film on one side of a corner alone may drive a foot off that side while its leg drives it back. Where the ground falls away it
-  // is above its facet for as much longer as flights may be high that are none, so that it cannot cross the corner again in no time.
+  // A film on one side of a corner alone may drive a foot off that side while its leg, or the film of the other side, drives it back.
+  // So it is above its facet for as much longer as flights may be high that are none, and cannot cross the corner again in no time; but
+  // for the side of a step, which stops it.
   const bool felt = s.feet[i].film || s.feet[i].force;
-  const auto past = [&](int way) { return felt && !corner_of(s, i, way).rises() ? s.settings.rest_height : 0.0; };
+  const auto past = [&](int way) {
+    const bool stops = (on.upright() || s.profile->facet(on.number + way).upright()) && corner_of(s, i, way).rises();
+    return felt && !stops ? s.settings.rest_height : 0.0;
+  };
   leg.low = on.low * on.cos - past(-1);
   leg.high = on.high * on.cos + past(1);
   leg.rounding = on.rounding();
