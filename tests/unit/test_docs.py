@@ -157,6 +157,7 @@ def a_law(names: Names) -> None:
 
 def on_stairs(names: Names) -> None:
     assert len(names["walk"].events) > 20 and names["walk"].ledger.closure < 1e-8
+    assert names["drawn"].share("mean_speed", -1.0)[0] == 1.0  # all robots walk on to the end
 
 
 def walks(names: Names) -> None:

@@ -13,17 +13,22 @@ import xarray
 import tarsus as ts
 from random_scenes import plain_scene
 from tarsus.base.errors import InputError
+from tarsus.base.events import EventKind
 from tarsus.base.spec import validate, with_values
+from tarsus.files.library import load_scene
 from tarsus.model.ground import Ground
 from tarsus.model.profile import Profile, gaps_above, heights_of, line_between
 from tarsus.model.scene import Scene
-from tarsus.plan.lowering import Kind, slot
+from tarsus.orbits.starts import Box
+from tarsus.plan.lowering import Kind, lower_scene, slot
 from tarsus.solve.packet import packet_of
+from tarsus.solve.session import Session
 from tarsus.study.sweeping import run_sweep
 from walking_scenes import sticky, trotter
 
 STAIRS = {"kind": "staircase", "tread": 1e-3, "rise": 1e-5}
 LOW = STAIRS | {"rise": 1e-7}
+ROUGH = {"kind": "random", "seed": 3, "rms": 1e-6, "correlation_length": 3e-4, "hurst": 0.8, "spacing": 4e-5}
 
 
 def shape(**profile: Any) -> Profile:
@@ -179,3 +184,29 @@ def test_who_does_not_know_uneven_ground_says_so(tmp_path: Path) -> None:
             ask()
     with pytest.raises(InputError, match=r"ground\.profile: is ground under the feet of a walker"):
         with_values(plain_scene(1, legged=False), {"ground.profile": STAIRS})
+
+
+def test_robots_are_put_down_onto_the_ground_that_each_has() -> None:
+    box = Box.of(with_values(load_scene("millipede", hz=50, volts=14), {"ground.profile": ROUGH}), None)
+    seeds, starts = np.arange(0.0, 120.0, 10.0), box.values(box.drawn(12, 0))
+    batch = Session(box.scene).batch(starts | {"ground.profile.seed": seeds}, 0.01)
+    assert np.all(batch.done)
+    begun = [with_values(box.scene, {path: own[k] for path, own in starts.items()}) for k in range(12)]
+    lifts = [
+        lower_scene(with_values(one, {"ground.profile.seed": seed})).initial[3]
+        - one.initial.displacement[3]  # pyright: ignore[reportOptionalSubscript]
+        for one, seed in zip(begun, seeds, strict=True)
+    ]
+    assert min(lifts) == 0.0 and 1e-8 < max(lifts) < 4e-6  # none by more than from the lowest to the highest place
+
+
+@pytest.mark.parametrize("slope", [-0.01, 0.01])
+def test_a_film_above_a_corner_does_not_hold_a_foot_there(slope: float) -> None:
+    """It comes down at the very corner: the films of a valley drive it back from both sides, those of a ridge away."""
+    corner = {"kind": "polyline", "given": [[-1e-4, -slope * 1e-4], [0.0, 0.0], [1e-4, -slope * 1e-4]]}
+    scene = with_values(load_scene("millipede", hz=50, volts=14), {"ground.profile": corner})
+    speed, lifted = np.zeros(6), np.zeros(6)
+    speed[[1, 3, 5]], lifted[[1, 3, 5]] = -5e-3, 1e-7
+    thrown = {"initial": {"displacement": lifted.tolist(), "velocity": speed.tolist(), "lifted": True}}
+    run = ts.simulate(with_values(scene, thrown), 0.01)
+    assert run.ok and np.any(run.events["kind"] == EventKind.BOUNCE) and run.ledger.closure < 1e-8
