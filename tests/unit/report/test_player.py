@@ -41,9 +41,9 @@ def test_arrays_that_do_not_fit_are_all_named(motion: Motion) -> None:
             motion,
             foot_x=motion.foot_x[:, 1:],
             hips=motion.hips[:2],
-            body={"yaw": motion.time, "heave": motion.time[1:]},
+            body={"twist": motion.time, "heave": motion.time[1:]},
         )
-    for name in ("foot_x", "hips", "body.yaw", "body.heave"):
+    for name in ("foot_x", "hips", "body.twist", "body.heave"):
         assert name in str(error.value)
     assert "foot_z" not in str(error.value)
 
