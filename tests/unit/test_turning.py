@@ -10,6 +10,7 @@ import pytest
 
 import tarsus as ts
 from tarsus.base.errors import InputError
+from tarsus.measure.measure import CautionKind
 from tarsus.measure.path import path_of
 from tarsus.model.structure import Payload, Walker
 from turning_scenes import across, turning_walk
@@ -68,6 +69,7 @@ def test_runs_of_a_batch_are_those_of_one() -> None:
     for i, rate in enumerate(rates):
         one = ts.simulate(ts.with_values(HEXAPOD, {path: values[i] for path, values in varied.items()}), 0.2)
         assert one.measures["turn_rate"].value == pytest.approx(rate, abs=1e-8)
+        assert CautionKind.FRICTION_BOX in {said.kind for said in one.measures.warnings}
     with pytest.raises(InputError, match=r"ground\.incline: goes by the way"):
         ts.simulate_batch(ts.with_values(HEXAPOD, {"initial": {}}), {"ground.incline": [0.0, 0.1]}, 0.1)
 
