@@ -5,8 +5,8 @@ processor that lacks the instructions falls back in silence or dies, so what is 
 
     OPENBLAS_CORETYPE=Prescott python tests/kernels.py
 
-says what that gives here, and with ``--here`` the script names the kernels that this processor can run, with ``--others`` those
-of them that it does not run by itself.
+says what that gives here, and with ``--here`` the script names the kernels that this processor can run, with
+``--others`` those of them that it does not run by itself.
 """
 
 from __future__ import annotations

@@ -193,11 +193,12 @@ def test_robots_are_put_down_onto_the_ground_that_each_has() -> None:
     assert np.all(batch.done)
     begun = [with_values(box.scene, {path: own[k] for path, own in starts.items()}) for k in range(12)]
     lifts = [
-        lower_scene(with_values(one, {"ground.profile.seed": seed})).initial[3]
-        - one.initial.displacement[3]  # pyright: ignore[reportOptionalSubscript]
+        lower_scene(with_values(one, {"ground.profile.seed": seed})).initial[3] - one.initial.displacement[3]  # pyright: ignore[reportOptionalSubscript]
         for one, seed in zip(begun, seeds, strict=True)
     ]
-    assert min(lifts) == 0.0 and 1e-8 < max(lifts) < 4e-6  # none by more than from the lowest to the highest place
+    assert (
+        min(lifts) == 0.0 and 1e-8 < max(lifts) < 4e-6
+    )  # none by more than from the lowest to the highest place
 
 
 @pytest.mark.parametrize("slope", [-0.01, 0.01])

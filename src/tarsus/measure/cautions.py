@@ -61,8 +61,8 @@ def cautions(
         found.append(
             Caution(
                 CautionKind.FRICTION_BOX,
-                "Friction bounds a foot along the way and across it by itself, not the two together: a robot whose feet "
-                "slide may turn nearly twice as fast as this.",
+                "Friction bounds a foot along the way and across it by itself, not the two together: a robot whose "
+                "feet slide may turn nearly twice as fast as this.",
             )
         )
     return found
