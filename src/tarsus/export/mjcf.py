@@ -22,6 +22,7 @@ from scipy.optimize import brentq
 from tarsus.base.errors import InputError
 from tarsus.export.subject import Floats, Subject
 from tarsus.model.structure import Walker
+from tarsus.model.structure.walker import TURNS
 
 LIGHT = 1e-9
 """Mass of the bodies of a chain, of that which moves with a foot: the robot's inertia is in its tendons."""
@@ -376,7 +377,7 @@ def _walker(model: Mjcf) -> Tree:
     _inertial(body, walker.body.mass / units.mass, [x * per_inertia, y * per_inertia, (x + y) * per_inertia])
     axes = {"surge": "1 0 0", "heave": "0 0 1", "roll": "1 0 0", "pitch": "0 1 0"}
     for name in names:
-        hinge = name in ("roll", "pitch")
+        hinge = name in TURNS
         Xml.SubElement(body, "joint", name=name, type="hinge" if hinge else "slide", axis=axes[name])
     hips = {leg: np.array([one.x, one.y, one.z]) / units.length for leg, one in walker.legs.items()}
     size = max(max(np.abs(hip[:2]).max() for hip in hips.values()), 1.0)
@@ -407,7 +408,7 @@ def _walker(model: Mjcf) -> Tree:
         if leg in feet:
             _foot(own, feet[leg], 1, 0.05 * size)
             places[feet[leg]] = tuple(hips[leg].tolist())
-    turns = np.array([name in ("roll", "pitch") for name in names] + [False] * (n - nb))
+    turns = np.array([name in TURNS for name in names] + [False] * (n - nb))
     return Tree(body, tuple(joints), moves, turns, places, float(size), True, {})
 
 

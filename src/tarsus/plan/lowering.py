@@ -112,6 +112,11 @@ class Legs:
     def __getstate__(self) -> dict[str, Any]:
         return without_native(self)
 
+    @property
+    def sways(self) -> bool:
+        """Whether legs move across the way too."""
+        return self.body.directions > 2
+
     @cached_property
     def native(self) -> _native.LeggedBody:
         """The body as the engine holds it: its weights are those of unit gravity, its gaps those of no run."""
@@ -127,7 +132,7 @@ class Plan:
     signals, NaN where one does not repeat. length [m], force [N], rate [1/s]: scales that turn relative tolerances into
     absolute ones. legs: of a structure that walks, its body and legs; None for any other. stance: of a walker that
     starts standing, how. profile: of uneven ground, see `lower_profile`. lift (n,): displacements of a
-    robot that is lifted by 1 m, where it is to be lifted onto uneven ground; else empty.
+    robot that is lifted by 1 m, where uneven ground is to lift it; else empty.
     """
 
     system: LinearSystem
@@ -217,7 +222,7 @@ def lower_scene(scene: Scene, drive: Callable[..., tuple[Pieces, Pieces]] = lowe
         initial[:n] = scene.initial.displacement
     if scene.initial.velocity is not None:
         initial[n:] = scene.initial.velocity
-    lift = scene.robot.structure.vertical() if scene.initial.lifted and scene.ground.profile else None
+    lift = scene.robot.structure.vertical() if scene.initial.lifted else None
     plan = Plan(
         system, laws, channels, tuple(used), initial, np.array(periods), math.nan, math.nan, _rate(system),
         lower_legs(scene, system), lower_stance(scene, system), lower_profile(scene.ground),
@@ -298,7 +303,7 @@ def level_only(plan: Plan, what: str) -> None:
 def ahead_only(plan: Plan, what: str) -> None:
     """Raise InputError for legs that move across the way, where some part of the library, named, knows motion in one
     plane alone."""
-    if plan.legs is not None and plan.legs.body.directions > 2:
+    if plan.legs is not None and plan.legs.sways:
         text = (
             f"{what} with legs that move upward and along the way alone: leave out stiffness_t and damping_t"
         )
@@ -544,7 +549,7 @@ def started(plan: Plan, rows: Rows, idle: Floats, feet: Sequence[str]) -> tuple[
     Raises InputError for the first run that would start below the ground, or does not stand, and for an incline under
     a walker that sways.
     """
-    if plan.legs is not None and plan.legs.body.directions > 2 and np.any(rows.sources[:, -1]):
+    if plan.legs is not None and plan.legs.sways and np.any(rows.sources[:, -1]):
         raise InputError([f"ground.incline: {STRAIGHT_AHEAD}"])
     initial, scales, refused = _native.start_rows(plan.rules, plan.laws.native, rows.signals, rows, idle)
     if plan.legs is not None and plan.legs.body.points:

@@ -14,6 +14,7 @@ from tarsus.files.series import Variables
 from tarsus.files.settled import drive_period
 from tarsus.files.store import RunLike
 from tarsus.model.profile import line_between
+from tarsus.model.structure.walker import RIGID
 
 AIR, STUCK, SLIPPING = 0, 1, 2
 """States of a foot."""
@@ -23,9 +24,6 @@ PER_PERIOD = 64
 
 MOST_FRAMES = 2000
 """Frames of an animation at most."""
-
-BODY = ("surge", "heave", "roll", "pitch", "sway", "yaw")
-"""Coordinates a body may have; one it does not have is zero."""
 
 _NOTHING = np.zeros((0, 0))
 
@@ -73,7 +71,7 @@ class Motion:
             if np.shape(values) != (nt,)
         ]
         faults += [
-            f"body.{name}: expected one of {', '.join(BODY)}" for name in self.body if name not in BODY
+            f"body.{name}: expected one of {', '.join(RIGID)}" for name in self.body if name not in RIGID
         ]
         if nt < 2 or nl < 1:
             faults.append(f"a motion needs two times and one leg, got {nt} and {nl}")

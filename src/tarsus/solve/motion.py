@@ -137,7 +137,7 @@ def unpacked(acting: Acting, samples: Floats, times: Floats) -> tuple[SampledSta
     assert plan.legs is not None
     body, m = plan.legs.body, plan.feet
     nt, nl, nb, kinds = len(times), len(body.mass), len(body.body_mass), 5 if body.points else 2
-    sideways = 2 * nl + 3 * m if body.directions > 2 else 0
+    sideways = 2 * nl + 3 * m if plan.legs.sways else 0
     place, speed, legs, footing, beside, energy = np.split(
         samples.T, np.cumsum([nb, nb, 4 * nl, kinds * m, sideways])
     )

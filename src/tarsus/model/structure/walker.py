@@ -155,7 +155,7 @@ class Walker(Structure):
             *((f"payloads.{name}", (name, f"{name}_x"), "payload") for name in self.payloads),
             *((f"body.modes.{name}", (name,), "mode") for name in self.body.modes),
         ]
-        counts = Counter((*self._body_points, *_RIGID, *(point for _, points, _ in own for point in points)))
+        counts = Counter((*self._body_points, *RIGID, *(point for _, points, _ in own for point in points)))
         faults = [
             (path, f"its point '{shared[0]}' would bear the name of another point: rename the {what}")
             for path, points, what in own
@@ -208,7 +208,7 @@ class Walker(Structure):
         """Names of the body's coordinates (nb), in order: all but what touches the ground."""
         turns = [getattr(self.body, f"{name}_inertia") is not None for name in TURNS]
         moves = (True, True, *turns[:2], self.sways, turns[2])
-        rigid = (name for name, known in zip(_RIGID, moves, strict=True) if known)
+        rigid = (name for name, known in zip(RIGID, moves, strict=True) if known)
         return (*rigid, *self.body.modes, *self._carried)
 
     @property
@@ -421,7 +421,9 @@ STRAIGHT_AHEAD = (
 )
 """What is said of ground that is not alike in all directions under a walker that sways."""
 
-_RIGID = ("surge", "heave", "roll", "pitch", "sway", "yaw")
+RIGID = ("surge", "heave", "roll", "pitch", "sway", "yaw")
+"""Rigid motions that a body may have, in the order of its coordinates."""
+
 _ENDINGS = ("_x", "_hip", "_hip_x", "_ankle", "_ankle_x")
 _ACROSS = ("_y", "_hip_y")
 
