@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import json
 import os
 import shlex
 import shutil
@@ -21,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from scikit_build_core import build as _build
+from scikit_build_core import cmake as _cmake
 from scikit_build_core.build import (
     build_sdist,
     get_requires_for_build_sdist,
@@ -140,9 +142,28 @@ def build_editable(
 ) -> str:
     """The module is put beside its sources by CMake; the wheel holds the metadata and one line that names ``src``."""
     _use_compiler()
+    _keep_objects()
     name = _build.build_editable(wheel_directory, config_settings, metadata_directory)
     _name_sources(Path(wheel_directory, name))
     return name
+
+
+def _keep_objects() -> None:
+    """Let a further installation compile what has changed only.
+
+    scikit-build-core clears its folder where its own place is another, as it is in every isolated environment. All that CMake
+    takes from there is copied (nanobind) or told again each time (Python, ninja); a compiler other than that of the folder
+    clears it as before.
+    """
+    for path in ROOT.glob("build/*/.skbuild-info.json"):
+        try:
+            known = json.loads(path.read_text())
+            cached = path.with_name("CMakeCache.txt").read_text().splitlines()
+            compiler = next(line for line in cached if line.startswith("CMAKE_CXX_COMPILER:"))
+            if compiler.partition("=")[2] == os.environ["CXX"]:
+                path.write_text(json.dumps({**known, "skbuild_path": str(_cmake.DIR)}, indent=2))
+        except (OSError, ValueError, StopIteration, KeyError):
+            continue  # nothing to keep
 
 
 def _name_sources(wheel: Path) -> None:

@@ -18,6 +18,7 @@ from tarsus.files.store import EVENTS_FILE, RunLike
 from tarsus.files.summary import about, account, deviation, measures_summary
 from tarsus.model.structure import Walker
 from tarsus.report import figures, walk_figures
+from tarsus.report.above import path_above
 from tarsus.report.charts import Window
 from tarsus.report.explorer import small_explorer
 from tarsus.report.motion import motion_of, whole_motion
@@ -94,6 +95,8 @@ def _walk(run: RunLike, detail: Window) -> tuple[list[Shown], list[Shown]]:
     """Figures of a walk, and those of the forces on its feet."""
     whole = whole_motion(run)
     motion: list[Shown] = [partial(walk_section, motion_of(run, whole=whole)), walk_figures.travel(whole)]
+    if "yaw" in whole.body:
+        motion.append(path_above(whole))
     if not run.foot_names:
         return motion, []
     return [*motion, walk_figures.footfalls(whole, detail)], [walk_figures.ground_forces(whole, detail)]

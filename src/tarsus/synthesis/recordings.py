@@ -14,6 +14,7 @@ from tarsus.model.drive.gait import AnyGait
 from tarsus.model.drive.waveforms import Waveform
 from tarsus.model.scene import Scene
 from tarsus.model.standing import rest_state
+from tarsus.model.structure.walker import TURNS
 from tarsus.records.measurement import Channel, Measurement, Quantity
 from tarsus.records.purpose import Purpose
 from tarsus.solve import simulate
@@ -113,7 +114,7 @@ def outputs_of(scene: Scene, recording: Recording) -> list[Output]:
     kinds = [Quantity.VELOCITY, Quantity.DISPLACEMENT][: 1 + shown]
     if recording.purpose is not Purpose.WALKING:
         return [Output(kind, point) for kind in kinds for point in points]
-    turns = [name for name in robot.structure.body_coordinates if name in ("roll", "pitch")]
+    turns = [name for name in robot.structure.body_coordinates if name in TURNS]
     angles = [Quantity.ANGULAR_VELOCITY, Quantity.ANGLE][: 1 + shown]
     out = [Output(kind, point) for kind in kinds for point in ("body_x", "body")]
     out += [Output(kind, name) for kind in angles for name in turns]

@@ -14,6 +14,7 @@ from tarsus.base.events import TRANSITIONS, FootState
 from tarsus.files.store import read_run, write_run
 from tarsus.files.summary import MOST_FEET_LISTED
 from tarsus.report import figures
+from tarsus.report.above import path_above
 from tarsus.report.motion import AIR, SLIPPING, STUCK, Motion, motion_of, whole_motion
 from tarsus.report.player import walk_section
 from tarsus.report.run_page import report_html
@@ -193,3 +194,25 @@ def test_the_page_says_how_the_ground_rises_and_where_gravity_pulls(motion: Moti
     level, rising = (walk_section(replace(motion, incline=angle)) for angle in (0.0, 0.5235987755982988))
     assert "The ground rises forward by 30 deg" in rising and "rises" not in level
     assert '"incline":0.5235987755982988' in rising.replace(" ", "")
+
+
+def test_path_from_above_is_to_scale() -> None:
+    run = ts.simulate(ts.load_scene("turning-hexapod"), duration=0.1)
+    plate = path_above(whole_motion(run))
+    series = run.variables()
+    picture = str(plate.picture)
+    (path,) = re.findall(r'<path d="M([^"M]*)" fill="none" stroke="var\(--blue', picture)
+    points = np.array([one.split(",") for one in path.split()], dtype=float)
+    place = np.array([series[name].values for name in ("path_x", "path_y")])
+    scale = (points[-1, 0] - points[0, 0]) / (place[0, -1] - place[0, 0])
+    np.testing.assert_allclose(
+        points[-1] - points[0], scale * (place[:, -1] - place[:, 0]) * [1, -1], atol=0.02
+    )
+    bodies = [
+        np.array([c.split(",") for c in one.split()], float)
+        for one in re.findall('points="([^"]*)"', picture)
+    ]
+    assert len(bodies) == 7
+    length = np.linalg.norm(bodies[-1][0] - bodies[-1][3]) / scale
+    assert length == pytest.approx(30e-3, rel=1e-3)
+    assert picture in report_html(run)
