@@ -9,6 +9,7 @@ the same path for ``--set``, sweeps, fits and provenance.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import FrozenInstanceError, dataclass
 from functools import lru_cache
@@ -84,6 +85,13 @@ class FrozenDict(dict[K, V]):
 
 
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_-]*$")]
+
+
+def scene_name(text: str) -> str:
+    """A name that descriptions take, of any text: what they do not allow becomes ``_``, ``12_Z`` of ``12+Z``."""
+    return re.sub(r"[^A-Za-z0-9_-]+", "_", text).lstrip("-") or "_"
+
+
 Named = Annotated[dict[Name, T], AfterValidator(FrozenDict)]
 """``Named[Drive]``: a frozen table of descriptions by name; names hold no dots, so that paths are unique."""
 

@@ -11,6 +11,7 @@ from typing import Literal, get_args
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import together
+from tarsus.base.spec import scene_name
 from tarsus.files.library import load_scene
 from tarsus.files.toml import scene_text
 from tarsus.files.whole import write_text
@@ -210,7 +211,7 @@ def _repeats(names: list[str]) -> dict[str, list[str]]:
     sets: dict[str, list[str]] = {}
     for name in names:
         stem = re.sub(r"[-_ ]*\d+$", "", Path(name).stem) or Path(name).stem
-        key = re.sub(r"[^A-Za-z0-9_-]+", "-", stem).strip("-") or "records"
+        key = scene_name(stem).strip("_-") or "records"
         sets.setdefault(key, []).append(name)
     return sets
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from tarsus.base.arrays import Complexes, Floats
 from tarsus.base.errors import InputError
+from tarsus.base.spec import scene_name
 from tarsus.base.threads import single_threaded
 from tarsus.measure.mac import mac
 from tarsus.model.structure.modal import Modal
@@ -156,7 +157,8 @@ class ModalFit(Tabled):
         return np.array(shapes), np.array(participations)
 
     def structure(self) -> Modal:
-        """The modes as a structure with the outputs as its points; modal masses 1 kg, scaled as `shapes` says.
+        """The modes as a structure with the outputs as its points, by names that scenes allow (`scene_name`); modal
+        masses 1 kg, scaled as `shapes` says.
 
         Raises
         ------
@@ -170,7 +172,9 @@ class ModalFit(Tabled):
             frequencies=tuple(map(float, self.frequencies)),
             damping_ratios=tuple(map(float, self.damping_ratios)),
             modal_masses=(1.0,) * len(self.modes),
-            shapes={name: tuple(map(float, shapes[:, o])) for o, name in enumerate(self.frf.outputs)},
+            shapes={
+                scene_name(name): tuple(map(float, shapes[:, o])) for o, name in enumerate(self.frf.outputs)
+            },
         )
 
 

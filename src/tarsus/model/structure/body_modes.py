@@ -25,7 +25,8 @@ def body_modes(
     Parameters
     ----------
     structure
-        The body without legs, from matrices (`Lumped`), modes (`Modal`), or what was measured of it
+        The body without legs, from matrices (`Lumped`), modes (`Modal`, or a universal file of them,
+        ``tarsus.modes.read_mode_table``), or what was measured of it
         (``tarsus.modes.identify_modes(...).structure()``).
     above
         Frequency [Hz] above which its modes are its own: below lie the rigid motions, on whatever it was hung.

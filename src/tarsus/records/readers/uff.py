@@ -59,10 +59,29 @@ def read_uff(path: Path, content: bytes) -> RawFile:
     InputError
         If the file is truncated, or a data set cannot be read.
     """
+    sets = data_sets(path, content)
+    system = SystemOfUnits.of(sets)
+    functions = [one for one in sets if one["type"] == 58]
+    series = [_function(path.name, one, system) for one in functions if one["func_type"] in _ROLES]
+    nodal = [one for one in sets if one["type"] == 55]
+    spectra = [one for one in nodal if one["analysis_type"] == 5]
+    series += _nodal(path.name, spectra, system)
+    notes = _notes(path.name, sets, spectra) + _unit_notes(path.name, functions, system)
+    return RawFile(path.name, tuple(_numbered(series)), notes=tuple(notes))
+
+
+def data_sets(path: Path, content: bytes) -> list[dict[str, Any]]:
+    """All data sets of a universal file as pyuff names their parts; of kinds that are not read the ``type`` alone.
+
+    Raises
+    ------
+    InputError
+        If the file is truncated, or a data set cannot be read.
+    """
     if not content.rstrip().endswith(b"    " + _MARK):  # no line break need come before it in 58b
         raise InputError(f"{path.name} is truncated: its last data set does not end")
     with TemporaryDirectory() as folder:
-        return _read(path, _in_utf_8(path, content, Path(folder)))
+        return _decoded(path, _in_utf_8(path, content, Path(folder)))
 
 
 def _in_utf_8(path: Path, content: bytes, folder: Path) -> Path:
@@ -77,8 +96,8 @@ def _in_utf_8(path: Path, content: bytes, folder: Path) -> Path:
     return path
 
 
-def _read(path: Path, readable: Path) -> RawFile:
-    """Functions of a file that pyuff can decode."""
+def _decoded(path: Path, readable: Path) -> list[dict[str, Any]]:
+    """The data sets of a file that pyuff can decode."""
     import pyuff
 
     try:
@@ -88,10 +107,12 @@ def _read(path: Path, readable: Path) -> RawFile:
         raise InputError(f"{path.name} cannot be read as a universal file: {error}") from None
     if 0 in kinds or not kinds:
         raise InputError(f"{path.name} is damaged: a data set between its marks (-1) has no number")
-    sets, problems = [], []
+    sets: list[dict[str, Any]] = []
+    problems = []
     for number, kind in enumerate(kinds):
         try:
-            sets.append(file.read_sets(number) if kind in (55, 58, 164) else {"type": kind})
+            read: Any = file.read_sets(number) if kind in (55, 58, 164) else {"type": kind}
+            sets.append(read)
         except Exception as error:  # as above
             problems.append(
                 f"{path.name}: data set {number + 1} of {len(kinds)} (type {kind}) cannot be read: it is damaged or "
@@ -99,17 +120,10 @@ def _read(path: Path, readable: Path) -> RawFile:
             )
     if problems:
         raise InputError(problems)
-    system = _System.of(sets)
-    functions = [one for one in sets if one["type"] == 58]
-    series = [_function(path.name, one, system) for one in functions if one["func_type"] in _ROLES]
-    nodal = [one for one in sets if one["type"] == 55]
-    spectra = [one for one in nodal if one["analysis_type"] == 5]
-    series += _nodal(path.name, spectra, system)
-    notes = _notes(path.name, sets, spectra) + _unit_notes(path.name, functions, system)
-    return RawFile(path.name, tuple(_numbered(series)), notes=tuple(notes))
+    return sets
 
 
-def _unit_notes(source: str, functions: Sequence[Mapping[str, Any]], system: _System) -> list[str]:
+def _unit_notes(source: str, functions: Sequence[Mapping[str, Any]], system: SystemOfUnits) -> list[str]:
     """What the file says twice, differently, about its units."""
     notes = []
     if not system.trusted:
@@ -122,7 +136,7 @@ def _unit_notes(source: str, functions: Sequence[Mapping[str, Any]], system: _Sy
             label = _label(one, which)
             unit, factor = _typed(one, which, system)
             if scaled(label) is not None and unit and not _unit(one, which, system)[0]:
-                name = _freedom(one["rsp_ent_name"], one["rsp_node"], one["rsp_dir"])
+                name = freedom_name(one["rsp_ent_name"], one["rsp_node"], one["rsp_dir"])
                 notes.append(
                     f"{source}: '{name}' is labelled '{label}', but its data type and the file's units say "
                     f"{factor:g} {unit}: neither is relied on"
@@ -146,16 +160,17 @@ def _notes(source: str, sets: Sequence[Mapping[str, Any]], spectra: Sequence[Any
     return [f"{source}: not used: {count} {what}" for what, count in counts.items()]
 
 
-def _freedom(entity: str, node: int, direction: int) -> str:
+def freedom_name(entity: str, node: int, direction: int) -> str:
+    """Name of a degree of freedom, such as ``12+Z``; with its entity (``wing:12+Z``) where it is of one."""
     sign = _DIRECTIONS.get(abs(direction), f"({direction})")
     sign = sign.replace("+", "-") if direction < 0 else sign
     named = "" if entity.strip().upper() in ("", "NONE") else f"{entity.strip()}:"
     return f"{named}{node}{sign}"
 
 
-def _function(source: str, one: Mapping[str, Any], system: _System) -> RawSeries:
+def _function(source: str, one: Mapping[str, Any], system: SystemOfUnits) -> RawSeries:
     """A data set 58."""
-    name = _freedom(one["rsp_ent_name"], one["rsp_node"], one["rsp_dir"])
+    name = freedom_name(one["rsp_ent_name"], one["rsp_node"], one["rsp_dir"])
     role = _ROLES[one["func_type"]]
     values, count = np.asarray(one["data"]), int(one["num_pts"])
     if len(values) < count:
@@ -163,7 +178,7 @@ def _function(source: str, one: Mapping[str, Any], system: _System) -> RawSeries
     domain = Domain.TIME if role is Role.SIGNAL else Domain.FREQUENCY
     reference = None
     if role is not Role.SIGNAL:
-        freedom = _freedom(one["ref_ent_name"], one["ref_node"], one["ref_dir"])
+        freedom = freedom_name(one["ref_ent_name"], one["ref_node"], one["ref_dir"])
         reference = Reference(freedom, *_unit(one, "orddenom", system))
     unit, factor = _unit(one, "ordinate", system)
     return RawSeries(
@@ -203,13 +218,13 @@ def _label(one: Mapping[str, Any], which: str) -> str:
     return "" if text.upper() == "NONE" else text
 
 
-def _typed(one: Mapping[str, Any], which: str, system: _System) -> tuple[str, float]:
+def _typed(one: Mapping[str, Any], which: str, system: SystemOfUnits) -> tuple[str, float]:
     """Unit and factor of an ordinate by its data type and its degree of freedom."""
     direction = abs(int(one["rsp_dir" if which == "ordinate" else "ref_dir"]))
     return system.unit(int(one[f"{which}_spec_data_type"]), _DIRECTIONS.get(direction, "").startswith("+R"))
 
 
-def _unit(one: Mapping[str, Any], which: str, system: _System) -> tuple[str, float]:
+def _unit(one: Mapping[str, Any], which: str, system: SystemOfUnits) -> tuple[str, float]:
     """Unit of an ordinate and a factor: its label, or its data type in the file's system of units.
 
     Empty where the two say different things.
@@ -228,7 +243,7 @@ def _unit(one: Mapping[str, Any], which: str, system: _System) -> tuple[str, flo
 
 
 @dataclass(frozen=True)
-class _System:
+class SystemOfUnits:
     """System of units of a file: SI numbers are those of the file divided by these; trusted: it is not at odds with
     itself."""
 
@@ -237,7 +252,7 @@ class _System:
     trusted: bool = True
 
     @classmethod
-    def of(cls, sets: Sequence[Mapping[str, Any]]) -> _System:
+    def of(cls, sets: Sequence[Mapping[str, Any]]) -> SystemOfUnits:
         """That of the data set 164, else SI."""
         for one in sets:
             if one["type"] == 164:
@@ -257,7 +272,7 @@ class _System:
         return unit, 1.0 / {"m": self.length, "N": self.force}.get(unit[0], 1.0)
 
 
-def _nodal(source: str, spectra: Sequence[Mapping[str, Any]], system: _System) -> list[RawSeries]:
+def _nodal(source: str, spectra: Sequence[Mapping[str, Any]], system: SystemOfUnits) -> list[RawSeries]:
     """Responses from data sets 55, one for each frequency."""
     if not spectra:
         return []
@@ -273,7 +288,7 @@ def _nodal(source: str, spectra: Sequence[Mapping[str, Any]], system: _System) -
         table = np.array([np.asarray(one[component]) for one in ordered], dtype=complex)
         out += [
             RawSeries(
-                _freedom("", node, direction),
+                freedom_name("", node, direction),
                 column,
                 unit,
                 Role.RESPONSE,
