@@ -124,7 +124,8 @@ class RecordFit:
     values: of the numbers, by name; moved (np,): the same in standard deviations of what was known beforehand;
     covariance (np, np): in these, what was known included; ahead (np,): the undamped step that a descent which ended
     before its minimum would still make; segments: with their starts as found; windows: there; left
-    (nw, nc): mean squares over the noise by channel, NaN where there is none; settled: whether it would go no further.
+    (nw, nc): mean squares over the noise by channel, NaN where there is none; settled: whether it would go no further;
+    jumps: of tied segments, by how many of their ties' standard deviations starts are off the ends before.
     """
 
     values: Mapping[str, float]
@@ -135,6 +136,7 @@ class RecordFit:
     windows: WindowBatch
     left: Floats
     settled: bool
+    jumps: Floats = field(default_factory=lambda: np.zeros(0))
 
 
 @dataclass(frozen=True)

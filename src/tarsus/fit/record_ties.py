@@ -8,7 +8,7 @@ that of one window over the whole record is not. The starts of a record are elim
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -17,6 +17,7 @@ from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.fit.normal_equations import Descent, NormalEquations, descend
 from tarsus.fit.record_problem import Flown, RecordFit, RecordProblem, Segment, free_of
+from tarsus.solve.window import WindowBatch
 
 SETTLED = 0.1
 """Standard errors to the minimum at which a descent ends: an interval is then as wide to a hundredth, and every step of
@@ -69,7 +70,9 @@ def solve_tied(
         prior=prior, costs=lambda own, at, _: tied.costs(own, at),
         how=Descent(rounds=rounds, settled=SETTLED, far=problem.far),
     )  # fmt: skip
-    return problem.fitted(segments, found, tied.each(found.own), found.shared, prior)
+    fit = problem.fitted(segments, found, tied.each(found.own), found.shared, prior)
+    jumps = [one for numbers in tied.of for one in tied.jumps(fit.windows, numbers)]
+    return replace(fit, jumps=np.concatenate(jumps) if jumps else np.zeros(0))
 
 
 class _Tied:
@@ -91,9 +94,9 @@ class _Tied:
             out[numbers] = mine[: len(numbers) * self.size].reshape(len(numbers), -1)
         return out
 
-    def _gaps(self, flown: Flown, numbers: Sequence[int]) -> list[Floats]:
+    def jumps(self, batch: WindowBatch, numbers: Sequence[int]) -> list[Floats]:
         """By how many standard deviations each start but the first of a record is off the end before."""
-        batch, out = flown.batch, []
+        out = []
         for before, k in pairwise(numbers):
             at = batch.first[before + 1] - 1
             end = np.concatenate([batch.states.x[:, at], batch.states.v[:, at]])
@@ -111,7 +114,7 @@ class _Tied:
         squares = self.weights**2 * np.array([sum(float(one @ one) for one in each) for each in left])
         return np.array([
             squares[numbers].sum() + float(starts[numbers[0]] @ starts[numbers[0]])
-            + sum(float(one @ one) for one in self._gaps(flown, numbers))
+            + sum(float(one @ one) for one in self.jumps(flown.batch, numbers))
             for numbers in self.of
         ])  # fmt: skip
 
@@ -131,7 +134,7 @@ class _Tied:
             for w, k in enumerate(numbers):
                 mine = np.concatenate([np.arange(w * size, (w + 1) * size), shared])
                 parts.append((mine, self.weights[k] * np.concatenate(left[k]), self.weights[k] * slopes[k]))
-            tied = zip(self._gaps(flown, numbers), self._ties(flown, numbers, names), strict=True)
+            tied = zip(self.jumps(flown.batch, numbers), self._ties(flown, numbers, names), strict=True)
             for w, (off, by) in enumerate(tied):
                 parts.append((np.concatenate([np.arange(w * size, (w + 2) * size), shared]), off, by))
             for columns, off, by in parts:

@@ -16,7 +16,7 @@ from tarsus.identify.campaign import RecordSet
 from tarsus.identify.checks import MISFITS
 from tarsus.identify.draws import DRAWS, NORMAL
 from tarsus.identify.step import Check, Panel, Residual, StepResult, Used, measured_and_fitted, over_noise
-from tarsus.identify.walking import WalkFit, WalkRecord, identify_walk
+from tarsus.identify.walking import JUMP, WalkFit, WalkRecord, identify_walk
 from tarsus.model.scene import Scene
 from tarsus.model.structure import Walker
 from tarsus.records.measurement import Measurement
@@ -134,6 +134,10 @@ def identify_walking(
         "share of samples that are not followed", 1.0 - fit.followed, MISFITS, paths=fit.paths,
         cause="walks move otherwise than the model between some contacts",
     )  # fmt: skip
+    jump = Check(
+        "largest jump of a start from the end of the window before, over what a model may miss", fit.jump, JUMP,
+        paths=fit.paths, cause="the ground is rougher, or feet hang lower or higher, than the scene says",
+    )  # fmt: skip
     contacts = f"{len(fit.good)} windows between contacts, {1e3 * _median_length(fit):.3g} ms at the median"
     own = np.random.default_rng([seed, 29]).standard_normal((len(fit.feet), DRAWS))
     feet = {
@@ -148,7 +152,7 @@ def identify_walking(
         "walking", fit.paths, fit.values, samples,
         taken=tuple(path for path in fit.paths if told[path] is Verdict.ASSUMED),
         residuals=tuple(_residual(r, off, k) for r, off in seen for k in range(len(r.outputs))),
-        used=(Used("windows", int(fit.good.sum()), len(fit.good)),), checks=(share,),
+        used=(Used("windows", int(fit.good.sum()), len(fit.good)),), checks=(share, jump),
         notes=(f"Found in {contacts}.", *(f"{said}." for said in spreads)), combinations=feet,
         panels=tuple(_panel(r, off) for r, off in seen[:2]),
     )  # fmt: skip

@@ -127,3 +127,31 @@ def test_a_campaign_of_walks_goes_through_the_same_verb(tmp_path: Path) -> None:
             off = abs(np.log(step.value(path) / float(get_value(truth, path))))
             assert off < 4.5 * np.std(np.log(step.draws(path))), path
     assert words["ground.adhesion.rate"] == "assumed"  # contacts of a millisecond tell nothing of it
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("known", [True, False])
+def test_rough_ground_is_known_or_leaves_nothing_determined(known: bool) -> None:
+    """Heights of 0.2 um RMS: where the scene says them the numbers hold, where it says level ground starts jump."""
+    rng = np.random.default_rng(0)
+    level = ts.load_scene("millipede", hz=50, volts=14)
+    rough = with_values(
+        level,
+        {
+            "ground.profile": {
+                "kind": "random", "seed": 3, "rms": 2e-7, "correlation_length": 3e-4, "hurst": 0.8, "spacing": 4e-5
+            }
+        },
+    )  # fmt: skip
+    truth = with_values(
+        rough, {p: float(get_value(rough, p) * np.exp(0.1 * rng.standard_normal())) for p in LEGS}
+    )
+    record = replace(body_record(truth, 0.1, rng), scene=with_values(rough if known else level, GROUND))
+    found = identify_walk([record], dict.fromkeys(GROUND, 1.0) | dict.fromkeys(LEGS, 0.1))
+    true = np.array([float(get_value(truth, path)) for path in found.paths])
+    sigma = np.abs(np.log(found.values / true)) / np.sqrt(np.diag(found.covariance))
+    sure = [found.verdict(path) is Verdict.DETERMINED for path in found.paths]
+    if known:
+        assert found.jump < 1.0 and sigma.max() < 3.5 and sum(sure) > 8
+    else:
+        assert found.jump > 2.0 and not any(sure)
