@@ -20,7 +20,6 @@ inline void take_on(const CarriedFoot& from, LeggedFoot& foot) {
   foot.contact = Contact(int(from.contact));
   foot.start = int(from.start);
   foot.sense[ALONG] = from.sense;
-  foot.slides[ALONG] = foot.contact == SLIPPING;
   foot.slipped = from.slipped;
 }
 
