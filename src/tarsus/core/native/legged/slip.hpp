@@ -67,54 +67,85 @@ inline void hold_way(const LeggedFoot& foot, LegRows& r) {
   for (int d : {ALONG, ACROSS}) r.way[d] = Row(foot.sense[d]);
 }
 
-// One round of Newton's method for r n = ``alone`` - force matrices bound(r) n at the nodes after the first, which is the state: the
-// change of speeds r and angles of n, into ``by`` (0 at the first node). False where it has none.
-inline bool turn_and_change(const Legged& s, const LegStep* const* tables, const LegRows& r, const SlidingBound& bound, const Row* alone, Row* by) {
-  constexpr int SIZE = 2 * (N - 1), STRIDE = SIZE + 1;
-  double matrix[SIZE * STRIDE];
-  const Row& slope = bound.slope[SLIP_SPEED];
-  for (int p = 0; p < 2; p++) {
-    const Row &way = r.way[ALONG + p], aside = p == 0 ? -r.way[ACROSS] : r.way[ALONG];
-    const Row misfit = alone[p] - combine(tables[p]->force[1][0], bound.value * way) - r.speed * way;
-    for (int j = 1; j < N; j++) {
-      const Row of = load(tables[p]->force[1][j]);
-      for (int n = 1; n < N; n++) {
-        double* row = matrix + (2 * (n - 1) + p) * STRIDE + 2 * (j - 1);
-        row[0] = (of[n] * slope[j] + (n == j)) * way[j];
-        row[1] = (of[n] * bound.value[j] + (n == j) * r.speed[j]) * aside[j];
-      }
+// What a friction force B n of a foot that slides any way does to its velocity r n, both turned by small angles and changed by small
+// speeds, along n and across it at the nodes (rows) for a change at one node (columns): r_i dn_i + sum_j G_ij d(B n)_j.
+struct Turning {
+  Row turn_by_turn[N], speed_by_turn[N], turn_by_speed[N], speed_by_speed[N];
+  bool by_speed;
+
+  Turning(const LegStep* const* tables, const LegRows& r, const SlidingBound& bound, bool bends) : by_speed(bends) {
+    const Row &c = r.way[ALONG], &e = r.way[ACROSS], &slope = bound.slope[SLIP_SPEED];
+    for (int j = 0; j < N; j++) {
+      const Row along = load(tables[0]->force[1][j]), across = load(tables[1]->force[1][j]);
+      const Row by_sine = along * (e[j] * bound.value[j]), by_cosine = across * (c[j] * bound.value[j]);
+      turn_by_turn[j] = e * by_sine + c * by_cosine;
+      turn_by_turn[j].set(j, turn_by_turn[j][j] + r.speed[j]);
+      speed_by_turn[j] = e * by_cosine - c * by_sine;
+      if (!by_speed) continue;
+      const Row steep_along = along * (c[j] * slope[j]), steep_across = across * (e[j] * slope[j]);
+      turn_by_speed[j] = c * steep_across - e * steep_along;
+      speed_by_speed[j] = c * steep_along + e * steep_across;
+      speed_by_speed[j].set(j, speed_by_speed[j][j] + 1.0);
     }
-    for (int n = 1; n < N; n++) matrix[(2 * (n - 1) + p) * STRIDE + SIZE] = misfit[n];
   }
-  if (!eliminate(matrix, SIZE, STRIDE)) return false;
-  by[0] = by[1] = Row(0.0);
-  for (int n = 1; n < N; n++) {
-    for (int p = 0; p < 2; p++) by[p].set(n, matrix[(2 * (n - 1) + p) * STRIDE + SIZE]);
+
+  // Angles and speeds that make up for misfits of the velocity across n and along it, at the nodes after the first, which is the state.
+  // They take their place. False where there are none.
+  bool solve(Row& turn, Row& speed) const {
+    constexpr int FREE = N - 1, STRIDE = 2 * FREE + 1;
+    const int size = by_speed ? 2 * FREE : FREE;
+    double matrix[2 * FREE * STRIDE];
+    const auto put = [&](const Row* columns, int row, int column) {
+      for (int j = 1; j < N; j++) {
+        for (int n = 1; n < N; n++) matrix[(row + n - 1) * STRIDE + column + j - 1] = columns[j][n];
+      }
+    };
+    put(turn_by_turn, 0, 0);
+    if (by_speed) {
+      put(speed_by_turn, FREE, 0);
+      put(turn_by_speed, 0, FREE);
+      put(speed_by_speed, FREE, FREE);
+    }
+    for (int n = 1; n < N; n++) {
+      matrix[(n - 1) * STRIDE + size] = turn[n];
+      if (by_speed) matrix[(FREE + n - 1) * STRIDE + size] = speed[n];
+    }
+    if (!eliminate(matrix, size, STRIDE)) return false;
+    turn = Row(0.0);
+    for (int n = 1; n < N; n++) {
+      turn.set(n, matrix[(n - 1) * STRIDE + size]);
+      if (by_speed) speed.set(n, matrix[(FREE + n - 1) * STRIDE + size]);
+    }
+    if (!by_speed) speed -= combine(reinterpret_cast<const double*>(speed_by_turn), turn);
+    speed.set(0, 0.0);
+    return finite(turn) && finite(speed);
   }
-  return finite(by[0]) && finite(by[1]);
-}
+};
 
 // Solve for speed and direction of a foot that slides any way, from those of the rows; alone: its velocity along and across without
 // friction. The bound there becomes that of the rows. False as for ``slide``.
 inline bool find_way(const Legged& s, const LegStep* const* tables, int i, double h, const Row* alone, LegRows& r) {
   const Leg& leg = s.body.legs[i];
   const double tolerance = CONVERGED * s.settings.gap / h;
+  const bool bends = slips_by_speed(s, i);
   r.speed.set(0, std::hypot(s.feet[i].w[ALONG], s.feet[i].w[ACROSS]));
   for (int d : {ALONG, ACROSS}) r.way[d].set(0, s.feet[i].sense[d]);
   for (int round = 0; round < SLIP_ROUNDS; round++) {
     const SlidingBound bound = bound_at(s, i, r, r.speed);
-    Row by[2];
-    if (!turn_and_change(s, tables, r, bound, alone, by)) return false;
-    const double turned = highest(magnitude(by[1])), share = turned > MOST_TURNED ? MOST_TURNED / turned : 1.0;
-    r.speed += by[0] * share;
-    r.bound = bound.value + bound.slope[SLIP_SPEED] * by[0] * share;
-    for (int n = 1; n < N; n++) {
-      const double c = std::cos(by[1][n] * share), e = std::sin(by[1][n] * share), along = r.way[ALONG][n], across = r.way[ACROSS][n];
-      const double size = std::hypot(along, across);
-      r.way[ALONG].set(n, (along * c - across * e) / size);
-      r.way[ACROSS].set(n, (along * e + across * c) / size);
-    }
-    if (turned > SAME_TURN || highest(magnitude(by[0])) > std::min(tolerance, SAME_SPEED * highest(magnitude(r.speed)))) continue;
+    Row &along = r.way[ALONG], &across = r.way[ACROSS];
+    const Row misfit_along = alone[0] - combine(tables[0]->force[1][0], bound.value * along) - r.speed * along;
+    const Row misfit_across = alone[1] - combine(tables[1]->force[1][0], bound.value * across) - r.speed * across;
+    Row turn = misfit_across * along - misfit_along * across, change = misfit_along * along + misfit_across * across;
+    if (!Turning(tables, r, bound, bends).solve(turn, change)) return false;
+    const double turned = highest(magnitude(turn)), share = turned > MOST_TURNED ? MOST_TURNED / turned : 1.0;
+    r.speed += change * share;
+    r.bound = bound.value + bound.slope[SLIP_SPEED] * change * share;
+    // by 2 arctan of half of an angle: it keeps the length, and is that angle to its third power
+    const Row half = turn * (0.5 * share), sine = each(half, [](double a) { return 2.0 * a / (1.0 + a * a); }), cosine = 1.0 - half * sine;
+    const Row before = along;
+    along = before * cosine - across * sine;
+    across = before * sine + across * cosine;
+    if (turned > SAME_TURN || highest(magnitude(change)) > std::min(tolerance, SAME_SPEED * highest(magnitude(r.speed)))) continue;
     return follows_growth(bound.slope[SLIP_SPEED], std::min(leg.damping[ALONG], leg.damping[ACROSS]), h / leg.mass);
   }
   return false;
