@@ -344,6 +344,25 @@ inline void pass_corner(Legged& s, int i, int way) {
   foot.start = JUST_LEFT;
 }
 
+// A foot that may slide any way begins to slide, or its speed passes zero as exactly as the step knows it. It sticks where friction holds it
+// and what is left of its speed would take it no farther than a step may err; that goes to friction. Else friction turns to what drives
+// it, and it has stood still for a moment if it would have gone no farther than the repetition of a step may err.
+inline void turn_slip(Legged& s, int i, FootEvent kind, const Bearing<double>& at) {
+  LeggedFoot& foot = s.feet[i];
+  const double square = foot.w[ALONG] * foot.w[ALONG] + foot.w[ACROSS] * foot.w[ACROSS], path = 0.5 * s.body.legs[i].mass * square;  // [m] by [N]
+  const bool sticks = kind == STOP && path <= s.settings.gap * (at.most + s.settings.force_zero - at.along);
+  const bool stood = sticks || kind != STOP || path <= CONVERGED * s.settings.gap * (at.most + at.along);
+  if (stood) s.log.add(s.clock.time, s.body.legs[i].foot, sticks ? STICK_BEGINS : SLIP_BEGINS, foot.apex, 0.0, 0.0, at.along, at.most);
+  if (sticks) {
+    s.energy.friction += path;
+    foot.w[ALONG] = foot.w[ACROSS] = 0.0;
+    return foot.set_sliding(false, 0.0, 0.0, false);
+  }
+  Present present(s);
+  const double size = at.along > 0.0 ? at.along : 1.0;
+  foot.set_sliding(true, structure_force(present, i, ALONG, foot.u[ALONG]) / size, structure_force(present, i, ACROSS, foot.u[ACROSS]) / size, true);
+}
+
 // Change the state of a foot by its event at the present time.
 inline void apply_event(Legged& s, int i, FootEvent kind) {
   if (kind == TOUCH) return land_on_facet(s, i);
@@ -372,18 +391,11 @@ inline void apply_event(Legged& s, int i, FootEvent kind) {
     const double left = std::fabs(foot.ground.end(way) - foot.u[ALONG] - leg.place);
     if (left <= leg.rounding && corner_of(s, i, way).rises()) return stand_in_corner(s, i, way, false);
   }
+  if (s.directions() > DIRECTIONS) return turn_slip(s, i, kind, at);
+  foot.w[ALONG] = 0.0;
   const bool sticks = kind == STOP && at.holds(s.settings.force_zero);
   s.log.add(t, f, sticks ? STICK_BEGINS : SLIP_BEGINS, foot.apex, 0.0, 0.0, at.along, at.most);
-  double along = sense_of_slip(at.along), across = 0.0;
-  if (s.directions() > DIRECTIONS) {
-    // what is left of its speed at a stop is what the tolerance of a step hides
-    s.energy.friction += 0.5 * s.body.legs[i].mass * (foot.w[ALONG] * foot.w[ALONG] + foot.w[ACROSS] * foot.w[ACROSS]);
-    foot.w[ACROSS] = 0.0;
-    if (at.along > 0.0) along = structure_force(present, i, ALONG, foot.u[ALONG]) / at.along;
-    if (at.along > 0.0) across = structure_force(present, i, ACROSS, foot.u[ACROSS]) / at.along;
-  }
-  foot.w[ALONG] = 0.0;
-  foot.set_sliding(!sticks, sticks ? 0.0 : along, sticks ? 0.0 : across, !sticks);
+  foot.set_sliding(!sticks, sticks ? 0.0 : sense_of_slip(at.along), 0.0, !sticks);
 }
 
 }  // namespace tarsus::legged

@@ -214,7 +214,9 @@ inline bool hardly_slides(const Legged& s, int i) {
 // Note where a foot that slides any way first comes to a stop.
 inline void stops_any_way(const Legged& s, int i, double limit, Candidates& out) {
   if (!s.feet[i].just_slides() && hardly_slides(s, i)) return out.note(0.0, 0.0, STOP, 1.0);
-  falls_below(s, slip_speed(s.rows[i]), -s.settings.speed_zero, limit, STOP, out);
+  Row speed = slip_speed(s.rows[i]);
+  if (s.feet[i].just_slides()) speed.set(0, std::max(speed[0], 0.0));
+  falls_below(s, speed, -s.settings.speed_zero, limit, STOP, out);
 }
 
 // Note where a foot that slides along the way first comes to a stop.

@@ -128,8 +128,9 @@ inline bool find_way(const Legged& s, const LegStep* const* tables, int i, doubl
   const Leg& leg = s.body.legs[i];
   const double tolerance = CONVERGED * s.settings.gap / h;
   const bool bends = slips_by_speed(s, i);
-  r.speed.set(0, std::hypot(s.feet[i].w[ALONG], s.feet[i].w[ACROSS]));
-  for (int d : {ALONG, ACROSS}) r.way[d].set(0, s.feet[i].sense[d]);
+  const LeggedFoot& foot = s.feet[i];
+  r.speed.set(0, foot.w[ALONG] * foot.sense[ALONG] + foot.w[ACROSS] * foot.sense[ACROSS]);
+  for (int d : {ALONG, ACROSS}) r.way[d].set(0, foot.sense[d]);
   for (int round = 0; round < SLIP_ROUNDS; round++) {
     const SlidingBound bound = bound_at(s, i, r, r.speed);
     Row &along = r.way[ALONG], &across = r.way[ACROSS];
@@ -151,7 +152,21 @@ inline bool find_way(const Legged& s, const LegStep* const* tables, int i, doubl
   return false;
 }
 
-// The same; where the guess of the rows leads nowhere, from the present velocity.
+// Of a foot whose speed r passes zero between two nodes, at a distance from zero of its velocity: how far [m] friction would move it
+// in the step that turns with the velocity meanwhile, where that of the nodes turns at once.
+inline double turned_at_once(const Legged& s, int i, double h) {
+  const LegRows& r = s.rows[i];
+  for (int j = 1; j < N; j++) {
+    if (!(r.speed[j - 1] > 0.0 && r.speed[j] < 0.0)) continue;
+    const double along = r.w[ALONG][j] - r.w[ALONG][j - 1], across = r.w[ACROSS][j] - r.w[ACROSS][j - 1];
+    const double square = along * along + across * across, moment = std::fabs(r.w[ALONG][j] * r.w[ACROSS][j - 1] - r.w[ACROSS][j] * r.w[ALONG][j - 1]);
+    const double time = moment / square * (s.nodes.tau[j] - s.nodes.tau[j - 1]) * h;
+    return std::fabs(r.bound[j]) * time / s.body.legs[i].mass * h;
+  }
+  return 0.0;
+}
+
+// ``find_way``; where the guess of the rows leads nowhere, from the present velocity.
 TARSUS_APART inline bool slide_any_way(const Legged& s, const LegStep* const* tables, int i, double h, const Row* alone, LegRows& r) {
   if (find_way(s, tables, i, h, alone, r)) return true;
   hold_way(s.feet[i], r);
