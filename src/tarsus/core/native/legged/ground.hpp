@@ -344,20 +344,20 @@ inline void pass_corner(Legged& s, int i, int way) {
   foot.start = JUST_LEFT;
 }
 
-// A foot that may slide any way begins to slide, or its speed passes zero as exactly as the step knows it. It sticks where friction holds it
-// and what is left of its speed would take it no farther than a step may err; that goes to friction. Else friction turns to what drives
-// it, and it has stood still for a moment if it would have gone no farther than the repetition of a step may err.
+// A foot that may slide any way begins to slide, or its speed passes zero as exactly as its step knows that. It stands still where what is
+// left of its velocity moves it by less in such a step than the repetition leaves open, and also where friction holds it and would let it
+// go no farther than a step may err: what is left goes to friction, and the foot sticks, or slides on towards what drives it. Any other
+// velocity only passes by zero, and friction turns to it.
 inline void turn_slip(Legged& s, int i, FootEvent kind, const Bearing<double>& at) {
   LeggedFoot& foot = s.feet[i];
-  const double square = foot.w[ALONG] * foot.w[ALONG] + foot.w[ACROSS] * foot.w[ACROSS], path = 0.5 * s.body.legs[i].mass * square;  // [m] by [N]
-  const bool sticks = kind == STOP && path <= s.settings.gap * (at.most + s.settings.force_zero - at.along);
-  const bool stood = sticks || kind != STOP || path <= CONVERGED * s.settings.gap * (at.most + at.along);
-  if (stood) s.log.add(s.clock.time, s.body.legs[i].foot, sticks ? STICK_BEGINS : SLIP_BEGINS, foot.apex, 0.0, 0.0, at.along, at.most);
-  if (sticks) {
-    s.energy.friction += path;
-    foot.w[ALONG] = foot.w[ACROSS] = 0.0;
-    return foot.set_sliding(false, 0.0, 0.0, false);
-  }
+  const double speed = std::hypot(foot.w[ALONG], foot.w[ACROSS]), energy = 0.5 * s.body.legs[i].mass * speed * speed;
+  const bool holds = kind == STOP && at.holds(s.settings.force_zero), still = kind != STOP || speed * s.length <= CONVERGED * s.settings.gap;
+  const bool sticks = holds && (still || energy <= s.settings.gap * (at.most - at.along));
+  if (!still && !sticks) return foot.set_sliding(true, foot.w[ALONG] / speed, foot.w[ACROSS] / speed, false);
+  s.log.add(s.clock.time, s.body.legs[i].foot, sticks ? STICK_BEGINS : SLIP_BEGINS, foot.apex, 0.0, 0.0, at.along, at.most);
+  s.energy.friction += energy;
+  foot.w[ALONG] = foot.w[ACROSS] = 0.0;
+  if (sticks) return foot.set_sliding(false, 0.0, 0.0, false);
   Present present(s);
   const double size = at.along > 0.0 ? at.along : 1.0;
   foot.set_sliding(true, structure_force(present, i, ALONG, foot.u[ALONG]) / size, structure_force(present, i, ACROSS, foot.u[ACROSS]) / size, true);

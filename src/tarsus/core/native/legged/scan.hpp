@@ -197,25 +197,24 @@ inline Row wedged_margin(const Legged& s, int i) {
 // Speed of a foot that slides any way at the nodes, in the direction of its slip: negative beyond a stop.
 inline Row slip_speed(const LegRows& r) { return r.w[ALONG] * r.way[ALONG] + r.w[ACROSS] * r.way[ACROSS]; }
 
-// Whether a foot that slides any way would stop within so short a path that its step does not resolve it: r^2/2 over what friction takes
-// of r' beyond what drives it. That is the foot's stop, where its direction is none any more.
+// Whether friction holds a foot that slides any way before it has gone as far as the repetition of a step leaves open: m r^2/2 over what
+// friction can bear beyond what it has to. The direction of so short a slip is none.
 inline bool hardly_slides(const Legged& s, int i) {
   const Leg& leg = s.body.legs[i];
   const LeggedFoot& foot = s.feet[i];
   const LegRows& r = s.rows[i];
-  double braked = 0.0, square = 0.0;
-  for (int d : {ALONG, ACROSS}) {
-    braked -= foot.sense[d] * (r.q[d][0] - leg.stiffness[d] * foot.u[d] - leg.damping[d] * foot.w[d]) / leg.mass;
-    square += foot.w[d] * foot.w[d];
-  }
-  return square <= 2.0 * CONVERGED * s.settings.gap * braked;
+  double force[2];
+  for (int d : {ALONG, ACROSS}) force[d - ALONG] = r.q[d][0] + r.bound[0] * foot.sense[d] - leg.stiffness[d] * foot.u[d];
+  const double room = s.laws.friction(leg.foot, r.margin[0], r.strength[0], 0.0) - std::hypot(force[0], force[1]);
+  return 0.5 * leg.mass * (foot.w[ALONG] * foot.w[ALONG] + foot.w[ACROSS] * foot.w[ACROSS]) <= CONVERGED * s.settings.gap * room;
 }
 
-// Note where a foot that slides any way first comes to a stop.
+// Note where a foot that slides any way first comes to a stop; rounding is no speed.
 inline void stops_any_way(const Legged& s, int i, double limit, Candidates& out) {
-  if (!s.feet[i].just_slides() && hardly_slides(s, i)) return out.note(0.0, 0.0, STOP, 1.0);
+  const bool begins = s.feet[i].just_slides();
+  if (!begins && hardly_slides(s, i)) return out.note(0.0, 0.0, STOP, 1.0);
   Row speed = slip_speed(s.rows[i]);
-  if (s.feet[i].just_slides()) speed.set(0, std::max(speed[0], 0.0));
+  if (begins) speed.set(0, 0.0);
   falls_below(s, speed, -s.settings.speed_zero, limit, STOP, out);
 }
 
@@ -315,7 +314,7 @@ struct EventFunction {
       slope = now.w * h;
       return now.u;
     }
-    if (kind == STOP && s.any_way(i)) return speed_any_way(fraction) + s.settings.speed_zero;
+    if (kind == STOP && s.any_way(i)) return speed_any_way(fraction);
     if (kind == STOP) return s.feet[i].sense[ALONG] * leg_at(s, i, ALONG, h, fraction).w;
     if (kind == SLIP) return Room(s, i).value(fraction) + s.settings.force_zero;
     return horner(powers, 0, N, fraction) + s.settings.force_zero;
