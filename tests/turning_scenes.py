@@ -41,7 +41,11 @@ def puck(spin: float, surge: float = 0.0, mass: float = 1e-6, foot: float = 1e-8
         slows = np.array([slowing - y * turning, x * turning])
         friction = -FRICTION * press * rates / max(float(np.hypot(*rates)), 1e-300)
         for point, rate, what, key in zip(
-            (f"{name}_x", f"{name}_y"), rates, foot * slows - friction, ("stiffness_l", "stiffness_t"), strict=True
+            (f"{name}_x", f"{name}_y"),
+            rates,
+            foot * slows - friction,
+            ("stiffness_l", "stiffness_t"),
+            strict=True,
         ):
             row = walker.row(point)
             speed += row * rate
@@ -62,8 +66,10 @@ def spinning_down(mass: float = 1e-6, foot: float = 1e-8) -> float:
 
 
 def dragged(share: float, angle: float, speed: float = 0.02, ahead: float = 0.7, **ground: Any) -> Scene:
-    """A foot that nothing but friction holds along the ground, under a heavy body that stands on it. It is drawn by a constant force,
-    ``share`` of what friction bears, in a direction ``ahead`` [rad] of the way, and slides with a speed [m/s] at an angle [rad] from
+    """A foot that nothing but friction holds along the ground, under a heavy body that stands on it. It is
+    drawn by a constant force,
+    ``share`` of what friction bears, in a direction ``ahead`` [rad] of the way, and slides with a speed [m/s]
+    at an angle [rad] from
     that."""
     foot, mass = 1e-8, 1e-6
     leg = WalkerLeg(

@@ -16,7 +16,8 @@ BOUND = FRICTION * (1e-6 + MASS) * GRAVITY
 
 
 def test_a_spinning_plate_stops_when_friction_says() -> None:
-    """Every foot has mu N across its own radius: the spin falls in a straight line, and what it had goes to friction."""
+    """Every foot has mu N across its own radius: the spin falls in a straight line, and what it had goes to
+    friction."""
     spin = 40.0
     run = ts.simulate(puck(spin))
     stop = spin / spinning_down()
@@ -40,13 +41,21 @@ def seconds_to(share: float, first: float, last: float) -> float:
         return (u0**power - u**power) / power
 
     return (
-        MASS * SPEED * math.sin(first) / (2.0 * share * BOUND) * (part(beta - 1.0) + part(beta + 1.0)) / u0**beta
+        MASS
+        * SPEED
+        * math.sin(first)
+        / (2.0 * share * BOUND)
+        * (part(beta - 1.0) + part(beta + 1.0))
+        / u0**beta
     )
 
 
-@pytest.mark.parametrize(("share", "angle"), [(0.5, 1.0), (0.9, 2.5), (0.3, 0.0), (0.5, math.pi), (0.02, 1.5)])
+@pytest.mark.parametrize(
+    ("share", "angle"), [(0.5, 1.0), (0.9, 2.5), (0.3, 0.0), (0.5, math.pi), (0.02, 1.5)]
+)
 def test_a_foot_dragged_aslant_stops_when_coulomb_says(share: float, angle: float) -> None:
-    """T = m s0 (B + Q cos psi0) / (B^2 - Q^2), wherever it goes until then; the moment to 1e-7, for its last nanosecond is shorter
+    """T = m s0 (B + Q cos psi0) / (B^2 - Q^2), wherever it goes until then; the moment to 1e-7, for its last
+    nanosecond is shorter
     than the tolerance of a length."""
     run = ts.simulate(dragged(share, angle))
     pull = share * BOUND
@@ -64,8 +73,15 @@ def test_its_slip_turns_to_the_force_as_coulomb_says(share: float) -> None:
     at = run.at(np.array([seconds_to(share, first, last)]))
     walker = run.scene.robot.structure
     slip = np.array([walker.row(f"leg_{d}") @ at.state.v[:, 0] for d in "xy"])
-    size = SPEED * math.sin(first) / math.sin(last) * (math.tan(0.5 * last) / math.tan(0.5 * first)) ** (1.0 / share)
-    assert slip == pytest.approx(size * np.array([math.cos(0.7 + last), math.sin(0.7 + last)]), rel=1e-7, abs=1e-8 * SPEED)
+    size = (
+        SPEED
+        * math.sin(first)
+        / math.sin(last)
+        * (math.tan(0.5 * last) / math.tan(0.5 * first)) ** (1.0 / share)
+    )
+    assert slip == pytest.approx(
+        size * np.array([math.cos(0.7 + last), math.sin(0.7 + last)]), rel=1e-7, abs=1e-8 * SPEED
+    )
     assert at.friction is not None and at.friction_across is not None
     assert np.hypot(at.friction, at.friction_across) == pytest.approx(BOUND, rel=1e-9)
 

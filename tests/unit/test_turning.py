@@ -50,12 +50,11 @@ def test_a_body_turns_on_legs_that_move_across_alone() -> None:
     "ask",
     [
         lambda scene: ts.gradient("mean_speed", scene, ["ground.friction.coefficient"], duration=1e-3),
-        lambda scene: ts.Session(scene).reset(seed=1),
         lambda scene: ts.periodic(scene),
         lambda scene: ts.export(scene, to="c", output="nowhere"),
         pytest.param(lambda scene: ts.explore(scene, "nowhere.html"), marks=pytest.mark.slow),
     ],
-    ids=["gradient", "session", "orbit", "export", "page"],
+    ids=["gradient", "orbit", "export", "page"],
 )
 def test_what_knows_one_plane_refuses_three_directions(ask: Callable[[ts.Scene], object]) -> None:
     with pytest.raises(InputError, match="legs that move upward and along the way alone"):
@@ -70,6 +69,23 @@ def test_runs_of_a_batch_are_those_of_one() -> None:
         assert one.measures["turn_rate"].value == pytest.approx(rate, abs=1e-8)
     with pytest.raises(InputError, match=r"ground\.incline: goes by the way"):
         ts.simulate_batch(ts.with_values(HEXAPOD, {"initial": {}}), {"ground.incline": [0.0, 0.1]}, 0.1)
+
+
+def test_a_session_walks_as_a_run_does() -> None:
+    """Told nothing new, step by step, in places along and across, and with the same heading; without derivatives."""
+    scene = ts.with_values(HEXAPOD, {"duration": 0.02})
+    run, session = ts.simulate(scene), ts.Session(scene)
+    session.reset()
+    for _ in range(5):
+        state = session.step(dt="4 ms")
+    end = run.at(np.array([0.02])).body
+    assert end is not None
+    ends = dict(zip(walker_of(scene).body_coordinates, end[:, 0], strict=True))
+    assert abs(ends["yaw"]) > 1e-3
+    for name in ("surge", "sway", "yaw"):
+        assert state.body[name] == pytest.approx(ends[name], rel=1e-6, abs=1e-10)
+    with pytest.raises(InputError, match="windows of a run have derivatives with legs that move upward"):
+        session.step(dt="1 ms", gradients=[])
 
 
 def walker_of(scene: ts.Scene) -> Walker:
@@ -91,7 +107,7 @@ def test_samples_end_where_the_run_does() -> None:
 
 
 def test_friction_is_against_the_slip_and_in_its_disk() -> None:
-    """mu (N + f_a) against the velocity of a foot that slides; no more than that, whichever way, under one that sticks."""
+    """mu (N + f_a) against the velocity of a foot that slides; under one that sticks no more than that."""
     run = ts.simulate(turning_walk(7), 0.01)
     series = run.at(np.linspace(0.0, 0.01, 400))
     most = 0.3 * np.maximum(series.contact + series.strength, 0.0)
