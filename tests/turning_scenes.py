@@ -66,11 +66,9 @@ def spinning_down(mass: float = 1e-6, foot: float = 1e-8) -> float:
 
 
 def dragged(share: float, angle: float, speed: float = 0.02, ahead: float = 0.7, **ground: Any) -> Scene:
-    """A foot that nothing but friction holds along the ground, under a heavy body that stands on it. It is
-    drawn by a constant force,
-    ``share`` of what friction bears, in a direction ``ahead`` [rad] of the way, and slides with a speed [m/s]
-    at an angle [rad] from
-    that."""
+    """A foot that nothing but friction holds along the ground, under a heavy body that stands on it. It is drawn by a
+    constant force, ``share`` of what friction bears, in a direction ``ahead`` [rad] of the way, and slides with a speed
+    [m/s] at an angle [rad] from that."""
     foot, mass = 1e-8, 1e-6
     leg = WalkerLeg(
         x=0.0, y=0.0, mass=foot, stiffness_v=50.0, damping_v=1e-4, stiffness_l=1e-12, damping_l=0.0,

@@ -55,8 +55,7 @@ def seconds_to(share: float, first: float, last: float) -> float:
 )
 def test_a_foot_dragged_aslant_stops_when_coulomb_says(share: float, angle: float) -> None:
     """T = m s0 (B + Q cos psi0) / (B^2 - Q^2), wherever it goes until then; the moment to 1e-7, for its last
-    nanosecond is shorter
-    than the tolerance of a length."""
+    nanosecond is shorter than the tolerance of a length."""
     run = ts.simulate(dragged(share, angle))
     pull = share * BOUND
     stop = MASS * SPEED * (BOUND + pull * math.cos(angle)) / (BOUND**2 - pull**2)

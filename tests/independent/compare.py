@@ -44,9 +44,8 @@ def nudged(scene: Scene, by: float) -> Scene:
 def compare(
     scene: Scene, accuracy: ts.Accuracy | None = None, least: float = LEAST, stops: float = 0.0
 ) -> Comparison:
-    """Simulate a scene three times, and say what differs within the horizon by more than ``least``, of the
-    begin of sticking by more
-    than ``stops``, and the nudge."""
+    """Simulate a scene three times, and say what differs within the horizon by more than ``least``, of the begin of
+    sticking by more than ``stops``, and the nudge."""
     run = ts.simulate(scene, accuracy=accuracy)
     assert run.ok, run.code
     length, rate = run.plan.length, run.plan.rate

@@ -1,12 +1,9 @@
-"""Walkers that move across the way as well, under Coulomb's disk of friction: feet are point masses, so that
-the ground acts on
-each foot's own coordinates.
+"""Walkers that move across the way as well, under Coulomb's disk of friction: feet are point masses, so that the ground
+acts on each foot's own coordinates.
 
-A foot that slides with the velocity s has the friction -B s/|s|. It begins to slide in the direction of the
-force that it had to bear,
-to which the direction of its velocity is held the harder the slower it is: below a speed `STARTS` the two are
-one here, far less
-apart than what is compared. It has stopped where its speed is below `STOPPED`.
+A foot that slides with the velocity s has the friction -B s/|s|. It begins to slide in the direction of the force that
+it had to bear, to which the direction of its velocity is held the harder the slower it is: below a speed `STARTS` the
+two are one here, far less apart than what is compared. It has stopped where its speed is below `STOPPED`.
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ def _cantilever():
 
 def _turning():
     """Between the parts feet of it stick, slide and fly, each some of the time."""
-    scene = turning_walk(3)
+    scene = turning_walk(7)
     return scene, {"ground.friction.coefficient": np.array([0.1, 0.2, 0.3, 0.4])}, 1e-3
 
 

@@ -276,8 +276,7 @@ def simulate_windows(
     ------
     InputError
         For states, times or contacts that do not fit the plan, data that are not there, and derivatives of
-        walkers whose legs
-        move across the way.
+        walkers whose legs move across the way.
     """
     by = gradients or WindowGradients(state=False, t0=False)
     data = [one.row for one in by.entered] or [rows_of(plan) if rows is None else rows]
