@@ -24,12 +24,13 @@ def test_a_spinning_plate_stops_when_friction_says() -> None:
     assert run.ok and run.ledger.closure < 1e-8
     sticks = run.events[run.events["kind"] == EventKind.STICK_BEGINS]
     assert len(sticks) >= 4 and sticks["time"][0] == pytest.approx(stop, rel=1e-3)
-    half = run.at(np.array([0.5 * stop])).body
+    yaws = run.at(np.array([0.5 * stop, run.end_time])).body
+    assert yaws is not None
     yaw = run.scene.robot.structure.body_coordinates.index("yaw")
-    assert half[yaw, 0] == pytest.approx(
+    assert yaws[yaw, 0] == pytest.approx(
         spin * 0.5 * stop - spinning_down() * (0.5 * stop) ** 2 / 2.0, rel=1e-9
     )
-    assert run.at(np.array([run.end_time])).body[yaw, 0] == pytest.approx(0.5 * spin * stop, rel=1e-3)
+    assert yaws[yaw, 1] == pytest.approx(0.5 * spin * stop, rel=1e-3)
 
 
 def seconds_to(share: float, first: float, last: float) -> float:
