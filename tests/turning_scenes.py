@@ -37,16 +37,19 @@ def puck(spin: float, surge: float = 0.0, mass: float = 1e-6, foot: float = 1e-8
     turning = -math.copysign(spinning_down(mass, foot), spin) if spin else 0.0
     slowing = -math.copysign(FRICTION * GRAVITY, surge) if surge else 0.0
     for name, (x, y) in at.items():
-        for point, rate, slows, key in (
-            (f"{name}_x", surge - y * spin, slowing - y * turning, "stiffness_l"),
-            (f"{name}_y", x * spin, x * turning, "stiffness_t"),
+        rates = np.array([surge - y * spin, x * spin])
+        slows = np.array([slowing - y * turning, x * turning])
+        friction = -FRICTION * press * rates / max(float(np.hypot(*rates)), 1e-300)
+        for point, rate, what, key in zip(
+            (f"{name}_x", f"{name}_y"),
+            rates,
+            foot * slows - friction,
+            ("stiffness_l", "stiffness_t"),
+            strict=True,
         ):
             row = walker.row(point)
-            friction = -math.copysign(FRICTION * press, rate) if rate else 0.0
             speed += row * rate
-            start += (
-                row * (friction - foot * slows) / STIFF[key]
-            )  # what the spring gives the foot: m a - friction
+            start -= row * what / STIFF[key]  # what the spring gives the foot: m a - friction
     return Scene(
         name="puck",
         robot=Robot(structure=walker, feet={name: Foot(point=name, gap=0.0) for name in legs}),
@@ -57,11 +60,38 @@ def puck(spin: float, surge: float = 0.0, mass: float = 1e-6, foot: float = 1e-8
 
 
 def spinning_down(mass: float = 1e-6, foot: float = 1e-8) -> float:
-    """Angular deceleration [rad/s^2] of the puck under friction in a box: mu m g (a + b) over its moment of inertia."""
-    square = HALF_LENGTH**2 + HALF_WIDTH**2
-    whole = mass + 4.0 * foot
-    return (
-        FRICTION * whole * GRAVITY * (HALF_LENGTH + HALF_WIDTH) / (mass * square / 3.0 + 4.0 * foot * square)
+    """Angular deceleration [rad/s^2] of the puck: mu m g r over its moment of inertia, feet at a distance r."""
+    square, whole = HALF_LENGTH**2 + HALF_WIDTH**2, mass + 4.0 * foot
+    return FRICTION * whole * GRAVITY * math.sqrt(square) / (mass * square / 3.0 + 4.0 * foot * square)
+
+
+def dragged(share: float, angle: float, speed: float = 0.02, ahead: float = 0.7, **ground: Any) -> Scene:
+    """A foot that nothing but friction holds along the ground, under a heavy body that stands on it. It is drawn by a
+    constant force, ``share`` of what friction bears, in a direction ``ahead`` [rad] of the way, and slides with a speed
+    [m/s] at an angle [rad] from that."""
+    foot, mass = 1e-8, 1e-6
+    leg = WalkerLeg(
+        x=0.0, y=0.0, mass=foot, stiffness_v=50.0, damping_v=1e-4, stiffness_l=1e-12, damping_l=0.0,
+        stiffness_t=1e-12, damping_t=0.0,
+    )  # fmt: skip
+    walker = Walker(body=WalkerBody(mass=mass), legs={"leg": leg})
+    start, points = np.zeros(walker.size), (walker.row("leg_x"), walker.row("leg_y"))
+    start[walker.body_coordinates.index("heave")] = -mass * GRAVITY / leg.stiffness_v
+    pull = PointLoad(weights={"leg_x": math.cos(ahead), "leg_y": math.sin(ahead)})
+    law = LinearForce(gain=share * FRICTION * (mass + foot) * GRAVITY)
+    velocity = speed * (math.cos(ahead + angle) * points[0] + math.sin(ahead + angle) * points[1])
+    laws = {"gravity": ts.Gravity(acceleration=GRAVITY), "friction": Friction(coefficient=FRICTION)} | ground
+    return Scene(
+        name="dragged",
+        robot=Robot(
+            structure=walker,
+            feet={"leg": Foot(point="leg", gap=0.0)},
+            drives={"pull": Drive(load=pull, law=law)},
+        ),
+        ground=Ground(**laws),
+        signals={"pull": ts.Constant(level=1.0)},
+        initial=Initial(displacement=tuple(start), velocity=tuple(velocity)),
+        duration=2e-4,
     )
 
 

@@ -16,48 +16,37 @@ from turning_scenes import across, turning_walk
 from walking_scenes import sticky, trotter
 
 TIGHT = ts.Accuracy(gap=1e-10, drive=1e-11)
+STOPS = 2e-5
+"""Radians of the fastest mode to which a stop is known: in its last moments a foot slides less than a step may err."""
 
 
 def agree(seed: int, duration: float, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(independent.compare, "simulate", turning.simulate)
-    found = compare(turning_walk(seed).model_copy(update={"duration": duration}), TIGHT)
+    found = compare(turning_walk(seed).model_copy(update={"duration": duration}), TIGHT, stops=STOPS)
     assert found.wrong is None and found.compared > 0, found
 
 
-def test_the_first_events_agree_in_a_box_of_friction(monkeypatch: pytest.MonkeyPatch) -> None:
-    agree(3, 5e-4, monkeypatch)
+def test_the_first_events_agree(monkeypatch: pytest.MonkeyPatch) -> None:
+    agree(2, 5e-4, monkeypatch)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [seed for seed in range(20) if seed != 5])
-def test_whole_sequences_of_events_agree_in_a_box_of_friction(
-    seed: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """All but 5, where a foot that slides stands still for 0.6 us between two nodes of a step, which the library does
-    not see; the next events are 4e-9 s apart."""
+@pytest.mark.parametrize("seed", range(20))
+def test_whole_sequences_of_events_agree(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     agree(seed, 3e-3, monkeypatch)
 
 
 @pytest.mark.slow
-def test_a_disk_of_friction_turns_otherwise() -> None:
-    """The second simulator with friction that is smooth below 1 mm/s says in a box what the library does, to a few per
-    cent of the first turn of the hexapod, and in a disk something else."""
-    scene = ts.load_scene("turning-hexapod").model_copy(update={"duration": 0.1})
+def test_the_hexapod_turns_as_the_other_says() -> None:
+    scene = ts.load_scene("turning-hexapod").model_copy(update={"duration": 0.02})
     run = ts.simulate(scene)
     start = tuple(run.motion.acting.rows.initial[0][: scene.robot.structure.size])
     scene = ts.with_values(
         scene, {"initial": {"displacement": start}, "signals": dict(scene.waveforms), "gait": None}
     )
-    yaw = scene.robot.structure.body_coordinates.index("yaw")
-    found = []
-    for box in (True, False):
-        other = turning.Disked(scene, run.plan.length)
-        other.box, other.full = box, 1e-3
-        found.append(other.run().state[yaw])
-    body = run.at(np.array([0.1])).body
-    assert body is not None
-    own = body[yaw, 0]
-    assert found[0] == pytest.approx(own, rel=0.05) and abs(found[1] - own) > 0.15 * abs(own)
+    found = turning.simulate(scene, run.plan.length).state
+    body = run.at(np.array([0.02])).body
+    assert body is not None and found[: len(body)] == pytest.approx(body[:, 0], rel=1e-4, abs=1e-9)
 
 
 def test_contact_modes_say_the_same_where_nothing_rubs() -> None:

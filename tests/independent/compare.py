@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import tarsus as ts
-from independent.simulator import Found, simulate
+from independent.simulator import BEGIN_STICK, Found, simulate
 from tarsus.model.scene import Scene
 
 NUDGE = 1e-10
@@ -41,8 +41,11 @@ def nudged(scene: Scene, by: float) -> Scene:
     return ts.with_values(scene, changes) if changes else scene
 
 
-def compare(scene: Scene, accuracy: ts.Accuracy | None = None, least: float = LEAST) -> Comparison:
-    """Simulate a scene three times, and say what differs within the horizon by more than ``least`` and the nudge."""
+def compare(
+    scene: Scene, accuracy: ts.Accuracy | None = None, least: float = LEAST, stops: float = 0.0
+) -> Comparison:
+    """Simulate a scene three times, and say what differs within the horizon by more than ``least``, of the begin of
+    sticking by more than ``stops``, and the nudge."""
     run = ts.simulate(scene, accuracy=accuracy)
     assert run.ok, run.code
     length, rate = run.plan.length, run.plan.rate
@@ -70,7 +73,7 @@ def compare(scene: Scene, accuracy: ts.Accuracy | None = None, least: float = LE
                 f"event {i} at {event['time']}: {event['foot'], event['kind']} is {foot, kind}",
             )
         wrong = abs(time - event["time"]) * rate
-        if wrong > least + TIMES * off:
+        if wrong > max(least, stops * (kind == BEGIN_STICK)) + TIMES * off:
             return Comparison(
                 len(events), i, f"event {i} is off by {wrong:.1e} rad, where the nudge moves it {off:.1e}"
             )

@@ -13,8 +13,11 @@ STEPS = 100_000
 """A hundred times as many as these walks need: a walk that does not come to an end is found soon."""
 
 
-def check(seed: int) -> None:
-    run = ts.simulate(turning_walk(seed), accuracy=Accuracy(gap=1e-10, steps=STEPS))
+def check(seed: int, friction: float | None = None) -> None:
+    scene = turning_walk(seed)
+    if friction is not None:
+        scene = ts.with_values(scene, {"ground.friction": {"coefficient": friction}})
+    run = ts.simulate(scene, accuracy=Accuracy(gap=1e-10, steps=STEPS))
     assert run.ok, f"{seed}: {run.code}"
     assert run.ledger.closure < 1e-8, f"{seed}: {run.ledger.closure}"
     state = run.states(np.linspace(0.0, run.duration, 200))
@@ -24,6 +27,12 @@ def check(seed: int) -> None:
 @pytest.mark.parametrize("seed", range(3))
 def test_walks_that_turn(seed: int) -> None:
     check(seed)
+
+
+def test_a_velocity_that_passes_by_zero_is_not_stopped() -> None:
+    """Where friction is next to nothing, feet turn back all the time without standing still."""
+    for seed in (7, 58):
+        check(seed, 1e-6)
 
 
 @pytest.mark.slow

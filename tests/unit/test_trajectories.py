@@ -7,6 +7,7 @@ import tarsus as ts
 from scene_files import scene as scene_of
 from tarsus.base.events import EventKind
 from tarsus.design.stance import standing
+from turning_scenes import turning_walk
 
 PARTS = np.array([3.0625, 7.9375, 12.0625])
 """Ends of parts in drive periods, none at an edge of a drive."""
@@ -22,11 +23,17 @@ def _cantilever():
     return ts.load_scene("cantilever"), {"signals.pzt.phase": np.linspace(0.0, 5.0, 4)}, 0.02
 
 
+def _turning():
+    """Between the parts feet of it stick, slide and fly, each some of the time."""
+    scene = turning_walk(7)
+    return scene, {"ground.friction.coefficient": np.array([0.1, 0.2, 0.3, 0.4])}, 1e-3
+
+
 def _table():
     return scene_of("vibrating_table"), {"robot.feet.ball.gap": np.linspace(0.0, 0.5, 4)}, 1.0
 
 
-@pytest.mark.parametrize("of", [_millipede, _cantilever, _table])
+@pytest.mark.parametrize("of", [_millipede, _cantilever, _table, _turning])
 def test_runs_in_parts_have_the_events_of_whole_ones(of):
     scene, vary, period = of()
     whole = ts.simulate_batch(scene, vary, PARTS[-1] * period)

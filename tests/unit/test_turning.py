@@ -10,7 +10,6 @@ import pytest
 
 import tarsus as ts
 from tarsus.base.errors import InputError
-from tarsus.measure.measure import CautionKind
 from tarsus.measure.path import path_of
 from tarsus.model.structure import Payload, Walker
 from turning_scenes import across, turning_walk
@@ -51,12 +50,11 @@ def test_a_body_turns_on_legs_that_move_across_alone() -> None:
     "ask",
     [
         lambda scene: ts.gradient("mean_speed", scene, ["ground.friction.coefficient"], duration=1e-3),
-        lambda scene: ts.Session(scene).reset(seed=1),
         lambda scene: ts.periodic(scene),
         lambda scene: ts.export(scene, to="c", output="nowhere"),
         pytest.param(lambda scene: ts.explore(scene, "nowhere.html"), marks=pytest.mark.slow),
     ],
-    ids=["gradient", "session", "orbit", "export", "page"],
+    ids=["gradient", "orbit", "export", "page"],
 )
 def test_what_knows_one_plane_refuses_three_directions(ask: Callable[[ts.Scene], object]) -> None:
     with pytest.raises(InputError, match="legs that move upward and along the way alone"):
@@ -69,9 +67,25 @@ def test_runs_of_a_batch_are_those_of_one() -> None:
     for i, rate in enumerate(rates):
         one = ts.simulate(ts.with_values(HEXAPOD, {path: values[i] for path, values in varied.items()}), 0.2)
         assert one.measures["turn_rate"].value == pytest.approx(rate, abs=1e-8)
-        assert CautionKind.FRICTION_BOX in {said.kind for said in one.measures.warnings}
     with pytest.raises(InputError, match=r"ground\.incline: goes by the way"):
         ts.simulate_batch(ts.with_values(HEXAPOD, {"initial": {}}), {"ground.incline": [0.0, 0.1]}, 0.1)
+
+
+def test_a_session_walks_as_a_run_does() -> None:
+    """Told nothing new, step by step, in places along and across, and with the same heading; without derivatives."""
+    scene = ts.with_values(HEXAPOD, {"duration": 0.02})
+    run, session = ts.simulate(scene), ts.Session(scene)
+    session.reset()
+    for _ in range(5):
+        state = session.step(dt="4 ms")
+    end = run.at(np.array([0.02])).body
+    assert end is not None
+    ends = dict(zip(walker_of(scene).body_coordinates, end[:, 0], strict=True))
+    assert abs(ends["yaw"]) > 1e-3
+    for name in ("surge", "sway", "yaw"):
+        assert state.body[name] == pytest.approx(ends[name], rel=1e-6, abs=1e-10)
+    with pytest.raises(InputError, match="a run has derivatives with legs that move upward"):
+        session.step(dt="1 ms", gradients=[])
 
 
 def walker_of(scene: ts.Scene) -> Walker:
@@ -92,18 +106,20 @@ def test_samples_end_where_the_run_does() -> None:
     )
 
 
-def test_friction_stays_in_its_box_and_brakes() -> None:
-    """Each way by itself at most mu (N + f_a), and against the slip."""
+def test_friction_is_against_the_slip_and_in_its_disk() -> None:
+    """mu (N + f_a) against the velocity of a foot that slides; under one that sticks no more than that."""
     run = ts.simulate(turning_walk(7), 0.01)
     series = run.at(np.linspace(0.0, 0.01, 400))
     most = 0.3 * np.maximum(series.contact + series.strength, 0.0)
     walker = walker_of(run.scene)
-    assert series.friction is not None and series.friction_across is not None
-    for friction, ending in ((series.friction, "_x"), (series.friction_across, "_y")):
-        assert np.abs(friction).max() > 0.0 and np.all(np.abs(friction) <= most * (1.0 + 1e-9) + 1e-13)
-        speed = np.stack([walker.row(f"{leg}{ending}") @ series.state.v for leg in walker.legs])
-        slides = np.abs(speed) > 1e-9
-        assert np.all((friction * speed)[slides & series.state.held] <= 0.0)
+    assert series.friction is not None and series.friction_across is not None and series.slipping is not None
+    friction = np.stack([series.friction, series.friction_across])
+    velocity = np.array([[walker.row(f"{leg}_{d}") @ series.state.v for leg in walker.legs] for d in "xy"])
+    size, speed, slides = np.hypot(*friction), np.hypot(*velocity), series.slipping
+    assert slides.any() and np.all(size <= most * (1.0 + 1e-9) + 1e-13)
+    assert size[slides] == pytest.approx(most[slides], rel=1e-9)
+    against = -(friction * velocity).sum(axis=0)
+    assert against[slides] == pytest.approx((size * speed)[slides], rel=1e-9)
 
 
 def test_strides_are_shorter_on_the_inside_of_a_turn() -> None:

@@ -28,6 +28,7 @@ from tarsus.files.toml import SCENE_FILE, read_scene, scene_texts
 from tarsus.model.laws.base import Law
 from tarsus.model.scene import Scene
 from tarsus.orbits.returns import drive_period
+from tarsus.plan.lowering import ahead_only
 from tarsus.solve.trajectories import Trajectories
 from tarsus.study.studyfile import load_sweep
 
@@ -148,7 +149,8 @@ class AtlasPlan:
             raise InputError(f"{paths[0]}: is both axes; an atlas has two")
         ends = product(*((axis.low, axis.high) for axis in axes))
         corners = [with_values(scene, dict(zip(paths, corner, strict=True))) for corner in ends]
-        Trajectories.of(corners[0], {}, min(map(drive_period, corners)))
+        tried = Trajectories.of(corners[0], {}, min(map(drive_period, corners)))
+        ahead_only(tried.plan, "an atlas maps robots")
         return cls(CellRuns(scene, paths, starts, periods), axes, depth, coarse)
 
     def texts(self) -> dict[str, str]:

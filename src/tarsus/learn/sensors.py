@@ -18,13 +18,16 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 MICRO, MILLI, NANO = 1e6, 1e3, 1e9
+LENGTHS, PASSED = ("surge", "heave", "sway"), ("surge", "sway", "yaw")
+"""Of the body's coordinates those that are lengths, and those that say how far it has got."""
 
 
 @dataclass(frozen=True)
 class Sensors:
     """What is seen of a robot, as numbers of a handy size.
 
-    body: its heave [um], roll and pitch [mrad], with their rates [mm/s, rad/s], and the rate of its surge [mm/s];
+    body: its heave [um], roll and pitch [mrad], with their rates [mm/s, rad/s], and the rates of its surge,
+    sway [mm/s] and yaw [rad/s];
     where it has got to is seen by no sensor on it. points: displacements [um] and velocities [mm/s] of named points of
     the structure; currents [nA] into the drives by motion; contacts: 1 for every foot on the ground.
     """
@@ -39,7 +42,7 @@ class Sensors:
         out = []
         if self.body:
             coordinates = scene.robot.structure.body_coordinates
-            out += [name for name in coordinates if name != "surge"] + [
+            out += [name for name in coordinates if name not in PASSED] + [
                 f"{name} rate" for name in coordinates
             ]
         out += [f"{point}{what}" for point in self.points for what in ("", " velocity")]
@@ -51,9 +54,9 @@ class Sensors:
         scene, parts = state.scene, []
         if self.body:
             names = scene.robot.structure.body_coordinates
-            sizes = {name: MICRO if name in ("surge", "heave") else MILLI for name in names}
-            rates = {name: MILLI if name in ("surge", "heave") else 1.0 for name in names}
-            parts += [state.x[:, i] * sizes[name] for i, name in enumerate(names) if name != "surge"]
+            sizes = {name: MICRO if name in LENGTHS else MILLI for name in names}
+            rates = {name: MILLI if name in LENGTHS else 1.0 for name in names}
+            parts += [state.x[:, i] * sizes[name] for i, name in enumerate(names) if name not in PASSED]
             parts += [state.v[:, i] * rates[name] for i, name in enumerate(names)]
         for point in self.points:
             parts += [state.displacement(point) * MICRO, state.velocity(point) * MILLI]

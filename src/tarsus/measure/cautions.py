@@ -57,14 +57,6 @@ def cautions(
                 f"a spread takes {FEWEST} at least.",
             )
         )
-    if "turn_rate" in measures:
-        found.append(
-            Caution(
-                CautionKind.FRICTION_BOX,
-                "Friction bounds a foot along the way and across it by itself, not the two together: a robot whose "
-                "feet slide may turn nearly twice as fast as this.",
-            )
-        )
     return found
 
 

@@ -74,7 +74,6 @@ class CautionKind(Enum):
     HIGHEST_UNCOUNTED = "the highest flights are no bounces"
     COUNTED_LOW = "the bounces are low"
     FEW_PERIODS = "too few periods for a spread"
-    FRICTION_BOX = "friction bounds each way by itself"
 
 
 @dataclass(frozen=True)

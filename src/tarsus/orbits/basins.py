@@ -15,6 +15,7 @@ from tarsus.model.structure.walker import Walker
 from tarsus.orbits.returns import drive_period
 from tarsus.orbits.settling import Settling
 from tarsus.orbits.starts import Box
+from tarsus.plan.lowering import ahead_only
 from tarsus.solve.engine import RECORDED, Accuracy
 from tarsus.solve.trajectories import Trajectories
 
@@ -56,6 +57,7 @@ class Survey:
         offset = np.mod(-self.box.late(points), self.period)
         longest = (MOST_PERIODS + 200) * self.period
         runs = Trajectories.of(self.box.scene, values, longest, accuracy=accuracy)
+        ahead_only(runs.plan, "motions repeat")
         walks = isinstance(self.box.scene.robot.structure, Walker)
         made = Settling(runs, self.period, offset, walks, self.threads)
         made.settle(MOST_PERIODS, progress)

@@ -27,7 +27,7 @@ from tarsus.orbits.returns import (
     end_of,
     varied,
 )
-from tarsus.plan.lowering import Plan, lower_scene
+from tarsus.plan.lowering import Plan, ahead_only, lower_scene
 from tarsus.plan.slots import rows_of
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.contacts import Contacts, contacts_of, follow_contact
@@ -209,6 +209,7 @@ def walk_map(scene: Scene, run: Run, count: int) -> tuple[WalkMap, Floats]:
     """The return map of a walker with its section in the middle of the longest time without an event in a drive period,
     after ``count`` of them, and the state there in a run."""
     plan, period = lower_scene(scene), drive_period(scene)
+    ahead_only(plan, "motions repeat")
     check_memory(plan)
     start = _quiet(run.events, count * period, (count + 1) * period)
     held: dict[int, float] = {}

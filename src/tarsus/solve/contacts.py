@@ -19,8 +19,9 @@ CARRIED = (
 """What a foot carries on from one part of its run to the next, the columns of a row: `tarsus.base.events.FootState`;
 [s] when its contact began, or would have begun had it aged all along, its age when it last left the ground, and when it
 did; [s] when its pull last exceeded its contact and when it last came to the ground or left it, and flights too low to
-count; how its flight and its slide begin (the engine's own numbers), sense of sliding, place [m] where it sticks, path
-[m] that a walker's foot has slid; highest gap [m] of the flight and when [s], the gap's integral [m s]; 1 where
+count; how its flight and its slide begin (the engine's own numbers), sense of sliding, place [m] where it sticks (of a
+walker's foot the sense across the way), path [m] that a walker's foot has slid; highest gap [m] of the flight and when
+[s], the gap's integral [m s]; 1 where
 contacts may change at this very moment; of uneven ground the number of the facet (NaN: the one below the foot), and -1
 or 1 of a foot that stands in the corner at its rear or front end."""
 

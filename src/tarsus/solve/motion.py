@@ -137,7 +137,7 @@ def unpacked(acting: Acting, samples: Floats, times: Floats) -> tuple[SampledSta
     assert plan.legs is not None
     body, m = plan.legs.body, plan.feet
     nt, nl, nb, kinds = len(times), len(body.mass), len(body.body_mass), 5 if body.points else 2
-    sideways = 2 * nl + 3 * m if plan.legs.sways else 0
+    sideways = 2 * nl + m if plan.legs.sways else 0
     place, speed, legs, footing, beside, energy = np.split(
         samples.T, np.cumsum([nb, nb, 4 * nl, kinds * m, sideways])
     )
@@ -169,17 +169,13 @@ def unpacked(acting: Acting, samples: Floats, times: Floats) -> tuple[SampledSta
     if not sideways:
         way = Way(place, Sliding(ahead[:, 0], np.abs(slip), stuck, held & ~stuck, sense, along))
         return state, way, energy
-    side, stays, stays_across = beside[2 * nl :].reshape(3, m, nt)
-    sway, push = across[body.leg], onto[nb + 2 * nl :][body.leg]
-    way = Way(
-        place, *(
-            Sliding(to, np.abs(at), still > 0.0, held & (still == 0.0), turned, force)
-            for to, at, still, turned, force in (
-                (ahead[:, 0], ahead[:, 1], stays, sense, along), (sway[:, 0], sway[:, 1], stays_across, side, push)
-            )
-        ),
-    )  # fmt: skip
-    return state, way, energy
+    side, sway, push = beside[2 * nl :], across[body.leg], onto[nb + 2 * nl :][body.leg]
+    speed = np.hypot(slip, sway[:, 1])
+    ways = (
+        Sliding(to, speed, stuck, held & ~stuck, turned, force)
+        for to, turned, force in ((ahead[:, 0], sense, along), (sway[:, 0], side, push))
+    )
+    return state, Way(place, *ways), energy
 
 
 @dataclass(frozen=True)

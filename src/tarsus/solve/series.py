@@ -125,7 +125,6 @@ def along_the_way(run: Run, way: Way, strength: Floats, margin: Floats) -> dict[
     out = {"body": way.body, "foot_x": along.place, "slipping": along.slides, "friction": friction(along)}
     if across is None:
         return out
-    out["slipping"] = along.slides | across.slides
     return out | {"foot_y": across.place, "friction_across": friction(across)}
 
 

@@ -389,7 +389,7 @@ class State:
 
     @cached_property
     def body(self) -> Mapping[str, Any]:
-        """Of a walker the coordinates (nr,) of its body by name: surge and heave [m], roll and pitch [rad]."""
+        """Of a walker the coordinates (nr,) of its body by name: lengths [m] and angles [rad]."""
         names = self.scene.robot.structure.body_coordinates
         return {name: self._shown(self._x[:, i]) for i, name in enumerate(names)}
 

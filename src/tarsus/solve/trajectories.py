@@ -16,7 +16,6 @@ from tarsus.base.events import FootState
 from tarsus.base.workers import Workers, spread, workers
 from tarsus.core import _native
 from tarsus.core.modes import NODES, ModeBook
-from tarsus.plan.lowering import ahead_only
 from tarsus.plan.slots import Kind, slot
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.contacts import CARRIED, fresh_feet
@@ -93,7 +92,6 @@ class Trajectories:
                 [f"{path}: makes a plan of its own; runs that go on together share one" for path in wrong]
             )
         engine, rows = prepared(scene, vary, longest, shared or Shared(), count)
-        ahead_only(engine.plan, "robots that are told what to do as they go walk")
         count = len(rows)
         alike = all(place is not None and place.kind is Kind.INITIAL for place in places.values())
         data = np.zeros(count, dtype=np.intp) if alike else np.arange(count)

@@ -275,14 +275,16 @@ def simulate_windows(
     Raises
     ------
     InputError
-        For states, times or contacts that do not fit the plan, and data that are not there.
+        For states, times or contacts that do not fit the plan, data that are not there, and derivatives of
+        walkers whose legs move across the way.
     """
-    ahead_only(plan, "windows of a run know where they begin")
     by = gradients or WindowGradients(state=False, t0=False)
     data = [one.row for one in by.entered] or [rows_of(plan) if rows is None else rows]
     given = _Given.of(plan, starts, sum(map(len, data)))
     end = float(given.times.max(initial=0.0))
     names = by.names(len(plan.system.mass))
+    if names:
+        ahead_only(plan, "windows of a run have derivatives")
     batch = _Batch(plan, given, data, by, names, settings_of(plan, end, accuracy, record=plan.legs is None))
     if plan.legs is None:
         codes, events, ends, samples, *slopes, finals, feet = batch.modal(

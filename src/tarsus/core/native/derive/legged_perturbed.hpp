@@ -67,7 +67,7 @@ struct PerturbedWalker {
         continue;
       }
       if (s.feet[i].contact == SLIPPING) {
-        const Row own = s.rows[i].load[ALONG] - s.rows[i].bound[ALONG] * s.feet[i].sense[ALONG];
+        const Row own = s.rows[i].load[ALONG] - s.rows[i].bound * s.feet[i].sense[ALONG];
         move(i, ALONG, k, own);
         carry_free(s, i, ALONG, own, h, s.rows[i]);
         if (s.body.legs[i].turned) carry_across(s, i);

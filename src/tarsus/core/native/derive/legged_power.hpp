@@ -40,7 +40,7 @@ struct PerturbedStep {
         r.u[e] += d.u[e] * by;
         r.w[e] += d.w[e] * by;
       }
-      r.bound[ALONG] += d.bound[ALONG] * by;
+      r.bound += d.bound * by;
       for (Row LegRows::*part : {&LegRows::film, &LegRows::gap, &LegRows::rate, &LegRows::smooth}) {
         r.*part += d.*part * by;
       }

@@ -459,7 +459,6 @@ class LeggedTangent : public LeggedMarch {
         foot.parted = place_.grip[i].parted.slope[lane];
         foot.contact = feet[i].contact;
         std::copy_n(feet[i].sense, MOST_DIRECTIONS, foot.sense);
-        std::copy_n(feet[i].slides, MOST_DIRECTIONS, foot.slides);
       }
       follow_legs(t, lane);
       assemble_coupling(t);
@@ -588,7 +587,7 @@ class LeggedTangent : public LeggedMarch {
     });
     for (int lane = 0; lane < count_; lane++) linear_.own[size_t(i) * LANES + lane].smooth += linear_.own[size_t(i) * LANES + lane].turned;
     if (!f.slides) return bend(i);
-    const SlidingTangent found = sliding_tangent(laws_, foot, r.margin, r.strength, r.w[ALONG] * feet[i].sense[ALONG], feet[i].just_slides(ALONG));
+    const SlidingTangent found = sliding_tangent(laws_, foot, r.margin, r.strength, r.w[ALONG] * feet[i].sense[ALONG], feet[i].just_slides());
     std::copy_n(found.by, FRICTION_ARGUMENTS, f.by);
     for (int lane = 0; lane < LANES; lane++) linear_.own[size_t(i) * LANES + lane].bound = found.own[lane];
     bend(i);

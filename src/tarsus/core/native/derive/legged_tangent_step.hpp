@@ -99,15 +99,15 @@ inline bool invert_bend(const LegStep& table, LinearFoot& f) {
 // A foot along the ground from u0, w0 under the force q and, where it slides, a friction of which ``own`` does not depend on its
 // own motion.
 inline void slide_linear(const LinearFoot& f, const LegStep& table, double sense, double u0, double w0, const Row& own, LegRows& r) {
-  r.bound[ALONG] = f.slides ? own : Row(0.0);
-  r.q[ALONG] -= r.bound[ALONG] * sense;
+  r.bound = f.slides ? own : Row(0.0);
+  r.q[ALONG] -= r.bound * sense;
   if (f.bends) {
     free_motion(table, u0, w0, Row(0.0), r.u[ALONG], r.w[ALONG]);
     const Row right = r.q[ALONG] - f.bend[0] * r.u[ALONG] - f.bend[1] * r.w[ALONG];
     r.q[ALONG] = combine(reinterpret_cast<const double*>(f.bent), right);
   }
   free_motion(table, u0, w0, r.q[ALONG], r.u[ALONG], r.w[ALONG]);
-  if (f.slides && f.bends) r.bound[ALONG] += f.rub[0] * r.u[ALONG] + f.rub[1] * r.w[ALONG];
+  if (f.slides && f.bends) r.bound += f.rub[0] * r.u[ALONG] + f.rub[1] * r.w[ALONG];
 }
 
 // A foot in the air in one direction from u0, w0 under the force r.q and a momentum that the ground's turning has of the film.
@@ -213,7 +213,7 @@ class BodyMatrix {
     r.q[ALONG] = from == ALONG ? own : cross;
     slide_linear(f, s.tables.of(class_, leg.kind[ALONG]), s.feet[i].sense[ALONG], 0.0, 0.0, -f.by[MARGIN] * (from == UP ? own : cross), r);
     Row made = r.w[ALONG] * leg.mass;
-    if (f.slides) made += combine(once_, r.bound[ALONG]) * (h * s.feet[i].sense[ALONG]);
+    if (f.slides) made += combine(once_, r.bound) * (h * s.feet[i].sense[ALONG]);
     add(leg.hip[ALONG], leg.hip[from], l, made);
     if (!leg.turned) return;
     const Row across = (from == ALONG ? cross : Row(0.0)) - r.u[ALONG] * leg.cross_stiffness - r.w[ALONG] * leg.cross_damping;
@@ -254,7 +254,7 @@ inline void slide_lane(const Legged& s, Legged& t, int i, int k, double h, const
   r.q[ALONG] = load + spring(t, leg, ALONG) - (own.lift[0] + foot.u[UP]) * leg.cross_stiffness - own.lift[1] * leg.cross_damping;
   slide_linear(f, s.tables.of(k, leg.kind[ALONG]), foot.sense[ALONG], foot.u[ALONG], foot.w[ALONG],
                f.by[MARGIN] * (r.margin + lifted) + f.by[HELD_STRENGTH] * own.strength + own.bound, r);
-  carry_free(t, i, ALONG, load - r.bound[ALONG] * foot.sense[ALONG], h, r);
+  carry_free(t, i, ALONG, load - r.bound * foot.sense[ALONG], h, r);
   leg.hip[UP].carry(lifted, t.at.push);
   if (leg.turned) carry_across(t, i);
 }

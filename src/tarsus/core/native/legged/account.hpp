@@ -126,7 +126,7 @@ struct Account {
     if (acted && foot.force) s.energy.smooth += integral(over.of(r.smooth) * rate) * (s.normal_share(i, d) * span);
     if (leg.turned) s.energy.damping -= 2.0 * leg.cross_damping * integral(across * over.of(leg.hip[UP].motion(s.at.v))) * span;
     if (d != UP && foot.contact == SLIPPING) {
-      s.energy.friction += integral(over.of(r.bound[d]) * rate) * foot.sense[d] * span;
+      s.energy.friction += s.any_way(i) ? integral(over.of(r.bound * r.way[d]) * rate) * span : integral(over.of(r.bound) * rate) * foot.sense[d] * span;
     }
   }
 

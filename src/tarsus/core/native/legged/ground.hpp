@@ -60,10 +60,13 @@ inline typename P::Real pull_on(const P& p, int i) {
   return structure_force(p, i, UP, -p.gap(i)) + p.smooth(i, Real(0.0), Real(0.0));
 }
 
-// What friction has to bear in direction d under a foot that sticks, and can, of a contact of that strength [N].
+// What friction has to bear along the ground under a foot that sticks, and can, of a contact of that strength [N]; of one that may slide any
+// way, how much it is in all.
 template <class P>
-inline Bearing<typename P::Real> bearing_of(P& p, int i, const typename P::Real& strength, int d = ALONG) {
-  return {p.laws, p.leg(i).foot, strength - pull_on(p, i), strength, structure_force(p, i, d, p.u(i, d))};
+inline Bearing<typename P::Real> bearing_of(P& p, int i, const typename P::Real& strength) {
+  typename P::Real along = structure_force(p, i, ALONG, p.u(i, ALONG));
+  if (p.directions() > DIRECTIONS) along = hypotenuse(along, structure_force(p, i, ACROSS, p.u(i, ACROSS)));
+  return {p.laws, p.leg(i).foot, strength - pull_on(p, i), strength, along};
 }
 
 // Rate [m/s] without the film's momentum of a foot that leaves the ground at a rate.
@@ -99,14 +102,14 @@ inline Braking<typename P::Real> impact(P& p, int i, EventKind kind, const Landi
   const bool bounces = kind == BOUNCE;
   const Real restituted = bounces ? at.lost() : at.lost() + at.kept();
   p.w(i, UP) = bounces ? leaving_rate(p, i, at.after) : Real(0.0);
-  Braking<Real> out;
-  Real lost = restituted;
-  for (int d = ALONG; d < p.directions(); d++) {
-    out = impact_friction(p.laws, p.leg(i).foot, {at.mobility, Real(0.0), at.mobility}, at.speed, bounces ? at.after : Real(0.0), Real(p.w(i, d)));
-    p.w(i, d) = out.left;
-    lost = lost + out.lost;
+  const bool any_way = p.directions() > DIRECTIONS;
+  const Real slip = any_way ? hypotenuse(Real(p.w(i, ALONG)), Real(p.w(i, ACROSS))) : Real(p.w(i, ALONG));
+  Braking<Real> out = impact_friction(p.laws, p.leg(i).foot, {at.mobility, Real(0.0), at.mobility}, at.speed, bounces ? at.after : Real(0.0), slip);
+  if (!any_way) p.w(i, ALONG) = out.left;
+  if (any_way && value_of(slip) > 0.0) {  // against the slip, along and across alike: it keeps its direction
+    for (int d : {ALONG, ACROSS}) p.w(i, d) = p.w(i, d) * (out.left / slip);
   }
-  out.lost = lost;
+  out.lost = restituted + out.lost;
   return out;
 }
 
@@ -152,12 +155,12 @@ inline void begin_contact(Legged& s, int i) {
   foot.begin(s.laws, s.body.legs[i].foot, s.clock.time);
   foot.start = AS_IT_COMES;
   foot.apex.restart(s.clock.time);
-  for (int d = ALONG; d < s.directions(); d++) {
-    const double along = foot.w[d];
-    const Footing on(s.laws.rubs(s.body.legs[i].foot, std::fabs(along)), along, s.settings.speed_zero);
-    if (on.sticks) foot.w[d] = 0.0;
-    foot.set_sliding(d, !on.sticks, on.sense, false);
-  }
+  const bool any_way = s.directions() > DIRECTIONS;
+  const double along = foot.w[ALONG], across = any_way ? foot.w[ACROSS] : 0.0, slip = any_way ? std::hypot(along, across) : along;
+  const Footing on(s.laws.rubs(s.body.legs[i].foot, std::fabs(slip)), slip, s.settings.speed_zero);
+  if (on.sticks) foot.w[ALONG] = foot.w[ACROSS] = 0.0;
+  const bool turned = any_way && on.sense != 0.0;
+  foot.set_sliding(!on.sticks, turned ? along / slip : on.sense, turned ? across / slip : 0.0, false);
 }
 
 // A foot reaches the ground: it bounces, is captured, comes to rest, or has no speed and lies there already. pull [N]: on it where
@@ -259,7 +262,7 @@ inline void stand_in_corner(Legged& s, int i, int way, bool shifts) {
   const Pressing<double> by(at, corner, way);
   s.note(STANDS, i, way);
   if (by.holds() && !shifts) {
-    foot.set_sliding(ALONG, false, 0.0, false);
+    foot.set_sliding(false, 0.0, 0.0, false);
     foot.wedged = way;
     s.note(BEARS, i);
     s.log.add(s.clock.time, f, STICK_BEGINS, foot.apex, 0.0, 0.0, at.along, at.most);
@@ -271,7 +274,7 @@ inline void stand_in_corner(Legged& s, int i, int way, bool shifts) {
     at = bearing_of(present, i, s.laws.strength(f, s.clock.time - foot.since, s.volts_now(f)));
   }
   const bool had = foot.contact == STUCK, friction = s.laws.rubs(f), sticks = friction && at.holds(s.settings.force_zero);
-  foot.set_sliding(ALONG, !sticks, sticks || !friction ? 0.0 : double(-way), !sticks);
+  foot.set_sliding(!sticks, sticks || !friction ? 0.0 : double(-way), 0.0, !sticks);
   s.note(BEARS, i);
   if (had != sticks) s.log.add(s.clock.time, f, sticks ? STICK_BEGINS : SLIP_BEGINS, foot.apex, 0.0, 0.0, at.along, at.most);
 }
@@ -341,8 +344,27 @@ inline void pass_corner(Legged& s, int i, int way) {
   foot.start = JUST_LEFT;
 }
 
-// Change the state of a foot by its event at the present time; d: the direction in which it slips or stops.
-inline void apply_event(Legged& s, int i, FootEvent kind, int d) {
+// A foot that may slide any way begins to slide, or its speed passes zero as exactly as its step knows that. It stands still where what is
+// left of its velocity moves it by less in such a step than the repetition leaves open, and also where friction holds it and would let it
+// go no farther than a step may err: what is left goes to friction, and the foot sticks, or slides on towards what drives it. Any other
+// velocity only passes by zero, and friction turns to it.
+inline void turn_slip(Legged& s, int i, FootEvent kind, const Bearing<double>& at) {
+  LeggedFoot& foot = s.feet[i];
+  const double speed = std::hypot(foot.w[ALONG], foot.w[ACROSS]), energy = 0.5 * s.body.legs[i].mass * speed * speed;
+  const bool holds = kind == STOP && at.holds(s.settings.force_zero), still = kind != STOP || speed * s.length <= CONVERGED * s.settings.gap;
+  const bool sticks = holds && (still || energy <= s.settings.gap * (at.most - at.along));
+  if (!still && !sticks) return foot.set_sliding(true, foot.w[ALONG] / speed, foot.w[ACROSS] / speed, false);
+  s.log.add(s.clock.time, s.body.legs[i].foot, sticks ? STICK_BEGINS : SLIP_BEGINS, foot.apex, 0.0, 0.0, at.along, at.most);
+  s.energy.friction += energy;
+  foot.w[ALONG] = foot.w[ACROSS] = 0.0;
+  if (sticks) return foot.set_sliding(false, 0.0, 0.0, false);
+  Present present(s);
+  const double size = at.along > 0.0 ? at.along : 1.0;
+  foot.set_sliding(true, structure_force(present, i, ALONG, foot.u[ALONG]) / size, structure_force(present, i, ACROSS, foot.u[ACROSS]) / size, true);
+}
+
+// Change the state of a foot by its event at the present time.
+inline void apply_event(Legged& s, int i, FootEvent kind) {
   if (kind == TOUCH) return land_on_facet(s, i);
   LeggedFoot& foot = s.feet[i];
   if (kind == HIGH_END || kind == LOW_END) {
@@ -362,17 +384,18 @@ inline void apply_event(Legged& s, int i, FootEvent kind, int d) {
     begin_flight(s, i);
     return;
   }
-  const Bearing<double> at = bearing_of(present, i, strength, d);
+  const Bearing<double> at = bearing_of(present, i, strength);
   if (s.profile != nullptr) {
     const int way = int(sense_of_slip(at.along));
     const Leg& leg = s.body.legs[i];
     const double left = std::fabs(foot.ground.end(way) - foot.u[ALONG] - leg.place);
     if (left <= leg.rounding && corner_of(s, i, way).rises()) return stand_in_corner(s, i, way, false);
   }
-  foot.w[d] = 0.0;
+  if (s.directions() > DIRECTIONS) return turn_slip(s, i, kind, at);
+  foot.w[ALONG] = 0.0;
   const bool sticks = kind == STOP && at.holds(s.settings.force_zero);
   s.log.add(t, f, sticks ? STICK_BEGINS : SLIP_BEGINS, foot.apex, 0.0, 0.0, at.along, at.most);
-  foot.set_sliding(d, !sticks, sticks ? 0.0 : sense_of_slip(at.along), !sticks);
+  foot.set_sliding(!sticks, sticks ? 0.0 : sense_of_slip(at.along), 0.0, !sticks);
 }
 
 }  // namespace tarsus::legged

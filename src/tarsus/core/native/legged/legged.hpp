@@ -16,33 +16,32 @@
 
 namespace tarsus::legged {
 
-// How a foot starts a step, bit by bit: as its state says; with a gap of exactly zero, having just left the ground; or with a slip
-// speed of exactly zero, having just begun to slide, along or across.
-enum Start { AS_IT_COMES, JUST_LEFT, JUST_SLIDING, JUST_SLIDING_ACROSS = 4 };
+// How a foot starts a step: as its state says; with a gap of exactly zero, having just left the ground; or with a slip speed of exactly
+// zero, having just begun to slide.
+enum Start { AS_IT_COMES, JUST_LEFT, JUST_SLIDING };
 
 // State and history of a foot.
 struct LeggedFoot : Grip<double> {
   double u[MOST_DIRECTIONS], w[MOST_DIRECTIONS];  // displacement [m], rate without the film's momentum [m/s]
-  double sense[MOST_DIRECTIONS];                  // of sliding along and across, +-1, 0 without friction
+  double sense[MOST_DIRECTIONS];                  // of sliding along and across, of length 1, 0 without friction
   double slipped;                                 // path slid in contact [m]
   double from, base;                              // gap [m] at which the film's momentum counts as 0, and what it is there [N s]
   Apex apex;
-  Contact contact;               // STUCK: held along and across
-  bool slides[MOST_DIRECTIONS];  // of one that is SLIPPING, along and across
+  Contact contact;
   int start;
   bool film, force;  // laws that act on it in the air
   Facet ground;      // below it, of uneven ground
   int wedged = 0;    // +-1: it stands in the corner at that end of its facet, pressed against the next one too
 
-  bool held(int d) const { return contact == STUCK || (contact == SLIPPING && (d == UP || !slides[d])); }
-  bool just_slides(int d) const { return start & (d == ALONG ? JUST_SLIDING : JUST_SLIDING_ACROSS); }
-  // Go on along the ground in direction d: held, or with a sense, from a speed of exactly zero where it ``begins``.
-  void set_sliding(int d, bool slips, double way, bool begins) {
-    const int bit = d == ALONG ? JUST_SLIDING : JUST_SLIDING_ACROSS;
-    slides[d] = slips;
-    sense[d] = way;
-    start = begins ? start | bit : start & ~bit;
-    contact = slides[ALONG] || slides[ACROSS] ? SLIPPING : STUCK;
+  bool held(int d) const { return contact == STUCK || (contact == SLIPPING && d == UP); }
+  bool just_slides() const { return start == JUST_SLIDING; }
+  bool rubs() const { return contact == SLIPPING && (sense[ALONG] != 0.0 || sense[ACROSS] != 0.0); }
+  // Go on along the ground: held, or with a sense, from a speed of exactly zero where it ``begins``.
+  void set_sliding(bool slips, double along, double across, bool begins) {
+    sense[ALONG] = along;
+    sense[ACROSS] = across;
+    start = begins ? JUST_SLIDING : AS_IT_COMES;
+    contact = slips ? SLIPPING : STUCK;
   }
   bool filmed() const { return film && contact == AIR; }
 };
@@ -53,7 +52,8 @@ struct LegRows {
   Row film, gap, rate;                                 // in the air: momentum [N s], gap [m] and its rate
   Row smooth;                                          // force [N] in the air; held, strength less smooth force
   Row strength, margin;                                // held: f_a, N + f_a [N]
-  Row bound[MOST_DIRECTIONS], force[MOST_DIRECTIONS];  // along and across the way: most friction, what it has to bear [N]
+  Row bound, force[MOST_DIRECTIONS];                   // most friction, and what it has to bear along and across the way [N]
+  Row speed, way[MOST_DIRECTIONS];                     // of one that slides any way: its speed [m/s], and the direction of that
   bool stiff;                                          // whether the film in the air is too stiff for repetition
   Row leaned[DIRECTIONS];              // of a lane: momentum of the run's film, by what turns its facet
   bool leans = false;                  // whether it has such
@@ -230,6 +230,8 @@ struct Legged {
   int coordinates() const { return body.coordinates(); }
   int legs() const { return int(feet.size()); }
   int directions() const { return body.directions; }
+  // Whether a foot slides with friction in two directions, against its velocity in both (legged/slip.hpp).
+  bool any_way(int i) const { return directions() > DIRECTIONS && feet[i].rubs(); }
   bool counts(int i) const { return body.legs[i].foot >= 0; }  // whether a leg can touch the ground
 
   // Momentum [N s] of the film under a foot at a gap, from that at its base on.

@@ -64,7 +64,7 @@ struct LeggedMarch : Legged {
   }
 
   size_t sample_width() const {
-    const int sideways = directions() > DIRECTIONS ? 2 * legs() + 3 * body.feet() : 0;
+    const int sideways = directions() > DIRECTIONS ? 2 * legs() + body.feet() : 0;
     return 2 * coordinates() + 2 * DIRECTIONS * legs() + (body.points > 0 ? 5 : 2) * body.feet() + sideways + ENERGIES + shares.size();
   }
 
@@ -161,6 +161,13 @@ struct LeggedMarch : Legged {
     return k;
   }
 
+  // Of the slip of a foot at the moment.
+  double sense_at(int i, int d) {
+    if (!any_way(i)) return feet[i].sense[d];
+    const double size = std::hypot(moment.of(i, ALONG).w, moment.of(i, ACROSS).w);
+    return size > 0.0 ? moment.of(i, d).w / size : feet[i].sense[d];
+  }
+
   // A row of the sample times that lie in the step: body, legs, contacts and energies (those linear within
   // it).
   void sample(double h, double fraction, const Energies& before) {
@@ -190,7 +197,7 @@ struct LeggedMarch : Legged {
       }
     }
     for (int i : body.leg) *to++ = feet[i].contact;
-    for (int i : body.leg) *to++ = feet[i].sense[ALONG];
+    for (int i : body.leg) *to++ = sense_at(i, ALONG);
     if (profile != nullptr) {
       for (int i : body.leg) *to++ = feet[i].contact == AIR ? body.legs[i].clearance(moment.of(i, UP).u, moment.of(i, ALONG).u) : 0.0;
       for (int i : body.leg) *to++ = feet[i].ground.cos;
@@ -201,10 +208,7 @@ struct LeggedMarch : Legged {
         *to++ = moment.of(i, ACROSS).u;
         *to++ = moment.of(i, ACROSS).w;
       }
-      for (int i : body.leg) *to++ = feet[i].sense[ACROSS];
-      for (int d : {ALONG, ACROSS}) {
-        for (int i : body.leg) *to++ = feet[i].held(d);
-      }
+      for (int i : body.leg) *to++ = sense_at(i, ACROSS);
     }
     const double* from = &before.work;
     const double* now = &energy.work;
@@ -235,9 +239,17 @@ struct LeggedMarch : Legged {
     }
   }
 
-  // Path [m] that a foot slides in direction d up to scaled time ``fraction`` of the step, after which it is at ``end`` along the
+  // Path [m] that a foot slides any way up to scaled time ``fraction`` of the step: the integral of its speed.
+  double slide_any_way(int i, double h, double fraction) const {
+    const LegRows& r = rows[i];
+    const Row speed = any_way(i) ? slip_speed(r) : each(r.w[ALONG], r.w[ACROSS], [](double a, double b) { return std::hypot(a, b); });
+    return integral_at(*this, speed, fraction) * h;
+  }
+
+  // Path [m] that a foot slides along the way up to scaled time ``fraction`` of the step, after which it is at ``end`` along the
   // ground. A foot without friction turns back without an event: where its speed changes sign between two nodes.
-  double slide(int i, int d, double h, double fraction, double end) {
+  double slide(int i, double h, double fraction, double end) {
+    constexpr int d = ALONG;
     constexpr double EXACT = 1e-13;  // of the time between two nodes: derivatives of the path are known as well as that moment
     const LegRows& r = rows[i];
     const Row& speed = r.w[d];
@@ -278,9 +290,7 @@ struct LeggedMarch : Legged {
       if (foot.contact == AIR && settings.track) {
         raise_apex(nodes, foot.apex, reinterpret_cast<const double*>(&rows[i].gap), fraction, clock.time, h);
       } else if (foot.contact == SLIPPING) {
-        in_directions<ALONG>(*this, [&](auto d) {
-          if (!foot.held(d)) foot.slipped += slide(i, d, h, fraction, moment.of(i, d).u);
-        });
+        foot.slipped += directions() > DIRECTIONS ? slide_any_way(i, h, fraction) : slide(i, h, fraction, moment.of(i, ALONG).u);
       }
     }
     note_heights(h, fraction);
@@ -293,6 +303,8 @@ struct LeggedMarch : Legged {
       in_directions<UP>(*this, [&](auto d) {
         sum += (feet[i].u[d] = moment.of(i, d).u) + (feet[i].w[d] = moment.of(i, d).w);
       });
+      if (!any_way(i)) continue;
+      for (int d : {ALONG, ACROSS}) feet[i].sense[d] = sense_at(i, d);
     }
     clock.time = reached;
     origin = fraction;
@@ -406,7 +418,7 @@ struct LeggedMarch : Legged {
     for (int f = 0; f < body.feet(); f++) {
       if (!now(f, first)) continue;
       follower.before_event(body.leg[f], events[f].kind);
-      apply_event(*this, body.leg[f], events[f].kind, events[f].way);
+      apply_event(*this, body.leg[f], events[f].kind);
       follower.after_event(body.leg[f], events[f].kind);
     }
     for (size_t e = before; e < log.events.size(); e++) {

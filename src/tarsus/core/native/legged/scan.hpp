@@ -6,30 +6,34 @@
 namespace tarsus::legged {
 
 // Of uneven ground too: a foot comes to an end of its facet, on it or above it; one that stands in a corner is pulled off its own
-// facet while it is pressed against the next, or is pressed against that no more.
-enum FootEvent { NOTHING, TOUCH, PULL_OFF, SLIP_UP, SLIP_DOWN, STOP, HIGH_END, LOW_END, SHIFT, LOOSE };
+// facet while it is pressed against the next, or is pressed against that no more. A foot slips up or down the way, or any way.
+enum FootEvent { NOTHING, TOUCH, PULL_OFF, SLIP_UP, SLIP_DOWN, STOP, HIGH_END, LOW_END, SHIFT, LOOSE, SLIP };
 
-// Where a foot may have an event, in scaled time; in the end low = high is its time. way: the direction along the ground in which it
-// slips or stops.
+// Where a foot may have an event, in scaled time; in the end low = high is its time.
 struct Bracket {
   double low, high;
   FootEvent kind;
-  int way = ALONG;
 };
 
 struct Candidates {
   int count = 0;
-  Bracket some[1 + 2 * DIRECTIONS];  // of a foot on the ground: pulled off, and two for each direction along it or end of its facet
-  int way = ALONG;                   // of what is noted
+  Bracket some[2 + DIRECTIONS];  // of a foot on the ground: pulled off, slips or stops, and one for each end of its facet
 
   void note(double low, double high, FootEvent kind, double limit) {
-    if (low < limit) some[count++] = {low, high, kind, way};
+    if (low < limit) some[count++] = {low, high, kind};
   }
 };
 
-// Note where the polynomial through nodal values first falls below ``level``.
-inline void falls_below(const Legged& s, const Row& values, double level, double limit, FootEvent kind,
-                        Candidates& out) {
+// The polynomial through nodal values at one of the places between every two nodes.
+inline Row between_nodes(const Legged& s, const Row& values, int line) {
+  Row points = load(&s.between.dense[0][line * N]) * values[0];
+  for (int j = 1; j < N; j++) points += load(&s.between.dense[j][line * N]) * values[j];
+  return points;
+}
+
+// Note where what has those values at the nodes, and ``at(line)`` between them, first falls below ``level``.
+template <class At>
+inline void falls_below(const Legged& s, const Row& values, double level, double limit, FootEvent kind, Candidates& out, At&& at) {
   if (values[0] < level) return out.note(0.0, 0.0, kind, 1.0);
   const double least = lowest(values), most = highest(values);
   if (least - 0.5 * (most - least) > level) return;
@@ -42,8 +46,7 @@ inline void falls_below(const Legged& s, const Row& values, double level, double
     }
   }
   for (int line = 0; line < Between::LINES; line++) {
-    Row points = load(&s.between.dense[0][line * N]) * values[0];
-    for (int j = 1; j < N; j++) points += load(&s.between.dense[j][line * N]) * values[j];
+    const Row points = at(line);
     if (lowest(points) >= level) continue;
     for (int n = 0; n < N; n++) {
       const int p = line * N + n;
@@ -58,32 +61,55 @@ inline void falls_below(const Legged& s, const Row& values, double level, double
   }
   if (end < 2.0) out.note(begin, end, kind, limit);
 }
+inline void falls_below(const Legged& s, const Row& values, double level, double limit, FootEvent kind, Candidates& out) {
+  falls_below(s, values, level, limit, kind, out, [&](int line) { return between_nodes(s, values, line); });
+}
 
-// Note where the polynomial through nodal values dips below ``level`` between the places at which `falls_below` looks: at the least
+// A polynomial through nodal values, and its derivative by the scaled time.
+struct Polynomial {
+  double line[N];
+
+  Polynomial(const Legged& s, const Row& values) { store(line, s.powers(values)); }
+  double value(double place) const { return horner(line, 0, N, place); }
+  double slope(double place) const {
+    double sum = 0.0;
+    for (int c = N - 1; c > 0; c--) sum = sum * place + c * line[c];
+    return sum;
+  }
+};
+
+// What friction can bear under a foot beyond what it has to bear along and across the way together.
+struct Room {
+  Polynomial bound, along, across;
+
+  Room(const Legged& s, int i) : bound(s, s.rows[i].bound), along(s, s.rows[i].force[ALONG]), across(s, s.rows[i].force[ACROSS]) {}
+  double value(double place) const { return bound.value(place) - std::hypot(along.value(place), across.value(place)); }
+  double slope(double place) const {
+    const double a = along.value(place), b = across.value(place), size = std::hypot(a, b);
+    return bound.slope(place) - (size > 0.0 ? (a * along.slope(place) + b * across.slope(place)) / size : 0.0);
+  }
+};
+
+// Note where a function dips below ``level`` between the places at which `falls_below` looks: at the least
 // value next to the least of SAMPLES. Only what goes by the square of volts that pass through zero is so narrow.
-TARSUS_APART inline void dips_below(const Legged& s, const Row& values, double level, double limit, FootEvent kind, Candidates& out) {
+template <class Function>
+TARSUS_APART inline void dips_below(const Function& function, double level, double limit, FootEvent kind, Candidates& out) {
   constexpr int SAMPLES = 32;
-  double line[N], least = INF;
-  store(line, s.powers(values));
+  double least = INF;
   int at = 0;
   for (int n = 0; n <= SAMPLES; n++) {
-    const double value = horner(line, 0, N, double(n) / SAMPLES);
+    const double value = function.value(double(n) / SAMPLES);
     if (value >= least) continue;
     least = value;
     at = n;
   }
   const double begin = std::max(at - 1, 0) / double(SAMPLES);
   double low = begin, high = std::min(at + 1, SAMPLES) / double(SAMPLES);
-  const auto slope = [&](double place) {
-    double sum = 0.0;
-    for (int c = N - 1; c > 0; c--) sum = sum * place + c * line[c];
-    return sum;
-  };
   for (int n = 0; n < 50 && high - low > 1e-15; n++) {
     const double middle = 0.5 * (low + high);
-    (slope(middle) < 0.0 ? low : high) = middle;
+    (function.slope(middle) < 0.0 ? low : high) = middle;
   }
-  if (horner(line, 0, N, high) < level && horner(line, 0, N, begin) >= level) out.note(begin, high, kind, limit);
+  if (function.value(high) < level && function.value(begin) >= level) out.note(begin, high, kind, limit);
 }
 
 // Gap and scaled time of the lowest point of a flight between nodes j - 1 and j, where its rate changes sign; share: of the
@@ -168,15 +194,53 @@ inline Row wedged_margin(const Legged& s, int i) {
   return s.rows[i].margin - s.rows[i].force[ALONG] * (s.feet[i].wedged * corner.cos / corner.sin);
 }
 
-// Note where a foot that slides in direction d first comes to a stop.
-inline void stops(const Legged& s, int i, int d, double limit, Candidates& out) {
-  const double sense = s.feet[i].sense[d];
+// Speed of a foot that slides any way at the nodes, in the direction of its slip: negative beyond a stop.
+inline Row slip_speed(const LegRows& r) { return r.w[ALONG] * r.way[ALONG] + r.w[ACROSS] * r.way[ACROSS]; }
+
+// Whether friction holds a foot that slides any way before it has gone as far as the repetition of a step leaves open: m r^2/2 over what
+// friction can bear beyond what it has to. The direction of so short a slip is none.
+inline bool hardly_slides(const Legged& s, int i) {
+  const Leg& leg = s.body.legs[i];
+  const LeggedFoot& foot = s.feet[i];
+  const LegRows& r = s.rows[i];
+  double force[2];
+  for (int d : {ALONG, ACROSS}) force[d - ALONG] = r.q[d][0] + r.bound[0] * foot.sense[d] - leg.stiffness[d] * foot.u[d];
+  const double room = s.laws.friction(leg.foot, r.margin[0], r.strength[0], 0.0) - std::hypot(force[0], force[1]);
+  return 0.5 * leg.mass * (foot.w[ALONG] * foot.w[ALONG] + foot.w[ACROSS] * foot.w[ACROSS]) <= CONVERGED * s.settings.gap * room;
+}
+
+// Note where a foot that slides any way first comes to a stop; rounding is no speed.
+inline void stops_any_way(const Legged& s, int i, double limit, Candidates& out) {
+  const bool begins = s.feet[i].just_slides();
+  if (!begins && hardly_slides(s, i)) return out.note(0.0, 0.0, STOP, 1.0);
+  Row speed = slip_speed(s.rows[i]);
+  if (begins) speed.set(0, 0.0);
+  falls_below(s, speed, -s.settings.speed_zero, limit, STOP, out);
+}
+
+// Note where a foot that slides along the way first comes to a stop.
+inline void stops(const Legged& s, int i, double limit, Candidates& out) {
+  const double sense = s.feet[i].sense[ALONG];
   if (sense == 0.0) return;
-  const Row& w = s.rows[i].w[d];
-  if (!s.feet[i].just_slides(d) && sense * w[0] <= 0.0) return out.note(0.0, 0.0, STOP, 1.0);
+  const Row& w = s.rows[i].w[ALONG];
+  if (!s.feet[i].just_slides() && sense * w[0] <= 0.0) return out.note(0.0, 0.0, STOP, 1.0);
   for (int j = 1; j < N && s.nodes.tau[j - 1] < limit; j++) {
     if (sense * w[j] < 0.0) return out.note(s.nodes.tau[j - 1], s.nodes.tau[j], STOP, limit);
   }
+}
+
+// Note where a foot that sticks first slips any way.
+inline void slips_any_way(const Legged& s, int i, double limit, Candidates& out) {
+  const LegRows& r = s.rows[i];
+  const auto room = [](const Row& bound, const Row& along, const Row& across) {
+    return bound - each(along, across, [](double a, double b) { return std::hypot(a, b); });
+  };
+  const double level = -s.settings.force_zero;
+  const int known = out.count;
+  falls_below(s, room(r.bound, r.force[ALONG], r.force[ACROSS]), level, limit, SLIP, out, [&](int line) {
+    return room(between_nodes(s, r.bound, line), between_nodes(s, r.force[ALONG], line), between_nodes(s, r.force[ACROSS], line));
+  });
+  if (s.laws.commanded() && out.count == known) dips_below(Room(s, i), level, limit, SLIP, out);
 }
 
 // The candidates for the first event of a foot; gap_at: see ``touches``.
@@ -200,16 +264,20 @@ Candidates candidates(Legged& s, int i, double h, double limit, Flight&& gap_at)
   const auto look = [&](const Row& margin, FootEvent kind) {
     const int known = out.count;
     falls_below(s, margin, level, limit, kind, out);
-    if (commanded && out.count == known) dips_below(s, margin, level, limit, kind, out);
+    if (commanded && out.count == known) dips_below(Polynomial(s, margin), level, limit, kind, out);
   };
   look(r.margin, PULL_OFF);
-  in_directions<ALONG>(s, [&](auto d) {
-    out.way = d;
-    if (!foot.held(d)) return stops(s, i, d, limit, out);
-    r.bound[d] = s.laws.friction(s.body.legs[i].foot, r.margin, r.strength, Row(0.0));
-    look(r.bound[d] - r.force[d], SLIP_UP);
-    look(r.bound[d] + r.force[d], SLIP_DOWN);
-  });
+  if (foot.contact == SLIPPING) {
+    s.any_way(i) ? stops_any_way(s, i, limit, out) : stops(s, i, limit, out);
+  } else {
+    r.bound = s.laws.friction(s.body.legs[i].foot, r.margin, r.strength, Row(0.0));
+    if (s.directions() > DIRECTIONS) {
+      slips_any_way(s, i, limit, out);
+    } else {
+      look(r.bound - r.force[ALONG], SLIP_UP);
+      look(r.bound + r.force[ALONG], SLIP_DOWN);
+    }
+  }
   if (s.profile != nullptr && foot.contact == SLIPPING) comes_to_end(s, i, h, limit, out);
   return out;
 }
@@ -219,23 +287,22 @@ struct EventFunction {
   const Legged& s;
   const int i;
   const FootEvent kind;
-  const int way;
   const double h;
   double powers[N];
 
   EventFunction(const Legged& state, int leg, const Bracket& found, double step)
-      : s(state), i(leg), kind(found.kind), way(found.way), h(step) {
+      : s(state), i(leg), kind(found.kind), h(step) {
     const LegRows& r = s.rows[i];
-    if (moves()) return;
+    if (moves() || kind == SLIP) return;
     store(powers, s.powers(kind == PULL_OFF  ? r.margin
                            : kind == SHIFT   ? wedged_margin(s, i)
                            : kind == LOOSE   ? r.force[ALONG] * double(s.feet[i].wedged)
-                           : kind == SLIP_UP ? r.bound[way] - r.force[way]
-                                             : r.bound[way] + r.force[way]));
+                           : kind == SLIP_UP ? r.bound - r.force[ALONG]
+                                             : r.bound + r.force[ALONG]));
   }
   // Whether it is of the foot's own motion, which may start from an exact zero.
   bool moves() const { return kind == TOUCH || kind == STOP || kind == HIGH_END || kind == LOW_END; }
-  bool starts_from_zero() const { return kind == STOP ? s.feet[i].just_slides(way) : s.feet[i].start != AS_IT_COMES; }
+  bool starts_from_zero() const { return kind == STOP ? s.feet[i].just_slides() : s.feet[i].start != AS_IT_COMES; }
   double at(double fraction, double& slope) const {
     if (kind == HIGH_END || kind == LOW_END) {
       const Motion now = left_at(s, i, kind == HIGH_END ? 1 : -1, h, fraction);
@@ -247,8 +314,17 @@ struct EventFunction {
       slope = now.w * h;
       return now.u;
     }
-    if (kind == STOP) return s.feet[i].sense[way] * leg_at(s, i, way, h, fraction).w;
+    if (kind == STOP && s.any_way(i)) return speed_any_way(fraction);
+    if (kind == STOP) return s.feet[i].sense[ALONG] * leg_at(s, i, ALONG, h, fraction).w;
+    if (kind == SLIP) return Room(s, i).value(fraction) + s.settings.force_zero;
     return horner(powers, 0, N, fraction) + s.settings.force_zero;
+  }
+
+ private:
+  TARSUS_APART double speed_any_way(double fraction) const {
+    double out = 0.0;
+    for (int d : {ALONG, ACROSS}) out += s.polynomial_at(s.rows[i].way[d], fraction) * leg_at(s, i, d, h, fraction).w;
+    return out;
   }
 };
 
@@ -293,8 +369,10 @@ TARSUS_APART double refine(const Legged& s, int i, const Bracket& bracket, Funct
 }
 
 // Whether there is no force along the ground by which the foot could slip: the bound passes 0 because the foot is about to leave.
-inline bool nothing_along(const Legged& s, int i, int d, double fraction) {
-  return std::fabs(s.polynomial_at(s.rows[i].force[d], fraction)) <= s.settings.force_zero;
+inline bool nothing_along(const Legged& s, int i, double fraction) {
+  bool out = true;
+  in_directions<ALONG>(s, [&](auto d) { out = out && std::fabs(s.polynomial_at(s.rows[i].force[d], fraction)) <= s.settings.force_zero; });
+  return out;
 }
 
 // The first event of a foot, at its own time (2: none).
@@ -307,8 +385,8 @@ inline Bracket first_of_foot(Legged& s, int i, double h, double limit) {
     EventFunction function(s, i, one, h);
     const double at = one.high <= 0.0 ? 0.0 : refine(s, i, one, function);
     if (at > limit || at >= best.low) continue;
-    if ((one.kind == SLIP_UP || one.kind == SLIP_DOWN) && nothing_along(s, i, one.way, at)) continue;
-    best = {at, at, one.kind, one.way};
+    if ((one.kind == SLIP_UP || one.kind == SLIP_DOWN || one.kind == SLIP) && nothing_along(s, i, at)) continue;
+    best = {at, at, one.kind};
   }
   return best;
 }

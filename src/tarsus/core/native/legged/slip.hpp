@@ -1,4 +1,14 @@
-// Friction that changes with the slip speed: the speeds of one sliding foot at the nodes by Newton's method.
+// Friction of one sliding foot at the nodes by Newton's method: where it changes with the slip speed, and of a foot that slides along
+// and across the way.
+//
+// Coulomb's friction on a foot of mass m with the slip velocity s = r n, |n| = 1, under the force Q is against n,
+//
+//   m s' = Q - B n,   B = bound(N + f_a, f_a, r):   m r' = Q n - B,   m r n' = Q - (Q n) n.
+//
+// A foot sticks while |Q| <= B, and begins to slide in Q's direction, to which n is held the harder the smaller r: the force B n is
+// smooth there, a repetition with s / |s| is not. So speed and direction of the nodes are the unknowns, and both equations hold for
+// them however small r is. Towards a stop n turns to Q's direction by a power of the time left (docs/bodies.md); r goes on
+// through zero there as the speed of a foot in one direction does, with friction that is the mirror image of itself.
 #pragma once
 #include "base/dense.hpp"
 #include "legged/legged.hpp"
@@ -10,17 +20,13 @@ namespace tarsus::legged {
 constexpr int SLIP_ROUNDS = 12;
 constexpr double SAME_SPEED = 1e-6;  // part of the speeds that Newton's last step may change: its square is rounding
 
-// Whether friction brakes a foot in direction d by a bound that depends on its slip speed.
-inline bool slips_by_speed(const Legged& s, int i, int d = ALONG) {
-  return s.laws.laws.friction_by_speed && s.feet[i].contact == SLIPPING && s.feet[i].sense[d] != 0.0;
-}
+// Whether friction brakes a foot by a bound that depends on its slip speed.
+inline bool slips_by_speed(const Legged& s, int i) { return s.laws.laws.friction_by_speed && s.feet[i].rubs(); }
 
-// The bound of friction on a foot that slides in direction d, at speeds [m/s] in the sense of the slip. Along and across are bounded
-// each by itself, a box in the body's directions: so each sticks and slides by events of its own. A disk would have no direction of
-// slip at a stop.
-inline SlidingBound bound_at(const Legged& s, int i, int d, const LegRows& r, const Row& speed) {
+// The bound of friction on a foot that slides, at speeds [m/s] in the sense of the slip.
+inline SlidingBound bound_at(const Legged& s, int i, const LegRows& r, const Row& speed) {
   const int f = s.body.legs[i].foot;
-  SlidingBound out = sliding_bound(s.laws, f, r.margin, r.strength, speed, s.feet[i].just_slides(d));
+  SlidingBound out = sliding_bound(s.laws, f, r.margin, r.strength, speed, s.feet[i].just_slides());
   if (s.laws.patches.empty()) return out;
   out.value = out.value * s.laws.patches[f].friction;
   for (Row& slope : out.slope) slope = slope * s.laws.patches[f].friction;
@@ -30,13 +36,13 @@ inline SlidingBound bound_at(const Legged& s, int i, int d, const LegRows& r, co
 // Solve w = ``alone`` - force matrix sense bound(sense w) at the nodes, by rows of what a force at one node does to w, from the
 // speeds of the rows; the bound there becomes that of the rows. False where it does not converge, or where friction falls so fast
 // with the speed that the step is too long to follow the foot.
-TARSUS_APART inline bool slide(const Legged& s, const double* force, int i, int d, double h, const Row& alone, LegRows& r) {
+TARSUS_APART inline bool slide(const Legged& s, const double* force, int i, double h, const Row& alone, LegRows& r) {
   const Leg& leg = s.body.legs[i];
-  const double sense = s.feet[i].sense[d], tolerance = CONVERGED * s.settings.gap / h;
-  Row w = r.w[d], columns[N];
-  w.set(0, s.feet[i].w[d]);
+  const double sense = s.feet[i].sense[ALONG], tolerance = CONVERGED * s.settings.gap / h;
+  Row w = r.w[ALONG], columns[N];
+  w.set(0, s.feet[i].w[ALONG]);
   for (int round = 0; round < SLIP_ROUNDS; round++) {
-    const SlidingBound bound = bound_at(s, i, d, r, w * sense);
+    const SlidingBound bound = bound_at(s, i, r, w * sense);
     const Row& slope = bound.slope[SLIP_SPEED];
     Row step = alone - combine(force, bound.value) * sense - w;
     for (int j = 0; j < N; j++) {
@@ -45,11 +51,126 @@ TARSUS_APART inline bool slide(const Legged& s, const double* force, int i, int 
     }
     if (!solve_columns(columns, step) || !finite(step)) return false;
     w += step;
-    r.bound[d] = bound.value + slope * step * sense;
+    r.bound = bound.value + slope * step * sense;
     if (highest(magnitude(step)) > std::min(tolerance, SAME_SPEED * highest(magnitude(w)))) continue;
-    return follows_growth(slope, leg.damping[d], h / leg.mass);
+    return follows_growth(slope, leg.damping[ALONG], h / leg.mass);
   }
   return false;
+}
+
+constexpr double SAME_TURN = 1e-7;   // [rad] by which Newton's last step may turn a direction: its square is rounding
+constexpr double MOST_TURNED = 1.0;  // [rad] in a round: farther than that friction is no straight line of the angle
+
+// Start the repetition from the present velocity, the same at all nodes.
+inline void hold_way(const LeggedFoot& foot, LegRows& r) {
+  r.speed = Row(std::hypot(foot.w[ALONG], foot.w[ACROSS]));
+  for (int d : {ALONG, ACROSS}) r.way[d] = Row(foot.sense[d]);
+}
+
+// What a friction force B n of a foot that slides any way does to its velocity r n, both turned by small angles and changed by small
+// speeds, along n and across it at the nodes (rows) for a change at one node (columns): r_i dn_i + sum_j G_ij d(B n)_j.
+struct Turning {
+  Row turn_by_turn[N], speed_by_turn[N], turn_by_speed[N], speed_by_speed[N];
+  bool by_speed;
+
+  Turning(const LegStep* const* tables, const LegRows& r, const SlidingBound& bound, bool bends) : by_speed(bends) {
+    const Row &c = r.way[ALONG], &e = r.way[ACROSS], &slope = bound.slope[SLIP_SPEED];
+    for (int j = 0; j < N; j++) {
+      const Row along = load(tables[0]->force[1][j]), across = load(tables[1]->force[1][j]);
+      const Row by_sine = along * (e[j] * bound.value[j]), by_cosine = across * (c[j] * bound.value[j]);
+      turn_by_turn[j] = e * by_sine + c * by_cosine;
+      turn_by_turn[j].set(j, turn_by_turn[j][j] + r.speed[j]);
+      speed_by_turn[j] = e * by_cosine - c * by_sine;
+      if (!by_speed) continue;
+      const Row steep_along = along * (c[j] * slope[j]), steep_across = across * (e[j] * slope[j]);
+      turn_by_speed[j] = c * steep_across - e * steep_along;
+      speed_by_speed[j] = c * steep_along + e * steep_across;
+      speed_by_speed[j].set(j, speed_by_speed[j][j] + 1.0);
+    }
+  }
+
+  // Angles and speeds that make up for misfits of the velocity across n and along it, at the nodes after the first, which is the state.
+  // They take their place. False where there are none.
+  bool solve(Row& turn, Row& speed) const {
+    constexpr int FREE = N - 1, STRIDE = 2 * FREE + 1;
+    const int size = by_speed ? 2 * FREE : FREE;
+    double matrix[2 * FREE * STRIDE];
+    const auto put = [&](const Row* columns, int row, int column) {
+      for (int j = 1; j < N; j++) {
+        for (int n = 1; n < N; n++) matrix[(row + n - 1) * STRIDE + column + j - 1] = columns[j][n];
+      }
+    };
+    put(turn_by_turn, 0, 0);
+    if (by_speed) {
+      put(speed_by_turn, FREE, 0);
+      put(turn_by_speed, 0, FREE);
+      put(speed_by_speed, FREE, FREE);
+    }
+    for (int n = 1; n < N; n++) {
+      matrix[(n - 1) * STRIDE + size] = turn[n];
+      if (by_speed) matrix[(FREE + n - 1) * STRIDE + size] = speed[n];
+    }
+    if (!eliminate(matrix, size, STRIDE)) return false;
+    turn = Row(0.0);
+    for (int n = 1; n < N; n++) {
+      turn.set(n, matrix[(n - 1) * STRIDE + size]);
+      if (by_speed) speed.set(n, matrix[(FREE + n - 1) * STRIDE + size]);
+    }
+    if (!by_speed) speed -= combine(reinterpret_cast<const double*>(speed_by_turn), turn);
+    speed.set(0, 0.0);
+    return finite(turn) && finite(speed);
+  }
+};
+
+// Solve for speed and direction of a foot that slides any way, from those of the rows; alone: its velocity along and across without
+// friction. The bound there becomes that of the rows. False as for ``slide``.
+inline bool find_way(const Legged& s, const LegStep* const* tables, int i, double h, const Row* alone, LegRows& r) {
+  const Leg& leg = s.body.legs[i];
+  const double tolerance = CONVERGED * s.settings.gap / h;
+  const bool bends = slips_by_speed(s, i);
+  const LeggedFoot& foot = s.feet[i];
+  r.speed.set(0, foot.w[ALONG] * foot.sense[ALONG] + foot.w[ACROSS] * foot.sense[ACROSS]);
+  for (int d : {ALONG, ACROSS}) r.way[d].set(0, foot.sense[d]);
+  for (int round = 0; round < SLIP_ROUNDS; round++) {
+    const SlidingBound bound = bound_at(s, i, r, r.speed);
+    Row &along = r.way[ALONG], &across = r.way[ACROSS];
+    const Row misfit_along = alone[0] - combine(tables[0]->force[1][0], bound.value * along) - r.speed * along;
+    const Row misfit_across = alone[1] - combine(tables[1]->force[1][0], bound.value * across) - r.speed * across;
+    Row turn = misfit_across * along - misfit_along * across, change = misfit_along * along + misfit_across * across;
+    if (!Turning(tables, r, bound, bends).solve(turn, change)) return false;
+    const double turned = highest(magnitude(turn)), share = turned > MOST_TURNED ? MOST_TURNED / turned : 1.0;
+    r.speed += change * share;
+    r.bound = bound.value + bound.slope[SLIP_SPEED] * change * share;
+    // by 2 arctan of half of an angle: it keeps the length, and is that angle to its third power
+    const Row half = turn * (0.5 * share), sine = each(half, [](double a) { return 2.0 * a / (1.0 + a * a); }), cosine = 1.0 - half * sine;
+    const Row before = along;
+    along = before * cosine - across * sine;
+    across = before * sine + across * cosine;
+    if (turned > SAME_TURN || highest(magnitude(change)) > std::min(tolerance, SAME_SPEED * highest(magnitude(r.speed)))) continue;
+    return follows_growth(bound.slope[SLIP_SPEED], std::min(leg.damping[ALONG], leg.damping[ACROSS]), h / leg.mass);
+  }
+  return false;
+}
+
+// Of a foot whose speed r passes zero between two nodes, at a distance from zero of its velocity: how far [m] friction would move it
+// in the step that turns with the velocity meanwhile, where that of the nodes turns at once.
+inline double turned_at_once(const Legged& s, int i, double h) {
+  const LegRows& r = s.rows[i];
+  for (int j = 1; j < N; j++) {
+    if (!(r.speed[j - 1] > 0.0 && r.speed[j] < 0.0)) continue;
+    const double along = r.w[ALONG][j] - r.w[ALONG][j - 1], across = r.w[ACROSS][j] - r.w[ACROSS][j - 1];
+    const double square = along * along + across * across, moment = std::fabs(r.w[ALONG][j] * r.w[ACROSS][j - 1] - r.w[ACROSS][j] * r.w[ALONG][j - 1]);
+    const double time = moment / square * (s.nodes.tau[j] - s.nodes.tau[j - 1]) * h;
+    return std::fabs(r.bound[j]) * time / s.body.legs[i].mass * h;
+  }
+  return 0.0;
+}
+
+// ``find_way``; where the guess of the rows leads nowhere, from the present velocity.
+TARSUS_APART inline bool slide_any_way(const Legged& s, const LegStep* const* tables, int i, double h, const Row* alone, LegRows& r) {
+  if (find_way(s, tables, i, h, alone, r)) return true;
+  hold_way(s.feet[i], r);
+  return find_way(s, tables, i, h, alone, r);
 }
 
 }  // namespace tarsus::legged

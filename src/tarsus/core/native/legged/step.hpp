@@ -72,6 +72,18 @@ inline void extrapolation(const Legged& s, double h, Row* matrix) {
   }
 }
 
+// Of the velocity of a foot that slides any way: that of the last step goes on, if it did so then, or the present one.
+constexpr double SAME_WAY = 0.1;  // what the two may differ by at the start
+template <class On>
+void guess_way(const LeggedFoot& foot, bool known, On&& on, LegRows& r) {
+  if (!known) return hold_way(foot, r);
+  const Row along = on(r.way[ALONG]), across = on(r.way[ACROSS]), size = each(along * along + across * across, [](double a) { return std::sqrt(a); });
+  if (!(std::hypot(along[0] - foot.sense[ALONG], across[0] - foot.sense[ACROSS]) < SAME_WAY) || !(lowest(size) > 1.0 - SAME_WAY)) return hold_way(foot, r);
+  r.speed = on(r.speed);
+  r.way[ALONG] = each(along, size, [](double a, double b) { return a / b; });
+  r.way[ACROSS] = each(across, size, [](double a, double b) { return a / b; });
+}
+
 // First guess of the motion of the body and of the feet in the air, extrapolated from the last step, and of the forces at the feet.
 inline void first_guess(Legged& s, int k, double h) {
   Row matrix[N];
@@ -92,9 +104,11 @@ inline void first_guess(Legged& s, int k, double h) {
         r.w[ALONG] = Row(foot.w[ALONG]);
         r.u[ALONG] = s.nodes.times() * (foot.w[ALONG] * h) + foot.u[ALONG];
       }
-      in_directions<ALONG>(s, [&](auto d) {
-        if (slips_by_speed(s, i, d)) r.w[d] = known && !foot.just_slides(d) ? on(r.w[d]) : Row(foot.w[d]);
-      });
+      if (s.any_way(i)) {
+        guess_way(foot, known && !foot.just_slides(), on, r);
+      } else if (slips_by_speed(s, i)) {
+        r.w[ALONG] = known && !foot.just_slides() ? on(r.w[ALONG]) : Row(foot.w[ALONG]);
+      }
       continue;
     }
     const double gap = s.gap_now(i);
@@ -317,18 +331,18 @@ TARSUS_APART inline void slide_on_slope(Legged& s, int i, int k, double h, Sweep
   Row own = r.load[ALONG], change = Row(0.0);
   for (int n = 0; n < ROUNDS; n++) {
     find_margin(s, i);
-    const Row before = n > 0 ? r.bound[ALONG] : Row(0.0);
+    const Row before = n > 0 ? r.bound : Row(0.0);
     if (slips_by_speed(s, i)) {
       double force[N][N];
       for (int j = 0; j < N; j++) store(force[j], combine(table.force[1][0], slope.inverse[j]));
-      if (!slide(s, force[0], i, ALONG, h, slope.w0 + combine(table.force[1][0], slope.acting(r.load[ALONG] + pulled)), r)) sweep.failed = true;
+      if (!slide(s, force[0], i, h, slope.w0 + combine(table.force[1][0], slope.acting(r.load[ALONG] + pulled)), r)) sweep.failed = true;
     } else {
-      r.bound[ALONG] = s.laws.friction(leg.foot, r.margin, r.strength, Row(0.0));
+      r.bound = s.laws.friction(leg.foot, r.margin, r.strength, Row(0.0));
     }
-    own = r.load[ALONG] - r.bound[ALONG] * foot.sense[ALONG];
+    own = r.load[ALONG] - r.bound * foot.sense[ALONG];
     r.q[ALONG] = slope.acting(own + pulled);
     free_motion(table, foot.u[ALONG], foot.w[ALONG], r.q[ALONG], r.u[ALONG], r.w[ALONG]);
-    change = magnitude(r.bound[ALONG] - before) * (table.reach_force * std::fabs(foot.sense[ALONG]));
+    change = magnitude(r.bound - before) * (table.reach_force * std::fabs(foot.sense[ALONG]));
     if (n > 0 && !any_less(Row(sweep.enough), change)) break;
   }
   sweep.change = larger(sweep.change, change);
@@ -346,18 +360,40 @@ TARSUS_INLINE void move_along(Legged& s, int i, int d, int k, double h, Sweep& s
   const Row pulled = spring(s, leg, d);
   Row own = r.load[d];
   if (foot.contact == SLIPPING) {
-    if (slips_by_speed(s, i, d)) {
+    if (slips_by_speed(s, i)) {
       Row u, w;
       free_motion(table, foot.u[d], foot.w[d], own + pulled, u, w);
-      if (!slide(s, table.force[1][0], i, d, h, w, r)) sweep.failed = true;
+      if (!slide(s, table.force[1][0], i, h, w, r)) sweep.failed = true;
     } else {
-      r.bound[d] = s.laws.friction(leg.foot, r.margin, r.strength, Row(0.0));
+      r.bound = s.laws.friction(leg.foot, r.margin, r.strength, Row(0.0));
     }
-    own -= r.bound[d] * foot.sense[d];
+    own -= r.bound * foot.sense[d];
   }
   r.q[d] = own + pulled;
   free_motion(table, foot.u[d], foot.w[d], r.q[d], r.u[d], r.w[d]);
   carry_free(s, i, d, own, h, r);
+}
+
+// A foot that slides any way, along and across at once.
+inline void move_any_way(Legged& s, int i, int k, double h, Sweep& sweep) {
+  const Leg& leg = s.body.legs[i];
+  const LeggedFoot& foot = s.feet[i];
+  LegRows& r = s.rows[i];
+  const LegStep* const tables[] = {&s.tables.of(k, leg.kind[ALONG]), &s.tables.of(k, leg.kind[ACROSS])};
+  Row pulled[2], alone[2], u;
+  for (int p = 0; p < 2; p++) {
+    const int d = ALONG + p;
+    pulled[p] = spring(s, leg, d);
+    free_motion(*tables[p], foot.u[d], foot.w[d], r.load[d] + pulled[p], u, alone[p]);
+  }
+  if (!slide_any_way(s, tables, i, h, alone, r)) sweep.failed = true;
+  for (int p = 0; p < 2; p++) {
+    const int d = ALONG + p;
+    const Row own = r.load[d] - r.bound * r.way[d];
+    r.q[d] = own + pulled[p];
+    free_motion(*tables[p], foot.u[d], foot.w[d], r.q[d], r.u[d], r.w[d]);
+    carry_free(s, i, d, own, h, r);
+  }
 }
 
 // The forces on feet along directions in which they stick, once the body's motion is known. False where a number is undefined.
@@ -368,8 +404,8 @@ inline bool find_held(Legged& s) {
     if (s.feet[i].contact == AIR) continue;
     find_margin(s, i);
     if (!finite(r.margin)) return false;
+    if (s.feet[i].contact != STUCK) continue;
     in_directions<ALONG>(s, [&](auto d) {
-      if (!s.feet[i].held(d)) return;
       r.force[d] = r.load[d] + spring(s, leg, d) - s.feet[i].u[d] * leg.stiffness[d];
       if (leg.turned) r.force[d] -= Row(s.feet[i].u[UP] * leg.cross_stiffness);
     });
@@ -389,12 +425,14 @@ inline void move_legs(Legged& s, int k, double h, Sweep& sweep) {
     if (contact == SLIPPING) {
       find_margin(s, i);
       sweep.sum += s.rows[i].margin;
+      if (s.any_way(i)) {
+        move_any_way(s, i, k, h, sweep);
+        continue;
+      }
     } else {
       fly(s, i, k, h, sweep);
     }
-    in_directions<ALONG>(s, [&](auto d) {
-      if (!s.feet[i].held(d)) move_along(s, i, d, k, h, sweep);
-    });
+    in_directions<ALONG>(s, [&](auto d) { move_along(s, i, d, k, h, sweep); });
   }
 }
 
@@ -406,6 +444,7 @@ inline double error_of(const Legged& s, int k, double h) {
   double worst = 0.0, sudden = 0.0;
   for (int i = 0; i < s.legs(); i++) {
     const LegRows& r = s.rows[i];
+    if (s.any_way(i)) worst = std::max(worst, turned_at_once(s, i, h));
     in_directions<UP>(s, [&](auto d) {
       if (s.feet[i].held(d)) return;
       const LegStep& table = s.tables.of(k, s.body.legs[i].kind[d]);
@@ -418,7 +457,7 @@ inline double error_of(const Legged& s, int k, double h) {
         error += nodes.truncation(r.film) * table.missed_film / (1.0 + yields);  // of a slope, as if it were level
       }
       worst = std::max(worst, error);
-      if (d != UP && slips_by_speed(s, i, d)) sudden = std::max(sudden, bend_error(nodes, r.bound[d], h, s.settings.end));
+      if (d == ALONG && slips_by_speed(s, i)) sudden = std::max(sudden, bend_error(nodes, r.bound, h, s.settings.end));
     });
   }
   for (int b = 0; b < s.coordinates(); b++) {

@@ -10,6 +10,7 @@ inline CarriedFoot handed_on(const LeggedFoot& foot) {
   CarriedFoot out = tarsus::handed_on(foot.contact, foot, foot.apex);
   out.start = foot.start;
   out.sense = foot.sense[ALONG];
+  out.place = foot.sense[ACROSS];
   out.slipped = foot.slipped;
   out.facet = double(foot.ground.number);
   out.wedged = foot.wedged;
@@ -20,7 +21,7 @@ inline void take_on(const CarriedFoot& from, LeggedFoot& foot) {
   foot.contact = Contact(int(from.contact));
   foot.start = int(from.start);
   foot.sense[ALONG] = from.sense;
-  foot.slides[ALONG] = foot.contact == SLIPPING;
+  foot.sense[ACROSS] = from.place;
   foot.slipped = from.slipped;
 }
 
@@ -36,6 +37,7 @@ inline void hand_on(LeggedMarch& s, std::vector<double>& states, std::vector<Car
       in_world(s, i, own);
       states.insert(states.end(), {own[ALONG], own[UP]});
     }
+    for (int i = 0; i < s.legs() && s.directions() > DIRECTIONS; i++) states.push_back(k == 0 ? s.feet[i].u[ACROSS] : s.feet[i].w[ACROSS]);
   }
   for (int i : s.body.leg) feet.push_back(handed_on(s.feet[i]));
 }

@@ -12,7 +12,7 @@ namespace tarsus {
 
 // What a foot carries on from one part of a run to the next, a row of numbers. contact: air, stuck or sliding; since, aged, parted [s]:
 // as in Grip; left, rose, low: of its last contact and of flights too low to count (see modal::Foot); start: how its flight, or its
-// slide in a contact of a walker, begins; slide: how one by contact modes does; sense of sliding, place [m] at which it sticks, path
+// slide in a contact of a walker, begins; slide: how one by contact modes does; sense of sliding, place [m] at which it sticks (of a walker's foot its sense across), path
 // [m] slid; highest gap of the flight [m], when [s], the gap's integral [m s]; due: 1 where contacts may change at this very moment; of
 // uneven ground the facet, by number, NaN: the one below it, and in the corner at which end of that it stands (LeggedFoot::wedged).
 struct CarriedFoot {
