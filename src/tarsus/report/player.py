@@ -74,9 +74,7 @@ def payload(motion: Motion, stage: WalkStage, drives: Sequence[tuple[str, int]] 
         },
         "period": motion.period,
         "incline": motion.incline,
-        "ground": [
-            [[float(f"{value:.9g}") for value in point] for point in line] for line in motion.ground
-        ],
+        "ground": [[[float(f"{value:.9g}") for value in point] for point in line] for line in motion.ground],
         "line": list(motion.line),
         "frames": len(motion.time),
         "time": packed(motion.time[None, :], 16),

@@ -102,7 +102,9 @@ def _shares(
                 factor[i, i] = np.sqrt(np.maximum(rest, 0.0))
             else:
                 # of a line that is another one already, nothing is left to share
-                factor[i, j] = np.divide(rest, factor[j, j], out=np.zeros_like(rest), where=factor[j, j] > 1e-7)
+                factor[i, j] = np.divide(
+                    rest, factor[j, j], out=np.zeros_like(rest), where=factor[j, j] > 1e-7
+                )
     return factor[1:]
 
 
