@@ -83,7 +83,7 @@ def test_derivatives_by_numbers_of_each_ground() -> None:
     assert [slot(scene, path).kind for path in paths] == [Kind.PROFILE] * 3  # pyright: ignore[reportOptionalMemberAccess]
     run = assert_as_differences(scene, paths, 0.004, 1e-7, (1e-4, 1e-5))
     assert len(run.events) > 5
-    with pytest.raises(InputError, match="right.seed: there is no derivative by it, for its whole part"):
+    with pytest.raises(InputError, match=r"right\.seed: there is no derivative by it, for its whole part"):
         ts.simulate(scene, 1e-3, gradients=["ground.profile.feet.right.seed"])
 
 
@@ -96,7 +96,7 @@ def test_batches_windows_and_sessions_have_each_foot_on_its_ground() -> None:
     session.reset()
     state = [session.step(dt="1 ms") for _ in range(3)][-1]
     for k, run in enumerate(alone):
-        assert np.array_equal(batch.run(k).events, run.events)
+        assert np.array_equal(batch.run(k).events["time"], run.events["time"])
         at = run.states(np.array([0.003]))
         assert state.x[k] == pytest.approx(at.x[:, 0], abs=1e-9)
         assert state.gaps[k] == pytest.approx(at.gap[:, 0], abs=1e-9)

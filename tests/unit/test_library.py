@@ -29,12 +29,7 @@ def test_every_float_of_a_device_has_provenance(name: str) -> None:
         origin = device.origin(path)
         assert origin is not None, f"{path} of {name} has no provenance"
         assert len(origin.note.split()) >= 3, f"provenance of {path} is no sentence"
-    alone = (
-        "duration",
-        "ground.impact",
-        "ground.landing",
-        "ground.incline",
-    )  # choices, with or without a number
+    alone = ("duration", "ground.impact", "ground.landing", "ground.incline")  # choices, with or without a number
     fields = {
         path
         for path in device.provenance
