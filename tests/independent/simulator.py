@@ -165,7 +165,7 @@ class Simulator:
         return min(at - low, high - at)
 
     def pass_over(self, i: int) -> None:
-        """A foot comes to a corner: from the air it is above the next facet, sliding it flies off over that, or hits it."""
+        """A foot comes to a corner: in the air it passes; sliding it flies off over the next facet, or hits that."""
         k, points = self.facet[i], self.lines[i]
         low, high = points[k : k + 2, 0]
         way = 1 if self.place(i, self.z) > 0.5 * (low + high) else -1

@@ -37,8 +37,8 @@ class Motion:
     above the ground; state (nl, nt): 0 in the air, 1 stuck, 2 slipping; normal, friction (nl, nt) [N]: force of the
     ground on a foot, upward and forward; volts (nd, nt) [V]; period [s]: the drives', None if none repeats; incline
     [rad]: by which the ground rises forward; ground: of uneven ground the different lines below feet, each (n, 2) [m],
-    places and heights, none of level ground; line: the number of each leg's, (nl,). Raises InputError, with every array that does not fit, unless the
-    shapes are these.
+    places and heights, none of level ground; line: the number of each leg's, (nl,). Raises InputError, with every array
+    that does not fit, unless the shapes are these.
     """
 
     time: np.ndarray
@@ -201,8 +201,8 @@ def _motion(scene: Any, feet: Sequence[str], variables: Variables, period: float
 
 
 def _ground_below(scene: Any, legs: Sequence[str], along: np.ndarray) -> dict[str, Any]:
-    """The lines of uneven ground below feet at places (nl, nt), and as far beyond them as they are apart; a leg without a
-    foot is shown above the first one."""
+    """The lines of uneven ground below feet at places (nl, nt), and as far beyond them as they are apart; a leg without
+    a foot is shown above the first one."""
     if scene.ground.profile is None:
         return {}
     lines, which = scene.ground.profile.lines(scene.across)

@@ -172,8 +172,8 @@ def _extent(motion: Motion, stage: WalkStage, frames: list[int]) -> tuple[float,
 
 
 def draw_ground(axes: Axes, motion: Motion, stage: WalkStage, frame: int, color: str, width: float) -> None:
-    """The ground at a moment: a line, or of uneven ground the piece below each foot, as large as motion is drawn, in the
-    colour of its leg where feet go along several lines."""
+    """The ground at a moment: a line, or of uneven ground the piece below each foot, as large as motion is drawn, in
+    the colour of its leg where feet go along several lines."""
     if not motion.ground:
         axes.axhline(0.0, color=color, lw=width, zorder=0)
         return

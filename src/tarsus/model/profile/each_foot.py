@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class EachFoot(Relief):
-    """Lines by the names of feet, or of all on a side, ``left`` and ``right``: a foot's own name goes before its side."""
+    """Lines by the names of feet, or of all on a side, ``left`` and ``right``: a foot's name goes before its side."""
 
     kind: Literal["feet"] = "feet"
     feet: Named[AnyLine] = Field(description="shapes by foot, or by side: left and right")

@@ -24,8 +24,8 @@ class RandomGround(Profile):
 
     With ``across`` it is a surface that is alike in all directions, each foot on the line at its own place: waves of
     lines a distance d apart are as alike as those of the surface whose power goes by
-    (1 + (q correlation_length)^2)^-(hurst + 1), of which that above is what one line sees. Each line has the RMS height.
-    The line in the middle is that of the same seed without.
+    (1 + (q correlation_length)^2)^-(hurst + 1), of which that above is what one line sees. Each line has the RMS
+    height. The line in the middle is that of the same seed without.
     """
 
     kind: Literal["random"] = "random"
