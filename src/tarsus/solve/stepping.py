@@ -366,8 +366,8 @@ class State:
         place = self._x[:, at] + [walker.legs[foot.point].x for foot in self.scene.robot.feet.values()]
         facets, gaps = self._feet[..., CARRIED.index("facet")], np.zeros_like(height)
         for points, repeats, feet in self.ground:
-            own = (one[:, feet] for one in (facets, place, height))
-            gaps[:, feet] = [gaps_above(*one, repeats) for one in zip(points, *own, strict=True)]
+            own = zip(points, facets[:, feet], place[:, feet], height[:, feet], strict=True)
+            gaps[:, feet] = [gaps_above(*one, repeats) for one in own]
         return self._shown(np.where(self._contacts == FootState.AIR, gaps, 0.0))
 
     @cached_property

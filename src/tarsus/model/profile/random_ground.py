@@ -115,4 +115,4 @@ def _coherence(distance: Floats, order: float) -> Floats:
     log = np.arange(-80.0, 6.0, 0.1)
     weight = np.exp(order * log - np.exp(log))
     near = np.exp(-0.25 * np.multiply.outer(distance**2, np.exp(-log)))
-    return np.sum(near * weight, axis=-1) / np.sum(weight)
+    return np.asarray(np.sum(near * weight, axis=-1) / np.sum(weight), dtype=np.float64)

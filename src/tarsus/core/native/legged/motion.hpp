@@ -31,21 +31,23 @@ inline Motion expand(const Leg& leg, int d, double h, double span, Motion from, 
                damping = more ? leg.damping[d] - leg.more_damping : leg.damping[d];
   const double enough = 1e-18 * (std::fabs(from.u) + step * std::fabs(from.w)) + 1e-40;
   Motion sum = from, term = from;
-  double power = 1.0;
+  double powers[N] = {1.0}, forces[N], momenta[N] = {};
+  for (int n = 1; n < N; n++) powers[n] = powers[n - 1] * span;
+  store(forces, load(push) * load(powers));
+  if (film != nullptr) store(momenta, load(film) * load(powers));
   const auto add = [&](double du, double dw) {
     sum.u += du;
     sum.w += dw;
     term = {du, dw};
   };
   for (int n = 0; n < N; n++) {
-    const double factor = step / (n + 1), force = push[n] * power, pulled = force - stiffness * term.u - damping * term.w;
+    const double factor = step / (n + 1), pulled = forces[n] - stiffness * term.u - damping * term.w;
     if (film != nullptr) {
-      const double momentum = film[n] * power;
+      const double momentum = momenta[n];
       add(factor * (term.w + momentum * m), factor * (pulled * m - damping * momentum * m * m));
     } else {
       add(factor * term.w, factor * (pulled * m));
     }
-    power *= span;
   }
   for (int n = N; n < LEG_TERMS - 1; n++) {  // by now under no force but its own
     const double factor = step / (n + 1);
