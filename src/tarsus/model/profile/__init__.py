@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import Field
 
 from tarsus.base.discover import classes_beside
-from tarsus.model.profile.base import Line, Profile, Relief, gaps_above, heights_of, line_between
+from tarsus.model.profile.base import GroundLine, Profile, Relief, gaps_above, heights_of, line_between
 from tarsus.model.profile.each_foot import EachFoot
 
 __all__ = [
     "AnyLine",
     "AnyProfile",
     "EachFoot",
-    "Line",
+    "GroundLine",
     "Profile",
     "Relief",
     "gaps_above",

@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Line:
+class GroundLine:
     """The ground along one line of the way. points (np, 2) [m]: as `Profile.points`; repeats: as `Profile.repeats`;
     patches: factors of restitution, adhesion and friction of each facet (np - 1, 3), (0, 3) where all are 1."""
 
@@ -31,7 +31,7 @@ class Relief(Description, ABC):
     """Base of uneven ground: one line for all feet, or several."""
 
     @abstractmethod
-    def lines(self, feet: Mapping[str, float]) -> tuple[list[Line], list[int]]:
+    def lines(self, feet: Mapping[str, float]) -> tuple[list[GroundLine], list[int]]:
         """The different lines along which feet go, and the number of each foot's. feet: places to the left of the
         robot's middle [m] by name."""
 
@@ -71,11 +71,13 @@ class Profile(Relief, ABC):
         across the way."""
         return [self.points() for _ in places]
 
-    def lines(self, feet: Mapping[str, float]) -> tuple[list[Line], list[int]]:
+    def lines(self, feet: Mapping[str, float]) -> tuple[list[GroundLine], list[int]]:
         places = sorted(set(feet.values())) if self.wide else [0.0]
         every = self.side_by_side(places) if self.wide else [self.points()]
         lines = [
-            Line(points, self.repeats, self.patches(len(points) - 1) if self.patched else np.zeros((0, 3)))
+            GroundLine(
+                points, self.repeats, self.patches(len(points) - 1) if self.patched else np.zeros((0, 3))
+            )
             for points in every
         ]
         return lines, [places.index(y) if self.wide else 0 for y in feet.values()]

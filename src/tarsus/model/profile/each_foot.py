@@ -9,7 +9,7 @@ from pydantic import Field
 
 from tarsus.base.messages import nearest
 from tarsus.base.spec import Named
-from tarsus.model.profile.base import Line, Relief
+from tarsus.model.profile.base import GroundLine, Relief
 
 if TYPE_CHECKING:
     from tarsus.model.profile import AnyLine
@@ -21,8 +21,8 @@ class EachFoot(Relief):
     kind: Literal["feet"] = "feet"
     feet: Named[AnyLine] = Field(description="shapes by foot, or by side: left and right")
 
-    def lines(self, feet: Mapping[str, float]) -> tuple[list[Line], list[int]]:
-        lines: list[Line] = []
+    def lines(self, feet: Mapping[str, float]) -> tuple[list[GroundLine], list[int]]:
+        lines: list[GroundLine] = []
         which: dict[str, int] = {}
         for key, shape in self.feet.items():
             own = {name: y for name, y in feet.items() if self._key(name, y) == key}
