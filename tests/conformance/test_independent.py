@@ -158,6 +158,7 @@ def test_feet_slip_and_hold_on_slopes_walls_and_ceilings_as_there(degrees: float
     assert found.wrong is None and found.compared > (3 if short else 9), found
 
 
+@pytest.mark.slow
 def test_they_agree_on_a_line_of_ground_for_each_side() -> None:
     """Teeth under the left feet, a polyline under the right ones, which fly and slide over corners."""
     teeth = {"kind": "sawtooth", "length": 6e-6, "height": 1e-7, "rising": 0.3, "start": -3e-6}
