@@ -156,3 +156,17 @@ def test_feet_slip_and_hold_on_slopes_walls_and_ceilings_as_there(degrees: float
     scene = with_values(scene if legged else by_modes(scene), {"ground.incline": math.radians(degrees)})
     found = compare(with_values(scene, {"duration": 0.001 if short else 0.01}), TIGHT)
     assert found.wrong is None and found.compared > (3 if short else 9), found
+
+
+@pytest.mark.slow
+def test_they_agree_on_a_line_of_ground_for_each_side() -> None:
+    """Teeth under the left feet, a polyline under the right ones, which fly and slide over corners."""
+    teeth = {"kind": "sawtooth", "length": 6e-6, "height": 1e-7, "rising": 0.3, "start": -3e-6}
+    points = [[4.985e-4, 0.0], [5.003e-4, 2e-7], [5.043e-4, -5e-8], [5.2e-4, 0.0]]
+    line = {"kind": "polyline", "given": points}
+    ground = {"kind": "feet", "feet": {"left": teeth, "right": line}}
+    scene = with_values(
+        trotter(2, ground=sticky(), turning=False), {"ground.profile": ground, "duration": 0.0015}
+    )
+    found = compare(scene, TIGHT)
+    assert found.wrong is None and found.compared > 3, found

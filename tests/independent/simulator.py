@@ -35,6 +35,18 @@ class Found:
     state: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
 
+def tiled(line: Any, near: float) -> np.ndarray:
+    """The points of a line (., 2) [m] ten of its lengths to both sides of a place [m]; level beyond its ends where it
+    does not repeat."""
+    points, step = line.points, line.points[-1] - line.points[0]
+    if not line.repeats:
+        return np.vstack([points[0] - [1.0, 0.0], points, points[-1] + [1.0, 0.0]])
+    first = math.floor((near - points[0, 0]) / step[0])
+    return np.vstack(
+        [*(points[:-1] + (first + k) * step for k in range(-10, 10)), points[:1] + (first + 10) * step]
+    )
+
+
 def simulate(scene: Any, length: float) -> Found:
     """Simulate a scene over its duration; length [m]: flights below 1e-9 of it are none, nor below
     1 pm (the rule of a rest)."""
@@ -88,6 +100,18 @@ class Simulator:
         v = np.zeros(self.n) if initial.velocity is None else np.array(initial.velocity)
         self.time, self.z = 0.0, np.concatenate([x, v])
         self.now = [None] * len(self.forces), [None] * self.m
+        self.lines: list[np.ndarray] = []
+        if scene.ground.profile is not None:
+            self.upward, self.along = robot.normals.copy(), robot.tangents.copy()
+            self.above = self.rest_gap.copy()
+            self.ahead = np.array([scene.robot.structure.legs[foot.point].x for foot in feet])
+            found, which = scene.ground.profile.lines(scene.across)
+            self.lines, self.facet = (
+                [tiled(found[k], self.place(i, self.z)) for i, k in enumerate(which)],
+                [0] * self.m,
+            )
+            for i, line in enumerate(self.lines):
+                self.lay(i, int(np.searchsorted(line[:, 0], self.place(i, self.z))) - 1)
 
     # --- forces and constraints ---------------------------------------------------------------------------------
 
@@ -119,6 +143,40 @@ class Simulator:
 
     def gap(self, i: int, z: np.ndarray) -> float:
         return float(self.rest_gap[i] + self.robot.normals[:, i] @ z[: self.n])
+
+    # --- uneven ground, as far as feet that slide stay on their facet ------------------------------------------
+
+    def place(self, i: int, z: np.ndarray) -> float:
+        return float(self.ahead[i] + self.along[:, i] @ z[: self.n])
+
+    def lay(self, i: int, k: int) -> None:
+        """Put a foot above facet k of its line: its ways from and along the ground are those of that facet."""
+        self.facet[i] = k
+        (x0, z0), (x1, z1) = self.lines[i][k : k + 2]
+        c, s = np.array([x1 - x0, z1 - z0]) / math.hypot(x1 - x0, z1 - z0)
+        self.robot.normals[:, i] = c * self.upward[:, i] - s * self.along[:, i]
+        self.robot.tangents[:, i] = c * self.along[:, i] + s * self.upward[:, i]
+        self.rest_gap[i] = c * (self.above[i] - z0) - s * (self.ahead[i] - x0)
+
+    def left(self, i: int, z: np.ndarray) -> float:
+        """How far a foot is from the nearer end of its facet, along the way."""
+        low, high = self.lines[i][self.facet[i] : self.facet[i] + 2, 0]
+        at = self.place(i, z)
+        return min(at - low, high - at)
+
+    def pass_over(self, i: int) -> None:
+        """A foot comes to a corner: in the air it passes; sliding it flies off over the next facet, or hits that."""
+        k, points = self.facet[i], self.lines[i]
+        low, high = points[k : k + 2, 0]
+        way = 1 if self.place(i, self.z) > 0.5 * (low + high) else -1
+        slopes = np.diff(points[:, 1]) / np.diff(points[:, 0])
+        slides = self.contact[i] != AIR
+        if slides:
+            self.note(i, RELEASE)
+            self.contact[i] = AIR
+        self.lay(i, k + way)
+        if slides and way * (slopes[k + way] - slopes[k]) > 0.0:
+            self.touch(i)
 
     def held(self) -> tuple[np.ndarray, list[tuple[int, bool]]]:
         """Rows (n, k) of what is held, and of which foot it is, along the ground or not."""
@@ -192,8 +250,12 @@ class Simulator:
         for i in range(self.m):
             if self.contact[i] == AIR:
                 out[i, "touch"] = lambda t, z, i=i: self.gap(i, z)
+                if self.lines:
+                    out[i, "end"] = lambda t, z, i=i: self.left(i, z)
                 continue
             out[i, "leave"] = lambda t, z, i=i: self.margin(i, t, self.reactions(t, z)[i, False])
+            if self.lines and self.contact[i] == SLIPPING:
+                out[i, "end"] = lambda t, z, i=i: self.left(i, z)
             if self.contact[i] == STUCK and self.rubs(i):
                 out[i, "slip"] = lambda t, z, i=i: self.spare(i, t, z)
             elif self.contact[i] == SLIPPING and self.sense[i] != 0.0 and self.moves_along(i):
@@ -306,6 +368,8 @@ class Simulator:
         self.fresh = [False] * self.m
         if what == "touch":
             return self.touch(i)
+        if what == "end":
+            return self.pass_over(i)
         if what in ("leave", "slip") and self.contact[i] == STUCK and self.rubs(i):
             what = self.gives(i, what)
         if what == "leave":

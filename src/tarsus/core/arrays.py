@@ -21,11 +21,12 @@ DONE, STALL, STEP_TOO_SMALL, STEP_LIMIT, NOT_FINITE, JAMMED = range(6)
 # lever (nb,) largest hip entry; mass (nl,); stiffness, damping (nl, w); hip (nl, w, nb);
 # gap (nl,) clearance at rest; foot (nl,) number of its foot or -1; leg (m,) leg of a foot; kind (nl, w) of its blocks;
 # weight (nl,); first (nl + 1,), drive, gain (., w): drives that act on the foot of each leg; body_load (nd, nb); place (nl,) of a
-# foot at rest along the way; points of the ground's profile, 0 for level ground, whether it is periodic, and whether its facets are not alike; directions w.
+# foot at rest along the way; points of each line of uneven ground (nc,), none of level ground, whether it is periodic, and whether its facets are not
+# alike; line (m,) along which each foot goes; directions w.
 Body = namedtuple(
     "Body",
     "body_mass body_weight body_stiffness body_damping lever mass stiffness damping hip gap foot leg kind weight first drive gain body_load "
-    "place points periodic patched directions",
+    "place points periodic patched line directions",
 )
 
 # Work done by drives and weight, and by dampers, films, smooth forces and friction, in samples and at the end of a run.

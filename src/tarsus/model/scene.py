@@ -169,6 +169,10 @@ class Scene(Description):
         if self.ground.profile is not None and not isinstance(structure, Walker):
             text = "is ground under the feet of a walker, which know their way along it: leave it out"
             faults.append(("ground.profile", text))
+        elif self.ground.profile is not None:
+            faults += [
+                (f"ground.profile.{path}", text) for path, text in self.ground.profile.faults(self.across)
+            ]
         if self.gait is not None:
             faults += _gait_faults(self.gait, self.robot)
         if isinstance(structure, Walker):
@@ -198,6 +202,12 @@ class Scene(Description):
         feet = self.robot.feet.values()
         known = isinstance(self.robot.structure, Walker) or any(foot.along is not None for foot in feet)
         return known and bool(self.ground.acting_on("friction"))
+
+    @property
+    def across(self) -> Mapping[str, float]:
+        """Places [m] of a walker's feet to the left of its middle, by name; none of any other robot."""
+        legs = self.robot.structure.legs if isinstance(self.robot.structure, Walker) else {}
+        return {name: legs[foot.point].y for name, foot in self.robot.feet.items() if legs}
 
     @property
     def waveforms(self) -> Mapping[str, Waveform]:

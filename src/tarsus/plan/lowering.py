@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
@@ -12,7 +12,7 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.linear import largest_of, product, solve
@@ -225,7 +225,7 @@ def lower_scene(scene: Scene, drive: Callable[..., tuple[Pieces, Pieces]] = lowe
     lift = scene.robot.structure.vertical() if scene.initial.lifted else None
     plan = Plan(
         system, laws, channels, tuple(used), initial, np.array(periods), math.nan, math.nan, _rate(system),
-        lower_legs(scene, system), lower_stance(scene, system), lower_profile(scene.ground),
+        lower_legs(scene, system), lower_stance(scene, system), lower_profile(scene.ground, scene.across),
         np.zeros(0) if lift is None else np.asarray(lift),
     )  # fmt: skip
     row: Any = SimpleNamespace(
@@ -282,14 +282,25 @@ def gravity_on(acceleration: ArrayLike, incline: ArrayLike) -> Floats:
     return np.array([np.multiply(acceleration, np.cos(incline)), np.multiply(acceleration, np.sin(incline))])
 
 
-def lower_profile(ground: Ground) -> Floats:
-    """Points (2 np,) [m] of uneven ground, and factors (3 (np - 1),) where its facets are not alike; none of level
-    ground."""
+def lower_profile(ground: Ground, feet: Mapping[str, float]) -> Floats:
+    """Of each line of uneven ground below feet at places across the way by name points (2 np,) [m], and factors
+    (3 (np - 1),) where its facets are not alike; none of level ground."""
     if ground.profile is None:
         return np.zeros(0)
-    points = ground.profile.points()
-    factors = ground.profile.patches(len(points) - 1) if ground.profile.patched else np.zeros(0)
-    return np.concatenate([points.ravel(), factors.ravel()])
+    lines, _ = ground.profile.lines(feet)
+    return np.concatenate([part.ravel() for line in lines for part in (line.points, line.patches)])
+
+
+def lines_below(body: LeggedBody, profiles: Floats) -> Iterator[tuple[Floats, bool, NDArray[np.intp]]]:
+    """Of each line of uneven ground of runs its points (nr, np, 2) [m], whether it repeats, and which feet go along it;
+    profiles (nr, .): as `lower_profile`."""
+    first = 0
+    for number, (count, repeats, patched) in enumerate(
+        zip(body.points, body.periodic, body.patched, strict=True)
+    ):
+        points = profiles[:, first : first + 2 * count].reshape(len(profiles), -1, 2)
+        yield points, bool(repeats), np.flatnonzero(body.line == number)
+        first += 2 * count + 3 * (count - 1) * patched
 
 
 def level_only(plan: Plan, what: str) -> None:
@@ -313,6 +324,7 @@ def ahead_only(plan: Plan, what: str) -> None:
 def lower_legs(scene: Scene, system: LinearSystem) -> Legs | None:
     """Body and legs of a scene with the linear structure ``system``; None where that does not walk."""
     robot, profile = scene.robot, scene.ground.profile
+    lines, line = ([], [0] * len(robot.feet)) if profile is None else profile.lines(scene.across)
     walker = robot.structure
     if not isinstance(walker, Walker):
         return None
@@ -352,8 +364,10 @@ def lower_legs(scene: Scene, system: LinearSystem) -> Legs | None:
         first=np.concatenate([[0], np.cumsum(touched.sum(axis=1))]).astype(np.int64), drive=driven_by,
         gain=onto[of_leg, :, driven_by].reshape(-1, ways), body_load=np.ascontiguousarray(system.loads[:nb].T),
         place=np.array([one.x for one in walker.legs.values()]),
-        points=0 if profile is None else len(profile.points()), periodic=int(profile is not None and profile.repeats),
-        patched=int(profile is not None and profile.patched), directions=ways,
+        points=np.array([len(one.points) for one in lines], dtype=np.int64),
+        periodic=np.array([one.repeats for one in lines], dtype=np.int64),
+        patched=np.array([len(one.patches) > 0 for one in lines], dtype=np.int64),
+        line=np.array(line, dtype=np.int64), directions=ways,
     )  # fmt: skip
     return Legs(body, blocks)
 
@@ -552,7 +566,7 @@ def started(plan: Plan, rows: Rows, idle: Floats, feet: Sequence[str]) -> tuple[
     if plan.legs is not None and plan.legs.sways and np.any(rows.sources[:, -1]):
         raise InputError([f"ground.incline: {STRAIGHT_AHEAD}"])
     initial, scales, refused = _native.start_rows(plan.rules, plan.laws.native, rows.signals, rows, idle)
-    if plan.legs is not None and plan.legs.body.points:
+    if plan.legs is not None and len(plan.legs.body.points):
         initial, scales, refused = _started_above(plan, rows, idle, initial)
     if len(refused):
         raise InputError(
@@ -568,33 +582,33 @@ def _started_above(plan: Plan, rows: Rows, idle: Floats, initial: Floats) -> tup
     assert plan.legs is not None
     body, m = plan.legs.body, plan.feet
     at = len(body.body_mass) + 2 * body.leg
-    points = rows.profile[:, : 2 * body.points].reshape(len(rows.profile), -1, 2)
+    lines = list(lines_below(body, rows.profile))
+    largest = np.zeros((len(rows.profile), m))
+    for points, _, feet in lines:
+        largest[:, feet] = np.abs(points).max(axis=(1, 2), initial=0.0)[:, None]
     for _ in range(_ROUNDS):
         below = body.place[body.leg] + initial[:, at]
         level = rows.sources.copy()
-        ground = np.array(
-            [heights_of(own, bool(body.periodic), x) for own, x in zip(points, below, strict=True)]
-        )
+        ground = np.zeros_like(below)
+        for points, repeats, feet in lines:
+            ground[:, feet] = [
+                heights_of(own, repeats, x) for own, x in zip(points, below[:, feet], strict=True)
+            ]
         level[:, :m] -= ground
-        size = np.abs(ground) + np.abs(points).max(axis=(1, 2), initial=0.0)[:, None] + np.abs(below)
+        size = np.abs(ground) + largest + np.abs(below)
         level[:, :m][np.abs(level[:, :m]) < _SUM * size] = 0.0
         start = rows.initial
         if plan.lift.size:
             gaps = level[:, :m] + start[:, : plan.lift.size] @ plan.system.normals
             start = start.copy()
             start[:, : plan.lift.size] += np.maximum(-gaps.min(axis=1), 0.0)[:, None] * plan.lift
-        own = SimpleNamespace(
-            **{name: getattr(rows, name) for name in _STARTS} | {"sources": level, "initial": start}
-        )
+        own = SimpleNamespace(**vars(rows) | {"sources": level, "initial": start})
         found, scales, refused = _native.start_rows(plan.rules, plan.laws.native, rows.signals, own, idle)
         if len(refused) or np.array_equal(found, initial):
             break
         initial = found
     return found, scales, refused
 
-
-_STARTS = ("parameters", "initial", "sources", "scales", "channels", "profile")
-"""What of the rows of runs determines how they begin."""
 
 _SUM = 1e-15
 """Part of the size of the ground of which a gap above it is rounding."""

@@ -88,6 +88,10 @@ class Rows:
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state, signals=pack(state["pool"]))
 
+    def taken(self, part: slice) -> Rows:
+        """Some of the runs, of the same pool."""
+        return replace(self, **{name: getattr(self, name)[part] for name in BY_RUN})
+
     def drive(self, channel: int, time: ArrayLike, run: int = 0) -> Floats:
         """Values of a channel of the plan in a run at times [s], any shape: a drive's force [N], or volts."""
         return evaluate(self.pool[self.channels[run, channel]], time)
@@ -100,6 +104,10 @@ class Rows:
     def periods(self) -> Floats:
         """Drive period of each run (nr,) [s]."""
         return self.scales[:, 2]
+
+
+BY_RUN = ("parameters", "initial", "sources", "scales", "channels", "profile")
+"""What of rows there is for each run."""
 
 
 def rows_of(plan: Plan, count: int = 1, period: float = math.inf) -> Rows:
@@ -129,12 +137,8 @@ def unit_of(path: str, plan: Plan | None) -> float:
         moves = np.abs(plan.system.normals[int(path.rpartition(".")[2])]).max(initial=0.0)
         return float(plan.length / (moves or 1.0))
     keys = path.split(".")
-    shaped = keys[:2] == ["ground", "profile"] and keys[2] not in (
-        "restitution",
-        "adhesion",
-        "friction",
-        "rising",
-    )
+    plain = {"restitution", "adhesion", "friction", "rising"}
+    shaped = keys[:2] == ["ground", "profile"] and not plain.intersection(keys[-2:])
     return plan.length if plan is not None and (keys[-1] == "gap" or shaped) else 1.0
 
 
@@ -220,7 +224,7 @@ def _profiles(scene: Scene, values: Mapping[str, Floats]) -> Floats:
         )
         for row in rows.tolist()
     ]
-    return np.array([lower_profile(one) for one in own])[which]
+    return np.array([lower_profile(one, scene.across) for one in own])[which]
 
 
 def bears(scene: Scene, path: str) -> bool:

@@ -36,9 +36,9 @@ class Motion:
     foot_x, foot_z (nl, nt) [m]: place of a foot along the way, from where the body's centre started, and its height
     above the ground; state (nl, nt): 0 in the air, 1 stuck, 2 slipping; normal, friction (nl, nt) [N]: force of the
     ground on a foot, upward and forward; volts (nd, nt) [V]; period [s]: the drives', None if none repeats; incline
-    [rad]: by which the ground rises forward; ground (n, 2) [m]: of uneven ground the line below the feet, places and
-    heights, none of level ground. Raises InputError, with every array that does not fit, unless the
-    shapes are these.
+    [rad]: by which the ground rises forward; ground: of uneven ground the different lines below feet, each (n, 2) [m],
+    places and heights, none of level ground; line: the number of each leg's, (nl,). Raises InputError, with every array
+    that does not fit, unless the shapes are these.
     """
 
     time: np.ndarray
@@ -54,7 +54,8 @@ class Motion:
     volts: np.ndarray = field(default_factory=lambda: _NOTHING)
     period: float | None = None
     incline: float = 0.0
-    ground: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    ground: tuple[np.ndarray, ...] = ()
+    line: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         nt, nl, nd = len(self.time), len(self.legs), len(self.drives)
@@ -195,13 +196,21 @@ def _motion(scene: Any, feet: Sequence[str], variables: Variables, period: float
         volts=np.asarray(variables["volts"].values, dtype=float),
         period=period,
         incline=scene.ground.incline or 0.0,
-        ground=_ground_below(scene.ground.profile, along),
+        **_ground_below(scene, legs, along),
     )
 
 
-def _ground_below(profile: Any, along: np.ndarray) -> np.ndarray:
-    """The line (n, 2) [m] of uneven ground below feet at places (nl, nt), and as far beyond them as they are apart."""
-    if profile is None:
-        return np.zeros((0, 2))
+def _ground_below(scene: Any, legs: Sequence[str], along: np.ndarray) -> dict[str, Any]:
+    """The lines of uneven ground below feet at places (nl, nt), and as far beyond them as they are apart; a leg without
+    a foot is shown above the first one."""
+    if scene.ground.profile is None:
+        return {}
+    lines, which = scene.ground.profile.lines(scene.across)
+    of = dict(zip((foot.point for foot in scene.robot.feet.values()), which, strict=True))
     low, high = float(along.min()), float(along.max())
-    return line_between(profile.points(), profile.repeats, low - (high - low), high + (high - low))
+    return {
+        "ground": tuple(
+            line_between(one.points, one.repeats, low - (high - low), high + (high - low)) for one in lines
+        ),
+        "line": tuple(of.get(leg, 0) for leg in legs),
+    }

@@ -171,11 +171,11 @@ def drawn(motion: Motion, stage: WalkStage, frame: int) -> Drawing:
 
 def facets(motion: Motion, stage: WalkStage, frame: int) -> list[np.ndarray]:
     """The pieces of uneven ground below the feet at a moment, each (n, 2) [m], as large as the motion is drawn."""
-    place, height = motion.ground.T
     half = 0.5 * stage.piece / stage.along
     depth = _depth(stage, stage.y)
     out = []
     for leg, x in enumerate(motion.foot_x[:, frame]):
+        place, height = motion.ground[motion.line[leg]].T
         ends, inside = np.array([x - half, x + half]), np.abs(place - x) < half
         edge = np.interp(ends, place, height)
         at = np.concatenate([ends[:1], place[inside], ends[1:]])

@@ -172,12 +172,14 @@ def _extent(motion: Motion, stage: WalkStage, frames: list[int]) -> tuple[float,
 
 
 def draw_ground(axes: Axes, motion: Motion, stage: WalkStage, frame: int, color: str, width: float) -> None:
-    """The ground at a moment: a line, or of uneven ground the piece below each foot, as large as motion is drawn."""
-    if not len(motion.ground):
+    """The ground at a moment: a line, or of uneven ground the piece below each foot, as large as motion is drawn, in
+    the colour of its leg where feet go along several lines."""
+    if not motion.ground:
         axes.axhline(0.0, color=color, lw=width, zorder=0)
         return
-    for piece in facets(motion, stage, frame):
-        axes.plot(*piece.T, color=color, lw=width, zorder=0)
+    for leg, piece in enumerate(facets(motion, stage, frame)):
+        own = color if len(motion.ground) == 1 else FAR_LEG if stage.far[leg] else BLUE
+        axes.plot(*piece.T, color=own, lw=width, zorder=0)
 
 
 def draw_robot(axes: Axes, motion: Motion, stage: WalkStage, frame: int, *, forces: bool = True) -> None:

@@ -136,7 +136,7 @@ def unpacked(acting: Acting, samples: Floats, times: Floats) -> tuple[SampledSta
     plan, sources = acting.plan, acting.rows.sources[0]
     assert plan.legs is not None
     body, m = plan.legs.body, plan.feet
-    nt, nl, nb, kinds = len(times), len(body.mass), len(body.body_mass), 5 if body.points else 2
+    nt, nl, nb, kinds = len(times), len(body.mass), len(body.body_mass), 5 if len(body.points) else 2
     sideways = 2 * nl + m if plan.legs.sways else 0
     place, speed, legs, footing, beside, energy = np.split(
         samples.T, np.cumsum([nb, nb, 4 * nl, kinds * m, sideways])

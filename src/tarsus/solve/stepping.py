@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -24,8 +24,8 @@ from tarsus.model.drive.waveforms.constant import Constant
 from tarsus.model.profile import gaps_above
 from tarsus.model.structure import Walker
 from tarsus.plan.channels import gait_waves, with_columns
-from tarsus.plan.lowering import pack
-from tarsus.plan.slots import Rows
+from tarsus.plan.lowering import lines_below, pack
+from tarsus.plan.slots import BY_RUN, Rows
 from tarsus.solve.acting import Acting
 from tarsus.solve.codes import ResultCode, structured_events, without_marks
 from tarsus.solve.commands import Command, asked_of, held
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from tarsus.model.scene import Scene
 
 Floats = NDArray[np.float64]
-_OWN = ("parameters", "sources", "scales", "profile")
+_OWN = tuple(name for name in BY_RUN if name not in ("initial", "channels"))
 """What of rows of data robots have of their own, but for their drives."""
 
 
@@ -247,8 +247,7 @@ class SteppedRobots:
         rows = self._rows if known else self._driven(commands)
         assert rows is not None
         one = slice(robot, robot + 1)
-        each = {name: getattr(rows, name)[one] for name in (*_OWN, "channels")}
-        return replace(rows, initial=self.runs.state[one], **each)
+        return replace(rows.taken(one), initial=self.runs.state[one])
 
     def ledger(self, robot: int) -> Ledger:
         """Where the energy of a robot went since its reset."""
@@ -321,7 +320,7 @@ class State:
 
     scene: Scene
     sources: Floats
-    profile: Floats
+    ground: Sequence[tuple[Floats, bool, NDArray[np.intp]]]
     normals: Floats
     loads: Floats
     _time: Floats
@@ -357,18 +356,19 @@ class State:
     @cached_property
     def gaps(self) -> Any:
         """Gaps (nr, m) [m] of the feet, along the normals of the facets below them where the ground is uneven."""
-        m, profile = self.normals.shape[1], self.scene.ground.profile
+        m = self.normals.shape[1]
         height = self.sources[:, :m] + self._x @ self.normals
-        if profile is None:
+        if not self.ground:
             return self._shown(height)
         walker = self.scene.robot.structure
         assert isinstance(walker, Walker)  # checked by Scene
         at = [walker.leg_coordinate(foot.point) for foot in self.scene.robot.feet.values()]
         place = self._x[:, at] + [walker.legs[foot.point].x for foot in self.scene.robot.feet.values()]
-        points = self.profile[:, : 2 * len(profile.points())].reshape(len(height), -1, 2)
-        facets = self._feet[..., CARRIED.index("facet")]
-        gaps = [gaps_above(*one, profile.repeats) for one in zip(points, facets, place, height, strict=True)]
-        return self._shown(np.where(self._contacts == FootState.AIR, np.array(gaps), 0.0))
+        facets, gaps = self._feet[..., CARRIED.index("facet")], np.zeros_like(height)
+        for points, repeats, feet in self.ground:
+            own = zip(points, facets[:, feet], place[:, feet], height[:, feet], strict=True)
+            gaps[:, feet] = [gaps_above(*one, repeats) for one in own]
+        return self._shown(np.where(self._contacts == FootState.AIR, gaps, 0.0))
 
     @cached_property
     def contacts(self) -> Any:
@@ -474,8 +474,10 @@ def state_of(robots: SteppedRobots, began: Floats, parts: StepLog | None, one: b
 
     rows = np.zeros((0, 12)) if parts is None else parts.events
     ends = np.zeros(len(runs), dtype=np.int64) if parts is None else parts.event_end
+    legs, profile = runs.plan.legs, runs.rows.profile[runs.data]
+    ground = () if legs is None else tuple(lines_below(legs.body, profile))
     return State(
-        robots.scene, runs.rows.sources[runs.data], runs.rows.profile[runs.data], system.normals, system.loads, time,
+        robots.scene, runs.rows.sources[runs.data], ground, system.normals, system.loads, time,
         runs.state[:, :n].copy(), runs.state[:, n:].copy(), runs.feet.copy(), volts, began, rows, ends,
         runs.code.copy(), one,
     )  # fmt: skip

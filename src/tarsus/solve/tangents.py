@@ -5,7 +5,7 @@ Lowered arrays are differentiated by differences, runs never are.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -242,10 +242,7 @@ def entering(
     """
     ahead_only(plan, "a run has derivatives")
     found = directions_of(gradients)
-    if "ground.profile.seed" in {path for one in found.values() for path in one}:
-        raise InputError(
-            ["ground.profile.seed: there is no derivative by it, for its whole part makes the ground"]
-        )
+    _check_ground(scene, {path for one in found.values() for path in one})
     names = list(scene.robot.drives)
     lines, rest = sloped_drives(scene, list(found.values()), [names[d] for d in plan.charged])
     parts = [_apart(scene, one) for one in rest]
@@ -375,6 +372,23 @@ def _stepped(
     return steps, rows_for(scene, plan, columns, duration, scaled=False)
 
 
+def _check_ground(scene: Scene, paths: Collection[str]) -> None:
+    """Raise InputError for numbers by which a scene's ground has no derivative."""
+    problems = [
+        f"{path}: there is no derivative by it, for its whole part makes the ground"
+        for path in paths
+        if path.startswith("ground.profile.") and path.endswith(".seed")
+    ]
+    if scene.ground.profile is not None and scene.ground.profile.wide:
+        places = {f"robot.structure.legs.{foot.point}.y" for foot in scene.robot.feet.values()}
+        problems += [
+            f"{path}: there is no derivative by it above ground that varies across the way: leave it out, or across"
+            for path in places.intersection(paths)
+        ]
+    if problems:
+        raise InputError(problems)
+
+
 def _apart(scene: Scene, direction: Direction) -> tuple[Direction, Direction]:
     """What of a direction is data of a plan, and what changes its structure."""
     data = {path: w for path, w in direction.items() if slot(scene, path) is not None}
@@ -386,8 +400,7 @@ def _one_row(rows: Rows) -> Rows:
     used, channels = np.unique(rows.channels[0], return_inverse=True)
     pool = tuple(rows.pool[c] for c in used)
     return replace(
-        rows, parameters=rows.parameters[:1], initial=rows.initial[:1], sources=rows.sources[:1],
-        scales=rows.scales[:1].copy(), profile=rows.profile[:1], channels=channels.reshape(1, -1).astype(np.int64),
+        rows.taken(slice(1)), scales=rows.scales[:1].copy(), channels=channels.reshape(1, -1).astype(np.int64),
         pool=pool, signals=pack(pool),
     )  # fmt: skip
 

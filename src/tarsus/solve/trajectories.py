@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -160,10 +159,7 @@ class Trajectories:
         jobs = [slice(first, first + size) for first in range(0, len(self), size)]
 
         def work(part: slice) -> Sequence[Any]:
-            own = SimpleNamespace(
-                initial=self.state[part],
-                **{name: getattr(rows, name)[part] for name in _BY_RUN},
-            )
+            own = replace(rows.taken(part), initial=self.state[part])
             ways = tuple(np.ascontiguousarray(one[part]) for one in (self.time, until, self.feet))
             plan, tables = self.plan, self.tables
             if plan.legs is None:
@@ -187,7 +183,6 @@ class Trajectories:
 
 
 _DONE = ResultCode.DONE.number
-_BY_RUN = ("parameters", "sources", "scales", "channels", "profile")
 
 
 def _all(parts: Sequence[Any]) -> Any:

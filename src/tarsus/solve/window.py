@@ -310,12 +310,7 @@ def _singles(data: Sequence[Rows], wanted: npt.NDArray[np.int64]) -> dict[int, R
     for number in np.unique(wanted).tolist():
         k = int(np.searchsorted(first, number, side="right")) - 1
         r = number - int(first[k])
-        parts = ("parameters", "initial", "sources", "scales", "channels", "profile")
-        out[number] = (
-            data[k]
-            if len(data[k]) == 1
-            else replace(data[k], **{name: getattr(data[k], name)[r : r + 1] for name in parts})
-        )
+        out[number] = data[k] if len(data[k]) == 1 else data[k].taken(slice(r, r + 1))
     return out
 
 

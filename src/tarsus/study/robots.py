@@ -102,8 +102,9 @@ class Robots:
         for path in parts:
             axes.setdefault(path, Normal(mean=known[path].value, deviation=0.0))
             legs |= _leg(GAINS, path)
-        if not axes and not problems:
-            problems.append("nothing is scattered: give the standard deviation of a value, or dead legs")
+        if not axes and not grounds and not problems:
+            text = "give the standard deviation of a value, a range of grounds, or dead legs"
+            problems.append(f"nothing is scattered: {text}")
         if problems:
             raise InputError(problems)
         return cls(scene, axes, grounds, legs, parts, dead, weak, weakness)

@@ -24,4 +24,6 @@ def test_feet_stand_on_the_ground_that_is_drawn() -> None:
         level = piece[:, 1][np.argsort(np.abs(piece[:, 0] - foot[0]))[:2]]
         assert foot[1] == pytest.approx(level[0], abs=1e-9 * stage.leg)
         assert piece[0, 0] < foot[0] < piece[-1, 0]
-    assert np.array(payload(motion, stage)["ground"]) == pytest.approx(motion.ground, rel=1e-8)
+    told = payload(motion, stage)
+    assert np.array(told["ground"][0]) == pytest.approx(motion.ground[0], rel=1e-8)
+    assert told["line"] == [0, 0, 0, 0]

@@ -188,3 +188,15 @@ def test_as_many_draws_as_are_named_tell_them_apart():
     few = leader(32)
     assert not few.resolved and few.draws is not None
     assert (many := leader(2 * few.draws)).resolved and many.group == "x0"
+
+
+def test_grounds_alone_may_be_scattered() -> None:
+    rough = {"kind": "random", "seed": 3, "rms": 1e-6, "correlation_length": 3e-4, "spacing": 4e-5}
+    scene = ts.with_values(creeping_millipede(), {"ground.profile": rough})
+    found = Robots.of(scene, **as_arguments({"ground.profile.seed": "0:1000"}))
+    points = found.sweep(8, ["mean_speed"]).points()
+    assert (
+        not found.scatter
+        and list(points) == ["ground.profile.seed"]
+        and np.ptp(points["ground.profile.seed"]) > 0.0
+    )

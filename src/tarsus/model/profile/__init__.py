@@ -10,9 +10,20 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import Field
 
 from tarsus.base.discover import classes_beside
-from tarsus.model.profile.base import Profile, gaps_above, heights_of, line_between
+from tarsus.model.profile.base import GroundLine, Profile, Relief, gaps_above, heights_of, line_between
+from tarsus.model.profile.each_foot import EachFoot
 
-__all__ = ["AnyProfile", "Profile", "gaps_above", "heights_of", "line_between"]
+__all__ = [
+    "AnyLine",
+    "AnyProfile",
+    "EachFoot",
+    "GroundLine",
+    "Profile",
+    "Relief",
+    "gaps_above",
+    "heights_of",
+    "line_between",
+]
 
 
 def _kind(shape: type[Profile]) -> str | None:
@@ -21,9 +32,11 @@ def _kind(shape: type[Profile]) -> str | None:
 
 
 if TYPE_CHECKING:
-    AnyProfile = Profile
+    AnyLine, AnyProfile = Profile, Relief
 else:
-    AnyProfile = Annotated[
-        reduce(or_, classes_beside(__package__, Profile, _kind).values()), Field(discriminator="kind")
-    ]
+    _shapes = tuple(classes_beside(__package__, Profile, _kind).values())
+    AnyLine = Annotated[reduce(or_, _shapes), Field(discriminator="kind")]
     """Any shape; `kind` tells which."""
+    EachFoot.model_rebuild(_types_namespace={"AnyLine": AnyLine})
+    AnyProfile = Annotated[reduce(or_, (*_shapes, EachFoot)), Field(discriminator="kind")]
+    """Any shape for all feet, or one a foot."""

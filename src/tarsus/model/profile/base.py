@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -15,7 +17,35 @@ from tarsus.base.spec import Description, quantity
 Floats = NDArray[np.float64]
 
 
-class Profile(Description, ABC):
+@dataclass(frozen=True, eq=False)
+class GroundLine:
+    """The ground along one line of the way. points (np, 2) [m]: as `Profile.points`; repeats: as `Profile.repeats`;
+    patches: factors of restitution, adhesion and friction of each facet (np - 1, 3), (0, 3) where all are 1."""
+
+    points: Floats
+    repeats: bool
+    patches: Floats
+
+
+class Relief(Description, ABC):
+    """Base of uneven ground: one line for all feet, or several."""
+
+    @abstractmethod
+    def lines(self, feet: Mapping[str, float]) -> tuple[list[GroundLine], list[int]]:
+        """The different lines along which feet go, and the number of each foot's. feet: places to the left of the
+        robot's middle [m] by name."""
+
+    def faults(self, feet: Mapping[str, float]) -> list[tuple[str, str]]:
+        """What does not fit feet at such places, as (path, sentence)."""
+        return []
+
+    @property
+    def wide(self) -> bool:
+        """Whether the line of a foot depends on its place across the way."""
+        return False
+
+
+class Profile(Relief, ABC):
     """Base of the shapes of uneven ground: facets between the points of a polyline along the way.
 
     Numbers that are floats move points and never change how many there are, so that runs of one plan may differ in
@@ -35,6 +65,22 @@ class Profile(Description, ABC):
     def points(self) -> Floats:
         """Places along the way, from rear to front, and heights above level ground (np, 2) [m]; two points at one
         place are the side of a step."""
+
+    def side_by_side(self, places: Sequence[float]) -> list[Floats]:
+        """Points of the lines at places [m] to the left of the robot's middle, as many of each, of a shape that differs
+        across the way."""
+        return [self.points() for _ in places]
+
+    def lines(self, feet: Mapping[str, float]) -> tuple[list[GroundLine], list[int]]:
+        places = sorted(set(feet.values())) if self.wide else [0.0]
+        every = self.side_by_side(places) if self.wide else [self.points()]
+        lines = [
+            GroundLine(
+                points, self.repeats, self.patches(len(points) - 1) if self.patched else np.zeros((0, 3))
+            )
+            for points in every
+        ]
+        return lines, [places.index(y) if self.wide else 0 for y in feet.values()]
 
     @property
     def repeats(self) -> bool:

@@ -28,7 +28,7 @@ function readWalk(data) {
   const time = unpack(data.time, frames)[0];
   return {
     frames, body, turns: "yaw" in data.body, time, start: time[0], end: time[frames - 1], period: data.period, incline: data.incline,
-    ground: data.ground,
+    ground: data.ground, line: data.line,
     names: data.legs, hips: data.hips, stage: data.stage,
     footX: unpack(data.foot_x, frames), footZ: unpack(data.foot_z, frames),
     normal: unpack(data.normal, frames), friction: unpack(data.friction, frames),

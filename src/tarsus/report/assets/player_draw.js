@@ -159,17 +159,18 @@ class Stage {
     polygon(pen, [[x, y + 4], [x - 5, y + 13], [x + 5, y + 13]], this.look.ink);
   }
 
-  /** The piece of uneven ground that a foot stands on, as large as its motion is drawn. */
+  /** The piece of uneven ground that a foot stands on, as large as its motion is drawn; in its leg's colour where feet go along several lines. */
   drawFacets(leg) {
     const { walk, moment, choices: { up, along } } = this, { stage } = walk, x = moment.read(walk.footX[leg]);
-    const half = (0.5 * stage.piece) / along, [hipX] = walk.hips[leg];
+    const half = (0.5 * stage.piece) / along, [hipX] = walk.hips[leg], ground = walk.ground[walk.line[leg]];
     const height = (place) => {
-      const after = walk.ground.findIndex(([at]) => at > place), [x1, z1] = walk.ground.at(after), [x0, z0] = walk.ground.at(after - 1);
+      const after = ground.findIndex(([at]) => at > place), [x1, z1] = ground.at(after), [x0, z0] = ground.at(after - 1);
       return after < 1 ? z1 : z0 + ((place - x0) / (x1 - x0)) * (z1 - z0);
     };
-    const inside = walk.ground.filter(([place]) => Math.abs(place - x) < half);
+    const { colors } = this.look, color = walk.ground.length === 1 ? colors.muted : this.far(leg) ? colors["far-leg"] : colors.leg;
+    const inside = ground.filter(([place]) => Math.abs(place - x) < half);
     const piece = [[x - half, height(x - half)], ...inside, [x + half, height(x + half)]];
-    line(this.pen, piece.map(([place, z]) => this.place(stage.x[leg] + along * (place - hipX), stage.y[leg], up * z)), this.look.colors.muted);
+    line(this.pen, piece.map(([place, z]) => this.place(stage.x[leg] + along * (place - hipX), stage.y[leg], up * z)), color);
   }
 
   drawBody() {

@@ -159,10 +159,7 @@ struct LeggedWindows {
 nb::tuple windows_legged(const legged::Body& body, const legged::LegTables& tables, const Nodes& nodes, const Laws& laws,
                          const Laws& programs, const Settings& settings, nb::list on, nb::list given_copies, int lanes, nb::handle given) {
   const size_t coordinates = size_t(body.all_coordinates());
-  const std::vector<WindowData> data = window_data(on, coordinates, laws, body.drives);
-  for (const WindowData& one : data) {
-    if (one.rows.batch.profile != body.shape()) throw std::invalid_argument("the sizes of a ground's profile differ");
-  }
+  const std::vector<WindowData> data = window_data(on, coordinates, laws, body.drives, body.shape());
   const WindowStarts starts(given, 2 * coordinates, size_t(body.feet()));
   starts.check(data);
   std::vector<Copies> copies;

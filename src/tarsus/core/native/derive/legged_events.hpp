@@ -20,7 +20,7 @@ class FootEvents {
     if (!s.body.patched) return;
     for (Acting* of : {&acting, &still}) {
       of->laws.patches.resize(s.body.feet());
-      of->laws.patches[s.body.legs[i].foot] = of->patch(facet);
+      of->laws.patches[s.body.legs[i].foot] = of->patch(i, facet);
     }
   }
 
@@ -89,7 +89,7 @@ class FootEvents {
   }
   void at_facet(int i, int64_t number) {
     if (acting.on(i)) acting.turn_back(i);
-    at_->ground[i] = acting.facet(number);
+    at_->ground[i] = acting.facet(i, number);
     take_patch(i, number);
   }
   // Into the directions that the foot lives in from now on.

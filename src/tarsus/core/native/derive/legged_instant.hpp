@@ -87,17 +87,19 @@ class Acting {
   }
   Jet landing_gap(int) const { return Jet(0.0); }  // a foot that lands is at the ground at its own moment
 
-  // Of uneven ground: facets and their factors by number, those of a foot, and the corner at an end of its facet.
+  // Of uneven ground: facets and their factors below a leg by number, that of a foot, and the corner at an end of its facet.
   bool uneven() const { return s_.profile != nullptr; }
-  FacetOf<Jet> facet(int64_t k) const {
-    return s_.profile->facet<Jet>(k, [&](int64_t n) { return jet(s_.profile->points[n], data_.profile[n]); });
+  FacetOf<Jet> facet(int i, int64_t k) const {
+    const Profile& line = profile_of(s_, i);
+    return line.facet<Jet>(k, [&](int64_t n) { return jet(line.numbers[n], data_.profile[line.first + size_t(n)]); });
   }
-  PatchOf<Jet> patch(int64_t k) const {
-    return s_.profile->patch<Jet>(k, [&](int64_t n) { return jet(s_.profile->points[n], data_.profile[n]); });
+  PatchOf<Jet> patch(int i, int64_t k) const {
+    const Profile& line = profile_of(s_, i);
+    return line.patch<Jet>(k, [&](int64_t n) { return jet(line.numbers[n], data_.profile[line.first + size_t(n)]); });
   }
   const FacetOf<Jet>& ground(int i) const { return at_->ground[i]; }
   bool on(int i) const { return uneven() && at_->on[i]; }
-  CornerOf<Jet> corner(int i, int way) const { return {ground(i), facet(ground(i).number + way), way}; }
+  CornerOf<Jet> corner(int i, int way) const { return {ground(i), facet(i, ground(i).number + way), way}; }
   // Height and place at rest, in the robot's directions.
   Jet height(int i) const { return jet((uneven() ? s_.level[i] : leg(i)).gap, leg(i).foot < 0 ? Row(0.0) : data_.sources[leg(i).foot]); }
   Jet place(int i) const {

@@ -211,7 +211,7 @@ class LeggedTangent : public LeggedMarch {
     gaps_.assign(legs(), Row(0.0));
     JetPlace here;
     for (int i : body.leg) {
-      facets_[i] = acting_.facet(feet[i].ground.number);
+      facets_[i] = acting_.facet(i, feet[i].ground.number);
       leans_[i] = leaning(facets_[i]);
       event_.take_patch(i, feet[i].ground.number);
       bases_[i] = feet[i].base;

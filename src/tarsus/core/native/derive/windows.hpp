@@ -111,14 +111,14 @@ struct WindowsFound {
 };
 
 // on: a list of (signals, rows, blocks of derivatives).
-inline std::vector<WindowData> window_data(nb::list on, size_t coordinates, const Laws& laws, size_t drives) {
+inline std::vector<WindowData> window_data(nb::list on, size_t coordinates, const Laws& laws, size_t drives, size_t shape = 0) {
   std::vector<WindowData> out;
   for (nb::handle item : on) {
     const auto [signals, rows, blocks] = nb::cast<std::tuple<const Signals*, nb::object, nb::list>>(item);
     const size_t m = size_t(laws.feet);
-    out.push_back({*signals, Rows(rows, *signals, m * laws.columns, 2 * coordinates, m, drives), {}});
+    out.push_back({*signals, Rows(rows, *signals, m * laws.columns, 2 * coordinates, m, drives, shape), {}});
     for (nb::handle block : blocks) {
-      out.back().blocks.push_back(data_tangents(block, coordinates, laws, *signals, out.back().rows.batch.profile));
+      out.back().blocks.push_back(data_tangents(block, coordinates, laws, *signals, shape));
     }
   }
   return out;

@@ -20,10 +20,11 @@ inline double film_by_parts(const Between& between, const Row& w, const Row& fil
 // A stretch of the step, in scaled time: rows on it from rows on the step.
 struct Stretch {
   double start, width;
+  bool whole;
   double matrix[N][N];
 
-  Stretch(const Legged& s, double from, double wide) : start(from), width(wide) {
-    if (whole()) return;
+  Stretch(const Legged& s, double from, double wide) : start(from), width(wide), whole(from == 0.0 && wide == 1.0) {
+    if (whole) return;
     const Row x = s.nodes.times() * width + start;
     for (int j = 0; j < N; j++) {
       Row value = Row(s.between.powers[j][N - 1]);
@@ -31,8 +32,7 @@ struct Stretch {
       store(matrix[j], value);
     }
   }
-  bool whole() const { return start == 0.0 && width == 1.0; }
-  Row of(const Row& values) const { return whole() ? values : combine(&matrix[0][0], values); }
+  TARSUS_INLINE Row of(const Row& values) const { return whole ? values : combine(&matrix[0][0], values); }
 };
 
 // A leg on a stretch: its rate without the film's momentum at the nodes, and displacements at the ends.
@@ -193,7 +193,7 @@ inline void add_energies(Legged& s, double h, double fraction, Moment& end, Choi
   Account account{s, h, kept};
   const Stretch over(s, 0.0, std::min(fraction, 1.0));
   account.of_body(over);
-  for (int i = 0; i < s.legs(); i++) {
+  for (int i = 0, legs = s.legs(); i < legs; i++) {
     for (int d = 0; d < s.directions(); d++) account.of_leg(i, d, over, end.of(i, d).u);
   }
 }

@@ -97,8 +97,7 @@ nb::tuple run_legged(const Body& body, const LegTables& tables, const Nodes& nod
                      nb::object start) {
   const int nb = body.coordinates();
   if (laws.feet != body.feet()) throw std::invalid_argument("the body and the laws are of different feet");
-  const Rows rows(given, signals, size_t(laws.feet) * laws.columns, 2 * size_t(body.all_coordinates()), laws.feet, body.drives);
-  if (rows.batch.profile != body.shape()) throw std::invalid_argument("the sizes of a ground's profile differ");
+  const Rows rows(given, signals, size_t(laws.feet) * laws.columns, 2 * size_t(body.all_coordinates()), laws.feet, body.drives, body.shape());
   const Batch& batch = rows.batch;
   const Start begin(start, laws.flags.size());
   Outcome out;
@@ -128,9 +127,8 @@ nb::tuple tangents_legged(const Body& body, const LegTables& tables, const Nodes
                           const Laws& programs, nb::handle given, const Settings& settings, const Doubles& times, bool account,
                           nb::object start, nb::handle data, int count, nb::list copies) {
   const size_t coordinates = body.coordinates() + 2 * body.legs.size(), m = size_t(laws.feet);
-  const Rows rows(given, signals, m * laws.columns, 2 * coordinates, m, body.drives);
+  const Rows rows(given, signals, m * laws.columns, 2 * coordinates, m, body.drives, body.shape());
   const Start begin(start, m);
-  if (rows.batch.profile != body.shape()) throw std::invalid_argument("the sizes of a ground's profile differ");
   const DataTangents tangents = data_tangents(data, coordinates, laws, signals, rows.batch.profile);
   std::vector<PerturbedBody> others;
   for (nb::handle item : copies) {

@@ -70,11 +70,22 @@ struct Facet : FacetOf<double> {
   double rounding() const { return 2e-15 * (std::fabs(x) + std::fabs(z) + (std::isfinite(high - low) ? high - low : 0.0)); }
 };
 
+// One line of the ground along the way: how many points it has, whether it repeats, whether its facets are not alike, and where its
+// numbers begin among those of all lines of a run: points (., 2), then of unlike facets patches (. - 1, 3).
+struct Line {
+  int points = 0;
+  bool periodic = false, patched = false;
+  size_t first = 0;
+
+  size_t end() const { return first + size_t(2 * points + (patched ? 3 * (points - 1) : 0)); }
+};
+
 struct Leg {
   double mass, gap;                                      // [kg], clearance at rest [m]
   double weight[MOST_DIRECTIONS] = {};                            // [N] downward, and backward
   double stiffness[MOST_DIRECTIONS], damping[MOST_DIRECTIONS];    // [N/m], [N s/m]
   int kind[MOST_DIRECTIONS], foot = -1, first = 0, last = 0;      // tables; foot or -1; drives that act on the foot
+  int line = 0;                                                   // of uneven ground, along which its foot goes
   Hip hip[MOST_DIRECTIONS];
 
   // Of uneven ground (legged/profile.hpp). place [m]: of the foot at rest along the facet, which lasts from low to high; normal: of the
@@ -106,12 +117,11 @@ struct Body {
   std::vector<double> gain;
   std::vector<double> load;  // (drives, coordinates): loads on the body itself
   int drives = 0, directions = DIRECTIONS;
-  int points = 0;         // of the ground's profile, 0 for level ground
-  bool periodic = false;  // whether that repeats
-  bool patched = false;   // and whether its facets are not alike
+  std::vector<Line> lines;  // of uneven ground
+  bool patched = false;     // whether facets of one of them are not alike
 
-  // Numbers of the profile of one run.
-  size_t shape() const { return size_t(points > 0 ? 2 * points + (patched ? 3 * (points - 1) : 0) : 0); }
+  // Numbers of the ground's profile of one run.
+  size_t shape() const { return lines.empty() ? 0 : lines.back().end(); }
 
   int coordinates() const { return int(mass.size()); }
   // Of body and legs; in a state places across come after all others.

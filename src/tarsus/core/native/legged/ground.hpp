@@ -207,8 +207,9 @@ inline void leave_facet(Legged& s, int i, const Facet& above) {
   turn_back(s, i);
   pass_over(s, i, above);
 }
-inline Facet open_side(const Legged& s, const Facet& on) {
-  return on.upright() ? s.profile->facet(on.number + (on.sin > 0.0 ? -1 : 1)) : on;
+inline Facet open_side(const Legged& s, int i) {
+  const Facet& on = s.feet[i].ground;
+  return on.upright() ? profile_of(s, i).facet(on.number + (on.sin > 0.0 ? -1 : 1)) : on;
 }
 
 // What is noted of a foot that leaves a facet for the next one, or for the air beyond it.
@@ -269,7 +270,7 @@ inline void stand_in_corner(Legged& s, int i, int way, bool shifts) {
     return;
   }
   if (by.next > 0.0) {
-    lie_on(s, i, s.profile->facet(foot.ground.number + way));
+    lie_on(s, i, profile_of(s, i).facet(foot.ground.number + way));
     way = -way;
     at = bearing_of(present, i, s.laws.strength(f, s.clock.time - foot.since, s.volts_now(f)));
   }
@@ -284,7 +285,7 @@ inline void stand_in_corner(Legged& s, int i, int way, bool shifts) {
 inline void turn_corner(Legged& s, int i, int way) {
   LeggedFoot& foot = s.feet[i];
   const Corner corner = corner_of(s, i, way);
-  const Facet old = foot.ground, next = s.profile->facet(old.number + way);
+  const Facet old = foot.ground, next = profile_of(s, i).facet(old.number + way);
   if (corner.rises()) foot.u[ALONG] = old.end(way) - s.body.legs[i].place;
   const double speed = way * foot.w[ALONG] * corner.sin;
   const bool meets = corner.rises() && !corner.straight();
@@ -305,7 +306,7 @@ inline void turn_corner(Legged& s, int i, int way) {
   const double pull = -by.next;
   end_contact(s, i);
   if (!corner.rises() && !corner.straight()) {
-    leave_facet(s, i, next.upright() ? s.profile->facet(next.number + way) : next);
+    leave_facet(s, i, next.upright() ? profile_of(s, i).facet(next.number + way) : next);
     return;
   }
   turn_back(s, i);
@@ -330,10 +331,10 @@ inline void pass_corner(Legged& s, int i, int way) {
   LeggedFoot& foot = s.feet[i];
   s.rebase(i);
   foot.u[ALONG] = end_of(s, i, way) - s.body.legs[i].place;
-  const Facet next = s.profile->facet(foot.ground.number + way);
+  const Facet next = profile_of(s, i).facet(foot.ground.number + way);
   foot.start = AS_IT_COMES;
   if (!next.upright()) return pass_over(s, i, next);
-  const Facet beyond = s.profile->facet(next.number + way);
+  const Facet beyond = profile_of(s, i).facet(next.number + way);
   const double height = foot.u[UP] + s.level[i].gap;
   if (height >= beyond.height(-way) - beyond.rounding()) return pass_over(s, i, beyond);
   const Facet before = foot.ground;
@@ -380,7 +381,7 @@ inline void apply_event(Legged& s, int i, FootEvent kind) {
     s.log.add(t, f, RELEASE, foot.apex, 0.0, 0.0, pull, strength);
     foot.end(t);
     foot.w[UP] = leaving_rate(present, i, 0.0);
-    if (s.body.legs[i].turned) return leave_facet(s, i, open_side(s, foot.ground));
+    if (s.body.legs[i].turned) return leave_facet(s, i, open_side(s, i));
     begin_flight(s, i);
     return;
   }

@@ -170,7 +170,7 @@ struct PatchedLaws : ActingLaws {
   bool rubs(int foot, double speed = 0.0) const { return (patches.empty() || patches[foot].friction > 0.0) && has_friction(*this, foot, speed); }
 };
 
-class Profile;
+struct Profile;
 
 // What an event on uneven ground is made of, one thing after the other: a foot has its speed along the facet taken by the corner at its
 // end, or is found pressed into that; lands, with the pull that the corner leaves or its own; leaves its contact; lies on a facet; stands
@@ -204,7 +204,7 @@ struct Legged {
   int step_class = 0, launch_class[STICK_BEGINS + 1] = {}, launched = 0;  // by the kind of event, 0 for a kink
   bool launching = false;
 
-  // of uneven ground: its facets, or null, and legs and gains in the robot's own directions
+  // of uneven ground: its lines (profile_of), or null, and legs and gains in the robot's own directions
   const Profile* profile = nullptr;
   std::vector<Leg> level;
   std::vector<double> level_gain;

@@ -49,7 +49,7 @@ struct LeggedMarch : Legged {
   const bool keeps_account;
   const Body& unit_body;  // its weights are those of unit gravity
   Notes& notes;
-  Profile ground;
+  std::vector<Profile> ground;
   Moment moment;
   const double* gravity = nullptr;  // [m/s^2] of the run, into the ground and back along the way
   double lowest_at = -1.0, highest_at = -1.0;  // scaled times of the last step at which the body was lower, higher; -1: never
@@ -65,7 +65,7 @@ struct LeggedMarch : Legged {
 
   size_t sample_width() const {
     const int sideways = directions() > DIRECTIONS ? 2 * legs() + body.feet() : 0;
-    return 2 * coordinates() + 2 * DIRECTIONS * legs() + (body.points > 0 ? 5 : 2) * body.feet() + sideways + ENERGIES + shares.size();
+    return 2 * coordinates() + 2 * DIRECTIONS * legs() + (body.lines.empty() ? 2 : 5) * body.feet() + sideways + ENERGIES + shares.size();
   }
 
   // Set everything to the start of a run. Its displacements and velocities: the body's, then of every leg the way along
@@ -115,12 +115,13 @@ struct LeggedMarch : Legged {
   // Rest gaps [m] of the feet, gravity [m/s^2], and the shape of the ground.
   void put_on_ground(const RunData& run) {
     gravity = run.sources + body.feet();
-    if (body.points > 0) body = unit_body;  // feet of the run before may have stood on slopes
+    if (!body.lines.empty()) body = unit_body;  // feet of the run before may have stood on slopes
     for (int f = 0; f < body.feet(); f++) body.legs[body.leg[f]].gap = run.sources[f];
     body.weigh(unit_body, gravity);
-    if (body.points == 0) return;
-    ground = {run.profile, body.points, body.periodic, body.patched};
-    profile = &ground;
+    if (body.lines.empty()) return;
+    ground.clear();
+    for (const Line& line : body.lines) ground.push_back({line, run.profile + line.first});
+    profile = ground.data();
     if (body.patched) laws.patches.assign(body.feet(), {});
   }
 

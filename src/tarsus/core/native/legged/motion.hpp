@@ -31,23 +31,29 @@ inline Motion expand(const Leg& leg, int d, double h, double span, Motion from, 
                damping = more ? leg.damping[d] - leg.more_damping : leg.damping[d];
   const double enough = 1e-18 * (std::fabs(from.u) + step * std::fabs(from.w)) + 1e-40;
   Motion sum = from, term = from;
-  double power = 1.0;
-  for (int n = 0; n < LEG_TERMS - 1; n++) {
-    double force = 0.0, momentum = 0.0;
-    if (n < N) {
-      force = push[n] * power;
-      if (film != nullptr) momentum = film[n] * power;
-      power *= span;
-    }
-    const double factor = step / (n + 1);
-    const double du = factor * (term.w + momentum * m);
-    const double dw =
-        factor * ((force - stiffness * term.u - damping * term.w) * m - damping * momentum * m * m);
+  double powers[N] = {1.0}, forces[N], momenta[N] = {};
+  for (int n = 1; n < N; n++) powers[n] = powers[n - 1] * span;
+  store(forces, load(push) * load(powers));
+  if (film != nullptr) store(momenta, load(film) * load(powers));
+  const auto add = [&](double du, double dw) {
     sum.u += du;
     sum.w += dw;
     term = {du, dw};
+  };
+  for (int n = 0; n < N; n++) {
+    const double factor = step / (n + 1), pulled = forces[n] - stiffness * term.u - damping * term.w;
+    if (film != nullptr) {
+      const double momentum = momenta[n];
+      add(factor * (term.w + momentum * m), factor * (pulled * m - damping * momentum * m * m));
+    } else {
+      add(factor * term.w, factor * (pulled * m));
+    }
+  }
+  for (int n = N; n < LEG_TERMS - 1; n++) {  // by now under no force but its own
+    const double factor = step / (n + 1);
+    add(factor * term.w, factor * ((0.0 - stiffness * term.u - damping * term.w) * m));
     // velocities over the span are displacements: both are small in the same unit
-    if (n >= N && std::fabs(du) + step * std::fabs(dw) < enough) break;
+    if (std::fabs(term.u) + step * std::fabs(term.w) < enough) break;
   }
   return sum;
 }
@@ -154,11 +160,11 @@ struct Moment {
 };
 
 inline void end_of_step(const Legged& s, Moment& out) {
-  for (int b = 0; b < s.coordinates(); b++) {
+  for (int b = 0, nb = s.coordinates(); b < nb; b++) {
     out.x[b] = s.at.x[b][N - 1];
     out.v[b] = s.at.v[b][N - 1];
   }
-  for (int i = 0; i < s.legs(); i++) {
+  for (int i = 0, legs = s.legs(); i < legs; i++) {
     in_directions<UP>(s, [&](auto d) {
       const bool held = s.feet[i].held(d);
       out.of(i, d) =

@@ -14,19 +14,16 @@
 
 namespace tarsus::legged {
 
-// The facets of a run: a row of points (count, 2) [m], along the way and height, and where they are not alike of patches (count - 1).
+// The facets along a line of a run: its numbers, points [m] along the way and in height, and where they are not alike patches.
 // Those of a ground that repeats go on with the last
 // point as the first of the next cell; else the ground goes on level beyond both ends.
-class Profile {
- public:
-  const double* points = nullptr;
-  int count = 0;
-  bool periodic = false, patched = false;
+struct Profile : Line {
+  const double* numbers = nullptr;
 
   // A facet of the shape's numbers ``at``, and its factors of the laws.
   template <class Real, class At>
   FacetOf<Real> facet(int64_t k, At&& at) const {
-    const int64_t n = count - 1;
+    const int64_t n = points - 1;
     const int64_t cell = periodic ? (k >= 0 ? k / n : -((n - 1 - k) / n)) : 0, j = k - cell * n;
     FacetOf<Real> out;
     out.number = k;
@@ -47,23 +44,24 @@ class Profile {
   }
   template <class Real, class At>
   PatchOf<Real> patch(int64_t k, At&& at) const {
-    const int64_t n = count - 1, j = periodic ? ((k % n) + n) % n : std::min(std::max(k, int64_t(0)), n - 1);
-    const int64_t first = 2 * count + 3 * j;
-    return {at(first), at(first + 1), at(first + 2)};
+    if (!patched) return {Real(1.0), Real(1.0), Real(1.0)};
+    const int64_t n = points - 1, j = periodic ? ((k % n) + n) % n : std::min(std::max(k, int64_t(0)), n - 1);
+    const int64_t own = 2 * points + 3 * j;
+    return {at(own), at(own + 1), at(own + 2)};
   }
-  Facet facet(int64_t k) const { return {facet<double>(k, [this](int64_t n) { return points[n]; })}; }
-  Patch patch(int64_t k) const { return patch<double>(k, [this](int64_t n) { return points[n]; }); }
+  Facet facet(int64_t k) const { return {facet<double>(k, [this](int64_t n) { return numbers[n]; })}; }
+  Patch patch(int64_t k) const { return patch<double>(k, [this](int64_t n) { return numbers[n]; }); }
   // The facet, not a vertical one, below a place (along, height); at a corner the one that leaves it above the ground.
   Facet below(double x, double z) const {
-    const int64_t n = count - 1;
-    const double span = points[2 * n] - points[0];
-    const double cell = periodic ? std::floor((x - points[0]) / span) : 0.0, at = x - cell * span;
+    const int64_t n = points - 1;
+    const double span = numbers[2 * n] - numbers[0];
+    const double cell = periodic ? std::floor((x - numbers[0]) / span) : 0.0, at = x - cell * span;
     int64_t low = -1, high = n;
     while (high - low > 1) {
       const int64_t middle = (low + high) / 2;
-      (points[2 * middle] <= at ? low : high) = middle;
+      (numbers[2 * middle] <= at ? low : high) = middle;
     }
-    if (!periodic && high == n && at >= points[2 * n]) low = n;
+    if (!periodic && high == n && at >= numbers[2 * n]) low = n;
     Facet out = facet(int64_t(cell) * n + low);
     if (out.upright()) out = facet(out.number + 1);
     if (x - out.x <= out.rounding() && z < out.z - out.rounding()) {
@@ -73,6 +71,9 @@ class Profile {
     return out;
   }
 };
+
+// The line below a foot.
+inline const Profile& profile_of(const Legged& s, int i) { return s.profile[s.body.legs[i].line]; }
 
 // The turn from one facet into the next in the direction ``way`` (+-1), by which the ground rises: a corner that rises is concave.
 template <class Real>
@@ -90,7 +91,7 @@ typedef CornerOf<double> Corner;
 // The corner at an end of the facet of a foot.
 inline Corner corner_of(const Legged& s, int i, int way) {
   const Facet& on = s.feet[i].ground;
-  return {on, s.profile->facet(on.number + way), way};
+  return {on, profile_of(s, i).facet(on.number + way), way};
 }
 
 inline Hip combined(const Hip& a, double by_a, const Hip& b, double by_b) {
@@ -147,13 +148,13 @@ inline void float_above(Legged& s, int i) {
   // for the side of a step, which stops it.
   const bool felt = s.feet[i].film || s.feet[i].force;
   const auto past = [&](int way) {
-    const bool stops = (on.upright() || s.profile->facet(on.number + way).upright()) && corner_of(s, i, way).rises();
+    const bool stops = (on.upright() || profile_of(s, i).facet(on.number + way).upright()) && corner_of(s, i, way).rises();
     return felt && !stops ? s.settings.rest_height : 0.0;
   };
   leg.low = on.low * on.cos - past(-1);
   leg.high = on.high * on.cos + past(1);
   leg.rounding = on.rounding();
-  if (s.profile->patched) s.laws.patches[leg.foot] = s.profile->patch(on.number);
+  if (s.body.patched) s.laws.patches[leg.foot] = profile_of(s, i).patch(on.number);
 }
 
 // The numbers of a leg whose foot is above its facet, in the facet's directions.
@@ -223,7 +224,7 @@ inline void lay_ground(Legged& s) {
   s.level_gain = s.body.gain;
   for (int i : s.body.leg) {
     const double* u = s.feet[i].u;
-    s.feet[i].ground = s.profile->below(u[ALONG] + s.level[i].place, u[UP] + s.level[i].gap);
+    s.feet[i].ground = profile_of(s, i).below(u[ALONG] + s.level[i].place, u[UP] + s.level[i].gap);
     float_above(s, i);
   }
 }

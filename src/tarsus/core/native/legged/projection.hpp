@@ -82,7 +82,7 @@ struct Projection {
   }
 
   // The momentum of b [N s] under a push and a drag, less the legs' response to displacements of all coordinates.
-  Row momentum(int b, Row push, Row drag, const Row* x) const {
+  TARSUS_INLINE Row momentum(int b, Row push, Row drag, const Row* x) const {
     for (int c = 0; c < size; c++) {
       push -= x[c] * all.stiffness[b][c];
       drag -= x[c] * all.damping[b][c];
@@ -173,17 +173,18 @@ inline double follow(Legged& s, int k, double h) {
   const Projection projection(s, k);
   const Solvers& solvers = solvers_of(s, k);
   const auto solve = [&](int b, const Row& right) { return combine(reinterpret_cast<const double*>(solvers.inverse[b].data()), right); };
+  const int nb = s.coordinates();
   const double* once = &s.nodes.once[0][0];
   Row misfit[MOST_COORDINATES], step[MOST_COORDINATES];
   const auto change = [&] {
     double out = 0.0;
-    for (int b = 0; b < s.coordinates(); b++) {
+    for (int b = 0; b < nb; b++) {
       if (!finite(step[b])) return NOT_A_NUMBER;
       out = std::max(out, highest(magnitude(step[b])) * s.body.lever[b]);
     }
     return out;
   };
-  for (int b = 0; b < s.coordinates(); b++) {
+  for (int b = 0; b < nb; b++) {
     const double mass = s.body.mass[b];
     const Row place = combine(&s.nodes.twice[0][0], at.push[b]) * (h * h) + combine(once, at.drag[b] + at.film[b]) * h - at.place[b];
     // the new place is rounded first, so that its difference from the old one is exactly zero or above rounding
@@ -193,13 +194,13 @@ inline double follow(Legged& s, int k, double h) {
   double moved = change();
   if (moved > ALONE * CONVERGED * s.settings.gap) {
     for (int n = 0; n < PROJECTION_ROUNDS; n++) {
-      for (int b = 0; b < s.coordinates(); b++) {
+      for (int b = 0; b < nb; b++) {
         if (solvers.linked[b]) step[b] = solve(b, misfit[b] - projection.place(b, step));
       }
     }
     moved = change();
   }
-  for (int b = 0; b < s.coordinates(); b++) {
+  for (int b = 0; b < nb; b++) {
     at.v[b] = (projection.momentum(b, at.push[b], at.drag[b], step) - at.momentum[b]) * (1.0 / s.body.mass[b]) + s.v[b];
     at.x[b] += step[b];
   }

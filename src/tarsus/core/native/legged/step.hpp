@@ -90,7 +90,7 @@ inline void first_guess(Legged& s, int k, double h) {
   const bool known = s.length > 0.0;
   if (known) extrapolation(s, h, matrix);
   const auto on = [&](const Row& values) { return combine(reinterpret_cast<const double*>(matrix), values); };
-  for (int b = 0; b < s.coordinates(); b++) {
+  for (int b = 0, nb = s.coordinates(); b < nb; b++) {
     s.at.v[b] = known ? on(s.at.v[b]) : Row(s.v[b]);
     s.at.x[b] = combine(&s.nodes.once[0][0], s.at.v[b]) * h + s.x[b];
   }
@@ -184,7 +184,7 @@ struct Sweep {
   bool failed = false;
 };
 
-// A foot in the air, upward.
+// A foot in the air above a level facet, upward.
 TARSUS_INLINE void fly(Legged& s, int i, int k, double h, Sweep& sweep) {
   const Leg& leg = s.body.legs[i];
   const LeggedFoot& foot = s.feet[i];
@@ -206,15 +206,15 @@ TARSUS_INLINE void fly(Legged& s, int i, int k, double h, Sweep& sweep) {
     r.q[UP] = own + hip;
     r.u[UP] = u0 + combine(&table.force[0][0][0], r.q[UP]);
     if (foot.film) {
-      if (stiff && !stiff_film(s, &table.film[0][0][0], i, leg.clearance(r.u[UP], r.u[ALONG]), r)) sweep.failed = true;
+      if (stiff && !stiff_film(s, &table.film[0][0][0], i, r.u[UP] + leg.gap, r)) sweep.failed = true;
       used = r.film;
       r.u[UP] += combine(&table.film[0][0][0], used);
-      r.gap = leg.clearance(r.u[UP], r.u[ALONG]);
+      r.gap = r.u[UP] + leg.gap;
       r.film = s.film(i, r.gap);
       // a stiff film has converged by Newton's method; its momentum would only magnify the rounding of the gap
       change = stiff ? Row(0.0) : magnitude(r.film - used) * table.reach_film;
     } else {
-      r.gap = leg.clearance(r.u[UP], r.u[ALONG]);
+      r.gap = r.u[UP] + leg.gap;
     }
     if (foot.force) {
       if (rated) find_rate();
@@ -415,7 +415,7 @@ inline bool find_held(Legged& s) {
 
 // All legs that move, for the present motion of the body.
 inline void move_legs(Legged& s, int k, double h, Sweep& sweep) {
-  for (int i = 0; i < s.legs(); i++) {
+  for (int i = 0, legs = s.legs(); i < legs; i++) {
     const Contact contact = s.feet[i].contact;
     if (contact == STUCK) continue;
     if (s.body.legs[i].sloping) {
@@ -442,7 +442,7 @@ inline void move_legs(Legged& s, int k, double h, Sweep& sweep) {
 inline double error_of(const Legged& s, int k, double h) {
   const Nodes& nodes = s.nodes;
   double worst = 0.0, sudden = 0.0;
-  for (int i = 0; i < s.legs(); i++) {
+  for (int i = 0, legs = s.legs(); i < legs; i++) {
     const LegRows& r = s.rows[i];
     if (s.any_way(i)) worst = std::max(worst, turned_at_once(s, i, h));
     in_directions<UP>(s, [&](auto d) {
@@ -460,7 +460,7 @@ inline double error_of(const Legged& s, int k, double h) {
       if (d == ALONG && slips_by_speed(s, i)) sudden = std::max(sudden, bend_error(nodes, r.bound, h, s.settings.end));
     });
   }
-  for (int b = 0; b < s.coordinates(); b++) {
+  for (int b = 0, nb = s.coordinates(); b < nb; b++) {
     const double error = nodes.truncation(s.at.push[b]) * 0.5 * h + nodes.truncation(s.at.drag[b]);
     worst = std::max(worst, error * h / s.body.mass[b] * s.body.lever[b]);
   }

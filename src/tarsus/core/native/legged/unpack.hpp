@@ -31,9 +31,13 @@ inline Body body_of(const Fields& from) {
   const auto hip = from.sized("hip", ways * legs * nb);
   const auto kind = from.narrowed<int>("kind"), foot = from.narrowed<int>("foot"), first = from.narrowed<int>("first");
   const auto place = from.sized("place", legs);
-  out.points = int(from.whole("points"));
-  out.periodic = from.whole("periodic") != 0;
-  out.patched = from.whole("patched") != 0;
+  const auto points = from.narrowed<int>("points"), periodic = from.narrowed<int>("periodic"), patched = from.narrowed<int>("patched"), line = from.narrowed<int>("line");
+  Fields::check("a line of the ground", periodic.size() == points.size() && patched.size() == points.size() && line.size() == out.leg.size());
+  for (size_t n = 0; n < points.size(); n++) {
+    if (points[n] < 2) throw std::invalid_argument("a line of the ground has two points at least");
+    out.lines.push_back({points[n], periodic[n] != 0, patched[n] != 0, out.shape()});
+    out.patched = out.patched || patched[n] != 0;
+  }
   Fields::check("a leg", kind.size() == ways * legs && foot.size() == legs && first.size() == legs + 1);
   for (size_t i = 0; i < legs; i++) {
     Leg leg;
@@ -56,6 +60,10 @@ inline Body body_of(const Fields& from) {
       }
     }
     out.legs.push_back(leg);
+  }
+  for (size_t f = 0; f < out.leg.size() && !out.lines.empty(); f++) {
+    if (line[f] < 0 || size_t(line[f]) >= out.lines.size()) throw std::invalid_argument("no such line of the ground");
+    out.legs[out.leg[f]].line = line[f];
   }
   return out;
 }

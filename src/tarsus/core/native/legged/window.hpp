@@ -47,7 +47,7 @@ inline void go_on_facet(LeggedMarch& s, int i, const CarriedFoot& from) {
   LeggedFoot& foot = s.feet[i];
   const Contact contact = foot.contact;
   foot.contact = AIR;
-  if (!std::isnan(from.facet)) pass_over(s, i, s.profile->facet(int64_t(from.facet)));
+  if (!std::isnan(from.facet)) pass_over(s, i, profile_of(s, i).facet(int64_t(from.facet)));
   foot.wedged = int(from.wedged);
   if (contact == AIR) return;
   turn(s, i);

@@ -17,7 +17,7 @@ nb::object shown(const std::vector<T>& values) {
 // Initial states (runs, 2 n), of walkers that stand as they do, and scales (runs, 3) of their own; and why the first run that cannot
 // start does not, a row a reason: run, fault, foot, by (see Refusal). idle (runs, drives): forces [N] without volts.
 nb::tuple start_rows(const StartRules& rules, const Laws& laws, const Signals& signals, nb::handle rows, const Doubles& idle) {
-  const Rows given(rows, signals, size_t(laws.feet) * laws.columns, 2 * rules.n, rules.m, rules.drives);
+  const Rows given(rows, signals, size_t(laws.feet) * laws.columns, 2 * rules.n, rules.m, rules.drives, Rows::NOT_READ);
   if (idle.size() != given.batch.runs * rules.drives) throw std::invalid_argument("the sizes of runs and of their drives differ");
   std::vector<double> initial = copied(given.initial), scales = copied(given.scales);
   std::vector<Refusal> refused;

@@ -65,9 +65,8 @@ nb::tuple advance_legged(const legged::Body& body, const legged::LegTables& tabl
                          const Laws& laws, const Settings& settings, nb::handle rows, nb::handle ways, bool account) {
   if (laws.feet != body.feet()) throw std::invalid_argument("the body and the laws are of different feet");
   const size_t m = size_t(laws.feet), width = 2 * size_t(body.all_coordinates());
-  const Rows given(rows, signals, m * laws.columns, width, m, body.drives);
+  const Rows given(rows, signals, m * laws.columns, width, m, body.drives, body.shape());
   const Ways on(ways, given.batch.runs, m);
-  if (given.batch.profile != body.shape()) throw std::invalid_argument("the sizes of a ground's profile differ");
   Parts out;
   std::vector<double> energies;
   size_t terms = 0;

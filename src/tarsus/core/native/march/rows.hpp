@@ -12,8 +12,11 @@ struct Rows {
   Integers channels;
   Batch batch;
 
-  // ``columns``: numbers of the laws' parameters of one run at least; states: displacements and velocities of one run.
-  Rows(nb::handle rows, const Signals& signals, size_t columns, size_t states, size_t feet, size_t drives)
+  static constexpr size_t NOT_READ = size_t(-1);
+
+  // ``columns``: numbers of the laws' parameters of one run at least; states: displacements and velocities of one run; shape: numbers of
+  // the ground's profile of one run, or NOT_READ.
+  Rows(nb::handle rows, const Signals& signals, size_t columns, size_t states, size_t feet, size_t drives, size_t shape = 0)
       : parameters(nb::cast<Doubles>(rows.attr("parameters"))), initial(nb::cast<Doubles>(rows.attr("initial"))),
         sources(nb::cast<Doubles>(rows.attr("sources"))), scales(nb::cast<Doubles>(rows.attr("scales"))),
         profile(nb::cast<Doubles>(rows.attr("profile"))), channels(nb::cast<Integers>(rows.attr("channels"))) {
@@ -21,13 +24,13 @@ struct Rows {
     const size_t given = runs ? parameters.size() / runs : 0;
     const bool fits = runs > 0 && initial.size() == runs * states && given >= columns && parameters.size() == runs * given &&
                       sources.size() == runs * (feet + GRAVITIES) && scales.size() == runs * 3 && width >= drives &&
-                      channels.size() == runs * width && profile.size() % runs == 0;
+                      channels.size() == runs * width && (shape == NOT_READ || profile.size() == runs * shape);
     if (!fits) throw std::invalid_argument("the sizes of a plan and of the rows of its runs differ");
     for (size_t c = 0; c < channels.size(); c++) {
       if (channels.data()[c] < 0 || channels.data()[c] >= signals.channels()) throw std::invalid_argument("no such channel");
     }
     batch = {{parameters.data(), initial.data(), sources.data(), scales.data(), channels.data(), profile.data()},
-             runs, given, states, feet + GRAVITIES, width, runs ? profile.size() / runs : 0};
+             runs, given, states, feet + GRAVITIES, width, shape == NOT_READ ? 0 : shape};
   }
 };
 
