@@ -21,7 +21,7 @@ from tarsus.identify.checks import SURE, both_answers, with_checks
 from tarsus.identify.detachment import Detachments
 from tarsus.identify.draws import by_group
 from tarsus.identify.film import FilmFit
-from tarsus.identify.flight import FILM, PULLS
+from tarsus.identify.flight import FILM, PULLS, equations_of
 from tarsus.identify.foot import ATTRACTED_AT, BEYOND, FootModel
 from tarsus.identify.one_more import FEWEST, OneMore, one_more
 from tarsus.identify.step import PREFERRED, UNDECIDED, Alternative, Check
@@ -143,11 +143,17 @@ def _one_more(
     offs: Detachments, film: FilmFit, law: Varied, rates: Floats, seed: int, value: float | None = None
 ) -> OneMore | None:
     """One more unknown of the flights of a fit, by which the constants of the forces at the foot (5,) go at these
-    rates."""
+    rates, with the level of the ground free beside it as far as it is not known."""
     records = [one.trace for one in offs.items]
     if len(set(records)) < FEWEST:
         return None
     assert law.slopes is not None
-    more = replace(law, slopes=np.column_stack([law.slopes, rates]))
-    information, score = by_group(records, *offs.equations(film.fitted.unknowns, more).reduced())
+    more, unknowns = replace(law, slopes=np.column_stack([law.slopes, rates])), film.fitted.unknowns
+    higher = offs.by(offs.model, offs.level + film.unsure)
+    higher.squares = offs.squares
+    residuals, slopes, _ = offs.flown(unknowns, more)
+    above = higher.flown(unknowns, more)[0]
+    rows = [np.insert(by, -1, (a - b).ravel(), axis=0) for by, a, b in zip(slopes, residuals, above, strict=True)]
+    information, score = by_group(records, *equations_of(residuals, rows, unknowns.shape[1]).reduced())
+    information[:, -2, -2] += 1.0 / len(information)  # the level is known to a standard error, its unit
     return one_more(information, score, seed, value)

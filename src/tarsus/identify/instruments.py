@@ -143,18 +143,32 @@ class Instruments:
         """The same with each number that delays the records moved by its standard error."""
         out = []
         for lag in {one.lag for point, one in self.relations.items() if self.lag(point)}:
-            moved = WithError(lag.value + lag.error, lag.error)
-            those = {
-                point: replace(one, lag=moved) for point, one in self.relations.items() if one.lag == lag
-            }
+            those = {p: replace(one, lag=lag.moved) for p, one in self.relations.items() if one.lag == lag}
             out.append(replace(self, relations={**self.relations, **those}))
         if self.lateness is not None and self.lateness.off(self.step):
-            late, low = self.lateness.late, self.lateness.low
-            moved = replace(self.lateness, late=WithError(late.value + late.error, late.error))
-            out.append(replace(self, lateness=moved))
+            low = self.lateness.low
+            out.append(replace(self, lateness=replace(self.lateness, late=self.lateness.late.moved)))
             if low is not None:
                 wider = replace(low, corner=low.corner * (1.0 + self.lateness.corner))
                 out.append(replace(self, lateness=replace(self.lateness, low=wider)))
+        return tuple(out)
+
+    def uncertain(self) -> tuple[Instruments, ...]:
+        """The same with each number that was taken off moved by its standard error, but for delays and paces whose
+        errors are too small to do harm."""
+        harm, out = SAMPLES * self.step, []
+        for point, one in self.relations.items():
+            if one.gain.off(1.0, GAIN):
+                moved = {**self.relations, point: replace(one, gain=one.gain.moved)}
+                out.append(replace(self, relations=moved))
+        errors = [one.lag.error for point, one in self.relations.items() if self.lag(point)]
+        if self.lateness is not None and self.lateness.off(self.step):
+            low = self.lateness.low
+            errors += [self.lateness.late.error, 0.0 if low is None else low.delay * self.lateness.corner]
+        if max(errors, default=0.0) > harm:
+            out += self.nudged()
+        if self.slow and self.pace is not None and self.pace.error > PACE:
+            out.append(replace(self, pace=self.pace.moved))
         return tuple(out)
 
     @property
