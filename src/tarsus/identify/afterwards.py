@@ -16,6 +16,7 @@ from tarsus.identify.alternatives import drawn_over, fit_air
 from tarsus.identify.checks import (
     GROUND,
     air_checks,
+    beside_causes,
     held_out_check,
     smeared_check,
     step_checks,
@@ -163,6 +164,7 @@ def check(chain: StepRunner, comparisons: Sequence[Comparison], air: Sequence[Ai
         k = chain.opened.model.points.index(chain.opened.model.foot_point)
         noise = {t.file: float(t.noise_x[k] / t.x[k].std()) for t in chain.traces(Purpose.VALIDATION)}
         steps[last] = with_checks(steps[last], held_out_check(comparisons, noise, known))
+    steps.update(beside_causes(steps.values()))
     chain.evidence.remarks += failures(one for step in steps.values() for one in step.checks)
 
 

@@ -112,7 +112,9 @@ def identify_film(
         )
         left.append(Excluded(trace.file, model.foot_point, text, kind=Exclusion.UNLIKE))
     offs = offs.chosen(good)
-    film = _found(offs, offs.together(whole.unknowns[good], sought, whole.place, JOINT), known, level[1], seed)
+    film = _found(
+        offs, offs.together(whole.unknowns[good], sought, whole.place, JOINT), known, level[1], seed
+    )
     used = Used("detachments", len(offs.items), found)
     return replace(film, step=replace(film.step, left_out=tuple(left), used=(used,)))
 

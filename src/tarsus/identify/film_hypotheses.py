@@ -78,7 +78,12 @@ def with_exponent(film: FilmFit, found: OneMore, seed: int) -> FilmFit:
         cause = f"the flights after detachments are not damped by a film alone: of its exponents {said}"
     # flights under another force than the film's, as on a ground that gives way, tell their first pulls wrong as well
     check = Check(
-        "weight of the other exponent of the film", share, LEVEL, paths=(*FILM, *PULLS), cause=cause
+        "weight of the other exponent of the film",
+        share,
+        LEVEL,
+        paths=(*FILM, *PULLS),
+        cause=cause,
+        hangs=True,
     )
     step = replace(
         step, combinations={**step.combinations, "C / g0^3": (ratio, drawn, unit)}, notes=notes,
@@ -153,7 +158,9 @@ def _one_more(
     higher.squares = offs.squares
     residuals, slopes, _ = offs.flown(unknowns, more)
     above = higher.flown(unknowns, more)[0]
-    rows = [np.insert(by, -1, (a - b).ravel(), axis=0) for by, a, b in zip(slopes, residuals, above, strict=True)]
+    rows = [
+        np.insert(by, -1, (a - b).ravel(), axis=0) for by, a, b in zip(slopes, residuals, above, strict=True)
+    ]
     information, score = by_group(records, *equations_of(residuals, rows, unknowns.shape[1]).reduced())
     information[:, -2, -2] += 1.0 / len(information)  # the level is known to a standard error, its unit
     return one_more(information, score, seed, value)

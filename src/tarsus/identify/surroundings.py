@@ -113,7 +113,9 @@ def following(model: FootModel, traces: Sequence[Trace], level: float) -> WithEr
     return WithError(follows, float(np.sqrt(scatter / np.sum(bottom))))
 
 
-def unsure_level(model: FootModel, traces: Sequence[Trace], level: tuple[float, float]) -> tuple[float, float]:
+def unsure_level(
+    model: FootModel, traces: Sequence[Trace], level: tuple[float, float]
+) -> tuple[float, float]:
     """A contact level with its standard error [m], which on a ground that gives way is as much as the foot follows
     forces that bend it by its gap: what it is let go with is not what it was pressed with."""
     found = following(model, traces, level[0])
