@@ -103,6 +103,11 @@ class Instruments:
         return found.lag.value if found is not None and found.lag.off(0.0, SAMPLES * self.step) else 0.0
 
     @property
+    def lags(self) -> bool:
+        """Whether any displacement comes behind its velocity, or before it."""
+        return any(self.lag(point) for point in self.relations)
+
+    @property
     def late(self) -> float:
         """Time [s] by which velocities, and displacements that were brought to them, come behind the drive."""
         return self.lateness.late.value if self.lateness is not None and self.lateness.off(self.step) else 0.0
@@ -117,8 +122,7 @@ class Instruments:
         it."""
         if self.lateness is None or self.lateness.low is None:
             return None
-        apart = any(self.lag(point) for point in self.relations)
-        return None if apart and quantity is not self.of else self.lateness.low
+        return None if self.lags and quantity is not self.of else self.lateness.low
 
     def hypotheses(self) -> tuple[Instruments, ...]:
         """These, and where a gain was found the same with the other channel of its point at fault."""
@@ -182,7 +186,7 @@ class Instruments:
     @property
     def delaying(self) -> bool:
         """Whether any channel is late, or behind a low-pass."""
-        return bool(self.late or self.low(self.of) or any(self.lag(point) for point in self.relations))
+        return bool(self.late or self.low(self.of) or self.lags)
 
     @property
     def differ(self) -> bool:
