@@ -269,7 +269,8 @@ class FlightProblem:
         reach, seen = SUBSTEPS * _REACH, min(first, _REACH)
         count = seen + one.before + one.after
         force = self.volts[one.trace].force(self.model.law, self.model.history, first - seen, count)
-        force = np.pad(force, (reach - SUBSTEPS * seen, reach), mode="edge")
+        before = np.full(reach - SUBSTEPS * seen, force[0])
+        force = np.concatenate([before, force, np.full(reach, force[-1])])
         for side, drive, near in zip(self.sides, self.drive, self.near, strict=True):
             at = reach + SUBSTEPS * (one.before - side.back)
             along = force[at::-1] if side.back else force[at:]
