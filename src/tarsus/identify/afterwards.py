@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, TypeVar
 
@@ -24,7 +24,7 @@ from tarsus.identify.checks import (
     with_checks,
     with_speed,
 )
-from tarsus.identify.draws import DRAWS
+from tarsus.identify.draws import DRAWS, NORMAL
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.evidence import Evidence
 from tarsus.identify.foot import FootModel
@@ -178,17 +178,33 @@ def _air_records(chain: StepRunner, known: Estimates) -> tuple[list[AirRecord], 
     return air_records(known, traces, chain.signals(*purposes), chain.ground()[0], instruments)
 
 
-def draw_taken_off(chain: StepRunner) -> None:
-    """Draw all numbers along with what was taken off the records, which has an error: each is moved by its standard
-    error, and what the steps find with it tells how far the numbers go along; those of the ground go by factors."""
-    for number, evidence in enumerate(chain.evidence.nudged()):
-        chain.report("errors of what was taken off")
-        there = _again(chain, chain.opened.model, evidence)
+def draw_given(chain: StepRunner) -> None:
+    """Draw all numbers along with what was taken off the records, and with what the device file states with an
+    interval: each is moved by its standard error, and what the steps find with it tells how far the numbers go along;
+    those of the ground go by factors."""
+    for number, (model, evidence) in enumerate(_nudged(chain)):
+        chain.report("errors of what is given")
+        there = _again(chain, model, evidence)
         drawn = np.random.default_rng([chain.seed, 53, number]).standard_normal(DRAWS)
         for name, step in chain.steps.items():
             if name in there:
                 chain.steps[name] = _along(step, there[name], drawn)
                 chain.known = chain.known.redrawn(chain.steps[name])
+
+
+def _nudged(chain: StepRunner) -> Iterator[tuple[FootModel, Evidence]]:
+    """Device and records with one number that no step finds moved by its standard error."""
+    model = chain.opened.model
+    yield from ((model, evidence) for evidence in chain.evidence.nudged())
+    for path, one in float_paths(model.scene).items():
+        ends = model.scene.interval(path)
+        stated = (
+            path.startswith(("robot.structure.", f"robot.feet.{model.foot}."))
+            and path not in chain.known.paths
+        )
+        if stated and ends is not None and ends[1] > ends[0]:
+            moved = model.changed({path: one.value + (ends[1] - ends[0]) / (2.0 * NORMAL)})
+            yield moved, replace(chain.evidence, remarks=[])
 
 
 def _along(step: StepResult, there: StepResult, drawn: Floats) -> StepResult:
@@ -246,7 +262,8 @@ def _again(
         chain, opened=replace(chain.opened, model=model), evidence=evidence, progress=None, not_done=[], bounces=None,
         steps=dict(chain.steps),
     )  # fmt: skip
-    if not _same_sweeps(chain, evidence):
+    shaped = model.scene.robot.structure != chain.opened.model.scene.robot.structure
+    if shaped or not _same_sweeps(chain, evidence):
         other.take((RESONANCES,))
     other.steps = {"resonances": other.steps["resonances"]}
     other.known = Estimates.nothing(model).after(other.steps["resonances"]).certain()

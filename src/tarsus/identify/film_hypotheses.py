@@ -154,12 +154,14 @@ def _one_more(
         return None
     assert law.slopes is not None
     more, unknowns = replace(law, slopes=np.column_stack([law.slopes, rates])), film.fitted.unknowns
-    higher = offs.by(offs.model, offs.level + film.unsure)
-    higher.squares = offs.squares
     residuals, slopes, _ = offs.flown(unknowns, more)
-    above = higher.flown(unknowns, more)[0]
+    shift = np.append(
+        offs.model.rest(offs.level + film.unsure) - offs.model.rest(offs.level),
+        np.zeros(len(offs.model.points)),
+    )
     rows = [
-        np.insert(by, -1, (a - b).ravel(), axis=0) for by, a, b in zip(slopes, residuals, above, strict=True)
+        np.insert(by, -1, np.repeat(-shift / noise, left.shape[1]), axis=0)
+        for by, left, noise in zip(slopes, residuals, offs.noise, strict=True)
     ]
     information, score = by_group(records, *equations_of(residuals, rows, unknowns.shape[1]).reduced())
     information[:, -2, -2] += 1.0 / len(information)  # the level is known to a standard error, its unit

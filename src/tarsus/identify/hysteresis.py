@@ -284,7 +284,11 @@ def identify_hysteresis(
     from_before = carried(again, np.concatenate([known.values, [fit.level], shares.values]), before)
     panels, residuals = _shown(_with(fit.model, fit.values, shares), fit)
     samples = sum(len(block.index) for block in fit.loops.blocks)
-    notes = ()
+    gap, constant = fit.model.gap, fit.values[len(shares.values)]
+    notes = (
+        f"The constant of the law counts from the gap as stated, {1e6 * gap:.4g} um: a percent of that is "
+        f"{abs(gap / (_with(fit.model, fit.values, shares).static_load * constant)):.2g} % of it.",
+    )
     if level is None:
         notes = (
             "No record shows the ground, so that the neutral position is not known: the rest is taken to "
