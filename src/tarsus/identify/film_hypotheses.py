@@ -140,7 +140,7 @@ def with_attraction(film: FilmFit, found: OneMore) -> FilmFit:
         paths=(*FILM, *PULLS, "ground.restitution.coefficient"), cause=cause,
     )  # fmt: skip
     names = "the film's alone", "an attraction by the volts as well"
-    told = both_answers("forces at the flying foot", names, found, {})
+    told = both_answers("forces at the flying foot", names, found, {}) if found.value > _LEAST else ()
     return replace(film, step=with_checks(film.step, (check,), told))
 
 
