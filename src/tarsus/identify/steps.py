@@ -165,6 +165,9 @@ def _film(chain: StepRunner) -> StepResult:
     model, seed = chain.known.model(), chain.seed + 2
     level = unsure_level(model, chain.traces(Purpose.LOOPS, Purpose.RAMPS), chain.evidence.level)
     film = identify_film(model, chain.known, traces, level, seed, chain.film)
+    if chain.film is not None:  # the steps again: of hypotheses the first time
+        chain.film = film
+        return film.step
     attraction = film_attraction(model, film, seed)
     film = film if attraction is None else with_attraction(film, attraction)
     attracted = not all(one.passed for one in film.step.checks)
