@@ -265,8 +265,10 @@ def _again(
     shaped = model.scene.robot.structure != chain.opened.model.scene.robot.structure
     if shaped or not _same_sweeps(chain, evidence):
         other.take((RESONANCES,))
-    other.steps = {"resonances": other.steps["resonances"]}
-    other.known = Estimates.nothing(model).after(other.steps["resonances"]).certain()
+    other.steps = {name: one for name, one in other.steps.items() if name == "resonances"}
+    other.known = Estimates.nothing(model)
+    for one in other.steps.values():
+        other.known = other.known.after(one).certain()
     for step in STEPS:
         if step.name not in chain.steps or step.name in ("resonances", "impact map"):
             continue
