@@ -274,16 +274,17 @@ def with_checks(step: StepResult, checks: Sequence[Check], answers: Sequence[Alt
 
 def beside_causes(steps: Iterable[StepResult]) -> dict[str, StepResult]:
     """Steps, by name, in which a check that fails together with one of a difference which touches all its numbers has
-    that one's cause: what the difference does to them looks like another one, and no answer of that is preferred."""
+    that one's cause: what the difference does to them looks like another one, and no answer of that is preferred. What
+    is the records' own, as drop-outs are, takes no number's word and may touch all."""
     steps = tuple(steps)
-    causes = [one for step in steps for one in step.checks if one.paths and not (one.passed or one.hangs)]
+    failed = [one for step in steps for one in step.checks if not (one.passed or one.hangs)]
+    causes = sorted(failed, key=lambda one: not one.paths)
     out = {}
     for step in steps:
         checks, explained = [], False
         for one in step.checks:
-            of = next(
-                (c for c in causes if one.hangs and not one.passed and set(one.paths) <= set(c.paths)), None
-            )
+            fits = (c for c in causes if not c.paths or set(one.paths) <= set(c.paths))
+            of = next(fits, None) if one.hangs and not one.passed else None
             explained |= of is not None
             checks.append(one if of is None else replace(one, cause=of.cause))
         answers = step.alternatives
