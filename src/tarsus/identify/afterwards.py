@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.spec import float_paths
 from tarsus.identify.airborne import AirRecord, air_records
 from tarsus.identify.alternatives import drawn_over, fit_air
 from tarsus.identify.checks import (
+    GROUND,
     air_checks,
+    beside_causes,
     held_out_check,
     smeared_check,
     step_checks,
@@ -21,14 +24,15 @@ from tarsus.identify.checks import (
     with_checks,
     with_speed,
 )
-from tarsus.identify.draws import DRAWS
+from tarsus.identify.draws import DRAWS, NORMAL
 from tarsus.identify.estimates import Estimates
+from tarsus.identify.evidence import Evidence
 from tarsus.identify.foot import FootModel
 from tarsus.identify.heldout import Comparison, compare
 from tarsus.identify.landing import LandingVerdict, judge_landing
 from tarsus.identify.shown import instrument_checks
-from tarsus.identify.step import Shift, failures
-from tarsus.identify.steps import STEPS
+from tarsus.identify.step import Shift, StepResult, failures
+from tarsus.identify.steps import RESONANCES, STEPS
 from tarsus.identify.surroundings import ground_checks, hum_checks
 from tarsus.model.laws.landing import AnyLanding
 from tarsus.records.excluded import Excluded
@@ -160,6 +164,7 @@ def check(chain: StepRunner, comparisons: Sequence[Comparison], air: Sequence[Ai
         k = chain.opened.model.points.index(chain.opened.model.foot_point)
         noise = {t.file: float(t.noise_x[k] / t.x[k].std()) for t in chain.traces(Purpose.VALIDATION)}
         steps[last] = with_checks(steps[last], held_out_check(comparisons, noise, known))
+    steps.update(beside_causes(steps.values()))
     chain.evidence.remarks += failures(one for step in steps.values() for one in step.checks)
 
 
@@ -173,6 +178,52 @@ def _air_records(chain: StepRunner, known: Estimates) -> tuple[list[AirRecord], 
     return air_records(known, traces, chain.signals(*purposes), chain.ground()[0], instruments)
 
 
+def draw_given(chain: StepRunner) -> None:
+    """Draw all numbers along with what was taken off the records, and with what the device file states with an
+    interval: each is moved by its standard error, and what the steps find with it tells how far the numbers go along;
+    those of the ground go by factors."""
+    for number, (model, evidence) in enumerate(_nudged(chain)):
+        chain.report("errors of what is given")
+        there = _again(chain, model, evidence)
+        drawn = np.random.default_rng([chain.seed, 53, number]).standard_normal(DRAWS)
+        for name, step in chain.steps.items():
+            if name in there:
+                chain.steps[name] = _along(step, there[name], drawn)
+                chain.known = chain.known.redrawn(chain.steps[name])
+
+
+def _nudged(chain: StepRunner) -> Iterator[tuple[FootModel, Evidence]]:
+    """Device and records with one number that no step finds moved by its standard error."""
+    model = chain.opened.model
+    yield from ((model, evidence) for evidence in chain.evidence.nudged())
+    for path, one in float_paths(model.scene).items():
+        ends = model.scene.interval(path)
+        stated = (
+            path.startswith(("robot.structure.", f"robot.feet.{model.foot}."))
+            and path not in chain.known.paths
+        )
+        if stated and ends is not None and ends[1] > ends[0]:
+            moved = model.changed({path: one.value + (ends[1] - ends[0]) / (2.0 * NORMAL)})
+            yield moved, replace(chain.evidence, remarks=[])
+
+
+def _along(step: StepResult, there: StepResult, drawn: Floats) -> StepResult:
+    """A step whose numbers are drawn along (draws,) with another result of it, which is one deviation off."""
+    samples = step.samples.copy()
+    for k, path in enumerate(step.paths):
+        if path in there.paths:
+            value, other = step.values[k], there.values[there.paths.index(path)]
+            if path.startswith(GROUND) and value * other > 0.0:
+                samples[:, k] *= (other / value) ** drawn
+            else:
+                samples[:, k] += (other - value) * drawn
+    both = {
+        name: (one[0], one[1] + (there.combinations[name][0] - one[0]) * drawn, one[2])
+        for name, one in step.combinations.items() if name in there.combinations
+    }  # fmt: skip
+    return replace(step, samples=samples, combinations={**step.combinations, **both})
+
+
 def shifted(chain: StepRunner) -> tuple[Shift, ...]:
     """The steps again with the campaign's other gap, without draws (Table 2.2): as if the foot had been that
     far from the ground, and with the drive's force alone moved by as much."""
@@ -182,32 +233,63 @@ def shifted(chain: StepRunner) -> tuple[Shift, ...]:
         return ()
     chain.report("with the other zero position")
     moved = model.changed({f"robot.feet.{model.foot}.gap": gap})
+    evidence = replace(chain.evidence, remarks=[])
     offset = next((p for p in chain.known.paths if p.endswith((".law.constant", ".law.offset"))), None)
-    out = [Shift(f"gap of {1e6 * gap:.4g} um", _again(chain, moved, None, 0.0))]
+    out = [(f"gap of {1e6 * gap:.4g} um", _again(chain, moved, evidence))]
     if offset is not None:
         force = (model.gap - gap) / chain.known.model().static_load
         title = f"force moved by {1e6 * (gap - model.gap):.4g} um"
-        out.append(Shift(title, _again(chain, model, offset, force)))
-    return tuple(out)
+        out.append((title, _again(chain, model, evidence, (offset, force))))
+    return tuple(
+        Shift(
+            title,
+            {
+                path: float(value)
+                for step in there.values()
+                for path, value in zip(step.paths, step.values, strict=True)
+            },
+        )
+        for title, there in out
+    )
 
 
-def _again(chain: StepRunner, model: FootModel, path: str | None, force: float) -> dict[str, float]:
-    """Parameters with another model, and the drive's force at one path moved after the loops."""
-    opened = replace(chain.opened, model=model)
-    first = chain.steps["resonances"]
+def _again(
+    chain: StepRunner, model: FootModel, evidence: Evidence, force: tuple[str, float] | None = None
+) -> dict[str, StepResult]:
+    """Results of the steps with another model, or with records without something else, and the drive's force at a path
+    moved after the loops; none with draws of what was before it."""
     other = replace(
-        chain, opened=opened, evidence=replace(chain.evidence, opened=opened, remarks=[]), progress=None,
-        known=Estimates.nothing(model).after(first).certain(), steps={"resonances": first}, not_done=[], bounces=None,
+        chain, opened=replace(chain.opened, model=model), evidence=evidence, progress=None, not_done=[], bounces=None,
+        steps=dict(chain.steps),
     )  # fmt: skip
+    shaped = model.scene.robot.structure != chain.opened.model.scene.robot.structure
+    if shaped or not _same_sweeps(chain, evidence):
+        other.take((RESONANCES,))
+    other.steps = {name: one for name, one in other.steps.items() if name == "resonances"}
+    other.known = Estimates.nothing(model)
+    for one in other.steps.values():
+        other.known = other.known.after(one).certain()
     for step in STEPS:
         if step.name not in chain.steps or step.name in ("resonances", "impact map"):
             continue
         if step.name in other.steps and step.name == "hysteresis":  # its sweeps are as they were
             continue
         other.take((step,))
-        if step.name == "hysteresis" and path is not None:
+        if step.name == "hysteresis" and force is not None:
             values = other.known.values.copy()
-            values[other.known.paths.index(path)] += force
+            values[other.known.paths.index(force[0])] += force[1]
             other.known = replace(other.known, values=values)
         other.known = other.known.certain()
-    return dict(zip(other.known.paths, other.known.values.tolist(), strict=True))
+    return {name: other.known.told(step) for name, step in other.steps.items()}
+
+
+def _same_sweeps(chain: StepRunner, evidence: Evidence) -> bool:
+    """Whether other evidence shows the sweeps as the chain's own does, in the channels that tell the structure."""
+    if chain.resonances is None:
+        return True
+    own, other = (
+        next(one for r in those.readings if r.file in chain.steps["resonances"].files and (one := those.record(r)))
+        for those in (chain.evidence, evidence)
+    )  # fmt: skip
+    rows = [k for k, one in enumerate(own.channels) if one.quantity is chain.resonances.fit.frf.quantity]
+    return own.step == other.step and np.array_equal(own.values[rows], other.values[rows])

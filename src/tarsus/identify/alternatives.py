@@ -69,8 +69,14 @@ class Difference:
 
 
 def _late(x: float, v: float) -> Columns:
-    """So many times 20 us by which displacements and velocities are late."""
-    return lambda air: [air.seen(-20e-6 * x * air.moved[1], -20e-6 * v * air.moved[2])]
+    """So many times 20 us by which displacements and velocities are late; nothing of a delay that was found of the
+    instruments, whose error is free beside all differences."""
+
+    def columns(air: AirRecord) -> list[Floats]:
+        found = air.instruments is not None and (air.instruments.late if v else air.instruments.lags)
+        return [] if found and x else [air.seen(-20e-6 * x * air.moved[1], -20e-6 * v * air.moved[2])]
+
+    return columns
 
 
 def _clock_off(air: AirRecord) -> list[Floats]:

@@ -70,6 +70,7 @@ class StepRunner:
         self.find_ground()
         self.take(STEPS[1:])
         landing = self.guarded("landing rule", lambda: afterwards.landing_rule(self), None)
+        self.guarded("errors of what is given", lambda: afterwards.draw_given(self), None)
         comparisons = self.guarded("held-out records", lambda: afterwards.held_out(self), [])
         air = self.guarded("records in the air", lambda: afterwards.in_the_air(self), [])
         self.guarded("checks", lambda: afterwards.check(self, comparisons, air), None)

@@ -7,7 +7,7 @@ every step are over groups of its data, and a landing rule that is undecided is 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -76,10 +76,11 @@ def air_checks(
     parts = {part for one in fit.found for part in one.difference.touches} or set(_ALL)
     cause = _cause(fit, instruments)
     own = touched(known, tuple(parts))
-    checks = [
-        Check("motion in the air over its noise", fit.predicted, OVER_NOISE, paths=own, cause=cause),
-        Check("their pull on the numbers, in standard deviations", fit.pull, PULLED, paths=own, cause=cause),
-    ]  # fmt: skip
+    figures = (
+        ("motion in the air over its noise", fit.predicted, OVER_NOISE),
+        ("their pull on the numbers, in standard deviations", fit.pull, PULLED),
+    )
+    checks = [Check(*one, paths=own, cause=cause, hangs=not fit.found) for one in figures]
     if fit.found:
         shift = max(one.shift for one in fit.found)
         checks.append(
@@ -134,7 +135,9 @@ def step_checks(step: StepResult, known: Estimates) -> tuple[Check, ...]:
         ratio = np.array([one.rms / one.noise for one in noisy])
         left = float(np.sqrt(np.sum(count * ratio**2) / count.sum()))
         cause = f"the fit of the step {step.name} leaves more than noise"
-        checks.append(Check(f"{step.name}: residual over noise", left, OVER_NOISE, paths=paths, cause=cause))
+        checks.append(
+            Check(f"{step.name}: residual over noise", left, OVER_NOISE, paths=paths, cause=cause, hangs=True)
+        )
     if step.name in _COUNTED and step.used:
         wrong = sum(one.count for one in step.left_out if one.kind is Exclusion.UNLIKE)
         total = max(wrong + step.used[0].used, 1)
@@ -142,7 +145,7 @@ def step_checks(step: StepResult, known: Estimates) -> tuple[Check, ...]:
             f"{wrong} of {total} {step.used[0].what} of the step {step.name} are not as the model has them"
         )
         name = f"{step.name}: share not as the model has it"
-        checks.append(Check(name, wrong / total, MISFITS, paths=paths, cause=cause))
+        checks.append(Check(name, wrong / total, MISFITS, paths=paths, cause=cause, hangs=True))
     return tuple(checks)
 
 
@@ -185,7 +188,12 @@ def with_speed(step: StepResult, study: BounceStudy, seed: int) -> StepResult:
         f"and {ends[1]:.3g} at {1e3 * fast:.3g} mm/s"
     )
     check = Check(
-        "restitution against the logarithm of speed: F", found.f, TREND, paths=step.paths, cause=cause
+        "restitution against the logarithm of speed: F",
+        found.f,
+        TREND,
+        paths=step.paths,
+        cause=cause,
+        hangs=True,
     )
     answers = both_answers("restitution", ("the same at all speeds", "by the logarithm of speed"), found, {})
     return with_checks(replace(step, samples=drawn), (check,), answers)
@@ -209,7 +217,12 @@ def with_age(step: StepResult, seed: int) -> StepResult:
     way = "levels off" if found.value < 0.0 else "grows faster"
     cause = f"adhesion over contact time is not linear: it {way} with age"
     check = Check(
-        "adhesion against the square of contact time: F", found.f, AGEING, paths=step.paths, cause=cause
+        "adhesion against the square of contact time: F",
+        found.f,
+        AGEING,
+        paths=step.paths,
+        cause=cause,
+        hangs=True,
     )
     changes = dict(zip(step.paths, (step.values + moves).tolist(), strict=True))
     answers = both_answers("adhesion over contact time", ("a line", "a line and its square"), found, changes)
@@ -249,6 +262,7 @@ def held_out_check(
             HELD_OUT,
             paths=paths,
             cause=cause,
+            hangs=True,
         ),
     )
 
@@ -256,3 +270,25 @@ def held_out_check(
 def with_checks(step: StepResult, checks: Sequence[Check], answers: Sequence[Alternative] = ()) -> StepResult:
     """A step with further checks and alternatives."""
     return replace(step, checks=(*step.checks, *checks), alternatives=(*step.alternatives, *answers))
+
+
+def beside_causes(steps: Iterable[StepResult]) -> dict[str, StepResult]:
+    """Steps, by name, in which a check that fails together with one of a difference which touches all its numbers has
+    that one's cause: what the difference does to them looks like another one, and no answer of that is preferred. What
+    is the records' own, as drop-outs are, takes no number's word and may touch all."""
+    steps = tuple(steps)
+    failed = [one for step in steps for one in step.checks if not (one.passed or one.hangs)]
+    causes = sorted(failed, key=lambda one: not one.paths)
+    out = {}
+    for step in steps:
+        checks, explained = [], False
+        for one in step.checks:
+            fits = (c for c in causes if not c.paths or set(one.paths) <= set(c.paths))
+            of = next(fits, None) if one.hangs and not one.passed else None
+            explained |= of is not None
+            checks.append(one if of is None else replace(one, cause=of.cause))
+        answers = step.alternatives
+        if explained and not any(one in causes for one in step.checks):
+            answers = tuple(replace(one, word="" if one.word == PREFERRED else one.word) for one in answers)
+        out[step.name] = replace(step, checks=tuple(checks), alternatives=answers)
+    return out

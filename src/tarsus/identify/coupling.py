@@ -102,7 +102,7 @@ def high_pass_of(
     points
         Names of points.
     """
-    rough, close = list[tuple[float, float]](), list[tuple[float, float]]()
+    moves, close = list[tuple[Floats, Floats, float]](), list[tuple[float, float]]()
     for record, rest, period in zip(records, rests, periods, strict=True):
         rows = {(one.at, one.quantity): one for one in record.channels}
         for point in points:
@@ -111,15 +111,19 @@ def high_pass_of(
                 continue
             begin = round(rest / record.step)
             moved = record[x.name] - _still(record[x.name], begin)
-            rough += beside_velocity(moved, record[v.name], record.step)
+            moves.append((moved, record[v.name], record.step))
             close += by_period(moved[begin:], record.step, period)
-    if min(len(rough), len(close)) < _FEWEST:
+    if len(close) < _FEWEST:
+        return None
+    found = middle_of(*np.array(close).T)
+    if -found.value <= SURE * found.error:  # most records end here, at a tenth of the cost
+        return None
+    rough = [one for moved in moves for one in beside_velocity(*moved)]
+    if len(rough) < _FEWEST:
         return None
     mean, pull = weighted(*np.array(rough).T)
-    found = middle_of(*np.array(close).T)
     error = np.hypot(found.error, mean / max(pull, 1e-300))
-    sure = mean < 0.0 and pull > SURE and -found.value > SURE * found.error
-    if not sure or abs(found.value - mean) > _AGREE * error:
+    if mean >= 0.0 or pull <= SURE or abs(found.value - mean) > _AGREE * error:
         return None
     return WithError(-found.value / (2.0 * np.pi), found.error / (2.0 * np.pi))
 

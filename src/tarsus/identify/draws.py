@@ -31,6 +31,11 @@ def student(groups: float) -> float:
     return float(np.sqrt(groups / (groups - 1.0)) * t.ppf(0.975, groups - 1.0) / NORMAL)
 
 
+def drawn_level(level: tuple[float, float], seed: int) -> Floats:
+    """Draws (draws,) of a contact level with its standard error [m]: with one seed the same for all numbers."""
+    return level[0] + level[1] * np.random.default_rng([seed, 7]).standard_normal(DRAWS)
+
+
 def by_group(groups: ArrayLike, *rows: Floats) -> tuple[Floats, ...]:
     """Sums (ng, ...) of rows (n, ...) over the groups that they are of, by the number (n,) of each."""
     numbers, which = np.unique(groups, return_inverse=True)

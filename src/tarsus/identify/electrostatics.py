@@ -15,6 +15,7 @@ import numpy as np
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.fit.normal_equations import Descent
+from tarsus.identify.draws import DRAWS
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.flight import ATTRACTION, FILM, FlightProblem, FlightSide, Moment, Sought
 from tarsus.identify.foot import FootModel
@@ -105,7 +106,7 @@ def identify_close(model: FootModel, known: Estimates, traces: Sequence[Trace], 
     volts = max(float(np.max(np.abs(trace.volts))) for trace in used)
     sought = _sought(model, names, float(np.median(close.gaps)), volts)
     fitted = close.together(np.zeros((len(items), 0)), sought, sought.centre, _DESCENT)
-    own, before = fitted.drawn(known, seed)
+    own, before = fitted.drawn(known, np.full(DRAWS, fitted.problem.level), seed)
     panels = tuple(fitted.panel(r, used[r].file, "time", 0.0) for r in evenly(range(len(used)), _SHOWN))
     gap = min((one.gap or 0.0) for one in used)
     step = fitted.step("electrostatics", fitted.place + own + before, gap, panels)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -14,6 +14,7 @@ from tarsus.identify.consistency import not_together, odd_ones
 from tarsus.identify.coupling import high_pass_of, restored
 from tarsus.identify.instruments import Instruments, relations_of
 from tarsus.identify.traces import Trace, contact_level, misplaced, trace_of
+from tarsus.identify.with_error import WithError
 from tarsus.model.drive.waveforms import SweptSine
 from tarsus.records.excluded import Excluded, excluded_of
 from tarsus.records.measurement import Measurement
@@ -40,7 +41,7 @@ class Evidence:
 
     opened: the campaign; readings: every file; left_out: data not used, with reasons; traces by purpose; level: of the
     contact from the rest, with its standard error [m]; remarks: what does not fit together, though it is used;
-    instruments: what of the records is theirs, and was taken off."""
+    instruments: what of the records is theirs, and was taken off; corner: of the high-pass that was [Hz]."""
 
     opened: Opened
     readings: list[RecordFile] = field(default_factory=list)
@@ -49,6 +50,7 @@ class Evidence:
     level: tuple[float, float] | None = None
     remarks: list[str] = field(default_factory=list)
     instruments: Instruments | None = None
+    corner: WithError | None = None
 
     def read(self, tell: Callable[[str], None]) -> None:
         """Read every file; faults are kept beside it."""
@@ -76,7 +78,7 @@ class Evidence:
         used = [
             (r.record, sets[r.set]) for r in self.readings if r.record and sets[r.set].purpose in _UNCOUPLED
         ]
-        corner = high_pass_of(
+        self.corner = corner = high_pass_of(
             [record for record, _ in used], [one.rest for _, one in used],
             [one.signal.period if one.signal else None for _, one in used], self.opened.model.points,
         )  # fmt: skip
@@ -86,10 +88,31 @@ class Evidence:
             f"the displacements are behind a high-pass of {corner.value:.4g} +- {2.0 * corner.error:.1g} Hz, as if "
             "coupled by a capacitor: taken off"
         )
-        self.readings = [
-            replace(r, record=restored(r.record, sets[r.set].rest, corner.value)) if r.record else r
+        self.readings = self._restored(corner.value)
+
+    def _restored(self, corner: float) -> list[RecordFile]:
+        """The files with displacements as before a high-pass of a corner [Hz]."""
+        sets = self.opened.campaign.records
+        return [
+            replace(r, record=restored(r.record, sets[r.set].rest, corner)) if r.record else r
             for r in self.readings
         ]
+
+    def nudged(self) -> Iterator[Evidence]:
+        """The same records with each number that was taken off them moved by its standard error."""
+        if self.instruments is None:
+            return
+        for instruments in self.instruments.uncertain():
+            yield self._otherwise(instruments, self.readings)
+        if self.corner is not None:
+            # put back a little more: what is put back of what was is less than that, by a share that is small itself
+            yield self._otherwise(self.instruments, self._restored(self.corner.error))
+
+    def _otherwise(self, instruments: Instruments, readings: list[RecordFile]) -> Evidence:
+        out = replace(self, readings=readings, remarks=[])
+        out.take_off(instruments)
+        out.find_ground()
+        return out
 
     def take_off(self, instruments: Instruments) -> None:
         """Trace all records without what is their instruments'; what was formed of the records before is dropped."""

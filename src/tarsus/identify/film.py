@@ -14,6 +14,7 @@ import numpy as np
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.identify.detachment import JOINT, Detachments, Pulls, find_detachments
+from tarsus.identify.draws import drawn_level
 from tarsus.identify.estimates import PLACEHOLDER, Estimates
 from tarsus.identify.flight import FILM, WORST, FlightFit, FlightProblem, Sought
 from tarsus.identify.foot import FootModel
@@ -36,21 +37,22 @@ _LIMITS = (1e-8, 1e-2)
 
 @dataclass(frozen=True)
 class FilmFit:
-    """The step's result; the detachments it used, as fitted, with their pulls; and draws of these about the fitted
-    ones: what the film and earlier steps do not know (draws, nr)."""
+    """The step's result; the detachments it used, as fitted, with their pulls; draws of these about the fitted ones:
+    what the film and earlier steps do not know (draws, nr); and the standard error of the level [m]."""
 
     step: StepResult
     offs: Detachments
     fitted: FlightFit
     pulls: Pulls
     drawn: Floats
+    unsure: float
 
 
 def identify_film(
     model: FootModel,
     known: Estimates,
     traces: Sequence[Trace],
-    level: float,
+    level: tuple[float, float],
     seed: int,
     near: FilmFit | None = None,
 ) -> FilmFit:
@@ -65,11 +67,11 @@ def identify_film(
     traces
         Records of ramped squares.
     level
-        Contact level from the rest [m].
+        Contact level from the rest [m], with its standard error.
     seed
-        Of the draws.
+        Of the draws; those of the level are of the one before, which are those that the drive's law is drawn over.
     near
-        A fit of the same records to a device not far from this one, to start from; what it left out stays out.
+        A fit of nearly these records to a device not far from this one, to start from; what it left out stays out.
 
     Raises
     ------
@@ -78,11 +80,10 @@ def identify_film(
     """
     sought = film_sought(model)
     if near is not None:
-        offs = near.offs.by(model)
-        return _found(
-            offs, offs.together(near.fitted.unknowns, sought, near.fitted.place, JOINT), known, seed
-        )
-    items, left = find_detachments(traces, model.foot_point, level)
+        offs, kept = near.offs.among(traces, level[0], model)
+        begun = near.fitted.unknowns[kept]
+        return _found(offs, offs.together(begun, sought, near.fitted.place, JOINT), known, level[1], seed)
+    items, left = find_detachments(traces, model.foot_point, level[0])
     found = len(items) + len(left)
     if not items:
         files = ", ".join(sorted({trace.file for trace in traces}))
@@ -91,7 +92,7 @@ def identify_film(
         )
     items, others = enough(items, MOST, "detachments", "all records of ramped squares", model.foot_point)
     left += others
-    offs = Detachments(traces, items, level, model)
+    offs = Detachments(traces, items, level[0], model)
     rough = offs.under(sought, sought.centre)
     near_enough = rough.chi < max(_ROUGH * WORST, _ROUGH * float(np.median(rough.chi)))
     first = offs.chosen(near_enough).together(rough.unknowns[near_enough], sought, sought.centre, JOINT)
@@ -111,7 +112,9 @@ def identify_film(
         )
         left.append(Excluded(trace.file, model.foot_point, text, kind=Exclusion.UNLIKE))
     offs = offs.chosen(good)
-    film = _found(offs, offs.together(whole.unknowns[good], sought, whole.place, JOINT), known, seed)
+    film = _found(
+        offs, offs.together(whole.unknowns[good], sought, whole.place, JOINT), known, level[1], seed
+    )
     used = Used("detachments", len(offs.items), found)
     return replace(film, step=replace(film.step, left_out=tuple(left), used=(used,)))
 
@@ -137,13 +140,14 @@ def wide_film(model: FootModel, seed: int) -> StepResult:
     return sought.wide("film", seed)
 
 
-def _found(offs: Detachments, fitted: FlightFit, known: Estimates, seed: int) -> FilmFit:
+def _found(offs: Detachments, fitted: FlightFit, known: Estimates, unsure: float, seed: int) -> FilmFit:
     def pulls_at(there: FlightProblem, unknowns: Floats) -> Floats:
         assert isinstance(there, Detachments)
         return there.pulls(unknowns)[0]
 
     pulls = offs.pulls_of(fitted)
-    own, before = fitted.drawn(known, seed, pulls_at)
+    level = drawn_level((offs.level, unsure), seed - 1)
+    own, before = fitted.drawn(known, level, seed, pulls_at)
     panels = tuple(
         fitted.panel(
             r, f"{trace.file}, release at {trace.time[one.hold.last]:.4g} s", "time after detachment",
@@ -154,4 +158,4 @@ def _found(offs: Detachments, fitted: FlightFit, known: Estimates, seed: int) ->
         for trace in (offs.traces[one.trace],)
     )  # fmt: skip
     step = fitted.step("film", fitted.place + own + before[:, :2], 0.0, panels)
-    return FilmFit(step, offs, fitted, pulls, before[:, 2:] + own @ pulls.by_film.T)
+    return FilmFit(step, offs, fitted, pulls, before[:, 2:] + own @ pulls.by_film.T, unsure)

@@ -21,7 +21,7 @@ from tarsus.identify.checks import SURE, both_answers, with_checks
 from tarsus.identify.detachment import Detachments
 from tarsus.identify.draws import by_group
 from tarsus.identify.film import FilmFit
-from tarsus.identify.flight import FILM, PULLS
+from tarsus.identify.flight import FILM, PULLS, equations_of
 from tarsus.identify.foot import ATTRACTED_AT, BEYOND, FootModel
 from tarsus.identify.one_more import FEWEST, OneMore, one_more
 from tarsus.identify.step import PREFERRED, UNDECIDED, Alternative, Check
@@ -78,7 +78,12 @@ def with_exponent(film: FilmFit, found: OneMore, seed: int) -> FilmFit:
         cause = f"the flights after detachments are not damped by a film alone: of its exponents {said}"
     # flights under another force than the film's, as on a ground that gives way, tell their first pulls wrong as well
     check = Check(
-        "weight of the other exponent of the film", share, LEVEL, paths=(*FILM, *PULLS), cause=cause
+        "weight of the other exponent of the film",
+        share,
+        LEVEL,
+        paths=(*FILM, *PULLS),
+        cause=cause,
+        hangs=True,
     )
     step = replace(
         step, combinations={**step.combinations, "C / g0^3": (ratio, drawn, unit)}, notes=notes,
@@ -135,7 +140,7 @@ def with_attraction(film: FilmFit, found: OneMore) -> FilmFit:
         paths=(*FILM, *PULLS, "ground.restitution.coefficient"), cause=cause,
     )  # fmt: skip
     names = "the film's alone", "an attraction by the volts as well"
-    told = both_answers("forces at the flying foot", names, found, {})
+    told = both_answers("forces at the flying foot", names, found, {}) if found.value > _LEAST else ()
     return replace(film, step=with_checks(film.step, (check,), told))
 
 
@@ -143,11 +148,21 @@ def _one_more(
     offs: Detachments, film: FilmFit, law: Varied, rates: Floats, seed: int, value: float | None = None
 ) -> OneMore | None:
     """One more unknown of the flights of a fit, by which the constants of the forces at the foot (5,) go at these
-    rates."""
+    rates, with the level of the ground free beside it as far as it is not known."""
     records = [one.trace for one in offs.items]
     if len(set(records)) < FEWEST:
         return None
     assert law.slopes is not None
-    more = replace(law, slopes=np.column_stack([law.slopes, rates]))
-    information, score = by_group(records, *offs.equations(film.fitted.unknowns, more).reduced())
+    more, unknowns = replace(law, slopes=np.column_stack([law.slopes, rates])), film.fitted.unknowns
+    residuals, slopes, _ = offs.flown(unknowns, more)
+    shift = np.append(
+        offs.model.rest(offs.level + film.unsure) - offs.model.rest(offs.level),
+        np.zeros(len(offs.model.points)),
+    )
+    rows = [
+        np.insert(by, -1, np.repeat(-shift / noise, left.shape[1]), axis=0)
+        for by, left, noise in zip(slopes, residuals, offs.noise, strict=True)
+    ]
+    information, score = by_group(records, *equations_of(residuals, rows, unknowns.shape[1]).reduced())
+    information[:, -2, -2] += 1.0 / len(information)  # the level is known to a standard error, its unit
     return one_more(information, score, seed, value)

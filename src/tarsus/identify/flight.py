@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -219,11 +219,21 @@ class FlightProblem:
             out[r, : len(level)] = level**2
         return out
 
-    def by(self, model: FootModel) -> Self:
-        """The same by another model."""
+    def by(self, model: FootModel, level: float | None = None) -> Self:
+        """The same by another model, and above a ground at another level [m]."""
         out = copy(self)
+        out.level = self.level if level is None else level
         out._prepare(self.items, model)
         return out
+
+    def among(
+        self, traces: Sequence[Trace], level: float, model: FootModel
+    ) -> tuple[Self, NDArray[np.bool_]]:
+        """The moments in other records of the same files, and which of them (nr,) are there."""
+        places = {one.file: k for k, one in enumerate(traces)}
+        at = [places.get(self.traces[one.trace].file, -1) for one in self.items]
+        items = [replace(one, trace=k) for one, k in zip(self.items, at, strict=True) if k >= 0]
+        return type(self)(traces, items, level, model), np.array(at) >= 0
 
     def of(self, items: Sequence[Moment]) -> Self:
         """The same of other moments of the same records."""
@@ -259,7 +269,8 @@ class FlightProblem:
         reach, seen = SUBSTEPS * _REACH, min(first, _REACH)
         count = seen + one.before + one.after
         force = self.volts[one.trace].force(self.model.law, self.model.history, first - seen, count)
-        force = np.pad(force, (reach - SUBSTEPS * seen, reach), mode="edge")
+        before = np.full(reach - SUBSTEPS * seen, force[0])
+        force = np.concatenate([before, force, np.full(reach, force[-1])])
         for side, drive, near in zip(self.sides, self.drive, self.near, strict=True):
             at = reach + SUBSTEPS * (one.before - side.back)
             along = force[at::-1] if side.back else force[at:]
@@ -357,27 +368,30 @@ class FlightFit:
         """Chi-squared (nr,) per degree of freedom."""
         return self.system.cost / self.system.count
 
-    def moved(self, model: FootModel) -> tuple[FlightProblem, Floats, Floats]:
-        """The segments by a model near the fitted one, with their unknowns and place there: one Gauss-Newton step."""
-        there, sought = self.problem.by(model), self.sought
+    def moved(self, model: FootModel, level: float) -> tuple[FlightProblem, Floats, Floats]:
+        """The segments by a model, and above a ground [m], near the fitted ones, with their unknowns and place there:
+        one Gauss-Newton step."""
+        there, sought = self.problem.by(model, level), self.sought
         pull = sought.information @ (sought.centre - self.place)
         equations = there.equations(self.unknowns, sought.law(model, self.place))
         own, step = equations.step(0.0, sought.information, pull)
         return there, self.unknowns + own, self.place + step
 
     def drawn(
-        self, known: Estimates, seed: int, also: Callable[[FlightProblem, Floats], Floats] | None = None
-    ) -> tuple[Floats, Floats]:
+        self, known: Estimates, level: Floats, seed: int, also: Callable[[FlightProblem, Floats], Floats] | None = None
+    ) -> tuple[Floats, Floats]:  # fmt: skip
         """Deviations of the place (draws, p) by the scatter between records, and those by what earlier steps do not
-        know, the latter with those of further numbers of segments and their unknowns (draws, p + ...)."""
+        know, the level (draws,) [m] among it, the latter with those of further numbers of segments and their unknowns
+        (draws, p + ...)."""
         information, score = by_group([one.trace for one in self.problem.items], *self.system.reduced())
         own = newton_draws(information, score, seed, self.sought.information)
 
         def again(values: Floats) -> Floats:
-            there, unknowns, place = self.moved(known.model(values))
+            there, unknowns, place = self.moved(known.model(values[:-1]), float(values[-1]))
             return place if also is None else np.concatenate([place, also(there, unknowns)])
 
-        return own, carried(again, known.values, known.samples)
+        samples = np.column_stack([known.samples, level])
+        return own, carried(again, np.append(known.values, self.problem.level), samples)
 
     def step(self, name: str, logs: Floats, gap: float, panels: tuple[Panel, ...]) -> StepResult:
         """What a step found: the constants with draws of the place (draws, p), and combinations at a gap [m]."""

@@ -16,7 +16,7 @@ import numpy as np
 
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
-from tarsus.identify.draws import DRAWS, carried, newton_draws
+from tarsus.identify.draws import DRAWS, carried, drawn_level, newton_draws
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.foot import FootModel
 from tarsus.identify.loops import Block, across, basis_of, blocks_of, calmed, law_names, moments
@@ -275,8 +275,7 @@ def identify_hysteresis(
     at = None if level is None else level[0]
     fit = fit_loops(known.model(), traces, at, shares, seed)
     count, split = len(known.values), len(known.values) + 1
-    random = np.random.default_rng([seed, 7])
-    moved = fit.level + (0.0 if level is None else level[1]) * random.standard_normal(DRAWS)
+    moved = drawn_level((fit.level, 0.0 if level is None else level[1]), seed)
     before = np.concatenate([known.samples, moved[:, None], shares.draws], axis=1)
 
     def again(values: Floats) -> Floats:
@@ -285,7 +284,11 @@ def identify_hysteresis(
     from_before = carried(again, np.concatenate([known.values, [fit.level], shares.values]), before)
     panels, residuals = _shown(_with(fit.model, fit.values, shares), fit)
     samples = sum(len(block.index) for block in fit.loops.blocks)
-    notes = ()
+    gap, constant = fit.model.gap, fit.values[len(shares.values)]
+    notes = (
+        f"The constant of the law counts from the gap as stated, {1e6 * gap:.4g} um: a percent of that is "
+        f"{abs(gap / (_with(fit.model, fit.values, shares).static_load * constant)):.2g} % of it.",
+    )
     if level is None:
         notes = (
             "No record shows the ground, so that the neutral position is not known: the rest is taken to "

@@ -103,6 +103,11 @@ class Instruments:
         return found.lag.value if found is not None and found.lag.off(0.0, SAMPLES * self.step) else 0.0
 
     @property
+    def lags(self) -> bool:
+        """Whether any displacement comes behind its velocity, or before it."""
+        return any(self.lag(point) for point in self.relations)
+
+    @property
     def late(self) -> float:
         """Time [s] by which velocities, and displacements that were brought to them, come behind the drive."""
         return self.lateness.late.value if self.lateness is not None and self.lateness.off(self.step) else 0.0
@@ -117,8 +122,7 @@ class Instruments:
         it."""
         if self.lateness is None or self.lateness.low is None:
             return None
-        apart = any(self.lag(point) for point in self.relations)
-        return None if apart and quantity is not self.of else self.lateness.low
+        return None if self.lags and quantity is not self.of else self.lateness.low
 
     def hypotheses(self) -> tuple[Instruments, ...]:
         """These, and where a gain was found the same with the other channel of its point at fault."""
@@ -143,18 +147,32 @@ class Instruments:
         """The same with each number that delays the records moved by its standard error."""
         out = []
         for lag in {one.lag for point, one in self.relations.items() if self.lag(point)}:
-            moved = WithError(lag.value + lag.error, lag.error)
-            those = {
-                point: replace(one, lag=moved) for point, one in self.relations.items() if one.lag == lag
-            }
+            those = {p: replace(one, lag=lag.moved) for p, one in self.relations.items() if one.lag == lag}
             out.append(replace(self, relations={**self.relations, **those}))
         if self.lateness is not None and self.lateness.off(self.step):
-            late, low = self.lateness.late, self.lateness.low
-            moved = replace(self.lateness, late=WithError(late.value + late.error, late.error))
-            out.append(replace(self, lateness=moved))
+            low = self.lateness.low
+            out.append(replace(self, lateness=replace(self.lateness, late=self.lateness.late.moved)))
             if low is not None:
                 wider = replace(low, corner=low.corner * (1.0 + self.lateness.corner))
                 out.append(replace(self, lateness=replace(self.lateness, low=wider)))
+        return tuple(out)
+
+    def uncertain(self) -> tuple[Instruments, ...]:
+        """The same with each number that was taken off moved by its standard error, but for delays and paces whose
+        errors are too small to do harm."""
+        harm, out = SAMPLES * self.step, []
+        for point, one in self.relations.items():
+            if one.gain.off(1.0, GAIN):
+                moved = {**self.relations, point: replace(one, gain=one.gain.moved)}
+                out.append(replace(self, relations=moved))
+        errors = [one.lag.error for point, one in self.relations.items() if self.lag(point)]
+        if self.lateness is not None and self.lateness.off(self.step):
+            low = self.lateness.low
+            errors += [self.lateness.late.error, 0.0 if low is None else low.delay * self.lateness.corner]
+        if max(errors, default=0.0) > harm:
+            out += self.nudged()
+        if self.slow and self.pace is not None and self.pace.error > PACE:
+            out.append(replace(self, pace=self.pace.moved))
         return tuple(out)
 
     @property
@@ -168,7 +186,7 @@ class Instruments:
     @property
     def delaying(self) -> bool:
         """Whether any channel is late, or behind a low-pass."""
-        return bool(self.late or self.low(self.of) or any(self.lag(point) for point in self.relations))
+        return bool(self.late or self.low(self.of) or self.lags)
 
     @property
     def differ(self) -> bool:

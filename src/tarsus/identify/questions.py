@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from math import ceil, isfinite
+from math import ceil, isfinite, isnan, nan
 from typing import TYPE_CHECKING
 
 from tarsus.fit.verdict import WIDTH
@@ -57,15 +57,7 @@ def open_questions(
         (one.name, f"not from these data: {'; '.join(one.reasons)}", None) for one in found.not_done
     ]
     rows += _doubts(words, [one for one in checks if not one.passed])
-    slopes = law_slopes(found.known)
-    for step in found.steps.values():
-        for path in step.paths:
-            if words[path] == ASSUMED:
-                why = "no record shows it; its value goes with the others"
-                rows.append((path, why, _record(found, path)))
-            elif words[path] == UNDECIDED and judged is not None:
-                half = judged[path].range.half_width(slopes.get(path))
-                rows.append((path, _why(judged[path]), _more(found, step, path, half)))
+    rows += _numbers(found, judged, words)
     for question in dict.fromkeys(one.question for one in alternatives):
         left = [one for one in alternatives if one.question == question and one.word in (ASSUMED, UNDECIDED)]
         names = ", ".join(f"{one.name}{' (used)' if one.used and len(left) > 1 else ''}" for one in left)
@@ -82,6 +74,27 @@ def open_questions(
         and serves(purpose, found.opened)
         and (purpose is not Purpose.CLOSE or attracted)
     ]
+    return rows
+
+
+def _numbers(found: Identification, judged: Assessment | None, words: Mapping[str, str]) -> list[Question]:
+    """Numbers that are undecided or assumed, those of one reason that the same record tells together: what decides the
+    widest of them decides all."""
+    slopes, alike = law_slopes(found.known), dict[tuple[str, str], list[tuple[float, str, StepResult]]]()
+    for step in found.steps.values():
+        for path in step.paths:
+            if words[path] == ASSUMED:
+                half, why = nan, "no record shows it; its value goes with the others"
+            elif words[path] == UNDECIDED and judged is not None:
+                half, why = judged[path].range.half_width(slopes.get(path)), _why(judged[path])
+            else:
+                continue
+            alike.setdefault((why, _record(found, path)), []).append((half, path, step))
+    rows: list[Question] = []
+    for (why, record), those in alike.items():
+        half, path, step = max(those, key=lambda one: one[0])
+        names = ", ".join([those[0][1], *(path_end(one) for _, one, _ in those[1:])])
+        rows.append((names, why, record if isnan(half) else _more(found, step, path, half)))
     return rows
 
 

@@ -132,7 +132,8 @@ class Check:
     """Whether what was found predicts what it was not fitted to.
 
     name: what is compared; value and limit [unit]; least: whether the value must reach the limit rather than stay
-    below it; paths: the numbers that a check which fails takes the word "determined" from; cause: what a failure means.
+    below it; paths: the numbers that a check which fails takes the word "determined" from; cause: what a failure means;
+    hangs: whether it may as well fail because of what another check shows of all these numbers.
     """
 
     name: str
@@ -142,6 +143,7 @@ class Check:
     least: bool = False
     paths: tuple[str, ...] = ()
     cause: str = ""
+    hangs: bool = False
 
     @property
     def passed(self) -> bool:

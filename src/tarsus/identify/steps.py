@@ -31,6 +31,7 @@ from tarsus.identify.resonance import (
 from tarsus.identify.restitution import identify_restitution
 from tarsus.identify.step import StepResult, Used
 from tarsus.identify.straightened import straightened
+from tarsus.identify.surroundings import unsure_level
 from tarsus.identify.traces import Trace
 from tarsus.model.drive.waveforms import SweptSine
 from tarsus.records.purpose import Purpose
@@ -91,13 +92,14 @@ def _structure(chain: StepRunner, band: tuple[float, float]) -> Resonances:
     the modes have the shapes of the structure."""
     evidence, best, problems = chain.evidence, None, []
     assert evidence.instruments is not None  # there are records
-    for instruments in evidence.instruments.hypotheses():
+    decided = "hysteresis" in chain.steps
+    for instruments in (evidence.instruments,) if decided else evidence.instruments.hypotheses():
         taken = replace(evidence, instruments=instruments)
         read = [(r, one) for r in chain.files_of(Purpose.MODAL) if (one := taken.record(r)) is not None]
         sets, records = [chain.opened.campaign.records[r.set] for r, _ in read], [one for _, one in read]
         rounded = rounding_of(records)
         drives = [(one.rest, one.signal) for one in sets if one.signal is not None]
-        if "hysteresis" in chain.steps and len(drives) == len(records):
+        if decided and len(drives) == len(records):
             records = straightened(records, drives, chain.known.model())
         try:
             near = None if chain.resonances is None else chain.resonances.seen
@@ -161,7 +163,11 @@ def _film(chain: StepRunner) -> StepResult:
     if chain.evidence.level is None:
         raise InputError("no record of ramped squares shows a foot standing on the ground")
     model, seed = chain.known.model(), chain.seed + 2
-    film = identify_film(model, chain.known, traces, chain.evidence.level[0], seed, chain.film)
+    level = unsure_level(model, chain.traces(Purpose.LOOPS, Purpose.RAMPS), chain.evidence.level)
+    film = identify_film(model, chain.known, traces, level, seed, chain.film)
+    if chain.film is not None:  # the steps again: of hypotheses the first time
+        chain.film = film
+        return film.step
     attraction = film_attraction(model, film, seed)
     film = film if attraction is None else with_attraction(film, attraction)
     attracted = not all(one.passed for one in film.step.checks)

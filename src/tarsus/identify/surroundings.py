@@ -15,8 +15,10 @@ from scipy.stats import f as f_distribution
 from tarsus.base.arrays import Complexes, Floats
 from tarsus.identify.checks import GROUND, touched
 from tarsus.identify.estimates import Estimates
+from tarsus.identify.foot import FootModel
 from tarsus.identify.step import Check
 from tarsus.identify.traces import SHORTEST, Trace, comparable, holds
+from tarsus.identify.with_error import WithError
 
 _MAINS = (50.0, 60.0)
 """Frequencies of mains [Hz]."""
@@ -85,10 +87,9 @@ def _line(apart: Sequence[tuple[float, Floats, float]], hertz: float) -> tuple[f
     return float(np.mean(power) / np.mean(beside)), limit, float(np.sqrt(np.mean(size)))
 
 
-def ground_checks(known: Estimates, traces: Sequence[Trace], level: float) -> tuple[Check, ...]:
-    """Whether a foot that stands on the ground [m from the rest] follows the drive's force: regression of its place in
-    every hold on where it would be without a ground."""
-    model = known.model()
+def following(model: FootModel, traces: Sequence[Trace], level: float) -> WithError | None:
+    """Motion of a foot that stands on the ground [m from the rest] over that of a free one: regression of its place in
+    every hold on where the drive's force would take it without a ground; None where it hardly stands."""
     top, bottom = [], []
     for trace in traces:
         k, free = trace.point(model.foot_point), None
@@ -105,20 +106,38 @@ def ground_checks(known: Estimates, traces: Sequence[Trace], level: float) -> tu
             top.append(weight * float(pressed @ (model.normal * trace.x[k, part])))
             bottom.append(weight * float(pressed @ pressed))
     if len(top) < _FEWEST or not np.sum(bottom) > 0.0:
-        return ()
+        return None
     follows = float(np.sum(top) / np.sum(bottom))
     left = np.array(top) - follows * np.array(bottom)
     scatter = max(float(np.sum(left**2) / np.sum(bottom)), 1.0)
-    error = float(np.sqrt(scatter / np.sum(bottom)))
+    return WithError(follows, float(np.sqrt(scatter / np.sum(bottom))))
+
+
+def unsure_level(
+    model: FootModel, traces: Sequence[Trace], level: tuple[float, float]
+) -> tuple[float, float]:
+    """A contact level with its standard error [m], which on a ground that gives way is as much as the foot follows
+    forces that bend it by its gap: what it is let go with is not what it was pressed with."""
+    found = following(model, traces, level[0])
+    given = 0.0 if found is None or found.value < _SURE * found.error else found.value * model.gap
+    return level[0], float(np.hypot(level[1], given))
+
+
+def ground_checks(known: Estimates, traces: Sequence[Trace], level: float) -> tuple[Check, ...]:
+    """Whether the foot follows the drive's force on the ground."""
+    model = known.model()
+    found = following(model, traces, level)
+    if found is None:
+        return ()
     foot = 1.0 / float(model.row @ np.linalg.solve(model.stiffness, model.row))
-    stiffness = foot * (1.0 / max(follows, 1e-300) - 1.0)
+    stiffness = foot * (1.0 / max(found.value, 1e-300) - 1.0)
     cause = (
         f"the ground gives way: it is compliant, about {stiffness:.3g} N/m where the foot's own stiffness is "
         f"{foot:.3g} N/m"
     )
     return (
         Check(
-            "motion of the foot on the ground over its free motion", follows, _SURE * error,
+            "motion of the foot on the ground over its free motion", found.value, _SURE * found.error,
             paths=touched(known, (GROUND,)), cause=cause,
         ),
     )  # fmt: skip

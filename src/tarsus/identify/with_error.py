@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,6 +18,11 @@ class WithError:
 
     value: float
     error: float
+
+    @property
+    def moved(self) -> WithError:
+        """One standard error more."""
+        return replace(self, value=self.value + self.error)
 
     def off(self, stated: float, limit: float) -> bool:
         """Whether it differs from what was stated by more than a limit, and for sure."""

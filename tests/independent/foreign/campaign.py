@@ -116,7 +116,8 @@ def write_campaign(
     """
     folder.mkdir(parents=True, exist_ok=True)
     between = np.isfinite(world.filtered) or world.behind or world.pace or world.trigger
-    steps = 8 if between else 2
+    # a cubic through places and speeds is 0.2 % off the second mode between halves of samples, 0.02 between quarters
+    steps = 8 if between else 4 if world.late else 2
     again = world.drift or world.unpoled or world.scatter  # no two records move alike
     kept = dict[str, Moved]() if again else _kept(device, world.moving, steps, rate)
     motion = Motion(device, world, steps)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from copy import copy
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,11 +12,14 @@ from identify.campaigns import identified
 
 import tarsus as ts
 from laboratory import LABORATORY
-from tarsus.base.spec import with_values
+from tarsus.base.spec import FrozenDict, with_values
 from tarsus.fit.verdict import Verdict, verdict_of
+from tarsus.identify.afterwards import _nudged
 from tarsus.identify.airborne import air_records
 from tarsus.identify.alternatives import AirFit, drawn_over, fit_air
-from tarsus.identify.checks import SURE, TREND, air_checks, step_checks
+from tarsus.identify.campaign import Campaign, Opened
+from tarsus.identify.chain import StepRunner
+from tarsus.identify.checks import SURE, TREND, air_checks, beside_causes, step_checks
 from tarsus.identify.draws import DRAWS
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.film_hypotheses import (
@@ -27,10 +31,11 @@ from tarsus.identify.film_hypotheses import (
 )
 from tarsus.identify.foot import ATTRACTED_AT, FootModel
 from tarsus.identify.one_more import OneMore, in_a_line
-from tarsus.identify.step import Check, Residual, StepResult, Used, failures
+from tarsus.identify.step import Alternative, Check, Residual, StepResult, Used, failures
 from tarsus.identify.traces import Trace
 from tarsus.identify.verdict import judge_samples
 from tarsus.model.drive.waveforms import Square
+from tarsus.model.scene import Provenance
 from tarsus.model.standing import rest_state
 from tarsus.records.excluded import Excluded, Exclusion
 
@@ -269,3 +274,40 @@ def test_flights_tell_an_attraction_by_the_volts_that_is_added_to_them():
         and f"in contact at {ATTRACTED_AT:g} V with 2" in doubted.checks[-1].cause
     )
     assert doubted.alternatives[-1].word == "preferred" and doubted.unsound() == []
+
+
+def test_what_fails_with_a_known_difference_is_told_beside_it():
+    """Creep makes pulls look aged: no other cause is named, and no law of theirs preferred."""
+    film, pull = "ground.film.thickness", "ground.adhesion.rate"
+    creep = Check("motion", 9.0, 1.0, paths=(film, pull), cause="creep")
+    aged = Check("ageing", 40.0, 36.0, paths=(pull,), cause="adhesion levels off", hangs=True)
+    other = Check("share", 2.0, 1.0, paths=("robot.structure.frequencies.0",), cause="its own", hangs=True)
+    law = Alternative("adhesion", "a line and its square", 1.0, word="preferred")
+    steps = [
+        replace(step(name, path), checks=checks, alternatives=(law,))
+        for name, path, checks in (("hysteresis", film, (creep,)), ("adhesion", pull, (aged, other)))
+    ]
+    found = beside_causes(steps)
+    checks = [one for step in found.values() for one in step.checks]
+    assert [one.cause for one in checks] == ["creep", "creep", "its own"] and not any(
+        c.passed for c in checks
+    )
+    assert [one.alternatives[0].word for one in found.values()] == ["preferred", ""]
+    alone = beside_causes([steps[1]])["adhesion"]
+    assert alone.checks[0].cause == "adhesion levels off" and alone.alternatives == (law,)
+
+
+def test_what_the_device_file_states_with_an_interval_is_moved_by_its_standard_error():
+    model = known().base
+    gap = {"source": "assumed", "note": "By eye.", "interval": (model.gap - 1.96e-6, model.gap + 1.96e-6)}
+    provenance = FrozenDict({**model.scene.provenance, "robot.feet.tip.gap": Provenance.model_validate(gap)})
+    stated = model.changed({"provenance": provenance})
+    opened = Opened(Campaign.model_construct(records=FrozenDict()), Path(), stated)
+    ((moved, _),) = _nudged(StepRunner.of(opened))
+    assert moved.gap == pytest.approx(model.gap + 1e-6, rel=1e-4)
+    assert not list(_nudged(StepRunner.of(replace(opened, model=model))))
+
+
+def step(name: str, path: str) -> StepResult:
+    """A result of one number."""
+    return StepResult(name, (path,), np.ones(1), np.ones((DRAWS, 1)))

@@ -74,6 +74,7 @@ def said_of(found: Identification) -> list[str]:
         ("adhesion that ages", "adhesion over contact time is not linear"),
         ("rebounds until slow", ""),
         ("ground drifts", ""),
+        ("gain of a channel", "taken for the gain of its channel, and divided out"),
     ],
 )
 def test_nothing_is_determined_and_wrong(world: str, cause: str, tmp_path: Path) -> None:

@@ -103,3 +103,26 @@ def test_slow_records_that_modes_alias_in_tell_no_delay() -> None:
     sweep = Measurement(channels[:1], random.standard_normal((1, 500)), STEP)
     assert abs(relations_of([slow], POINTS)["tip"].lag.value) > 2e-6  # what it would be taken for
     assert not relations_of([slow, sweep], POINTS)
+
+
+def test_what_is_taken_off_with_an_error_is_moved_by_it():
+    """A gain always; a delay only where its error does harm, which is 0.004 of a sample."""
+    late = {"tip": Relation(WithError(1.03, 2e-4), WithError(20e-6, 5e-8))}
+    (gain,) = Instruments(late, STEP).uncertain()
+    assert gain.gain("tip", Quantity.DISPLACEMENT) == pytest.approx(1.0302) and gain.lag("tip") == 20e-6
+    rough = {"tip": Relation(WithError(1.0, 2e-4), WithError(20e-6, 5e-7))}
+    (lag,) = Instruments(rough, STEP).uncertain()
+    assert lag.lag("tip") == pytest.approx(20.5e-6) and lag.gain("tip", Quantity.DISPLACEMENT) == 1.0
+    assert not Instruments({"tip": Relation(WithError(1.001, 2e-4), WithError(0.0, 5e-8))}, STEP).uncertain()
+
+
+def test_numbers_are_drawn_along_with_what_was_taken_off():
+    from tarsus.identify.afterwards import _along
+    from tarsus.identify.step import StepResult
+
+    drawn = np.random.default_rng(1).standard_normal(400)
+    paths, still = ("ground.film.thickness", "robot.drives.pzt.law.constant"), np.zeros((400, 2))
+    own = StepResult("film", paths, np.array([2.0, -1.0]), np.array([2.0, -1.0]) + still)
+    there = StepResult("film", paths, np.array([2.2, -1.3]), still)
+    along = _along(own, there, drawn).samples
+    assert np.allclose(along[:, 0], 2.0 * 1.1**drawn) and np.allclose(along[:, 1], -1.0 - 0.3 * drawn)
