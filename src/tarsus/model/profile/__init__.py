@@ -32,7 +32,8 @@ def _kind(shape: type[Profile]) -> str | None:
 
 
 if TYPE_CHECKING:
-    AnyLine, AnyProfile = Profile, Relief
+    AnyLine = Profile
+    AnyProfile = Relief
 else:
     _shapes = tuple(classes_beside(__package__, Profile, _kind).values())
     AnyLine = Annotated[reduce(or_, _shapes), Field(discriminator="kind")]

@@ -81,7 +81,7 @@ class RandomGround(Profile):
 
 def _numbers(facets: int, spacing: float) -> Floats:
     """Wave numbers [1/m] of heights that repeat after so many facets."""
-    return 2.0 * math.pi * np.arange(1, facets // 2 + 1) / (facets * spacing)
+    return np.asarray(2.0 * math.pi * np.arange(1, facets // 2 + 1) / (facets * spacing), dtype=np.float64)
 
 
 @lru_cache(maxsize=8)
