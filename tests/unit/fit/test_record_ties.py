@@ -54,7 +54,7 @@ def test_tied_windows_leave_what_one_window_leaves() -> None:
     off = np.zeros((1, 24))
     off[0, 12] = 0.01
     flown = problem.flown(segments, tied.each(off), np.zeros(2))
-    (gap,) = tied._gaps(flown, [0, 1])
+    (gap,) = tied.jumps(flown.batch, [0, 1])
     assert gap[0] == pytest.approx(0.01 * 1e-6 / 1e-9, rel=1e-2)
 
 
