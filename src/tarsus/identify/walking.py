@@ -38,10 +38,10 @@ ZERO = 1e-5
 """Standard deviation of the zero of a displacement [m] from record to record; of an angle over the arm."""
 FOLLOWED = 1.3
 """Mean square over the noise, but for its scatter, up to which a window is followed: an estimate is good to a tenth."""
-JUMP = 2.0
+JUMP = 2.5
 """Standard deviations of a tie up to which starts may be off the ends before: where the model is that of the robot they
-are off by less than one (in 24 windows by 0.7 to 1.0 at most), for what ties allow is far above what a model misses; on
-ground that is 0.2 um rougher than the scene says by 3.2 to 3.6, and adhesion is then off by as many of its own."""
+are off by 0.7 to 1.7 at most, in dozens of windows, for what ties allow is far above what a model misses; on ground
+that is 0.2 um rougher than the scene says by 3.2 to 3.6, and adhesion is then off by as many of its own."""
 ALL = 0.9
 """Share of the samples that are followed of which all are taken to be: the last contacts of a record may be lost."""
 TIES = 40

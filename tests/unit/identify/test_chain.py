@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -277,3 +278,14 @@ def test_alternatives_and_checks_of_any_step_are_shown_from_data():
     assert words[path] == "preferred" and words["ground.adhesion.initial"] == "determined"
     assert "1 preferred" in summary_line(doubted)
     assert summary_of(doubted)["checks"][own]["passed"] is False
+
+
+@pytest.mark.slow
+def test_a_film_is_found_beside_the_valley_that_its_first_descent_ends_in(tmp_path: Path) -> None:
+    """Flights whose moments are unknowns leave valleys along C and g0: this device's was 6 standard errors off."""
+    ts.synthesize("cantilever-capture", tmp_path, perturb=0.2, seed=93)
+    found = ts.identify(tmp_path)
+    true = read_scene(tmp_path / "truth" / "device.toml").ground.film
+    assert true is not None
+    low, high = found.steps["film"].interval("ground.film.thickness")
+    assert low < true.thickness < high and high / low < 1.3

@@ -118,7 +118,7 @@ def test_a_campaign_of_walks_goes_through_the_same_verb(tmp_path: Path) -> None:
     found = ts.identify(tmp_path)
     step = found.steps["walking"]
     assert found.files_used == 8 and not found.not_done
-    words = {row[0]: row[-1] for row in found.table().json()["rows"]}
+    words = {row[0]: row[4] for row in found.table().json()["rows"]}
     for path in ("ground.restitution.coefficient", "ground.friction.coefficient"):
         assert words[path] == "determined"
         assert step.value(path) == pytest.approx(float(get_value(truth, path)), rel=0.02)
@@ -152,6 +152,6 @@ def test_rough_ground_is_known_or_leaves_nothing_determined(known: bool) -> None
     sigma = np.abs(np.log(found.values / true)) / np.sqrt(np.diag(found.covariance))
     sure = [found.verdict(path) is Verdict.DETERMINED for path in found.paths]
     if known:
-        assert found.jump < 1.0 and sigma.max() < 3.5 and sum(sure) > 8
+        assert found.jump < 2.0 and sigma.max() < 3.5 and sum(sure) > 8
     else:
-        assert found.jump > 2.0 and not any(sure)
+        assert found.jump > 2.5 and not any(sure)
