@@ -151,9 +151,9 @@ def build_editable(
 def _keep_objects() -> None:
     """Let a further installation compile what has changed only.
 
-    scikit-build-core clears its folder where its own place is another, as it is in every isolated environment. All that CMake
-    takes from there is copied (nanobind) or told again each time (Python, ninja); a compiler other than that of the folder
-    clears it as before.
+    scikit-build-core clears its folder where its own place is another, as it is in every isolated environment. All
+    that CMake takes from there is copied (nanobind) or told again each time (Python, ninja); a compiler other than that
+    of the folder clears it as before.
     """
     for path in ROOT.glob("build/*/.skbuild-info.json"):
         try:
