@@ -21,7 +21,7 @@ from tarsus.measure.whole import WHOLE_RUN
 from tarsus.model.structure import Walker
 from tarsus.plan.lowering import gravity_on
 from tarsus.solve.engine import RECORDED, Accuracy, Engine
-from tarsus.solve.packet import packed, packet_arrays
+from tarsus.solve.packet import on_a_page, packed, packet_arrays
 from tarsus.solve.simulate import Shared, prepared
 from tarsus.solve.sliders import Lattice, Slider, lattice_of, sliders_of
 
@@ -83,6 +83,7 @@ class Explored:
         Raises InputError as `tarsus.simulate` and `sliders_of` do.
         """
         engine, rows = prepared(scene, {}, seconds, Shared())
+        on_a_page(engine.plan)
         most = FEW_DRIVES if few else None
         sliders, left = sliders_of(scene, engine.plan, ranges or {}, drives, most)
         if few:

@@ -36,13 +36,18 @@ def packed(arrays: Mapping[str, Any]) -> bytes:
     return b"".join(out)
 
 
+def on_a_page(plan: Plan) -> None:
+    """Refuse a robot that the engine of a page does not run, with one sentence."""
+    level_only(plan, "the engine of a page runs")
+
+
 def packet_arrays(scene: Scene, engine: Engine, rows: Rows, accuracy: Accuracy | None) -> dict[str, Any]:
     """What a packet holds of the first of some runs of an engine for a scene, by name. Every step is recorded.
 
     Raises InputError for more contact modes than a packet holds.
     """
     plan, duration = engine.plan, engine.duration
-    level_only(plan, "the engine of a page runs")
+    on_a_page(plan)
     laws = plan.laws.arrays(plan.laws.terms, plan.laws.programs)
     parts = {
         "nodes": {name: value for name, value in vars(nodes).items() if name.isupper() and not name.startswith("_")},
