@@ -9,8 +9,10 @@ import numpy as np
 
 from tarsus.base.arrays import Floats
 from tarsus.measure.path import path_of
+from tarsus.records.excluded import evenly
 from tarsus.report.motion import Motion
 from tarsus.report.pages import Plate, rendered
+from tarsus.report.stage import round_below
 from tarsus.tables.numbers import amount
 
 MOMENTS = 7
@@ -26,16 +28,16 @@ def path_above(motion: Motion) -> Plate:
     yaw = motion.coordinate("yaw")
     place = path_of(motion.coordinate("surge"), motion.coordinate("sway"), yaw)
     half = np.maximum(np.abs(motion.hips[:, :2]).max(axis=0), 1e-3 * np.abs(motion.hips).max())
-    frames = np.linspace(0, len(motion.time) - 1, MOMENTS).round().astype(int)
+    frames = evenly(range(len(motion.time)), MOMENTS)
     bodies = [_outline(place[:, i], float(yaw[i]), half) for i in frames]
     noses = [np.stack([place[:, i], body[:2].mean(axis=0)]) for i, body in zip(frames, bodies, strict=True)]
     every = np.concatenate([place.T, *bodies])
     low, high = every.min(axis=0), every.max(axis=0)
     room = 0.05 * float((high - low).max())
-    bar = _round_length(0.25 * float(high[0] - low[0]))
+    bar = round_below(0.25 * float(high[0] - low[0]))
     at = np.array([low[0], low[1] - 2.0 * room])
     unit = 1000.0 / float(high[0] - low[0] + 2.0 * room)
-    points = _every(place, POINTS)
+    points = np.array(evenly(list(place.T), POINTS))
 
     def drawn(line: Floats) -> str:
         return " ".join(f"{unit * x:.2f},{-unit * y:.2f}" for x, y in line)
@@ -65,15 +67,3 @@ def _outline(centre: Floats, yaw: float, half: Floats) -> Floats:
     corners = np.array([[1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]]) * half
     c, s = math.cos(yaw), math.sin(yaw)
     return centre + corners @ np.array([[c, s], [-s, c]])
-
-
-def _every(place: Floats, most: int) -> Floats:
-    """At most so many of places (2, n), evenly taken, as (m, 2)."""
-    chosen = np.unique(np.linspace(0, place.shape[1] - 1, most).round().astype(int))
-    return place[:, chosen].T
-
-
-def _round_length(length: float) -> float:
-    """The longest of 1, 2, 5 times a power of ten that is no longer."""
-    power = 10.0 ** math.floor(math.log10(length))
-    return next(step * power for step in (5.0, 2.0, 1.0) if step * power <= length * (1.0 + 1e-12))
