@@ -15,8 +15,10 @@ from tarsus.identify.airborne import AirRecord, air_records
 from tarsus.identify.alternatives import drawn_over, fit_air
 from tarsus.identify.checks import (
     GROUND,
+    OFFSET,
     air_checks,
     beside_causes,
+    gap_check,
     held_out_check,
     smeared_check,
     step_checks,
@@ -165,6 +167,8 @@ def check(chain: StepRunner, comparisons: Sequence[Comparison], air: Sequence[Ai
         noise = {t.file: float(t.noise_x[k] / t.x[k].std()) for t in chain.traces(Purpose.VALIDATION)}
         steps[last] = with_checks(steps[last], held_out_check(comparisons, noise, known))
     steps.update(beside_causes(steps.values()))
+    if "hysteresis" in steps:
+        steps["hysteresis"] = with_checks(steps["hysteresis"], gap_check(steps["hysteresis"], known))
     chain.evidence.remarks += failures(one for step in steps.values() for one in step.checks)
 
 
@@ -234,7 +238,7 @@ def shifted(chain: StepRunner) -> tuple[Shift, ...]:
     chain.report("with the other zero position")
     moved = model.changed({f"robot.feet.{model.foot}.gap": gap})
     evidence = replace(chain.evidence, remarks=[])
-    offset = next((p for p in chain.known.paths if p.endswith((".law.constant", ".law.offset"))), None)
+    offset = next((p for p in chain.known.paths if p.endswith(OFFSET)), None)
     out = [(f"gap of {1e6 * gap:.4g} um", _again(chain, moved, evidence))]
     if offset is not None:
         force = (model.gap - gap) / chain.known.model().static_load

@@ -112,6 +112,11 @@ class Campaign(Description):
     ground_by_foot: bool = Field(
         default=False, description="of a walker: whether the ground may differ from foot to foot"
     )
+    calibration: float = Field(
+        default=0.0, ge=0, lt=0.5,
+        description="standard error of the gain that all channels of motion share, as a share of it (of a certified "
+        "vibrometer 0.005 to 0.01); every number is drawn along with it",
+    )  # fmt: skip
     defaults: Defaults | None = Field(default=None, description="what the sets do not say themselves")
     records: Named[RecordSet] = Field(description="sets of records by name")
 

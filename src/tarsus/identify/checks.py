@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 STRUCTURE, LOAD, LAW, GROUND = "robot.structure.", ".load.", ".law.", "ground."
 """Parts of paths: what a check or a difference from the model touches."""
+OFFSET = (".law.constant", ".law.offset")
+"""Ends of the path of the drive's force at rest."""
 SURE = 25.0
 """Gain in chi-squared over what is left that a difference from the model must have: five standard deviations of one
 unknown."""
@@ -55,6 +57,9 @@ HELD_OUT = 2.0
 leave sound ones with 1.2."""
 SMEARED = 0.1
 """Samples by which a low-pass may delay: moments of release and impact are found to about as much."""
+GAP = 0.05
+"""Error of a gap that a number which counts from it must bear where no interval of the gap is stated: the source's were
+set by hand, and one of its devices has two that are a quarter apart (Table 2.2)."""
 _COUNTED = ("film", "restitution")
 """Steps whose share of what is not as the model has it is checked. Impacts that are no single ones are not counted:
 most are two within a few samples."""
@@ -161,6 +166,23 @@ def smeared_check(instruments: Instruments | None, known: Estimates) -> tuple[Ch
     paths = touched(known, (GROUND,))
     name = "samples over which a low-pass smears them"
     return (Check(name, low.delay / instruments.step, SMEARED, paths=paths, cause=cause),)
+
+
+def gap_check(step: StepResult, known: Estimates) -> tuple[Check, ...]:
+    """Whether the constant of the drive's law, which is the level at which the ground is seen less the gap as stated,
+    bears an error of a gap that states no interval."""
+    model = known.model()
+    path = next((one for one in step.paths if one.endswith(OFFSET)), None)
+    if path is None or path in step.taken or model.scene.interval(f"robot.feet.{model.foot}.gap") is not None:
+        return ()
+    low, high = step.interval(path)
+    cause = (
+        "the constant of the drive's law counts from the gap as stated: with an interval of that in the "
+        "provenance of the device file it is drawn along"
+    )
+    share = 0.5 * (high - low) * abs(model.static_load) / model.gap
+    name = "error of the gap that the constant's interval bears, as a share of it"
+    return (Check(name, share, GAP, least=True, paths=(path,), cause=cause),)
 
 
 def with_speed(step: StepResult, study: BounceStudy, seed: int) -> StepResult:

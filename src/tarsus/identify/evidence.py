@@ -17,7 +17,7 @@ from tarsus.identify.traces import Trace, contact_level, misplaced, trace_of
 from tarsus.identify.with_error import WithError
 from tarsus.model.drive.waveforms import SweptSine
 from tarsus.records.excluded import Excluded, excluded_of
-from tarsus.records.measurement import Measurement
+from tarsus.records.measurement import Measurement, Quantity
 from tarsus.records.purpose import Purpose
 
 _REPEATED = (Purpose.LOOPS, Purpose.RAMPS, Purpose.CLOSE, Purpose.AIR)
@@ -26,6 +26,7 @@ _UNCOUPLED = (Purpose.RAMPS, Purpose.AIR)
 """Records that tell of a high-pass: they repeat themselves from one period of the drive to the next."""
 _GROUND = (Purpose.RAMPS, Purpose.LOOPS, Purpose.BOUNCES)
 _SLOW = (Purpose.RAMPS, Purpose.LOOPS)
+_MOTION = (Quantity.DISPLACEMENT, Quantity.VELOCITY)
 _FAR = 100.0
 """Gaps that no foot of these devices moves, or hundredth of one that ramps which should reach the ground do not exceed:
 between a device that jumps ten gaps high and units that are wrong by a thousand."""
@@ -107,6 +108,18 @@ class Evidence:
         if self.corner is not None:
             # put back a little more: what is put back of what was is less than that, by a share that is small itself
             yield self._otherwise(self.instruments, self._restored(self.corner.error))
+        if self.opened.campaign.calibration:
+            yield self._otherwise(self.instruments, self._scaled(1.0 + self.opened.campaign.calibration))
+
+    def _scaled(self, gain: float) -> list[RecordFile]:
+        """The files with all motion as of channels with such a gain."""
+
+        def scaled(record: Measurement) -> Measurement:
+            values = record.values.copy()
+            values[[k for k, one in enumerate(record.channels) if one.quantity in _MOTION]] *= gain
+            return replace(record, values=values)
+
+        return [replace(r, record=scaled(r.record)) if r.record else r for r in self.readings]
 
     def _otherwise(self, instruments: Instruments, readings: list[RecordFile]) -> Evidence:
         out = replace(self, readings=readings, remarks=[])

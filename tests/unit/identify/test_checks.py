@@ -19,7 +19,7 @@ from tarsus.identify.airborne import air_records
 from tarsus.identify.alternatives import AirFit, drawn_over, fit_air
 from tarsus.identify.campaign import Campaign, Opened
 from tarsus.identify.chain import StepRunner
-from tarsus.identify.checks import SURE, TREND, air_checks, beside_causes, step_checks
+from tarsus.identify.checks import GAP, SURE, TREND, air_checks, beside_causes, gap_check, step_checks
 from tarsus.identify.draws import DRAWS
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.film_hypotheses import (
@@ -306,6 +306,21 @@ def test_what_the_device_file_states_with_an_interval_is_moved_by_its_standard_e
     ((moved, _),) = _nudged(StepRunner.of(opened))
     assert moved.gap == pytest.approx(model.gap + 1e-6, rel=1e-4)
     assert not list(_nudged(StepRunner.of(replace(opened, model=model))))
+
+
+def test_a_constant_that_counts_from_the_gap_as_stated_must_bear_an_error_of_it():
+    found, path = known(), "robot.drives.pzt.law.constant"
+    model = found.base
+    bears = GAP * model.gap / abs(model.static_load)  # an error of the gap of 5 %, as a force
+    for sd, passes in ((0.1 * bears, False), (bears, True)):
+        draws = -1e-6 + sd * np.random.default_rng(3).standard_normal((DRAWS, 1))
+        of_law = StepResult("hysteresis", (path,), np.array([-1e-6]), draws)
+        (check,) = gap_check(of_law, found)
+        assert check.passed == passes and check.paths == (path,)
+    assert not gap_check(replace(of_law, taken=(path,)), found)  # nothing shows the ground
+    gap = {"source": "assumed", "note": "By eye.", "interval": (0.9 * model.gap, 1.1 * model.gap)}
+    provenance = FrozenDict({**model.scene.provenance, "robot.feet.tip.gap": Provenance.model_validate(gap)})
+    assert not gap_check(of_law, replace(found, base=model.changed({"provenance": provenance})))
 
 
 def step(name: str, path: str) -> StepResult:

@@ -65,6 +65,20 @@ def test_the_odd_repeat_is_named(tmp_path):
     assert len(told) == 1 and told[0].startswith(MAT) and "1.15 times as much" in told[0]
 
 
+def test_a_calibration_moves_all_motion_by_its_standard_error(tmp_path):
+    folder = copied(tmp_path / "campaign", "ramps")
+    file = folder / "campaign.toml"
+    file.write_text(file.read_text().replace("calibration = 0.0", "calibration = 0.01"))
+    chain = StepRunner.of(read_campaign(folder))
+    chain.read()
+    chain.find_ground()
+    *_, there = chain.evidence.nudged()
+    for own, other in zip(chain.evidence.traces[Purpose.RAMPS], there.traces[Purpose.RAMPS], strict=True):
+        np.testing.assert_allclose(other.v, 1.01 * own.v, rtol=1e-12)
+        np.testing.assert_array_equal(other.volts, own.volts)
+    assert there.level[0] == pytest.approx(1.01 * chain.evidence.level[0], rel=1e-3)
+
+
 # Slow: another device is synthesized and identified. Its sibling below keeps what is taken without a ground.
 @pytest.mark.slow
 def test_loops_in_the_air_show_no_ground(tmp_path):
