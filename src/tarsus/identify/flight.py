@@ -26,6 +26,7 @@ from tarsus.identify.estimates import Estimates
 from tarsus.identify.foot import FootModel
 from tarsus.identify.step import Panel, Residual, StepResult, measured_and_fitted, over_noise
 from tarsus.identify.traces import Hold, Trace
+from tarsus.identify.volts import Stretches
 from tarsus.solve.flights import SUBSTEPS, Flow, Launches, Varied
 
 FILM = ("ground.film.coefficient", "ground.film.thickness")
@@ -178,6 +179,7 @@ class FlightProblem:
     ) -> None:
         self.traces, self.level = tuple(traces), level
         self.volts = {k: self.traces[k].between for k in {one.trace for one in items}}
+        self.stretches: Stretches | None = None
         self._prepare(items, model)
 
     def _prepare(self, items: Sequence[Moment], model: FootModel) -> None:
@@ -197,19 +199,37 @@ class FlightProblem:
         steps = [(-1.0 if one.back else 1.0) * self.step / SUBSTEPS for one in self.sides]
         self.flows = [Flow(model.flow, model.inputs, model.row, step) for step in steps]
         self.counts = [np.array([one.before if s.back else one.after for one in items]) for s in self.sides]
-        self.drive = [np.zeros((len(items), SUBSTEPS * (int(c.max()) - 1) + 1)) for c in self.counts]
-        self.near = [np.zeros((len(items), SUBSTEPS * _REACH + 1)) for _ in self.sides]
         self.squares: Floats | None = None
         self.measured, self.noise = list[Floats](), list[Floats]()
-        for r, one in enumerate(items):
+        for one in items:
             trace, first = self.traces[one.trace], one.first - one.before
             part = slice(first, first + one.before + one.after)
             self.measured.append(
                 np.concatenate([trace.x[:, part] + self.rest(trace)[:, None], trace.v[:, part]])
             )
             self.noise.append(np.concatenate([trace.noise_x, trace.noise_v]))
-            self._driven(r, one, first)
+        self._drive()
         self.gaps = np.array([self.gap(self.traces[one.trace]) for one in items])
+
+    def _drive(self) -> None:
+        """Force of the drive along the flights, and beside their first samples; held before and after the record."""
+        if self.stretches is None:
+            firsts = [max(one.first - one.before - _REACH, 0) for one in self.items]
+            self.stretches = Stretches([
+                (self.volts[one.trace], first, one.last + 1 + one.after - first)
+                for one, first in zip(self.items, firsts, strict=True)
+            ])  # fmt: skip
+        force, reach = self.stretches.force(self.model.law, self.model.history), SUBSTEPS * _REACH
+        low, high = (ends[:, None] for ends in self.stretches.ends)
+        begun = np.array([one.first - max(one.first - one.before - _REACH, 0) for one in self.items])[:, None]
+        self.drive, self.near = list[Floats](), list[Floats]()
+        for side, counts in zip(self.sides, self.counts, strict=True):
+            way = -1 if side.back else 1
+            at = low + SUBSTEPS * (begun - side.back)
+            along = at + way * np.arange(SUBSTEPS * (int(counts.max()) - 1) + 1)
+            near = at + way * np.arange(-reach, 1)
+            self.drive.append(force[np.clip(along, low, high)])
+            self.near.append(force[np.clip(near, low, high)])
 
     def squared(self) -> Floats:
         """Squared volts (nr, steps + 1) [V^2] along the flights onward."""
@@ -238,6 +258,7 @@ class FlightProblem:
     def of(self, items: Sequence[Moment]) -> Self:
         """The same of other moments of the same records."""
         out = copy(self)
+        out.stretches = None
         out._prepare(items, self.model)
         return out
 
@@ -264,19 +285,6 @@ class FlightProblem:
         """Gap at the neutral position in a record [m]."""
         return self.model.gap
 
-    def _driven(self, r: int, one: Moment, first: int) -> None:
-        """Force of the drive along the flights of a moment, and beside their first samples."""
-        reach, seen = SUBSTEPS * _REACH, min(first, _REACH)
-        count = seen + one.before + one.after
-        force = self.volts[one.trace].force(self.model.law, self.model.history, first - seen, count)
-        before = np.full(reach - SUBSTEPS * seen, force[0])
-        force = np.concatenate([before, force, np.full(reach, force[-1])])
-        for side, drive, near in zip(self.sides, self.drive, self.near, strict=True):
-            at = reach + SUBSTEPS * (one.before - side.back)
-            along = force[at::-1] if side.back else force[at:]
-            drive[r, : len(along)] = along[: drive.shape[1]]
-            near[r] = force[at : at + reach + 1][::-1] if side.back else force[at - reach : at + 1]
-
     def states(self, unknowns: Floats, side: int = -1) -> Floats:
         """States (nr, 2n) at the moments."""
         base = np.concatenate([self.grounded, np.zeros(len(self.grounded))])
@@ -295,35 +303,68 @@ class FlightProblem:
             self.gaps[part], self.near[side][part], self.flows[side].step,
         )  # fmt: skip
 
+    def _flown(
+        self, k: int, unknowns: Floats, law: Varied, part: NDArray[np.intp]
+    ) -> tuple[Floats, Floats, Floats, list[slice]]:
+        """Of side k of the segments of these numbers, one flight after the other from its moment on: what was measured
+        less what is flown (samples, channels) and slopes (samples, channels, q + p) of what is flown, over the noise;
+        the flights (samples, channels); and which samples are each segment's."""
+        counts, back = self.counts[k][part], self.sides[k].back
+        squares = None if self.squares is None else self.squares[part]
+        launches = self.launches(unknowns, law, part, k)
+        values, slopes = self.flows[k].fly(launches, self.drive[k][part], counts, self.output, squares)
+        ends = np.cumsum(counts).tolist()
+        own = [slice(end - count, end) for end, count in zip(ends, counts.tolist(), strict=True)]
+        before = [self.items[r].before for r in part]
+        seen = np.concatenate([
+            self.measured[r][:, :n][:, ::-1].T if back else self.measured[r][:, n:].T
+            for r, n in zip(part.tolist(), before, strict=True)
+        ])  # fmt: skip
+        noise = np.repeat([self.noise[r] for r in part], counts, axis=0)
+        return (seen - values) / noise, slopes / noise[:, :, None], values, own
+
     def flown(
         self, unknowns: Floats, law: Varied, part: NDArray[np.intp] | None = None
     ) -> tuple[list[Floats], list[Floats], list[Floats]]:  # fmt: skip
         """Of the segments of these numbers, or of all: what was measured less what is flown, over the noise (channels,
         samples), slopes (q + p, channels times samples) of what is flown, and the flights (channels, samples)."""
         part = np.arange(len(self.measured)) if part is None else part
-        values, slopes = [list[Floats]() for _ in part], [list[Floats]() for _ in part]
-        for k, side in enumerate(self.sides):
-            counts, launches = self.counts[k][part], self.launches(unknowns, law, part, k)
-            squares = None if self.squares is None else self.squares[part]
-            found = self.flows[k].fly(launches, self.drive[k][part], counts, self.output, squares)
-            for r, end in enumerate(np.cumsum(counts)):
-                own, turn = slice(end - counts[r], end), slice(None, None, -1 if side.back else 1)
-                values[r].append(found[0][own][turn].T)
-                slopes[r].append(found[1][own][turn].transpose(2, 1, 0))
-        flights = [np.concatenate(one, axis=1) for one in values]
-        residuals, rows = list[Floats](), list[Floats]()
-        for r, flight, by in zip(part.tolist(), flights, slopes, strict=True):
-            white = self.noise[r][:, None]
-            residuals.append((self.measured[r] - flight) / white)
-            rows.append((np.concatenate(by, axis=2) / white).reshape(len(by[0]), -1))
-        return residuals, rows, flights
+        sides = [self._flown(k, unknowns, law, part) for k in range(len(self.sides))]
+
+        def in_time(number: int, r: int) -> Floats:
+            turns = (-1 if side.back else 1 for side in self.sides)
+            return np.concatenate(
+                [of[number][of[3][r]][::turn] for of, turn in zip(sides, turns, strict=True)]
+            )
+
+        every = range(len(part))
+        rows = [in_time(1, r).transpose(2, 1, 0) for r in every]
+        return (
+            [in_time(0, r).T for r in every], [one.reshape(len(one), -1) for one in rows],
+            [in_time(2, r).T for r in every],
+        )  # fmt: skip
 
     def equations(
         self, unknowns: Floats, law: Varied, part: NDArray[np.intp] | None = None
     ) -> NormalEquations:  # fmt: skip
         """Normal equations of the segments of these numbers, which share the unknowns of the law."""
-        residuals, slopes, _ = self.flown(unknowns, law, part)
-        return equations_of(residuals, slopes, unknowns.shape[1])
+        part = np.arange(len(self.measured)) if part is None else part
+        assert law.slopes is not None
+        q, size = unknowns.shape[1], unknowns.shape[1] + law.slopes.shape[1]
+        normal, right, cost = (
+            np.zeros((len(part), size, size)),
+            np.zeros((len(part), size)),
+            np.zeros(len(part)),
+        )
+        for k in range(len(self.sides)):
+            left, slopes, _, own = self._flown(k, unknowns, law, part)
+            for r, one in enumerate(own):
+                rows, off = slopes[one].reshape(-1, size), left[one].ravel()
+                normal[r] += rows.T @ rows
+                right[r] += off @ rows
+                cost[r] += off @ off
+        count = np.array([self.measured[r].size - q for r in part], dtype=float)
+        return NormalEquations.split(normal, right, cost, count, q)
 
     def alone(self, unknowns: Floats, law: Floats, how: Descent) -> Minimum:
         """Every segment by a descent of its own under a known law (5,)."""

@@ -3,7 +3,8 @@ them."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
 
@@ -37,17 +38,13 @@ class Volts:
     """Volts of a record at its samples, at even places between them, and at the corners wherever these are.
 
     levels (nl,) [V] in order of time; grid (substeps (ns - 1) + 1,): which of them lie on the even places; turns: at
-    which of them the voltage turns; substeps from sample to sample; plays: volts and states of plays at even places, by
-    thresholds, history and part.
+    which of them the voltage turns; substeps from sample to sample.
     """
 
     levels: Floats
     grid: NDArray[np.intp]
     turns: NDArray[np.intp]
     substeps: int
-    plays: dict[tuple[object, ...], tuple[Floats, Floats]] = field(
-        default_factory=dict, compare=False, repr=False
-    )
 
     @staticmethod
     def of(volts: Floats, substeps: int = SUBSTEPS) -> Volts:
@@ -84,16 +81,41 @@ class Volts:
     def force(self, law: VoltageLaw, history: tuple[float, ...], first: int, count: int) -> Floats:
         """Force [N] by a law from sample ``first`` on over ``count`` - 1 sampling steps, at even places; held beyond
         the end of the record, (substeps (count - 1) + 1,)."""
-        if isinstance(law, PrandtlIshlinskii):
-            place = law.thresholds, history, first, count
-            if place not in self.plays:  # they are the same whatever the plays weigh
-                before, levels, grid = self.part(first, count)
-                self.plays[place] = levels[grid], law.states(levels, (*history, *before.tolist()))[grid]
-            force = law.force_with(*self.plays[place])
-        else:
-            before, levels, grid = self.part(first, count)
-            force = law.force(levels, (*history, *before.tolist()))[grid]
+        before, levels, grid = self.part(first, count)
+        force = law.force(levels, (*history, *before.tolist()))[grid]
         return np.concatenate([force, np.full(self.substeps * (count - 1) + 1 - len(force), force[-1])])
+
+
+class Stretches:
+    """Parts of records one after the other, along which forces are asked of one law after the other.
+
+    parts: volts, first sample and how many samples of each, which ends with its record; ends (2, nr): first and last of
+    the places of each among all.
+    """
+
+    def __init__(self, parts: Sequence[tuple[Volts, int, int]]) -> None:
+        self.parts = [one.part(first, count) for one, first, count in parts]
+        last = np.cumsum([len(grid) for *_, grid in self.parts]) - 1
+        self.ends = np.array([np.append(0, last[:-1] + 1), last])
+        self.plays: tuple[object, Floats, Floats] | None = None
+
+    def force(self, law: VoltageLaw, history: tuple[float, ...]) -> Floats:
+        """Force [N] at the even places of all parts."""
+        past = [(*history, *before.tolist()) for before, _, _ in self.parts]
+        if not isinstance(law, PrandtlIshlinskii):
+            return np.concatenate([
+                law.force(levels, seen)[grid]
+                for (_, levels, grid), seen in zip(self.parts, past, strict=True)
+            ])  # fmt: skip
+        place = law.thresholds, history
+        if self.plays is None or self.plays[0] != place:  # they are the same whatever the plays weigh
+            volts = np.concatenate([levels[grid] for _, levels, grid in self.parts])
+            states = np.concatenate([
+                law.states(levels, seen)[grid]
+                for (_, levels, grid), seen in zip(self.parts, past, strict=True)
+            ])  # fmt: skip
+            self.plays = place, volts, states
+        return law.force_with(*self.plays[1:])
 
 
 def jumps_of(volts: Floats) -> NDArray[np.intp]:
