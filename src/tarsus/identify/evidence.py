@@ -108,8 +108,8 @@ class Evidence:
         if self.corner is not None:
             # put back a little more: what is put back of what was is less than that, by a share that is small itself
             yield self._otherwise(self.instruments, self._restored(self.corner.error))
-        if self.opened.campaign.calibration:
-            yield self._otherwise(self.instruments, self._scaled(1.0 + self.opened.campaign.calibration))
+        if shared := float(np.hypot(self.opened.campaign.calibration, self.instruments.shared)):
+            yield self._otherwise(self.instruments, self._scaled(1.0 + shared))
 
     def _scaled(self, gain: float) -> list[RecordFile]:
         """The files with all motion as of channels with such a gain."""

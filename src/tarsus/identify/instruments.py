@@ -176,6 +176,16 @@ class Instruments:
         return tuple(out)
 
     @property
+    def shared(self) -> float:
+        """Part of itself by which the gain that all channels share is unknown: where all displacements are off their
+        velocities by one factor, no shape tells which of both are wrong."""
+        gains = [one.gain for one in self.relations.values()]
+        if not gains or not all(one.off(1.0, GAIN) for one in gains):
+            return 0.0
+        mean = float(np.mean([one.value for one in gains]))
+        return 0.0 if any(one.off(mean, GAIN) for one in gains) else abs(mean - 1.0)
+
+    @property
     def prompt(self) -> Instruments:
         """The gains alone, as if no channel were late."""
         still = {
@@ -245,6 +255,11 @@ class Instruments:
                         f"the {quantity.name.lower()} of point '{point}' is {gain:.4g} +- {2.0 * one.gain.error:.1g} "
                         f"times what its {other} makes it: taken for the gain of its channel, and divided out"
                     )
+        if self.shared:
+            out.append(
+                f"all displacements are off their velocities by one factor, and no record tells which of both are: "
+                f"{100.0 * self.shared:.2g} % of the gain that all channels share is drawn along"
+            )
         lags = {one.lag for point, one in self.relations.items() if self.lag(point)}
         for lag in sorted(lags, key=lambda one: one.value):
             named = ", ".join(f"'{point}'" for point, one in self.relations.items() if one.lag == lag)

@@ -145,6 +145,7 @@ def _why_not(bounces: Bounces, fitted: BounceFit, kept: Kept, r: int, foot: str)
         text = f"at {at} the approach is slower than its error tells from none"
     else:
         text = f"the motion around {at} is no free motion with one impact (chi-squared {fitted.chi[r]:.3g})"
+        kind = Exclusion.SEVERAL
     return Excluded(trace.file, foot, text, kind=kind)
 
 

@@ -37,6 +37,12 @@ RAMPS = (
     (100.0, 1.0, 10),
 )
 """Ramped squares: frequency [Hz], share of ramps, periods."""
+OTHER = "ramps-100hz-100-2.mat"
+"""File that another device than the others may have left."""
+TABLE_HZ = 35.0
+"""Frequency [Hz] of a table's vibration."""
+_SWEEPS, _PLACE, _ALL = 3, 20, 46
+"""Numbers of the middle sweep and the middle ramps among all files."""
 BOUNCES = ((1.25, 300.0), (2.25, 300.0))
 """Square waves that make the foot bounce: volts, hertz."""
 
@@ -115,11 +121,10 @@ def write_campaign(
         Noise of each channel below its own motion.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    between = np.isfinite(world.filtered) or world.behind or world.pace or world.trigger
+    between = np.isfinite(world.filtered) or world.behind or world.pace or world.trigger or world.jitter
     # a cubic through places and speeds is 0.2 % off the second mode between halves of samples, 0.02 between quarters
     steps = 8 if between else 4 if world.late else 2
-    again = world.drift or world.unpoled or world.scatter  # no two records move alike
-    kept = dict[str, Moved]() if again else _kept(device, world.moving, steps, rate)
+    kept = dict[str, Moved]() if world.changing else _kept(device, world.moving, steps, rate)
     motion = Motion(device, world, steps)
     random = np.random.default_rng([seed, 41])
     head = [
@@ -135,11 +140,15 @@ def write_campaign(
         files = []
         moved = kept.get(record.name)
         for repeat in range(record.repeats):
-            if moved is None or (world.drift and record.gap is None) or world.unpoled or world.scatter:
-                moved = _moved(motion, record, rate / record.share, device.gap + world.drift * number)
+            file = f"{record.name}-{repeat + 1}.mat" if record.repeats > 1 else f"{record.name}.mat"
+            if moved is None or world.changing:
+                gap = device.gap + world.drift * number
+                gap += world.remounted * device.gap * random.standard_normal() if world.remounted else 0.0
+                now = _now(device, world, number, file)
+                own = motion if now == device else Motion(now, world, steps)
+                moved = _moved(own, record, rate / record.share, gap)
                 kept[record.name] = moved
             number += 1
-            file = f"{record.name}-{repeat + 1}.mat" if record.repeats > 1 else f"{record.name}.mat"
             begun = replace(world, gain=world.gain * (1.0 + world.warming * number / 46.0))
             if world.trigger:
                 begun = replace(begun, behind=world.behind + world.trigger * random.standard_normal())
@@ -155,6 +164,17 @@ def write_campaign(
 def _kept(device: Device, world: World, steps: int, rate: float) -> dict[str, Moved]:
     """Motions of the last device, by record, for worlds that differ in their instruments alone: most of the effort."""
     return {}
+
+
+def _now(device: Device, world: World, number: int, file: str) -> Device:
+    """The device as it is in one file."""
+    warmer, damper = ((number - since) / _ALL for since in (_SWEEPS, _PLACE))
+    device = replace(
+        device,
+        frequencies=tuple(f * (1.0 + world.softening * warmer) for f in device.frequencies),
+        adhesion=tuple(a * (1.0 + world.humid * damper) for a in device.adhesion),
+    )
+    return device.drawn(world.other, 5) if world.other and file == OTHER else device
 
 
 def _moved(motion: Motion, record: Record, rate: float, gap: float) -> Moved:
@@ -177,6 +197,7 @@ def _recorded(
     time = np.arange(-rest, count) / rate
     driving = np.maximum(time, 0.0)
     volts = np.where(time >= 0.0, record.wave.volts(driving), 0.0)
+    phase = 2.0 * np.pi * random.random() if world.table else 0.0
     out: dict[str, object] = {"fs": rate, "volts": np.round(volts / (20.0 / 2**16)) * (20.0 / 2**16)}
     fine = rate * moved.fine
     own = np.arange(moved.x.shape[1]) / fine
@@ -189,9 +210,16 @@ def _recorded(
                 continue
             late = world.behind + (world.late if quantity == "x" else 0.0)
             at = time * (1.0 + world.pace) - late
+            if world.jitter:
+                at = at + world.jitter * random.standard_normal(len(at))
+            if world.echo and point == "center":
+                motion, speed = (
+                    motion + world.echo * (moved.x if quantity == "x" else moved.v)[0],
+                    None if speed is None else speed + world.echo * moved.v[0],
+                )
             if np.isfinite(world.filtered):
                 motion, speed = _passed(motion, world.filtered, fine), None
-            if late or world.pace:
+            if late or world.pace or world.jitter:
                 seen = np.interp(at, own, motion)
                 inside = at > 0.0
                 seen[inside] = _between(own, motion, speed, at[inside], moved.breaks)
@@ -205,6 +233,14 @@ def _recorded(
                 seen = seen * (world.gain if point == "tip" or world.warming else 1.0)
             elif world.warming:
                 seen = seen * world.gain
+            seen = seen * (world.speeds if quantity == "v" else 1.0)
+            seen = seen + (world.into_x if quantity == "x" else world.into_v) * volts
+            if world.wanders and quantity == "x":
+                seen = seen + world.wanders * random.standard_normal() * time
+            if world.table:
+                turn = 2.0 * np.pi * TABLE_HZ
+                shaken = world.table * np.exp(1j * (turn * time + phase))
+                seen = seen + (shaken.imag if quantity == "x" else turn * shaken.real)
             still = float(seen[0])
             seen = seen + coloured(len(seen), noise, world, random)
             out[f"{point}_{quantity}"] = factor * seen_by(seen, rate, quantity, still, world, random)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 
 from independent.foreign.world import Device, World
 
@@ -14,6 +15,11 @@ CREEP_S = 0.3
 """Time after which the late share of a creeping drive has followed."""
 CHARGE_GAP = 20e-6
 """Gap [m] of an attraction by the volts while the foot stands on the ground."""
+DECADES = (1e-3, 1e-2, 1e-1, 1.0, 10.0)
+"""Times [s] in which equal shares of a drive that creeps in all decades follow; the first two are in its law."""
+_FAST = 2
+_POINTS = 2_000_000
+"""Places at which the voltage behind an amplifier of one pole is formed: 0.5 us apart at most."""
 
 
 @dataclass(frozen=True)
@@ -23,13 +29,20 @@ class Wave:
 
     kind: str
     parameters: dict[str, float | list[float]]
+    offset: float = 0.0
 
     def volts(self, time: Floats, before: bool = False) -> Floats:
         """Voltages [V] at times [s]; ``before``: the limit from the left at a jump."""
+        return self._volts(time, before) + self.offset
+
+    def _volts(self, time: Floats, before: bool) -> Floats:
         p = self.parameters
         t = np.asarray(time, dtype=float)
         if self.kind == "sampled":
             return np.interp(t, p["times"], p["levels"])
+        if self.kind == "held":
+            side = -1e-10 if before else 1e-10
+            return p["levels"][np.clip(np.floor((t + side) * p["rate"]).astype(int), 0, len(p["levels"]) - 1)]
         if self.kind == "swept_sine":
             t = np.minimum(t, p["duration"])
             rate = (p["stop_frequency"] - p["start_frequency"]) / p["duration"]
@@ -61,10 +74,33 @@ class Wave:
             at = to
         return Wave("sampled", dict(times=times[1:], levels=levels[1:]))
 
+    def amplified(self, world: World, end: float) -> Wave:
+        """What the drive gets of it: in samples that are held, behind an amplifier of one pole, off its zero."""
+        wave = self.slewed(world.slew, end)
+        if world.held:
+            ticks = np.arange(int(np.ceil(end * world.held)) + 1) / world.held
+            wave = Wave("held", dict(rate=world.held, levels=wave.volts(ticks), times=ticks))
+        if world.pole:
+            wave = wave._behind(1.0 / (2.0 * np.pi * world.pole), end)
+        return replace(wave, offset=world.offset)
+
+    def _behind(self, lag: float, end: float) -> Wave:
+        """Behind one pole: straight between many places, over each of which what goes in is straight as well."""
+        time = np.linspace(0.0, end, _POINTS)
+        step = time[1] / lag
+        goes, came = self.volts(time[:-1]), self.volts(time[1:], before=True)
+        rest = -np.expm1(-step)
+        added = goes * rest + (came - goes) * (1.0 - rest / step)
+        levels = np.concatenate([[0.0], lfilter([1.0], [1.0, rest - 1.0], added)])
+        back = time[1:-1][np.diff(np.sign(np.diff(levels))) != 0.0]
+        return Wave("sampled", dict(times=time, levels=levels, turns=np.append(back, self.turns(end))))
+
     def turns(self, end: float) -> Floats:
         """Times [s] from 0 to the end between which the voltage is smooth and monotone."""
         p = self.parameters
-        if self.kind == "sampled":
+        if "turns" in p:
+            inside = np.asarray(p["turns"])
+        elif self.kind in ("sampled", "held"):
             inside = np.asarray(p["times"])
         elif self.kind == "swept_sine":
             rate = (p["stop_frequency"] - p["start_frequency"]) / p["duration"]
@@ -90,15 +126,20 @@ class Drive:
     def __init__(
         self, device: Device, world: World, wave: Wave, end: float, left: Floats | None = None
     ) -> None:
-        wave = wave.slewed(world.slew, end)
+        wave = wave.amplified(world, end)
         self.device, self.wave = device, wave
         self.r = np.array(world.thresholds or device.thresholds)
         self.w = np.array(device.weights)
-        self.creep = world.creep
+        self.followers = [(CREEP_S, world.creep)] if world.creep else []
+        self.followers += [(late, world.creeping) for late in DECADES] if world.creeping else []
+        self.instant = 1.0 - _FAST * world.creeping
+        self.lagging = world.lagging
+        if world.lagging:
+            self.followers.append((world.lagging, 1.0))
         state = np.zeros(len(self.r))
         for level in device.history if left is None else ():
             state = _played(state, level, self.r)
-        state = state if left is None else _played(left, 0.0, self.r)
+        state = _played(state if left is None else left, wave.offset, self.r)
         self.turns = wave.turns(end)
         self.states = [state]  # at rest, then at the start and the end of every stretch
         for first, last in zip(self.turns[:-1], self.turns[1:], strict=True):
@@ -108,7 +149,10 @@ class Drive:
     @property
     def at_rest(self) -> float:
         """Force [N] before the voltage begins."""
-        return float(self._whole(np.zeros(1), self.states[0][None])[0]) * (1.0 + self.creep)
+        rest = float(self._whole(np.full(1, self.wave.offset), self.states[0][None])[0])
+        if self.lagging:
+            return rest
+        return rest * (self.instant + sum(share for _, share in self.followers))
 
     def _whole(self, volts: Floats, state: Floats) -> Floats:
         a, b, c, d = self.device.law
@@ -116,9 +160,13 @@ class Drive:
 
     def force(self, time: Floats, stretch: NDArray[np.intp], before: bool = False) -> Floats:
         """Force [N] without creep at times [s], each of a stretch between turns."""
+        volts, state = self._engaged(time, stretch, before)
+        return self._whole(volts, state)
+
+    def _engaged(self, time: Floats, stretch: NDArray[np.intp], before: bool) -> tuple[Floats, Floats]:
+        """Volts (nt,), and plays (nt, np), at times [s]."""
         volts = self.wave.volts(time, before)
-        start = np.array(self.states[1::2])[stretch]
-        return self._whole(volts, _played(start, volts[:, None], self.r))
+        return volts, _played(np.array(self.states[1::2])[stretch], volts[:, None], self.r)
 
     def kinks(self) -> Floats:
         """Times [s] at which plays engage between turns."""
@@ -155,17 +203,30 @@ class Drive:
         middle = 0.5 * (first + last)
         stretch = np.clip(np.searchsorted(self.turns, middle) - 1, 0, len(self.turns) - 2)
         fa, fm, fb = self.force(first, stretch), self.force(middle, stretch), self.force(last, stretch, True)
-        if self.creep == 0.0:
+        if not self.followers:
             return fa, fm, fb
-        late = np.empty(len(marks))
-        late[0] = self.at_rest / (1.0 + self.creep)
-        step = last - first
-        share, half = -np.expm1(-step / CREEP_S), -np.expm1(-0.5 * step / CREEP_S)
-        mean = (fa + 4.0 * fm + fb) / 6.0
-        for k in range(len(step)):
-            late[k + 1] = late[k] + share[k] * (mean[k] - late[k])
-        between = late[:-1] + half * (0.5 * (fa + fm) - late[:-1])
-        return fa + self.creep * late[:-1], fm + self.creep * between, fb + self.creep * late[1:]
+        direct, late = np.array([fa, fm, fb]), np.array([fa, fm, fb])
+        if self.lagging:  # the plays alone follow, and nothing of them is at once
+            times = (first, False), (middle, False), (last, True)
+            late = np.array([self._engaged(at, stretch, side)[1] @ self.w for at, side in times])
+            direct, rest = direct - late, float(self.states[0] @ self.w)
+        else:
+            rest = self.at_rest / (self.instant + sum(share for _, share in self.followers))
+        out = self.instant * direct
+        for lag, share in self.followers:
+            out = out + share * _followed(late, last - first, lag, rest)
+        return out[0], out[1], out[2]
+
+
+def _followed(force: Floats, step: Floats, lag: float, rest: float) -> Floats:
+    """What follows a force, given at beginning, middle and end of steps [s] (3, ns), behind one pole from a rest."""
+    share, half = -np.expm1(-step / lag), -np.expm1(-0.5 * step / lag)
+    mean = (force[0] + 4.0 * force[1] + force[2]) / 6.0
+    late = [rest]
+    for part, to in zip(share.tolist(), mean.tolist(), strict=True):
+        late.append(late[-1] + part * (to - late[-1]))
+    begin, end = np.array(late[:-1]), np.array(late[1:])
+    return np.array([begin, begin + half * (0.5 * (force[0] + force[1]) - begin), end])
 
 
 def _played(state: Floats, volts: Floats | float, r: Floats) -> Floats:

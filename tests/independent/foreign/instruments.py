@@ -35,6 +35,9 @@ def seen_by(
     if world.coupled and quantity == "x":
         b, a = butter(1, 2.0 * world.coupled / rate, "high")
         out = still + lfilter(b, a, out - still)
+    if world.high_v and quantity == "v":
+        b, a = butter(1, 2.0 * world.high_v / rate, "high")
+        out = lfilter(b, a, out)
     if world.lost:
         out = out.copy()
         for at in random.integers(0, len(out), random.poisson(world.lost * len(out) / rate)).tolist():

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 from scipy.signal import lfilter
 
 from independent.foreign.drive import CHARGE_GAP, Drive, Wave
-from independent.foreign.structure import Modes, Phase, held, modes_of
+from independent.foreign.structure import Modes, Phase, held, modes_of, resting
 from independent.foreign.world import Device, World
 
 Floats = NDArray[np.float64]
@@ -21,6 +21,10 @@ REFERENCE_SPEED = 0.05
 """Impact speed [m/s] at which restitution is the device's where it falls with speed."""
 REFERENCE_GAP = 20e-6
 """Gap [m] at which films of all exponents damp alike."""
+_NEAR = 40.0
+"""Reaches of the adhesion within which steps are finer."""
+_FINER = 64
+"""Parts of such a step."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +54,7 @@ class _Stepper:
         self.phase, self.law, self.spring = phase, law, spring
         row, n = modes.points[0], len(modes.omega)
         self.gap_out = (row @ phase.out[:n]).tolist()
-        self.rate_out = (row @ phase.out[n:]).tolist()
+        self.rate_out = (row @ phase.out[n : 2 * n]).tolist()
         self.first_out = phase.out[0].tolist()
         self.gap_still, self.first_still = gap + float(row @ phase.still[:n]), float(phase.still[0])
         self.by_foot = (phase.inputs @ row).tolist()
@@ -58,13 +62,14 @@ class _Stepper:
         self.by_first = phase.inputs[:, 0].tolist()
         self.drag = 0.0
         self.charge = 0.0  # of the attraction, times the square of the volts, in the step under way
+        self.reach, self.sticky = 0.0, 0.0  # of the adhesion of a foot that has left [m], [N]
         self.constant = phase.constant.tolist()
         # net force of the structure on its foot, still and by the poles and the drive
-        omega, mass = modes.omega, modes.mass
-        share = row / mass / (float(row @ row) / mass)
-        self.pull_row = np.concatenate(
-            [-share * mass * omega**2, -2.0 * share * modes.damping * omega * mass]
-        )
+        (springs, dampers), fast = modes.springs, modes.relaxing
+        share = row / float(row @ row)
+        self.pull_row = np.concatenate([-share * springs * (1.0 + fast), -share * dampers])
+        if fast:
+            self.pull_row = np.concatenate([self.pull_row, share * springs * fast])
         self.pull_out = (self.pull_row @ phase.out).tolist()
         self.pull_still, self.pull_drive = (
             float(self.pull_row @ phase.still),
@@ -120,6 +125,8 @@ class _Stepper:
                 gap += a.real * x.real - a.imag * x.imag
                 rate += b.real * x.real - b.imag * x.imag
             film = self.law(gap, rate) - self.drag * rate * abs(rate) - self.charge / (gap + CHARGE_GAP) ** 2
+            if self.reach:
+                film -= self.sticky * (self.reach / (max(gap, 0.0) + self.reach)) ** 2
         if self.spring:
             cubic = -self.spring * self.first(z) ** 3
             return [
@@ -172,6 +179,9 @@ class Motion:
         coefficient, thickness = self.device.film
         power = self.world.exponent
         coefficient = coefficient * (REFERENCE_GAP + thickness) ** (power - 3)
+        if self.world.slip:  # of a wide plate, Burgdorf 1959
+            free = 6.0 * self.world.slip
+            return lambda g, v: -coefficient * v / ((g + thickness) ** 2 * (g + thickness + free))
         if power == 3:
             return lambda g, v: -coefficient * v / (g + thickness) ** 3
         return lambda g, v: -coefficient * v / (g + thickness) ** power
@@ -185,7 +195,7 @@ class Motion:
 
     def rest(self, drive: Drive) -> Floats:
         """Coordinates at rest in the air."""
-        stiffness = self.modes.mass * self.modes.omega**2
+        stiffness = self.modes.springs[0]
         q = self.modes.participation * drive.at_rest / stiffness
         for _ in range(60):
             q[0] = (self.modes.participation[0] * drive.at_rest - self.spring * q[0] ** 3) / stiffness[0]
@@ -200,13 +210,17 @@ class Motion:
         drive = self.drive(wave, end)
         stretch = np.clip(np.searchsorted(drive.turns, marks, side="right") - 1, 0, len(drive.turns) - 2)
         force = drive.force(marks, stretch)
-        if self.world.creep:
+        if self.world.held:  # a step between two marks of a parabola counts from the middle
+            before = np.clip(np.searchsorted(drive.turns, marks, side="left") - 1, 0, len(drive.turns) - 2)
+            force = 0.5 * (force + drive.force(marks, before, True))
+        if drive.followers:
             force = np.array(drive.along(marks)[0])
             force = np.append(force, force[-1])
         phase, n = Phase(self.modes), len(self.modes.omega)
         rest = self.rest(drive)
-        start = phase.enter @ np.concatenate([rest, np.zeros(n)])
-        state = np.zeros((2 * n, len(marks)))
+        still = resting(self.modes, rest)
+        start = phase.enter @ (still - phase.still)
+        state = np.zeros((len(still), len(marks)))
         state[:n] = rest[:, None]
         for _ in range(4 if self.spring else 1):
             push = np.outer(phase.inputs @ self.modes.participation, force)
@@ -215,7 +229,8 @@ class Motion:
                 np.array([filtered(*one, fine, rate) for one in zip(phase.poles, push, start, strict=True)])
             )
         state = state[:, : count * fine]
-        return Moved(self.modes.points @ (state[:n] - rest[:, None]), self.modes.points @ state[n:], [], fine)
+        seen = self.modes.seen
+        return Moved(seen @ (state[:n] - rest[:, None]), seen @ state[n : 2 * n], [], fine)
 
     def driven(self, wave: Wave, rate: float, duration: float, gap: float) -> Moved:
         """Motion above a ground at a gap [m] from the neutral position, sampled [Hz], and its steps between."""
@@ -231,8 +246,8 @@ class Motion:
         n = len(self.modes.omega)
         rest = run.rest
         return Moved(
-            self.modes.points @ (states[:n] - rest[:, None]),
-            self.modes.points @ states[n:],
+            self.modes.seen @ (states[:n] - rest[:, None]),
+            self.modes.seen @ states[n : 2 * n],
             run.events,
             self.steps,
             tuple(drive.turns.tolist()),
@@ -281,6 +296,7 @@ class _Run:
         self.row, self.mobility = row, float(row @ row) / modes.mass
         self.since = 0.0
         self.free.drag = world.drag
+        self.free.reach, self.free.sticky = world.reach, self.device.adhesion[0]
         volts = drive.wave.volts(0.5 * (marks[:-1] + marks[1:]))
         self.charge = (world.charge * volts**2).tolist()
         self.luck = 1.0
@@ -306,9 +322,9 @@ class _Run:
 
     def whole(self) -> Floats:
         """States (2n, number of marks)."""
-        n = len(self.modes.omega)
-        out = np.zeros((2 * n, len(self.marks)))
-        out[:n, 0] = self.rest
+        still = resting(self.modes, self.rest)
+        out = np.zeros((len(still), len(self.marks)))
+        out[:, 0] = still
         phase, z = self.free, self.free.phase.begin(out[:, 0])
         first, middle, last = (one.tolist() for one in self.drive)
         marks = self.marks.tolist()
@@ -317,6 +333,12 @@ class _Run:
             begin, end = marks[k], marks[k + 1]
             forces = first[k], middle[k], last[k]
             self.free.charge = self.charge[k]
+            if self.world.reach and phase is self.free and phase.gap(z) < _NEAR * self.world.reach:
+                phase, z = self._finely(phase, z, begin, end, forces)
+                if phase is not stretches[-1][0]:
+                    stretches.append((phase, k + 1, []))
+                stretches[-1][2].append(z)
+                continue
             after = phase.step(z, round(end - begin, 15), *forces)
             if self._quiet(phase, after, end, forces[2]):
                 z = after
@@ -329,6 +351,21 @@ class _Run:
             if states:
                 out[:, start : start + len(states)] = one.phase.state(np.array(states).T)
         return out
+
+    def _finely(
+        self, phase: _Stepper, z: list[complex], begin: float, end: float, forces: tuple[float, float, float]
+    ) -> tuple[_Stepper, list[complex]]:
+        """A step in `_FINER` parts, each with what happens in it."""
+        fa, fm, fb = forces
+
+        def drive(x: float) -> float:
+            return fa + x * (4.0 * fm - 3.0 * fa - fb) + 2.0 * x * x * (fa + fb - 2.0 * fm)
+
+        step = (end - begin) / _FINER
+        for k in range(_FINER):
+            own = tuple(drive((k + part) / _FINER) for part in (0.0, 0.5, 1.0))
+            phase, z = self._events(phase, z, begin + k * step, begin + (k + 1) * step, own)
+        return phase, z
 
     def _quiet(self, phase: _Stepper, z: list[complex], time: float, drive: float) -> bool:
         """Whether nothing happens up to there."""
@@ -385,9 +422,9 @@ class _Run:
         if phase is self.tied:
             self.events.append((time, "release"))
             return self.free, self.free.phase.begin(state)
-        speed = -float(self.row @ state[n:])
+        speed = -float(self.row @ state[n : 2 * n])
         stopped = state.copy()
-        stopped[n:] += self.row / self.modes.mass / self.mobility * speed
+        stopped[n : 2 * n] += self.row / self.modes.mass / self.mobility * speed
         self.luck = 1.0 + self.world.scatter * float(self.motion.random.standard_normal())
         e = min(0.95, self.restitution(speed) * self.luck)
         # as a rigid ground feels it; the rule of the landing is the same on a soft one
@@ -397,5 +434,5 @@ class _Run:
             self.since = time
             return self.tied, self.tied.phase.begin(stopped)
         self.events.append((time, "bounce"))
-        stopped[n:] += self.row / self.modes.mass / self.mobility * e * speed
+        stopped[n : 2 * n] += self.row / self.modes.mass / self.mobility * e * speed
         return self.free, self.free.phase.begin(stopped)

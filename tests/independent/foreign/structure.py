@@ -14,22 +14,38 @@ from independent.foreign.world import Device, World
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 _ELEMENTS = 96
+RELAX_S = 2e-4
+"""Time [s] in which a share of a spring relaxes."""
 
 
 @dataclass(frozen=True)
 class Modes:
-    """mass [kg] of every mode; omega [rad/s], damping ratios and participations (n,); points (2, n): shapes at tip and
-    centre."""
+    """mass [kg] of every mode; omega [rad/s], damping ratios and participations (n,); points (2, n): shapes at foot and
+    centre; seen (2, n): where the lasers are; relaxing: share of the springs that relaxes."""
 
     mass: float
     omega: Floats
     damping: Floats
     participation: Floats
     points: Floats
+    seen: Floats
+    relaxing: float = 0.0
+
+    @property
+    def springs(self) -> tuple[Floats, Floats]:
+        """Stiffness at rest and viscous damping (n,) that give the poles: of a spring that relaxes both are less."""
+        zeta = np.minimum(self.damping, 1.0)
+        pole = self.omega * (-zeta + 1j * np.sqrt(1.0 - zeta**2))
+        held = 1.0 + self.relaxing * pole * RELAX_S / (1.0 + pole * RELAX_S)
+        # m s^2 + c s + k held = 0, whose imaginary part gives c for a k
+        k = -self.mass * (pole**2).imag / pole.imag + self.mass * (pole**2).real / pole.real
+        k = k / (held.imag / pole.imag - held.real / pole.real)
+        return k, -(self.mass * (pole**2).imag + k * held.imag) / pole.imag
 
 
 def _beam(device: Device, mass_per_length: float) -> tuple[Floats, Floats, float]:
-    """First two (omega^2 / EI), shapes (2, 2) at tip and centre, and the whole mass, for a beam of unit stiffness."""
+    """First two (omega^2 / EI), shapes (3, 2) at tip and centre and slopes at the tip, and the whole mass, for a beam
+    of unit stiffness."""
     n, a = _ELEMENTS, device.length / _ELEMENTS
     long, wide, thick = device.tip
     tip = device.density * long * wide * thick
@@ -53,11 +69,11 @@ def _beam(device: Device, mass_per_length: float) -> tuple[Floats, Floats, float
     whole = mass_per_length * device.length + tip
     at_tip = shapes[-2] + beyond * shapes[-1]
     scale = np.sqrt(whole) * np.sign(at_tip)
-    return squares, np.array([at_tip, shapes[n - 2]]) * scale, whole
+    return squares, np.array([at_tip, shapes[n - 2], shapes[-1]]) * scale, whole
 
 
 def modes_of(device: Device, world: World) -> Modes:
-    """The modes of a device; a third one of its own shape where its world has it."""
+    """The modes of a device; a third one of its own shape, or of its foot alone, where its world has it."""
     ratio = (device.frequencies[1] / device.frequencies[0]) ** 2
 
     def excess(log: float) -> float:
@@ -72,7 +88,9 @@ def modes_of(device: Device, world: World) -> Modes:
     while excess(light) <= 0.0:
         light -= 0.3
     mass_per_length = float(np.exp(brentq(excess, light, min(light + 0.3, heavy + 1e-9), xtol=1e-14)))
-    _, points, mass = _beam(device, mass_per_length)
+    _, shapes, mass = _beam(device, mass_per_length)
+    points = shapes[:2]
+    seen = points - world.spot * np.array([shapes[2], np.zeros(2)])
     omega = 2.0 * np.pi * np.array(device.frequencies)
     damping, participation = np.array(device.damping), np.array(device.participation)
     if world.third:
@@ -81,13 +99,18 @@ def modes_of(device: Device, world: World) -> Modes:
         static = points[0, 0] * participation[0] / omega[0] ** 2
         omega, damping = np.append(omega, own), np.append(damping, 0.02)
         participation = np.append(participation, world.third * static * own**2 / shape[0])
-        points = np.column_stack([points, shape])
-    return Modes(mass, omega, damping, participation, points)
+        points, seen = np.column_stack([points, shape]), np.column_stack([seen, shape])
+    if world.rocks:
+        shape = np.array([world.rocks * points[0, 0], 0.0])
+        omega, damping = np.append(omega, 2.0 * np.pi * 9e3), np.append(damping, 0.02)
+        participation = np.append(participation, 0.0)
+        points, seen = np.column_stack([points, shape]), np.column_stack([seen, shape])
+    return Modes(mass, omega, damping, participation, points, seen, world.relaxing)
 
 
 class Phase:
-    """Linear motion of the modes, free or tied: displacements and velocities (2n,) = still + Re(out z), z' = pole z +
-    what forces add.
+    """Linear motion of the modes, free or tied: displacements and velocities (2n,), and displacements to which springs
+    have relaxed where they do (3n,) = still + Re(out z), z' = pole z + what forces add.
 
     Parameters
     ----------
@@ -112,29 +135,33 @@ class Phase:
         n = len(modes.omega)
         tie = np.eye(n) if tie is None else tie
         origin = np.zeros(n) if origin is None else origin
-        stiffness = np.diag(modes.mass * modes.omega**2) + spring
-        damping = np.diag(2.0 * modes.damping * modes.omega * modes.mass) + damper
-        m = tie.shape[1]
-        mass = modes.mass * tie.T @ tie
-        system = np.zeros((2 * m, 2 * m))
-        system[:m, m:] = np.eye(m)
-        system[m:, :m] = -np.linalg.solve(mass, tie.T @ stiffness @ tie)
-        system[m:, m:] = -np.linalg.solve(mass, tie.T @ damping @ tie)
+        springs, dampers = modes.springs
+        stiffness, damping = np.diag(springs) + spring, np.diag(dampers) + damper
+        m, more = tie.shape[1], n if modes.relaxing else 0
+        mass, fast = modes.mass * tie.T @ tie, np.diag(modes.relaxing * springs)
+        system = np.zeros((2 * m + more, 2 * m + more))
+        system[:m, m : 2 * m] = np.eye(m)
+        system[m : 2 * m, :m] = -np.linalg.solve(mass, tie.T @ (stiffness + fast) @ tie)
+        system[m : 2 * m, m : 2 * m] = -np.linalg.solve(mass, tie.T @ damping @ tie)
+        if more:
+            system[m : 2 * m, 2 * m :] = np.linalg.solve(mass, tie.T @ fast)
+            system[2 * m :, :m], system[2 * m :, 2 * m :] = tie / RELAX_S, -np.eye(n) / RELAX_S
         poles, right = np.linalg.eig(system)
         left = np.linalg.inv(right)
         kept = np.flatnonzero(poles.imag >= 0.0)  # the others are their conjugates
         weight = np.where(poles[kept].imag > 0.0, 2.0, 1.0)
         self.poles = poles[kept].astype(complex)
         back = np.linalg.pinv(tie)
-        spread, gather = np.zeros((2 * n, 2 * m)), np.zeros((2 * m, 2 * n))
-        spread[:n, :m] = spread[n:, m:] = tie
-        gather[:m, :n] = gather[m:, n:] = back
+        spread, gather = np.zeros((2 * n + more, 2 * m + more)), np.zeros((2 * m + more, 2 * n + more))
+        spread[:n, :m] = spread[n : 2 * n, m : 2 * m] = tie
+        gather[:m, :n] = gather[m : 2 * m, n : 2 * n] = back
+        spread[2 * n :, 2 * m :] = gather[2 * m :, 2 * n :] = np.eye(more)
         self.out = (spread @ right)[:, kept] * weight
         self.enter = (left @ gather)[kept]
-        inputs = np.zeros((2 * m, n))
-        inputs[m:] = np.linalg.solve(mass, tie.T)
+        inputs = np.zeros((2 * m + more, n))
+        inputs[m : 2 * m] = np.linalg.solve(mass, tie.T)
         self.inputs = (left @ inputs)[kept]
-        self.still = np.concatenate([origin, np.zeros(n)])
+        self.still = resting(modes, origin)
         self.constant = self.inputs @ (-stiffness @ origin)
 
     def begin(self, state: Floats) -> list[complex]:
@@ -145,6 +172,11 @@ class Phase:
         """Displacements and velocities (2n,), or (2n, nt) of z (m, nt)."""
         moved = (self.out @ np.asarray(z)).real
         return moved + (self.still if moved.ndim == 1 else self.still[:, None])
+
+
+def resting(modes: Modes, places: Floats) -> Floats:
+    """State of a structure at rest at some coordinates (n,)."""
+    return np.concatenate([places, np.zeros(len(places)), places if modes.relaxing else ()])
 
 
 def held(modes: Modes, gap: float, ground: float) -> Phase:

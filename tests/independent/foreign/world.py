@@ -58,6 +58,14 @@ _SEEN = frozenset(
         "warming",
         "gap",
         "long",
+        "into_v",
+        "into_x",
+        "wanders",
+        "high_v",
+        "jitter",
+        "table",
+        "speeds",
+        "echo",
     )
 )
 """What of a world moves nothing."""
@@ -83,6 +91,20 @@ class World:
     the air on the foot, with the square of its speed; charge [N m^2/V^2]: of an attraction by the drive's volts, at
     `drive.CHARGE_GAP` beyond contact; scatter: share by which adhesion and restitution differ from contact to contact.
     Of what is stated: gap, long: factors on the gap and on the length of the tip in the device file.
+
+    Further, of the structure: relaxing: share of every mode's spring that relaxes (`structure.RELAX_S`), its poles
+    being the device's; rocks: share of the first mode's shape at the foot that a mode of the foot alone has there,
+    which the drive does not move; softening, humid: shares by which frequencies and adhesion change over the campaign,
+    being the device's in the middle of the sweeps and of the ramps; remounted: standard deviation of the gap from file
+    to file, a share of it; other: share by which the device in one file, `campaign.OTHER`, is another one; spot [m]:
+    by which the laser on the tip is nearer to the beam than the foot. Of the ground: slip [m]: mean free path of the
+    film's gas; reach [m]: length over which adhesion at touch still attracts a foot that has left. Of the drive:
+    creeping: share of its force that follows in each decade of time from 1 ms to 10 s; lagging [s]: of its plays
+    behind the volts; held [Hz]: rate of a converter that holds its samples; pole [Hz]: of the amplifier; offset [V]:
+    of the amplifier; the volts are recorded before all three. Of instruments: into_v [m/s/V], into_x [m/V]: crosstalk
+    of the volts; wanders [m/s]: standard deviation of the drift of a displacement's zero; high_v [Hz]: high-pass of
+    the velocities; jitter [s]: of every sample; table [m]: vibration of all that is seen at 35 Hz; speeds: factor on
+    velocities; echo: share of the tip's motion that the channels of the centre show as well.
     """
 
     late: float = 0.0
@@ -114,6 +136,41 @@ class World:
     scatter: float = 0.0
     gap: float = 1.0
     long: float = 1.0
+    relaxing: float = 0.0
+    rocks: float = 0.0
+    softening: float = 0.0
+    humid: float = 0.0
+    remounted: float = 0.0
+    other: float = 0.0
+    spot: float = 0.0
+    slip: float = 0.0
+    reach: float = 0.0
+    creeping: float = 0.0
+    lagging: float = 0.0
+    held: float = 0.0
+    pole: float = 0.0
+    offset: float = 0.0
+    into_v: float = 0.0
+    into_x: float = 0.0
+    wanders: float = 0.0
+    high_v: float = 0.0
+    jitter: float = 0.0
+    table: float = 0.0
+    speeds: float = 1.0
+    echo: float = 0.0
+
+    @property
+    def changing(self) -> bool:
+        """Whether no two records move alike."""
+        return bool(
+            self.drift
+            or self.unpoled
+            or self.scatter
+            or self.softening
+            or self.humid
+            or self.remounted
+            or self.other
+        )
 
     @property
     def moving(self) -> World:
@@ -161,5 +218,27 @@ WORLDS = {
     "tip misstated": World(long=1.05),
     "creep, and late": World(creep=0.08, late=6e-6),
     "third mode, and restitution falls": World(third=0.02, fading=0.15),
+    "spring that relaxes": World(relaxing=0.02),
+    "foot that rocks": World(rocks=0.2),
+    "frequencies drift": World(softening=1e-3),
+    "adhesion drifts": World(humid=0.2),
+    "foot remounted": World(remounted=0.02),
+    "another device in one file": World(other=0.05),
+    "spot off the foot": World(spot=22e-6),
+    "film with slip": World(slip=5e-6),
+    "adhesion that reaches": World(reach=1e-7),
+    "creep in all decades": World(creeping=0.01),
+    "plays that lag": World(lagging=5e-4),
+    "converter that holds": World(held=4e4),
+    "amplifier of one pole": World(pole=5e3),
+    "amplifier with an offset": World(offset=0.1),
+    "volts in the velocities": World(into_v=5e-4),
+    "volts in the displacements": World(into_x=2e-7),
+    "zeros that wander": World(wanders=1e-6),
+    "coupled velocity": World(high_v=5.0),
+    "sampling jitter": World(jitter=2e-6),
+    "table that vibrates": World(table=3e-7),
+    "gain of the velocities": World(speeds=1.01),
+    "light of the tip at the centre": World(echo=0.01),
 }
 """Kinds of world: one as the model has it, and differences from it, alone and two at once."""

@@ -209,6 +209,16 @@ def test_what_a_step_leaves_and_leaves_out_is_checked():
     assert all(one.passed for one in step_checks(good, known()))
 
 
+def test_impacts_that_fit_no_free_motion_are_doubted_where_they_are_most():
+    several = Excluded("f", "", "no free motion", kind=Exclusion.SEVERAL)
+    step = StepResult(
+        "restitution", PATHS[3:], np.ones(1), np.ones((DRAWS, 1)), used=(Used("impacts", 6, 843),)
+    )
+    for count, passed in ((2, True), (194, False)):
+        *_, most = step_checks(replace(step, left_out=(several,) * count), known())
+        assert most.value == count / (count + 6) and most.passed is passed
+
+
 def test_a_failed_check_takes_the_word_determined_and_names_its_cause():
     draws = np.random.default_rng(8).normal([2.0, 3.0], [0.1, 0.1], (400, 2))
     failed = Check("residual", 3.0, 1.15, paths=("a",), cause="the drive creeps")

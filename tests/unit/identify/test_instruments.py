@@ -78,6 +78,14 @@ def test_a_gain_is_found_and_divided_out():
     assert np.allclose(found.taken_off(late, False).values[0], sound.values[0], rtol=1e-3)
 
 
+def test_a_factor_that_all_points_have_is_an_error_of_all_gains():
+    sure, other = (Relation(WithError(gain, 1e-4), WithError(0.0, 1e-7)) for gain in (0.99, 1.03))
+    for second, shared in ((sure, 0.01), (other, 0.0), (Relation(WithError(1.0, 1e-4), sure.lag), 0.0)):
+        found = Instruments({"tip": sure, "center": second}, STEP)
+        assert found.shared == pytest.approx(shared)
+        assert any("no record tells which" in one for one in found.sentences()) is (shared > 0.0)
+
+
 def test_sound_records_stay_as_they_are():
     records = [record(seed) for seed in range(6)]
     found = Instruments(relations_of(records, POINTS), STEP)
