@@ -21,14 +21,18 @@ from tarsus.fit.record_problem import UNDER, RecordFit, RecordProblem, Seen, See
 from tarsus.fit.record_ties import Knowledge, solve_tied
 from tarsus.fit.unknowns import Prior
 from tarsus.fit.verdict import Verdict, verdict_of
-from tarsus.identify.walk_horizon import MOST, WalkFollower, left_of, most_of, samples_of, weights_of
+from tarsus.identify.walk_horizon import MOST, WalkFollower, left_of, most_of, samples_of
 from tarsus.model.scene import Scene
 from tarsus.model.structure import Walker
 from tarsus.solve.outputs import Output, output_rows
 
+REST = (1e-7, 1e-5)
+"""Standard deviations [m, m/s] of a first start about the walker at rest: as far as legs that are stiffer or softer by
+what is known of them move it (a tenth of a sag of a micrometre), and friction that holds feet aside; what shakes a table
+is slower. Ten times as far, and a hundred times as fast, a descent finds starts that slip otherwise, and friction of the
+wrong side of its limit."""
 NEAR = (1e-6, 1e-3)
-"""Standard deviations [m, m/s] of a first start about the walker at rest: as far as its release from the ground moves
-it."""
+"""The same of the first of the windows that are still fitted, about where it was found: nothing is kept of it."""
 TIED = (3e-9, 3e-6)
 """Standard deviations [m, m/s] of a start about the end of the window before: what no model has of a motion within a
 millisecond, far below the noise of any instrument that sees it, for a record has dozens of windows."""
@@ -238,7 +242,7 @@ def identify_walk(
     if not records:
         raise InputError("expected records of a walk, got none")
     problem = _problem(records, spread)
-    segments, moved, left = _taken_up(problem, records)
+    segments, moved = _taken_up(problem, records)
     problem = _with_noise(problem, segments, moved, records)
     if differing:
         problem = replace(problem, priors={**problem.priors, **_of_feet(records[0].scene, differing, APART)})
@@ -247,12 +251,15 @@ def identify_walk(
     for _ in range(ROUNDS if differing else 1):
         if fit is not None:
             problem, moved = _respread(problem, fit)
-        fit = solve_tied(problem, segments, moved, ties, weights=weights_of(left), rounds=TIES)
-        segments, left = list(fit.segments), left_of(fit)
+        fit = solve_tied(problem, segments, moved, ties, rounds=TIES)
+        segments = list(fit.segments)
     assert fit is not None
     paths, prior = tuple(spread), np.array(list(spread.values()))
     ends = [[one.span for one in segments if one.record == k] for k in range(len(records))]
-    residuals, good = _residuals(problem, segments, fit.moved), left < most_of(problem, segments, FOLLOWED)
+    residuals, good = (
+        _residuals(problem, segments, fit.moved),
+        left_of(fit) < most_of(problem, segments, FOLLOWED),
+    )
     return WalkFit(
         paths, np.array([fit.values[path] for path in paths]),
         (fit.covariance + np.outer(fit.ahead, fit.ahead))[: len(paths), : len(paths)] * np.outer(prior, prior), prior,
@@ -262,20 +269,19 @@ def identify_walk(
     )  # fmt: skip
 
 
-def _taken_up(problem: RecordProblem, records: Sequence[WalkRecord]) -> tuple[list[Segment], Floats, Floats]:
-    """Windows of all records, taken up one after the other, each from the numbers that those before leave; numbers, and
-    what each window leaves."""
+def _taken_up(problem: RecordProblem, records: Sequence[WalkRecord]) -> tuple[list[Segment], Floats]:
+    """Windows of all records, taken up one after the other, each from the numbers that those before leave; and
+    numbers."""
     walker = _walker(records)
-    near, ties = _of_start(walker, NEAR), SLACK * _of_start(walker, TIED)
+    rest, near, ties = (_of_start(walker, one) for one in (REST, NEAR, TIED))
     moved, known = np.zeros(len(problem.priors)), Knowledge.beforehand(len(problem.priors))
-    segments, left = list[Segment](), list[Floats]()
+    segments = list[Segment]()
     for number in range(len(records)):
         most = FOLLOWED if records[number].estimated else MOST
-        at = WalkFollower(problem, number, near, ties, most).follow(moved, known)
+        at = WalkFollower(problem, number, rest, near, SLACK * ties, most).follow(moved, known)
         moved, known = at.moved, Knowledge.of(at.moved, at.covariance)
         segments += at.segments
-        left.append(at.left)
-    return segments, moved, np.concatenate(left)
+    return segments, moved
 
 
 def _of_feet(scene: Scene, paths: Sequence[str], apart: float) -> dict[str, Prior]:
