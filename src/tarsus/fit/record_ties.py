@@ -21,9 +21,9 @@ from tarsus.solve.window import WindowBatch
 
 TAIL = 4.0
 """Times its noise from which a residual costs the logarithm of its size only: noise is beyond once in 16,000 samples,
-and what is beyond otherwise is a sample on the wrong side of an impact. A current or a velocity jumps there by a hundred
-times its noise within a fifth of a sample, so that the cost of that one sample is a step, without a slope, which outbids
-all the samples by which the moment of the impact is found."""
+and what is beyond otherwise is a sample on the wrong side of an impact. A current or a velocity jumps there by a
+hundred times its noise within a fifth of a sample, so that this one sample's cost is a step, without a slope, which
+outbids all the samples by which the moment of the impact is found."""
 SETTLED = 0.1
 """Standard errors to the minimum at which a descent ends: an interval is then as wide to a hundredth, and every step of
 many windows costs as much as their simulation some hundred times."""

@@ -66,9 +66,9 @@ class FollowedWalk:
 
 @dataclass(frozen=True)
 class WalkFollower:
-    """Takes up a record of a problem by its number; rest, near, ties (2n,): standard deviations [m, m/s] of its start, of
-    that of the first window that is still fitted, and of starts of windows about the ends before; most: mean square over the noise up to which a window is followed, but for
-    its scatter; seed: of what is drawn."""
+    """Takes up a record of a problem by its number; rest, near, ties (2n,): standard deviations [m, m/s] of its start,
+    of that of the first window that is still fitted, and of starts of windows about the ends before; most: mean square
+    over the noise up to which a window is followed, but for its scatter; seed: of what is drawn."""
 
     problem: RecordProblem
     number: int
@@ -102,13 +102,13 @@ class WalkFollower:
         return float(times[min(np.searchsorted(times, time) + RUN, len(times) - 1)])
 
     def _begun(self, moved: Floats, known: Knowledge) -> FollowedWalk:
-        """The first horizon from those numbers that leave least of it, of these and some that are drawn: which foot
-        slips first is decided there, and a descent goes no way back over it."""
+        """The first horizon; of the first record from those numbers that leave least of it, of these and some that are
+        drawn: which foot slips first is decided there, and descents hardly come back over it."""
         soon = self._after(0.0)
         at = FollowedWalk([self._standing(moved, soon)], 0, moved, known, known.covariance, np.ones(1))
         end = max(self._reach(at.segments[0], moved, LEAVES[0]), self._after(soon))
         whole = replace(at.segments[0], span=(0.0, end))
-        places = [moved, *self._drawn(at, whole)]
+        places = [moved, *([] if self.number else self._drawn(at, whole))]
         begun = (replace(at, segments=[self._standing(one, soon)], moved=one) for one in places)
         return min((self._fitted(self._until(one, end)) for one in begun), key=self._total)
 
