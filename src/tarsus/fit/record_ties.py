@@ -19,6 +19,11 @@ from tarsus.fit.normal_equations import Descent, NormalEquations, descend
 from tarsus.fit.record_problem import Flown, RecordFit, RecordProblem, Segment, free_of
 from tarsus.solve.window import WindowBatch
 
+TAIL = 4.0
+"""Times its noise from which a residual costs the logarithm of its size only: noise is beyond once in 16,000 samples,
+and what is beyond otherwise is a sample on the wrong side of an impact. A current or a velocity jumps there by a
+hundred times its noise within a fifth of a sample, so that this one sample's cost is a step, without a slope, which
+outbids all the samples by which the moment of the impact is found."""
 SETTLED = 0.1
 """Standard errors to the minimum at which a descent ends: an interval is then as wide to a hundredth, and every step of
 many windows costs as much as their simulation some hundred times."""
@@ -53,17 +58,17 @@ def solve_tied(
     moved: Floats,
     ties: Floats,
     *,
-    weights: Floats | None = None,
     rounds: int = 12,
     known: Knowledge | None = None,
 ) -> RecordFit:
     """Fit segments of records, each record's one after the other without gaps and in order.
 
     moved (np,): numbers to begin with; ties (2n,): standard deviations [m, m/s] of a start about the end of the window
-    before; weights (nw,): of the residuals; known: what is known of the numbers, no more than beforehand unless given.
+    before; known: what is known of the numbers, no more than beforehand unless given. Residuals beyond `TAIL` count for
+    the logarithm of their size.
     """
     before = known or Knowledge.beforehand(len(moved))
-    tied = _Tied(problem, tuple(segments), ties, np.ones(len(segments)) if weights is None else weights)
+    tied = _Tied(problem, tuple(segments), ties)
     prior = before.centre, before.information
     found = descend(
         lambda own, at, _: tied.equations(own, at), np.zeros((len(tied.of), tied.wide)), moved,
@@ -75,13 +80,19 @@ def solve_tied(
     return replace(fit, jumps=np.concatenate(jumps) if jumps else np.zeros(0))
 
 
+def _tailed(off: Floats) -> tuple[float, Floats]:
+    """What residuals (n,) cost, c^2 (1 + 2 ln |r|/c) beyond the tail's c and r^2 within, and weights (n,) with which
+    their least squares have the slopes of this."""
+    size = np.maximum(np.abs(off) / TAIL, 1.0)
+    inner = off / size
+    return float(inner @ inner + 2.0 * TAIL**2 * np.log(size).sum()), 1.0 / size
+
+
 class _Tied:
     """Segments by record; starts of all segments of a record are its own unknowns, (records, wide)."""
 
-    def __init__(
-        self, problem: RecordProblem, segments: tuple[Segment, ...], ties: Floats, weights: Floats
-    ) -> None:
-        self.problem, self.segments, self.ties, self.weights = problem, segments, ties, weights
+    def __init__(self, problem: RecordProblem, segments: tuple[Segment, ...], ties: Floats) -> None:
+        self.problem, self.segments, self.ties = problem, segments, ties
         records = list(dict.fromkeys(one.record for one in segments))
         self.of = [[k for k, one in enumerate(segments) if one.record == r] for r in records]
         self.size = len(ties)
@@ -111,7 +122,7 @@ class _Tied:
         except InputError:
             return np.full(len(self.of), np.inf)
         left = self.problem.left_of(self.segments, flown)
-        squares = self.weights**2 * np.array([sum(float(one @ one) for one in each) for each in left])
+        squares = np.array([_tailed(np.concatenate(each))[0] for each in left])
         return np.array([
             squares[numbers].sum() + float(starts[numbers[0]] @ starts[numbers[0]])
             + sum(float(one @ one) for one in self.jumps(flown.batch, numbers))
@@ -133,7 +144,10 @@ class _Tied:
             parts = [(np.arange(size), starts[numbers[0]], np.eye(size))]
             for w, k in enumerate(numbers):
                 mine = np.concatenate([np.arange(w * size, (w + 1) * size), shared])
-                parts.append((mine, self.weights[k] * np.concatenate(left[k]), self.weights[k] * slopes[k]))
+                off = np.concatenate(left[k])
+                squares, share = _tailed(off)
+                parts.append((mine, share * off, share[:, None] * slopes[k]))
+                cost[r] += squares - float((share * off) @ (share * off))
             tied = zip(self.jumps(flown.batch, numbers), self._ties(flown, numbers, names), strict=True)
             for w, (off, by) in enumerate(tied):
                 parts.append((np.concatenate([np.arange(w * size, (w + 2) * size), shared]), off, by))

@@ -66,12 +66,13 @@ class FollowedWalk:
 
 @dataclass(frozen=True)
 class WalkFollower:
-    """Takes up a record of a problem by its number; near, ties (2n,): standard deviations [m, m/s] of its start, and of
-    starts of windows about the ends before; most: mean square over the noise up to which a window is followed, but for
-    its scatter; seed: of what is drawn."""
+    """Takes up a record of a problem by its number; rest, near, ties (2n,): standard deviations [m, m/s] of its start,
+    of that of the first window that is still fitted, and of starts of windows about the ends before; most: mean square
+    over the noise up to which a window is followed, but for its scatter; seed: of what is drawn."""
 
     problem: RecordProblem
     number: int
+    rest: Floats
     near: Floats
     ties: Floats
     most: float = MOST
@@ -80,8 +81,8 @@ class WalkFollower:
     def follow(self, moved: Floats, known: Knowledge) -> FollowedWalk:
         """Windows up to the end of the record, from numbers (np,) of which so much is known, or as far as it is
         followed from any that are tried."""
-        first = self._standing(moved, self._after(0.0))
-        at = self._grown(FollowedWalk([first], 0, moved, known, known.covariance, np.ones(1)))
+        at = self._begun(moved, known)
+        at = at if at.lost else self._grown(at)
         while at.lost:
             other = self._elsewhere(at)
             if other.lost and other.reached <= self._after(at.reached):
@@ -100,19 +101,39 @@ class WalkFollower:
         times = self.problem.records[self.number].times
         return float(times[min(np.searchsorted(times, time) + RUN, len(times) - 1)])
 
+    def _begun(self, moved: Floats, known: Knowledge) -> FollowedWalk:
+        """The first horizon; of the first record from those numbers that leave least of it, of these and some that are
+        drawn: which foot slips first is decided there, and descents hardly come back over it."""
+        soon = self._after(0.0)
+        at = FollowedWalk([self._standing(moved, soon)], 0, moved, known, known.covariance, np.ones(1))
+        end = max(self._reach(at.segments[0], moved, LEAVES[0]), self._after(soon))
+        whole = replace(at.segments[0], span=(0.0, end))
+        places = [moved, *([] if self.number else self._drawn(at, whole))]
+        begun = (replace(at, segments=[self._standing(one, soon)], moved=one) for one in places)
+        return min((self._fitted(self._until(one, end)) for one in begun), key=self._total)
+
+    def _total(self, at: FollowedWalk) -> float:
+        """What the open windows leave in all, and what is known."""
+        count = samples_of(self.problem, at.segments[at.closed :]) * len(
+            self.problem.records[self.number].channels
+        )
+        off = at.moved - at.known.centre
+        return float(count @ at.left[at.closed :] + off @ at.known.information @ off)
+
     def _grown(self, at: FollowedWalk) -> FollowedWalk:
-        """Farther, as long as the record is followed, to its end at most."""
+        """Farther, as long as the record is followed, to its end at most: as far as it is predicted, less far, or past
+        what is next, of which some more samples tell."""
         while at.reached < self._last:
-            ahead = at
-            for far in LEAVES:
-                end = max(self._reach(at.segments[-1], at.moved, far), self._after(at.reached))
-                if ahead is at or end < ahead.reached:
-                    ahead = self._fitted(self._until(at, end))
-                if not ahead.lost:
+            soon = self._after(at.reached)
+            ends = [max(self._reach(at.segments[-1], at.moved, far), soon) for far in LEAVES]
+            tried = list[FollowedWalk]()
+            for end in dict.fromkeys([*ends, self._after(self._after(soon))]):
+                tried.append(self._fitted(self._until(at, end)))
+                if not tried[-1].lost:
                     break
-            if ahead.lost:
-                return ahead
-            at = self._closed(ahead)
+            if tried[-1].lost:
+                return min(tried, key=lambda one: one.reached)
+            at = self._closed(tried[-1])
         return at
 
     def _standing(self, moved: Floats, end: float) -> Segment:
@@ -121,7 +142,7 @@ class WalkFollower:
         begun = simulate_windows(plan, [WindowStart(plan.initial, 0.0, [end])])[0].events
         feet = sorted({int(i) for i in begun["foot"][begun["time"] == 0.0]})
         contacts = Contacts(feet, [0.0] * len(feet))
-        return Segment(self.number, 0.0, (0.0, end), np.array(plan.initial), self.near, contacts)
+        return Segment(self.number, 0.0, (0.0, end), np.array(plan.initial), self.rest, contacts)
 
     def _reach(self, segment: Segment, moved: Floats, far: float) -> float:
         """When the record leaves the prediction from a segment's start by so many times its noise."""
@@ -164,10 +185,8 @@ class WalkFollower:
         """The open windows after descents, as long as these gain."""
         cost = worst = np.inf
         for _ in range(AGAIN):
-            weights, opened = weights_of(at.left[at.closed :]), at.segments[at.closed :]
-            fit = solve_tied(
-                self.problem, opened, at.moved, self.ties, weights=weights, rounds=ROUNDS, known=at.known
-            )
+            opened = at.segments[at.closed :]
+            fit = solve_tied(self.problem, opened, at.moved, self.ties, rounds=ROUNDS, known=at.known)
             segments = [*at.segments[: at.closed], *fit.segments]
             left = np.append(at.left[: at.closed], left_of(fit))
             at = replace(at, segments=segments, moved=fit.moved, covariance=fit.covariance, left=left)
@@ -182,26 +201,29 @@ class WalkFollower:
         """The farthest that is come to from other numbers, which are taken from the first open window on: of those that
         are drawn from what is known of them, the few from which this is predicted farthest and best."""
         first = replace(at.segments[at.closed], span=(at.segments[at.closed].span[0], at.reached))
-        random = np.random.default_rng([self.seed, self.number, int(1e6 * at.reached)])
+        best = at
+        for moved in self._drawn(at, first):
+            begun = replace(first, span=(first.span[0], self._after(first.span[0])))
+            segments, left = [*at.segments[: at.closed], begun], np.append(at.left[: at.closed], 1.0)
+            other = self._grown(replace(at, segments=segments, moved=moved, left=left))
+            if not other.lost or other.reached > best.reached:
+                best = other
+            if not other.lost or other.reached > self._after(at.reached):
+                break
+        return best
+
+    def _drawn(self, at: FollowedWalk, segment: Segment) -> list[Floats]:
+        """Numbers (np,) that are drawn from what is known and from where a walk is, the few by which a segment is
+        predicted farthest and best."""
+        random = np.random.default_rng([self.seed, self.number, int(1e6 * segment.span[1])])
         drawn = np.concatenate([
             centre + by * random.standard_normal((DRAWN // 2, len(centre))) @ np.linalg.cholesky(spread).T
             for centre, by, spread in (
                 (at.known.centre, SPREAD, at.known.covariance), (at.moved, 1.0 / SPREAD, at.covariance),
             )
         ])  # fmt: skip
-        costs = [self._cost(first, one) for one in drawn]
-        best = at
-        for k in np.argsort(costs)[:TRIED]:
-            if not np.isfinite(costs[k]):
-                break
-            begun = replace(first, span=(first.span[0], self._after(first.span[0])))
-            segments, left = [*at.segments[: at.closed], begun], np.append(at.left[: at.closed], 1.0)
-            other = self._grown(replace(at, segments=segments, moved=drawn[k], left=left))
-            if not other.lost or other.reached > best.reached:
-                best = other
-            if not other.lost or other.reached > self._after(at.reached):
-                break
-        return best
+        costs = np.array([self._cost(segment, one) for one in drawn])
+        return [drawn[k] for k in np.argsort(costs)[:TRIED] if np.isfinite(costs[k])]
 
     def _cost(self, segment: Segment, moved: Floats) -> float:
         """What a window leaves, every sample within what is far from its noise; infinite where no robot takes the
@@ -218,8 +240,7 @@ class WalkFollower:
         if count <= 0:
             return at
         old = at.segments[at.closed : at.closed + count]
-        weights = weights_of(at.left[at.closed : at.closed + count])
-        fit = solve_tied(self.problem, old, at.moved, self.ties, weights=weights, rounds=0, known=at.known)
+        fit = solve_tied(self.problem, old, at.moved, self.ties, rounds=0, known=at.known)
         known = Knowledge.of(at.moved, fit.covariance)
         return replace(at, closed=at.closed + count, known=known)
 
@@ -241,8 +262,3 @@ def most_of(problem: RecordProblem, segments: Sequence[Segment], most: float) ->
 def left_of(fit: RecordFit) -> Floats:
     """Mean square (nw,) of what each window leaves."""
     return np.asarray(np.nanmean(fit.left, axis=1), dtype=np.float64)
-
-
-def weights_of(left: Floats) -> Floats:
-    """Weights (nw,) of windows by what they leave: those that are not followed count for less."""
-    return np.asarray(1.0 / np.sqrt(np.maximum(1.0, left)), dtype=np.float64)

@@ -16,19 +16,25 @@ from numpy.typing import NDArray
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.quantities import Quantity
-from tarsus.base.spec import get_value
+from tarsus.base.spec import get_value, with_values
 from tarsus.fit.record_problem import UNDER, RecordFit, RecordProblem, Seen, SeenRecord, Segment
 from tarsus.fit.record_ties import Knowledge, solve_tied
 from tarsus.fit.unknowns import Prior
 from tarsus.fit.verdict import Verdict, verdict_of
-from tarsus.identify.walk_horizon import MOST, WalkFollower, left_of, most_of, samples_of, weights_of
+from tarsus.identify.walk_horizon import MOST, WalkFollower, left_of, most_of, samples_of
 from tarsus.model.scene import Scene
 from tarsus.model.structure import Walker
+from tarsus.solve import simulate
+from tarsus.solve.codes import ResultCode
 from tarsus.solve.outputs import Output, output_rows
 
+REST = (1e-7, 1e-5)
+"""Standard deviations [m, m/s] of a first start about the walker at rest: as far as legs that are stiffer or softer by
+what is known of them move it (a tenth of a sag of a micrometre), and friction that holds feet aside; what shakes a
+table is slower. Where a start may be ten times as far off, and a hundred times as fast, a descent finds feet that slip
+otherwise at first, and friction on the wrong side of its limit."""
 NEAR = (1e-6, 1e-3)
-"""Standard deviations [m, m/s] of a first start about the walker at rest: as far as its release from the ground moves
-it."""
+"""The same of the first of the windows that are still fitted, about where it was found: nothing is kept of it."""
 TIED = (3e-9, 3e-6)
 """Standard deviations [m, m/s] of a start about the end of the window before: what no model has of a motion within a
 millisecond, far below the noise of any instrument that sees it, for a record has dozens of windows."""
@@ -49,6 +55,8 @@ TIES = 40
 APART, LEAST_APART, ROUNDS = 0.1, 0.003, 4
 """Spread of logarithms from foot to foot at first, and at least, where it is less than any interval; and how often
 windows are tied and the spread is estimated again."""
+UNTOLD = 9.0
+"""Sum of squares over the noise below which records do not show that legs are exchanged: three standard deviations."""
 FEW = 12
 """Samples of a record below which nothing is found of it."""
 
@@ -238,7 +246,7 @@ def identify_walk(
     if not records:
         raise InputError("expected records of a walk, got none")
     problem = _problem(records, spread)
-    segments, moved, left = _taken_up(problem, records)
+    segments, moved = _taken_up(problem, records)
     problem = _with_noise(problem, segments, moved, records)
     if differing:
         problem = replace(problem, priors={**problem.priors, **_of_feet(records[0].scene, differing, APART)})
@@ -247,35 +255,89 @@ def identify_walk(
     for _ in range(ROUNDS if differing else 1):
         if fit is not None:
             problem, moved = _respread(problem, fit)
-        fit = solve_tied(problem, segments, moved, ties, weights=weights_of(left), rounds=TIES)
-        segments, left = list(fit.segments), left_of(fit)
+        fit = solve_tied(problem, segments, moved, ties, rounds=TIES)
+        segments = list(fit.segments)
     assert fit is not None
     paths, prior = tuple(spread), np.array(list(spread.values()))
     ends = [[one.span for one in segments if one.record == k] for k in range(len(records))]
-    residuals, good = _residuals(problem, segments, fit.moved), left < most_of(problem, segments, FOLLOWED)
+    residuals, good = (
+        _residuals(problem, segments, fit.moved),
+        left_of(fit) < most_of(problem, segments, FOLLOWED),
+    )
     return WalkFit(
         paths, np.array([fit.values[path] for path in paths]),
-        (fit.covariance + np.outer(fit.ahead, fit.ahead))[: len(paths), : len(paths)] * np.outer(prior, prior), prior,
+        (fit.covariance + np.outer(fit.ahead, fit.ahead))[: len(paths), : len(paths)] * np.outer(prior, prior)
+        + _untold(records, {path: fit.values[path] for path in paths}), prior,
         tuple(np.array([one[0][0], *(end for _, end in one)]) for one in ends), residuals,
         good, float(samples_of(problem, segments) @ good) / sum(len(one.times) for one in records), fit.settled,
         *_feet(problem, fit, spread), float(np.abs(fit.jumps).max(initial=0.0)),
     )  # fmt: skip
 
 
-def _taken_up(problem: RecordProblem, records: Sequence[WalkRecord]) -> tuple[list[Segment], Floats, Floats]:
-    """Windows of all records, taken up one after the other, each from the numbers that those before leave; numbers, and
-    what each window leaves."""
+def _taken_up(problem: RecordProblem, records: Sequence[WalkRecord]) -> tuple[list[Segment], Floats]:
+    """Windows of all records, taken up one after the other, each from the numbers that those before leave; and
+    numbers."""
     walker = _walker(records)
-    near, ties = _of_start(walker, NEAR), SLACK * _of_start(walker, TIED)
+    rest, near, ties = (_of_start(walker, one) for one in (REST, NEAR, TIED))
     moved, known = np.zeros(len(problem.priors)), Knowledge.beforehand(len(problem.priors))
-    segments, left = list[Segment](), list[Floats]()
+    segments = list[Segment]()
     for number in range(len(records)):
         most = FOLLOWED if records[number].estimated else MOST
-        at = WalkFollower(problem, number, near, ties, most).follow(moved, known)
+        at = WalkFollower(problem, number, rest, near, SLACK * ties, most).follow(moved, known)
         moved, known = at.moved, Knowledge.of(at.moved, at.covariance)
         segments += at.segments
-        left.append(at.left)
-    return segments, moved, np.concatenate(left)
+    return segments, moved
+
+
+def _untold(records: Sequence[WalkRecord], values: Mapping[str, float]) -> Floats:
+    """What it adds to the covariance (np, np) of logarithms that records show no difference when legs are exchanged, as
+    surge and heave do not where legs that face each other across the middle go together: of two answers that are as
+    likely the second moment about one is half the square of the distance."""
+    paths, logs = list(values), np.log(list(values.values()))
+    out = np.zeros((len(paths), len(paths)))
+
+    def shown(numbers: Mapping[str, float]) -> list[Floats] | None:
+        runs = [simulate(with_values(one.scene, numbers), float(one.times[-1])) for one in records]
+        if any(one.ended is not ResultCode.DONE for one in runs):
+            return None
+        return [
+            run.outputs(list(one.outputs), one.times) / one.noise[:, None]
+            for run, one in zip(runs, records, strict=True)
+        ]
+
+    for to in _exchanges(_walker(records)):
+        other = [_of_other(path, to) for path in paths]
+        if set(other) != set(paths):
+            continue
+        exchanged = {path: values[at] for path, at in zip(paths, other, strict=True)}
+        one, two = shown(values), shown(exchanged)
+        off = np.log(list(exchanged.values())) - logs
+        if one and two and sum(float(np.sum((a - b) ** 2)) for a, b in zip(one, two, strict=True)) < UNTOLD:
+            out += 0.5 * np.outer(off, off)
+    return out
+
+
+def _exchanges(walker: Walker) -> list[dict[str, str]]:
+    """In whose place each leg stands when the robot is turned half round, or mirrored in its middle or its axis."""
+    legs, out = walker.legs, list[dict[str, str]]()
+    near = 1e-3 * max(_arms(walker).values())
+    for x, y in ((-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0)):
+        to = {
+            name: next(
+                (k for k, at in legs.items() if np.hypot(at.x - x * one.x, at.y - y * one.y) < near), ""
+            )
+            for name, one in legs.items()
+        }
+        if set(to.values()) == set(legs) and any(name != at for name, at in to.items()):
+            out.append(to)
+    return out
+
+
+def _of_other(path: str, to: Mapping[str, str]) -> str:
+    """The path of the same number of the leg in whose place one stands; other paths as they are."""
+    begin, _, rest = path.partition("robot.structure.legs.")
+    leg, dot, name = rest.partition(".")
+    return path if begin or leg not in to else f"robot.structure.legs.{to[leg]}{dot}{name}"
 
 
 def _of_feet(scene: Scene, paths: Sequence[str], apart: float) -> dict[str, Prior]:

@@ -12,7 +12,7 @@ import tarsus as ts
 from tarsus.base.quantities import Quantity
 from tarsus.base.spec import get_value, with_values
 from tarsus.fit.record_problem import RecordProblem, Seen, SeenRecord, Segment
-from tarsus.fit.record_ties import _Tied, solve_tied
+from tarsus.fit.record_ties import TAIL, _Tied, solve_tied
 from tarsus.fit.unknowns import Prior
 from tarsus.plan.lowering import lower_scene
 from tarsus.solve.contacts import Contacts
@@ -47,7 +47,7 @@ def walk(*, feet: bool = False) -> tuple[RecordProblem, list[Segment]]:
 
 def test_tied_windows_leave_what_one_window_leaves() -> None:
     problem, segments = walk()
-    tied = _Tied(problem, tuple(segments), np.repeat([1e-9, 1e-6], 6), np.ones(2))
+    tied = _Tied(problem, tuple(segments), np.repeat([1e-9, 1e-6], 6))
     # from the states of one run the ends meet, and nothing is left but what tolerances and cuts leave
     assert tied.costs(np.zeros((1, 24)), np.zeros(2))[0] < 1e-2
     # a start that is off by its standard deviation is off the end before by that over the tie
@@ -61,8 +61,9 @@ def test_tied_windows_leave_what_one_window_leaves() -> None:
 @pytest.mark.parametrize("feet", [False, True])
 def test_slopes_of_tied_windows_are_those_of_their_costs(feet: bool) -> None:
     problem, segments = walk(feet=feet)
-    tied = _Tied(problem, tuple(segments), np.repeat([1e-7, 1e-4], 6), np.array([1.0, 0.7]))
+    tied = _Tied(problem, tuple(segments), np.repeat([1e-7, 1e-4], 6))
     rng, count = np.random.default_rng(0), len(problem.priors)
+    problem.records[0].values[3, ::20] += 50.0 * NOISE[3]  # in the tail
     own, moved = 0.02 * rng.standard_normal((1, 24)), 0.02 * rng.standard_normal(count)
     system, step = tied.equations(own, moved), 1e-5
     right = np.concatenate([system.right_own[0], system.right_shared[0]])
@@ -70,6 +71,18 @@ def test_slopes_of_tied_windows_are_those_of_their_costs(feet: bool) -> None:
         by = np.eye(24 + count)[k] * step
         up, down = (tied.costs(own + s * by[:24], moved + s * by[24:])[0] for s in (1.0, -1.0))
         assert (down - up) / (4.0 * step) == pytest.approx(right[k], rel=1e-4, abs=1e-5 * np.abs(right).max())
+
+
+def test_what_is_far_off_costs_the_logarithm_of_its_size_and_moves_no_number() -> None:
+    problem, segments = walk()
+    ties = np.repeat([2e-8, 2e-5], 6)
+    tied, moved = _Tied(problem, tuple(segments), ties), np.array([0.5, -0.5])
+    before = tied.costs(np.zeros((1, 24)), np.zeros(2))[0]
+    problem.records[0].values[3, 200] += 80.0 * NOISE[3]  # a sample on the wrong side of an impact
+    after = tied.costs(np.zeros((1, 24)), np.zeros(2))[0]
+    assert after - before == pytest.approx(TAIL**2 * (1.0 + 2.0 * np.log(80.0 / TAIL)), rel=1e-3)
+    fit = solve_tied(problem, segments, moved, ties)
+    assert np.abs(fit.moved / np.sqrt(np.diag(fit.covariance))).max() < 0.01  # squares: 0.07
 
 
 def test_numbers_come_back_and_are_known_better_when_windows_are_tied() -> None:

@@ -11,7 +11,6 @@ import tarsus as ts
 from tarsus.base.quantities import Quantity
 from tarsus.base.spec import get_value, with_values
 from tarsus.fit.verdict import Verdict
-from tarsus.identify.walk_horizon import weights_of
 from tarsus.identify.walking import WalkRecord, identify_walk
 from tarsus.solve.outputs import Output
 
@@ -53,7 +52,3 @@ def test_of_a_record_that_no_ground_explains_no_number_is_determined() -> None:
     found = identify_walk([replace(seen, values=values)], dict.fromkeys(PATHS, 1.0))
     assert found.edges[0][-1] < 0.03 and found.followed < 0.7
     assert not any(found.verdict(path) is Verdict.DETERMINED for path in PATHS)
-
-
-def test_windows_that_are_not_followed_count_for_less() -> None:
-    assert weights_of(np.array([0.5, 1.0, 4.0])) == pytest.approx([1.0, 1.0, 0.5])

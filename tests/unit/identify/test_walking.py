@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,10 +12,10 @@ import pytest
 import tarsus as ts
 from tarsus.base.errors import InputError
 from tarsus.base.quantities import Quantity
-from tarsus.base.spec import get_value, with_values
+from tarsus.base.spec import get_value, validate, with_values
 from tarsus.fit.verdict import Verdict
 from tarsus.identify.walk_step import noise_of, unknowns_of
-from tarsus.identify.walking import WalkRecord, identify_walk
+from tarsus.identify.walking import WalkRecord, _untold, identify_walk
 from tarsus.model.scene import Provenance, Scene, Source
 from tarsus.solve.outputs import Output
 
@@ -96,6 +97,42 @@ def test_what_a_device_knows_of_itself_narrows_what_is_sought() -> None:
     known = Provenance(source=Source.CALIBRATED, note="Measured.", interval=((0.30, 0.48),))
     narrow = unknowns_of(with_values(scene, {"provenance": {"ground.restitution.coefficient": known}}))
     assert narrow["ground.restitution.coefficient"] == pytest.approx(np.log(1.6) / (2 * 1.96), rel=1e-4)
+
+
+@pytest.mark.parametrize("turns", [False, True])
+def test_legs_that_no_record_tells_apart_widen_the_intervals(turns: bool) -> None:
+    scene = four_legs()
+    outputs = tuple(Output(Quantity.ACCELERATION, at) for at in ("body_x", "body"))
+    outputs += (Output(Quantity.ANGLE, "roll"),) if turns else ()
+    times = np.arange(1, 401) / 20e3
+    values = ts.simulate(scene, 0.02).outputs(list(outputs), times)
+    noise = 0.01 * np.sqrt((values**2).mean(axis=1))
+    legs = {
+        f"robot.structure.legs.{leg}.stiffness_v": 1.2 + 0.1 * k
+        for k, leg in enumerate(("L1", "R1", "L2", "R2"))
+    }
+    record = WalkRecord(scene, times, outputs, values, noise)
+    added = _untold([record], {**legs, "ground.friction.coefficient": 0.4})
+    # half a turn puts L1 in the place of R2 and R1 in that of L2: 1.2 and 1.5, 1.3 and 1.4 N/m
+    off = np.log([1.5 / 1.2, 1.4 / 1.3, 1.3 / 1.4, 1.2 / 1.5, 1.0])
+    assert added == pytest.approx(np.zeros((5, 5)) if turns else 0.5 * np.outer(off, off))
+
+
+def four_legs() -> Scene:
+    """The millipede on two pairs of legs that walk in diagonals, turning about both axes."""
+    scene = ts.load_scene("millipede", hz=50, volts=14)
+    robot = scene.robot.model_dump(exclude_none=True)
+    one, places = (
+        robot["structure"]["legs"]["L1"],
+        {"L1": (1, 1), "R1": (1, -1), "L2": (-1, 1), "R2": (-1, -1)},
+    )
+    robot["structure"]["legs"] = {leg: one | {"x": 1e-3 * x, "y": 1e-3 * y} for leg, (x, y) in places.items()}
+    robot["structure"]["body"] |= {"mass": 2e-7, "roll_inertia": 2e-13, "pitch_inertia": 2e-13}
+    drive, foot = (json.dumps(robot[what]["L1"]) for what in ("drives", "feet"))
+    robot["drives"], robot["feet"] = (
+        {leg: json.loads(text.replace("L1", leg)) for leg in places} for text in (drive, foot)
+    )
+    return validate(Scene, scene.model_dump(exclude_none=True) | {"robot": robot, "provenance": {}})
 
 
 def test_records_that_are_none_are_refused() -> None:
