@@ -11,10 +11,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import eigh, expm
+from scipy.linalg import expm
 
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
+from tarsus.base.linear import modes_of
 from tarsus.base.messages import nearest
 from tarsus.model.structure.base import Structure
 
@@ -58,7 +59,7 @@ class FreeResponse:
     def __init__(self, structure: Structure, points: Sequence[str], noise: Floats, step: float) -> None:
         m = structure.matrices()
         shapes = point_rows(structure, points)
-        squared, modes = eigh(0.5 * (m.stiffness + m.stiffness.T), m.mass)
+        squared, modes = modes_of(m.mass, m.stiffness)
         omega = np.sqrt(squared.clip(0.0))
         self.highest = float(omega.max()) / (2.0 * np.pi)
         if self.highest <= 0.0:

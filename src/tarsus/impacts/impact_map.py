@@ -28,7 +28,7 @@ from tarsus.tables.table import Column, Table, Tabled
 @dataclass(frozen=True)
 class Repeat:
     """One pair of records as it was used: the alignments with each in-air record, the verdict of the gate, the
-    impacts found and those fitted (both None where the gate refused)."""
+    impacts found (None where the gate refused) and those fitted (None where there are none)."""
 
     alignments: tuple[Alignment, ...]
     verdict: GateVerdict
@@ -122,17 +122,17 @@ def estimate_impact_map(
         _repeat(one, i, airs, names, structure, foot, before, chosen, residual_limit)
         for i, one in enumerate(closes)
     )
-    used = [r.fitted for r in repeats if r.fitted is not None]
-    if not used:
+    c, seen = names.index(foot), [r.impacts for r in repeats if r.impacts is not None]
+    if not seen:
         raise InputError([reason for r in repeats for reason in r.verdict.reasons])
-    fitted = usable(joined(used), names.index(foot), chosen)
-    if not len(fitted):
-        found = sum(len(r.impacts) for r in repeats if r.impacts is not None)
+    used = [r.fitted for r in repeats if r.fitted is not None]
+    fitted = usable(joined(used), c, chosen) if used else None
+    if fitted is None or not len(fitted):
+        found = sum(map(len, seen))
         raise InputError(
             f"none of the {found} impacts found in channel '{foot}' can be used: too weak, too close together, or not "
             "between free motions of this structure"
         )
-    c = names.index(foot)
     return ImpactMapEstimate(
         foot,
         names,

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import chain
 from pathlib import PurePath
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
 from scipy.signal import coherence, resample, welch
 
 from tarsus.base.errors import InputError
@@ -152,27 +152,16 @@ def _alike_in_groups(
 ) -> list[list[int]]:
     """Numbers of the responses that hold a point, in groups of which each member is like another one to every drive
     that both have."""
-
-    def row(k: int) -> dict[str, NDArray[np.complex128]]:
-        place = [c.at for c in responses[k].outputs].index(name)
-        return {
-            source.at: values
-            for source, values in zip(responses[k].inputs, responses[k].values[place], strict=True)
-        }
-
-    groups: list[list[int]] = []
-    for k in holding:
-        own = row(k)
-        near = [
-            group
-            for group in groups
-            if any(
-                all(alike(own[at], other[at]) or alike(other[at], own[at]) for at in own if at in other)
-                for other in map(row, group)
-            )
-        ]
-        groups = [group for group in groups if group not in near] + [[k, *chain.from_iterable(near)]]
-    return sorted(sorted(group) for group in groups)
+    rows = []
+    for one in (responses[k] for k in holding):
+        values = one.values[[c.at for c in one.outputs].index(name)]
+        rows.append(dict(zip((source.at for source in one.inputs), values, strict=True)))
+    near = [
+        [all(alike(a[at], b[at]) or alike(b[at], a[at]) for at in a.keys() & b.keys()) for b in rows]
+        for a in rows
+    ]
+    count, group = connected_components(np.array(near), directed=False)
+    return [[k for k, own in zip(holding, group, strict=True) if own == number] for number in range(count)]
 
 
 def responses_of(
@@ -384,19 +373,11 @@ def decays(records: Sequence[Measurement], drive: str | None = None) -> Frf:
         free.append(rows[:, begin:])
     shortest = min(rows.shape[1] * one.step for rows, one in zip(free, records, strict=True))
     length = _common_length(shortest, [one.step for one in records], -1)
-    spectra, frequency = [], np.zeros(0)
-    for rows, one in zip(free, records, strict=True):
+    channels = tuple(records[0].channel(name) for name in known)
+    out = []
+    for k, (rows, one) in enumerate(zip(free, records, strict=True), start=1):
         count = round(length / one.step)
-        spectra.append(np.fft.rfft(rows[:, :count], axis=1) * one.step)
-        lines = np.fft.rfftfreq(count, one.step)
-        frequency = lines if not len(frequency) or len(lines) < len(frequency) else frequency
-    top = len(frequency)
-    values = np.stack([one[:, :top] for one in spectra], axis=1)
-    return Frf(
-        np.asarray(frequency[1:], dtype=float),
-        values[..., 1:],
-        tuple(records[0].channel(name).at for name in known),
-        tuple(f"release {k}" for k in range(1, len(records) + 1)),
-        quantities.pop(),
-        forced=False,
-    )
+        spectra = np.fft.rfft(rows[:, None, :count], axis=2) * one.step
+        release = (Channel(f"release {k}", channels[0].quantity),)
+        out.append(FrequencyResponse(channels, release, np.fft.rfftfreq(count, one.step), spectra))
+    return replace(merged(out), forced=False)
