@@ -76,21 +76,20 @@ def clocks_of(sweeps: Sequence[tuple[Measurement, SweptSine]]) -> Clocks:
         return Clocks()
     pairs = [pair for _, pair in found]
     apart = any(np.abs(one.apart * one.frequency).max() * _MOST > _TURN for one in pairs)
-    step, size = sweeps[0][0].step, len(pairs)
-    plain = _fitted(pairs, apart, np.zeros(1))
-    each = _fitted(pairs, apart, np.arange(-_LATEST, _LATEST + 1e-9, _FIRST) * step)
-    late = [WithError(float(one), float(error)) for one, error in zip(each[0][1:], each[1][1:], strict=True)]
+    step = sweeps[0][0].step
+    pace, *_ = _fitted(pairs, apart, np.zeros(1))
+    freely, *late = _fitted(pairs, apart, np.arange(-_LATEST, _LATEST + 1e-9, _FIRST) * step)
     if not any(one.off(0.0, _STARTS * step) for one in late):
-        return Clocks(WithError(float(plain[0][0]), float(plain[1][0])) if apart else None)
-    values = dict(zip((0, *(k for k, _ in found)), (0.0, *each[0][1:].tolist()), strict=True))
-    mean = sum(values.values()) / (size + 1)
+        return Clocks(pace if apart else None)
+    values = dict(zip((0, *(k for k, _ in found)), (0.0, *(one.value for one in late)), strict=True))
+    mean = sum(values.values()) / len(values)
     starts = {sweeps[k][0].source: one - mean for k, one in values.items()}
-    return Clocks(WithError(float(each[0][0]), float(each[1][0])) if apart else None, starts)
+    return Clocks(freely if apart else None, starts)
 
 
-def _fitted(pairs: Sequence[_Pair], apart: bool, lates: Floats) -> tuple[Floats, Floats]:
-    """The pace, and how late each pair is [s], with their standard errors: the best of a search, and linear steps from
-    there. Without times apart the pace stays zero, and so do delays that are not searched."""
+def _fitted(pairs: Sequence[_Pair], apart: bool, lates: Floats) -> list[WithError]:
+    """The pace, and how late each pair is [s]: the best of a search, and linear steps from there. Without times apart
+    the pace stays zero, and so do delays that are not searched."""
     most = max(float(np.abs(one.apart * one.frequency).max()) for one in pairs)
     paces = np.arange(-_MOST, _MOST, _TURN / most) if apart else np.zeros(1)
     fits, best = np.zeros(len(paces)), []
@@ -116,7 +115,7 @@ def _fitted(pairs: Sequence[_Pair], apart: bool, lates: Floats) -> tuple[Floats,
         values[free] += inverse @ (rows.T @ (weight * off))
     errors = np.zeros(len(values))
     errors[free] = np.sqrt(np.sum((inverse @ (rows.T * (weight * off))) ** 2, axis=1))
-    return values, errors
+    return [WithError(*one) for one in zip(values.tolist(), errors.tolist(), strict=True)]
 
 
 def _paired(first: tuple[Measurement, SweptSine], other: tuple[Measurement, SweptSine]) -> _Pair | None:

@@ -93,14 +93,13 @@ class Instruments:
         """Factor that a channel of a point has too much."""
         found = self.relations.get(point)
         of = Quantity.VELOCITY if point in self.velocities else Quantity.DISPLACEMENT
-        if found is None or quantity is not of or not found.gain.off(1.0, GAIN):
-            return 1.0
-        return found.gain.value if of is Quantity.DISPLACEMENT else 1.0 / found.gain.value
+        gain = found.gain.beyond(1.0, GAIN) if found is not None and quantity is of else 1.0
+        return gain if of is Quantity.DISPLACEMENT else 1.0 / gain
 
     def lag(self, point: str) -> float:
         """Time [s] by which the displacement of a point comes behind its velocity."""
         found = self.relations.get(point)
-        return found.lag.value if found is not None and found.lag.off(0.0, SAMPLES * self.step) else 0.0
+        return found.lag.beyond(0.0, SAMPLES * self.step) if found is not None else 0.0
 
     @property
     def lags(self) -> bool:
@@ -115,7 +114,7 @@ class Instruments:
     @property
     def slow(self) -> float:
         """Share by which the steps between samples of the motion are longer than stated."""
-        return self.pace.value if self.pace is not None and self.pace.off(0.0, PACE) else 0.0
+        return self.pace.beyond(0.0, PACE) if self.pace is not None else 0.0
 
     def low(self, quantity: Quantity) -> LowPass | None:
         """Low-pass before the channels of a quantity: that of the sweeps, and the other one unless it is not delayed by

@@ -8,8 +8,8 @@ from pathlib import PurePath
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import connected_components
 from scipy.signal import coherence, resample, welch
+from scipy.sparse.csgraph import connected_components
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
@@ -77,13 +77,13 @@ def merged(responses: Sequence[FrequencyResponse]) -> Frf:
                 for o, i in missing
             ]
         )
-    counts = {len(found) for found in cells.values()}
+    grid = [cells[o, i] for o in outputs for i in inputs]
     shape = (len(outputs), len(inputs), len(frequency))
-    mean = np.array([np.mean(cells[o, i], axis=0) for o in outputs for i in inputs]).reshape(shape)
+    mean = np.array([np.mean(found, axis=0) for found in grid]).reshape(shape)
     repeats = None
-    if len(counts) == 1 and (count := counts.pop()) > 1:
-        repeats = np.array([[cells[o, i][r] for o in outputs for i in inputs] for r in range(count)])
-        repeats = repeats.reshape(count, *shape)
+    counts = {len(found) for found in grid}
+    if len(counts) == 1 and counts != {1}:
+        repeats = np.swapaxes(grid, 0, 1).reshape(-1, *shape)
     apart = tuple(files[o] for o in outputs)
     return Frf(
         frequency,
@@ -101,7 +101,7 @@ def _on_common_lines(responses: Sequence[FrequencyResponse]) -> list[FrequencyRe
     spacing = [float(np.median(np.diff(one.frequency))) for one in responses]
     low = max(0.5 * max(spacing), *(float(one.frequency[0]) for one in responses))
     high = min(float(one.frequency[-1]) for one in responses)
-    if high - low < 3.0 * max(spacing):
+    if high < low:
         raise InputError(f"the files have no lines in common: {_spans(responses)}")
     edge = 0.5 * min(spacing)
     cut = [one.between(max(low - edge, edge), high + edge) for one in responses]
@@ -357,11 +357,6 @@ def decays(records: Sequence[Measurement], drive: str | None = None) -> Frf:
     ]
     if not known:
         problems.append(f"{records[0].source} has no channel of a motion (m, m/s or m/s^2)")
-    quantities = {records[0].channel(name).quantity for name in known}
-    if len(quantities) > 1:
-        problems.append(
-            f"{records[0].source}: the channels are of different units; choose some with channels"
-        )
     if problems:
         raise InputError(problems)
     free = []
