@@ -33,6 +33,10 @@ class WithError:
         return self.value if self.off(stated, limit) else stated
 
 
+UNTOLD = WithError(0.0, np.inf)
+"""What no record tells: it is off nothing."""
+
+
 def regressed(seen: Floats, design: Floats) -> tuple[Floats, Floats] | None:
     """Coefficients (p,) of columns (n, p) in values (n,), and their standard errors by what is left if that is white;
     None where a column is zero."""

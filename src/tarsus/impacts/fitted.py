@@ -117,14 +117,14 @@ def _best_fit(
     free: FreeResponse, samples: Floats, earlier: int, window: FitWindow
 ) -> tuple[ImpactFit, int] | None:
     """The interval between two samples, of three, that the impact fits into best, and its number."""
-    best = None
-    for trial in (earlier - 1, earlier, earlier + 1):
-        if trial < window.fewest or len(samples) - trial - window.smeared < window.fewest:
-            continue
-        fit = fit_impact(free, samples, trial, window.smeared)
-        if fit is not None and (best is None or fit.misfit < best[0].misfit):
-            best = fit, trial
-    return best
+    latest = len(samples) - window.smeared - window.fewest
+    fits = [
+        (fit, trial)
+        for trial in (earlier - 1, earlier, earlier + 1)
+        if window.fewest <= trial <= latest
+        and (fit := fit_impact(free, samples, trial, window.smeared)) is not None
+    ]
+    return min(fits, key=lambda one: one[0].misfit, default=None)
 
 
 def _smoother(half: int, late: float, derivative: int = 0) -> Floats:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from scipy.linalg import expm
@@ -73,22 +74,17 @@ class FreeResponse:
         self.rows = np.zeros((len(points), 2 * n))
         self.rows[:, n:] = shapes @ modes
         self.step, self.noise = step, noise
-        self._sides: dict[tuple[int, int], Side] = {}
+        self.side = cache(self._side)
 
     def moved(self, time: float) -> Floats:
         """Map (2n, 2n) of the state over a time [s], either direction."""
         return np.asarray(expm(self.flow * time), dtype=np.float64)
 
-    def side(self, count: int, skipped: int = 0) -> Side:
+    def _side(self, count: int, skipped: int = 0) -> Side:
         """What ``count`` samples after the instant (before it, for a negative count) say about the state there.
 
         Of those after it the first ``skipped`` do not count.
         """
-        if (count, skipped) not in self._sides:
-            self._sides[count, skipped] = self._made(count, skipped)
-        return self._sides[count, skipped]
-
-    def _made(self, count: int, skipped: int) -> Side:
         direction = 1.0 if count > 0 else -1.0
         onward = expm(self.flow * (direction * self.step))
         row = self.rows @ expm(self.flow * (0.5 * direction * self.step)) / self.noise[:, None]

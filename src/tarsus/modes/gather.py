@@ -374,5 +374,6 @@ def decays(records: Sequence[Measurement], drive: str | None = None) -> Frf:
         count = round(length / one.step)
         spectra = np.fft.rfft(rows[:, None, :count], axis=2) * one.step
         release = (Channel(f"release {k}", channels[0].quantity),)
-        out.append(FrequencyResponse(channels, release, np.fft.rfftfreq(count, one.step), spectra))
+        lines = np.asarray(np.fft.rfftfreq(count, one.step), dtype=np.float64)
+        out.append(FrequencyResponse(channels, release, lines, spectra))
     return replace(merged(out), forced=False)

@@ -95,7 +95,7 @@ def mode_of(frf: Frf, fit: LocalFit, orders: int, spread: Floats | None = None) 
     # channels and lines have the noise that tells it from the misfit itself
     least = np.sqrt(variances_of(fit)) if basis is Basis.REPEATS else np.zeros(2)
     frequency, damping = pole_ranges(fit.pole, scatter, np.zeros(2) if spread is None else spread, least)
-    shifts = None if off is None else moved_by(fit.slopes, off) @ np.array([1.0, 1.0j])
+    shifts = None if off is None else np.dot(moved_by(fit.slopes, off), [1.0, 1.0j]).astype(np.complex128)
     residues = (fit.residues / fit.pole**frf.derivatives).reshape(frf.values.shape[:2])
     square, size = np.sum((1.0j * residues) ** 2), float(np.sum(np.abs(residues) ** 2))
     tilt, collinearity = float(np.angle(square)) / 2.0, float(np.abs(square)) / size
