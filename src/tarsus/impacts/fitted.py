@@ -8,7 +8,6 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import savgol_coeffs
 from scipy.stats import chi2
 
 from tarsus.base.arrays import Floats
@@ -127,12 +126,13 @@ def _best_fit(
     return min(fits, key=lambda one: one[0].misfit, default=None)
 
 
-def _smoother(half: int, late: float, derivative: int = 0) -> Floats:
-    """Weights (2 half,) of samples for the value, or a derivative per sample, ``late`` samples after their middle: of a
-    polynomial through them."""
+def _smoothing(half: int, late: float) -> tuple[Floats, Floats]:
+    """Weights (2 half,) of samples for the value ``late`` samples after their middle, and for its derivative per
+    sample, of a polynomial through them."""
     order = min(_AIR_ORDER, 2 * half - 1)
-    place = half - 0.5 + late
-    return np.asarray(savgol_coeffs(2 * half, order, derivative, pos=place, use="dot"), dtype=np.float64)  # pyright: ignore[reportArgumentType]
+    at, place, power = (np.arange(-half, half) + 0.5) / half, late / half, np.arange(1, order + 1)
+    solve = np.linalg.pinv(np.vander(at, order + 1, increasing=True))
+    return place ** np.arange(order + 1) @ solve, power * place ** (power - 1) / half @ solve[1:]
 
 
 def _row(
@@ -149,12 +149,12 @@ def _row(
     """Time, foot velocity before, changes, covariance, probability of the misfit, and how they use the samples."""
     middle = start + earlier
     late = fit.late / subtracted.step
-    near, smoothed = in_air[middle - reach : middle + reach], _smoother(reach, late)
+    near, (smoothed, slope) = in_air[middle - reach : middle + reach], _smoothing(reach, late)
     velocity = fit.before[foot] + float(smoothed @ near)
     points = len(fit.before)
     own = fit.weights[[foot, *range(points, 2 * points)]]
     # an error of the instant moves the in-air velocity that is read there
-    drift = float(_smoother(reach, late, 1) @ near) / subtracted.step
+    drift = float(slope @ near) / subtracted.step
     own[0] = own[0] + drift * fit.weights[-1]
     close = own * noise * np.sqrt(1.0 / (1.0 + share))
     # the in-air record enters the difference with a minus sign, and the foot's own velocity by the smoother
