@@ -88,7 +88,8 @@ def table(result: Result) -> str:
     """The estimates beside the truth, as text."""
     estimate = result.estimate
     lines = [
-        f"{repeat.verdict} {repeat.alignments[0].overall:.1%} of the signal before contact is left."
+        f"{' '.join(repeat.refused) or 'The repeat is accepted.'} {repeat.alignments[0].overall:.1%} of the signal "
+        "before contact is left."
         for repeat in estimate.repeats
     ]
     lines += [f"{len(estimate.fitted)} impacts fitted", ""]

@@ -9,12 +9,12 @@ import numpy as np
 from tarsus.base.arrays import Floats
 from tarsus.base.events import IMPACTS
 from tarsus.impacts.energy import directed
+from tarsus.impacts.shapes import mode_shapes
 from tarsus.measure.mac import mac
 from tarsus.model.laws import DominantMode, ImpactMap, MassWeighted, MeasuredImpactMap
 from tarsus.model.scene import Scene
-from tarsus.model.structure import Modal
 from tarsus.solve import Run
-from tarsus_reproduce.printed import modal_form, printed_model
+from tarsus_reproduce.printed import printed_model
 
 
 @dataclass(frozen=True)
@@ -75,12 +75,7 @@ def mode_rows(scene: Scene, robot: str) -> tuple[ModeRow, ...]:
     column = printed_column(robot)
     if len(structure.points) != len(column):
         return ()
-    at_points = np.array([structure.row(point) for point in structure.points])
-    if isinstance(structure, Modal):
-        frequencies, shapes = np.array(structure.frequencies), at_points
-    else:
-        form = modal_form(structure.matrices())
-        frequencies, shapes = form.frequencies, at_points @ form.shapes
+    frequencies, shapes = mode_shapes(structure, structure.points)
     return tuple(
         ModeRow(
             k + 1,

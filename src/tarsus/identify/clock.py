@@ -17,7 +17,7 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import resample
 
 from tarsus.base.arrays import Floats
-from tarsus.identify.with_error import WithError
+from tarsus.identify.with_error import UNTOLD, WithError
 from tarsus.model.drive.waveforms import SweptSine
 from tarsus.records.measurement import Measurement, Quantity
 
@@ -46,12 +46,12 @@ over several sweeps less again."""
 class Clocks:
     """What sweeps say of the clocks of motion and drive.
 
-    pace: share by which steps between samples of the motion are longer than those of the drive, None where all sweeps
+    pace: share by which steps between samples of the motion are longer than those of the drive, untold where all sweeps
     pass all frequencies at the same times; starts [s]: by the source of its record, how much later than in the mean of
     the sweeps the motion of each comes behind its drive; empty where all begin alike.
     """
 
-    pace: WithError | None = None
+    pace: WithError = UNTOLD
     starts: dict[str, float] = field(default_factory=dict)
 
 
@@ -76,21 +76,20 @@ def clocks_of(sweeps: Sequence[tuple[Measurement, SweptSine]]) -> Clocks:
         return Clocks()
     pairs = [pair for _, pair in found]
     apart = any(np.abs(one.apart * one.frequency).max() * _MOST > _TURN for one in pairs)
-    step, size = sweeps[0][0].step, len(pairs)
-    plain = _fitted(pairs, apart, np.zeros(1))
-    each = _fitted(pairs, apart, np.arange(-_LATEST, _LATEST + 1e-9, _FIRST) * step)
-    late = [WithError(float(one), float(error)) for one, error in zip(each[0][1:], each[1][1:], strict=True)]
+    step = sweeps[0][0].step
+    pace, *_ = _fitted(pairs, apart, np.zeros(1))
+    freely, *late = _fitted(pairs, apart, np.arange(-_LATEST, _LATEST + 1e-9, _FIRST) * step)
     if not any(one.off(0.0, _STARTS * step) for one in late):
-        return Clocks(WithError(float(plain[0][0]), float(plain[1][0])) if apart else None)
-    values = dict(zip((0, *(k for k, _ in found)), (0.0, *each[0][1:].tolist()), strict=True))
-    mean = sum(values.values()) / (size + 1)
+        return Clocks(pace)
+    values = dict(zip((0, *(k for k, _ in found)), (0.0, *(one.value for one in late)), strict=True))
+    mean = sum(values.values()) / len(values)
     starts = {sweeps[k][0].source: one - mean for k, one in values.items()}
-    return Clocks(WithError(float(each[0][0]), float(each[1][0])) if apart else None, starts)
+    return Clocks(freely, starts)
 
 
-def _fitted(pairs: Sequence[_Pair], apart: bool, lates: Floats) -> tuple[Floats, Floats]:
-    """The pace, and how late each pair is [s], with their standard errors: the best of a search, and linear steps from
-    there. Without times apart the pace stays zero, and so do delays that are not searched."""
+def _fitted(pairs: Sequence[_Pair], apart: bool, lates: Floats) -> list[WithError]:
+    """The pace, and how late each pair is [s]: the best of a search, and linear steps from there. Without times apart
+    the pace stays zero, and so do delays that are not searched: these are untold."""
     most = max(float(np.abs(one.apart * one.frequency).max()) for one in pairs)
     paces = np.arange(-_MOST, _MOST, _TURN / most) if apart else np.zeros(1)
     fits, best = np.zeros(len(paces)), []
@@ -114,9 +113,9 @@ def _fitted(pairs: Sequence[_Pair], apart: bool, lates: Floats) -> tuple[Floats,
             [np.angle(one.turned(values[0], late)) for one, late in zip(pairs, values[1:], strict=True)]
         )
         values[free] += inverse @ (rows.T @ (weight * off))
-    errors = np.zeros(len(values))
+    errors = np.full(len(values), np.inf)
     errors[free] = np.sqrt(np.sum((inverse @ (rows.T * (weight * off))) ** 2, axis=1))
-    return values, errors
+    return [WithError(*one) for one in zip(values.tolist(), errors.tolist(), strict=True)]
 
 
 def _paired(first: tuple[Measurement, SweptSine], other: tuple[Measurement, SweptSine]) -> _Pair | None:

@@ -146,7 +146,6 @@ def odd_ones(traces: Sequence[Trace]) -> list[Excluded]:
     if len(traces) < 3:
         return []
     count = min(len(trace.time) for trace in traces)
-    out: list[Excluded] = []
     for k, name in enumerate(traces[0].points):
         motion = np.array([trace.x[k, :count] for trace in traces])
         span = float(np.median(np.ptp(motion, axis=1)))
@@ -157,17 +156,15 @@ def odd_ones(traces: Sequence[Trace]) -> list[Excluded]:
         worst = int(np.argmax(own))
         rest = np.delete(np.delete(apart, worst, axis=0), worst, axis=1)
         usual = float(np.median(rest[np.triu_indices(len(rest), 1)]))
-        if own[worst] > max(ODD, _MORE * usual):
+        limit = max(ODD, _MORE * usual)
+        if own[worst] > limit:
             middle = np.median(np.delete(motion, worst, axis=0), axis=0)
-            said = _how(traces[worst], k, middle, max(ODD, _MORE * usual) * span)
-            apart_by = f"{100 * own[worst]:.2g} % of its span apart, where they are {100 * usual:.2g} % from each other"
-            out.append(
-                Excluded(
-                    traces[worst].file, name, f"{said} than the {len(traces) - 1} other repeats: {apart_by}"
-                )
+            said = (
+                f"{_how(traces[worst], k, middle, limit * span)} than the {len(traces) - 1} other repeats: "
             )
-            break
-    return out
+            said += f"{100 * own[worst]:.2g} % of its span apart, where they are {100 * usual:.2g} % from each other"
+            return [Excluded(traces[worst].file, name, said)]
+    return []
 
 
 def _how(trace: Trace, point: int, usual: Floats, limit: float) -> str:

@@ -19,7 +19,7 @@ from tarsus.base.arrays import Complexes, Floats
 from tarsus.identify.clock import PACE, stretched
 from tarsus.identify.lateness import SAMPLES, Lateness, LowPass, lateness_of
 from tarsus.identify.volts import jumps_of
-from tarsus.identify.with_error import WithError, regressed
+from tarsus.identify.with_error import UNTOLD, WithError, regressed
 from tarsus.modes.modal import ModalFit
 from tarsus.records.measurement import Measurement, Quantity
 
@@ -59,6 +59,8 @@ _NEAR = 0.25
 much noise as there is."""
 _BLEND = 256
 """Samples over which the end of a record is led back to its beginning for a transform."""
+_PROMPT = Lateness(UNTOLD, None)
+"""Of channels that are not known to be late."""
 
 
 @dataclass(frozen=True)
@@ -75,32 +77,31 @@ class Instruments:
     """What is taken off records.
 
     relations: by point, of those that can be compared; velocities: points of which the velocity, not the displacement,
-    has the gain; lateness: of the sweeps' channels behind the drive, None where it is not known; of: the quantity of
+    has the gain; lateness: of the sweeps' channels behind the drive, as far as it is known; of: the quantity of
     these channels; step [s]: between samples of the sweeps, or the finest of the other records; pace: share by which
-    the clock of the motion is slow beside that of the drive, None where it is not known; starts [s]: by source, how
+    the clock of the motion is slow beside that of the drive, as far as it is known; starts [s]: by source, how
     much later than the others a sweep comes behind its drive.
     """
 
     relations: dict[str, Relation]
     step: float
     velocities: frozenset[str] = frozenset()
-    lateness: Lateness | None = None
+    lateness: Lateness = _PROMPT
     of: Quantity = Quantity.DISPLACEMENT
-    pace: WithError | None = None
+    pace: WithError = UNTOLD
     starts: Mapping[str, float] = field(default_factory=dict)
 
     def gain(self, point: str, quantity: Quantity) -> float:
         """Factor that a channel of a point has too much."""
         found = self.relations.get(point)
         of = Quantity.VELOCITY if point in self.velocities else Quantity.DISPLACEMENT
-        if found is None or quantity is not of or not found.gain.off(1.0, GAIN):
-            return 1.0
-        return found.gain.value if of is Quantity.DISPLACEMENT else 1.0 / found.gain.value
+        gain = found.gain.beyond(1.0, GAIN) if found is not None and quantity is of else 1.0
+        return gain if of is Quantity.DISPLACEMENT else 1.0 / gain
 
     def lag(self, point: str) -> float:
         """Time [s] by which the displacement of a point comes behind its velocity."""
         found = self.relations.get(point)
-        return found.lag.value if found is not None and found.lag.off(0.0, SAMPLES * self.step) else 0.0
+        return found.lag.beyond(0.0, SAMPLES * self.step) if found is not None else 0.0
 
     @property
     def lags(self) -> bool:
@@ -110,18 +111,16 @@ class Instruments:
     @property
     def late(self) -> float:
         """Time [s] by which velocities, and displacements that were brought to them, come behind the drive."""
-        return self.lateness.late.value if self.lateness is not None and self.lateness.off(self.step) else 0.0
+        return self.lateness.late.value if self.lateness.off(self.step) else 0.0
 
     @property
     def slow(self) -> float:
         """Share by which the steps between samples of the motion are longer than stated."""
-        return self.pace.value if self.pace is not None and self.pace.off(0.0, PACE) else 0.0
+        return self.pace.beyond(0.0, PACE)
 
     def low(self, quantity: Quantity) -> LowPass | None:
         """Low-pass before the channels of a quantity: that of the sweeps, and the other one unless it is not delayed by
         it."""
-        if self.lateness is None or self.lateness.low is None:
-            return None
         return None if self.lags and quantity is not self.of else self.lateness.low
 
     def hypotheses(self) -> tuple[Instruments, ...]:
@@ -149,7 +148,7 @@ class Instruments:
         for lag in {one.lag for point, one in self.relations.items() if self.lag(point)}:
             those = {p: replace(one, lag=lag.moved) for p, one in self.relations.items() if one.lag == lag}
             out.append(replace(self, relations={**self.relations, **those}))
-        if self.lateness is not None and self.lateness.off(self.step):
+        if self.lateness.off(self.step):
             low = self.lateness.low
             out.append(replace(self, lateness=replace(self.lateness, late=self.lateness.late.moved)))
             if low is not None:
@@ -166,12 +165,12 @@ class Instruments:
                 moved = {**self.relations, point: replace(one, gain=one.gain.moved)}
                 out.append(replace(self, relations=moved))
         errors = [one.lag.error for point, one in self.relations.items() if self.lag(point)]
-        if self.lateness is not None and self.lateness.off(self.step):
+        if self.lateness.off(self.step):
             low = self.lateness.low
             errors += [self.lateness.late.error, 0.0 if low is None else low.delay * self.lateness.corner]
         if max(errors, default=0.0) > harm:
             out += self.nudged()
-        if self.slow and self.pace is not None and self.pace.error > PACE:
+        if self.slow and self.pace.error > PACE:
             out.append(replace(self, pace=self.pace.moved))
         return tuple(out)
 
@@ -191,7 +190,7 @@ class Instruments:
         still = {
             point: replace(one, lag=WithError(0.0, one.lag.error)) for point, one in self.relations.items()
         }
-        return replace(self, relations=still, lateness=None)
+        return replace(self, relations=still, lateness=_PROMPT)
 
     @property
     def delaying(self) -> bool:
@@ -236,7 +235,6 @@ class Instruments:
         """What was found and taken off."""
         out = []
         if self.slow:
-            assert self.pace is not None
             out.append(
                 f"the clock of the motion runs {1e6 * abs(self.slow):.4g} +- {2e6 * self.pace.error:.1g} ppm "
                 f"{'slow' if self.slow > 0.0 else 'fast'} beside that of the drive, as sweeps up and down show: taken "
@@ -269,7 +267,6 @@ class Instruments:
                 "velocities: taken for the delay of their channels, and taken off"
             )
         if self.late or self.low(self.of) is not None:
-            assert self.lateness is not None
             late, low = self.lateness.late, self.lateness.low
             word = "after" if late.value > 0.0 else "before"
             by = "" if low is None else f", as behind a {low.name} at {low.corner:.4g} Hz"

@@ -54,13 +54,10 @@ def readiness_of(opened: Opened) -> Readiness:
             )
     points = opened.model.points
     sweeps = {name for name, _ in opened.sets(Purpose.MODAL)}
-    for reading in evidence.readings:
-        if (
-            reading.set in sweeps
-            and reading.record is not None
-            and channels_of(reading.record, points) is None
-        ):
-            problems.append(f"{reading.file}: {needed_of(points)}")
+    swept = [(one.file, one.record) for one in evidence.readings if one.set in sweeps]
+    for file, record in swept:
+        if record is not None and channels_of(record, points) is None:
+            problems.append(f"{file}: {needed_of(points)}")
     used = Counter(one.purpose for one in opened.campaign.records.values())
     if not any(purpose in used for purpose in TOLD_BY):
         problems.append(

@@ -208,23 +208,14 @@ def _landing(found: LandingVerdict) -> dict[str, Any]:
 
 
 def _compared(one: Comparison) -> dict[str, Any]:
-    sides = {"measured": one.measured, "simulated": one.simulated}
-    return {
-        "name": one.name,
-        "file": one.file,
-        **{
-            side: {
-                "bounces": c.bounces,
-                "contact_s": c.contact,
-                "peak_m": c.peak,
-                "periods": c.periods,
-                "height_m": c.counting.height,
-                "dwell_s": c.counting.dwell,
-            }
-            for side, c in sides.items()
-        },
-        "off": one.off,
-    }
+    sides = {
+        side: {
+            "bounces": c.bounces, "contact_s": c.contact, "peak_m": c.peak, "periods": c.periods,
+            "height_m": c.counting.height, "dwell_s": c.counting.dwell,
+        }
+        for side, c in (("measured", one.measured), ("simulated", one.simulated))
+    }  # fmt: skip
+    return {"name": one.name, "file": one.file, **sides, "off": one.off}
 
 
 def write_identification(found: Identification, folder: Path) -> list[Path]:
@@ -236,9 +227,7 @@ def write_identification(found: Identification, folder: Path) -> list[Path]:
         If the folder cannot be written.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    device, numbers, draws = (
-        folder / name for name in ("identified.toml", "identification.json", "draws.npz")
-    )
+    device, numbers, draws = (folder / name for name in RESULT_FILES[:3])
     write_text(device, scene_text(identified_device(found)))
     write_text(numbers, json_text(summary_of(found)) + "\n")
     write_draws(draws, found.known.paths, found.known.values, found.known.samples)

@@ -152,19 +152,19 @@ def _coupled(traces: Sequence[Trace], own: tuple[str, ...]) -> tuple[Check, ...]
 def _coloured(traces: Sequence[Trace], hum: bool) -> tuple[Check, ...]:
     """How far means of the noise at rest scatter beside those of white noise; of velocities alone where displacements
     have hum. It takes no number's verdict."""
-    best: Check | None = None
+    found: list[tuple[float, str]] = []
     for kind, what in (("v", "velocities"), *(() if hum else (("x", "displacements"),))):
         ratios = [one for trace in traces for one in _by_blocks(trace, kind)]
-        if len(ratios) < _FEWEST:
-            continue
-        ratio = float(np.median(ratios))
-        cause = (
-            f"the noise of the {what} is coloured: means over {_BLOCK} samples at rest scatter {np.sqrt(ratio):.2g} "
-            "times as far as those of white noise"
-        )
-        if best is None or ratio > best.value:
-            best = Check("variance of means at rest over white noise", ratio, _COLOURED, cause=cause)
-    return () if best is None else (best,)
+        if len(ratios) >= _FEWEST:
+            found.append((float(np.median(ratios)), what))
+    if not found:
+        return ()
+    ratio, what = max(found)
+    cause = (
+        f"the noise of the {what} is coloured: means over {_BLOCK} samples at rest scatter {np.sqrt(ratio):.2g} "
+        "times as far as those of white noise"
+    )
+    return (Check("variance of means at rest over white noise", ratio, _COLOURED, cause=cause),)
 
 
 def _by_blocks(trace: Trace, kind: str) -> list[float]:

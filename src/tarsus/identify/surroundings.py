@@ -41,18 +41,13 @@ def hum_checks(traces: Sequence[Trace]) -> tuple[Check, ...]:
     It takes no number's verdict: what it adds to a record is in the noise of its rest, and in what fits leave.
     """
     apart = _differences(traces)
-    best: tuple[float, Check] | None = None
-    for hertz in _MAINS:
-        for k in range(1, _HARMONICS + 1):
-            found = _line(apart, k * hertz)
-            if found is None:
-                continue
-            strength, limit, size = found
-            cause = f"mains hum: a line at {k * hertz:g} Hz in the displacements, {1e6 * size:.2g} um high"
-            check = Check(f"power at {k * hertz:g} Hz over that beside it", strength, limit, cause=cause)
-            if best is None or strength / limit > best[0]:
-                best = strength / limit, check
-    return () if best is None else (best[1],)
+    sought = [k * hertz for hertz in _MAINS for k in range(1, _HARMONICS + 1)]
+    found = [(hertz, *line) for hertz in sought if (line := _line(apart, hertz)) is not None]
+    if not found:
+        return ()
+    hertz, strength, limit, size = max(found, key=lambda one: one[1] / one[2])
+    cause = f"mains hum: a line at {hertz:g} Hz in the displacements, {1e6 * size:.2g} um high"
+    return (Check(f"power at {hertz:g} Hz over that beside it", strength, limit, cause=cause),)
 
 
 def _differences(traces: Sequence[Trace]) -> list[tuple[float, Floats, float]]:

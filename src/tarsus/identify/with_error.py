@@ -28,6 +28,14 @@ class WithError:
         """Whether it differs from what was stated by more than a limit, and for sure."""
         return abs(self.value - stated) > max(limit, _SURE * self.error)
 
+    def beyond(self, stated: float, limit: float) -> float:
+        """The number where it is off what was stated (`off`), else what was stated."""
+        return self.value if self.off(stated, limit) else stated
+
+
+UNTOLD = WithError(0.0, np.inf)
+"""What no record tells: it is off nothing."""
+
 
 def regressed(seen: Floats, design: Floats) -> tuple[Floats, Floats] | None:
     """Coefficients (p,) of columns (n, p) in values (n,), and their standard errors by what is left if that is white;

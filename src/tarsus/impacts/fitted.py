@@ -73,8 +73,8 @@ def fit_impacts(
     zero: Floats,
     repeat: int,
     window: FitWindow,
-) -> FittedImpacts:
-    """Fit every impact that has room on both sides.
+) -> FittedImpacts | None:
+    """Fit every impact that has room on both sides; None where none has.
 
     subtracted: difference of the records; in_air (ns,): velocity of the foot in the air; foot: its channel's number;
     share: variance of the in-air mean over that of the close record; zero (np,) [m/s]: standard deviation of the
@@ -82,26 +82,22 @@ def fit_impacts(
     """
     values = subtracted.values.T
     widest = max(int(window.cycles / free.highest / free.step), window.fewest)
-    smoother = _Smoother(max(int(0.2 / free.highest / free.step), 2))
+    reach = max(int(0.2 / free.highest / free.step), 2)
     edges = np.concatenate([[0], impacts.after, [len(values)]])
     rows, uses = [], []
     for i, after in enumerate(impacts.after):
         start = max(after - widest, edges[i] + 1)
         end = min(after + widest, edges[i + 2] - 1)
         best = _best_fit(free, values[start:end], after - start, window)
-        if best is None or not smoother.fits(start + best[1], len(in_air)):
+        if best is None or not reach <= start + best[1] <= len(in_air) - reach:
             continue
         fit, earlier = best
-        row = _row(subtracted, fit, start, earlier, smoother, in_air, free.noise, foot, share)
+        row = _row(subtracted, fit, start, earlier, reach, in_air, free.noise, foot, share)
         own = row[-1]
         rows.append((*row[:-1], own.sum(axis=1) * zero, repeat))
         uses.append((start, own * free.noise))
     if not rows:
-        empty, size = np.zeros(0), 1 + values.shape[1]
-        square, oblong = np.zeros((0, size, size)), np.zeros((0, size, size - 1))
-        return FittedImpacts(
-            empty, empty, np.zeros((0, size - 1)), square, empty, oblong, np.zeros(0, dtype=np.int64), square
-        )
+        return None
     links = [_link(*one, *other) for one, other in pairwise(uses)]
     columns = [np.array(column) for column in zip(*rows, strict=True)]
     return FittedImpacts(*columns, following=np.array([*links, np.zeros_like(columns[3][0])]))
@@ -120,36 +116,23 @@ def _best_fit(
     free: FreeResponse, samples: Floats, earlier: int, window: FitWindow
 ) -> tuple[ImpactFit, int] | None:
     """The interval between two samples, of three, that the impact fits into best, and its number."""
-    best = None
-    for trial in (earlier - 1, earlier, earlier + 1):
-        if trial < window.fewest or len(samples) - trial - window.smeared < window.fewest:
-            continue
-        fit = fit_impact(free, samples, trial, window.smeared)
-        if fit is not None and (best is None or fit.misfit < best[0].misfit):
-            best = fit, trial
-    return best
+    latest = len(samples) - window.smeared - window.fewest
+    fits = [
+        (fit, trial)
+        for trial in (earlier - 1, earlier, earlier + 1)
+        if window.fewest <= trial <= latest
+        and (fit := fit_impact(free, samples, trial, window.smeared)) is not None
+    ]
+    return min(fits, key=lambda one: one[0].misfit, default=None)
 
 
-class _Smoother:
-    """A local polynomial through samples, for the in-air velocity of the foot at the instant of an impact."""
-
-    def __init__(self, half: int) -> None:
-        self.half = half
-        self.order = min(_AIR_ORDER, 2 * half - 1)
-        at = (np.arange(-half, half) + 0.5) / half
-        self.solve = np.linalg.pinv(np.vander(at, self.order + 1, increasing=True))
-
-    def fits(self, middle: int, count: int) -> bool:
-        return middle >= self.half and middle + self.half <= count
-
-    def weights(self, late: float) -> Floats:
-        """Weights (2 half,) of the samples for the value ``late`` samples after the middle."""
-        return (late / self.half) ** np.arange(self.order + 1) @ self.solve
-
-    def slope(self, late: float) -> Floats:
-        """The same for the derivative per sample."""
-        power = np.arange(1, self.order + 1)
-        return (power * (late / self.half) ** (power - 1) / self.half) @ self.solve[1:]
+def _smoothing(half: int, late: float) -> tuple[Floats, Floats]:
+    """Weights (2 half,) of samples for the value ``late`` samples after their middle, and for its derivative per
+    sample, of a polynomial through them."""
+    order = min(_AIR_ORDER, 2 * half - 1)
+    at, place, power = (np.arange(-half, half) + 0.5) / half, late / half, np.arange(1, order + 1)
+    solve = np.linalg.pinv(np.vander(at, order + 1, increasing=True))
+    return place ** np.arange(order + 1) @ solve, power * place ** (power - 1) / half @ solve[1:]
 
 
 def _row(
@@ -157,7 +140,7 @@ def _row(
     fit: ImpactFit,
     start: int,
     earlier: int,
-    smoother: _Smoother,
+    reach: int,
     in_air: Floats,
     noise: Floats,
     foot: int,
@@ -166,20 +149,19 @@ def _row(
     """Time, foot velocity before, changes, covariance, probability of the misfit, and how they use the samples."""
     middle = start + earlier
     late = fit.late / subtracted.step
-    near = in_air[middle - smoother.half : middle + smoother.half]
-    velocity = fit.before[foot] + float(smoother.weights(late) @ near)
+    near, (smoothed, slope) = in_air[middle - reach : middle + reach], _smoothing(reach, late)
+    velocity = fit.before[foot] + float(smoothed @ near)
     points = len(fit.before)
     own = fit.weights[[foot, *range(points, 2 * points)]]
     # an error of the instant moves the in-air velocity that is read there
-    drift = float(smoother.slope(late) @ near) / subtracted.step
+    drift = float(slope @ near) / subtracted.step
     own[0] = own[0] + drift * fit.weights[-1]
     close = own * noise * np.sqrt(1.0 / (1.0 + share))
     # the in-air record enters the difference with a minus sign, and the foot's own velocity by the smoother
-    reach = smoother.half
     first, last = min(start, middle - reach), max(start + own.shape[1], middle + reach)
     air = np.zeros((own.shape[0], last - first, points))
     air[:, start - first : start - first + own.shape[1]] = -own
-    air[0, middle - reach - first : middle + reach - first, foot] += smoother.weights(late)
+    air[0, middle - reach - first : middle + reach - first, foot] += smoothed
     air *= noise * np.sqrt(share / (1.0 + share))
     covariance = np.einsum("akp,bkp->ab", close, close) + np.einsum("akp,bkp->ab", air, air)
     time = subtracted.start + (middle - 0.5) * subtracted.step + fit.late

@@ -9,12 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
-from scipy.linalg import eigh, expm
+from scipy.linalg import expm
 
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
+from tarsus.base.linear import modes_of
 from tarsus.base.messages import nearest
 from tarsus.model.structure.base import Structure
 
@@ -58,7 +60,7 @@ class FreeResponse:
     def __init__(self, structure: Structure, points: Sequence[str], noise: Floats, step: float) -> None:
         m = structure.matrices()
         shapes = point_rows(structure, points)
-        squared, modes = eigh(0.5 * (m.stiffness + m.stiffness.T), m.mass)
+        squared, modes = modes_of(m.mass, m.stiffness)
         omega = np.sqrt(squared.clip(0.0))
         self.highest = float(omega.max()) / (2.0 * np.pi)
         if self.highest <= 0.0:
@@ -72,22 +74,17 @@ class FreeResponse:
         self.rows = np.zeros((len(points), 2 * n))
         self.rows[:, n:] = shapes @ modes
         self.step, self.noise = step, noise
-        self._sides: dict[tuple[int, int], Side] = {}
+        self.side = cache(self._side)
 
     def moved(self, time: float) -> Floats:
         """Map (2n, 2n) of the state over a time [s], either direction."""
         return np.asarray(expm(self.flow * time), dtype=np.float64)
 
-    def side(self, count: int, skipped: int = 0) -> Side:
+    def _side(self, count: int, skipped: int = 0) -> Side:
         """What ``count`` samples after the instant (before it, for a negative count) say about the state there.
 
         Of those after it the first ``skipped`` do not count.
         """
-        if (count, skipped) not in self._sides:
-            self._sides[count, skipped] = self._made(count, skipped)
-        return self._sides[count, skipped]
-
-    def _made(self, count: int, skipped: int) -> Side:
         direction = 1.0 if count > 0 else -1.0
         onward = expm(self.flow * (direction * self.step))
         row = self.rows @ expm(self.flow * (0.5 * direction * self.step)) / self.noise[:, None]

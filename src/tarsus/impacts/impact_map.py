@@ -14,12 +14,11 @@ import numpy as np
 
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
-from tarsus.impacts.alignment import Alignment, align, delayed, subtract
+from tarsus.impacts.alignment import RESIDUAL_LIMIT, Alignment, align, residual_gate, subtract
 from tarsus.impacts.detection import Impacts, detect_impacts
 from tarsus.impacts.estimates import Spread, common_ratio
 from tarsus.impacts.fitted import FittedImpacts, FitWindow, fit_impacts, joined, usable
 from tarsus.impacts.free import FreeResponse
-from tarsus.impacts.gate import RESIDUAL_LIMIT, GateVerdict, residual_gate
 from tarsus.model.structure.base import Structure
 from tarsus.records.measurement import Measurement, Quantity
 from tarsus.tables.table import Column, Table, Tabled
@@ -27,11 +26,11 @@ from tarsus.tables.table import Column, Table, Tabled
 
 @dataclass(frozen=True)
 class Repeat:
-    """One pair of records as it was used: the alignments with each in-air record, the verdict of the gate, the
-    impacts found and those fitted (both None where the gate refused)."""
+    """One pair of records as it was used: the alignments with each in-air record, why the gate refuses
+    it, the impacts found (None where the gate refused) and those fitted (None where there are none)."""
 
     alignments: tuple[Alignment, ...]
-    verdict: GateVerdict
+    refused: tuple[str, ...]
     impacts: Impacts | None = None
     fitted: FittedImpacts | None = None
 
@@ -65,7 +64,7 @@ class ImpactMapEstimate(Tabled):
             Column("scatter from impact to impact", digits=2),
             "impacts",
         )
-        refused = [str(one.verdict) for one in self.repeats if not one.verdict.accepted]
+        refused = [" ".join(one.refused) for one in self.repeats if one.refused]
         return Table(f"Impact map of '{self.foot}'", columns, rows, refused)
 
     @property
@@ -122,17 +121,17 @@ def estimate_impact_map(
         _repeat(one, i, airs, names, structure, foot, before, chosen, residual_limit)
         for i, one in enumerate(closes)
     )
+    c, seen = names.index(foot), [r.impacts for r in repeats if r.impacts is not None]
+    if not seen:
+        raise InputError([reason for r in repeats for reason in r.refused])
     used = [r.fitted for r in repeats if r.fitted is not None]
-    if not used:
-        raise InputError([reason for r in repeats for reason in r.verdict.reasons])
-    fitted = usable(joined(used), names.index(foot), chosen)
-    if not len(fitted):
-        found = sum(len(r.impacts) for r in repeats if r.impacts is not None)
+    fitted = usable(joined(used), c, chosen) if used else None
+    if fitted is None or not len(fitted):
+        found = sum(map(len, seen))
         raise InputError(
             f"none of the {found} impacts found in channel '{foot}' can be used: too weak, too close together, or not "
             "between free motions of this structure"
         )
-    c = names.index(foot)
     return ImpactMapEstimate(
         foot,
         names,
@@ -175,20 +174,20 @@ def _repeat(
     if clipped:
         raise InputError(clipped)
     alignments = tuple(align(close, air, names, quiet_end) for air in airs)
-    verdicts = [residual_gate(alignment, residual_limit) for alignment in alignments]
-    refused = next((verdict for verdict in verdicts if not verdict.accepted), None)
-    if refused is not None:
+    refused = next(filter(None, (residual_gate(one, residual_limit) for one in alignments)), ())
+    if refused:
         return Repeat(alignments, refused)
-    still = _mean_in_air(close, airs, names, alignments)
-    subtracted = subtract(close, still, replace(alignments[0], delay=0.0, offset=np.zeros(len(names))))
-    quiet = subtracted.between(close.start, quiet_end).values
+    parts = [subtract(close, *one) for one in zip(airs, alignments, strict=True)]
+    count, c = min(one.count for one in parts), names.index(foot)
+    values = np.mean([one.values[:, :count] for one in parts], axis=0)
+    still = close[foot][:count] - values[c] - np.mean([one.offset[c] for one in alignments])
+    quiet = replace(parts[0], values=values).between(close.start, quiet_end).values
     noise = quiet.std(axis=1)
+    channels = zip(parts[0].channels, noise.tolist(), strict=True)
     subtracted = replace(
-        subtracted,
-        values=subtracted.values - quiet.mean(axis=1, keepdims=True),
-        channels=tuple(
-            replace(c, noise=float(s) or None) for c, s in zip(subtracted.channels, noise, strict=True)
-        ),
+        parts[0],
+        values=values - quiet.mean(axis=1, keepdims=True),
+        channels=tuple(replace(one, noise=size or None) for one, size in channels),
     )
     impacts = detect_impacts(subtracted, foot)
     points = [channel.at for channel in close.channels]
@@ -196,29 +195,14 @@ def _repeat(
         structure, points, np.maximum(noise, 1e-9 * np.abs(subtracted.values).max()), close.step
     )
     zero, share = noise / np.sqrt(quiet.shape[1]), 1.0 / len(airs)
-    fitted = fit_impacts(
-        subtracted, still[foot], free, impacts, names.index(foot), share, zero, number, window
-    )
-    return Repeat(alignments, verdicts[0], impacts, fitted)
+    fitted = fit_impacts(subtracted, still, free, impacts, c, share, zero, number, window)
+    return Repeat(alignments, (), impacts, fitted)
 
 
 def _first_contact(close: Measurement, foot: str, window: FitWindow) -> float:
     """A time [s] safely before the first impact seen in a record."""
     first = int(detect_impacts(close, foot).after[0])
     return close.start + close.step * (first - 2 * window.fewest)
-
-
-def _mean_in_air(
-    close: Measurement, airs: Sequence[Measurement], names: tuple[str, ...], alignments: Sequence[Alignment]
-) -> Measurement:
-    """Mean of the in-air records, each brought to the clock of the close one."""
-    count = min(close.count, *(air.count for air in airs))
-    total = np.zeros((len(names), count))
-    for air, alignment in zip(airs, alignments, strict=True):
-        values = np.array([air[name] for name in names])
-        total += delayed(values, -alignment.delay / close.step)[:, :count]
-    channels = airs[0].select(names).channels
-    return Measurement(channels, total / len(airs), close.step, close.start, airs[0].source)
 
 
 def _restitution(fitted: FittedImpacts, foot: int) -> Spread:

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.linalg import eigh
 
 from tarsus.base.arrays import Floats
+from tarsus.base.linear import modes_of
 from tarsus.impacts.free import point_rows
 from tarsus.measure.mac import mac
 from tarsus.model.structure.base import Structure
@@ -31,7 +31,7 @@ class ShapeComparison:
 def mode_shapes(structure: Structure, points: Sequence[str]) -> tuple[Floats, Floats]:
     """Undamped frequencies (n,) [Hz] and shapes (np, n) at points, mass-normalised, in order of frequency."""
     m = structure.matrices()
-    squared, modes = eigh(0.5 * (m.stiffness + m.stiffness.T), m.mass)
+    squared, modes = modes_of(m.mass, m.stiffness)
     return np.sqrt(squared.clip(0.0)) / (2.0 * np.pi), point_rows(structure, points) @ modes
 
 

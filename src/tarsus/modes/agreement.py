@@ -104,21 +104,18 @@ def _alike(
     if not layouts:
         raise InputError([str(one) for one in out])
     layout = _most(layouts, records, "have different channels")
-    shapes = {
-        k: (records[k].count, round(records[k].rate, 6)) for k, found in layouts.items() if found == layout
-    }
-    for k in sorted(set(layouts) - set(shapes)):
-        said = f"its channels {', '.join(layouts[k])} are not those of most sweeps: {', '.join(layout)}"
+    own = {k: (records[k].count, round(records[k].rate, 6)) for k in layouts if layouts[k] == layout}
+    count, rate = _most(own, records, "have different lengths or sampling rates")
+    for k, names in layouts.items():
+        if names != layout:
+            said = f"its channels {', '.join(names)} are not those of most sweeps: {', '.join(layout)}"
+        elif own[k] != (count, rate):
+            said = f"it has {own[k][0]} samples at {own[k][1]:g} Hz, most sweeps {count} at {rate:g} Hz: they must be "
+            said += "sampled alike"
+        else:
+            continue
         out.append(Excluded(records[k].source, "", said))
-    count, rate = _most(shapes, records, "have different lengths or sampling rates")
-    for k, (other, other_rate) in shapes.items():
-        if (other, other_rate) != (count, rate):
-            said = (
-                f"it has {other} samples at {other_rate:g} Hz, most sweeps {count} at {rate:g} Hz: they must be "
-                "sampled alike"
-            )
-            out.append(Excluded(records[k].source, "", said))
-    return [k for k, found in shapes.items() if found == (count, rate)], layout, out
+    return [k for k, found in own.items() if found == (count, rate)], layout, out
 
 
 def needed_of(points: Sequence[str]) -> str:
@@ -145,11 +142,10 @@ def _most(found: Mapping[int, Kind], records: Sequence[Measurement], what: str) 
 
 def _majority(spectra: Mapping[int, Complexes], records: Sequence[Measurement]) -> list[int]:
     """Numbers of the records whose responses are those of more than half of them."""
-    friends = {k: {k} for k in spectra}
-    for a, b in combinations(spectra, 2):
-        if _agree(spectra[a], spectra[b]) and _agree(spectra[b], spectra[a]):
-            friends[a].add(b)
-            friends[b].add(a)
+    friends = {
+        a: [b for b in spectra if _agree(spectra[a], spectra[b]) and _agree(spectra[b], spectra[a])]
+        for a in spectra
+    }
     best = max(friends, key=lambda k: len(friends[k]))
     if 2 * len(friends[best]) <= len(spectra):
         raise InputError(
@@ -175,22 +171,19 @@ def _factor(seen: Complexes, common: Complexes) -> tuple[complex, float]:
 
 def _agree(seen: Complexes, common: Complexes) -> bool:
     """Whether responses (no, nf) are the same channel by channel."""
-    return all(_fits(*_factor(one, other)) for one, other in zip(seen, common, strict=True))
+    return all(alike(one, other) for one, other in zip(seen, common, strict=True))
 
 
 def alike(seen: Complexes, common: Complexes) -> bool:
     """Whether two responses (nf,) are the same, up to what repeats of one measurement differ in."""
-    return _fits(*_factor(seen, common))
-
-
-def _fits(factor: complex, left: float) -> bool:
+    factor, left = _factor(seen, common)
     return left < _SHAPE and abs(factor - 1.0) < _GAIN
 
 
 def _cause(seen: Complexes, common: Complexes, channels: Sequence[str], drive: str) -> tuple[str, str]:
     """Channel ("" for all) and what is wrong with a record's responses (no, nf) beside the common ones."""
     found = [_factor(one, other) for one, other in zip(seen, common, strict=True)]
-    off = [k for k, (factor, left) in enumerate(found) if not _fits(factor, left)]
+    off = [k for k, (one, other) in enumerate(zip(seen, common, strict=True)) if not alike(one, other)]
     for a, b in combinations(range(len(channels)), 2):
         order = list(range(len(channels)))
         order[a], order[b] = order[b], order[a]

@@ -12,7 +12,7 @@ from scipy.signal import csd
 
 from tarsus.base.arrays import Complexes, Floats
 from tarsus.base.errors import InputError
-from tarsus.records.measurement import FrequencyResponse, Measurement, Quantity
+from tarsus.records.measurement import Measurement, Quantity
 
 _UNEXCITED = 1e-8
 """Part of the largest power below which a line holds no drive: a ten-thousandth of the amplitude, the digit of a
@@ -88,32 +88,6 @@ class Frf:
             )
         if problems:
             raise InputError(problems)
-
-    @classmethod
-    def of(cls, response: FrequencyResponse, repeats: Sequence[FrequencyResponse] = ()) -> Frf:
-        """Responses as read from a file; with repeats of it, the mean of these is what counts.
-
-        Raises
-        ------
-        InputError
-            For outputs of different units, uneven lines, and repeats unlike each other.
-        """
-        units = sorted({channel.quantity.unit for channel in response.outputs})
-        problems = [f"the responses are of different units: {', '.join(units)}"] if len(units) > 1 else []
-        for number, other in enumerate(repeats, start=1):
-            if other.values.shape != response.values.shape or np.any(other.frequency != response.frequency):
-                problems.append(f"repeat {number} has other points, drives or lines than the response")
-        if problems:
-            raise InputError(problems)
-        single = np.array([other.values for other in repeats]) if repeats else None
-        return cls(
-            response.frequency,
-            response.values if single is None else single.mean(axis=0),
-            tuple(channel.at for channel in response.outputs),
-            tuple(channel.at for channel in response.inputs),
-            response.outputs[0].quantity,
-            single,
-        )
 
     @property
     def line(self) -> float:

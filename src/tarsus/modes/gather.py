@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import chain
 from pathlib import PurePath
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import coherence, resample, welch
+from scipy.sparse.csgraph import connected_components
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
@@ -77,13 +77,13 @@ def merged(responses: Sequence[FrequencyResponse]) -> Frf:
                 for o, i in missing
             ]
         )
-    counts = {len(found) for found in cells.values()}
+    grid = [cells[o, i] for o in outputs for i in inputs]
     shape = (len(outputs), len(inputs), len(frequency))
-    mean = np.array([np.mean(cells[o, i], axis=0) for o in outputs for i in inputs]).reshape(shape)
+    mean = np.array([np.mean(found, axis=0) for found in grid]).reshape(shape)
     repeats = None
-    if len(counts) == 1 and (count := counts.pop()) > 1:
-        repeats = np.array([[cells[o, i][r] for o in outputs for i in inputs] for r in range(count)])
-        repeats = repeats.reshape(count, *shape)
+    counts = {len(found) for found in grid}
+    if len(counts) == 1 and counts != {1}:
+        repeats = np.swapaxes(grid, 0, 1).reshape(-1, *shape)
     apart = tuple(files[o] for o in outputs)
     return Frf(
         frequency,
@@ -101,7 +101,7 @@ def _on_common_lines(responses: Sequence[FrequencyResponse]) -> list[FrequencyRe
     spacing = [float(np.median(np.diff(one.frequency))) for one in responses]
     low = max(0.5 * max(spacing), *(float(one.frequency[0]) for one in responses))
     high = min(float(one.frequency[-1]) for one in responses)
-    if high - low < 3.0 * max(spacing):
+    if high < low:
         raise InputError(f"the files have no lines in common: {_spans(responses)}")
     edge = 0.5 * min(spacing)
     cut = [one.between(max(low - edge, edge), high + edge) for one in responses]
@@ -152,27 +152,16 @@ def _alike_in_groups(
 ) -> list[list[int]]:
     """Numbers of the responses that hold a point, in groups of which each member is like another one to every drive
     that both have."""
-
-    def row(k: int) -> dict[str, NDArray[np.complex128]]:
-        place = [c.at for c in responses[k].outputs].index(name)
-        return {
-            source.at: values
-            for source, values in zip(responses[k].inputs, responses[k].values[place], strict=True)
-        }
-
-    groups: list[list[int]] = []
-    for k in holding:
-        own = row(k)
-        near = [
-            group
-            for group in groups
-            if any(
-                all(alike(own[at], other[at]) or alike(other[at], own[at]) for at in own if at in other)
-                for other in map(row, group)
-            )
-        ]
-        groups = [group for group in groups if group not in near] + [[k, *chain.from_iterable(near)]]
-    return sorted(sorted(group) for group in groups)
+    rows = []
+    for one in (responses[k] for k in holding):
+        values = one.values[[c.at for c in one.outputs].index(name)]
+        rows.append(dict(zip((source.at for source in one.inputs), values, strict=True)))
+    near = [
+        [all(alike(a[at], b[at]) or alike(b[at], a[at]) for at in a.keys() & b.keys()) for b in rows]
+        for a in rows
+    ]
+    count, group = connected_components(np.array(near), directed=False)
+    return [[k for k, own in zip(holding, group, strict=True) if own == number] for number in range(count)]
 
 
 def responses_of(
@@ -368,11 +357,6 @@ def decays(records: Sequence[Measurement], drive: str | None = None) -> Frf:
     ]
     if not known:
         problems.append(f"{records[0].source} has no channel of a motion (m, m/s or m/s^2)")
-    quantities = {records[0].channel(name).quantity for name in known}
-    if len(quantities) > 1:
-        problems.append(
-            f"{records[0].source}: the channels are of different units; choose some with channels"
-        )
     if problems:
         raise InputError(problems)
     free = []
@@ -384,19 +368,12 @@ def decays(records: Sequence[Measurement], drive: str | None = None) -> Frf:
         free.append(rows[:, begin:])
     shortest = min(rows.shape[1] * one.step for rows, one in zip(free, records, strict=True))
     length = _common_length(shortest, [one.step for one in records], -1)
-    spectra, frequency = [], np.zeros(0)
-    for rows, one in zip(free, records, strict=True):
+    channels = tuple(records[0].channel(name) for name in known)
+    out = []
+    for k, (rows, one) in enumerate(zip(free, records, strict=True), start=1):
         count = round(length / one.step)
-        spectra.append(np.fft.rfft(rows[:, :count], axis=1) * one.step)
-        lines = np.fft.rfftfreq(count, one.step)
-        frequency = lines if not len(frequency) or len(lines) < len(frequency) else frequency
-    top = len(frequency)
-    values = np.stack([one[:, :top] for one in spectra], axis=1)
-    return Frf(
-        np.asarray(frequency[1:], dtype=float),
-        values[..., 1:],
-        tuple(records[0].channel(name).at for name in known),
-        tuple(f"release {k}" for k in range(1, len(records) + 1)),
-        quantities.pop(),
-        forced=False,
-    )
+        spectra = np.fft.rfft(rows[:, None, :count], axis=2) * one.step
+        release = (Channel(f"release {k}", channels[0].quantity),)
+        lines = np.asarray(np.fft.rfftfreq(count, one.step), dtype=np.float64)
+        out.append(FrequencyResponse(channels, release, lines, spectra))
+    return replace(merged(out), forced=False)

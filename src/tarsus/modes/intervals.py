@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.stats import norm, t
 
-from tarsus.base.arrays import Complexes, Floats
+from tarsus.base.arrays import Floats
 from tarsus.fit.ranges import Range
 from tarsus.fit.verdict import LEVEL
-from tarsus.modes.lsfd import stacked
 from tarsus.modes.refine import LocalFit
 
 FEWEST_REPEATS = 4
@@ -138,19 +137,16 @@ def scatter_between(
     return Scatter(information, np.add.reduceat(by_line, starts, axis=0)), Basis.LINES
 
 
-def scatter_of(
-    fit: LocalFit, values: Complexes, repeats: Complexes | None, line: float
-) -> tuple[Scatter, Basis]:
-    """Scatter of the pole of a local fit to responses (nc, nl), of which there may be repeats (nr, nc, nl), with lines
-    ``line`` [Hz] apart: blocks are a quarter of a half-power band."""
-    off = None if repeats is None else stacked(repeats - values, 2) / fit.noise[:, None]
+def scatter_of(fit: LocalFit, off: Floats | None, line: float) -> tuple[Scatter, Basis]:
+    """Scatter of the pole of a local fit, with ``off`` as in `scatter_between` and lines ``line`` [Hz] apart: blocks
+    are a quarter of a half-power band."""
     return scatter_between(fit.slopes, fit.misfit, off, round(abs(fit.pole.real) / (2.0 * np.pi * line)))
 
 
-def pole_shifts(fit: LocalFit, values: Complexes, repeats: Complexes) -> Complexes:
-    """How far [rad/s] each repeat (nr, nc, nl) alone would move the pole of a fit to their mean ``values`` (nc, nl), by
-    one Gauss-Newton step: (nr,)."""
-    slopes = fit.slopes.reshape(-1, 2)
-    off = (stacked(repeats - values, 2) / fit.noise[:, None]).reshape(len(repeats), -1)
-    moved = np.linalg.solve(slopes.T @ slopes, (off @ slopes).T)
-    return moved[0] + 1.0j * moved[1]
+def moved_by(slopes: Floats, off: Floats) -> Floats:
+    """How far each repeat alone would move the k unknowns of a fit, by one Gauss-Newton step (nr, k); slopes and off as
+    in `scatter_between`."""
+    flat = slopes.reshape(-1, slopes.shape[-1])
+    full = flat.T @ flat
+    scale = np.sqrt(np.diag(full))
+    return off.reshape(len(off), -1) @ flat / scale @ np.linalg.pinv(full / scale / scale[:, None]) / scale

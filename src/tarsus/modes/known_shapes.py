@@ -15,7 +15,7 @@ from scipy.optimize import least_squares
 from tarsus.base.arrays import Complexes, Floats
 from tarsus.base.errors import InputError
 from tarsus.modes.frf import Frf
-from tarsus.modes.intervals import Basis, Scatter, scatter_between
+from tarsus.modes.intervals import Basis, Scatter, moved_by, scatter_between
 from tarsus.modes.lsfd import stacked
 from tarsus.modes.modal import ModalFit
 from tarsus.modes.mode import IdentifiedMode, ModeVerdict
@@ -69,18 +69,12 @@ class _Responses:
     def fitted(self, x: Floats, which: list[int], tolerance: float) -> Floats:
         """Unknowns of some modes fitted together, from a start, until the sum of squares falls no more."""
 
-        def left(at: Floats) -> Floats:
-            return stacked((self.model(at, which) - self.values).ravel(), 0)
-
-        def slopes(at: Floats) -> Floats:
-            return self.slopes(at, which)
-
         low, high = np.log(0.1 * abs(self.s[0])), np.log(10.0 * abs(self.s[-1]))
         ends = np.array([[low, -12.0, -np.inf], [high, 3.0, np.inf]])
         found = least_squares(
-            left,
+            lambda at: stacked((self.model(at, which) - self.values).ravel(), 0),
             x,
-            jac=slopes,  # pyright: ignore[reportArgumentType]
+            jac=lambda at: self.slopes(at, which),  # pyright: ignore[reportArgumentType]
             bounds=np.repeat(ends, len(which), axis=1),
             x_scale="jac",
             ftol=tolerance,
@@ -194,11 +188,8 @@ def _scatter(
     slopes = np.moveaxis(whole.slopes(x, which).reshape(2, count, -1, size), 0, 1).reshape(count, -1, size)
     left, off, moved = stacked(whole.values - whole.model(x, which), 1), None, None
     if frf.repeats is not None:
-        off, flat = stacked((frf.repeats - frf.values)[:, :, 0], 2) / noise[:, None], slopes.reshape(-1, size)
-        full = flat.T @ flat
-        scale = np.sqrt(np.diag(full))
-        score = off.reshape(len(off), -1) @ flat
-        moved = score / scale @ np.linalg.pinv(full / scale / scale[:, None]) / scale
+        off = stacked((frf.repeats - frf.values)[:, :, 0], 2) / noise[:, None]
+        moved = moved_by(slopes, off)
     width = round(left.shape[1] / 2 / _BLOCKS)
     return *scatter_between(slopes, left, off, width, channels=False), moved
 

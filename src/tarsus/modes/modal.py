@@ -15,6 +15,7 @@ from tarsus.base.threads import single_threaded
 from tarsus.measure.mac import mac
 from tarsus.model.structure.modal import Modal
 from tarsus.modes.frf import Frf
+from tarsus.modes.gather import merged
 from tarsus.modes.intervals import pole_ranges, scatter_of
 from tarsus.modes.lscf import fit_poles
 from tarsus.modes.lsfd import residues_of, synthesise
@@ -198,7 +199,7 @@ def identify_modes(
     Parameters
     ----------
     frf
-        Responses, as read from a file or estimated from records; with repeats of it, `Frf.of`.
+        Responses, as read from a file or estimated from records; several, such as repeats, by `merged`.
     band
         Lowest and highest frequency [Hz]; modes at the very edges are not sought.
     order
@@ -224,7 +225,7 @@ def identify_modes(
     if not 2 <= order <= MOST_ORDER:
         raise InputError(f"order: expected a number from 2 to {MOST_ORDER}, got {order}")
     if isinstance(frf, FrequencyResponse):  # a line next to 0 Hz may be off the grid of the others
-        frf = Frf.of(frf.between(max(band[0], 0.5 * float(np.median(np.diff(frf.frequency)))), band[1]))
+        frf = merged([frf.between(max(band[0], 0.5 * float(np.median(np.diff(frf.frequency)))), band[1])])
     given = frf.between(*band)
     part, back = _by_size(given)
     count = len(part.frequency)
@@ -322,7 +323,7 @@ def _refined(
         if fit is None:
             continue
         fits[pole] = fit
-        damping = pole_ranges(fit.pole, scatter_of(fit, channels[:, fit.lines], None, line)[0])[1]
+        damping = pole_ranges(fit.pole, scatter_of(fit, None, line)[0])[1]
         if not certain or damping.high - damping.low < abs(damping.value):
             certain.append(pole)
     for _ in range(_ROUNDS):

@@ -13,7 +13,8 @@ from tarsus.fit.ranges import Range
 from tarsus.fit.verdict import WIDTH, determined
 from tarsus.measure.mac import mac
 from tarsus.modes.frf import Frf
-from tarsus.modes.intervals import Basis, pole_ranges, pole_shifts, scatter_of, variances_of
+from tarsus.modes.intervals import Basis, moved_by, pole_ranges, scatter_of, variances_of
+from tarsus.modes.lsfd import stacked
 from tarsus.modes.refine import LocalFit
 
 TILTED = np.radians(45.0)
@@ -86,15 +87,15 @@ class IdentifiedMode:
 
 def mode_of(frf: Frf, fit: LocalFit, orders: int, spread: Floats | None = None) -> IdentifiedMode:
     """A mode from its local fit, with the standard deviations (2,) of frequency and damping between ways to fit."""
-    channels = frf.values.reshape(-1, len(frf.frequency))[:, fit.lines]
-    repeats = frf.repeats
-    if repeats is not None:
-        repeats = repeats.reshape(len(repeats), -1, len(frf.frequency))[..., fit.lines]
-    scatter, basis = scatter_of(fit, channels, repeats, frf.line)
+    off = None
+    if frf.repeats is not None:
+        apart = (frf.repeats - frf.values).reshape(len(frf.repeats), -1, len(frf.frequency))
+        off = stacked(apart[..., fit.lines], 2) / fit.noise[:, None]
+    scatter, basis = scatter_of(fit, off, frf.line)
     # channels and lines have the noise that tells it from the misfit itself
     least = np.sqrt(variances_of(fit)) if basis is Basis.REPEATS else np.zeros(2)
     frequency, damping = pole_ranges(fit.pole, scatter, np.zeros(2) if spread is None else spread, least)
-    shifts = None if repeats is None else pole_shifts(fit, channels, repeats)
+    shifts = None if off is None else np.dot(moved_by(fit.slopes, off), [1.0, 1.0j]).astype(np.complex128)
     residues = (fit.residues / fit.pole**frf.derivatives).reshape(frf.values.shape[:2])
     square, size = np.sum((1.0j * residues) ** 2), float(np.sum(np.abs(residues) ** 2))
     tilt, collinearity = float(np.angle(square)) / 2.0, float(np.abs(square)) / size

@@ -126,13 +126,11 @@ class _Problem:
         """Derivatives of the weighted model (2 nf, nc, 2 np), the linear parameters' part taken out (Kaufman 1975)."""
         _, linear, basis, _ = self.solve(theta)
         poles, count = self.poles(theta), len(self.start)
-        near, far = self.slope(poles), self.slope(poles.conj())
-        out = np.empty((len(self.target), self.target.shape[1], 2 * count))
-        for k, unit in enumerate(self.unit):
-            both, apart = near[:, k, None] + far[:, k, None], 1.0j * (near[:, k, None] - far[:, k, None])
-            real, imag = linear[k], linear[count + k]
-            out[:, :, k] = unit * stacked(both * real + apart * imag, 0)
-            out[:, :, count + k] = unit * stacked(apart * real - both * imag, 0)
+        near, far = (self.slope(one)[:, None] for one in (poles, poles.conj()))
+        both, apart = near + far, 1.0j * (near - far)
+        real, imag = linear[:count].T, linear[count : 2 * count].T
+        by_parts = [both * real + apart * imag, apart * real - both * imag]
+        out = stacked(np.concatenate(by_parts, axis=2) * np.tile(self.unit, 2), 0)
         flat = out.reshape(len(out), -1)
         return (flat - basis @ (basis.T @ flat)).reshape(out.shape)
 

@@ -43,8 +43,8 @@ def test_the_clock_is_found_and_taken_off(slow):
 
 def test_one_clock_is_left_alone():
     found = clocks_of([(sweep(one, 0.0, k), one) for k, one in enumerate((UP, DOWN))]).pace
-    assert found is not None and not Instruments({}, STEP, pace=found).differ
-    assert clocks_of([(sweep(UP, 1e-4, k), UP) for k in (1, 2)]).pace is None, (
+    assert not Instruments({}, STEP, pace=found).differ
+    assert clocks_of([(sweep(UP, 1e-4, k), UP) for k in (1, 2)]).pace.error == np.inf, (
         "all pass all frequencies at one time"
     )
 
@@ -54,7 +54,7 @@ def test_starts_that_are_late_by_more_or_less_are_found_beside_the_clock(slow):
     lates = [10e-6, -14e-6, 31e-6, 3e-6]
     sweeps = [(sweep(one, slow, k, lates[k]), one) for k, one in enumerate((UP, DOWN, UP, DOWN))]
     found = clocks_of(sweeps)
-    assert found.pace is not None and found.pace.value == pytest.approx(slow, abs=1e-7)
+    assert found.pace.value == pytest.approx(slow, abs=1e-7)
     assert list(found.starts) == [f"sweep {k}" for k in range(4)]
     assert list(found.starts.values()) == pytest.approx(np.array(lates) - np.mean(lates), abs=0.1e-6)
     assert not clocks_of([(sweep(one, slow, k), one) for k, one in enumerate((UP, DOWN, UP))]).starts

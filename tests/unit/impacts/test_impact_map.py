@@ -89,7 +89,7 @@ def test_a_bad_repeat_is_left_out_and_only_bad_ones_are_an_error():
     louder = replace(other, values=1.3 * other.values)
     mixed = estimate_impact_map([close, louder], in_air, structure(), "foot1")
     alone = estimate()
-    assert not mixed.repeats[1].verdict.accepted and mixed.repeats[1].fitted is None
+    assert mixed.repeats[1].refused and mixed.repeats[1].fitted is None
     assert mixed.restitution == alone.restitution
     with pytest.raises(ts.InputError, match="The repeat is rejected: channel 'foot1' has a gain of 1"):
         estimate_impact_map(louder, in_air, structure(), "foot1")

@@ -11,6 +11,7 @@ import pytest
 from example_files import load_file
 from tarsus.base.errors import InputError
 from tarsus.modes import Frf, ModeVerdict, identify_modes
+from tarsus.modes.gather import merged
 from tarsus.modes.intervals import Basis
 from tarsus.records.measurement import Channel, FrequencyResponse, Quantity
 
@@ -84,10 +85,10 @@ def test_responses_as_read_from_a_file_and_their_repeats():
     fit = identify_modes(read[0], (110.0, 990.0), 12)
     assert fit.frequencies == pytest.approx([f for f, _ in POLES], rel=5e-4)
     assert all(mode.basis is Basis.CHANNELS or mode.basis is Basis.LINES for mode in fit.modes)
-    repeated = identify_modes(Frf.of(read[0], [read[0], read[1]] * 2), (110.0, 990.0), 12, between_fits=False)
+    repeated = identify_modes(merged([read[0], read[1]] * 2), (110.0, 990.0), 12, between_fits=False)
     assert all(mode.basis is Basis.REPEATS for mode in repeated.modes)
-    with pytest.raises(InputError, match="repeat 1 has other points, drives or lines"):
-        Frf.of(read[0], [FrequencyResponse(outputs, read[0].inputs, LINES + 1.0, noisy[0].values)])
+    with pytest.raises(InputError, match="the lines of the files are not the same"):
+        merged([read[0], FrequencyResponse(outputs, read[0].inputs, LINES + 0.5, noisy[0].values)])
 
 
 def test_a_conjugated_response_turns_the_wrong_way():

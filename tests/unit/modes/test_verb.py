@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import pyuff
 from modes.test_modal import POLES, SHAPES, responses
+from scipy.integrate import cumulative_simpson
 from scipy.signal import butter, chirp, resample, sosfilt
 
 import tarsus as ts
@@ -69,6 +70,17 @@ def test_a_free_decay_however_soon_it_is_cut_off(length):
 
 def test_decays_of_different_rates():
     check(ts.modes(decay(5000.0, 0.2, 1), decay(8000.0, 0.15, 2), decay=True, band=BAND), 2e-4, 0.01)
+
+
+def test_a_decay_of_velocities_and_a_displacement():
+    record = decay(5000.0, 0.2, 1)
+    moved = cumulative_simpson(record["c"], dx=record.step, initial=0.0)
+    channels = (*record.channels[:2], Channel("c", Quantity.DISPLACEMENT))
+    mixed = replace(record, channels=channels, values=np.array([record["a"], record["b"], moved]))
+    fit = ts.modes(mixed, decay=True, band=BAND)
+    check(fit, 1e-4, 5e-3)
+    plain = ts.modes(record, decay=True, band=BAND)
+    assert np.abs(fit.complex_shapes()) == pytest.approx(np.abs(plain.complex_shapes()), abs=0.02)
 
 
 # Slow: sweeps of seconds. Roving points of one rate are taken in any order below.
