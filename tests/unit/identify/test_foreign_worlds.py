@@ -14,7 +14,12 @@ from tarsus.identify.chain import Identification, identify
 
 DEVICE = Device()
 DRIVE = "robot.drives.pzt"
-FURTHER = list(WORLDS)[list(WORLDS).index("spring that relaxes") :]
+FURTHER = (
+    "spring that relaxes", "foot that rocks", "frequencies drift", "adhesion drifts", "foot remounted",
+    "another device in one file", "spot off the foot", "adhesion that reaches", "plays that lag",
+    "converter that holds", "volts in the velocities", "volts in the displacements", "zeros that wander",
+    "coupled velocity", "table that vibrates", "gain of the velocities", "light of the tip at the centre",
+)  # fmt: skip
 
 
 def truth_of(device: Device, world: World) -> dict[str, float]:
