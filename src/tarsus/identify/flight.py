@@ -305,7 +305,7 @@ class FlightProblem:
 
     def _flown(
         self, k: int, unknowns: Floats, law: Varied, part: NDArray[np.intp]
-    ) -> tuple[Floats, Floats, Floats, list[slice]]:
+    ) -> tuple[tuple[Floats, Floats, Floats], list[slice]]:
         """Of side k of the segments of these numbers, one flight after the other from its moment on: what was measured
         less what is flown (samples, channels) and slopes (samples, channels, q + p) of what is flown, over the noise;
         the flights (samples, channels); and which samples are each segment's."""
@@ -321,7 +321,7 @@ class FlightProblem:
             for r, n in zip(part.tolist(), before, strict=True)
         ])  # fmt: skip
         noise = np.repeat([self.noise[r] for r in part], counts, axis=0)
-        return (seen - values) / noise, slopes / noise[:, :, None], values, own
+        return ((seen - values) / noise, slopes / noise[:, :, None], values), own
 
     def flown(
         self, unknowns: Floats, law: Varied, part: NDArray[np.intp] | None = None
@@ -333,9 +333,8 @@ class FlightProblem:
 
         def in_time(number: int, r: int) -> Floats:
             turns = (-1 if side.back else 1 for side in self.sides)
-            return np.concatenate(
-                [of[number][of[3][r]][::turn] for of, turn in zip(sides, turns, strict=True)]
-            )
+            parts = (of[number][own[r]][::turn] for (of, own), turn in zip(sides, turns, strict=True))
+            return np.concatenate(list(parts))
 
         every = range(len(part))
         rows = [in_time(1, r).transpose(2, 1, 0) for r in every]
@@ -357,7 +356,7 @@ class FlightProblem:
             np.zeros(len(part)),
         )
         for k in range(len(self.sides)):
-            left, slopes, _, own = self._flown(k, unknowns, law, part)
+            (left, slopes, _), own = self._flown(k, unknowns, law, part)
             for r, one in enumerate(own):
                 rows, off = slopes[one].reshape(-1, size), left[one].ravel()
                 normal[r] += rows.T @ rows
