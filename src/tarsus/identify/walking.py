@@ -52,6 +52,8 @@ ALL = 0.9
 """Share of the samples that are followed of which all are taken to be: the last contacts of a record may be lost."""
 TIES = 40
 """Steps of a descent of all windows together."""
+JOINED = 3
+"""Times that windows which are not followed in the end are joined to those before them."""
 APART, LEAST_APART, ROUNDS = 0.1, 0.003, 4
 """Spread of logarithms from foot to foot at first, and at least, where it is less than any interval; and how often
 windows are tied and the spread is estimated again."""
@@ -256,7 +258,16 @@ def identify_walk(
         if fit is not None:
             problem, moved = _respread(problem, fit)
         fit = solve_tied(problem, segments, moved, ties, rounds=TIES)
-        segments = list(fit.segments)
+        for _ in range(JOINED):
+            good = left_of(fit) < most_of(problem, fit.segments, FOLLOWED)
+            joined = _joined(fit.segments, good)
+            if len(joined) == len(good):
+                break
+            other = solve_tied(problem, joined, fit.moved, ties, rounds=TIES)
+            if _lost(problem, other) >= _lost(problem, fit):
+                break
+            fit = other
+        segments, moved = list(fit.segments), fit.moved
     assert fit is not None
     paths, prior = tuple(spread), np.array(list(spread.values()))
     ends = [[one.span for one in segments if one.record == k] for k in range(len(records))]
@@ -272,6 +283,24 @@ def identify_walk(
         good, float(samples_of(problem, segments) @ good) / sum(len(one.times) for one in records), fit.settled,
         *_feet(problem, fit, spread), float(np.abs(fit.jumps).max(initial=0.0)),
     )  # fmt: skip
+
+
+def _joined(segments: Sequence[Segment], good: NDArray[np.bool_]) -> list[Segment]:
+    """The windows, each that is not followed as part of the one before it in its record: with numbers that all others
+    tell, what comes before predicts it better than a start of its own, from which a foot goes another way."""
+    out = list[Segment]()
+    for one, followed in zip(segments, good, strict=True):
+        if not followed and out and out[-1].record == one.record:
+            out[-1] = replace(out[-1], span=(out[-1].span[0], one.span[1]))
+        else:
+            out.append(one)
+    return out
+
+
+def _lost(problem: RecordProblem, fit: RecordFit) -> float:
+    """Samples in windows that are not followed."""
+    good = left_of(fit) < most_of(problem, fit.segments, FOLLOWED)
+    return float(samples_of(problem, fit.segments) @ np.logical_not(good))
 
 
 def _taken_up(problem: RecordProblem, records: Sequence[WalkRecord]) -> tuple[list[Segment], Floats]:
