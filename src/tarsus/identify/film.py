@@ -33,8 +33,8 @@ PRIOR = (3.0, 2.0)
 """Standard deviations of log C/g0^3 and log g0 about the first guess, which only keep a fit from running away."""
 ASIDE = 4.0
 """Standard errors along the direction in which C and g0 hang together, to both sides, from which a fit starts again:
-flights whose moments are unknowns themselves leave valleys beside the lowest (of 150 devices one was 6 standard errors
-off in one)."""
+flights whose moments are unknowns themselves leave valleys beside the lowest (of 150 devices two were 3.5 and 6.3
+standard errors off in one)."""
 AGAIN = 6
 """Times that such neighbours are looked for at most."""
 _LIMITS = (1e-8, 1e-2)

@@ -13,9 +13,10 @@ import tarsus as ts
 from tarsus.base.errors import InputError
 from tarsus.base.quantities import Quantity
 from tarsus.base.spec import get_value, validate, with_values
+from tarsus.fit.record_problem import Segment
 from tarsus.fit.verdict import Verdict
 from tarsus.identify.walk_step import noise_of, unknowns_of
-from tarsus.identify.walking import WalkRecord, _untold, identify_walk
+from tarsus.identify.walking import WalkRecord, _joined, _untold, identify_walk
 from tarsus.model.scene import Provenance, Scene, Source
 from tarsus.solve.outputs import Output
 
@@ -192,3 +193,12 @@ def test_rough_ground_is_known_or_leaves_nothing_determined(known: bool) -> None
         assert found.jump < 2.0 and sigma.max() < 3.5 and sum(sure) > 8
     else:
         assert found.jump > 2.5 and not any(sure)
+
+
+def test_a_window_that_is_not_followed_is_joined_to_the_one_before_it_in_its_record() -> None:
+    edges = [(0, 0.0, 0.1), (0, 0.1, 0.2), (0, 0.2, 0.3), (1, 0.0, 0.1), (1, 0.1, 0.2)]
+    windows = [Segment(number, a, (a, b), np.zeros(2), np.ones(2)) for number, a, b in edges]
+    joined = _joined(windows, np.array([True, False, False, False, True]))
+    assert [(one.record, one.begin, one.span) for one in joined] == [
+        (0, 0.0, (0.0, 0.3)), (1, 0.0, (0.0, 0.1)), (1, 0.1, (0.1, 0.2)),
+    ]  # fmt: skip
