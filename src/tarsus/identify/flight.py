@@ -213,15 +213,15 @@ class FlightProblem:
 
     def _drive(self) -> None:
         """Force of the drive along the flights, and beside their first samples; held before and after the record."""
+        firsts = [max(one.first - one.before - _REACH, 0) for one in self.items]
         if self.stretches is None:
-            firsts = [max(one.first - one.before - _REACH, 0) for one in self.items]
             self.stretches = Stretches([
                 (self.volts[one.trace], first, one.last + 1 + one.after - first)
                 for one, first in zip(self.items, firsts, strict=True)
             ])  # fmt: skip
         force, reach = self.stretches.force(self.model.law, self.model.history), SUBSTEPS * _REACH
         low, high = (ends[:, None] for ends in self.stretches.ends)
-        begun = np.array([one.first - max(one.first - one.before - _REACH, 0) for one in self.items])[:, None]
+        begun = np.array([one.first for one in self.items])[:, None] - np.array(firsts)[:, None]
         self.drive, self.near = list[Floats](), list[Floats]()
         for side, counts in zip(self.sides, self.counts, strict=True):
             way = -1 if side.back else 1

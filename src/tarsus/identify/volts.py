@@ -3,7 +3,7 @@ them."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
@@ -101,21 +101,19 @@ class Stretches:
 
     def force(self, law: VoltageLaw, history: tuple[float, ...]) -> Floats:
         """Force [N] at the even places of all parts."""
-        past = [(*history, *before.tolist()) for before, _, _ in self.parts]
         if not isinstance(law, PrandtlIshlinskii):
-            return np.concatenate([
-                law.force(levels, seen)[grid]
-                for (_, levels, grid), seen in zip(self.parts, past, strict=True)
-            ])  # fmt: skip
+            return self._along(law.force, history)
         place = law.thresholds, history
         if self.plays is None or self.plays[0] != place:  # they are the same whatever the plays weigh
             volts = np.concatenate([levels[grid] for _, levels, grid in self.parts])
-            states = np.concatenate([
-                law.states(levels, seen)[grid]
-                for (_, levels, grid), seen in zip(self.parts, past, strict=True)
-            ])  # fmt: skip
-            self.plays = place, volts, states
+            self.plays = place, volts, self._along(law.states, history)
         return law.force_with(*self.plays[1:])
+
+    def _along(self, of: Callable[[Floats, tuple[float, ...]], Floats], history: tuple[float, ...]) -> Floats:
+        """What a law makes of the volts of each part and those before, at the even places."""
+        return np.concatenate([
+            of(levels, (*history, *before.tolist()))[grid] for before, levels, grid in self.parts
+        ])  # fmt: skip
 
 
 def jumps_of(volts: Floats) -> NDArray[np.intp]:

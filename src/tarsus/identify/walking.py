@@ -259,9 +259,8 @@ def identify_walk(
             problem, moved = _respread(problem, fit)
         fit = solve_tied(problem, segments, moved, ties, rounds=TIES)
         for _ in range(JOINED):
-            good = left_of(fit) < most_of(problem, fit.segments, FOLLOWED)
-            joined = _joined(fit.segments, good)
-            if len(joined) == len(good):
+            joined = _joined(fit.segments, _good(problem, fit))
+            if len(joined) == len(fit.segments):
                 break
             other = solve_tied(problem, joined, fit.moved, ties, rounds=TIES)
             if _lost(problem, other) >= _lost(problem, fit):
@@ -271,10 +270,7 @@ def identify_walk(
     assert fit is not None
     paths, prior = tuple(spread), np.array(list(spread.values()))
     ends = [[one.span for one in segments if one.record == k] for k in range(len(records))]
-    residuals, good = (
-        _residuals(problem, segments, fit.moved),
-        left_of(fit) < most_of(problem, segments, FOLLOWED),
-    )
+    residuals, good = _residuals(problem, segments, fit.moved), _good(problem, fit)
     return WalkFit(
         paths, np.array([fit.values[path] for path in paths]),
         (fit.covariance + np.outer(fit.ahead, fit.ahead))[: len(paths), : len(paths)] * np.outer(prior, prior)
@@ -297,10 +293,14 @@ def _joined(segments: Sequence[Segment], good: NDArray[np.bool_]) -> list[Segmen
     return out
 
 
+def _good(problem: RecordProblem, fit: RecordFit) -> NDArray[np.bool_]:
+    """Windows (nw,) that are followed to their noise."""
+    return left_of(fit) < most_of(problem, fit.segments, FOLLOWED)
+
+
 def _lost(problem: RecordProblem, fit: RecordFit) -> float:
     """Samples in windows that are not followed."""
-    good = left_of(fit) < most_of(problem, fit.segments, FOLLOWED)
-    return float(samples_of(problem, fit.segments) @ np.logical_not(good))
+    return float(samples_of(problem, fit.segments) @ np.logical_not(_good(problem, fit)))
 
 
 def _taken_up(problem: RecordProblem, records: Sequence[WalkRecord]) -> tuple[list[Segment], Floats]:
