@@ -8,8 +8,8 @@ import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import scene_name
+from tarsus.formats.uff import SystemOfUnits, data_sets, freedom_name, is_uff
 from tarsus.model.structure.modal import Modal
-from tarsus.records.readers.uff import SystemOfUnits, data_sets, freedom_name, is_uff
 
 _NORMAL = 2
 """Analysis type of normal modes."""

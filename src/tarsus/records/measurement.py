@@ -321,41 +321,6 @@ def _channel_problems(channels: Sequence[Channel], values: Floats) -> list[str]:
     return problems
 
 
-def sampling_step(time: ArrayLike, resolution: float = 0.0) -> float:
-    """Step [s] of evenly sampled times (ns,).
-
-    Parameters
-    ----------
-    time
-        Times [s].
-    resolution
-        Step of the digits the times were written in [s]; each may be off by that much.
-
-    Raises
-    ------
-    InputError
-        If a time is not finite, the times do not increase, or they are not evenly spaced within 1 % of a step.
-    """
-    times = np.asarray(time, dtype=float)
-    if times.ndim != 1 or len(times) < 2:
-        raise InputError(f"expected at least 2 times, got an array of shape {times.shape}")
-    if not np.all(np.isfinite(times)):
-        bad = int(np.flatnonzero(~np.isfinite(times))[0])
-        raise InputError(f"the time column has no finite number at sample {bad}")
-    step = float((times[-1] - times[0]) / (len(times) - 1))
-    steps = np.diff(times)
-    if step <= 0.0 or np.any(steps <= 0.0):
-        bad = int(np.flatnonzero(steps <= 0.0)[0]) if np.any(steps <= 0.0) else 0
-        raise InputError(f"the times do not increase at sample {bad + 1}")
-    off = np.abs(steps - step)
-    if off.max() > 0.01 * step + 2.0 * resolution:
-        bad = int(np.argmax(off))
-        raise InputError(
-            f"the sampling is not even: the step is {step:g} s on average and {steps[bad]:g} s after sample {bad}"
-        )
-    return step
-
-
 def check_sampled_together(first: Measurement, second: Measurement, names: Sequence[str]) -> None:
     """Raise InputError unless two measurements have the named channels, of the same quantity, at the same step."""
     problems = []

@@ -13,8 +13,9 @@ from nptdms import ChannelObject, TdmsWriter
 from scipy.io import netcdf_file, savemat
 
 import tarsus as ts
+from tarsus.formats import raw
 from tarsus.records.measurement import Quantity
-from tarsus.records.readers import raw, read_measurement, read_response
+from tarsus.records.readers import read_measurement, read_response
 
 TIME = 0.25 + 1e-3 * np.arange(200)
 RANDOM = np.random.default_rng(2)

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import tarsus as ts
+from tarsus.formats.unit_names import frequency_factor, ratio_of, scaled, time_factor
 from tarsus.records.clipping import clipped_samples
 from tarsus.records.measurement import Quantity
 from tarsus.records.readers import read_measurement, read_response
-from tarsus.records.readers.unit_names import frequency_factor, ratio_of, scaled, time_factor
 
 N = np.arange(2000)
 

@@ -1,4 +1,4 @@
-"""Files of vibrometers and recorders: one file a format, and two functions that find the right one."""
+"""Records and responses of the files of vibrometers and recorders, in SI."""
 
 from __future__ import annotations
 
@@ -6,40 +6,14 @@ import os
 from pathlib import Path
 from typing import Any
 
-from tarsus.base.errors import InputError
 from tarsus.base.spec import validate
+from tarsus.formats import content_of
 from tarsus.records.measurement import FrequencyResponse, Measurement
 from tarsus.records.readers.choices import ChannelChoice, Choices
-from tarsus.records.readers.hdf import is_hdf, is_netcdf_classic, read_hdf, read_netcdf_classic
-from tarsus.records.readers.lvm import is_lvm, read_lvm
-from tarsus.records.readers.mat import is_mat, read_mat
-from tarsus.records.readers.raw import RawFile, read_bytes
 from tarsus.records.readers.record import measurement_of
 from tarsus.records.readers.response import response_of
-from tarsus.records.readers.tdms import is_tdms, read_tdms
-from tarsus.records.readers.text import read_text
-from tarsus.records.readers.uff import is_uff, read_uff
 
 __all__ = ["ChannelChoice", "Choices", "read_measurement", "read_response"]
-
-_POLYTEC = (
-    "a binary file of the Polytec software; export it there as Universal File Format (UFF 58) or as ASCII"
-)
-_ELSEWHERE = {
-    ".svd": _POLYTEC,
-    ".pvd": _POLYTEC,
-    ".xls": "a spreadsheet; save the sheet as CSV",
-    ".xlsx": "a spreadsheet; save the sheet as CSV",
-    ".ods": "a spreadsheet; save the sheet as CSV",
-    ".npz": "an archive of numpy; write its arrays with scipy.io.savemat or as HDF5",
-    ".npy": "an array of numpy, without names and units; write it with scipy.io.savemat or as HDF5",
-    ".wav": "a sound file, whose numbers have no unit; export the record with its units as UFF 58 or CSV",
-    ".tdm": "the header of a TDM/TDX pair; save it as TDMS",
-    ".tdx": "the numbers of a TDM/TDX pair; save it as TDMS",
-}
-_KNOWN = "UFF 55/58/58b, MATLAB, HDF5, NetCDF, TDMS, LVM, CSV or ASCII"
-_HEAD = 4096
-"""Bytes that tell the format: headers name it at their beginning."""
 
 
 def read_measurement(path: str | os.PathLike[str], **choices: Any) -> Measurement:
@@ -65,7 +39,7 @@ def read_measurement(path: str | os.PathLike[str], **choices: Any) -> Measuremen
         that are uneven or contradict the header, clipped channels, a missing drive, channels of unknown unit. Each is
         a sentence with the file, the channel and the cause.
     """
-    return measurement_of(_content(Path(path)), validate(Choices, choices))
+    return measurement_of(content_of(Path(path)), validate(Choices, choices))
 
 
 def read_response(path: str | os.PathLike[str], **choices: Any) -> FrequencyResponse:
@@ -83,38 +57,4 @@ def read_response(path: str | os.PathLike[str], **choices: Any) -> FrequencyResp
     InputError
         As `read_measurement`.
     """
-    return response_of(_content(Path(path)), validate(Choices, choices))
-
-
-def _content(path: Path) -> RawFile:
-    """Series of a file, by the format that its first bytes show."""
-    if path.is_dir():
-        raise InputError(f"{path} is a folder; name a file in it")
-    if path.suffix == ".toml" and path.is_file():
-        raise InputError(f"{path.name} is a description (TOML), no record")
-    content = read_bytes(path)
-    head = content[:_HEAD]
-    if not content:
-        raise InputError(f"{path.name} is empty")
-    for is_it, read in (
-        (is_mat, read_mat),
-        (is_hdf, read_hdf),
-        (is_netcdf_classic, read_netcdf_classic),
-        (is_tdms, read_tdms),
-        (is_lvm, read_lvm),
-        (is_uff, read_uff),
-    ):
-        if is_it(head):
-            return read(path, content)
-    suffix = path.suffix.lower()
-    if suffix in _ELSEWHERE:
-        raise InputError(f"{path.name} is {_ELSEWHERE[suffix]}")
-    if suffix == ".mat":
-        return read_mat(path, content)  # version 4 has no signature
-    if suffix in (".uff", ".unv", ".ufb", ".lvm", ".tdms", ".h5", ".hdf5", ".nc"):
-        raise InputError(
-            f"{path.name} is not what its name says: its content is damaged or truncated at the start"
-        )
-    if b"\0" in head and not head.startswith((b"\xff\xfe", b"\xfe\xff")):
-        raise InputError(f"{path.name} is a binary file of no known format; export it as one of: {_KNOWN}")
-    return read_text(path, content)
+    return response_of(content_of(Path(path)), validate(Choices, choices))

@@ -58,3 +58,8 @@ class Choices(Description):
     input_unit: str | None = Field(
         default=None, min_length=1, description="unit of the input of the responses"
     )
+
+    @property
+    def groups(self) -> set[str]:
+        """Groups of the file that the chosen channels are in, by their names."""
+        return {name.rpartition("/")[0] for name in self.channels}

@@ -8,11 +8,11 @@ import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
+from tarsus.formats.axes import Sampling, axis_series, check_declared, even, series_axis
+from tarsus.formats.raw import Domain, RawFile, RawSeries, Role
 from tarsus.records.clipping import clipped_samples
 from tarsus.records.measurement import Measurement, Quantity
-from tarsus.records.readers.axes import Sampling, axis_series, check_declared, even, series_axis
 from tarsus.records.readers.choices import Choices
-from tarsus.records.readers.raw import Domain, RawFile, RawSeries, Role
 from tarsus.records.readers.selecting import (
     Selected,
     channel_of,
@@ -32,7 +32,7 @@ def measurement_of(raw: RawFile, choices: Choices) -> Measurement:
     InputError
         With every fault found: file, channel and cause.
     """
-    column = None if choices.step is not None else axis_series(raw, choices, Domain.TIME)
+    column = None if choices.step is not None else axis_series(raw, Domain.TIME, choices.axis, choices.groups)
     candidates = [
         one
         for one in raw.series
@@ -140,7 +140,7 @@ def _sampling(
         notes = check_declared(raw, used, choices.step, 0.0, True, "the step that was given")
         return Sampling(choices.step, 0.0), notes
     if column is not None:
-        axis = series_axis(raw, column, choices, Domain.TIME)
+        axis = series_axis(raw, column, Domain.TIME, choices.axis_unit, choices.axis is not None)
         sampling = even(raw.source, axis.values[:length], axis.resolution)
         shown = f"the column '{column.name}'"
         resolution = axis.resolution / max(length - 1, 1)

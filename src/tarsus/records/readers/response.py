@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
+from tarsus.formats.axes import axis_series, series_axis
+from tarsus.formats.raw import Axis, Domain, RawFile, RawSeries, Reference, Role
+from tarsus.formats.unit_names import Scaled, ratio_of, scaled
 from tarsus.records.measurement import Channel, FrequencyResponse
-from tarsus.records.readers.axes import axis_series, series_axis
 from tarsus.records.readers.choices import ChannelChoice, Choices
 from tarsus.records.readers.complexes import with_chosen_parts
-from tarsus.records.readers.raw import Axis, Domain, RawFile, RawSeries, Reference, Role
 from tarsus.records.readers.selecting import (
     Selected,
     channel_of,
@@ -24,7 +25,6 @@ from tarsus.records.readers.selecting import (
     scaled_series,
     unit_note,
 )
-from tarsus.records.readers.unit_names import Scaled, ratio_of, scaled
 
 _ONE_INPUT = "input"
 """Name of the input of a file that names none."""
@@ -197,13 +197,13 @@ def _lines(raw: RawFile, choices: Choices, used: Sequence[RawSeries]) -> tuple[A
         if other:
             raise InputError(other)
         return own[0], []
-    column = axis_series(raw, choices, Domain.FREQUENCY)
+    column = axis_series(raw, Domain.FREQUENCY, choices.axis, choices.groups)
     if column is None:
         raise InputError(
             f"{raw.source} says no frequencies; give frequency_step (lines from 0 Hz), or the series of "
             "frequencies with axis"
         )
-    return series_axis(raw, column, choices, Domain.FREQUENCY), []
+    return series_axis(raw, column, Domain.FREQUENCY, choices.axis_unit, choices.axis is not None), []
 
 
 def _bad_zero(found: Sequence[_Response], axis: Axis) -> bool:

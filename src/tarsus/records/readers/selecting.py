@@ -10,10 +10,10 @@ import numpy as np
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.base.units import parse_quantity
+from tarsus.formats.raw import RawFile, RawSeries, truncated
+from tarsus.formats.unit_names import Scaled, scaled
 from tarsus.records.measurement import Channel
 from tarsus.records.readers.choices import ChannelChoice, Choices
-from tarsus.records.readers.raw import RawFile, RawSeries, truncated
-from tarsus.records.readers.unit_names import Scaled, scaled
 
 
 @dataclass(frozen=True)

@@ -1,18 +1,16 @@
-"""The axis of a record: which series it is, and whether it agrees with what the header says."""
+"""The axis of what a file holds: which series it is, whether it is even, and whether it agrees with the header."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.records.measurement import sampling_step
-from tarsus.records.readers.choices import Choices
-from tarsus.records.readers.raw import Axis, Declared, Domain, RawFile, RawSeries
-from tarsus.records.readers.unit_names import frequency_factor, time_factor
+from tarsus.formats.raw import Axis, Declared, Domain, RawFile, RawSeries
+from tarsus.formats.unit_names import frequency_factor, time_factor
 
 _NAMES = {
     Domain.TIME: {
@@ -57,22 +55,25 @@ class Sampling(NamedTuple):
     start: float
 
 
-def axis_series(raw: RawFile, choices: Choices, domain: Domain) -> RawSeries | None:
+def axis_series(
+    raw: RawFile, domain: Domain, chosen: str | None = None, groups: Collection[str] = ()
+) -> RawSeries | None:
     """The series of times or frequencies: the one chosen, or the only one that its unit tells, or its name.
+
+    groups: those of the channels that are read, told from their names; an axis in the only group is nearer.
 
     Raises
     ------
     InputError
         If the one chosen is not there, or several are possible.
     """
-    if choices.axis is not None:
-        return raw.named(choices.axis)
+    if chosen is not None:
+        return raw.named(chosen)
     found = [one for one in raw.series if _is_axis(one, domain)]
     named = [one for one in found if _has_name(one, domain)]
     if len(found) > 1 and len(named) == 1:
         return named[0]
-    groups = {name.rpartition("/")[0] for name in choices.channels}
-    beside = [one for one in found if {one.name.rpartition("/")[0]} == groups]
+    beside = [one for one in found if {one.name.rpartition("/")[0]} == set(groups)]
     if len(found) > 1 and len(beside) == 1:
         return beside[0]
     if len(found) > 1:
@@ -93,8 +94,10 @@ def _has_name(series: RawSeries, domain: Domain) -> bool:
     return series.name.rpartition("/")[2].rpartition(".")[2].strip().lower() in _NAMES[domain]
 
 
-def series_axis(raw: RawFile, series: RawSeries, choices: Choices, domain: Domain) -> Axis:
-    """A series of the file as axis, in SI.
+def series_axis(
+    raw: RawFile, series: RawSeries, domain: Domain, unit: str | None = None, chosen: bool = False
+) -> Axis:
+    """A series of the file as axis, in SI; unit: the one given, in place of the file's; chosen: by its name.
 
     Raises
     ------
@@ -103,16 +106,54 @@ def series_axis(raw: RawFile, series: RawSeries, choices: Choices, domain: Domai
     """
     if np.iscomplexobj(series.values):
         raise InputError(f"{raw.source}: '{series.name}' is complex and cannot be the axis")
-    unit = choices.axis_unit or series.unit or _SI[domain]
-    factor = _FACTOR[domain](unit)
-    if factor is None and choices.axis_unit is None and choices.axis is not None:
+    said = unit or series.unit or _SI[domain]
+    factor = _FACTOR[domain](said)
+    if factor is None and unit is None and chosen:
         factor = 1.0  # chosen by name: a label that is no unit does not overrule it
     if factor is None:
         raise InputError(
-            f"{raw.source}: the axis '{series.name}' is in '{unit}', which is no unit of "
+            f"{raw.source}: the axis '{series.name}' is in '{said}', which is no unit of "
             f"{'time' if domain is Domain.TIME else 'frequency'}; give axis_unit"
         )
     return Axis(domain, series.values.astype(float) * factor, series.resolution * factor)
+
+
+def sampling_step(time: ArrayLike, resolution: float = 0.0) -> float:
+    """Step [s] of evenly sampled times (ns,).
+
+    Parameters
+    ----------
+    time
+        Times [s].
+    resolution
+        Step of the digits the times were written in [s]; each may be off by that much.
+
+    Raises
+    ------
+    InputError
+        If a time is not finite, the times do not increase, or they are not evenly spaced within 1 % of a step and the
+        rounding of their digits.
+    """
+    times = np.asarray(time, dtype=float)
+    if times.ndim != 1 or len(times) < 2:
+        raise InputError(f"expected at least 2 times, got an array of shape {times.shape}")
+    if not np.all(np.isfinite(times)):
+        bad = int(np.flatnonzero(~np.isfinite(times))[0])
+        raise InputError(f"the time column has no finite number at sample {bad}")
+    resolution += float(np.spacing(np.max(np.abs(times))))  # seconds since 1970 in double precision: 0.24 us
+    step = float((times[-1] - times[0]) / (len(times) - 1))
+    steps = np.diff(times)
+    back = steps < 0.0 if 0.0 < step < resolution else steps <= 0.0  # finer than its digits, times repeat
+    if step <= 0.0 or np.any(back):
+        bad = int(np.flatnonzero(back)[0]) if np.any(back) else 0
+        raise InputError(f"the times do not increase at sample {bad + 1}")
+    off = np.abs(steps - step)
+    if off.max() > 0.01 * step + 2.0 * resolution:
+        bad = int(np.argmax(off))
+        raise InputError(
+            f"the sampling is not even: the step is {step:g} s on average and {steps[bad]:g} s after sample {bad}"
+        )
+    return step
 
 
 def even(source: str, times: NDArray[np.float64], resolution: float) -> Sampling:

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from tarsus.base.errors import InputError
-from tarsus.records.readers.raw import Axis, Domain, RawFile, RawSeries, Reference, Role, truncated
-from tarsus.records.readers.unit_names import frequency_factor, scaled, time_factor
+from tarsus.formats.raw import Axis, Domain, RawFile, RawSeries, Reference, Role, truncated
+from tarsus.formats.unit_names import frequency_factor, scaled, time_factor
 
 _MARK = b"-1"
 _UNITS = {8: "m", 9: "N", 11: "m/s", 12: "m/s^2", 13: "N", 17: "s", 18: "Hz"}

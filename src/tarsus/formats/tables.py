@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from tarsus.records.readers.raw import Declared, RawFile, RawSeries
+from tarsus.formats.raw import Declared, RawFile, RawSeries
 
 _RATES = {
     "fs",

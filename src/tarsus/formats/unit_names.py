@@ -9,8 +9,8 @@ from typing import NamedTuple
 from scipy.constants import g as _GRAVITY
 
 from tarsus.base.errors import InputError
+from tarsus.base.quantities import Quantity
 from tarsus.base.units import parse_unit
-from tarsus.records.measurement import Quantity
 
 
 class Scaled(NamedTuple):

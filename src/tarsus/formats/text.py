@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.records.readers.complexes import is_decibel, joined, phase_factor
-from tarsus.records.readers.numerals import (
+from tarsus.formats.numerals import (
     check_ending,
     column_of,
     column_step,
@@ -22,8 +21,9 @@ from tarsus.records.readers.numerals import (
     text_of,
     whole_table,
 )
-from tarsus.records.readers.raw import Declared, RawFile, RawSeries, Role
-from tarsus.records.readers.unit_names import frequency_factor, ratio_of, scaled, time_factor
+from tarsus.formats.parts import is_decibel, joined, phase_factor
+from tarsus.formats.raw import Declared, RawFile, RawSeries, Role
+from tarsus.formats.unit_names import frequency_factor, ratio_of, scaled, time_factor
 
 _SEPARATORS = ("\t", ";", ",", None)
 _LONGEST_HEADER = 2000

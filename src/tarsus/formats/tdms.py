@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from tarsus.base.errors import InputError
-from tarsus.records.readers.raw import Axis, Declared, Domain, RawFile, RawSeries, parsing
+from tarsus.formats.raw import Axis, Declared, Domain, RawFile, RawSeries, parsing
 
 _LEAD_IN = 28
 """Bytes before a segment, by the format."""

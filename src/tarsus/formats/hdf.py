@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from tarsus.records.readers.raw import RawFile, check_values, parsing
-from tarsus.records.readers.tables import Array, file_of
+from tarsus.formats.raw import RawFile, check_values, parsing
+from tarsus.formats.tables import Array, file_of
 
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 

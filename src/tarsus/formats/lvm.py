@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from tarsus.base.errors import InputError
-from tarsus.records.readers.numerals import check_ending, column_of, column_step, digit_step, number, text_of
-from tarsus.records.readers.raw import Axis, Declared, Domain, RawFile, RawSeries
+from tarsus.formats.numerals import check_ending, column_of, column_step, digit_step, number, text_of
+from tarsus.formats.raw import Axis, Declared, Domain, RawFile, RawSeries
 
 _START = b"LabVIEW Measurement"
 _END = "***End_of_Header***"

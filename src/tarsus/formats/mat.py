@@ -11,9 +11,9 @@ from typing import Any, Literal
 import numpy as np
 
 from tarsus.base.errors import InputError
-from tarsus.records.readers.hdf import is_hdf, values_in
-from tarsus.records.readers.raw import RawFile, check_values, parsing
-from tarsus.records.readers.tables import Array, file_of
+from tarsus.formats.hdf import is_hdf, values_in
+from tarsus.formats.raw import RawFile, check_values, parsing
+from tarsus.formats.tables import Array, file_of
 
 _HEADER = 128
 """Bytes, by the format (MAT-File Level 5), as the next two."""
