@@ -10,6 +10,8 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import pytest
 from hypothesis import settings
 
+from heavy import Scale, mark
+
 settings.register_profile("repeatable", derandomize=True, deadline=None, max_examples=40)
 settings.register_profile("search", max_examples=2000, deadline=None)
 settings.load_profile("repeatable")
@@ -20,6 +22,7 @@ gc.set_threshold(100_000)
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--last-bit", type=int, metavar="SEED", help="move linear algebra by its last bit")
+    parser.addoption("--weigh", metavar="FILE", help="add the CPU time of each case to FILE")
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -27,6 +30,13 @@ def pytest_configure(config: pytest.Config) -> None:
         from last_bit import install
 
         install(seed)
+    if file := config.getoption("--weigh"):
+        config.pluginmanager.register(Scale(file))
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    mark(items)
 
 
 def pytest_report_header(config: pytest.Config) -> str:

@@ -24,8 +24,27 @@ def test_the_readme_has_exactly_two_set_up_commands():
 
 def test_ci_takes_its_test_command_from_the_readme():
     script = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
-    assert "readme_command test" in script
+    assert 'step "README, tests" readme test' in script and 'readme_command "$1"' in script
     assert os.access(ROOT / ".ci" / "run", os.X_OK)
+
+
+def test_every_lane_is_run_by_one_of_the_two_scripts():
+    options = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["pytest"]["ini_options"]
+    lanes = [one.split(":")[0] for one in options["markers"]]
+    scripts = "".join((ROOT / ".ci" / name).read_text(encoding="utf-8") for name in ("run", "all"))
+    for lane in lanes:
+        assert f"not {lane}" in options["addopts"], f"{lane} runs by default"
+        assert re.search(rf"(-m|PYTEST}}) \"?(\w+ or )*{lane}\b", scripts), f"no script of .ci runs {lane}"
+
+
+def test_the_list_of_heavy_tests_names_tests():
+    listed = (ROOT / "tests" / "heavy.txt").read_text(encoding="utf-8").splitlines()
+    assert listed == sorted(set(listed))
+    sources = {}
+    for case in listed:
+        file, *_, function = case.split("[")[0].split("::")
+        text = sources.setdefault(file, (ROOT / "tests" / file).read_text(encoding="utf-8"))
+        assert re.search(rf"^\s*(async )?def {function}\(", text, re.MULTILINE), case
 
 
 def test_constraints_pin_every_dependency_and_no_place():
