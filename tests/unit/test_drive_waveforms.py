@@ -159,20 +159,36 @@ def test_natural_spline_is_scipys() -> None:
     np.testing.assert_allclose(evaluate(pieces, t), wanted, rtol=0, atol=1e-12)
 
 
-@pytest.mark.parametrize("suffix", ["csv", "header", "named", "npz", "mat"])
-def test_samples_from_a_file(tmp_path: Path, suffix: str) -> None:
+SAMPLES = {
+    "bare.csv": "0,1\n0.1,-2\n0.25,3.5\n",
+    "comment.csv": "# a comment\nt [s]; V\n0;1\n0.1;-2\n\n0.25;3.5\n",
+    "units.csv": "time (ms),drive (mV)\n0,1000\n100,-2000\n250,3500\n",
+    "decimal commas.csv": "Zeit;Kanal A\n(ms);(mV)\n\n0,0;1000,0\n100,0;-2000,0\n250,0;3500,0\n",
+    "quotes.csv": '"Time, s","Drive, V"\n"0,00","1,0"\n"0,10","-2,0"\n"0,25","3,5"\n',
+    "beside others.txt": "tip (mm/s)\tdrive (V)\tt (s)\n9\t1\t0\n9\t-2\t0.1\n9\t3.5\t0.25\n",
+    "utf-16.csv": "time (s),drive (V)\n0,1\n0.1,-2\n0.25,3.5\n",
+    "late.csv": "time (s),drive (V)\n5,1\n5.1,-2\n5.25,3.5\n",
+    "before a trigger.csv": "time (s),drive (V)\n-0.1,1\n0,-2\n0.15,3.5\n",
+}
+
+
+@pytest.mark.parametrize("name", [*SAMPLES, "named.csv", "record.npz", "record.mat", "record.h5"])
+def test_samples_from_a_file(tmp_path: Path, name: str) -> None:
     times, levels = np.array([0.0, 0.1, 0.25]), np.array([1.0, -2.0, 3.5])
-    file = tmp_path / f"record.{'csv' if suffix in ('header', 'named') else suffix}"
-    columns = {}
-    if suffix == "csv":
-        file.write_text("0,1\n0.1,-2\n0.25,3.5\n")
-    elif suffix == "header":
-        file.write_text("# a comment\nt [s]; V\n0;1\n0.1;-2\n\n0.25;3.5\n")
-    elif suffix == "named":
+    file, columns = tmp_path / name, {}
+    if name in SAMPLES:
+        file.write_text(SAMPLES[name], encoding="utf-16" if "16" in name else "utf-8")
+    elif name == "named.csv":
         file.write_text("probe,clock,drive\n9,0,1\n9,0.1,-2\n9,0.25,3.5\n")
         columns = {"time_column": "clock", "volts_column": "drive"}
-    elif suffix == "npz":
+    elif name == "record.npz":
         np.savez(file, time=times, volts=levels)
+    elif name == "record.h5":
+        import h5py
+
+        with h5py.File(file, "w") as stored:
+            stored.create_dataset("time", data=1e3 * times).attrs["units"] = "ms"
+            stored.create_dataset("drive", data=1e3 * levels).attrs["units"] = "mV"
     else:
         from scipy.io import savemat
 
@@ -180,11 +196,24 @@ def test_samples_from_a_file(tmp_path: Path, suffix: str) -> None:
     raw = {"kind": "sampled", "file": file.name, **columns}
     wave = validate(Sampled, raw, context={"folder": tmp_path})
     got_times, got_levels = wave.samples()
-    assert got_times.tolist() == times.tolist()
-    assert got_levels.tolist() == levels.tolist()
+    assert got_times.tolist() == pytest.approx(times.tolist(), abs=1e-15)
+    assert got_levels.tolist() == pytest.approx(levels.tolist())
     again = validate(Sampled, wave.model_dump())  # from any other folder
     assert again == wave
     assert wave.volts(np.array([0.05])).tolist() == pytest.approx([-0.5])
+    assert bool(wave.remarks) is (name in ("late.csv", "before a trigger.csv"))
+
+
+def test_the_clock_of_a_file_does_not_count_unless_its_start_is_given(tmp_path: Path) -> None:
+    file = tmp_path / "late.csv"
+    file.write_text(SAMPLES["late.csv"])
+    said = "late.csv begins at 5 s of its own clock; here its first sample comes at 0 s (start)."
+    assert Sampled(file=str(file)).remarks == (said,)
+    placed = Sampled(file=str(file), start="2 s")
+    assert placed.samples()[0].tolist() == pytest.approx([2.0, 2.1, 2.25])
+    assert not placed.remarks and placed.volts(np.array([1.0])) == [1.0]
+    with pytest.raises(InputError, match="start: is of a file"):
+        Sampled(times=(0.0, 1.0), levels=(0.0, 1.0), start=1.0)
 
 
 def test_a_changed_file_is_read_again(tmp_path: Path) -> None:
@@ -199,30 +228,29 @@ def test_a_changed_file_is_read_again(tmp_path: Path) -> None:
     assert wave.samples()[1].tolist() == [5.0, 6.0]
 
 
-def test_bad_files_are_refused_in_one_sentence(tmp_path: Path) -> None:
-    def problem(file: Path) -> str:
-        with pytest.raises(InputError) as caught:
-            Sampled(file=str(file))
-        assert len(caught.value.problems) == 1
-        return str(caught.value)
-
-    assert "there is no file" in problem(tmp_path / "none.csv")
-    (tmp_path / "a.wav").write_text("x")
-    assert "not a .csv, .npz or .mat file" in problem(tmp_path / "a.wav")
-    (tmp_path / "b.csv").write_text("0,1\n1,fish\n")
-    assert "cannot be read" in problem(tmp_path / "b.csv")
-    (tmp_path / "c.csv").write_text("a,b,c\n0,1,2\n1,1,2\n")
-    assert "no column 'time'" in problem(tmp_path / "c.csv")
-    (tmp_path / "d.csv").write_text("0,1\n2,1\n1,1\n")
-    assert "2.0 s is followed by 1.0 s" in problem(tmp_path / "d.csv")
-    (tmp_path / "e.csv").write_text("\n")
-    assert "no samples" in problem(tmp_path / "e.csv")
-    (tmp_path / "f.csv").write_text("0,1\n1,nan\n")
-    assert "NaN" in problem(tmp_path / "f.csv")
-    np.savez(tmp_path / "g.npz", time=[0.0, 1.0], volt=[0.0, 1.0])
-    assert "no column 'volts'; did you mean 'volt'?" in problem(tmp_path / "g.npz")
-    (tmp_path / "h.mat").write_bytes(b"not a mat file at all")
-    assert "cannot be read" in problem(tmp_path / "h.mat")
+@pytest.mark.parametrize(
+    ("name", "content", "said"),
+    [
+        ("a.wav", b"RIFF", "a.wav is a sound file"),
+        ("b.csv", b"0,1\n1,2\n2,fish\n", "b.csv, line 3: column 'column 2' has 'fish' where a number is expected"),
+        ("c.csv", b"a,b,c\n0,1,2\n1,1,2\n", "c.csv has no column 'volts'; valid names are 'a', 'b', 'c'; name that"),
+        ("d.csv", b"0,1\n2,1\n1,1\n", "2.0 s is followed by 1.0 s"),
+        ("e.csv", b"\n", "e.csv holds no rows of numbers"),
+        ("f.csv", b"0,1\n1,nan\n2,1\n", "expected finite samples, got a NaN"),
+        ("g.csv", b"time (s),drive (mm/s)\n0,1\n1,2\n", "column 'drive' is in 'mm/s', which is no unit of voltage"),
+        ("h.csv", b"time (s),a (V),b (V)\n0,1,1\n1,2,2\n", "h.csv has no column 'volts'"),
+        ("i.mat", b"not a mat file at all", "i.mat is damaged or truncated"),
+        ("j.csv", b"Samples,4\ntime (s),drive (V)\n0,1\n1,2\n", "j.csv is truncated: channel 'drive' has 2 values"),
+    ],
+)
+def test_bad_files_are_refused_in_one_sentence(tmp_path: Path, name: str, content: bytes, said: str) -> None:
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(InputError) as caught:
+        Sampled(file=str(tmp_path / name))
+    assert len(caught.value.problems) == 1
+    assert said in str(caught.value)
+    with pytest.raises(InputError, match="there is no file"):
+        Sampled(file=str(tmp_path / "none.csv"))
 
 
 @pytest.mark.parametrize(

@@ -48,6 +48,19 @@ UNITS = [
         ("3 kHz", "1/s", 3000.0),
         ("4 s^-1", "Hz", 4.0),
         ("1 kΩ", "ohm", 1000.0),
+        ("5 milliseconds", "s", 5e-3),
+        ("5 msec", "s", 5e-3),
+        ("5 usecs", "s", 5e-6),
+        ("2 min", "s", 120.0),
+        ("3 microns/s", "m/s", 3e-6),
+        ("3 Microns per Second", "m/s", 3e-6),
+        ("2 m s-1", "m/s", 2.0),
+        ("2 m.s-2", "m/s^2", 2.0),
+        ("2 N-m", "N m", 2.0),
+        ("50 hz", "Hz", 50.0),
+        ("50 KHz", "Hz", 50e3),
+        ("4 Millivolts", "V", 4e-3),
+        ("4 kilometers", "m", 4e3),
     ],
 )
 def test_parse(text: str | float, unit: str, value: float) -> None:
@@ -68,6 +81,8 @@ def test_parse(text: str | float, unit: str, value: float) -> None:
         ("1e99999999999999999999 m", "m", "finite"),
         ("3 Hx", "Hz", "unknown unit 'Hx', did you mean 'Hz'?"),
         ("3 m^x", "m", "a power is a whole number"),
+        ("3 mhz", "Hz", "unknown unit 'mhz'"),
+        ("3 millimin", "s", "unknown unit 'millimin'"),
         (True, "m", "expected a length (m), got True"),
     ],
 )

@@ -2,8 +2,9 @@
 
 A quantity is a number and a product of unit factors, such as ``"1.747e-15 uN m^2 s"`` or
 ``"3 N/V"``.  Factors are separated by a space, ``*`` or ``·``; ``/`` divides by the one factor after it;
-powers are written ``m^2``, ``m**2`` or ``m²``.  Decimal prefixes shift the decimal exponent of the number
-as text, so ``"70 um"`` is exactly the float ``70e-6``.
+powers are written ``m^2``, ``m**2``, ``m²`` or, as in CF, ``s-1``.  Units may be words: ``"5 milliseconds"``,
+``"3 microns/s"``, ``"meters per second"``.  Decimal prefixes shift the decimal exponent of the number as text, so
+``"70 um"`` is exactly the float ``70e-6``.
 """
 
 from __future__ import annotations
@@ -55,8 +56,21 @@ _PLAIN: dict[str, Unit] = {
     "%": Unit(-2, 1.0, (0, 0, 0, 0, 0, 0)),
     "K": Unit(0, 1.0, (0, 0, 0, 0, 0, 1)),
     "deg": Unit(0, math.pi / 180.0, (0, 0, 0, 0, 1, 0)),
+    "min": Unit(0, 60.0, (0, 0, 1, 0, 0, 0)),
+    "h": Unit(0, 3600.0, (0, 0, 1, 0, 0, 0)),
 }
 """Units that take none."""
+_WORDS = {
+    "meter": "m", "metre": "m", "gram": "g", "gramme": "g", "second": "s", "sec": "s", "ampere": "A", "amp": "A",
+    "radian": "rad", "hertz": "Hz", "newton": "N", "joule": "J", "watt": "W", "pascal": "Pa", "volt": "V",
+    "coulomb": "C", "farad": "F", "ohm": "ohm", "kelvin": "K", "degree": "deg", "percent": "%", "micron": "um",
+    "minute": "min", "hour": "h", "hr": "h", "sekunde": "s", "sekunden": "s",
+}  # fmt: skip
+"""Words for units, in any case, with an s for several."""
+_PREFIX_WORDS = {
+    "femto": "f", "pico": "p", "nano": "n", "micro": "u", "milli": "m", "centi": "c", "kilo": "k", "mega": "M",
+    "giga": "G",
+}  # fmt: skip
 
 _NOUNS = {
     "1": "a pure number",
@@ -102,7 +116,23 @@ _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*
 _SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 
 
-def _simple_unit(name: str) -> Unit:
+def _symbol(name: str) -> str:
+    """Symbol of a unit that is written as a word, such as ``milliseconds``, ``msec`` or ``hz``; else the name."""
+    plain = name.lower()
+    word = next((plain[:-k] if k else plain for k in (0, 1) if (plain[:-k] if k else plain) in _WORDS), "")
+    if word and (plain == word or plain.endswith("s")):
+        return _WORDS[word]
+    for prefix, letter in _PREFIX_WORDS.items():
+        rest = _WORDS.get(plain.removeprefix(prefix).removesuffix("s"), "")
+        if plain.startswith(prefix) and rest in _PREFIXABLE:
+            return letter + rest
+    if plain[1:] in ("sec", "secs") and name[0] in _PREFIXES:
+        return f"{name[0]}s"
+    return {"hz": "Hz", "khz": "kHz", "ghz": "GHz"}.get(plain, name)  # mhz may be either of two
+
+
+def _simple_unit(given: str) -> Unit:
+    name = given if given in _PLAIN or given in _PREFIXABLE else _symbol(given)
     if name in _PLAIN:
         return _PLAIN[name]
     if name in _PREFIXABLE:
@@ -114,7 +144,7 @@ def _simple_unit(name: str) -> Unit:
     near = difflib.get_close_matches(
         name, [*_PREFIXABLE, *_PLAIN, "kg", "um", "mm", "ms", "uN", "mg"], n=1, cutoff=0.5
     )
-    raise InputError(f"unknown unit '{name}'" + (f", did you mean '{near[0]}'?" if near else ""))
+    raise InputError(f"unknown unit '{given}'" + (f", did you mean '{near[0]}'?" if near else ""))
 
 
 @lru_cache(maxsize=512)
@@ -122,7 +152,10 @@ def parse_unit(text: str) -> Unit:
     """Parse a product of unit factors; raises `InputError` for an unknown one."""
     plain = re.sub(r"(?<=[^\W\d_])([⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+)", lambda m: "^" + m[1].translate(_SUPERSCRIPTS), text)
     plain = plain.replace("Ω", "ohm").replace("**", "^").replace("*", " ").replace("·", " ")
+    plain = re.sub(r"(?<=[^\W\d_])(?=[+-]\d)", "^", plain)  # s-1, as CF writes it
+    plain = re.sub(r"(?<=\w)\.(?=[^\W\d_])|(?<=[^\W\d_])-(?=[^\W\d_])", " ", plain)  # m.s-1, N-m
     plain = re.sub(r"\s*\^\s*", "^", plain).replace("/", " / ")
+    plain = re.sub(r"(?<![^\s\d])per(?!\S)", "/", plain)
     exponent, scale, dimension, sign = 0, 1.0, [0] * 6, 1
     for token in plain.split():
         if token == "/":

@@ -11,6 +11,7 @@ from tarsus.base.errors import InputError
 from tarsus.formats.hdf import is_hdf, is_netcdf_classic, read_hdf, read_netcdf_classic
 from tarsus.formats.lvm import is_lvm, read_lvm
 from tarsus.formats.mat import is_mat, read_mat
+from tarsus.formats.npz import is_npz, read_npz
 from tarsus.formats.raw import RawFile, read_bytes
 from tarsus.formats.tdms import is_tdms, read_tdms
 from tarsus.formats.text import read_text
@@ -27,7 +28,6 @@ _ELSEWHERE = {
     ".xls": "a spreadsheet; save the sheet as CSV",
     ".xlsx": "a spreadsheet; save the sheet as CSV",
     ".ods": "a spreadsheet; save the sheet as CSV",
-    ".npz": "an archive of numpy; write its arrays with scipy.io.savemat or as HDF5",
     ".npy": "an array of numpy, without names and units; write it with scipy.io.savemat or as HDF5",
     ".wav": "a sound file, whose numbers have no unit; export the record with its units as UFF 58 or CSV",
     ".tdm": "the header of a TDM/TDX pair; save it as TDMS",
@@ -55,6 +55,7 @@ def content_of(path: Path) -> RawFile:
         (is_tdms, read_tdms),
         (is_lvm, read_lvm),
         (is_uff, read_uff),
+        (is_npz, read_npz),
     ):
         if is_it(head):
             return read(path, content)

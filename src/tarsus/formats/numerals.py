@@ -14,6 +14,8 @@ from tarsus.base.errors import InputError
 
 _DIGITS = re.compile(r"[+-]?\d*(?:\.(\d*))?(?:[eE]([+-]?\d+))?")
 _GAPS = {"nan", "-nan", "+nan", "1.#qnan", "-1.#ind", "--", "n/a", "na", "null"}
+_BEYOND = {"∞", "+∞", "-∞", "1.#inf", "-1.#inf"}
+"""What PicoScope and older C libraries write where a converter was out of its range."""
 
 
 def text_of(content: bytes) -> str:
@@ -37,6 +39,8 @@ def number(text: str, comma: bool = False) -> float:
     plain = text.strip()
     if plain.lower() in _GAPS:
         return math.nan
+    if plain.lower() in _BEYOND:
+        return -math.inf if plain.startswith("-") else math.inf
     return float(plain.replace(",", ".") if comma else plain)
 
 
@@ -46,6 +50,30 @@ def digit_step(text: str, comma: bool = False) -> float:
     if match is None or not any(character.isdigit() for character in text):
         return 0.0
     return 10.0 ** (int(match[2] or 0) - len(match[1] or ""))
+
+
+_ROUND = 4
+"""Digits of a sampling rate that was set by hand: 800 Hz, 51.2 kHz, 1024 Hz."""
+
+
+def rounding_of_step(step: float, digits: float) -> float:
+    """Share by which a sampling step may be off: half of its last digit (``digits``), as 0.000977 stands for 1/1024.
+
+    A step of one digit, of two that end in 5, and one whose rate has four digits at most, are taken for exact: they
+    are what is set by hand.
+    """
+    count = step / digits if digits > 0.0 else 0.0
+    by_hand = count < 9.5 or (count < 99.5 and round(count) % 5 == 0) or _is_round(1.0 / step)
+    return 0.0 if by_hand else 0.5 * digits / step
+
+
+def rounding_of_rate(rate: float, digits: float) -> float:
+    """The same of a sampling rate; one of four digits at most is taken for exact."""
+    return 0.0 if _is_round(rate) or _is_round(1.0 / rate) else 0.5 * digits / rate
+
+
+def _is_round(value: float) -> bool:
+    return abs(float(f"{value:.{_ROUND}g}") / value - 1.0) < 1e-12  # rounding of a quotient and a decimal
 
 
 def column_step(rows: Sequence[Sequence[str]], column: int, comma: bool) -> float:
@@ -125,6 +153,8 @@ def column_of(
 
 def whole_table(lines: Sequence[str], separator: str | None, comma: bool) -> NDArray[np.float64] | None:
     """Numbers of lines that all have the same number of cells, shape (rows, columns); None if they are not that."""
+    if any('"' in line for line in lines[:3]):
+        return None
     plain = [line.replace(",", ".") for line in lines] if comma else lines
     try:
         return np.loadtxt(plain, delimiter=separator, comments=None, ndmin=2)

@@ -44,11 +44,14 @@ class Axis:
 
 @dataclass(frozen=True)
 class Declared:
-    """A sampling step [s] that a header states; where: in which words; resolution: step of its digits [s]."""
+    """A sampling step [s] that a header states; where: in which words; resolution: step of its digits [s]; start [s]:
+    time of the first sample; rounding: share by which the step may be off, since its digits are few."""
 
     where: str
     step: float
     resolution: float = 0.0
+    start: float = 0.0
+    rounding: float = 0.0
 
 
 @dataclass(frozen=True)

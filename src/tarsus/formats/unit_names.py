@@ -20,29 +20,9 @@ class Scaled(NamedTuple):
     factor: float
 
 
-_WORDS = {
-    "volt": "V",
-    "volts": "V",
-    "millivolt": "mV",
-    "newton": "N",
-    "newtons": "N",
-    "inch": "in",
-    "inches": "in",
-    "meter": "m",
-    "meters": "m",
-    "metre": "m",
-    "metres": "m",
-    "sec": "s",
-    "second": "s",
-    "seconds": "s",
-    "hertz": "Hz",
-    "ampere": "A",
-    "amperes": "A",
-    "degree": "deg",
-    "degrees": "deg",
-    "radian": "rad",
-    "radians": "rad",
-}
+_INCHES = {"inch": "in", "inches": "in", "foot": "ft", "feet": "ft"}
+_SMALL = {"v": "V", "mv": "mV", "uv": "uV", "kv": "kV", "ma": "mA", "ua": "uA"}
+"""Symbols that some instruments write in small letters, where no other unit can be meant."""
 _MOTIONS = (Quantity.DISPLACEMENT, Quantity.VELOCITY, Quantity.ACCELERATION)
 _POUND_FORCE = 4.4482216152605
 """Newtons of a pound-force, by definition."""
@@ -69,7 +49,7 @@ def scaled(text: str) -> Scaled | None:
     plain = _plain(text)
     if plain.lower() in _GRAVITIES:
         return Scaled(Quantity.ACCELERATION, _GRAVITY)
-    imperial = _IMPERIAL.get(plain.replace(" ", "").lower())
+    imperial = _IMPERIAL.get(re.sub("sec$", "s", plain.replace(" ", "").lower()))
     if imperial is not None:
         return Scaled(*imperial)
     for quantity in Quantity:
@@ -95,8 +75,9 @@ def ratio_of(text: str) -> tuple[Scaled, Scaled] | None:
 
 
 def time_factor(text: str) -> float | None:
-    """SI factor of a unit of time, or None."""
-    return _factor(_plain(text), "s")
+    """SI factor of a unit of time, or None; ``S`` alone, which some oscilloscopes write, is the second."""
+    plain = _plain(text)
+    return _factor("s" if plain == "S" else plain, "s")
 
 
 def frequency_factor(text: str) -> float | None:
@@ -106,9 +87,10 @@ def frequency_factor(text: str) -> float | None:
 
 
 def _plain(text: str) -> str:
-    """A unit in the spelling of `tarsus.base.units`: no brackets, words as symbols, ``s2`` as ``s^2``."""
+    """A unit in the spelling of `tarsus.base.units`: no brackets, small letters mended, ``s2`` as ``s^2``."""
     plain = re.sub(r"[\[\]()]", " ", text).replace("\N{DEGREE SIGN}", "deg").strip()
-    plain = re.sub(r"[A-Za-z]+", lambda m: _WORDS.get(m[0].lower(), m[0]), plain)
+    plain = _SMALL.get(plain, plain)
+    plain = re.sub(r"[A-Za-z]+", lambda m: _INCHES.get(m[0].lower(), m[0]), plain)
     return re.sub(r"(?<=[A-Za-z])([23])(?!\d)", r"^\1", plain)
 
 

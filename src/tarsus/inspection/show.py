@@ -140,7 +140,7 @@ def check(name: Name, *, law: Sequence[Name] = ()) -> View:
     match kind:
         case FileKind.DEVICE | FileKind.SCENE:
             scene = load_scene(name, laws=laws)
-            contents, noted = _scene(scene), remarks(scene)
+            contents, noted = _scene(scene), [*remarks(scene), *scene.signal_remarks]
         case FileKind.CAMPAIGN:
             contents, noted = _campaign(name)
         case FileKind.SWEEP:

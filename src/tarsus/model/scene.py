@@ -210,6 +210,11 @@ class Scene(Description):
         return {name: legs[foot.point].y for name, foot in self.robot.feet.items() if legs}
 
     @property
+    def signal_remarks(self) -> tuple[str, ...]:
+        """Sentences on signals that are played otherwise than their files may seem to say, with their paths."""
+        return tuple(f"signals.{name}: {said}" for name, one in self.signals.items() for said in one.remarks)
+
+    @property
     def waveforms(self) -> Mapping[str, Waveform]:
         """Commanded volts of each drive: those of the gait, and over them the signals; without any it is 0 V."""
         layout = None if self.gait is None else self.robot.layout()

@@ -144,8 +144,9 @@ class Run:
     @property
     def remarks(self) -> tuple[str, ...]:
         """Sentences on what the run left that its model assumes: feet in averaged contact, and for each turn of a
-        walker's body, seen at the marks, beyond small angles."""
-        return (*self._averaged(), *self._turned())
+        walker's body, seen at the marks, beyond small angles; and on signals that are played otherwise than their files
+        say."""
+        return (*self._averaged(), *self._turned(), *self.scene.signal_remarks)
 
     def _averaged(self) -> tuple[str, ...]:
         """What is counted as contact though the foot bounces on, foot by foot."""

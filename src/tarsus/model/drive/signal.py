@@ -16,6 +16,11 @@ class Signal(Description, ABC):
     """Base of the waveforms: a voltage [V] of time t >= 0 [s]."""
 
     @property
+    def remarks(self) -> tuple[str, ...]:
+        """Sentences on what is read otherwise than a reader of the description may think."""
+        return ()
+
+    @property
     def period(self) -> float | None:
         """Period [s], None if the waveform does not repeat."""
         period = float(self.periods()[0])

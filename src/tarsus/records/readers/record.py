@@ -168,7 +168,7 @@ def _sampling(
     notes = check_declared(
         raw, used, known[0].step, known[0].resolution, False, f"{known[0].where} elsewhere"
     )
-    return Sampling(known[0].step, 0.0), [
+    return Sampling(known[0].step, known[0].start), [
         *notes,
         f"{raw.source}: the sampling step of {known[0].step:g} s is that of {known[0].where}",
     ]

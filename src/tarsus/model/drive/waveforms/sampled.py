@@ -13,11 +13,11 @@ from pydantic import ValidationInfo, field_validator, model_validator
 from tarsus.base.arrays import Floats
 from tarsus.base.dual import Dual, columns, value_of
 from tarsus.base.errors import InputError
-from tarsus.base.messages import PathErrors, nearest
+from tarsus.base.messages import PathErrors
 from tarsus.base.spec import quantity
-from tarsus.base.units import is_number
 from tarsus.model.drive.signal import Signal
 from tarsus.model.drive.track import NoSlopeError, Track, cubic_track, each_run, linear_track, polynomial
+from tarsus.model.drive.waveforms.recorded import TIME, VOLTS, RecordedVolts, read_volts
 
 
 class Interpolation(Enum):
@@ -31,17 +31,20 @@ class Interpolation(Enum):
 class Sampled(Signal):
     """Voltages at increasing times; before the first sample its value holds, after the last one that one's.
 
-    Samples are given inline (`times`, `levels`), or as `file` with two columns: .csv (a header line is
-    optional), .npz or .mat (version 7 or older). A relative file is looked for beside the scene file
-    (validation context "folder"), then in the current folder.
+    Samples are given inline (`times`, `levels`), or as `file`, in any format that records are read from (docs,
+    "Reading measurements"), or .npz: units, decimal commas and times are those of the file, of which the columns
+    `time_column` and `volts_column` are read, else those that are told by their units. The recorder's clock does not
+    count: the first sample of a file comes at `start`. A relative file is looked for beside the scene file (validation
+    context "folder"), then in the current folder.
     """
 
     kind: Literal["sampled"] = "sampled"
     times: tuple[float, ...] | None = quantity("s", "times of the samples, increasing", default=None, ge=0)
     levels: tuple[float, ...] | None = quantity("V", "voltages of the samples", default=None)
     file: str | None = None
-    time_column: str = "time"
-    volts_column: str = "volts"
+    time_column: str = TIME
+    volts_column: str = VOLTS
+    start: float | None = quantity("s", "time of the first sample of a file; 0 s where absent", default=None, ge=0)
     interpolation: Interpolation = Interpolation.LINEAR
 
     @field_validator("file")
@@ -61,6 +64,8 @@ class Sampled(Signal):
             raise PathErrors([("file", "give either a file or times and levels, not both")])
         if self.file is None and (self.times is None or self.levels is None):
             raise PathErrors([("", "expected either times and levels, or a file")])
+        if self.file is None and self.start is not None:
+            raise PathErrors([("start", "is of a file: times state their own start")])
         place = "times" if self.file is None else "file"
         try:
             times, levels = self.samples()
@@ -73,10 +78,24 @@ class Sampled(Signal):
         """Times [s] and voltages [V], each (N,)."""
         if self.file is None:
             return columns(self.times), columns(self.levels)
-        path = Path(self.file)
+        times, levels = self._recorded()
+        shift = -float(times[0]) if self.start is None else self.start - float(times[0])
+        return (times if isinstance(shift, float) and shift == 0.0 else times + shift), levels
+
+    def _recorded(self) -> RecordedVolts:
+        path = Path(str(self.file))
         if not path.is_file():
             raise InputError(f"there is no file '{self.file}' (looked from {Path.cwd()})")
         return _cached(str(path.resolve()), path.stat().st_mtime_ns, self.time_column, self.volts_column)
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """A sentence where the clock of a file does not begin at 0 s and nothing says when it is played."""
+        first = 0.0 if self.file is None or self.start is not None else float(self._recorded().times[0])
+        if first == 0.0:
+            return ()
+        name, begin = Path(str(self.file)).name, f"{first:.6g}"
+        return (f"{name} begins at {begin} s of its own clock; here its first sample comes at 0 s (start).",)
 
     def volts(self, time: Floats) -> Floats:
         """Voltage [V] at `time` [s], any shape."""
@@ -160,69 +179,6 @@ def _spline(times: Floats, levels: Floats) -> Floats:
 
 
 @lru_cache(maxsize=16)
-def _cached(path: str, changed: int, time_column: str, volts_column: str) -> tuple[Floats, Floats]:
-    """Columns of one version of a file, read-only."""
-    columns = read_columns(Path(path), (time_column, volts_column))
-    for column in columns:
-        column.flags.writeable = False
-    return columns[0], columns[1]
-
-
-def read_columns(path: Path, names: tuple[str, str]) -> tuple[Floats, Floats]:
-    """Two columns (N,) of a .csv, .npz or .mat file; a .csv without these names is read in order.
-
-    Raises InputError, one sentence, for a file that cannot be read or does not hold them.
-    """
-    suffix = path.suffix.lower()
-    try:
-        if suffix == ".npz":
-            with np.load(path, allow_pickle=False) as stored:
-                table = {name: stored[name] for name in stored.files}
-        elif suffix == ".mat":
-            from scipy.io import loadmat
-
-            table = {k: v for k, v in loadmat(path).items() if not k.startswith("__")}
-        elif suffix in (".csv", ".txt", ".tsv", ".dat"):
-            table = _read_text(path, names)
-        else:
-            raise InputError(f"'{path.name}' is not a .csv, .npz or .mat file")
-    except NotImplementedError:
-        raise InputError(f"'{path.name}' is a MATLAB 7.3 file; save it with the option -v7") from None
-    except InputError:
-        raise
-    except Exception as error:
-        reason = (str(error).splitlines() or [type(error).__name__])[0]
-        raise InputError(f"'{path.name}' cannot be read: {reason}") from None
-    return _column(path, table, names[0]), _column(path, table, names[1])
-
-
-def _column(path: Path, table: dict[str, Any], name: str) -> Floats:
-    if name not in table:
-        raise InputError(f"'{path.name}' has no column '{name}'{nearest(name, table)}")
-    try:
-        return np.array(table[name], dtype=np.float64).ravel()
-    except (TypeError, ValueError):
-        raise InputError(f"column '{name}' of '{path.name}' does not hold numbers") from None
-
-
-def _read_text(path: Path, names: tuple[str, str]) -> dict[str, Floats]:
-    """Columns of a text file by the names in its header; two without these names are read in order."""
-    lines = [line for line in path.read_text(encoding="utf-8-sig").splitlines() if line.strip()]
-    lines = [line for line in lines if not line.lstrip().startswith(("#", "%"))]
-    if not lines:
-        raise InputError(f"'{path.name}' holds no samples")
-    mark = next((m for m in (",", ";", "\t") if m in lines[0]), None)
-    head = [cell.strip().strip('"') for cell in lines[0].split(mark)]
-    header = not all(is_number(cell) for cell in head)
-    body = lines[1:] if header else lines
-    if not body:
-        raise InputError(f"'{path.name}' holds no samples")
-    data = np.loadtxt(body, delimiter=mark, ndmin=2)
-    width = data.shape[1]
-    if header and set(names) <= set(head) and len(head) == width:
-        return {name: data[:, i] for i, name in enumerate(head)}
-    if width == 2:
-        return {names[0]: data[:, 0], names[1]: data[:, 1]}
-    if header and len(head) == width:
-        return {name: data[:, i] for i, name in enumerate(head)}
-    raise InputError(f"'{path.name}' has {width} columns and no header with '{names[0]}' and '{names[1]}'")
+def _cached(path: str, changed: int, time_column: str, volts_column: str) -> RecordedVolts:
+    """Samples of one version of a file."""
+    return read_volts(Path(path), time_column, volts_column)

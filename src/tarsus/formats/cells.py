@@ -1,0 +1,193 @@
+"""Lines of text to cells: separators, quotes (RFC 4180), decimal commas, and where the numbers begin."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+from tarsus.base.errors import InputError
+from tarsus.formats.numerals import number
+
+_SEPARATORS = ("\t", ";", ",", None)
+_LONGEST_HEADER = 2000
+"""Lines before the numbers: more than any instrument writes."""
+_LONGEST_CELL = 3
+"""Lines that a quoted cell of a header may go on for; more are taken for a stray quotation mark, such as of inches."""
+_DIGITS = re.compile(r"\d+(?:[eE][+-]?\d+)?")
+
+
+@dataclass(frozen=True)
+class Lines:
+    """Lines of a text file split at the first row of numbers.
+
+    header, body: lines above it, and from it on; separator: None for blanks; first: number of its line in the file;
+    comma: whether numbers have a decimal comma; beside: whether the header stands beside the numbers, which names no
+    columns.
+    """
+
+    header: list[str]
+    body: list[str]
+    separator: str | None
+    first: int
+    comma: bool
+    beside: bool = False
+
+    @cached_property
+    def width(self) -> int:
+        """Columns; those at the end that are empty in the first and the last rows are none."""
+        return max((i + 1 for row in self.ends for i, cell in enumerate(row) if cell), default=0)
+
+    @cached_property
+    def rows(self) -> list[list[str]]:
+        """Cells of the rows."""
+        return [cells_of(line, self.separator) for line in self.body]
+
+    @property
+    def ends(self) -> list[list[str]]:
+        """Cells of the first and the last rows."""
+        return [cells_of(line, self.separator) for line in (*self.body[:-3][:3], *self.body[-3:])]
+
+
+def split(source: str, lines: Sequence[str]) -> Lines:
+    """Header and rows; the separator is the one that gives rows of numbers of the same width.
+
+    Raises
+    ------
+    InputError
+        If there are no rows of numbers, or commas part cells and decimals alike.
+    """
+    beside = _beside(lines)
+    if beside is not None:
+        return beside
+    lines, merged = _whole_cells(lines)
+    for separator in _SEPARATORS:
+        for comma in (False, True):
+            if comma and separator == "," and not any('"' in line for line in lines):
+                continue  # a decimal comma needs quotes there
+            start = _first_row(lines, separator, comma)
+            if start is None:
+                continue
+            body = [line for line in lines[start:] if line.strip()]
+            found = Lines(list(lines[:start]), body, separator, start + 1 + merged, comma)
+            return _without_double_commas(source, found)
+    raise InputError(f"{source} holds no rows of numbers{_what_instead(lines)}")
+
+
+def cells_of(line: str, separator: str | None) -> list[str]:
+    """Cells of a line; quotation marks hold a cell together, and a separator at the end adds none."""
+    if separator is None:
+        return [cell.strip('"') for cell in line.split()]
+    if '"' in line:
+        try:
+            cells = next(csv.reader([line], delimiter=separator, skipinitialspace=True))
+        except (csv.Error, StopIteration):  # a cell of more than 128 KiB
+            cells = line.split(separator)
+    else:
+        cells = line.split(separator)
+    cells = [cell.strip() for cell in cells]
+    return cells[:-1] if len(cells) > 1 and not cells[-1] else cells
+
+
+def _whole_cells(lines: Sequence[str]) -> tuple[list[str], int]:
+    """Lines of a header with those joined that one quoted cell goes over, and how many were joined."""
+    out: list[str] = []
+    place = 0
+    while place < min(len(lines), _LONGEST_HEADER):
+        line, taken = lines[place], 1
+        if line.count('"') % 2:
+            for more in range(2, _LONGEST_CELL + 1):
+                whole = " ".join(lines[place : place + more])
+                if whole.count('"') % 2 == 0:
+                    line, taken = whole, more
+                    break
+        out.append(line)
+        place += taken
+    return [*out, *lines[place:]], place - len(out)
+
+
+def _beside(lines: Sequence[str]) -> Lines | None:
+    """Lines whose header stands in the first three columns, beside the numbers, as some oscilloscopes of Tektronix
+    write it; None for all others."""
+    filled = [line for line in lines if line.strip()]
+    rows = [cells_of(line, ",") for line in filled[:3]]
+    if len(rows) < 3 or not all(
+        len(row) >= 5 and row[0] and not is_number(row[0], False) and all(is_real(cell, False) for cell in row[3:5])
+        for row in rows
+    ):
+        return None
+    parts = [line.split(",", 3) for line in filled]
+    header = [",".join(part[:2]) for part in parts if part[0].strip()]
+    return Lines(header, [part[3] for part in parts if len(part) > 3], ",", 1, False, True)
+
+
+def _without_double_commas(source: str, found: Lines) -> Lines:
+    """The same; a comma that parts cells where the header has half as many is a decimal one, told of a single column
+    and refused of several."""
+    if found.separator != "," or found.comma or found.width % 2 or any('"' in line for line in found.body[:3]):
+        return found
+    named = next((cells_of(line, ",") for line in reversed(found.header) if line.strip()), [])
+    odd = [cell for row in found.ends for cell in row[1::2]]
+    if not named or len(named) * 2 != found.width or not all(_DIGITS.fullmatch(cell) for cell in odd):
+        return found
+    if found.width == 2:
+        return Lines(found.header, found.body, None, found.first, True)
+    raise InputError(
+        f"{source}: its header has {len(named)} columns and its rows have {found.width}: commas part cells and "
+        "decimals alike; export with semicolons, tabs or decimal points"
+    )
+
+
+def _what_instead(lines: Sequence[str]) -> str:
+    """What the last line of a file has where its numbers might be."""
+    last = next((line for line in reversed(lines) if line.strip()), "")
+    for separator in _SEPARATORS:
+        cells = cells_of(last, separator)
+        other = [cell for cell in cells if cell and not is_number(cell, False) and not is_number(cell, True)]
+        if len(cells) > 1 and 0 < len(other) < len(cells):
+            return f": its last line has '{other[0]}' where a number is expected; write times as seconds"
+    return ""
+
+
+def _first_row(lines: Sequence[str], separator: str | None, comma: bool) -> int | None:
+    """The first line of two in a row that are all numbers (of the same count), or None."""
+    last, place = None, 0
+    for i, line in enumerate(lines[:_LONGEST_HEADER]):
+        if not line.strip():
+            continue
+        cells = cells_of(line, separator)
+        if separator is not None and len(cells) < 2:
+            last = None
+            continue
+        filled = [cell for cell in cells if cell]
+        numeric = filled and cells[0] and all(is_number(cell, comma) for cell in filled)
+        width = len(cells) if numeric else None
+        if width is not None and width == last:
+            return place
+        last, place = width, i
+    return None
+
+
+def is_number(text: str, comma: bool) -> bool:
+    """Whether a cell is a number, real or complex."""
+    return is_real(text, comma) or complex_of(text) is not None
+
+
+def is_real(text: str, comma: bool) -> bool:
+    """Whether a cell is a real number, or a word for a gap."""
+    try:
+        number(text, comma)
+    except ValueError:
+        return False
+    return True
+
+
+def complex_of(text: str) -> complex | None:
+    """A complex number such as ``(1-2j)``; None if it is none."""
+    try:
+        return complex(text.replace("i", "j").replace(" ", ""))
+    except ValueError:
+        return None
+
