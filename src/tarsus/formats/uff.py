@@ -1,29 +1,27 @@
-"""Universal files (UFF): data sets 58 and 58b (functions), 55 (data at nodes) and 164 (units), by pyuff."""
+"""Universal files (UFF): functions of data sets 58 and 58b, and responses at nodes of data sets 55, as series."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 
 from tarsus.base.errors import InputError
+from tarsus.formats.freedoms import DIRECTIONS, freedom_name
 from tarsus.formats.raw import Axis, Domain, RawFile, RawSeries, Reference, Role, truncated
-from tarsus.formats.unit_names import frequency_factor, scaled, time_factor
+from tarsus.formats.unit_names import Scaled, frequency_factor, ratio_of, scaled, time_factor
+from tarsus.formats.universal import AtNodes, DataSet, Described, Function, OtherSet, Units, data_sets
 
-_MARK = b"-1"
 _UNITS = {8: "m", 9: "N", 11: "m/s", 12: "m/s^2", 13: "N", 17: "s", 18: "Hz"}
 """SI unit of a specific data type."""
 _TURNING = {8: "rad", 9: "", 11: "rad/s", 12: "", 13: ""}
 """The same of a rotational degree of freedom; moments and angular accelerations are no quantities that are read."""
 _EXCITATION = 13
 """Code of an excitation force, by the format (dataset 58), as the next ones."""
-_DIRECTIONS = {0: "", 1: "+X", 2: "+Y", 3: "+Z", 4: "+RX", 5: "+RY", 6: "+RZ"}
-"""Directions by their codes."""
 _ROLES = {1: Role.SIGNAL, 4: Role.RESPONSE, 6: Role.COHERENCE}
 """Roles by the code of the function."""
 _FUNCTIONS = {
@@ -34,9 +32,28 @@ _FUNCTIONS = {
     7: "auto correlations",
     8: "cross correlations",
     9: "power spectral densities",
+    10: "energy spectral densities",
     12: "spectra",
+    26: "multiple coherences",
 }
 """Functions that are no signals, by their codes."""
+_ANALYSES = {
+    2: "normal modes (data sets 55; tarsus.modes.read_mode_table reads them)",
+    3: "complex modes (data sets 55; tarsus.modes.read_mode_table reads them)",
+    7: "complex modes of second order (data sets 55)",
+}
+"""Data at nodes that are no responses, by the code of the analysis."""
+_FREQUENCY_RESPONSE = 5
+"""Code of the analysis whose data at nodes are responses."""
+_KINDS = {
+    15: "tables of nodes (data set 15)",
+    82: "trace lines (data set 82)",
+    151: "headers (data set 151)",
+    2411: "tables of nodes (data set 2411)",
+    2412: "tables of elements (data set 2412)",
+    2414: "results of an analysis (data set 2414)",
+}
+"""Other data sets, by their numbers."""
 _DIGITS = 1e-5
 """Relative step of numbers written as E13.5."""
 
@@ -44,202 +61,154 @@ _DIGITS = 1e-5
 def is_uff(head: bytes) -> bool:
     """Whether a file begins like a universal file: with a line that holds -1."""
     lines = [line.strip() for line in head.splitlines() if line.strip()]
-    return len(lines) > 1 and lines[0] == _MARK and lines[1][:1].isdigit()
+    return len(lines) > 1 and lines[0] == b"-1" and lines[1][:1].isdigit()
 
 
 def read_uff(path: Path, content: bytes) -> RawFile:
     """Functions of a universal file.
 
-    Time responses become signals, frequency response functions responses, coherences theirs. Names are those of the
-    response degree of freedom, such as ``12+Z``. Units are those of the labels, else those of the data type in the
-    system of units of the file (data set 164; SI where there is none).
+    Time responses become signals, frequency response functions responses, coherences theirs. Names and points are the
+    response degree of freedom, such as ``12+Z`` or ``12-Z``, whose values are those along -Z. Units are those of the
+    labels, else those of the data type in the system of units of the file (data set 164; SI where there is none).
 
     Raises
     ------
     InputError
         If the file is truncated, or a data set cannot be read.
     """
-    sets = data_sets(path, content)
-    system = SystemOfUnits.of(sets)
-    functions = [one for one in sets if one["type"] == 58]
-    series = [_function(path.name, one, system) for one in functions if one["func_type"] in _ROLES]
-    nodal = [one for one in sets if one["type"] == 55]
-    spectra = [one for one in nodal if one["analysis_type"] == 5]
-    series += _nodal(path.name, spectra, system)
-    notes = _notes(path.name, sets, spectra) + _unit_notes(path.name, functions, system)
+    sets = data_sets(path.name, content)
+    functions = [one for one in sets if isinstance(one, Function) and one.function in _ROLES]
+    spectra = [one for one in sets if isinstance(one, AtNodes) and one.analysis == _FREQUENCY_RESPONSE]
+    series = [_function(path.name, one) for one in functions] + _nodal(path.name, spectra)
+    notes = [*_notes(path.name, sets), *_unit_notes(path.name, sets, functions), *_real(path.name, functions)]
     return RawFile(path.name, tuple(_numbered(series)), notes=tuple(notes))
 
 
-def data_sets(path: Path, content: bytes) -> list[dict[str, Any]]:
-    """All data sets of a universal file as pyuff names their parts; of kinds that are not read the ``type`` alone.
-
-    Raises
-    ------
-    InputError
-        If the file is truncated, or a data set cannot be read.
-    """
-    if not content.rstrip().endswith(b"    " + _MARK):  # no line break need come before it in 58b
-        raise InputError(f"{path.name} is truncated: its last data set does not end")
-    with TemporaryDirectory() as folder:
-        return _decoded(path, _in_utf_8(path, content, Path(folder)))
-
-
-def _in_utf_8(path: Path, content: bytes, folder: Path) -> Path:
-    """The file, or a copy in UTF-8 of one in Latin-1, whose units pyuff could not decode; binary ones stay."""
-    try:
-        content.decode("utf-8")
-    except UnicodeDecodeError:
-        if b"\n    58b" not in content:
-            copy = folder / "copy.uff"
-            copy.write_bytes(content.decode("latin-1").encode("utf-8"))
-            return copy
-    return path
-
-
-def _decoded(path: Path, readable: Path) -> list[dict[str, Any]]:
-    """The data sets of a file that pyuff can decode."""
-    import pyuff
-
-    try:
-        file = pyuff.UFF(str(readable))
-        kinds = [int(kind) for kind in file.get_set_types()]
-    except Exception as error:  # pyuff raises plain exceptions
-        raise InputError(f"{path.name} cannot be read as a universal file: {error}") from None
-    if 0 in kinds or not kinds:
-        raise InputError(f"{path.name} is damaged: a data set between its marks (-1) has no number")
-    sets: list[dict[str, Any]] = []
-    problems = []
-    for number, kind in enumerate(kinds):
-        try:
-            read: Any = file.read_sets(number) if kind in (55, 58, 164) else {"type": kind}
-            sets.append(read)
-        except Exception as error:  # as above
-            problems.append(
-                f"{path.name}: data set {number + 1} of {len(kinds)} (type {kind}) cannot be read: it is damaged or "
-                f"truncated ({error})"
-            )
-    if problems:
-        raise InputError(problems)
-    return sets
-
-
-def _unit_notes(source: str, functions: Sequence[Mapping[str, Any]], system: SystemOfUnits) -> list[str]:
-    """What the file says twice, differently, about its units."""
-    notes = []
-    if not system.trusted:
-        notes.append(
-            f"{source}: its units are said to be SI (data set 164), but with {system.length:g} units of length a metre "
-            f"and {system.force:g} units of force a newton: they are not relied on"
-        )
-    for one in functions:
-        for which in ("ordinate", "orddenom"):
-            label = _label(one, which)
-            unit, factor = _typed(one, which, system)
-            if scaled(label) is not None and unit and not _unit(one, which, system)[0]:
-                name = freedom_name(one["rsp_ent_name"], one["rsp_node"], one["rsp_dir"])
-                notes.append(
-                    f"{source}: '{name}' is labelled '{label}', but its data type and the file's units say "
-                    f"{factor:g} {unit}: neither is relied on"
-                )
-    return notes
-
-
-def _notes(source: str, sets: Sequence[Mapping[str, Any]], spectra: Sequence[Any]) -> list[str]:
+def _notes(source: str, sets: Sequence[DataSet]) -> list[str]:
     """What the file holds besides what is read."""
     counts: dict[str, int] = {}
     for one in sets:
-        if one["type"] == 58 and one["func_type"] not in _ROLES:
-            what = _FUNCTIONS.get(one["func_type"], f"functions of type {one['func_type']}")
-        elif one["type"] == 55 and not any(one is spectrum for spectrum in spectra):
-            what = "shapes of modes (data set 55)"
-        elif one["type"] not in (55, 58, 164):
-            what = f"data sets of type {one['type']}"
-        else:
-            continue
+        match one:
+            case Function(function=code) if code not in _ROLES:
+                what = _FUNCTIONS.get(code, f"functions of type {code}")
+            case AtNodes(analysis=code) if code != _FREQUENCY_RESPONSE:
+                what = _ANALYSES.get(code, f"data at nodes of analysis type {code} (data sets 55)")
+            case OtherSet(kind=code):
+                what = _KINDS.get(code, f"data sets of type {code}")
+            case _:
+                continue
         counts[what] = counts.get(what, 0) + 1
     return [f"{source}: not used: {count} {what}" for what, count in counts.items()]
 
 
-def freedom_name(entity: str, node: int, direction: int) -> str:
-    """Name of a degree of freedom, such as ``12+Z``; with its entity (``wing:12+Z``) where it is of one."""
-    sign = _DIRECTIONS.get(abs(direction), f"({direction})")
-    sign = sign.replace("+", "-") if direction < 0 else sign
-    named = "" if entity.strip().upper() in ("", "NONE") else f"{entity.strip()}:"
-    return f"{named}{node}{sign}"
+def _unit_notes(source: str, sets: Sequence[DataSet], functions: Sequence[Function]) -> Iterator[str]:
+    """What the file says twice, differently, about its units, and what it does not say."""
+    for system in dict.fromkeys(SystemOfUnits.of(one) for one in sets if isinstance(one, Units)):
+        if not system.trusted:
+            yield (
+                f"{source}: its units are said to be SI (data set 164), but with {system.length:g} units of length a "
+                f"metre and {system.force:g} units of force a newton: they are not relied on"
+            )
+    assumed = []
+    for one in functions:
+        for which in (one.ordinate, one.denominator):
+            unit, factor = _typed(one, which)
+            told = _unit(one, which)
+            if which.label and unit and not scaled(told[0]) and not ratio_of(told[0]):
+                yield (
+                    f"{source}: '{one.response.name}' is labelled '{which.label}', but its data type and the "
+                    f"file's units say {factor:g} {unit}: neither is relied on"
+                )
+        if one.units is None and not one.ordinate.label and _typed(one, one.ordinate)[0]:
+            assumed.append(one.response.name)
+    if assumed:
+        yield f"{source}: no units are told (data set 164, or labels) of {', '.join(map(repr, assumed))}: SI is assumed"
 
 
-def _function(source: str, one: Mapping[str, Any], system: SystemOfUnits) -> RawSeries:
+def _real(source: str, functions: Sequence[Function]) -> Iterator[str]:
+    """Responses of real numbers."""
+    names = [
+        repr(one.response.name)
+        for one in functions
+        if _ROLES[one.function] is Role.RESPONSE and not np.iscomplexobj(one.values)
+    ]
+    if names:
+        yield (
+            f"{source}: {', '.join(names)}: frequency responses of real numbers (data type 2 or 4), without phases; "
+            "they are taken as real. Export them as complex ones"
+        )
+
+
+def _function(source: str, one: Function) -> RawSeries:
     """A data set 58."""
-    name = freedom_name(one["rsp_ent_name"], one["rsp_node"], one["rsp_dir"])
-    role = _ROLES[one["func_type"]]
-    values, count = np.asarray(one["data"]), int(one["num_pts"])
-    if len(values) < count:
-        raise InputError(truncated(source, name, len(values), count))
+    name = one.response.name
+    role = _ROLES[one.function]
+    if len(one.values) < one.count:
+        raise InputError(truncated(source, name, len(one.values), one.count))
     domain = Domain.TIME if role is Role.SIGNAL else Domain.FREQUENCY
     reference = None
     if role is not Role.SIGNAL:
-        freedom = freedom_name(one["ref_ent_name"], one["ref_node"], one["ref_dir"])
-        reference = Reference(freedom, *_unit(one, "orddenom", system))
-    unit, factor = _unit(one, "ordinate", system)
+        reference = Reference(one.reference.name, *_unit(one, one.denominator))
+    unit, factor = _unit(one, one.ordinate)
     return RawSeries(
         name,
-        values[:count],
+        one.values[: one.count],
         unit,
         role,
-        _axis(source, name, one, domain, count),
+        _axis(source, one, domain),
         reference=reference,
-        point=str(one["rsp_node"]),
-        excitation=one["ordinate_spec_data_type"] == _EXCITATION,
+        point=name,
+        excitation=one.ordinate.kind == _EXCITATION,
         factor=factor,
     )
 
 
-def _axis(source: str, name: str, one: Mapping[str, Any], domain: Domain, count: int) -> Axis:
-    label = _label(one, "abscissa")
-    factor = 1.0
-    if label:
-        found = (time_factor if domain is Domain.TIME else frequency_factor)(label)
-        if found is None:
-            raise InputError(f"{source}: the axis of '{name}' is in '{label}', which is no unit of its axis")
-        factor = found
-    values = np.asarray(one["x"], dtype=float)[:count] * factor
-    uneven = one["abscissa_spacing"] == 0
-    largest = float(np.max(np.abs(values), initial=0.0))
-    resolution = _DIGITS * 10.0 ** math.floor(math.log10(largest)) if uneven and largest > 0.0 else 0.0
-    if not uneven and not one["abscissa_inc"] > 0.0:
+def _axis(source: str, one: Function, domain: Domain) -> Axis:
+    told: Callable[[str], float | None] = time_factor if domain is Domain.TIME else frequency_factor
+    factor = told(one.abscissa.label) if one.abscissa.label else 1.0
+    if factor is None:
         raise InputError(
-            f"{source}: channel '{name}' has no sampling step: its header says {one['abscissa_inc']:g}"
+            f"{source}: the axis of '{one.response.name}' is in '{one.abscissa.label}', which is no unit of its axis"
         )
-    return Axis(domain, values, resolution)
+    if one.x is not None:
+        values = one.x[: one.count] * factor
+        largest = float(np.max(np.abs(values), initial=0.0))
+        return Axis(domain, values, _DIGITS * 10.0 ** math.floor(math.log10(largest)) if largest > 0.0 else 0.0)
+    if not one.step > 0.0:
+        raise InputError(
+            f"{source}: channel '{one.response.name}' has no sampling step: its header says {one.step:g}"
+        )
+    return Axis(domain, np.asarray((one.start + one.step * np.arange(one.count)) * factor, dtype=np.float64))
 
 
-def _label(one: Mapping[str, Any], which: str) -> str:
-    text = str(one.get(f"{which}_axis_units_lab", "")).strip()
-    return "" if text.upper() == "NONE" else text
+def _typed(one: Function, which: Described) -> tuple[str, float]:
+    """Unit and factor of an ordinate, or of its denominator, by its data type and its degree of freedom."""
+    freedom = one.response if which is one.ordinate else one.reference
+    turns = DIRECTIONS.get(abs(freedom.direction), "").startswith("+R")
+    return SystemOfUnits.of(one.units).unit(which.kind, turns)
 
 
-def _typed(one: Mapping[str, Any], which: str, system: SystemOfUnits) -> tuple[str, float]:
-    """Unit and factor of an ordinate by its data type and its degree of freedom."""
-    direction = abs(int(one["rsp_dir" if which == "ordinate" else "ref_dir"]))
-    return system.unit(int(one[f"{which}_spec_data_type"]), _DIRECTIONS.get(direction, "").startswith("+R"))
+def _unit(one: Function, which: Described) -> tuple[str, float]:
+    """Unit of an ordinate and a factor: its label, or its data type in the system of units.
 
-
-def _unit(one: Mapping[str, Any], which: str, system: SystemOfUnits) -> tuple[str, float]:
-    """Unit of an ordinate and a factor: its label, or its data type in the file's system of units.
-
-    Empty where the two say different things.
+    Empty where the two say different things: of a label that differs by a factor alone only where the file states its
+    system of units. A label that is no unit is not one of SI.
     """
-    label = _label(one, which)
-    unit, factor = _typed(one, which, system)
-    labelled, typed = scaled(label), scaled(unit)
+    label = which.label
+    unit, factor = _typed(one, which)
+    ratio = ratio_of(label)
+    labelled = scaled(label) or (ratio[0] if ratio else None)
+    typed = scaled(unit)
     if labelled is None:
-        return (unit, factor) if unit else (label, 1.0)
+        return (label, 1.0) if not unit or (label and one.units is None) else (unit, factor)
     if typed is None:
         return label, 1.0
-    same = typed.quantity is labelled.quantity and math.isclose(
-        typed.factor * factor, labelled.factor, rel_tol=1e-4
-    )
+    same = typed.quantity is labelled.quantity and (one.units is None or _alike(typed, factor, labelled))
     return (label, 1.0) if same else ("", 1.0)
+
+
+def _alike(typed: Scaled, factor: float, labelled: Scaled) -> bool:
+    return math.isclose(typed.factor * factor, labelled.factor, rel_tol=1e-4)
 
 
 @dataclass(frozen=True)
@@ -252,15 +221,13 @@ class SystemOfUnits:
     trusted: bool = True
 
     @classmethod
-    def of(cls, sets: Sequence[Mapping[str, Any]]) -> SystemOfUnits:
-        """That of the data set 164, else SI."""
-        for one in sets:
-            if one["type"] == 164:
-                length, force = float(one["length"]), float(one["force"])
-                is_si = int(one["units_code"]) == 1
-                sound = length > 0.0 and force > 0.0
-                return cls(length, force, sound and not (is_si and (length, force) != (1.0, 1.0)))
-        return cls()
+    def of(cls, units: Units | None) -> SystemOfUnits:
+        """That of a data set 164, else SI."""
+        if units is None:
+            return cls()
+        length, force = units.length, units.force
+        sound = length > 0.0 and force > 0.0
+        return cls(length, force, sound and not (units.code == 1 and (length, force) != (1.0, 1.0)))
 
     def unit(self, kind: int, turns: bool = False) -> tuple[str, float]:
         """SI unit of a data type, of a rotation where it turns, and the factor to it; empty if neither is known."""
@@ -272,34 +239,41 @@ class SystemOfUnits:
         return unit, 1.0 / {"m": self.length, "N": self.force}.get(unit[0], 1.0)
 
 
-def _nodal(source: str, spectra: Sequence[Mapping[str, Any]], system: SystemOfUnits) -> list[RawSeries]:
+def _nodal(source: str, spectra: Sequence[AtNodes]) -> list[RawSeries]:
     """Responses from data sets 55, one for each frequency."""
     if not spectra:
         return []
-    ordered = sorted(spectra, key=lambda one: float(one["freq"]))
-    nodes = [int(node) for node in ordered[0]["node_nums"]]
-    for one in ordered:
-        if [int(node) for node in one["node_nums"]] != nodes:
-            raise InputError(f"{source}: the data sets 55 at different frequencies are not of the same nodes")
-    axis = Axis(Domain.FREQUENCY, np.array([float(one["freq"]) for one in ordered]))
-    unit, factor = system.unit(int(ordered[0]["spec_data_type"]))
+    ordered = sorted(spectra, key=lambda one: one.reals[0])
+    first = ordered[0]
+    if any(one.nodes != first.nodes or one.values.shape != first.values.shape for one in ordered):
+        raise InputError(f"{source}: the data sets 55 at different frequencies are not of the same nodes")
+    axis = Axis(Domain.FREQUENCY, np.array([one.reals[0] for one in ordered]))
+    system = SystemOfUnits.of(first.units)
+    table = np.array([one.values for one in ordered], dtype=complex)
+    reference = _reference(first, system)
     out = []
-    for component, direction in (("r1", 1), ("r2", 2), ("r3", 3)):
-        table = np.array([np.asarray(one[component]) for one in ordered], dtype=complex)
-        out += [
-            RawSeries(
-                freedom_name("", node, direction),
-                column,
-                unit,
-                Role.RESPONSE,
-                axis,
-                point=str(node),
-                factor=factor,
-            )
-            for node, column in zip(nodes, table.T, strict=True)
-            if np.any(column != 0.0)
-        ]
+    for column in range(table.shape[2]):
+        direction = column + 1 if table.shape[2] in (3, 6) else 0  # vectors of 3 or 6, else scalars
+        unit, factor = system.unit(first.kind, direction > 3)
+        for node, values in zip(first.nodes, table[:, :, column].T, strict=True):
+            if np.any(values != 0.0):
+                name = freedom_name("", node, direction)
+                out.append(
+                    RawSeries(
+                        name, values, unit, Role.RESPONSE, axis, reference=reference, point=name, factor=factor
+                    )
+                )
     return out
+
+
+def _reference(one: AtNodes, system: SystemOfUnits) -> Reference | None:
+    """The input of responses at nodes, where the fifth line of a data set 55 is that of I-DEAS Test: node, direction,
+    and the data types of response and input."""
+    words = one.identity[4].split()
+    if len(words) != 4 or not all(word.lstrip("-").isdigit() for word in words):
+        return None
+    node, direction, _, kind = map(int, words)
+    return Reference(freedom_name("", node, direction), *system.unit(kind, abs(direction) > 3)) if node > 0 else None
 
 
 def _numbered(series: Sequence[RawSeries]) -> list[RawSeries]:

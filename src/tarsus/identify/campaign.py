@@ -5,7 +5,7 @@ from __future__ import annotations
 import filecmp
 import os
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -15,9 +15,19 @@ from pydantic import Field, field_validator, model_validator
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import PathErrors, nearest
-from tarsus.base.spec import Amount, Description, FrozenDict, MaybeAmount, Named, quantity, validate
+from tarsus.base.spec import (
+    Amount,
+    Description,
+    FrozenDict,
+    MaybeAmount,
+    Named,
+    quantity,
+    scene_name,
+    validate,
+)
 from tarsus.files.library import load_scene
 from tarsus.files.tables import FileKind, expect, read_table
+from tarsus.formats.freedoms import along_axis
 from tarsus.identify.campaign_file import is_pattern, matching, spread
 from tarsus.identify.drive_check import cut_short, drive_faults, fit_drive
 from tarsus.identify.foot import FootModel
@@ -296,12 +306,26 @@ def _read(opened: Opened, name: str, file: str, others: Sequence[RecordFile]) ->
         record = _measured(opened.folder / file, choices, set(common.channels) if common else set())
     except InputError as error:
         return RecordFile(name, file, None, tuple(_of_drive(said, one) for said in error.problems))
+    record = _at_points(record, opened.model.scene.robot.structure.points)
     for other in others:
         if other.record is not None and np.array_equal(other.record.values, record.values):
             return RecordFile(name, file, None, (f"{file}: {_twice(file, other.file)[1]}",))
     problems, checked = checked_drive(record, one)
     problems = [*_clipped(record, one), *problems]
     return RecordFile(name, file, None if problems else checked, tuple(problems))
+
+
+def _at_points(record: Measurement, points: Collection[str]) -> Measurement:
+    """The record with degrees of freedom, such as ``12-Z``, at the points that scenes name after them (``12_Z``), along
+    the positive axis."""
+    channels, values = list(record.channels), record.values.copy()
+    for k, channel in enumerate(channels):
+        along, sign = along_axis(channel.at)
+        point = scene_name(along)
+        if channel.at not in points and point in points:
+            channels[k] = replace(channel, point=point)
+            values[k] *= sign
+    return replace(record, channels=tuple(channels), values=values)
 
 
 def _measured(path: Path, choices: dict[str, Any], optional: set[str]) -> Measurement:

@@ -17,8 +17,16 @@ from tarsus.records.measurement import Measurement, Quantity
 _UNEXCITED = 1e-8
 """Part of the largest power below which a line holds no drive: a ten-thousandth of the amplitude, the digit of a
 recorder of 13 bits."""
-MOTIONS = {Quantity.DISPLACEMENT: 0, Quantity.VELOCITY: 1, Quantity.ACCELERATION: 2}
-"""Motions, by how often the displacement is differentiated to give them."""
+MOTIONS = {
+    Quantity.DISPLACEMENT: 0,
+    Quantity.VELOCITY: 1,
+    Quantity.ACCELERATION: 2,
+    Quantity.ANGLE: 0,
+    Quantity.ANGULAR_VELOCITY: 1,
+}
+"""Motions, by how often the displacement, or the rotation, is differentiated to give them."""
+ROTATIONS = {Quantity.ANGLE, Quantity.ANGULAR_VELOCITY}
+"""Motions of rotational degrees of freedom."""
 
 
 class Estimator(Enum):
@@ -33,7 +41,8 @@ class Estimator(Enum):
 class Frf:
     """Frequency responses of no points to ni drives on evenly spaced lines.
 
-    frequency (nf,) [Hz]; values (no, ni, nf) in the unit of ``quantity`` per unit of drive; outputs: names of the
+    frequency (nf,) [Hz]; values (no, ni, nf) in the unit of ``quantity`` per unit of drive, of rotations
+    beside translations in rad for m; outputs: names of the
     points; inputs: names of the drives (that of a point where the drive is a force at it, along the response); repeats
     (nr, no, ni, nf): the same of single repeats, or None; coherence (no, nf): multiple coherence, or None; hann:
     whether the lines are seen through Hann windows, which smear them; files: where each point was measured, empty where

@@ -13,8 +13,9 @@ from scipy.sparse.csgraph import connected_components
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
+from tarsus.formats.freedoms import along_axis
 from tarsus.modes.agreement import alike
-from tarsus.modes.frf import MOTIONS, Frf, estimate_frf
+from tarsus.modes.frf import MOTIONS, ROTATIONS, Frf, estimate_frf
 from tarsus.records.measurement import Channel, FrequencyResponse, Measurement, Quantity
 
 _AT_REST = 0.05
@@ -42,7 +43,8 @@ def merged(responses: Sequence[FrequencyResponse]) -> Frf:
     Responses of the same point to the same drive are repeats and averaged. Points that the files do not name
     themselves, such as one column of each file, and that respond differently are different ones, named by the files.
     Motions of other kinds become the one that most responses are of, the least often differentiated where several are.
-    The order of the files is that of the points, and nothing else.
+    Degrees of freedom, such as ``12-Z``, become those along the positive axes. The order of the files is that of the
+    points, and nothing else.
 
     Raises
     ------
@@ -50,9 +52,11 @@ def merged(responses: Sequence[FrequencyResponse]) -> Frf:
         For lines that are not the same, responses of no motion, pairs of point and drive that no file holds, and points
         named alike that respond differently.
     """
-    responses = _named_apart(_on_common_lines(responses))
+    responses = _named_apart(_on_common_lines([_along_axes(one) for one in responses]))
     measured = [output.quantity for one in responses for output in one.outputs]
-    quantity = max(measured, key=lambda one: (measured.count(one), -MOTIONS.get(one, 0)))
+    quantity = max(
+        measured, key=lambda one: (one not in ROTATIONS, measured.count(one), -MOTIONS.get(one, 0))
+    )
     frequency = responses[0].frequency
     cells: dict[tuple[str, str], list[NDArray[np.complex128]]] = {}
     files: dict[str, str] = {}
@@ -94,6 +98,22 @@ def merged(responses: Sequence[FrequencyResponse]) -> Frf:
         repeats,
         files=apart if len(set(apart)) > 1 else (),
     )
+
+
+def _along_axes(one: FrequencyResponse) -> FrequencyResponse:
+    """The same with motions and forces along negative axes turned to the positive ones."""
+    sides, signs = [], []
+    for side in (one.outputs, one.inputs):
+        turned = [along_axis(channel.at) for channel in side]
+        signs.append(np.array([sign for _, sign in turned]))
+        sides.append(
+            tuple(
+                channel if sign > 0.0 else replace(channel, point=name)
+                for channel, (name, sign) in zip(side, turned, strict=True)
+            )
+        )
+    values = one.values * signs[0][:, None, None] * signs[1][:, None]
+    return replace(one, outputs=sides[0], inputs=sides[1], values=values)
 
 
 def _on_common_lines(responses: Sequence[FrequencyResponse]) -> list[FrequencyResponse]:

@@ -12,6 +12,7 @@ from tarsus.base.arrays import Complexes, Floats
 from tarsus.base.errors import InputError
 from tarsus.base.spec import scene_name
 from tarsus.base.threads import single_threaded
+from tarsus.formats.freedoms import along_axis
 from tarsus.measure.mac import mac
 from tarsus.model.structure.modal import Modal
 from tarsus.modes.frf import Frf
@@ -158,24 +159,29 @@ class ModalFit(Tabled):
         return np.array(shapes), np.array(participations)
 
     def structure(self) -> Modal:
-        """The modes as a structure with the outputs as its points, by names that scenes allow (`scene_name`); modal
-        masses 1 kg, scaled as `shapes` says.
+        """The modes as a structure with the outputs as its points, by names that scenes allow (`scene_name`), and of
+        degrees of freedom along their positive axes; modal masses 1 kg, scaled as `shapes` says.
 
         Raises
         ------
         InputError
-            With the reason of every mode that is not determined. `only` leaves modes out.
+            With the reason of every mode that is not determined, and for outputs that become one point. `only` leaves
+            modes out.
         """
         if self.refused:
             raise InputError(self.refused)
-        shapes, _ = self.shapes()
+        points: dict[str, tuple[float, ...]] = {}
+        for name, shape in zip(self.frf.outputs, self.shapes()[0].T, strict=True):
+            along, sign = along_axis(name)
+            point = scene_name(along)
+            if point in points:
+                raise InputError(f"two of the outputs {', '.join(self.frf.outputs)} are one point: {point}")
+            points[point] = tuple(map(float, sign * shape))
         return Modal(
             frequencies=tuple(map(float, self.frequencies)),
             damping_ratios=tuple(map(float, self.damping_ratios)),
             modal_masses=(1.0,) * len(self.modes),
-            shapes={
-                scene_name(name): tuple(map(float, shapes[:, o])) for o, name in enumerate(self.frf.outputs)
-            },
+            shapes=points,
         )
 
 
@@ -235,6 +241,12 @@ def identify_modes(
     channels = part.values.reshape(-1, count)
     if not np.any(channels):
         raise InputError("all responses are zero in the band")
+    real = [name for name, row in zip(part.outputs, part.values, strict=True) if not np.any(row.imag)]
+    if part.forced and real:
+        raise InputError(
+            f"the responses of {', '.join(map(repr, real))} are real numbers throughout, without phases: modes are "
+            "found in complex responses; export real and imaginary parts, or amplitudes and phases"
+        )
     orders = range(2, top + 1)
     if near is None:
         poles = fit_poles(part.frequency, part.values, orders)

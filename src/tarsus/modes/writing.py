@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from tarsus.base.arrays import Complexes
 from tarsus.base.errors import InputError
 from tarsus.files.jsontext import json_text
 from tarsus.files.whole import write_text
+from tarsus.formats.freedoms import component
 from tarsus.measure.mac import mac
 from tarsus.modes.modal import ModalFit
 from tarsus.tables.table import Column, Table
@@ -19,8 +20,8 @@ from tarsus.tables.table import Column, Table
 MODES_FILES = ("modes.json", "modes.csv", "shapes.unv", "report.html")
 """Everything that `tarsus modes` leaves in its folder, with its report."""
 
-_DIRECTION = re.compile(r"^(\d+)([+-]?)([XYZ]?)$")
-"""A degree of freedom of a universal file, such as 12+Z: node and direction."""
+_COMPLEX_MODES = 3
+"""Code of an analysis of complex eigenvalues of first order, by the format (data set 55)."""
 
 
 def summary_of(fit: ModalFit, sources: tuple[str, ...] = ()) -> dict[str, Any]:
@@ -72,37 +73,42 @@ def write_modes(fit: ModalFit, folder: Path, sources: tuple[str, ...] = ()) -> l
 
 
 def write_shapes(fit: ModalFit, path: Path) -> Path:
-    """Write the complex shapes of all modes as data sets 55 (complex eigenvalues of first order), by pyuff.
+    """Write the complex shapes of all modes as data sets 55 (complex eigenvalues of first order).
 
-    Points named as degrees of freedom of universal files, such as ``12+Z``, keep node and direction; the others are
-    numbered from 1 along x.
+    Points named as degrees of freedom of universal files, such as ``12+Z`` or ``12-RX``, keep node and component, along
+    the positive axis; the others are numbered from 1 along x. Modal A, 2i times damped frequency and modal mass, says
+    the mass of the shape as it stands, in the scale of `ModalFit.shapes`.
     """
-    import pyuff
-
-    places = [_DIRECTION.match(name) for name in fit.frf.outputs]
-    known = all(places)
-    nodes, axes, signs = [], [], []
-    for k, place in enumerate(places):
-        nodes.append(int(place[1]) if known and place else k + 1)
-        axes.append("XYZ".index(place[3] or "X") if known and place else 0)
-        signs.append(-1.0 if known and place and place[2] == "-" else 1.0)
-    numbers = sorted(set(nodes))
-    path.unlink(missing_ok=True)
-    file = pyuff.UFF(str(path))
-    for number, (mode, shape) in enumerate(zip(fit.modes, fit.complex_shapes(), strict=True), start=1):
-        table = np.zeros((3, len(numbers)), dtype=complex)
-        for node, axis, sign, value in zip(nodes, axes, signs, shape, strict=True):
-            table[axis, numbers.index(node)] = sign * value
-        file.write_sets(
-            pyuff.prepare_55(
-                model_type=1, id1=f"mode {number}", id2=mode.verdict.value, id3="NONE", id4="NONE", id5="NONE",
-                analysis_type=3, data_ch=2, spec_data_type=8, data_type=5, n_data_per_node=3,
-                r1=table[0], r2=table[1], r3=table[2], load_case=1, mode_n=number,
-                eig=complex(mode.pole), modal_a=0.0j, modal_b=0.0j, node_nums=numbers,
-            ),
-            "add",
-        )  # fmt: skip
+    places = [component(name) for name in fit.frf.outputs]
+    known = [one for one in places if one is not None]
+    if len(known) < len(places):
+        known = [(k, 0, 1.0) for k in range(1, len(places) + 1)]
+    nodes = sorted({node for node, _, _ in known})
+    width = 6 if any(axis > 2 for _, axis, _ in known) else 3
+    lines: list[str] = []
+    scaled = fit.shapes()[0]
+    for number, (mode, shape, real) in enumerate(zip(fit.modes, fit.complex_shapes(), scaled, strict=True), start=1):
+        table = np.zeros((len(nodes), width), dtype=complex)
+        for (node, axis, sign), value in zip(known, shape, strict=True):
+            table[nodes.index(node), axis] = sign * value
+        mass = 1.0 / np.max(np.abs(real)) ** 2
+        modal_a = 2.0j * mode.pole.imag * mass
+        lines += ["    -1", "    55"]
+        lines += [one.ljust(80) for one in (f"mode {number}", mode.verdict.value, "NONE", "NONE", "NONE")]
+        lines.append("".join(f"{one:10d}" for one in (1, _COMPLEX_MODES, 3 if width == 6 else 2, 8, 5, width)))
+        lines.append("".join(f"{one:10d}" for one in (2, 6, 1, number)))
+        lines += _rows(np.array([mode.pole, modal_a, -mode.pole * modal_a]))
+        for node, row in zip(nodes, table, strict=True):
+            lines += [f"{node:10d}", *_rows(row)]
+        lines.append("    -1")
+    write_text(path, "\n".join(lines) + "\n")
     return path
+
+
+def _rows(values: Complexes) -> list[str]:
+    """Complex numbers in six columns of thirteen characters, real before imaginary parts."""
+    words = [f"{one:13.5E}" for one in np.column_stack([values.real, values.imag]).ravel()]
+    return ["".join(words[k : k + 6]) for k in range(0, len(words), 6)]
 
 
 def compared(fit: ModalFit, other: Mapping[str, Any]) -> Table:

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 import pyuff
 
+import tarsus as ts
 from tarsus.base.errors import InputError
+from tarsus.formats.universal import AtNodes, data_sets
 from tarsus.model.structure import Lumped, body_modes
 from tarsus.modes import read_mode_table
+from tarsus.modes.writing import write_shapes
+from tarsus.records.measurement import Channel, FrequencyResponse, Quantity
+from tarsus.records.readers import read_response
 
 MASS = (3e-4, 6e-4, 3e-4)
 BEAM = Lumped(
@@ -62,10 +68,78 @@ def test_table_gives_the_body_its_matrices_give(tmp_path: Path, units: bool) -> 
 def test_tables_that_say_too_little(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="mode 2 has no modal mass"):
         read_mode_table(written(tmp_path / "a.unv", masses=(1e-3, 0.0)))
-    with pytest.raises(InputError, match="no normal modes"):
+    with pytest.raises(InputError, match=r"mode 1 is complex \(analysis type 3\) and has no modal mass"):
         read_mode_table(written(tmp_path / "b.unv", analysis=3))
+    with pytest.raises(InputError, match="holds no normal modes and no complex ones"):
+        read_mode_table(written(tmp_path / "d.unv", analysis=7))
     (tmp_path / "c.unv").write_text("f,m\n1,2\n")
     with pytest.raises(InputError, match="no universal file"):
         read_mode_table(tmp_path / "c.unv")
     with pytest.raises(InputError, match="cannot be read"):
         read_mode_table(tmp_path / "none.unv")
+
+
+def beam() -> FrequencyResponse:
+    """Exact responses to a force along -Z at node 1: accelerations of node 1 along Z, node 2 along -Z and node 1 along
+    X, and the angle of node 2 about -X."""
+    lines = np.arange(1.0, 400.0, 0.5)
+    s = 2.0j * np.pi * lines
+    values = np.zeros((4, 1, len(lines)), dtype=complex)
+    for f, shape in zip(FREQUENCIES, SHAPES, strict=True):
+        w = 2.0 * np.pi * f
+        values[:, 0] -= (SIGNS * shape * shape[0])[:, None] * s**2 / (s**2 + 0.02 * w * s + w**2)
+    values[3] /= s**2
+    names = ("1+Z", "2-Z", "1+X", "2-RX")
+    quantities = (Quantity.ACCELERATION,) * 3 + (Quantity.ANGLE,)
+    channels = tuple(Channel(name, one, name) for name, one in zip(names, quantities, strict=True))
+    return FrequencyResponse(channels, (Channel("1-Z", Quantity.FORCE),), lines, values)
+
+
+FREQUENCIES = (80.0, 230.0)
+SHAPES = np.array([[1.0, 2.0, 0.5, -3.0], [2.0, -1.0, 1.0, 4.0]])
+"""Mass-normalised, along positive axes [1, 1, 1, rad a metre]."""
+SIGNS = np.array([1.0, -1.0, 1.0, -1.0])
+
+
+@pytest.mark.parametrize("count", [3, 4], ids=["translations", "with a rotation"])
+def test_directions_of_measured_modes_reach_shapes_files_and_structure(tmp_path: Path, count: int) -> None:
+    whole = beam()
+    fit = ts.modes(replace(whole, outputs=whole.outputs[:count], values=whole.values[:count]), band=(20.0, 350.0))
+    assert fit.frf.outputs == ("1+Z", "2+Z", "1+X", "2+RX")[:count] and fit.frf.inputs == ("1+Z",)
+    assert fit.frf.quantity is Quantity.ACCELERATION
+    shapes, right = fit.shapes()[0], SHAPES[:, :count]
+    assert shapes * np.sign(shapes[:, :1]) == pytest.approx(right, rel=1e-3)
+    structure = fit.structure()
+    assert structure.points == ("1_Z", "2_Z", "1_X", "2_RX")[:count]
+    written_sets = data_sets("", write_shapes(fit, tmp_path / "shapes.unv").read_bytes())
+    for one, shape in zip(written_sets, right, strict=True):
+        assert isinstance(one, AtNodes)
+        scaled = shape / shape[np.argmax(np.abs(shape))]
+        table = np.zeros((2, 3 if count == 3 else 6))
+        table[[0, 1, 0, 1][:count], [2, 2, 0, 3][:count]] = scaled
+        assert one.nodes == (1, 2) and one.values == pytest.approx(table, abs=2e-3)
+    back = read_mode_table(tmp_path / "shapes.unv")
+    assert set(back.points) == set(structure.points)
+    assert back.frequencies == pytest.approx(structure.frequencies, rel=1e-5)
+    assert back.damping_ratios == pytest.approx(structure.damping_ratios, rel=1e-4)
+    for point in structure.points:  # the same displacement by the same force
+        mine, theirs = (one.row(point) / np.sqrt(one.modal_masses) for one in (structure, back))
+        assert np.abs(theirs) == pytest.approx(np.abs(mine), rel=1e-3)
+
+
+def test_a_complex_shape_is_no_mode_of_a_structure(tmp_path: Path) -> None:
+    path = tmp_path / "shapes.unv"
+    turning = np.array([1.0, 1.0j, -1.0])
+    file = pyuff.UFF(str(path))
+    file.write_sets(
+        pyuff.prepare_55(
+            model_type=1, id1="a", id2="NONE", id3="NONE", id4="NONE", id5="NONE", analysis_type=3, data_ch=2,
+            spec_data_type=8, data_type=5, n_data_per_node=3, r1=0j * turning, r2=0j * turning, r3=turning, load_case=1,
+            mode_n=1, node_nums=[1, 2, 3], eig=-1.0 + 100.0j, modal_a=200.0j, modal_b=0j,
+        ),
+        "overwrite",
+    )  # fmt: skip
+    with pytest.raises(InputError, match="mode 1 is complex: its points do not move in one phase"):
+        read_mode_table(path)
+    with pytest.raises(InputError, match=r"1 complex modes \(data sets 55; tarsus\.modes\.read_mode_table reads them"):
+        read_response(path)

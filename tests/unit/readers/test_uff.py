@@ -62,7 +62,7 @@ def test_responses_with_coherence(tmp_path, binary, spacing):
     sets.append(function(np.full(40, 0.9), LINES, 6, 2, binary=binary, abscissa_spacing=spacing))
     response = read_response(write(tmp_path / "frf.uff", sets))
     assert [one.name for one in response.outputs] == ["1+Z", "2+Z"]
-    assert [one.at for one in response.outputs] == ["1", "2"]
+    assert [one.at for one in response.outputs] == ["1+Z", "2+Z"]
     assert [(one.name, one.quantity) for one in response.inputs] == [("1-Z", Quantity.FORCE)]
     assert response.unit == (("m/s / N",), ("m/s / N",))
     assert response.frequency == pytest.approx(LINES, rel=1e-5)
@@ -115,25 +115,53 @@ def test_time_series_in_the_units_of_the_file(tmp_path, binary):
     assert record.channel("9+Z").quantity is Quantity.FORCE and record.drive == "9+Z"
     assert record.step == pytest.approx(1e-4)
     notes = "\n".join(record.notes)
-    assert "not used: 1 auto spectra" in notes and "not used: 1 data sets of type 15" in notes
+    assert "not used: 1 auto spectra" in notes and "not used: 1 tables of nodes (data set 15)" in notes
 
 
-def test_a_label_is_a_unit_unless_the_data_type_contradicts_it(tmp_path):
+@pytest.mark.parametrize(
+    "label, kind, factor",
+    [
+        ("mm/s", 11, 1e-3), ("um", 8, 1e-6), ("g", 12, 9.80665), ("mV", 0, 1e-3), ("NONE", 11, 1.0),
+        ("in/s", 11, 0.0254), ("m/s2", 12, 1.0),
+    ],
+)  # fmt: skip
+def test_a_label_is_the_unit_where_the_file_states_no_system(tmp_path, label, kind, factor):
+    values = RANDOM.normal(size=300)
+    data = function(values, TIMES, 1, 1, ordinate_spec_data_type=kind, ordinate_axis_units_lab=label)
+    record = read_measurement(write(tmp_path / "time.uff", [data]))
+    assert record["1+Z"] == pytest.approx(factor * values)
+    assert any("SI is assumed" in note for note in record.notes) == (label == "NONE")
+
+
+@pytest.mark.parametrize(
+    "label, system",
+    [("mm/s", True), ("g", False), ("thumbs", False)],
+    ids=["against data set 164", "another quantity", "no unit"],
+)
+def test_a_label_at_odds_with_the_data_type_is_not_relied_on(tmp_path, label, system):
     velocity = RANDOM.normal(size=300)
-    voltage = function(velocity, TIMES, 1, 2, ordinate_spec_data_type=0, ordinate_axis_units_lab="mV")
-    path = write(
-        tmp_path / "time.uff", [voltage, function(velocity, TIMES, 1, 1, ordinate_axis_units_lab="mm/s")]
-    )
-    record = read_measurement(path)
-    assert record["2+Z"] == pytest.approx(1e-3 * velocity) and record.names == ("2+Z",)
-    notes = "\n".join(record.notes)
-    assert (
-        "'1+Z' is labelled 'mm/s', but its data type and the file's units say 1 m/s: neither is relied on"
-        in notes
-    )
-    assert "nothing says what channel '1+Z' measures: not used" in notes
+    sets = [units(1, 1.0, 1.0)] * system
+    sets += [function(velocity, TIMES, 1, 1, ordinate_axis_units_lab=label)]
+    path = write(tmp_path / "time.uff", sets)
+    with pytest.raises(ts.InputError, match=r"nothing says what channel '1\+Z' measures"):
+        read_measurement(path)
     chosen = read_measurement(path, channels={"1+Z": "mm/s"})
     assert chosen["1+Z"] == pytest.approx(1e-3 * velocity)
+    said = f"'1+Z' is labelled '{label}', but its data type and the file's units say 1 m/s: neither is relied on"
+    assert said in "\n".join(chosen.notes)
+
+
+def test_units_hold_from_where_they_stand(tmp_path):
+    values = RANDOM.normal(size=300)
+    sets = [units(1, 1.0, 1.0), function(values, TIMES, 1, 1), units(5, 1000.0, 1000.0), function(values, TIMES, 1, 2)]
+    record = read_measurement(write(tmp_path / "time.uff", sets))
+    assert record["1+Z"] == pytest.approx(values) and record["2+Z"] == pytest.approx(1e-3 * values)
+
+
+def test_the_unit_of_a_ratio_stands_at_the_ordinate(tmp_path):
+    data = function(H[0], LINES, 4, 1, ordinate_spec_data_type=12, ordinate_axis_units_lab="g/N")
+    read = read_response(write(tmp_path / "frf.uff", [data]))
+    assert read.unit == (("m/s^2 / N",),) and read.values[0, 0] == pytest.approx(9.80665 * H[0])
 
 
 def test_units_that_contradict_themselves_are_not_relied_on(tmp_path):
@@ -234,3 +262,63 @@ def test_units_with_signs_beyond_ascii(tmp_path, encoding):
     assert read.outputs[0].quantity is Quantity.ACCELERATION and read.inputs[0].quantity is Quantity.FORCE
     assert read.values[0, 0] == pytest.approx(1e-3 * np.array([1.0, 2.0 + 1.0j, 3.0 - 1.0j, 4.0 + 0.5j]))
     assert read.frequency == pytest.approx([0.0, 0.5, 1.0, 1.5])
+
+
+ROW = ["1.5", "-2.25", "3.0", "-4.5", "5.0", "6.0", "-7.0", "8.0"]
+
+
+@pytest.mark.parametrize(
+    "rows",
+    [
+        ["  1.50000D+00 -2.25000D+00  3.00000d+00 -4.50000D+00  5.00000D+00  6.00000D+00",
+         " -7.00000D+00  8.00000D+00"],
+        ["-1.50000E+000-2.25000E+000 3.00000E+000-4.50000E+000 5.00000E+000 6.00000E+000",
+         "-7.00000E+000 8.00000E+000"],
+        [" 1.5 -2.25 3 -4.5", "5 6 -7 8"],
+        ["  1.50000E+00 -2.25000E+00  3.00000E+00 -4.50000E+00  5.00000E+00  6.00000-100",
+         " -7.00000E+00  8.00000E+00"],
+    ],
+    ids=["Fortran's D", "numbers that touch", "by words", "exponents of three digits"],
+)  # fmt: skip
+def test_numbers_as_fortran_and_others_write_them(tmp_path, rows):
+    path = write(tmp_path / "time.uff", [function(np.zeros(8), TIMES[:8], 1, 1, ordinate_spec_data_type=11)])
+    head = path.read_text().splitlines()[:13]
+    head[8] = f"{2:10d}{8:10d}{1:10d}{0:13.5E}{1e-4:13.5E}{0:13.5E}"  # single precision
+    path.write_text("\r\n".join([*head, *rows, "    -1"]) + "\r\n")
+    right = np.array(ROW, dtype=float)
+    right[0] *= -1.0 if rows[0][0] == "-" else 1.0
+    right[5] = 6e-100 if "-100" in rows[0] else 6.0
+    assert read_measurement(path)["1+Z"] == pytest.approx(right, rel=1e-12)
+
+
+def test_responses_without_phases_say_so(tmp_path):
+    path = write(tmp_path / "frf.uff", [function(np.abs(H[0]), LINES, 4, 1)])
+    read = read_response(path)
+    assert read.values[0, 0] == pytest.approx(np.abs(H[0]))
+    assert "'1+Z': frequency responses of real numbers (data type 2 or 4), without phases" in "\n".join(read.notes)
+    with pytest.raises(ts.InputError, match=r"'1\+Z' are real numbers throughout, without phases"):
+        ts.modes(path, band=(3.0, 20.0))
+
+
+def test_rotations_and_the_input_of_data_at_nodes(tmp_path):
+    shape = np.array([1.0, 2.0])
+    sets = [
+        pyuff.prepare_55(
+            model_type=1, id5=f"{7:10d}{-3:10d}{11:10d}{13:10d}", analysis_type=5, data_ch=3, spec_data_type=11,
+            n_data_per_node=6, load_case=1, freq_step_n=k, freq=100.0 + k, node_nums=[3, 5], r1=0 * shape, r2=shape,
+            r3=0 * shape, r4=0 * shape, r5=(1 + k) * shape, r6=0 * shape,
+        )
+        for k in range(2)
+    ]  # fmt: skip
+    read = read_response(write(tmp_path / "ods.uff", sets))
+    assert [one.name for one in read.outputs] == ["3+Y", "5+Y", "3+RY", "5+RY"]
+    assert [one.quantity.unit for one in read.outputs] == ["m/s", "m/s", "rad/s", "rad/s"]
+    assert [(one.name, one.quantity.unit) for one in read.inputs] == [("7-Z", "N")]
+    assert read.values[3, 0] == pytest.approx([2.0, 4.0])
+
+
+def test_what_is_not_read_is_named_with_the_refusal(tmp_path):
+    path = write(tmp_path / "psd.uff", [function(np.ones(40), LINES, 9, 4)])
+    for read in (read_measurement, read_response):
+        with pytest.raises(ts.InputError, match="not used: 1 power spectral densities"):
+            read(path)

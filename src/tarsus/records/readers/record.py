@@ -42,7 +42,7 @@ def measurement_of(raw: RawFile, choices: Choices) -> Measurement:
         and (one.axis is None or one.axis.domain is Domain.TIME)
     ]
     if not candidates:
-        raise InputError(f"{raw.source} holds no time series{_responses(raw)}")
+        raise InputError([f"{raw.source} holds no time series{_responses(raw)}", *raw.notes])
     selected, notes = _with_units(raw, choices, candidates)
     notes = [*raw.notes, *notes, *_left_out(raw, candidates, column)]
     if choices.channels:
