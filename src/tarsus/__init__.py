@@ -15,6 +15,18 @@ this package takes.
 """
 
 
+_GUESSES = {
+    "load": "'load_scene' (a device or a scene file) or 'load_run' (a run's folder)",
+    "open": "'load_scene' (a device or a scene file) or 'load_run' (a run's folder)",
+    "read": "'load_scene' (a device or a scene file) or 'load_run' (a run's folder)",
+    "read_run": "'load_run'",
+    "save": "run.save(folder), or 'write_scene'",
+    "run": "'simulate'",
+    "batch": "'simulate_batch'",
+}
+"""The right spelling of names that are guessed."""
+
+
 def _homes() -> "dict[str, tuple[str, str]]":
     if not _HOMES:
         with open(__file__.removesuffix("c") + "i", encoding="utf-8") as stub:
@@ -39,9 +51,9 @@ def __getattr__(name: str) -> "Any":
     if name not in _homes():
         found = None if name.startswith("_") else _added(name)
         if found is None:
-            from tarsus.base.messages import nearest
+            from tarsus.base.messages import no_attribute
 
-            raise AttributeError(f"module 'tarsus' has no attribute '{name}'{nearest(name, _HOMES)}")
+            raise AttributeError(no_attribute("module 'tarsus'", name, _GUESSES, _HOMES))
         globals()[name] = found
         return found
     module, own = _HOMES[name]

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.base.messages import nearest
-from tarsus.base.spec import float_paths, get_value, with_values
+from tarsus.base.spec import float_paths, get_value, one_number, with_values
 from tarsus.model.scene import Scene
 from tarsus.study.axes import Logspace
 from tarsus.study.sweep import Sweep
@@ -36,9 +35,7 @@ class MapAxis:
         Raises InputError for an unknown path, ends that its number cannot have, and an empty range.
         """
         path, *span = given
-        known = float_paths(scene)
-        if path not in known:
-            raise InputError(f"{path}: unknown path{nearest(path, known)}")
+        path = one_number(scene, path)
         if len(span) not in (2, 3) or (len(span) == 3 and span[2] not in ("log", "")):
             raise InputError(f"{path}: expected a:b or a:b:log, got {':'.join(map(str, span))}")
         low, high = (float(get_value(with_values(scene, {path: end}), path)) for end in span[:2])
@@ -47,7 +44,7 @@ class MapAxis:
             raise InputError(f"{path}: the range from {low:g} to {high:g} is empty")
         if log and low <= 0.0:
             raise InputError(f"{path}: a logarithmic axis begins above 0, got {low:g}")
-        return cls(path, low, high, log, known[path].unit)
+        return cls(path, low, high, log, float_paths(scene)[path].unit)
 
     def at(self, share: Any) -> Floats:
         """Values [SI] at shares of the axis, from 0 to 1."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import types
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Annotated, Any, Literal, Union, get_args, get_origin
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
@@ -40,6 +40,32 @@ def nearest(name: str, valid: Iterable[str]) -> str:
         return ""
     shown = ", ".join(f"'{n}'" for n in names[:12])
     return f"; valid names are {shown}{', ...' if len(names) > 12 else ''}"
+
+
+class Hinted:
+    """What answers a name that it does not have with the right spelling: that of ``_guesses``, by usual guesses, else
+    the nearest of its own names."""
+
+    _guesses: ClassVar[Mapping[str, str]] = {}
+
+    if not TYPE_CHECKING:  # type checkers know which names there are
+
+        def __getattr__(self, name: str) -> Any:
+            if hasattr(type(self), name):  # a property of its own that raised: ask again for the error that says why
+                return object.__getattribute__(self, name)
+            raise AttributeError(no_attribute(f"'{type(self).__name__}' object", name, self._guesses, dir(type(self))))
+
+
+def no_attribute(owner: str, name: str, guesses: Mapping[str, str], known: Iterable[str]) -> str:
+    """A sentence for a name that an object does not have; guesses: the right spelling by names that it never had."""
+    if name.startswith("_"):
+        return f"{owner} has no attribute '{name}'"
+    near = f"; did you mean {guesses[name]}?" if name in guesses else nearest(name, _public(known))
+    return f"{owner} has no attribute '{name}'{near}"
+
+
+def _public(names: Iterable[str]) -> list[str]:
+    return [one for one in names if not one.startswith("_")]
 
 
 def bounds_text(extra: Mapping[str, Any]) -> str:

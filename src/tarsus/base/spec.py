@@ -29,7 +29,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema, core_schema
 
 from tarsus.base.errors import InputError
-from tarsus.base.messages import PathErrors, bounds_text, nearest, sentences
+from tarsus.base.messages import PathErrors, bounds_text, nearest, no_attribute, sentences
 from tarsus.base.units import describe_unit, parse_quantity
 
 __all__ = [
@@ -41,8 +41,12 @@ __all__ = [
     "MaybeAmount",
     "Name",
     "Named",
+    "by_path",
     "float_paths",
     "get_value",
+    "number_paths",
+    "one_number",
+    "paths_of",
     "quantity",
     "quantity_units",
     "validate",
@@ -64,9 +68,13 @@ class FrozenDict(dict[K, V]):
         raise TypeError("descriptions are frozen: make a changed copy with tarsus.with_values")
 
     def __missing__(self, key: object) -> Any:
-        from tarsus.base.messages import nearest
-
         raise KeyError(f"there is no '{key}'{nearest(str(key), map(str, self))}")
+
+    def __getattr__(self, name: str) -> Any:
+        """A value by its name, so that a path such as ``scene.robot.feet.tip.gap`` is Python too."""
+        if name not in self or name.startswith("__"):
+            raise AttributeError(f"there is no '{name}'{nearest(name, map(str, self))}")
+        return self[name]  # pyright: ignore[reportArgumentType]
 
     __setitem__ = __delitem__ = __ior__ = _refuse  # pyright: ignore[reportAssignmentType]
     clear = pop = popitem = setdefault = update = _refuse  # pyright: ignore[reportAssignmentType]
@@ -268,6 +276,21 @@ class Description(BaseModel):
             f"a {type(self).__name__} is frozen: change {name} in a copy, by tarsus.with_values"
         )
 
+    if not TYPE_CHECKING:  # type checkers know which names there are
+
+        def __getattr__(self, name: str) -> Any:
+            try:
+                return super().__getattr__(name)
+            except AttributeError:
+                if name.startswith("_") or hasattr(type(self), name):
+                    raise
+            known = [*type(self).model_fields, *vars(type(self))]
+            raise AttributeError(no_attribute(f"'{type(self).__name__}' object", name, {}, known))
+
+    def short_words(self) -> Mapping[str, tuple[str, ...]]:
+        """Words that stand for numbers wherever a path does, with the paths of these; none unless a class has some."""
+        return {}
+
 
 class FloatInfo(NamedTuple):
     """One float of a description: SI value, SI unit, meaning."""
@@ -371,12 +394,65 @@ def _unknown(desc: Description, path: str) -> str:
             parent = ".".join(keys[:depth])
             if node is None:
                 return f"{path}: '{parent}' is not set here, so '{key}' has nothing to act on"
-            whole = [p for p, _, _ in _leaves(desc, "", _BARE)]
-            hint = nearest(path, whole)
+            words = desc.short_words()
+            hint = nearest(path, [*words, *(p for p, _, _ in _leaves(desc, "", _BARE))])
             if "did you mean" not in hint:
                 hint = nearest(key, [name for name, _ in _children(node)]) or f"; '{parent}' is one value"
+                if depth == 0 and words:
+                    hint += f"; short words are {', '.join(map(repr, words))}"
             return f"{path}: unknown path{hint}"
     return f"{path}: unknown path"
+
+
+def paths_of(desc: Description, name: str) -> tuple[str, ...]:
+    """Paths that a path or a short word stands for. Raises InputError for what is neither, with the nearest of both."""
+    paths = desc.short_words().get(name, (name,))
+    for path in paths:
+        get_value(desc, path)
+    return paths
+
+
+def number_paths(desc: Description, name: str) -> tuple[str, ...]:
+    """Paths of the numbers that a path or a short word stands for.
+
+    Raises InputError as `paths_of` does, and for what is no number with a fraction or not set.
+    """
+    paths = paths_of(desc, name)
+    for path in paths:
+        found = get_value(desc, path)
+        if found is None:
+            raise InputError([f"{path}: is not set here, so it has no value that could vary"])
+        if not isinstance(found, float):
+            inside = [p for p, value, _ in _leaves(found, "", _BARE) if p and type(value) is float]
+            many = f"is a table or list; name one number inside, such as {path}.{inside[0]}" if inside else ""
+            raise InputError([f"{path}: {many or f'is {found!r}, and no number that varies'}"])
+    return paths
+
+
+def one_number(desc: Description, name: str) -> str:
+    """The path of the one number that a path or a short word stands for.
+
+    Raises InputError as `number_paths` does, and for a word that stands for several.
+    """
+    first, *others = number_paths(desc, name)
+    if others:
+        raise InputError([f"{name}: stands for {' and '.join((first, *others))} here; name one of them"])
+    return first
+
+
+def by_path(desc: Description, values: Mapping[str, T]) -> dict[str, T]:
+    """Values by path, with each short word replaced by the paths of all numbers that it stands for.
+
+    Raises InputError where a number is given twice so.
+    """
+    words = desc.short_words() if any("." not in name for name in values) else {}
+    out: dict[str, T] = {}
+    for name, value in values.items():
+        for path in words.get(name, (name,)):
+            if path in out or (path != name and path in values):
+                raise InputError([f"{path}: is given twice, once as '{name}'"])
+            out[path] = value
+    return out
 
 
 def get_value(desc: Description, path: str) -> Any:
@@ -393,6 +469,11 @@ def get_value(desc: Description, path: str) -> Any:
         For an unknown path, with the nearest valid one.
     """
     described(desc)
+    if "." not in path and (meant := desc.short_words().get(path)):
+        found = [get_value(desc, one) for one in meant]
+        if any(one != found[0] for one in found):
+            raise InputError([f"{path}: stands for {' and '.join(meant)} here, which differ; name one of them"])
+        return found[0]
     node: Any = desc
     for key in path.split("."):
         try:
@@ -468,8 +549,8 @@ def with_values(desc: D, values: Mapping[str, Any]) -> D:
     desc
         Any description.
     values
-        Path to new value: a float in SI, a unit string, or whatever the field takes (a whole sub-description,
-        a table, None).
+        Path, or short word such as ``volts`` (`Description.short_words`), to new value: a float in SI, a unit string,
+        or whatever the field takes (a whole sub-description, a table, None).
 
     Returns
     -------
@@ -483,7 +564,7 @@ def with_values(desc: D, values: Mapping[str, Any]) -> D:
     """
     described(desc)
     problems: list[str] = []
-    changed = _changed(desc, desc, _tree(values), "", problems)
+    changed = _changed(desc, desc, _tree(by_path(desc, values)), "", problems)
     if problems:
         raise InputError(problems)
     return changed

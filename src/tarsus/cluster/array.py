@@ -39,7 +39,7 @@ number=$1
 for one in "$SLURM_ARRAY_TASK_ID" "$PBS_ARRAY_INDEX" "$PBS_ARRAYID" "$LSB_JOBINDEX" "$SGE_TASK_ID"; do
   case $one in '' | undefined) ;; *) number=${{number:-$one}} ;; esac
 done
-{environment}exec {python} -m tarsus.cli.task {folder} "$number" {submission}
+{environment}exec {python} -P -m tarsus.cli.task {folder} "$number" {submission}
 """
 
 

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
 from tarsus.cluster.dask import executor_of
+from tarsus.files.library import device_names, load_scene
+from tarsus.model.scene import Scene
 from tarsus.study.progress import OnProgress
 from tarsus.study.studyfile import load_sweep
 from tarsus.study.sweep import Sweep
@@ -67,6 +70,7 @@ def sweep(
     >>> found.runs, found.outcomes
     (3, {'DONE': 3})
     """
+    _check_study(study, output)
     chosen = study if isinstance(study, Sweep) else load_sweep(study)
     name = chosen.name if isinstance(study, Sweep) else Path(study).stem
     if seed is not None:
@@ -78,6 +82,21 @@ def sweep(
         threads=threads if client is None else executor_of(client),
         progress=progress,
     )
+
+
+def _check_study(study: object, output: object) -> None:
+    """Raise InputError for what others' sweeps take: a scene or a device, and values by path."""
+    scene = study if isinstance(study, Scene) else None
+    if scene is None and isinstance(study, str) and study in device_names():
+        scene = load_scene(study)
+    if scene is None and not isinstance(output, Mapping):
+        return
+    name = f'"{study}"' if isinstance(study, str) else "scene"
+    raise InputError([
+        f"expected a Sweep, a study's name or a study file, got {name}: a sweep into a folder is ts.sweep(ts.Sweep("
+        f'name="mine", scene={name if scene is None or scene is study else f"ts.load_scene({name})"}, vary={{...}}, '
+        f'measures=("peak",)), "mine.sweep"); runs in memory are ts.simulate_batch({name}, {{...}})'
+    ])  # fmt: skip
 
 
 def redrawn(sweep: Sweep, seed: int, resume: bool = False) -> Sweep:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
-from tarsus.base.spec import float_paths, with_values
+from tarsus.base.spec import by_path, float_paths, with_values
 from tarsus.base.units import format_quantity
 from tarsus.design.request import Problems
 from tarsus.fit.unknowns import Unknown, Unknowns
@@ -104,7 +104,7 @@ def gait_unknowns(
     InputError
         With every problem: paths that are no number of a gait or a signal, ranges that are empty or have to be given.
     """
-    given: dict[str, Ends | None] = dict(free) if isinstance(free, Mapping) else dict.fromkeys(free)
+    given: dict[str, Ends | None] = by_path(scene, free if isinstance(free, Mapping) else dict.fromkeys(free))
     problems, found = Problems(), list[Shared]()
     base: dict[str, float] = {}
     if not given:

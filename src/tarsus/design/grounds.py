@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.base.spec import get_value, with_values
+from tarsus.base.spec import by_path, get_value, with_values
 from tarsus.files.draws import read_draws
 from tarsus.fit.unknowns import Unknown, Unknowns
 from tarsus.model.scene import Scene
@@ -145,7 +145,7 @@ def over_of(scene: Scene, given: Any) -> Over | None:
         return None
     if isinstance(given, (str, Path)):
         given = Grounds(read_draws(Path(given)))
-    over = given if isinstance(given, (Unknowns, Grounds)) else _box(scene, given)
+    over = given if isinstance(given, (Unknowns, Grounds)) else _box(scene, by_path(scene, given))
     ends = (over.low, over.high) if isinstance(over, Unknowns) else _ends(over)
     problems: list[str] = []
     for end in ends:  # bounds are intervals, so both ends suffice

@@ -16,7 +16,7 @@ from tarsus.base.messages import alternatives, kind_of, nearest
 from tarsus.files.installed import device_names, device_path, is_path
 from tarsus.files.toml import read_scene
 from tarsus.model.drive.waveforms import Waveform
-from tarsus.model.scene import Scene, override
+from tarsus.model.scene import SHORT_WORDS, Scene, override
 
 if TYPE_CHECKING:
     from tarsus.model.laws import Law
@@ -32,9 +32,11 @@ def _device(name: str) -> Scene:
     return read_scene(device_path(name))
 
 
-def as_scene(scene: SceneLike) -> Scene:
-    """The scene itself, or the device or scene file that is named. Raises InputError as `load_scene` does."""
-    return scene if isinstance(scene, Scene) else load_scene(scene)
+def as_scene(scene: SceneLike, /, **values: Any) -> Scene:
+    """The scene itself, or the device or scene file that is named, with some values changed; values and errors as for
+    `load_scene`."""
+    found = scene if isinstance(scene, Scene) else load_scene(scene)
+    return changed(found, **values) if values else found
 
 
 def load_scene(
@@ -128,16 +130,14 @@ def _meant(name: str) -> str | None:
 _KEPT = ("amplitude", "frequency", "phase", "offset")
 """Fields that mean the same in every waveform that has them."""
 
-_OF_GAIT = {"amplitude": "high", "frequency": "frequency"}
-"""What stands for a wave's fields in a gait."""
-
 
 def _signal_changes(
     scene: Scene, values: Mapping[str, Any], problems: list[str], *, volts: Any, hz: Any, wave: str | None
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """Signals that change as a whole (sugar, or a new kind), what changes of the gait, and the values left; faults go
     to ``problems``, and what else is asked for is kept, so that its faults are found as well."""
-    sugar = {key: value for key, value in (("amplitude", volts), ("frequency", hz)) if value is not None}
+    asked = {word: value for word, value in (("volts", volts), ("hz", hz)) if value is not None}
+    sugar = {SHORT_WORDS[word][0]: value for word, value in asked.items()}
     if (sugar or wave is not None) and not scene.signals and scene.gait is None:
         problems.append("the scene has no signal to change; give signals in its file")
         return {}, dict(values)
@@ -148,7 +148,7 @@ def _signal_changes(
     others = dict(values)
     changes: dict[str, Any] = {}
     if scene.gait is not None:
-        changes = {f"gait.{_OF_GAIT[key]}": value for key, value in sugar.items()}
+        changes = {f"gait.{SHORT_WORDS[word][1]}": value for word, value in asked.items()}
     kinds = {str(kind_of(member)): member for member in alternatives(Waveform)}
     for name, signal in scene.signals.items():
         prefix = f"signals.{name}."
@@ -179,7 +179,7 @@ def _fitting(sugar: Mapping[str, Any], cls: type[BaseModel]) -> dict[str, Any]:
     return {key: value for key, value in sugar.items() if key in cls.model_fields}
 
 
-_SHORT = ("volts", "hz", "wave")
+_SHORT = (*SHORT_WORDS, "wave")
 """Names of settings that stand for the values of every signal."""
 
 _AXIS_FIELDS = {"kind", "paths", "values", "start", "stop", "count"}

@@ -18,12 +18,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import metadata
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.base.events import EVENT_WORDS
+from tarsus.base.messages import Hinted, nearest
 from tarsus.files.jsontext import json_text, read_json
 from tarsus.files.kinds import SUMMARY_FILE, folder_sentence
 from tarsus.files.ledger import Ledger, ledger_table, read_number, stored_ledger
@@ -131,7 +132,13 @@ class StoredCaution:
 
 
 class StoredMeasures(dict[str, StoredMeasure]):
-    """Measures of a stored run by name; warnings: what to know when reading them."""
+    """Measures of a stored run by name, as in Python or as printed; warnings: what to know when reading them."""
+
+    def __missing__(self, name: str) -> StoredMeasure:
+        spelt = str(name).strip().replace(" ", "_")
+        if spelt in self:
+            return self[spelt]
+        raise KeyError(f"there is no measure '{name}'{nearest(str(name), self)}")
 
     def __init__(self, values: Mapping[str, StoredMeasure], warnings: Sequence[StoredCaution] = ()) -> None:
         super().__init__(values)
@@ -139,8 +146,12 @@ class StoredMeasures(dict[str, StoredMeasure]):
 
 
 @dataclass(frozen=True)
-class StoredRun:
+class StoredRun(Hinted):
     """A run read back from a folder; series as `dataset`, events as the run's structured array."""
+
+    _guesses: ClassVar[Mapping[str, str]] = {
+        "t": "'time'", "series": "'dataset'", "states": "'dataset'", "to_dataframe": "dataset.to_dataframe()",
+    }  # fmt: skip
 
     scene: Any
     dataset: xarray.Dataset
@@ -153,6 +164,16 @@ class StoredRun:
     duration: float
     version: str
     wall_s: float = math.nan
+
+    @property
+    def time(self) -> np.ndarray:
+        """Times (nt,) [s] of the series."""
+        return self.dataset["time"].values
+
+    @property
+    def gap(self) -> np.ndarray:
+        """Gap (m, nt) [m] of every foot at these times."""
+        return self.dataset["gap"].values
 
     def table(self) -> Table:
         """The run, its measures and its energy account."""

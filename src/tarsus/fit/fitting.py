@@ -17,7 +17,7 @@ from tarsus.fit.problem import Problem
 from tarsus.fit.ranges import Range
 from tarsus.fit.residuals import FAILED, Found, Residuals, differences
 from tarsus.fit.terms import Term
-from tarsus.fit.unknowns import Unknown, Unknowns
+from tarsus.fit.unknowns import Ranges, Unknown, Unknowns
 from tarsus.fit.verdict import verdict_of
 from tarsus.model.scene import Scene
 from tarsus.solve.batch import simulate_batch
@@ -49,7 +49,7 @@ class RunResiduals(Residuals):
     def __init__(
         self,
         scene: SceneLike,
-        unknowns: Sequence[Unknown],
+        unknowns: Sequence[Unknown] | Ranges,
         function: Callable[[Run], ArrayLike],
         duration: float | str | None = None,
         accuracy: Accuracy | None = None,
@@ -167,7 +167,7 @@ class FitResult(Tabled):
 
 def fit(
     scene: SceneLike,
-    unknowns: Sequence[Unknown],
+    unknowns: Sequence[Unknown] | Ranges,
     residuals: Sequence[Term] | Callable[[Run], ArrayLike],
     duration: float | str | None = None,
     *,
@@ -181,7 +181,7 @@ def fit(
     scene
         The scene, or a device's name or a scene file's path.
     unknowns
-        Numbers of it with their bounds.
+        Numbers of it with their bounds, each an `Unknown`; or bounds by path or short word, ``{"volts": (5, 7)}``.
     residuals
         Records, readings and limits (`Samples`, `Reading`, `Limit`), which have exact derivatives; or a function that
         takes a `Run` and gives (model - data) / error, as many numbers of every run.

@@ -16,7 +16,7 @@ from tarsus.fit.readers import OfMeasure
 from tarsus.fit.residuals import FAILED, Residuals, differences
 from tarsus.fit.term_rows import TermRole, TermRows, term_rows_of
 from tarsus.fit.terms import Term
-from tarsus.fit.unknowns import Unknown, Unknowns
+from tarsus.fit.unknowns import Ranges, Unknown, Unknowns
 from tarsus.model.scene import Scene
 from tarsus.solve.batch import simulate_batch
 from tarsus.solve.engine import Accuracy
@@ -35,7 +35,7 @@ class Problem(Residuals):
     scene
         The scene, or a device's name or a scene file's path; what is not unknown is its own.
     unknowns
-        Each a number of the scene or of `derived`.
+        Each a number of the scene or of `derived`; or bounds by path, ``{"volts": (5, 7)}``.
     terms
         Readings, samples, goals and limits; those under the same conditions share a run.
     duration
@@ -54,7 +54,7 @@ class Problem(Residuals):
     def __init__(
         self,
         scene: SceneLike,
-        unknowns: Sequence[Unknown],
+        unknowns: Sequence[Unknown] | Ranges,
         terms: Sequence[Term],
         duration: float | str | None = None,
         accuracy: Accuracy | None = None,
@@ -66,9 +66,10 @@ class Problem(Residuals):
         self.seconds, self.accuracy = seconds_of(scene, duration), accuracy or RECORDED
         self._derived, self._shared = derived, Shared()
         problems: list[str] = []
-        for make in (self._set_unknowns, self._set_terms):
+        self._targets: set[str] = set()
+        for make in (lambda: self._set_unknowns(unknowns), self._set_terms):
             try:
-                make(unknowns)
+                make()
             except InputError as error:
                 problems += error.problems
         if problems:
@@ -80,15 +81,15 @@ class Problem(Residuals):
         self._last: tuple[bytes, Floats] = (b"", np.zeros((0, 0)))
         self._kept_slopes: tuple[bytes, Floats, tuple[str, ...]] = (b"", np.zeros((0, 0)), ())
 
-    def _set_unknowns(self, unknowns: Sequence[Unknown]) -> None:
+    def _set_unknowns(self, unknowns: Sequence[Unknown] | Ranges) -> None:
         self.unknowns = Unknowns.of(self.scene, unknowns)
+        self._targets = {path for one in self.unknowns.targets for path in one}
         middle = self.unknowns.values(np.full(len(self.unknowns), 0.5))
         with_values(self.scene, self._values({})(middle))
 
-    def _set_terms(self, unknowns: Sequence[Unknown]) -> None:
+    def _set_terms(self) -> None:
         self._terms = term_rows_of(self.scene, self.terms, self.seconds)
-        own = {path for one in unknowns for path in one.targets}
-        twice = sorted({path for one in self._terms for path in one.under} & own)
+        twice = sorted({path for one in self._terms for path in one.under} & self._targets)
         if twice:
             raise InputError(
                 [f"{path}: is unknown, and a condition under which a term holds" for path in twice]

@@ -11,7 +11,7 @@ import numpy as np
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
-from tarsus.base.spec import float_paths, with_values
+from tarsus.base.spec import by_path, float_paths, with_values
 from tarsus.base.units import parse_quantity
 from tarsus.fit.readers import OfEvents, OfMeasure, OfStates, Reader
 from tarsus.fit.terms import Goal, Number, Reading, Samples, Term, Value
@@ -134,8 +134,8 @@ def _positive(name: str, value: float) -> None:
 
 
 def _under(scene: Scene, given: Mapping[str, Value]) -> dict[str, float]:
-    known = float_paths(scene)
-    with_values(scene, dict(given))  # an unknown path or a refused value has a sentence of its own
+    known, given = float_paths(scene), by_path(scene, given)
+    with_values(scene, given)  # an unknown path or a refused value has a sentence of its own
     if other := [path for path in given if path not in known]:
         raise InputError([f"under: {path} is no number of the scene" for path in other])
     return {path: parse_quantity(value, known[path].unit) for path, value in given.items()}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
@@ -128,6 +128,45 @@ class Unknown(Description):
         return self.name or self.path
 
 
+Ranges = Mapping[str, tuple[Value, Value]]
+"""Unknowns as bounds by path or short word: ``{"robot.feet.tip.gap": ("60 um", "80 um")}``."""
+
+
+def listed(unknowns: Sequence[Unknown] | Ranges) -> tuple[Unknown, ...]:
+    """Unknowns given one by one, or as bounds by path.
+
+    Raises InputError where there are none, and with each that is neither.
+    """
+    if isinstance(unknowns, Unknown):
+        return (unknowns,)
+    found: list[Unknown] = []
+    problems: list[str] = []
+    if isinstance(unknowns, Mapping):
+        for path, bounds in unknowns.items():
+            try:
+                low, high, *scale = bounds
+                if isinstance(bounds, str) or len(scale) > 1:
+                    raise ValueError
+                found.append(Unknown(path, low, high, *scale))
+            except InputError as error:
+                problems += [f"{path}: {text}" for text in error.problems]
+            except (TypeError, ValueError):
+                problems.append(f"{path}: expected (low, high), got {bounds!r:.60}")
+    else:
+        for one in unknowns:
+            if isinstance(one, Unknown):
+                found.append(one)
+            else:
+                example = 'tarsus.Unknown("robot.feet.tip.gap", "60 um", "80 um")'
+                expected = f"expected each as {example}, or all as {{path: (low, high)}}"
+                problems.append(f"unknowns: {expected}, got {one!r:.60}")
+    if not found and not problems:
+        problems.append("unknowns: expected at least one")
+    if problems:
+        raise InputError(problems)
+    return tuple(found)
+
+
 def _given(**values: Any) -> dict[str, Any]:
     return {name: value for name, value in values.items() if value is not None}
 
@@ -162,8 +201,8 @@ class Unknowns:
             object.__setattr__(self, "targets", ((),) * len(self.names))
 
     @classmethod
-    def of(cls, scene: Scene, unknowns: Sequence[Unknown]) -> Unknowns:
-        """The unknowns of a scene in SI.
+    def of(cls, scene: Scene, unknowns: Sequence[Unknown] | Ranges) -> Unknowns:
+        """The unknowns of a scene in SI; short words stand for all of their numbers.
 
         Raises
         ------
@@ -172,22 +211,30 @@ class Unknowns:
             not fit.
         """
         known = float_paths(scene)
-        problems = [] if unknowns else ["unknowns: expected at least one"]
-        columns = []
-        for one in unknowns:
+        words = scene.short_words()
+        problems: list[str] = []
+        try:
+            asked = listed(unknowns)
+        except InputError as error:
+            asked, problems = (), error.problems
+        columns, every_path = [], []
+        for one in asked:
             if not one.label:
                 problems.append("unknowns: one has neither a path nor a name")
-            for path in one.targets:
+            targets = tuple(path for name in one.targets for path in words.get(name, (name,)))
+            every_path += targets
+            for path in targets:
                 if path not in known:
-                    problems.append(f"{one.label}: the scene has no number '{path}'{nearest(path, known)}")
-            unit = next((known[path].unit for path in one.targets if path in known), one.unit or "1")
+                    hint = nearest(path, [*words, *known])
+                    problems.append(f"{one.label}: the scene has no number '{path}'{hint}")
+            unit = next((known[path].unit for path in targets if path in known), one.unit or "1")
             try:
-                columns.append((one.label, unit, *_in_si(one, unit), one.circular, one.targets))
+                columns.append((one.label, unit, *_in_si(one, unit), one.circular, targets))
             except InputError as error:
                 problems += [f"{one.label}: {text}" for text in error.problems]
         for what, every in (
-            ("is unknown twice", [path for one in unknowns for path in one.targets]),
-            ("is the name of two unknowns", [one.label for one in unknowns]),
+            ("is unknown twice", every_path),
+            ("is the name of two unknowns", [one.label for one in asked]),
         ):
             problems += [f"{each}: {what}" for each in dict.fromkeys(every) if every.count(each) > 1]
         if problems:

@@ -53,13 +53,28 @@ class _Robots:
             gymnasium.spaces.Box(-np.inf, np.inf, (seen,), np.float32),
         )
 
+    def _action(self, action: Any) -> Floats:
+        """An action (nr, size) as numbers. Raises InputError for another shape, and for what is no finite number."""
+        robots, size = len(self.done), self.actions.size(self.scene)
+        try:
+            given = np.asarray(action, dtype=float)
+        except (TypeError, ValueError):
+            raise InputError([f"action: expected {size} numbers from -1 to 1, got {action!r:.60}"]) from None
+        if given.shape not in {(robots, size)} | ({(size,)} if robots == 1 else set()):
+            each = f"{size} numbers" if robots == 1 else f"{robots} rows of {size} numbers, one a robot,"
+            got = " x ".join(map(str, given.shape)) or "one number"
+            raise InputError([f"action: expected {each} from -1 to 1, got {got}"])
+        if not np.isfinite(given).all():
+            raise InputError(["action: every number must be finite"])
+        return given.reshape(robots, size)
+
     def reset(self, seed: int | None, robots: NDArray[np.bool_] | None = None) -> State:
         self.done[slice(None) if robots is None else robots] = 0
         return self.session.reset(seed, robots=robots)
 
     def step(self, action: Any) -> tuple[State, Floats, NDArray[np.bool_], NDArray[np.bool_]]:
         """State, rewards, who has stopped and who has come to the end of an episode."""
-        told = self.actions.told(self.scene, np.atleast_2d(np.asarray(action, dtype=float)), self.seconds)
+        told = self.actions.told(self.scene, self._action(action), self.seconds)
         state = self.session.step(dt=self.seconds, **told)
         self.done += 1
         reward = np.broadcast_to(self.reward.values(state.measures), self.done.shape)

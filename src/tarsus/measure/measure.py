@@ -24,6 +24,11 @@ RENAMED = {"all_rebounds": "total_rebounds_any_height"}
 """Measures that had another name once."""
 
 
+def measure_name(name: object) -> str:
+    """The name of a measure as typed or as printed: "contact duration" is ``contact_duration``."""
+    return str(name).strip().replace(" ", "_").replace("-", "_")
+
+
 def no_measure(name: str, known: Iterable[str]) -> str:
     """A sentence for a name that no measure has: with its new name, the nearest valid one, or the valid ones."""
     names = list(known)
@@ -88,20 +93,23 @@ class Caution:
 
 
 class Measures(Mapping[str, Measure]):
-    """Measures by name; also as attributes: ``run.measures.contact_duration``. warnings: what to know when reading
-    them."""
+    """Measures by name, as in Python or as printed; also as attributes: ``run.measures.contact_duration``.
+
+    warnings: what to know when reading them.
+    """
 
     def __init__(self, values: Mapping[str, Measure], warnings: Sequence[Caution] = ()) -> None:
         self._values = dict(values)
         self.warnings = tuple(warnings)
 
     def __getitem__(self, name: str) -> Measure:
-        if name not in self._values:
+        found = self._values.get(measure_name(name))
+        if found is None:
             raise KeyError(no_measure(name, self._values))
-        return self._values[name]
+        return found
 
     def __contains__(self, name: object) -> bool:
-        return name in self._values
+        return measure_name(name) in self._values
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._values)

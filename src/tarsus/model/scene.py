@@ -62,6 +62,10 @@ __all__ = [
 ]
 
 
+SHORT_WORDS = {"volts": ("amplitude", "high"), "hz": ("frequency", "frequency")}
+"""Words that stand for numbers of a drive: their fields in a wave, and in a gait."""
+
+
 class Standing(Description):
     """A walker's start in static equilibrium on its feet, whatever its payload, gravity and springs."""
 
@@ -195,6 +199,21 @@ class Scene(Description):
         if faults:
             raise PathErrors(faults)
         return self
+
+    def short_words(self) -> Mapping[str, tuple[str, ...]]:
+        """``volts`` and ``hz`` with the paths that they stand for: amplitude and frequency of every signal that has
+        them, upper voltage and frequency of the gait."""
+        found: dict[str, tuple[str, ...]] = {}
+        for word, (of_wave, of_gait) in SHORT_WORDS.items():
+            paths = [
+                f"signals.{name}.{of_wave}"
+                for name, signal in self.signals.items()
+                if of_wave in type(signal).model_fields
+            ]
+            gait = [] if self.gait is None else [f"gait.{of_gait}"]
+            if gait or paths:
+                found[word] = (*gait, *paths)
+        return found
 
     @property
     def slides(self) -> bool:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.base.spec import float_paths, get_value, with_values
+from tarsus.base.spec import float_paths, get_value, one_number, with_values
 from tarsus.base.workers import Workers
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.orbits.attractors import attractors
@@ -67,7 +67,7 @@ def branch(
     scene
         Or a device's name, or a scene file's path.
     along
-        The path of the number, with its two values, in SI or texts with a unit:
+        The path of the number, or ``volts`` or ``hz``, with its two values, in SI or texts with a unit:
         ``{"signals.pzt.amplitude": ("8 V", "7.5 V")}``.
     starts
         Number of starts at each of both values, every settled motion of which (`tarsus.attractors`) is followed; 0: the
@@ -96,22 +96,20 @@ def branch(
         raise InputError(f"along: a branch follows one number, got {len(along)}")
     if starts < 0:
         raise InputError(f"starts: expected 0 or more, got {starts}")
-    ((path, edges),) = along.items()
-    known = float_paths(scene)
-    get_value(scene, path)
-    if path not in known:
-        raise InputError([f"{path}: is no number of the scene"])
+    ((name, edges),) = along.items()
+    path = one_number(scene, name)
+    unit = float_paths(scene)[path].unit
     first, last = (get_value(with_values(scene, {path: edge}), path) for edge in edges)
     if first == last:
         raise InputError([f"{path}: the range from {first:g} to {last:g} is empty"])
-    tracer = Tracer(scene, path, known[path].unit, (first, last), bool(starts), progress)
+    tracer = Tracer(scene, path, unit, (first, last), bool(starts), progress)
     others = tracer.own(multiple)
     for at in (first, last) if starts else ():
         others += tracer.settling_at(at, starts, threads)
     if not tracer.branches:
         raise InputError(others)
     return Branches(
-        scene, path, known[path].unit, (first, last), starts, tuple(tracer.branches), tuple(others)
+        scene, path, unit, (first, last), starts, tuple(tracer.branches), tuple(others)
     )
 
 

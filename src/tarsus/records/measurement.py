@@ -32,6 +32,11 @@ class Channel:
     full_scale: float | None = None
 
     @property
+    def unit(self) -> str:
+        """SI unit of its values."""
+        return self.quantity.unit
+
+    @property
     def at(self) -> str:
         """Name of the point it looks at."""
         return self.name if self.point is None else self.point

@@ -18,7 +18,7 @@ from markupsafe import Markup
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.events import EVENT_WORDS, IMPACTS, EventKind
-from tarsus.base.spec import float_paths, with_values
+from tarsus.base.spec import by_path, float_paths, paths_of, with_values
 from tarsus.base.units import parse_quantity
 from tarsus.files.draws import read_draws
 from tarsus.files.library import SceneLike, as_scene, load_scene
@@ -110,7 +110,8 @@ def explore(
     """
     described = as_scene(scene)
     seconds = seconds_of(described, duration)
-    explored = Explored.of(described, seconds, ranges=_ranges(described, over), drives=drive)
+    turned = None if drive is None else [path for name in drive for path in paths_of(described, name)]
+    explored = Explored.of(described, seconds, ranges=_ranges(described, over), drives=turned)
     found = Explorer(explored, scene if isinstance(scene, str) else "")
     if output is not None:
         found.write(output)
@@ -131,7 +132,7 @@ def _ranges(
             for low, high in [np.percentile(column, [2.5, 97.5])]
         }
     infos, found, faults = float_paths(scene), {}, []
-    for path, ends in over.items():
+    for path, ends in by_path(scene, over).items():
         if path not in infos:
             faults.append(f"{path}: the scene has no such number")
             continue

@@ -18,6 +18,7 @@ from tarsus.base.messages import nearest
 from tarsus.base.verb import callable_package
 from tarsus.report.sheet import name_axes
 from tarsus.report.style import CONTACT, CYCLE, INK, MOST_LINES, MUTED, level_limits
+from tarsus.solve.shown import RUN_FIGURES
 from tarsus.tables.numbers import spaced
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 
 callable_package(__name__, "tarsus.report.plotted:plot")
 
-__all__ = ["branch", "front", "impacts", "landing", "ledger", "measure", "motion", "multipliers"]
+__all__ = ["branch", "front", "impacts", "landing", "ledger", "measure", "motion", "multipliers", "series"]
 
 
 def motion(run: Run, points: Sequence[str] | None = None, *, axes: Axes | None = None) -> Axes:
@@ -52,6 +53,25 @@ def motion(run: Run, points: Sequence[str] | None = None, *, axes: Axes | None =
         touching = data["gap"].values[0] <= 0.0
         look = {"transform": axes.get_xaxis_transform(), "color": CONTACT, "lw": 0}
         axes.fill_between(data["time"].values, 0.0, 1.0, where=touching, **look)
+    axes.set_title(run.scene.name)
+    return axes
+
+
+def series(run: Run, name: str, only: Sequence[str] | None = None, *, axes: Axes | None = None) -> Axes:
+    """A series of a run over time by its name in `Run.to_dataset`, such as ``"gap"``.
+
+    only: feet, points or drives by name, the first six unless given. Raises InputError for names that the run does not
+    have.
+    """
+    from tarsus.files.series import dataset_of
+    from tarsus.report.saved import draw_series, offered
+
+    data = dataset_of(run.variables(), {})
+    known = offered(data)
+    if name not in known:
+        raise InputError(f"a run has no series '{name}'{nearest(name, [*RUN_FIGURES, *known])}")
+    axes = _on(axes)
+    draw_series(axes, data[name], only)
     axes.set_title(run.scene.name)
     return axes
 

@@ -17,13 +17,13 @@ from tarsus.files.store import SERIES_FILE, read_run
 from tarsus.model.laws.userfile import laws_of
 from tarsus.report import plot as figures
 from tarsus.report.saved import blank, figure_of, offered, write_figure
-
-RUN_FIGURES = ("motion", "impacts", "ledger")
-"""Figures of a run that are made of more than one of its series."""
+from tarsus.solve.results import Batch
+from tarsus.solve.run import Run
+from tarsus.solve.shown import RUN_FIGURES
 
 
 def plot(
-    saved: str | os.PathLike[str],
+    saved: str | os.PathLike[str] | Run | Batch,
     name: str | None = None,
     output: str | os.PathLike[str] | None = None,
     *,
@@ -31,12 +31,12 @@ def plot(
     only: Sequence[str] | None = None,
     law: Sequence[str | os.PathLike[str]] = (),
 ) -> Axes:
-    """Draw a series or a measure of a saved run, batch or sweep.
+    """Draw a series or a measure of a run, batch or sweep, saved or not.
 
     Parameters
     ----------
     saved
-        A folder that `simulate` or `sweep` wrote, or a .nc file of a run, a batch or a sweep.
+        A folder that `simulate` or `sweep` wrote, or a .nc file of a run, a batch or a sweep; or a `Run` or `Batch`.
     name
         Of a run: motion, impacts, ledger, or a series such as gap; of a batch or sweep: a measure. The motion, or the
         first measure, when left out.
@@ -59,10 +59,24 @@ def plot(
     InputError
         Where nothing of that name can be drawn.
     """
-    _, axes = drawn(Path(saved), name, over, only, laws_of(law))
+    if isinstance(saved, (Run, Batch)):
+        axes = _of_result(saved, name, over, only)
+    else:
+        _, axes = drawn(Path(saved), name, over, only, laws_of(law))
     if output is not None:
         write_figure(axes, Path(output))
     return axes
+
+
+def _of_result(result: Run | Batch, name: str | None, over: str | None, only: Sequence[str] | None) -> Axes:
+    """The figure of a run or batch in memory."""
+    if isinstance(result, Batch):
+        return figure_of(result.to_dataset(), name or next(iter(result.measured())), over=over, only=only)
+    if over is not None:
+        raise InputError("over is for batches and sweeps: a run is drawn over time")
+    if name is not None and name not in RUN_FIGURES:
+        return figures.series(result, name, only, axes=blank())
+    return _figure(result, name or RUN_FIGURES[0], only)
 
 
 def drawn(
@@ -89,7 +103,10 @@ def _of_run(
 ) -> Axes:
     if over is not None:
         raise InputError("--over is for batches and sweeps: a run is drawn over time")
-    run: Any = read_run(folder, laws)
+    return _figure(read_run(folder, laws), name, only)
+
+
+def _figure(run: Any, name: str, only: Sequence[str] | None) -> Axes:
     if name == "motion":
         return figures.motion(run, only, axes=blank())
     if only is not None and (name == "ledger" or len(only) > 1):

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.base.messages import nearest
-from tarsus.base.spec import float_paths, with_values
+from tarsus.base.spec import by_path, float_paths, one_number, paths_of, with_values
 from tarsus.base.units import parse_quantity
 from tarsus.base.workers import Workers, is_executor, places, spread
 from tarsus.files.library import SceneLike, as_scene
@@ -60,8 +59,8 @@ def simulate_batch(
     scene
         The scene, or a device's name or a scene file's path; values that do not vary are its own.
     vary
-        Values (nr,) by path, e.g. ``{"ground.film.coefficient": [...], "signals.pzt.amplitude": ["6 V", "8 V"]}``, SI
-        or texts with a unit; all of one length, run i having the values number i. Runs that differ in slots only
+        Values (nr,) by path or short word, e.g. ``{"ground.film.coefficient": [...], "volts": ["6 V", "8 V"]}``, SI or
+        texts with a unit; all of one length, run i having the values number i. Runs that differ in slots only
         (`tarsus.plan.slots`: laws, gaps, gravity, initial state, drives over time) share one plan and its tables;
         every other value makes a plan, and as a rule tables, of its own.
     duration
@@ -109,8 +108,8 @@ def simulate_batch(
     scene = as_scene(scene)
     seconds = seconds_of(scene, duration)
     given = columns(scene, vary, grid=grid)
-    values = _combined(given) if grid else given
-    axes = given if grid else {}
+    values = by_path(scene, _combined(given) if grid else given)
+    axes = {paths_of(scene, name)[0]: of for name, of in given.items()} if grid else {}
     count = len(next(iter(values.values()))) if values else 1
     if is_executor(threads) and count > 1 and not ledger and gradients is None:
         return _elsewhere(scene, values, axes, seconds, accuracy, track, threads)
@@ -233,7 +232,10 @@ def _combined(axes: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
 
 
 def columns(scene: Scene, vary: Mapping[str, ArrayLike], *, grid: bool) -> dict[str, np.ndarray]:
-    """Varied values [SI] by path, checked; raises InputError for those that do not fit each other or the scene."""
+    """Varied values [SI] by path or short word, as given, checked.
+
+    Raises InputError for those that do not fit each other or the scene.
+    """
     problems: list[str] = []
     values = {path: np.atleast_1d(_in_si(scene, path, v, problems)) for path, v in vary.items()}
     for path, v in values.items():
@@ -252,18 +254,16 @@ def columns(scene: Scene, vary: Mapping[str, ArrayLike], *, grid: bool) -> dict[
     return values
 
 
-def _in_si(scene: Scene, path: str, given: ArrayLike, problems: list[str]) -> np.ndarray:
+def _in_si(scene: Scene, name: str, given: ArrayLike, problems: list[str]) -> np.ndarray:
     """Numbers as they are; texts with units in the unit of the number at the path."""
     values = np.asarray(given)
-    if values.dtype.kind not in "UO":
-        return values.astype(float)
-    known = float_paths(scene)
-    if path not in known:
-        raise InputError(f"{path}: unknown path{nearest(path, known)}")
     try:
-        return np.array([parse_quantity(one, known[path].unit) for one in values.ravel().tolist()]).reshape(
-            values.shape
-        )
+        path = paths_of(scene, name)[0]
+        if values.dtype.kind not in "UO":
+            return values.astype(float)
+        unit = float_paths(scene)[one_number(scene, path)].unit
+        return np.array([parse_quantity(one, unit) for one in values.ravel().tolist()]).reshape(values.shape)
     except InputError as error:
-        problems += [f"{path}: {said}" for said in error.problems]
-        return np.zeros(values.shape)
+        said = error.problems
+        problems += [one if one.startswith(f"{name}: ") else f"{name}: {one}" for one in said]
+        return np.zeros(max(values.size, 1))

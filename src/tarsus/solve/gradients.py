@@ -304,7 +304,7 @@ def gradient_run(
     plan, accuracy, period = engine.plan, accuracy or RECORDED, float(rows.periods[0])
     given = entering(scene, plan, paths, seconds)
     given.row.scales[:, 2] = period
-    moving = {"entered": given, "directions": tuple(directions_of(paths).values())}
+    moving = {"entered": given, "directions": tuple(directions_of(scene, paths).values())}
     if plan.legs is not None:
         motion = kept(engine, given.row, accuracy)
     else:

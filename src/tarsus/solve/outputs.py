@@ -185,7 +185,7 @@ def output_slopes(
     held = slopes.states
     out = rows.slopes(held)
     own = rows.values(states)
-    for name, direction in directions_of(gradients).items():
+    for name, direction in directions_of(scene, gradients).items():
         moved = {
             path: w
             for path, w in direction.items()

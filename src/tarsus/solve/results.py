@@ -6,15 +6,16 @@ from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
+from tarsus.base.messages import Hinted
 from tarsus.base.spec import with_values
 from tarsus.measure.history import EventHistories
-from tarsus.measure.measure import Measured, Measures, no_measure
+from tarsus.measure.measure import Measured, Measures, measure_name, no_measure
 from tarsus.measure.table import Judgement, RunTable
 from tarsus.measure.walking import measured, measures_of
 from tarsus.plan.slots import Kind, slot
@@ -57,7 +58,7 @@ class Part(NamedTuple):
 
 
 @dataclass(frozen=True, repr=False)
-class Batch:
+class Batch(Hinted):
     """Results of `simulate_batch`: nr runs in the order of the varied values.
 
     vary: the varied values (nr,) by path; axes: of a grid, the values of each axis by path, the last one running
@@ -74,6 +75,12 @@ class Batch:
     axes: Mapping[str, np.ndarray] = field(default_factory=dict)
     accuracy: Accuracy | None = field(default_factory=Accuracy)
     track: bool = True
+
+    _guesses: ClassVar[Mapping[str, str]] = {
+        "runs": "run(i)", "results": "'measured'", "to_dataframe": "to_dataset().to_dataframe()", "ok": "'done'",
+        "code": "'codes'", "ledger": "run(i).ledger", "series": "run(i).series", "gap": "run(i).gap",
+        "time": "run(i).time",
+    }  # fmt: skip
 
     def __len__(self) -> int:
         return len(self.periods)
@@ -95,7 +102,7 @@ class Batch:
 
     def plot(self, measure: str, **options: Any) -> Any:
         """Matplotlib axes with a measure over what varies: `tarsus.plot.measure`, which takes the options."""
-        return shown.drawn(self, "measure", measure, **options)
+        return shown.drawn(self, "measure", measure_name(measure), **options)
 
     def __getstate__(self) -> dict[str, Any]:
         return shown.state_of(self, self.scene)
@@ -170,9 +177,11 @@ class Batch:
         each = [self.events(i) for i in range(len(self))]
         return np.concatenate([np.zeros(0, EVENT_TYPE), *each]), np.cumsum([0, *map(len, each)])
 
-    def measures(self, i: int | tuple[int, ...], **options: Any) -> Measures:
-        """Measures of run number ``i``; options as for `tarsus.measure.measures_of`."""
-        return measures_of(self.run(i), **options)
+    @property
+    def measures(self) -> BatchMeasures:
+        """Measures of all runs by name, as a run has them: ``batch.measures["peak"].value`` (nr,), ``.unit``. Those of
+        run number ``i`` are ``batch.measures(i)``, or ``batch.run(i).measures``."""
+        return BatchMeasures(self)
 
     def measure(self, name: str, **options: Any) -> Floats:
         """One measure of every run, computed alone, of the batch's shape; NaN for runs that did not reach their end.
@@ -180,6 +189,7 @@ class Batch:
         Options ``period``, ``skip``, ``height`` and ``dwell`` as for `tarsus.measure.period_statistics`.
         Raises InputError for a name that no measure has.
         """
+        name = measure_name(name)
         return self.measured((name,), **options)[name].value.reshape(self.shape)
 
     def measured(self, names: Collection[str] | None = None, **options: Any) -> dict[str, Measured]:
@@ -273,6 +283,35 @@ class Batch:
         return dataset_of(self.variables(names, **options), attrs).set_coords(
             [] if self.axes else list(self.vary)
         )
+
+
+class BatchMeasures(Mapping[str, Measured]):
+    """Measures of all runs of a batch by name, as in Python or as printed; called, those of one run."""
+
+    def __init__(self, batch: Batch) -> None:
+        self._batch = batch
+
+    def __call__(self, i: int | tuple[int, ...], **options: Any) -> Measures:
+        """Measures of run number ``i``; options as for `tarsus.measure.measures_of`."""
+        return measures_of(self._batch.run(i), **options)
+
+    @cached_property
+    def _all(self) -> dict[str, Measured]:
+        return self._batch.measured()
+
+    def __getitem__(self, name: str) -> Measured:
+        if (found := self._all.get(measure_name(name))) is None:
+            raise KeyError(no_measure(name, self._all))
+        return found
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._all)
+
+    def __len__(self) -> int:
+        return len(self._all)
+
+    def __repr__(self) -> str:
+        return f"<Measures of {shown.runs_of(self._batch)}: {', '.join(self)}>"
 
 
 def _of(members: NDArray[np.int64], option: Any) -> Any:

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
 from tarsus.base.errors import InputError
 from tarsus.base.events import EventKind
+from tarsus.base.messages import Hinted
 from tarsus.base.spec import with_values
 from tarsus.base.units import parse_quantity
 from tarsus.files.summary import run_summary
@@ -56,7 +59,7 @@ def increasing(times: npt.ArrayLike) -> np.ndarray:
 
 
 @dataclass(frozen=True, repr=False)
-class Run:
+class Run(Hinted):
     """A finished simulation over ``duration`` [s]: by `simulate`, or one of a batch.
 
     base, values: the scene described, and what this run has instead, by path; period [s]: drive period of the
@@ -75,6 +78,20 @@ class Run:
     kept: Motion | None = None
     ended_as: ResultCode | None = None
     wall_s: float = math.nan
+
+    _guesses: ClassVar[Mapping[str, str]] = {
+        "t": "'time'", "times": "'time'", "gaps": "'gap'", "x": "'states(times).x', or 'to_dataset()'",
+        "displacement": "to_dataset()['displacement']", "velocity": "to_dataset()['velocity']",
+        "energy": "'ledger'", "energies": "'ledger'", "write": "'save'", "to_csv": "'save', which writes all files",
+        "to_dataframe": "to_dataset().to_dataframe()", "data": "'to_dataset'", "status": "'code'",
+        "success": "'ok'", "done": "'ok'",
+    }  # fmt: skip
+
+    def __getitem__(self, name: object) -> Any:
+        raise TypeError(
+            f"a run has no [{name!r}]: its series are to_dataset()[...], its measures measures[...], and gap has a row "
+            f"for each foot ({', '.join(self.foot_names)})"
+        )
 
     def __repr__(self) -> str:
         return shown.run_line(self)
@@ -95,9 +112,26 @@ class Run:
         """The run and its measures; with `ledger` its energy account, which of a run of a batch takes another run."""
         return run_summary(self, ledger=ledger)
 
-    def plot(self, **options: Any) -> Any:
-        """Matplotlib axes with the motion over time: `tarsus.plot.motion`, which takes the options."""
-        return shown.drawn(self, "motion", **options)
+    def plot(self, name: str = "motion", **options: Any) -> Any:
+        """Matplotlib axes with the ``"motion"``, ``"impacts"``, ``"ledger"``, or a series such as ``"gap"`` over time.
+
+        By `tarsus.plot.motion`, `impacts`, `ledger` and `series`, which take the options. Raises InputError as they do.
+        """
+        if name in shown.RUN_FIGURES:
+            return shown.drawn(self, name, **options)
+        return shown.drawn(self, "series", name, **options)
+
+    def save(self, folder: str | os.PathLike[str], *, mat: bool = False) -> Path:
+        """Write the run into a folder, which is returned and which `tarsus.load_run` reads: scene, series, events,
+        measures, provenance and what to cite.
+
+        mat: write the series for MATLAB as well. Raises InputError where the folder cannot be written.
+        """
+        from tarsus.files.store import write_run
+
+        itself: Any = self
+        write_run(itself, Path(folder), mat)
+        return Path(folder)
 
     def __getstate__(self) -> dict[str, Any]:
         return shown.state_of(self, self.scene)
@@ -213,6 +247,16 @@ class Run:
         from tarsus.solve.series import grid, sample
 
         return sample(self, grid(self))
+
+    @property
+    def time(self) -> np.ndarray:
+        """Times (nt,) [s] of the series, on an even grid."""
+        return self.series.time
+
+    @property
+    def gap(self) -> np.ndarray:
+        """Gap (m, nt) [m] of every foot at these times."""
+        return self.series.state.gap
 
     @cached_property
     def ledger(self) -> Ledger:

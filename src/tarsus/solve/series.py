@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.polynomial.polynomial import polyval
 from numpy.typing import NDArray
 
 from tarsus.base.events import CONTACT_BEGINS, EventKind
+from tarsus.base.messages import Hinted
 from tarsus.base.quantities import Quantity
 from tarsus.files.ledger import Ledger
 from tarsus.model.laws.base import AdhesionLaw, Law
@@ -41,7 +42,7 @@ VALUES = 4_000_000
 
 
 @dataclass(frozen=True)
-class Series:
+class Series(Hinted):
     """A run at nt times [s]: state of the structure and, per foot, its forces [N].
 
     force, volts, charge, current (nd, nt): of the drives [N, V, C, A]; laws: force (m, nt) of every smooth law on the
@@ -52,6 +53,8 @@ class Series:
     (m, nt) [m], where they slide (m, nt), and friction on them (m, nt) [N], positive forward; where feet move across it
     their places and friction across, positive to the left.
     """
+
+    _guesses: ClassVar[Mapping[str, str]] = {"t": "'time'", "gap": "state.gap", "x": "state.x", "v": "state.v"}
 
     time: Floats
     state: SampledStates

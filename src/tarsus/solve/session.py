@@ -8,12 +8,14 @@ import os
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from hashlib import sha256
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any, ClassVar, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tarsus.base.errors import InputError
+from tarsus.base.messages import Hinted
+from tarsus.base.spec import by_path
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.files.toml import scene_text
 from tarsus.plan.slots import Place, slots
@@ -38,7 +40,7 @@ Drawn = Callable[[np.random.Generator, int], Mapping[str, ArrayLike]]
 FORMAT = "tarsus session 1"
 
 
-class Session:
+class Session(Hinted):
     """Runs of one scene with some of its numbers changed, which share contact modes and step tables; and robots that
     are stepped.
 
@@ -81,6 +83,10 @@ class Session:
         self._asked: tuple[float | str, float] = "1 ms", 1e-3  # the last text of a time, which is read once
         self._lock = threading.RLock()
 
+    _guesses: ClassVar[Mapping[str, str]] = {
+        "simulate": "'run'", "simulate_batch": "'batch'", "time": "state.time", "load": "'restore'",
+    }  # fmt: skip
+
     def __repr__(self) -> str:
         many = "" if self.robots is None else f", robots={self.robots}"
         return f"Session({self.scene.name!r}{many})"
@@ -115,7 +121,7 @@ class Session:
         of slots by path, as `simulate_batch` takes them. Raises InputError as it and `Trajectories.of` do."""
         from tarsus.solve.trajectories import Trajectories
 
-        values = columns(self.scene, vary, grid=False)
+        values = by_path(self.scene, columns(self.scene, vary, grid=False))
         return Trajectories.of(
             self.scene, values, seconds_of(self.scene, longest), accuracy=accuracy, shared=self._shared
         )
@@ -146,9 +152,11 @@ class Session:
         values = self.vary(self._rng, count) if callable(self.vary) else self._drawn(count)
         checked = {path: columns(self.scene, {path: of}, grid=False)[path] for path, of in values.items()}
         spread = {
-            path: np.broadcast_to(one, (count,)) for path, one in checked.items() if len(one) in (1, count)
+            path: np.broadcast_to(one, (count,))
+            for path, one in by_path(self.scene, checked).items()
+            if len(one) in (1, count)
         }
-        if wrong := sorted(set(checked) - set(spread)):
+        if wrong := sorted(path for path, one in checked.items() if len(one) not in (1, count)):
             raise InputError(
                 [f"{path}: expected one value or {count}, got {len(checked[path])}" for path in wrong]
             )
@@ -172,17 +180,17 @@ class Session:
 
     @overload
     def step(
-        self, drive: Mapping[str, Any] | None = None, dt: float | str = "1 ms", *,
+        self, drive: Mapping[str, Any] | float | str | None = None, dt: float | str = "1 ms", *,
         ramp: bool = False, gait: Mapping[str, Any] | None = None, gradients: None = None,
     ) -> State: ...  # fmt: skip
     @overload
     def step(
-        self, drive: Mapping[str, Any] | None = None, dt: float | str = "1 ms", *,
+        self, drive: Mapping[str, Any] | float | str | None = None, dt: float | str = "1 ms", *,
         ramp: bool = False, gait: Mapping[str, Any] | None = None, gradients: Sequence[str],
     ) -> tuple[State, StepSlopes]: ...  # fmt: skip
     def step(
         self,
-        drive: Mapping[str, Any] | None = None,
+        drive: Mapping[str, Any] | float | str | None = None,
         dt: float | str = "1 ms",
         *,
         ramp: bool = False,
@@ -196,7 +204,7 @@ class Session:
         drive
             By the drives' names: volts, which are held; with several robots one for all or one for each (nr,). Or a
             waveform, whose time begins now, or a waveform for each robot: a ramp, switching times (`OnOff`). Others go
-            on as they were told, at first by the scene's own signals.
+            on as they were told, at first by the scene's own signals. A number or text alone is ``dt``: ``step(1e-3)``.
         dt
             How long; a text with a unit.
         ramp
@@ -214,6 +222,11 @@ class Session:
             Where nothing has been reset, for drives and numbers that are none, for a time that is none, and where a
             robot has stopped before; nothing has moved then.
         """
+        if isinstance(drive, (int, float, str)) and dt == "1 ms":
+            drive, dt = None, drive
+        if not isinstance(drive, Mapping | None):
+            name = next(iter(self.scene.robot.drives), "NAME")
+            raise InputError(f"drive: expected volts by the drives' names, such as {{'{name}': 6}}, got {drive!r:.60}")
         with self._lock:
             now, seconds = self._robots(), self._seconds(dt)
             if not now.runs.done.all():

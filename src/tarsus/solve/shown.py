@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import fields
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +16,10 @@ if TYPE_CHECKING:
     from tarsus.model.scene import Scene
     from tarsus.solve.results import Batch
     from tarsus.solve.run import Run
+
+
+RUN_FIGURES = ("motion", "impacts", "ledger")
+"""Figures of a run that are made of more than one of its series."""
 
 
 def run_line(run: Run) -> str:
@@ -58,7 +63,7 @@ def state_of(result: Any, scene: Scene) -> dict[str, Any]:
     ]
     if lost:
         raise InputError(lost)
-    return {name: result.__dict__[name] for name in result.__dataclass_fields__}
+    return {one.name: result.__dict__[one.name] for one in fields(result)}
 
 
 def _importable(kind: type) -> bool:

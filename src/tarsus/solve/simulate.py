@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 
 from tarsus.base.errors import InputError
-from tarsus.base.spec import get_value, with_values
+from tarsus.base.spec import by_path, get_value, with_values
 from tarsus.base.units import parse_quantity
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.model.drive.lower import lower
@@ -86,6 +86,7 @@ def simulate(
     *,
     shared: Shared | None = None,
     gradients: None = None,
+    **values: Any,
 ) -> Run: ...
 @overload
 def simulate(
@@ -95,6 +96,7 @@ def simulate(
     *,
     shared: Shared | None = None,
     gradients: Sequence[str] | Mapping[str, Mapping[str, float]],
+    **values: Any,
 ) -> GradientRun: ...
 def simulate(
     scene: SceneLike,
@@ -103,6 +105,7 @@ def simulate(
     *,
     shared: Shared | None = None,
     gradients: Sequence[str] | Mapping[str, Mapping[str, float]] | None = None,
+    **values: Any,
 ) -> Run:
     """Simulate a scene exactly from event to event: a walker by the walking engine, everything else by contact modes.
 
@@ -121,6 +124,8 @@ def simulate(
     gradients
         Paths of numbers of the scene: the run is a `GradientRun` then, which has exact first derivatives by them. Or
         directions by name: how much each of some numbers moves, by path, where several follow from one.
+    **values
+        What is changed in the scene before, as `load_scene` takes it: ``volts=6, hz=100``, or values by path.
 
     Returns
     -------
@@ -139,7 +144,7 @@ def simulate(
     Examples
     --------
     >>> import tarsus as ts
-    >>> run = ts.simulate(ts.load_scene("cantilever", volts=8, hz=50, wave="square"), "100 ms")
+    >>> run = ts.simulate("cantilever", "100 ms", volts=8, hz=50, wave="square")
     >>> run.ok, run.ledger.closure < 1e-8
     (True, True)
     >>> peak = run.measures["peak"]
@@ -148,7 +153,7 @@ def simulate(
     >>> run.states([0.0, 0.05]).gap.shape  # feet, times
     (1, 2)
     """
-    scene = as_scene(scene)
+    scene = as_scene(scene, **values)
     seconds, shared = seconds_of(scene, duration), shared or Shared()
     if gradients is not None:
         from tarsus.solve.gradients import gradient_run
@@ -184,8 +189,9 @@ def motion_of(
     InputError
         As `tarsus.with_values` and `prepared` do.
     """
-    changed = with_values(scene, values) if values else scene
-    given = {path: get_value(changed, path) for path in values}
+    values = by_path(scene, values)
+    whole = with_values(scene, values) if values else scene
+    given = {path: get_value(whole, path) for path in values}
     data = {path for path, one in given.items() if isinstance(one, float) and slot(scene, path) is not None}
     rest = {path: one for path, one in values.items() if path not in data}
     variant = with_values(scene, rest) if rest else scene

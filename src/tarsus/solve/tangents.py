@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.base.spec import get_value, with_values
+from tarsus.base.spec import get_value, number_paths, with_values
 from tarsus.core import _native
 from tarsus.core.arrays import LANES
 from tarsus.core.modes import LinearSystem, ModeBook, derived_mode
@@ -44,11 +44,26 @@ Direction = Mapping[str, float]
 """How much each of some numbers of a scene moves, by path: one for a number itself."""
 
 
-def directions_of(gradients: Sequence[str] | Mapping[str, Direction]) -> dict[str, Direction]:
-    """Directions by name; a path is that of its own number."""
-    if isinstance(gradients, Mapping):
-        return {name: {path: w for path, w in one.items() if w != 0.0} for name, one in gradients.items()}
-    return {path: {path: 1.0} for path in gradients}
+def directions_of(scene: Scene, gradients: Sequence[str] | Mapping[str, Direction]) -> dict[str, Direction]:
+    """Directions by name; a path, or short word, is that of its own numbers.
+
+    Raises InputError for what is no number of the scene.
+    """
+    if isinstance(gradients, str):
+        gradients = (gradients,)
+    given = gradients if isinstance(gradients, Mapping) else {name: {name: 1.0} for name in gradients}
+    problems: list[str] = []
+    found: dict[str, Direction] = {}
+    for name, direction in given.items():
+        try:
+            found[name] = {
+                path: w for one, w in direction.items() if w != 0.0 for path in number_paths(scene, one)
+            }
+        except InputError as error:
+            problems += error.problems
+    if problems:
+        raise InputError(problems)
+    return found
 
 
 @dataclass(frozen=True)
@@ -241,7 +256,7 @@ def entering(
     pieces, and for a number of the structure of a robot that slides and is no walker.
     """
     ahead_only(plan, "a run has derivatives")
-    found = directions_of(gradients)
+    found = directions_of(scene, gradients)
     _check_ground(scene, {path for one in found.values() for path in one})
     names = list(scene.robot.drives)
     lines, rest = sloped_drives(scene, list(found.values()), [names[d] for d in plan.charged])

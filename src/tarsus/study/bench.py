@@ -252,14 +252,19 @@ print(time.perf_counter() - start)
 """
 
 
+def isolated(script: str, *arguments: str) -> str:
+    """What a script prints in a Python of its own, which imports nothing from the folder that the user is in (-P)."""
+    command = [sys.executable, "-P", "-c", script, *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout
+
+
 def _start_figures() -> dict[str, float]:
     """Seconds of the first run in a fresh process, and of that whole process; the best of three."""
     runs = []
     for _ in range(3):
         start = time.perf_counter()
-        command = [sys.executable, "-c", _FIRST_RUN, str(scene_file("hysteresis"))]
-        done = subprocess.run(command, capture_output=True, text=True, check=True)
-        runs.append((float(done.stdout), time.perf_counter() - start))
+        first = float(isolated(_FIRST_RUN, str(scene_file("hysteresis"))))
+        runs.append((first, time.perf_counter() - start))
     return {"first_run_s": min(first for first, _ in runs), "start_s": min(whole for _, whole in runs)}
 
 

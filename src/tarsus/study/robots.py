@@ -12,7 +12,7 @@ import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
-from tarsus.base.spec import FloatInfo, float_paths
+from tarsus.base.spec import FloatInfo, by_path, float_paths
 from tarsus.base.units import format_quantity, parse_quantity
 from tarsus.model.scene import Scene
 from tarsus.study.axes import Linspace, Normal, SweepAxis
@@ -81,7 +81,7 @@ class Robots:
         axes: dict[str, SweepAxis] = {}
         grounds: dict[str, SweepAxis] = {}
         legs: dict[str, str] = {}
-        for pattern, text in scatter.items():
+        for pattern, text in by_path(scene, scatter).items():
             found = [path for path in known if fnmatch.fnmatchcase(path, pattern)]
             if not found:
                 problems.append(f"{pattern}: is no number of the scene{nearest(pattern, known)}")

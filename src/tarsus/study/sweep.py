@@ -141,7 +141,7 @@ class Sweep(Description):
         owner: dict[str, str] = {}
         faults: list[tuple[str, str]] = []
         for name, item in value.items():
-            paths = _paths(name, item)
+            paths = _paths(scene, name, item)
             wrong = [fault for path in paths for fault in _path_faults(scene, known, name, path)]
             wrong += [
                 (f"{name}.paths", f"'{path}' varies on axis '{owner[path]}' already")
@@ -155,14 +155,15 @@ class Sweep(Description):
                 faults += wrong
                 continue
             try:
-                axes[name] = _AXIS.validate_python(_in_si(item, known[paths[0]].unit))
+                moved = () if paths == (name,) else paths
+                axes[name] = _AXIS.validate_python(_in_si(item, known[paths[0]].unit, moved))
             except ValidationError as error:
                 faults += [(_join(name, path), text) for path, text in located_faults(AnyAxis, error)]
             except PathErrors as error:
                 faults += [(_join(name, path), text) for path, text in error.faults]
         if not _ends_are_taken(scene, value, axes):
             for name, axis in axes.items():
-                faults += _bound_faults(scene, name, _paths(name, value[name]), axis)
+                faults += _bound_faults(scene, name, _paths(scene, name, value[name]), axis)
         if faults:
             order = list(value)
             raise PathErrors(
@@ -285,17 +286,18 @@ def _is_unknown(item: Any) -> bool:
     return all(hasattr(item, name) for name in ("low", "high", "scale", "targets"))
 
 
-def _paths(name: str, item: Any) -> tuple[str, ...]:
+def _paths(scene: Scene, name: str, item: Any) -> tuple[str, ...]:
+    """Paths that an axis is over: those given, or of its name; a short word is all that it stands for."""
+    given: Any = ()
     if _is_unknown(item):
-        return item.targets or (name,)
-    given = (
-        item.paths
-        if isinstance(item, SweepAxis)
-        else item.get("paths", ())
-        if isinstance(item, Mapping)
-        else ()
-    )
-    return tuple(map(str, given)) if isinstance(given, (list, tuple)) and given else (name,)
+        given = item.targets
+    elif isinstance(item, SweepAxis):
+        given = item.paths
+    elif isinstance(item, Mapping):
+        given = item.get("paths", ())
+    words = scene.short_words()
+    asked = tuple(map(str, given)) if isinstance(given, (list, tuple)) and given else (name,)
+    return tuple(path for one in asked for path in words.get(one, (one,)))
 
 
 def _path_faults(scene: Scene, known: Mapping[str, FloatInfo], name: str, path: str) -> list[tuple[str, str]]:
@@ -315,20 +317,19 @@ def _path_faults(scene: Scene, known: Mapping[str, FloatInfo], name: str, path: 
     return [(where, f"'{path}' is no single number with a fraction; only such values vary")]
 
 
-def _in_si(item: Any, unit: str) -> Any:
+def _in_si(item: Any, unit: str, paths: tuple[str, ...]) -> Any:
     """An axis as given, with its quantities as SI floats; an unknown's range is one, on its scale."""
     if _is_unknown(item):
-        kind = "logspace" if item.scale == "log" else "linspace"
-        item = {"kind": kind, "start": item.low, "stop": item.high, "paths": item.targets}
+        item = {"kind": "logspace" if item.scale == "log" else "linspace", "start": item.low, "stop": item.high}
     if isinstance(item, SweepAxis):
-        return item
+        return with_values(item, {"paths": paths})
     if isinstance(item, np.ndarray):
         item = item.tolist()
     if isinstance(item, (list, tuple)):
         item = {"kind": "list", "values": item}
     if not isinstance(item, Mapping):
         raise PathErrors([("", f"expected a list of values, or a table with a 'kind', got {item!r}")])
-    out = dict(item)
+    out = {**item, "paths": paths} if paths else dict(item)
     faults: list[tuple[str, str]] = []
 
     def convert(value: Any, path: str) -> Any:
@@ -355,7 +356,7 @@ def _ends_are_taken(scene: Scene, asked: Mapping[str, Any], axes: Mapping[str, S
     if len(axes) < 2:
         return False
     for end in (0, -1):
-        every = {path: axis.ends[end] for name, axis in axes.items() for path in _paths(name, asked[name])}
+        every = {path: axis.ends[end] for name, axis in axes.items() for path in _paths(scene, name, asked[name])}
         try:
             with_values(scene, every)
         except InputError:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import gymnasium
 import numpy as np
 import pytest
@@ -132,3 +134,25 @@ def test_what_does_not_fit_is_said_in_a_sentence():
         learn.GroundBox({"ground.friction.coefficient": (0.6, 0.2)})
     with pytest.raises(ts.InputError, match="makes a plan of its own"):
         _make(ground=learn.GroundBox({"robot.structure.body.mass": (1e-7, 2e-7)})).reset()
+
+
+@pytest.mark.parametrize("actions", ["volts", "switching", "phases"])
+def test_an_action_that_does_not_fit_is_said_in_a_sentence(actions):
+    one = learn.WalkerEnv("millipede", ACTIONS[actions], dt="1 ms")
+    many = learn.WalkerVectorEnv(3, "millipede", ACTIONS[actions], dt="1 ms")
+    size = one.action_space.shape[0]
+    for world in (one, many):
+        world.reset(seed=1)
+    cases = [
+        (one, np.zeros(size + 1), f"action: expected {size} numbers from -1 to 1, got {size + 1}"),
+        (one, np.zeros(size - 1), f"got {size - 1}"),
+        (one, 0.5, "got one number"),
+        (one, "fast", "got 'fast'"),
+        (one, np.full(size, np.nan), "action: every number must be finite"),
+        (many, np.zeros(size), f"action: expected 3 rows of {size} numbers, one a robot, from -1 to 1, got {size}"),
+        (many, np.zeros((2, size)), f"got 2 x {size}"),
+    ]
+    for world, action, said in cases:
+        with pytest.raises(ts.InputError, match=re.escape(said)):
+            world.step(action)
+    assert one.robots.session.state.time == 0.0

@@ -66,3 +66,9 @@ def _some(count: int) -> bench.Pairs:
     rows = np.linspace(0, len(whole.impacts) - 1, count).astype(int)
     names = ("restitution", "film_scale", "impacts", "first", "tenth")
     return bench.Pairs(*(getattr(whole, name)[rows] for name in names))
+
+
+def test_a_process_of_its_own_takes_no_module_from_the_users_folder(tmp_path, monkeypatch):
+    (tmp_path / "numbers.py").write_text("raise SystemExit('not the one of Python')", encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    assert bench.isolated("import numbers, sys; print(numbers.Number.__name__, sys.argv[1])", "here") == "Number here\n"

@@ -29,7 +29,7 @@ def build(out: Path) -> None:
         raise SystemExit(
             f"{missing[0]} is not there: the engine for pages is built from a checkout, or comes with a wheel"
         )
-    compiler = [sys.executable, "-m", "ziglang"]
+    compiler = [sys.executable, "-P", "-m", "ziglang"]
     if subprocess.run([*compiler, "version"], capture_output=True).returncode != 0:
         raise SystemExit("the engine for pages is built by zig's compiler: pip install ziglang")
     fresh = out.with_suffix(".new")  # renamed into its place, so that nobody reads half of it

@@ -1,0 +1,214 @@
+"""What users type first: short words for numbers, and names that are guessed."""
+
+import numpy as np
+import pytest
+
+import tarsus as ts
+from tarsus.atlas.axis import MapAxis
+from tarsus.base.quantities import Quantity
+from tarsus.base.spec import by_path, get_value, one_number, paths_of
+from tarsus.records.measurement import Channel
+
+AMPLITUDE, FREQUENCY = "signals.pzt.amplitude", "signals.pzt.frequency"
+
+
+@pytest.fixture(scope="module")
+def beam() -> ts.Scene:
+    return ts.load_scene("cantilever")
+
+
+@pytest.fixture(scope="module")
+def run(beam: ts.Scene) -> ts.Run:
+    return ts.simulate(beam, "20 ms", volts=6)
+
+
+@pytest.fixture(scope="module")
+def batch(beam: ts.Scene) -> ts.Batch:
+    return ts.simulate_batch(beam, {"volts": ["4 V", "6 V"]}, "20 ms")
+
+
+def two_signals(scene: ts.Scene) -> ts.Scene:
+    """The scene with a second drive, which has a signal of its own."""
+    other = scene.robot.drives["pzt"]
+    changed = ts.with_values(scene, {"robot.drives": {"pzt": other, "other": other}})
+    waves = {name: ts.Sine(amplitude=4, frequency=hz) for name, hz in (("pzt", 50), ("other", 60))}
+    return ts.with_values(changed, {"signals": waves})
+
+
+# short words
+
+
+def test_a_run_takes_the_short_words_of_scenes_and_paths(beam: ts.Scene, run: ts.Run) -> None:
+    assert run.scene.signals["pzt"].amplitude == 6.0
+    asked = ts.simulate("cantilever", "5 ms", hz=80, wave="sine", **{"robot.feet.tip.gap": "60 um"}).scene
+    assert asked == ts.load_scene("cantilever", hz=80, wave="sine", **{"robot.feet.tip.gap": "60 um"})
+
+
+def test_short_words_stand_for_paths_wherever_these_do(beam: ts.Scene, batch: ts.Batch, run: ts.Run) -> None:
+    assert list(batch.vary) == [AMPLITUDE] and batch.vary[AMPLITUDE].tolist() == [4.0, 6.0]
+    assert batch.run(1).measures["peak"].value == pytest.approx(run.measures["peak"].value, rel=1e-6)
+    assert ts.with_values(beam, {"hz": "77 Hz"}).signals["pzt"].frequency == 77.0
+    assert get_value(beam, "volts") == get_value(beam, AMPLITUDE)
+    assert one_number(beam, "hz") == FREQUENCY
+    assert ts.Session(beam).run({"volts": 5}, "1 ms").scene.signals["pzt"].amplitude == 5.0
+    study = ts.Sweep(name="x", scene=beam, vary={"volts": ["4 V", 6]}, measures=("peak",), duration="20 ms")
+    assert study.paths("volts") == (AMPLITUDE,)
+    assert MapAxis.of(beam, ("volts", 4, "8 V")).path == AMPLITUDE
+    slopes = ts.simulate(beam, "5 ms", gradients=["volts"])
+    exact = ts.simulate(beam, "5 ms", gradients=[AMPLITUDE])
+    assert slopes.gradient("ledger.work_in")["volts"] == exact.gradient("ledger.work_in")[AMPLITUDE]
+
+
+def test_a_walkers_words_are_its_gaits() -> None:
+    walker = ts.load_scene("millipede")
+    assert paths_of(walker, "volts") == ("gait.high",) and paths_of(walker, "hz") == ("gait.frequency",)
+
+
+def test_a_word_moves_all_signals_together(beam: ts.Scene) -> None:
+    both = two_signals(beam)
+    assert by_path(both, {"volts": 3.0}) == {"signals.pzt.amplitude": 3.0, "signals.other.amplitude": 3.0}
+    grid = ts.simulate_batch(both, {"volts": [3, 4], "robot.feet.tip.gap": [60e-6, 70e-6, 80e-6]}, "1 ms", grid=True)
+    assert grid.shape == (2, 3) and grid.to_dataset(["impacts"])["impacts"].shape == (2, 3)
+    assert grid.vary["signals.other.amplitude"].tolist() == grid.vary[AMPLITUDE].tolist()
+    assert get_value(both, "volts") == 4.0
+    with pytest.raises(ts.InputError, match=r"stand.* for .*pzt.frequency and .*other.frequency.*differ"):
+        get_value(both, "hz")
+    with pytest.raises(ts.InputError, match=r"volts: stands for .* and .*; name one of them"):
+        one_number(both, "volts")
+
+
+@pytest.mark.parametrize(
+    ("vary", "said"),
+    [
+        ({"voltage": [1.0]}, "voltage: unknown path; did you mean 'volts'"),
+        ({"xyz": [1.0]}, "xyz: unknown path; valid names are .*; short words are 'volts', 'hz'"),
+        ({"volts": [1.0], AMPLITUDE: [2.0]}, f"{AMPLITUDE}: is given twice, once as 'volts'"),
+        ({"hz": ["4 V"]}, "hz: .*4 V"),
+    ],
+)
+def test_what_is_no_word_is_told(beam: ts.Scene, vary: dict, said: str) -> None:
+    with pytest.raises(ts.InputError, match=said):
+        ts.simulate_batch(beam, vary, "1 ms")
+
+
+def test_derivatives_by_what_is_no_number_are_refused_in_a_sentence(beam: ts.Scene) -> None:
+    with pytest.raises(ts.InputError) as told:
+        ts.simulate(beam, "1 ms", gradients=["ground.gravity", "ground.film", "robot.feet.tip.point"])
+    gravity, film, point = told.value.problems
+    assert gravity == "ground.gravity: is not set here, so it has no value that could vary"
+    assert film.endswith("such as ground.film.coefficient")
+    assert point == "robot.feet.tip.point: is 'tip', and no number that varies"
+
+
+# fits
+
+
+def test_a_fit_takes_a_name_and_bounds_by_path_or_word() -> None:
+    def residuals(run: ts.Run) -> list[float]:
+        return [(run.states([4e-3]).gap[0, 0] - 65e-6) / 1e-6]
+
+    truth = ts.fit("cantilever", {"volts": (3, "7 V")}, residuals, "4 ms")
+    alike = ts.fit("cantilever", [ts.Unknown(AMPLITUDE, 3, 7)], residuals, "4 ms")
+    assert truth.values["volts"] == alike.values[AMPLITUDE]
+    assert truth.scene.signals["pzt"].amplitude == truth.values["volts"]
+
+
+@pytest.mark.parametrize(
+    ("unknowns", "said"),
+    [
+        ({"volts": 5}, r"volts: expected \(low, high\), got 5"),
+        ({"gap": (1, 2)}, "gap: the scene has no number 'gap'; did you mean 'robot.feet.tip.gap'"),
+        ({"volt": (1, 2)}, "did you mean 'volts'"),
+        (["volts"], r"unknowns: expected each as tarsus.Unknown\(.*, got 'volts'"),
+        ({}, "expected at least one"),
+    ],
+)
+def test_unknowns_that_are_none_are_told(unknowns: object, said: str) -> None:
+    with pytest.raises(ts.InputError, match=said):
+        ts.fit("cantilever", unknowns, lambda run: [0.0], "1 ms")  # type: ignore[arg-type]
+
+
+# names
+
+
+def test_a_run_has_its_times_and_gaps_and_is_saved_and_loaded(run: ts.Run, tmp_path) -> None:
+    assert run.gap.shape == (1, len(run.time)) and run.gap is run.series.state.gap
+    found = ts.load_run(run.save(tmp_path / "out"))
+    assert np.array_equal(found.gap, run.gap) and np.array_equal(found.time, run.time)
+    assert found.measures["contact duration"].value == run.measures["contact duration"].value
+
+
+def test_a_run_draws_what_is_named(run: ts.Run, batch: ts.Batch) -> None:
+    gap = run.plot("gap")
+    assert gap.get_ylabel().startswith("gap") and np.array_equal(gap.lines[0].get_ydata(), run.gap[0])
+    assert [run.plot().get_ylabel(), ts.plot(run).get_ylabel()] == ["displacement (µm)"] * 2
+    assert run.plot("impacts").get_ylabel().startswith("approach speed")
+    assert ts.plot(run, "gap").get_ylabel() == gap.get_ylabel()
+    assert ts.plot(batch, "peak").get_ylabel().startswith("peak")
+    with pytest.raises(ts.InputError, match="did you mean 'gap'"):
+        run.plot("gaps")
+
+
+def test_a_session_steps_by_a_time_alone(beam: ts.Scene) -> None:
+    session = ts.Session(beam)
+    session.reset()
+    assert [session.step(0.001).time, session.step("2 ms").time] == pytest.approx([1e-3, 3e-3])
+    with pytest.raises(ts.InputError, match=r"drive: expected volts by the drives' names, such as \{'pzt': 6\}, got 6"):
+        session.step(6, "2 ms")
+    with pytest.raises(ts.InputError, match=r"drive: expected volts.*got \[6\]"):
+        session.step([6])  # type: ignore[arg-type]
+
+
+def test_measures_of_runs_and_batches_are_asked_alike(run: ts.Run, batch: ts.Batch) -> None:
+    for name in ("contact_duration", "contact duration"):
+        one, all_ = run.measures[name], batch.measures[name]
+        assert all_.value[1] == batch.measures(1)[name].value == batch.measure(name)[1]
+        assert all_.value[1] == pytest.approx(one.value, rel=1e-6)
+        assert all_.unit == one.unit == "s"
+    assert list(batch.measures) == list(run.measures)
+    with pytest.raises(KeyError, match="did you mean 'peak'"):
+        batch.measures["peek"]
+
+
+def test_a_path_of_a_message_is_python_too(beam: ts.Scene) -> None:
+    assert beam.robot.feet.tip.gap == beam.robot.feet["tip"].gap  # type: ignore[attr-defined]
+    assert Channel("tip", Quantity.VELOCITY).unit == "m/s"
+
+
+ATTRIBUTES = {
+    "run": [
+        ("t", "'time'"), ("write", "'save'"), ("to_dataframe", "to_dataset"), ("measurs", "'measures'"),
+        ("nothing_alike", "valid names are"),
+    ],
+    "batch": [("results", "'measured'"), ("measur", "'measure'"), ("gap", r"run\(i\).gap")],
+    "tarsus": [("load", "load_run"), ("open", "load_scene"), ("read_run", "'load_run'"), ("simulat", "'simulate'")],
+    "scene": [("robt", "'robot'")],
+    "feet": [("tp", "'tip'")],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("owner", "name", "said"), [(o, *one) for o, many in ATTRIBUTES.items() for one in many])
+def test_names_that_are_none_are_answered_with_the_right_one(
+    owner: str, name: str, said: str, run: ts.Run, batch: ts.Batch, beam: ts.Scene
+) -> None:
+    asked = {"run": run, "batch": batch, "tarsus": ts, "scene": beam, "feet": beam.robot.feet}[owner]
+    with pytest.raises(AttributeError, match=said):
+        getattr(asked, name)
+    assert not hasattr(asked, name)
+
+
+def test_an_error_inside_a_property_is_not_taken_for_an_unknown_name(run: ts.Run, monkeypatch) -> None:
+    monkeypatch.setattr(ts.Run, "ended", property(lambda self: self.log.no_such_thing))
+    with pytest.raises(AttributeError, match="no_such_thing"):
+        run.ended  # noqa: B018
+
+
+def test_a_run_is_no_table_of_feet(run: ts.Run) -> None:
+    with pytest.raises(TypeError, match=r"a run has no \['tip'\]: .*to_dataset.*measures.*gap .*\(tip\)"):
+        run["tip"]
+
+
+def test_a_sweep_of_a_scene_is_told_how_it_is_spelt(beam: ts.Scene) -> None:
+    for scene in ("cantilever", beam):
+        with pytest.raises(ts.InputError, match=r"ts.Sweep\(.*ts.simulate_batch\("):
+            ts.sweep(scene, {"volts": [4, 6, 8]})  # type: ignore[arg-type]
