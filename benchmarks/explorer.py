@@ -18,7 +18,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
 import tarsus as ts
-from chromium import HOLD, found_in  # pyright: ignore[reportMissingImports]
+from chromium import READY, Chromium  # pyright: ignore[reportMissingImports]
 
 DEVICES = ("cantilever", "millipede", "hexapod", "millipede-30")
 MOVES = 60
@@ -60,10 +60,11 @@ addEventListener("DOMContentLoaded", async () => {
 
 def measured(name: str, folder: Path) -> dict:
     page = ts.explore(name, duration="0.2 s").html()
-    probe = f"<script>{HOLD}{SCRIPT.replace('MOVES', str(MOVES))}</script></body>"
+    probe = f"<script>{READY}{SCRIPT.replace('MOVES', str(MOVES))}</script></body>"
     path = folder / f"{name}.html"
     path.write_text(page.replace("</body>", probe), encoding="utf-8")
-    return found_in(path, time=None)
+    with Chromium(folder / "profile") as browser:
+        return browser.found_in(path)
 
 
 def main() -> None:

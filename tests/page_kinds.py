@@ -1,20 +1,33 @@
-"""A page of every kind that the package writes, each by its verb with as little work as shows all of its parts."""
+"""A page of every kind that the package writes, made with as little work as shows all of its parts."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from calibrate.toys import ball_study
-from identify.campaigns import session, truth
+from identify.campaigns import identified
 from modes.test_modal import responses
 
+from reproduce.coarse_studies import FEW, ringing
 from scene_files import SCENES
+from tarsus.base.spec import float_paths
 from tarsus.cli import main
+from tarsus.files.jsontext import read_json
+from tarsus.identify.track import Drift, Tracking, drift_of
 from tarsus.records.measurement import Quantity
+from tarsus.report.identify_page import identify_html
+from tarsus.report.pages import write_page
+from tarsus.report.track_page import track_html
+from tarsus_reproduce.index import index_html
+from tarsus_reproduce.millipede import judge_scene
+from tarsus_reproduce.millipede_tables import millipede_reproduction
 from walking_devices import CREEPING
 
-__all__ = ["KINDS", "make_page"]
+__all__ = ["KINDS", "Kind"]
 
 _BALL = "50,1.5,14\n90,1,30\n120,,\n"
 _GAIT = (
@@ -40,62 +53,118 @@ ground.film.coefficient = { kind = "logspace", start = "0.1e-21 N m^2 s", stop =
 robot.feet.tip.gap = ["50 um", "60 um", "70 um"]
 """
 
-KINDS = {
-    "cantilever": ("simulate", "cantilever"),
-    "hexapod": ("simulate", "hexapod"),
-    "walker": ("simulate", "hamr-like"),
-    "millipede-30": ("simulate", "millipede-30"),
-    "explorer": ("explore", "cantilever", "--duration", "60 ms"),
-    "sweep": ("sweep", "{study}"),
-    "yield": ("yield", CREEPING, *_YIELD),
-    "calibrate": ("calibrate", "{ball}"),
-    "identify": ("identify", "{campaign}"),
-    "track": ("identify", "{first}", "--track", "{second}"),
-    "modes": ("modes", "{p1}", "{p2}", "{p3}", "--band", "110Hz:990Hz"),
-    "landing": ("design", "landing", "cantilever", "--foot", "tip", "--request", "levels=free=-8V:8V", *_BOX,
-                "--set", "robot.drives.pzt.capacitance=664 pF", "--request", "effort=0.03", "--request", "learn=10"),
-    "gait": ("design", "gait", *_GAIT, *_GROUNDS, "--request", "look=2"),
-    "adapt": ("design", "adapt", *_GAIT, *_GROUNDS, "--request", "hidden=8", "--request", "training=8"),
-    "branch": ("branch", SCENES / "impact_oscillator.toml", "--along", "signals.shaker.amplitude=1 V:0.2 V"),
-    "attractors": ("attractors", "millipede", "--starts", "6", "--over", "height=0:5um", "--no-edges"),
-    "atlas": ("atlas", "cantilever", "--x", "robot.feet.tip.gap=80um:90um", "--y", "signals.pzt.amplitude=4V:6.5V",
-              "--depth", "5"),
-    "reproduce-cantilever": ("reproduce", "cantilever"),
-    "reproduce-hexapod": ("reproduce", "hexapod", "--seeds", "2"),
-    "reproduce-millipede": ("reproduce", "millipede"),
-}  # fmt: skip
-"""Words of the verb that writes each; those in braces are files that `make_page` makes."""
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of page: its template, and what makes one in a folder that is there and empty; the path of the page."""
+
+    template: str
+    make: Callable[[Path], Path]
 
 
-def make_page(kind: str, folder: Path) -> Path:
-    """Make the page of a kind, and what it is of, in a folder that is there and empty; the path of the page."""
-    files = {"study": folder / "study.toml", "campaign": folder / "campaign"}
-    words = [str(word) for word in KINDS[kind]]
-    if "{study}" in words:
-        files["study"].write_text(_STUDY, encoding="utf-8")
-    if "{ball}" in words:
-        files["ball"] = ball_study(folder, _BALL, generations=0, leave_out=True)
-    if "{campaign}" in words:
-        assert main(["synthesize", "cantilever", "-o", str(files["campaign"]), "--seed", "3", "-q"]) == 0
-    if "{first}" in words:
-        files |= {
-            name: session(folder / name, truth(), seed) for seed, name in enumerate(("first", "second"), 11)
-        }
-    if "{p1}" in words:
-        files |= _responses(folder)
-    out = folder / ("out.html" if words[0] == "explore" else "out")
-    code = main([*(word.format(**files) for word in words), "-o", str(out), "-q"])
-    assert code == 0, f"{kind}: {code}"
-    pages = (out, out / "report.html", out / "reproduction.html")
-    return next(page for page in pages if page.is_file())
+def verb(*words: Any, **files: Callable[[Path], Path]) -> Callable[[Path], Path]:
+    """The verb that writes a page. files: what makes those that are named in braces."""
+
+    def make(folder: Path) -> Path:
+        own = {name: made(folder) for name, made in files.items()}
+        out = folder / ("out.html" if words[0] == "explore" else "out")
+        code = main([*(str(word).format(**own) for word in words), "-o", str(out), "-q"])
+        assert code == 0, f"{words[0]}: {code}"
+        return next(page for page in (out, out / "report.html", out / "reproduction.html") if page.is_file())
+
+    return make
 
 
-def _responses(folder: Path) -> dict[str, Path]:
-    """A file of a frequency response of each of three points."""
-    frf = responses(Quantity.VELOCITY, 0.001)
-    head = "Frequency (Hz),v real (m/s/N),v imag (m/s/N)"
-    files = {f"p{k}": folder / f"p{k}.csv" for k in (1, 2, 3)}
-    for file, (row,) in zip(files.values(), frf.values, strict=True):
+def _study(folder: Path) -> Path:
+    (folder / "study.toml").write_text(_STUDY, encoding="utf-8")
+    return folder / "study.toml"
+
+
+def _ball(folder: Path) -> Path:
+    return ball_study(folder, _BALL, generations=0, leave_out=True)
+
+
+def _response(point: int) -> Callable[[Path], Path]:
+    """A file of the frequency response of one of three points."""
+
+    def make(folder: Path) -> Path:
+        frf, file = responses(Quantity.VELOCITY, 0.001), folder / f"p{point}.csv"
+        (row,) = frf.values[point - 1]
+        head = "Frequency (Hz),v real (m/s/N),v imag (m/s/N)"
         columns = np.column_stack([frf.frequency, row.real, row.imag])
         np.savetxt(file, columns, delimiter=",", header=head, comments="", fmt="%.12g")
-    return files
+        return file
+
+    return make
+
+
+def _identification(folder: Path) -> Path:
+    return write_page(identify_html(identified()), folder / "report.html")
+
+
+def _series(folder: Path) -> Path:
+    """Four campaigns that found the same within their errors, but for one number of the last."""
+    found = identified()
+    known = float_paths(found.model.scene)
+    drifts: list[Drift] = []
+    for step in found.steps.values():
+        for path in step.paths:
+            low, high = step.interval(path)
+            error = 0.25 * (high - low)
+            if not (np.isfinite(error) and error > 0.0):
+                continue
+            values = step.value(path) + error * np.array([0.0, 0.4, -0.3, 0.1 if drifts else 9.0])
+            errors = np.full(4, error)
+            drifts.append(Drift(path, known[path].unit, values, errors, *drift_of(values, errors, 100)))
+    series = Tracking(("may", "june", "july", "august"), (found,) * 4, tuple(drifts))
+    assert len(series.alarms) == 1
+    return write_page(track_html(series), folder / "report.html")
+
+
+def _trends(folder: Path) -> Path:
+    """Of one reading of the text, over few values."""
+    judged = judge_scene("ringing", ringing(), coarse=FEW, duration=0.04)
+    return write_page(millipede_reproduction((judged,)).html(), folder / "reproduction.html")
+
+
+def _index(folder: Path) -> Path:
+    """Of one reproduction."""
+    page = verb("reproduce", "quadruped")(folder)
+    return write_page(index_html({"quadruped": read_json(page.with_suffix(".json"))}), folder / "index.html")
+
+
+_RESPONSES = {f"p{point}": _response(point) for point in (1, 2, 3)}
+KINDS = {
+    "cantilever": Kind("run.html", verb("simulate", "cantilever")),
+    "hexapod": Kind("run.html", verb("simulate", "hexapod")),
+    "walker": Kind("run.html", verb("simulate", "hamr-like")),
+    "turning": Kind("run.html", verb("simulate", "turning-hexapod")),
+    "millipede-30": Kind("run.html", verb("simulate", "millipede-30")),
+    "explorer": Kind("explore.html", verb("explore", "cantilever", "--duration", "60 ms")),
+    "explorer-walker": Kind("explore.html", verb("explore", "millipede", "--duration", "60 ms")),
+    "explorer-hexapod": Kind("explore.html", verb("explore", "hexapod-walker", "--duration", "60 ms")),
+    "sweep": Kind("sweep.html", verb("sweep", "{study}", study=_study)),
+    "yield": Kind("yield.html", verb("yield", CREEPING, *_YIELD)),
+    "calibrate": Kind("calibrate.html", verb("calibrate", "{ball}", ball=_ball)),
+    "identify": Kind("identify.html", _identification),
+    "track": Kind("track.html", _series),
+    "modes": Kind("modes.html", verb("modes", "{p1}", "{p2}", "{p3}", "--band", "110Hz:990Hz", **_RESPONSES)),
+    "landing": Kind("landing.html", verb(
+        "design", "landing", "cantilever", "--foot", "tip", "--request", "levels=free=-8V:8V", *_BOX,
+        "--set", "robot.drives.pzt.capacitance=664 pF", "--request", "effort=0.03", "--request", "learn=10")),
+    "gait": Kind("gait.html", verb("design", "gait", *_GAIT, *_GROUNDS, "--request", "look=2")),
+    "adapt": Kind("adapt.html", verb("design", "adapt", *_GAIT, *_GROUNDS, "--request", "hidden=8",
+                                     "--request", "training=8")),
+    "branch": Kind("branch.html", verb(
+        "branch", SCENES / "impact_oscillator.toml", "--along", "signals.shaker.amplitude=1 V:0.2 V")),
+    "attractors": Kind("attractors.html", verb(
+        "attractors", "millipede", "--starts", "6", "--over", "height=0:5um", "--no-edges")),
+    "atlas": Kind("atlas.html", verb(
+        "atlas", "cantilever", "--x", "robot.feet.tip.gap=80um:90um", "--y", "signals.pzt.amplitude=4V:6.5V",
+        "--depth", "5")),
+    "reproduce-cantilever": Kind("tarsus_reproduce:reproduction.html", verb("reproduce", "cantilever")),
+    "reproduce-hexapod": Kind("tarsus_reproduce:reproduction.html", verb("reproduce", "hexapod", "--seeds", "2")),
+    "reproduce-millipede": Kind("tarsus_reproduce:reproduction.html", _trends),
+    "index": Kind("tarsus_reproduce:index.html", _index),
+}  # fmt: skip
+"""Every kind of page, a row each."""

@@ -42,7 +42,7 @@ PIXELS = 118.0
 AXIS = 26
 """Height of the numbers below the lowest panel [pixels]."""
 
-LETTER, SHORT = 6.0, 3
+LETTER, SHORT = 7.0, 3
 """Height of a letter of a name that stands upright below an axis [pixels]; names up to so many letters lie."""
 
 POINTS = 5000
@@ -401,7 +401,7 @@ class Charts:
 
 def side_by_side(drawn: Iterable[tuple[str, Charts]], caption: str, *, small: bool = False) -> Plate:
     """Charts with axes of their own as one figure, each under its title: two in a row of a page, or as many small ones
-    as there is room for, whose lines have signs but no names."""
+    as there is room for."""
     each = Markup("").join(
         Markup('<div class="plate">{}{}</div>').format(
             Markup('<p class="title">{}</p>').format(title) if title else "", charts.html(title or caption)

@@ -1,10 +1,8 @@
-// What a reader would see at a glance that is wrong with a page: asked of the page itself, answered to its frame.
+// What a reader would see at a glance that is wrong with a page: `glance`, called in the page itself.
 (() => {
 "use strict";
-const faults = [], at = (what) => `${what.slice(0, 60)}`;
-addEventListener("error", (event) => faults.push(`script: ${event.message}`));
-const told = console.error;
-console.error = (...words) => { faults.push(`console: ${words.join(" ")}`); told(...words); };
+let faults = [];
+const at = (what) => `${what.slice(0, 60)}`;
 
 const seen = (element) => element.checkVisibility({ checkOpacity: true, checkVisibilityCSS: true });
 const beyond = (inner, outer, by) =>
@@ -115,23 +113,60 @@ function reachable() {
   if (document.documentElement.lang !== "en") faults.push("no language");
 }
 
-function glance() {
+/** Tables without numbers, figures without lines, keys without words. */
+function empty() {
+  const where = (one) => at(one.closest(".table")?.getAttribute("aria-label") || one.getAttribute("aria-label") || one.className || one.tagName);
+  for (const one of document.querySelectorAll("table")) {
+    if (seen(one) && ![...one.querySelectorAll("tbody td")].some((cell) => cell.textContent.trim())) faults.push(`empty table: ${where(one)}`);
+  }
+  for (const one of document.querySelectorAll("canvas")) if (seen(one) && !one.closest(".u-wrap") && !ink(one)) faults.push(`empty picture: ${where(one)}`);
+  for (const one of document.querySelectorAll("svg[role=img]")) if (seen(one) && !one.querySelector("path, use, image, polygon, circle, rect")) faults.push(`empty picture: ${where(one)}`);
+  for (const figure of document.querySelectorAll(".charts")) {
+    if (!seen(figure)) continue;
+    for (const key of figure.querySelectorAll(".names button, .names .sign")) if (seen(key) && !key.innerText.trim()) faults.push(`a key without words: ${where(key)}`);
+    figure.built.plots.forEach((plot, i) => {
+      const { bars, shaded, levels } = figure.built.spec.panels[i], drawn = plot.data.slice(1).map((row) => row.some(Number.isFinite));
+      if (![...drawn, bars.length, shaded.length, levels.length].some(Boolean)) faults.push(`empty figure: ${where(figure)}, panel ${i}`);
+      for (const key of figure.built.panels[i].querySelectorAll(".names button")) {
+        if (seen(key) && !key.dataset.lines.split(" ").some((line) => drawn[line - 1])) faults.push(`a key of no line: ${key.innerText}`);
+      }
+      cramped(plot, where(figure));
+    });
+  }
+}
+
+/** Numbers along the axes of a figure that touch each other. */
+function cramped(plot, where) {
+  plot.axes.forEach(({ _show, _splits, _values, _rotate, font }, side) => {
+    if (!_show || !_splits) return;
+    const size = parseFloat(font[0]) / devicePixelRatio, scale = side ? "y" : "x", upright = _rotate === -90;
+    const words = _splits.map((split, k) => [plot.valToPos(split, scale), `${_values[k] ?? ""}`]).filter(([place, text]) => text && Number.isFinite(place)).sort(([a], [b]) => a - b);
+    for (let k = 1; k < words.length; k++) {
+      const room = side || upright ? 0.95 * size : 0.27 * size * (words[k - 1][1].length + words[k][1].length) + 3;
+      if (words[k][0] - words[k - 1][0] < room) { faults.push(`cramped: ${words[k - 1][1]} | ${words[k][1]} in ${where}`); return; }
+    }
+  });
+}
+
+/** Opens all that is folded; the height of the page before. */
+window.unfold = () => {
   const height = document.documentElement.scrollHeight;
   document.querySelectorAll("details").forEach((one) => { one.open = true; });
+  return height;
+};
+
+/** Everything that is wrong with the page as it is shown now. */
+window.glance = () => {
+  faults = [];
+  document.querySelectorAll(".zoom").forEach((one) => { one.style.opacity = 1; }); // as where one points at it
   const wide = document.documentElement.scrollWidth;
   if (wide > innerWidth) faults.push(`the page is ${wide} px wide in ${innerWidth}`);
-  let all = [];
-  try {
-    all = boxes();
-    overlapping(all);
-    faint(all);
-    squeezed();
-    reachable();
-  } catch (error) {
-    faults.push(`the look itself: ${error.stack}`);
-  }
-  const dark = matchMedia("(prefers-color-scheme: dark)").matches;
-  parent.postMessage(JSON.stringify({ width: innerWidth, height, dark, texts: all.length, faults: [...new Set(faults)] }), "*");
-}
-addEventListener("load", () => setTimeout(glance, 300));
+  const all = boxes();
+  overlapping(all);
+  faint(all);
+  squeezed();
+  reachable();
+  empty();
+  return { texts: all.length, faults: [...new Set(faults)] };
+};
 })();

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from chromium import found_in
+from chromium import READY, Chromium
 from tarsus.atlas.cells import MEASURES
 from tarsus.atlas.classes import words
 from tarsus.atlas.quadtree import Quadtree
@@ -40,7 +40,7 @@ addEventListener("load", () => setTimeout(() => {
   STEPS
   found.faults = faults;
   found.requests = performance.getEntriesByType("resource").length;
-  document.body.dataset.found = JSON.stringify(found);
+  ready(found);
 }, 50));
 """
 
@@ -73,12 +73,12 @@ def beam() -> Atlas:
     return ts.atlas("cantilever", x=gap, y=volts, depth=4, coarse=2)
 
 
-def opened(text: str, folder: Path, steps: str) -> dict[str, Any]:
+def opened(text: str, folder: Path, steps: str, chromium: Chromium) -> dict[str, Any]:
     """What a page says after some steps in it."""
-    probe = PROBE.replace("STEPS", steps)
+    probe = READY + PROBE.replace("STEPS", steps)
     text = text.replace("</body>", f"<script>{probe}</script></body>")
     (folder / "atlas.html").write_text(text, encoding="utf-8")
-    found = found_in(folder / "atlas.html", "--window-size=1200,900")
+    found = chromium.found_in(folder / "atlas.html", width=1200)
     assert found["faults"] == [] and found["requests"] == 0
     return found
 
@@ -95,8 +95,8 @@ def test_a_page_holds_what_the_atlas_does(beam):
 
 
 @pytest.mark.browser
-def test_it_says_names_zooms_and_changes(beam, tmp_path):
-    found = opened(atlas_html(beam), tmp_path, STEPS)
+def test_it_says_names_zooms_and_changes(beam, tmp_path, chromium):
+    found = opened(atlas_html(beam), tmp_path, STEPS, chromium)
     for key, at in (("says", (8, 4)), ("next", (9, 4))):
         code = int(beam.grid.code[at])
         gap, volts = beam.x.at(at[0] / 16), beam.y.at(at[1] / 16)
@@ -118,7 +118,7 @@ def test_it_says_names_zooms_and_changes(beam, tmp_path):
 
 
 @pytest.mark.browser
-def test_a_large_page_is_below_4_mb_and_a_larger_one_has_fewer_points(beam, tmp_path):
+def test_a_large_page_is_below_4_mb_and_a_larger_one_has_fewer_points(beam, tmp_path, chromium):
     """A map of 1025 points each way of which 90,000 are run, twice as many as of a beam's; and one with 460,000."""
     for rings, most in ((5, 150_000), (40, 600_000)):
 
@@ -133,5 +133,6 @@ def test_a_large_page_is_below_4_mb_and_a_larger_one_has_fewer_points(beam, tmp_
         large = Atlas(beam.scene, beam.x, beam.y, 1, grid, code, code[:, None], measures)
         text = atlas_html(large)
         assert len(text.encode()) <= 4_000_000
-        found = opened(text, tmp_path, 'at("pointermove", 0.25, 0.5); found.says = part("says").textContent;')
+        steps = 'at("pointermove", 0.25, 0.5); found.says = part("says").textContent;'
+        found = opened(text, tmp_path, steps, chromium)
         assert words(int(grid.code[256, 512])) in found["says"] and "touchdown speed" in found["says"]

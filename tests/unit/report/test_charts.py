@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from chromium import found_in
+from chromium import READY, Chromium
 from tarsus.report.charts import POINTS, Charts
 from tarsus.report.packing import unpacked
 from tarsus.report.pages import page
@@ -128,7 +128,7 @@ function look() {
     () => {
       found.faults = faults;
       found.requests = performance.getEntriesByType("resource").length;
-      document.body.dataset.found = JSON.stringify(found);
+      ready(found);
     },
   ];
   steps.forEach((step, i) => setTimeout(step, 100 * (i + 1)));
@@ -138,7 +138,7 @@ addEventListener("load", look);
 
 
 @pytest.mark.browser
-def test_a_browser_draws_zooms_and_darkens(tmp_path: Path) -> None:
+def test_a_browser_draws_zooms_and_darkens(tmp_path: Path, chromium: Chromium) -> None:
     charts = Charts([1.0, 1.0], "", "")
     panels = charts.panels
     x = np.linspace(0.0, 8.0, 400)
@@ -146,11 +146,11 @@ def test_a_browser_draws_zooms_and_darkens(tmp_path: Path) -> None:
         axes.plot(x, np.sin(x), color=BLUE, lw=4.0, label="sine")
     panels[1].set_ylim(1.5, -1.5)  # counts downward, as rows do
     text = page("charts", f"<h1>Charts</h1>{charts.html('a sine')}").replace(
-        "</head>", f"<script>{PROBE}</script></head>"
+        "</head>", f"<script>{READY}{PROBE}</script></head>"
     )
     path = tmp_path / "charts.html"
     path.write_text(text, encoding="utf-8")
-    found = found_in(path)
+    found = chromium.found_in(path)
     assert found["faults"] == [] and found["requests"] == 0
     assert found["whole"] == found["again"] == [[0, 8], [0, 8]]
     assert found["near"] == [[2, 6], [2, 6]] and found["on"] == [[4, 8], [4, 8]]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from chromium import HOLD, found_in
+from chromium import READY
 from tarsus.report.pages import asset
 
 pytestmark = pytest.mark.browser
@@ -49,12 +49,12 @@ addEventListener("DOMContentLoaded", async () => {
 """
 
 
-def watched(folder, explorer, steps: str, *options: str) -> dict[str, Any]:
+def watched(folder, chromium, explorer, steps: str, **look: int) -> dict[str, Any]:
     """What steps find in an explorer's page."""
-    probe = f"<script>{HOLD}{PROBE.replace('STEPS', steps)}</script></body>"
+    probe = f"<script>{READY}{PROBE.replace('STEPS', steps)}</script></body>"
     path = folder / "explore.html"
     path.write_text(explorer.html().replace("</body>", probe), encoding="utf-8")
-    found = found_in(path, *options, time=None)
+    found = chromium.found_in(path, **look)
     assert found["faults"] == [] and found["requests"] == []
     return found
 
@@ -64,9 +64,9 @@ def explorer():
     return ts.explore("cantilever", duration="60 ms")
 
 
-def test_sliders_run_the_scene_as_simulate_does(tmp_path, explorer):
+def test_sliders_run_the_scene_as_simulate_does(tmp_path, chromium, explorer):
     found = watched(
-        tmp_path, explorer,
+        tmp_path, chromium, explorer,
         """
         part("freeze").click();
         await turn("tip gap", 120);
@@ -110,10 +110,10 @@ def test_sliders_run_the_scene_as_simulate_does(tmp_path, explorer):
     np.testing.assert_array_equal(again.motion.log.events, wanted)
 
 
-def test_an_incline_is_turned_and_a_walk_s_cost_is_told(tmp_path):
+def test_an_incline_is_turned_and_a_walk_s_cost_is_told(tmp_path, chromium):
     climber = ts.explore(ts.load_scene("millipede", **{"ground.incline": 0.05}), duration="60 ms")
     found = watched(
-        tmp_path, climber,
+        tmp_path, chromium, climber,
         """
         await turn("incline", 350);
         Object.assign(found, { values: explorer.values, events: [...explorer.shown.events],
@@ -131,10 +131,10 @@ def test_an_incline_is_turned_and_a_walk_s_cost_is_told(tmp_path):
         assert found["measures"][name] == pytest.approx(run.measures[name].value, rel=1e-6), name
 
 
-def test_while_a_slider_moves_the_beginning_of_the_run_is_shown(tmp_path, explorer):
+def test_while_a_slider_moves_the_beginning_of_the_run_is_shown(tmp_path, chromium, explorer):
     """As if the machine were slow: the figures hold the first periods, exactly, the measures wait for the whole."""
     found = watched(
-        tmp_path, explorer,
+        tmp_path, chromium, explorer,
         """
         explorer.pace = 1e6;
         const input = [...root.querySelectorAll(".explore-slider input")][0], later = next();
@@ -160,11 +160,11 @@ def test_while_a_slider_moves_the_beginning_of_the_run_is_shown(tmp_path, explor
     assert found["measures"]["peak"] == pytest.approx(run.measures["peak"].value, rel=1e-7)
 
 
-def test_it_is_turned_by_keyboard(tmp_path, explorer):
+def test_it_is_turned_by_keyboard(tmp_path, chromium, explorer):
     """Every control is reached by the tab key in the order of the page, and arrows turn a slider: keys that the browser
     itself makes are those of its own range inputs and buttons, whose focus and names are what a page can get wrong."""
     found = watched(
-        tmp_path, explorer,
+        tmp_path, chromium, explorer,
         """
         const kinds = "a[href], button, input, select, [tabindex]";
         const all = [...root.querySelectorAll(kinds)].filter((one) => one.checkVisibility());
@@ -200,9 +200,9 @@ def test_it_is_turned_by_keyboard(tmp_path, explorer):
     )
 
 
-def test_what_stops_the_engine_is_told_and_the_page_goes_on(tmp_path, explorer):
+def test_what_stops_the_engine_is_told_and_the_page_goes_on(tmp_path, chromium, explorer):
     found = watched(
-        tmp_path, explorer,
+        tmp_path, chromium, explorer,
         """
         explorer.busy = true;
         explorer.worker.postMessage({ row: [["rows.nothing", [0], 1]], place: 0, frames: 10, points: 10,
@@ -220,16 +220,16 @@ def test_what_stops_the_engine_is_told_and_the_page_goes_on(tmp_path, explorer):
     assert found["said"].startswith("The engine stopped: ") and found["later"] == 0 and found["hidden"]
 
 
-def test_it_fits_a_phone(tmp_path, explorer):
-    found = watched(tmp_path, explorer, "await turn('tip gap', 90);", "--window-size=420,900")
+def test_it_fits_a_phone(tmp_path, chromium, explorer):
+    found = watched(tmp_path, chromium, explorer, "await turn('tip gap', 90);", width=420)
     assert found["wide"] <= 0
 
 
-def test_the_widget_of_a_notebook_carries_values_both_ways(tmp_path, explorer):
+def test_the_widget_of_a_notebook_carries_values_both_ways(tmp_path, chromium, explorer):
     script = asset("widget.js").replace("export default", "const widget =")
     inner = json.dumps(explorer.html()).replace("</", "<" + chr(92) + "/")
     page = f"""<!DOCTYPE html><html lang="en"><title>widget</title><body><div></div><script>
-{HOLD}
+{READY}
 {script}
 const state = {{ page: {inner}, values: {{}}, measures: {{}} }}, told = [];
 const model = {{ get: (name) => state[name], set: (name, value) => {{ state[name] = value; }}, off: () => null,
@@ -243,7 +243,7 @@ widget.render({{ model, el: document.querySelector("div") }});
 </script></body></html>"""
     path = tmp_path / "widget.html"
     path.write_text(page, encoding="utf-8")
-    first, *_, last = found_in(path, time=None)
+    first, *_, last = chromium.found_in(path)
     assert first["values"] == {} and last["values"] == {"robot.feet.tip.gap": 5e-5}
     assert last["measures"]["peak"] == pytest.approx(
         explorer.run(last["values"]).measures["peak"].value, rel=1e-7

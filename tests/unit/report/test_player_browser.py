@@ -1,4 +1,4 @@
-"""The animation in a browser without a window; where there is none, nothing is tested."""
+"""The animation in a browser without a window."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from chromium import found_in
+from chromium import READY, Chromium
 from tarsus.report.pages import page
 from tarsus.report.player import walk_section
 from tarsus.tables.numbers import amount
@@ -35,21 +35,21 @@ const move = (frame) => { part("time").value = frame; part("time").dispatchEvent
 $steps
 found.faults = faults;
 found.requests = performance.getEntriesByType("resource").length;
-document.body.dataset.found = JSON.stringify(found);
+ready(found);
 """
 
 
 @pytest.fixture(scope="module")
-def watch(tmp_path_factory: pytest.TempPathFactory) -> Callable[[int, str], dict[str, Any]]:
+def watch(tmp_path_factory: pytest.TempPathFactory, chromium: Chromium) -> Callable[[int, str], dict[str, Any]]:
     """Open the page of a walk of so many legs, take some steps in it, and return what they found."""
     folder = tmp_path_factory.mktemp("walk")
 
     def go(legs: int, steps: str) -> dict[str, Any]:
-        probe = PROBE.replace("$$", "$").replace("$steps", steps)
+        probe = READY + PROBE.replace("$$", "$").replace("$steps", steps)
         text = page("walk", walk_section(walk(legs))).replace("</body>", f"<script>{probe}</script></body>")
         path = folder / f"walk{legs}.html"
         path.write_text(text, encoding="utf-8")
-        return found_in(path)
+        return chromium.found_in(path)
 
     return go
 

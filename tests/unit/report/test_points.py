@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from chromium import found_in
+from chromium import READY, Chromium
 from laboratory import LABORATORY
 from tarsus.report.packing import unpacked
 from tarsus.report.pages import page
@@ -73,17 +73,17 @@ addEventListener("load", () => setTimeout(() => {
   slider.value = slider.max; slider.dispatchEvent(new Event("input"));
   found.end = clock();
   found.faults = faults;
-  document.body.dataset.found = JSON.stringify(found);
+  ready(found);
 }, 100));
 """
 
 
 @pytest.mark.browser
-def test_a_browser_plays_it(tmp_path: Path) -> None:
+def test_a_browser_plays_it(tmp_path: Path, chromium: Chromium) -> None:
     path = tmp_path / "points.html"
-    whole = page("points", section(LABORATORY)[1]).replace("</head>", f"<script>{PROBE}</script></head>")
+    whole = page("points", section(LABORATORY)[1]).replace("</head>", f"<script>{READY}{PROBE}</script></head>")
     path.write_text(whole, encoding="utf-8")
-    found = found_in(path)
+    found = chromium.found_in(path)
     assert found["faults"] == [] and found["still"] == "0.00 ms" and found["end"] == "40.00 ms"
     assert float(found["half"].split()[0]) == pytest.approx(20.0, abs=0.2)
     assert found["paused"] == found["half"] and found["label"] == "Play"

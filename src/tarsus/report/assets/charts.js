@@ -61,6 +61,7 @@ class Charts {
     this.sight = new IntersectionObserver((seen) => seen.forEach(({ target, isIntersecting }) => this.reveal(this.panels.indexOf(target), isIntersecting)));
     this.inSight = this.panels.map(() => true);
     this.panels.forEach((panel) => this.sight.observe(panel));
+    this.panels.forEach((_, i) => this.keys(i));
     if (this.room > 50) this.plots.forEach((plot) => plot.redraw(false, true));
     this.listen();
   }
@@ -84,6 +85,13 @@ class Charts {
     if (waits.shaded) this.spec.panels[i].shaded = waits.shaded.map(([a, b]) => [a / this.spec.step, b / this.spec.step]);
     plot.setData([waits.x, ...waits.lines.map((line) => scaled(line, step))], false);
     plot.setScale("x", { min, max });
+    this.keys(i);
+  }
+
+  /** Names stand for lines that have numbers. */
+  keys(i) {
+    const drawn = this.plots[i].data.map((row) => row.some(Number.isFinite));
+    for (const key of this.panels[i].querySelectorAll("button[data-lines]")) key.hidden = !key.dataset.lines.split(" ").some((line) => drawn[line]);
   }
 
   reveal(i, seen) {
@@ -144,7 +152,7 @@ class Charts {
       return rows.map((__, k) => k).filter((k) => k % every === 0 && k >= low && k <= high);
     };
     const longest = Math.max(0, ...rows.map((name) => name.length));
-    return longest <= 3 ? { size: 26, splits } : { size: 6 * longest + 10, rotate: -90, splits };
+    return longest <= 3 ? { size: 26, splits } : { size: 7 * longest + 10, rotate: -90, splits };
   }
 
   /** Room for the words of the upward axes, one for all panels: as much as the longest so far needs. */
@@ -167,8 +175,9 @@ class Charts {
     const known = low !== null && high !== null && Number.isFinite(low) && Number.isFinite(high);
     const [a, b] = known ? [low, high] : [panel.log ? 0.1 : 0, 1];
     if (panel.log) return [least === null ? 10 ** Math.floor(Math.log10(a)) : least, most === null ? 10 ** Math.ceil(Math.log10(b)) : most];
-    const room = 0.06 * (b - a || Math.abs(b) || 1);
-    return [least === null ? a - room : least, most === null ? b + room : most];
+    const [into, from] = panel.bend ? [(v) => Math.asinh(v / panel.bend), (v) => panel.bend * Math.sinh(v)] : [Number, Number];
+    const room = 0.06 * (into(b) - into(a) || Math.abs(into(b)) || 1);
+    return [least === null ? from(into(a) - room) : least, most === null ? from(into(b) + room) : most];
   }
 
   /** What lies below the lines: stretches shaded, bars, level lines. */

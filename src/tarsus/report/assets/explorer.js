@@ -80,6 +80,7 @@ class Explorer {
     this.listen(part);
     this.start = () => this.begin(part);
     if (this.info.plays) this.turned();
+    else root.closest("details")?.addEventListener("toggle", () => this.start && this.turned());
   }
 
   async begin(part) {
@@ -215,7 +216,8 @@ class Explorer {
   draw() {
     const { shown } = this;
     if (!shown || !shown.time.length) return;
-    this.player.take(this.walk(shown));
+    const film = this.film(shown);
+    if (film) this.player.take(film);
     this.charts.take(shown.time, this.info.panels.map(({ lines }) => ({
       lines: lines.map(([of, k, frozen]) => this.series(of, k, frozen)), shaded: this.info.feet.length === 1 ? this.contacts(0) : null,
     })));
@@ -244,20 +246,19 @@ class Explorer {
     return out;
   }
 
-  /** The moving picture's walk, its frames alone. */
-  walk({ time, times, period, gap, along, state, ground, friction, volts, body }) {
-    const before = this.player.walk, { legs } = this.info, at = [];
+  /** Series of the moving picture, at its frames alone; none of a run that ended before the second. */
+  film({ time, times, period, gap, along, state, ground, friction, volts, body }) {
+    const { hips } = this.player.walk, { legs } = this.info, at = [];
     for (let n = 0, k = 0; n < time.length && k < times.film.length; n++) if (time[n] === times.film[k]) { at.push(n); k++; }
-    if (at.length < 2) return before;
+    if (at.length < 2) return null;
     const none = new Float64Array(at.length);
     const taken = (series, more = 0) => { const out = new Float64Array(at.length); for (let k = 0; k < at.length; k++) out[k] = series[at[k]] + more; return out; };
     const ofLeg = (series, rest) => legs.map((foot, leg) => (foot < 0 ? none : taken(series[foot], rest ? rest[leg] : 0)));
-    const coordinate = (name) => { const k = this.info.body.indexOf(name); return k < 0 ? none : taken(body[k]); };
     const film = taken(time);
     return {
-      ...before, frames: at.length, time: film, start: film[0], end: film[at.length - 1], period: period < film[at.length - 1] ? period : null,
-      body: Object.fromEntries(["surge", "heave", "roll", "pitch"].map((name) => [name, coordinate(name)])),
-      footX: ofLeg(along, before.hips.map(([x]) => x)), footZ: ofLeg(gap), normal: ofLeg(ground), friction: ofLeg(friction),
+      frames: at.length, time: film, start: film[0], end: film[at.length - 1], period: period < film[at.length - 1] ? period : null,
+      body: Object.fromEntries(this.info.body.map((name, k) => [name, taken(body[k])])),
+      footX: ofLeg(along, hips.map(([x]) => x)), footZ: ofLeg(gap), normal: ofLeg(ground), friction: ofLeg(friction),
       state: legs.map((foot) => Uint8Array.from(at, (n) => (foot < 0 ? 0 : state[foot][n]))),
       volts: this.info.tracks.map((drive) => taken(volts[drive])),
     };
@@ -344,6 +345,7 @@ class Explorer {
     }
     if (left) rows.push(made("tr", {}, made("td", { colSpan: 7, textContent: `and ${left} more` })));
     this.events.replaceChildren(...rows);
+    this.events.closest(".table").hidden = !rows.length;
   }
 
   say(text, failed = false) {

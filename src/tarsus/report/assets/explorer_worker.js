@@ -5,7 +5,7 @@ const TURNS = 8; // drive periods of the moving picture, the last ones of the ru
 /** Times of a run: of the moving picture, and of the figures over the stretch that they show; both increase, and so do all. */
 function timesOf({ end, period, frames, points, seen: [from, to] }) {
   const whole = Math.max(Math.floor((end / period) * (1 + 1e-9)), 0), shown = Math.min(TURNS, whole) * period;
-  const [start, last] = shown > 0 && shown < end ? [whole * period - shown, whole * period] : [0, end];
+  const [start, last] = shown > 0 && shown < end ? [whole * period - shown, Math.min(whole * period, end)] : [0, end];
   const even = (count, a, b) => Float64Array.from({ length: count }, (_, n) => a + ((b - a) * n) / (count - 1));
   const film = even(frames, start, last), chart = even(points, Math.max(from, 0), Math.min(to, end));
   return { film, chart, all: Float64Array.from(new Set([...film, ...chart])).sort() };

@@ -19,13 +19,19 @@ function unpackStates(text, legs, frames) {
   return Array.from({ length: legs }, (_, leg) => flat.subarray(leg * frames, (leg + 1) * frames));
 }
 
+/** Coordinates of the body that are drawn. */
+const COORDINATES = ["surge", "heave", "roll", "pitch", "yaw"];
+
+/** All coordinates of the body over so many frames, of those that a motion has; the others are zero. */
+function wholeBody(frames, given) {
+  return Object.fromEntries(COORDINATES.map((name) => [name, given[name] ?? new Float64Array(frames)]));
+}
+
 /** The walk as arrays over its frames: coordinates of the body, and of every leg its foot and what acts there. */
 function readWalk(data) {
-  const { frames } = data, body = {};
-  for (const name of ["surge", "heave", "roll", "pitch", "yaw"]) {
-    body[name] = data.body[name] ? unpack(data.body[name], frames)[0] : new Float64Array(frames);
-  }
-  const time = unpack(data.time, frames)[0];
+  const { frames } = data;
+  const given = Object.fromEntries(Object.entries(data.body).map(([name, channel]) => [name, unpack(channel, frames)[0]]));
+  const body = wholeBody(frames, given), time = unpack(data.time, frames)[0];
   return {
     frames, body, turns: "yaw" in data.body, time, start: time[0], end: time[frames - 1], period: data.period, incline: data.incline,
     ground: data.ground, line: data.line,
@@ -70,8 +76,9 @@ class Player {
     this.restyle();
   }
 
-  /** Another walk of the same robot takes the place of this one, at the time since its start that is shown. */
-  take(walk) {
+  /** Other series of the same robot take the place of these, at the time since their start that is shown. */
+  take(series) {
+    const walk = { ...this.walk, ...series, body: wholeBody(series.frames, series.body) };
     this.now = between(walk.start + this.now - this.walk.start, walk.start, walk.end);
     this.walk = this.stage.walk = this.tracks.walk = walk;
     this.tracks.kept = null;
@@ -175,8 +182,7 @@ class Player {
     const next = Math.min(low + 1, frames - 1);
     const share = next > low ? between((this.now - time[low]) / (time[next] - time[low]), 0, 1) : 0;
     const read = (series) => series[low] + share * (series[next] - series[low]);
-    return { frame: low, read, surge: read(body.surge), heave: read(body.heave), roll: read(body.roll), pitch: read(body.pitch),
-      yaw: read(body.yaw) };
+    return { frame: low, read, ...Object.fromEntries(COORDINATES.map((name) => [name, read(body[name])])) };
   }
 
   /** Read the page's colours and font again, and draw. */
