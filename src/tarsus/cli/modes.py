@@ -42,8 +42,8 @@ def modes(
     decay
         the records are free decays, without a drive.
     read
-        what the files do not say: channel=unit, such as Ch1=m/s, or step, frequency_step, axis, axis_unit, input_unit
-        with their values; may be repeated.
+        what the files do not say: channel=unit, such as Ch1=m/s, or step, frequency_step, axis, axis_unit, input_unit,
+        record with their values; may be repeated.
     against
         modes.json of an earlier set: its modes beside these, with the MAC of their shapes.
     output
@@ -109,7 +109,7 @@ def _band(text: str | None) -> tuple[float, float] | None:
 
 def _reading(words: dict[str, str]) -> dict[str, Any]:
     """Choices of a reader: units of channels, and what has a field of its own there."""
-    fields = ("step", "frequency_step", "axis", "axis_unit", "input_unit")
+    fields = ("step", "frequency_step", "axis", "axis_unit", "input_unit", "record")
     channels = {name: unit for name, unit in words.items() if name not in fields}
     own: dict[str, Any] = {name: text for name, text in words.items() if name in fields}
     return own | ({"channels": channels} if channels else {})

@@ -17,6 +17,7 @@ def show(
     axis_unit: str | None = None,
     step: str | None = None,
     drive: str | None = None,
+    record: int | None = None,
     law: LawFiles = None,
     json: Json = False,
 ) -> int:
@@ -24,5 +25,5 @@ def show(
     from tarsus.cli import console
 
     said = {"axis": axis, "axis_unit": axis_unit, "step": step, "drive": drive}
-    found = tarsus.show(name, other, channel=channel or (), law=law or (), **said)
+    found = tarsus.show(name, other, channel=channel or (), law=law or (), record=record, **said)
     return console.show(found, json)

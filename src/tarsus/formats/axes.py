@@ -49,10 +49,11 @@ _AGREES = 2e-4
 
 
 class Sampling(NamedTuple):
-    """An even time axis [s]."""
+    """An even time axis [s]; rounding: share by which the step may be off, by the digits it was written in."""
 
     step: float
     start: float
+    rounding: float = 0.0
 
 
 def axis_series(
@@ -115,7 +116,9 @@ def series_axis(
             f"{raw.source}: the axis '{series.name}' is in '{said}', which is no unit of "
             f"{'time' if domain is Domain.TIME else 'frequency'}; give axis_unit"
         )
-    return Axis(domain, series.values.astype(float) * factor, series.resolution * factor)
+    values = series.values.astype(float) * factor
+    rounding = float(np.spacing(np.max(np.abs(values), initial=0.0)))
+    return Axis(domain, values, series.resolution * factor + rounding)
 
 
 def sampling_step(time: ArrayLike, resolution: float = 0.0) -> float:
@@ -159,7 +162,8 @@ def sampling_step(time: ArrayLike, resolution: float = 0.0) -> float:
 def even(source: str, times: NDArray[np.float64], resolution: float) -> Sampling:
     """Step and start of a column of times; raises InputError with the file's name if they are not even."""
     try:
-        return Sampling(sampling_step(times, resolution), float(times[0]))
+        step = sampling_step(times, resolution)
+        return Sampling(step, float(times[0]), resolution / (step * (len(times) - 1)))
     except InputError as error:
         raise InputError(f"{source}: {error}") from None
 

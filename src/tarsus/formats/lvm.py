@@ -4,10 +4,21 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from tarsus.base.errors import InputError
-from tarsus.formats.numerals import check_ending, column_of, column_step, digit_step, number, text_of
+from tarsus.formats.numerals import (
+    check_ending,
+    column_of,
+    column_step,
+    digit_step,
+    number,
+    rounding_of_step,
+    text_of,
+)
 from tarsus.formats.raw import Axis, Declared, Domain, RawFile, RawSeries
 
 _START = b"LabVIEW Measurement"
@@ -21,14 +32,15 @@ def is_lvm(head: bytes) -> bool:
 
 
 def read_lvm(path: Path, content: bytes) -> RawFile:
-    """Columns of a LabVIEW measurement file.
+    """Columns of a LabVIEW measurement file; each segment of it, under a header of its own, is a record.
 
-    Columns may differ in length. Unit labels, ``Delta_X`` and numbers of samples are those of the block's header.
+    Columns may differ in length. Unit labels, ``X0``, ``Delta_X`` and numbers of samples are those of the segment's
+    header. Where more samples follow than it announces, and no times say that they go on, they are further records.
 
     Raises
     ------
     InputError
-        If the file has several blocks, no samples, or a cell that is no number, with its line.
+        If the file has no samples, or a cell that is no number, with its line.
     """
     text = text_of(content)
     lines = text.splitlines()
@@ -37,54 +49,121 @@ def read_lvm(path: Path, content: bytes) -> RawFile:
         raise InputError(f"{path.name} is truncated: its header does not end")
     general = dict(_entry(line) for line in lines[: ends[0]])
     separator = _SEPARATORS.get(general.get("separator", "tab").lower(), "\t")
-    comma = general.get("decimal_separator", ".") == ","
-    if len(ends) > 2:
-        raise InputError(
-            f"{path.name} has {len(ends) - 1} blocks of samples; save each as a file of its own, or export as TDMS"
-        )
-    header = next((i for i in range(ends[-1] + 1, len(lines)) if lines[i].strip(f"{separator} ")), None)
-    if header is None:
+    style = _Style(separator, general.get("decimal_separator", ".") == ",", general.get("x_columns", "").lower())
+    heads = [_begin(lines, end, separator) for end in ends[1:]] or [ends[0]]
+    records: list[RawFile] = []
+    last = [line.split(separator) for line in lines[-20:]]
+    notes = check_ending(text, last, path.name) if any(last[-1]) else []
+    for k, (head, end, until) in enumerate(zip(heads, ends[1:] or ends, [*heads[1:], len(lines)], strict=True), 1):
+        found = _segment(path.name, lines[:until], head, end, style)
+        if found is not None:
+            records += _by_count(found)
+        else:
+            notes.append(f"{path.name}: header {k} of {len(heads)} has no samples below it, or one: not used")
+    if not records:
         raise InputError(f"{path.name} ends after its header: it has no samples")
+    if len(records) == 1:
+        return replace(records[0], notes=(*notes, *records[0].notes))
+    count = sum(max(len(one.values) for one in record.series) for record in records)
+    below = "" if len(heads) > 1 else f", though its one header announces {records[0].series[-1].count}"
+    return replace(
+        records[0], notes=tuple(notes), several=tuple(records), cause=f", {count} samples in all{below}"
+    )
+
+
+@dataclass(frozen=True)
+class _Style:
+    """How a file writes its cells; x_columns: no, one or multi."""
+
+    separator: str
+    comma: bool
+    x_columns: str
+
+
+def _begin(lines: Sequence[str], end: int, separator: str) -> int:
+    """Line where the header of a segment begins that ends at a line: with its channels."""
+    for i in range(end - 1, -1, -1):
+        if lines[i].split(separator)[0].strip() == "Channels":
+            return i
+        if lines[i].startswith(_END):
+            return i + 1
+    return end
+
+
+def _segment(source: str, lines: Sequence[str], head: int, end: int, style: _Style) -> RawFile | None:
+    """The columns of one segment: its header stands from line ``head`` to ``end``, its numbers to the last line. None
+    where these are fewer than two."""
+    separator, comma = style.separator, style.comma
+    header = next((i for i in range(end + 1, len(lines)) if lines[i].strip(f"{separator} ")), None)
+    if header is None:
+        return None
     block = {
         cells[0].strip().lower(): [cell.strip() for cell in cells[1:]]
-        for cells in (line.split(separator) for line in lines[ends[0] + 1 : ends[-1]])
+        for cells in (line.split(separator) for line in lines[head:end])
     }
     names = [cell.strip() for cell in lines[header].split(separator)]
     rows = [line.split(separator) for line in lines[header + 1 :]]
+    while rows and not any(cell.strip() for cell in rows[-1]):
+        rows.pop()
     if len(rows) < 2:
-        raise InputError(f"{path.name} ends after its header: it has no samples")
-    own_times = general.get("x_columns", "").lower() == "multi"
+        return None
+    own_times = style.x_columns == "multi"
     if own_times and _paired(block, sum(name not in ("", "X_Value", "Comment") for name in names)):
         block = {key: cells[::2] for key, cells in block.items()}
-    notes, series, times = check_ending(text, rows, path.name), [], None
+    notes, series, times = [], [], None
     channel = -1
     for column, name in enumerate(names):
         channel += name not in ("", "X_Value", "Comment")
         if not name or name == "Comment":
-            notes += [f"{path.name}: not used: comments"] if name else []
+            notes += [f"{source}: not used: comments"] if name else []
             continue
-        values = column_of(rows, column, name, header + 2, path.name, comma)
+        values = column_of(rows, column, name, header + 2, source, comma)
         frequency = _cell(block, "x_dimension", max(channel, 0)).lower().startswith("freq")
+        step = column_step(rows, column, comma)
         if name == "X_Value":
-            step = column_step(rows, column, comma)
             times = Axis(Domain.FREQUENCY if frequency else Domain.TIME, values, step) if own_times else None
-            if not own_times and len(values):
+            if not own_times and len(values) > 1:
                 series.append(RawSeries(name, values, "Hz" if frequency else "s", resolution=step))
         elif len(values) < 2:
-            notes.append(f"{path.name}: not used, since it has {len(values)} samples: column '{name}'")
+            notes.append(f"{source}: not used, since it has {len(values)} samples: column '{name}'")
         else:
+            unit, count = _cell(block, "y_unit_label", channel), _count(block, channel)
+            declared = None if frequency else _declared(block, channel, comma)
             series.append(
-                RawSeries(
-                    name,
-                    values,
-                    _cell(block, "y_unit_label", channel),
-                    axis=times,
-                    declared=None if frequency else _declared(block, channel, comma),
-                    count=_count(block, channel),
-                    resolution=column_step(rows, column, comma),
-                )
+                RawSeries(name, values, unit, axis=times, declared=declared, count=count, resolution=step)
             )
-    return RawFile(path.name, tuple(series), notes=tuple(notes), ragged=True)
+    return RawFile(source, tuple(series), notes=tuple(notes), ragged=True)
+
+
+def _by_count(found: RawFile) -> list[RawFile]:
+    """The records of one segment: all of it where its header announces as many samples, or its times go on; else
+    pieces of the number announced."""
+    counts = {one.count for one in found.series if one.count and one.count > 1}
+    length = max((len(one.values) for one in found.series), default=0)
+    times = [one.axis.values if one.axis is not None else one.values for one in found.series]
+    times = [one for one, series in zip(times, found.series, strict=True) if series.axis or series.name == "X_Value"]
+    if len(counts) != 1 or length <= max(counts):
+        return [found]
+    count = max(counts)
+    if times and all(np.all(np.diff(one) > 0.0) for one in times):
+        note = f"{found.source}: its header announces {count} samples, and {length} follow, whose times go on: all used"
+        return [replace(found, notes=(*found.notes, note))]
+    return [_piece(found, k, min(k + count, length)) for k in range(0, length, count) if length - k > 1]
+
+
+def _piece(found: RawFile, first: int, last: int) -> RawFile:
+    """The samples of a segment from one on to before another."""
+    series = (
+        replace(
+            one,
+            values=one.values[first:last],
+            axis=one.axis and replace(one.axis, values=one.axis.values[first:last]),
+            count=last - first,
+        )
+        for one in found.series
+        if len(one.values) > first + 1
+    )
+    return replace(found, series=tuple(series))
 
 
 def _entry(line: str) -> tuple[str, str]:
@@ -114,7 +193,14 @@ def _declared(block: Mapping[str, Sequence[str]], channel: int, comma: bool) -> 
         step = number(cell, comma)
     except ValueError:
         return None
-    return Declared("the header", step, digit_step(cell, comma)) if step > 0.0 and step != 1.0 else None
+    try:
+        start = number(_cell(block, "x0", channel), comma)
+    except ValueError:
+        start = 0.0
+    if not step > 0.0 or step == 1.0:
+        return None
+    digits = digit_step(cell, comma)
+    return Declared("the header", step, digits, start, rounding_of_step(step, digits))
 
 
 def _count(block: Mapping[str, Sequence[str]], channel: int) -> int | None:

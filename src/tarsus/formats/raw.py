@@ -5,12 +5,13 @@ from __future__ import annotations
 import contextlib
 import os
 import stat
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from enum import Enum, auto
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.arrays import Floats
@@ -93,13 +94,37 @@ class RawSeries:
 @dataclass(frozen=True)
 class RawFile:
     """All series of a file. source: its name; notes: what else it holds and is not used; ragged: whether series of
-    different lengths begin together, so that the record ends with the shortest."""
+    different lengths begin together, so that the record ends with the shortest; several: the records of a file that
+    holds more than one, of which the series are the first's; cause: in which words it does."""
 
     source: str
     series: tuple[RawSeries, ...]
     declared: Declared | None = None
     notes: tuple[str, ...] = field(default=())
     ragged: bool = False
+    several: tuple[RawFile, ...] = ()
+    cause: str = ""
+
+    def one(self, record: int | None) -> RawFile:
+        """The record of a number, from 1; 0 joins all, one behind the other; None is the only one.
+
+        Raises
+        ------
+        InputError
+            Where there are several and none was chosen, or not so many; and to join records of other channels.
+        """
+        count = max(len(self.several), 1)
+        if record is None and count == 1:
+            return self
+        if record is None:
+            raise InputError(
+                f"{self.source} holds {count} records{self.cause}; say which with record (1 to {count}; 0 joins them)"
+            )
+        if not 0 <= record <= count:
+            raise InputError(f"{self.source} has no record {record}: it holds {count}")
+        if count == 1:
+            return self
+        return self.several[record - 1] if record else _end_to_end(self.source, self.several)
 
     @property
     def names(self) -> list[str]:
@@ -112,6 +137,22 @@ class RawFile:
             if one.name == name:
                 return one
         raise InputError(f"{self.source} has no series '{name}'{nearest(name, self.names)}")
+
+
+def _end_to_end(source: str, records: Sequence[RawFile]) -> RawFile:
+    """Records of the same channels as one."""
+    first = records[0]
+    if any(one.names != first.names for one in records):
+        raise InputError(f"{source}: its records have other channels, and cannot be joined; choose one with record")
+    series = []
+    for one in first.series:
+        same = [other.named(one.name) for other in records]
+        axes = [other.axis.values for other in same if other.axis is not None]
+        axis = one.axis and replace(one.axis, values=np.concatenate(axes))
+        values = np.concatenate([other.values for other in same])
+        series.append(replace(one, values=values, axis=axis, count=None))
+    note = f"{source}: {len(records)} records are joined, as chosen"
+    return replace(first, series=tuple(series), notes=(*first.notes, note))
 
 
 MOST_BYTES = 1 << 31

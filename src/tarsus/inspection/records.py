@@ -1,4 +1,4 @@
-"""What a file of a vibrometer or recorder holds, as the other verbs read it."""
+"""What a file of a vibrometer or recorder holds: as the other verbs read it, or else its series as they are written."""
 
 from __future__ import annotations
 
@@ -6,14 +6,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from tarsus.base.errors import InputError
 from tarsus.base.units import format_quantity
+from tarsus.formats import content_of
 from tarsus.records.readers import read_measurement, read_response
 from tarsus.tables.table import ROW, Column, Table
 from tarsus.tables.view import View
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
     from tarsus.records.measurement import Channel, FrequencyResponse, Measurement
@@ -22,10 +24,20 @@ UNIT = "give it with --channel NAME=UNIT"
 """What to do about a channel whose unit the file does not say."""
 
 
-def record_view(file: Path, channel: Sequence[str] = (), **choices: str | None) -> View:
-    """The channels of a record, or else of frequency responses; the first refusal where the file is neither.
+SERIES = "series"
+"""Kind of what is shown of a file that no verb can read as it is."""
 
-    channel: names, or name=unit; choices: axis, axis_unit, step and drive, as the readers take them.
+
+def record_view(file: Path, channel: Sequence[str] = (), **choices: str | int | None) -> View:
+    """The channels of a record, or else of frequency responses; where the file is neither, the series it holds, with
+    what is missing as remarks.
+
+    channel: names, or name=unit; choices: axis, axis_unit, step, drive and record, as the readers take them.
+
+    Raises
+    ------
+    InputError
+        Where nothing of the file can be read, or nothing by the choices that were given.
     """
     given: dict[str, Any] = {key: value for key, value in choices.items() if value is not None}
     if channel:
@@ -37,14 +49,43 @@ def record_view(file: Path, channel: Sequence[str] = (), **choices: str | None) 
         try:
             data = _of_response(read_response(file, **given))
         except InputError:
-            said = (one.replace("give its unit under channels", UNIT) for one in error.problems)
-            raise InputError(list(said)) from None
+            problems = [one.replace("give its unit under channels", UNIT) for one in error.problems]
+            if given:
+                raise InputError(problems) from None
+            return _as_written(file, problems)
     columns = ("channel", "unit", "point", Column("smallest", ROW, 6), Column("largest", ROW, 6))
     rows = [
         (one["name"], one["unit"], one["point"], one["smallest"], one["largest"]) for one in data["channels"]
     ]
     table = Table(f"{file}: {data['holds']}", columns, rows, units=[row[1] for row in rows])
     return View(data, table, tuple(data["notes"]))
+
+
+def _as_written(file: Path, problems: Sequence[str]) -> View:
+    """The series of a file as they stand there."""
+    raw = content_of(file)
+    notes = list(dict.fromkeys([*problems, *raw.notes]))
+    if not raw.series:
+        raise InputError(notes)
+    shown = [(one.name, one.unit, len(one.values), _size(one.values)) for one in raw.series]
+    rows = [(name, unit, count, low, high) for name, unit, count, (low, high) in shown]
+    count = f"{len(rows)} series" + (f" in each of {len(raw.several)} records" if raw.several else "")
+    holds = f"{count}, not read as a record yet"
+    columns = ("series", "unit as written", "values", Column("smallest", digits=6), Column("largest", digits=6))
+    data = {
+        "holds": holds,
+        "kind": SERIES,
+        "series": [dict(zip(("name", "unit", "values", "smallest", "largest"), row, strict=True)) for row in rows],
+        "notes": notes,
+    }
+    return View(data, Table(f"{file}: {holds}", columns, rows), tuple(notes))
+
+
+def _size(values: NDArray[Any]) -> tuple[float | None, float | None]:
+    """Smallest and largest finite value, of complex ones of the magnitude; None where there is none."""
+    plain = np.abs(values) if np.iscomplexobj(values) else np.asarray(values, dtype=float)
+    plain = plain[np.isfinite(plain)]
+    return (float(plain.min()), float(plain.max())) if len(plain) else (None, None)
 
 
 def _of_record(record: Measurement) -> dict[str, Any]:

@@ -38,6 +38,7 @@ def show(
     axis_unit: str | None = None,
     step: str | None = None,
     drive: str | None = None,
+    record: int | None = None,
     law: Sequence[Name] = (),
 ) -> View:
     """Show what a device, study, file or folder holds; of two runs, devices or scene files, how they differ.
@@ -59,6 +60,8 @@ def show(
         Of a record: time between samples, e.g. "50 us", where the file has no times.
     drive
         Of a record: channel that recorded the drive.
+    record
+        Of a file with several records: which, from 1; 0 joins them.
     law
         Python files with laws of your own.
 
@@ -80,7 +83,7 @@ def show(
             return scene_view(load_scene(name, laws=laws))
         case FileKind.RECORD:
             return records.record_view(
-                Path(name), channel, axis=axis, axis_unit=axis_unit, step=step, drive=drive
+                Path(name), channel, axis=axis, axis_unit=axis_unit, step=step, drive=drive, record=record
             )
         case FileKind.RUN:
             run = read_run(name, laws)
@@ -157,6 +160,8 @@ def check(name: Name, *, law: Sequence[Name] = ()) -> View:
             raise InputError(f"'{name}' holds {kind.sentence}")
         case _:
             found = show(name, law=law)
+            if found.to_dict().get("kind") == records.SERIES:
+                raise InputError(list(found.remarks))
             contents, noted = found.shown.text().splitlines()[0].removeprefix(f"{name}: "), found.remarks
     data = {"name": name, "is": kind.word, "contents": contents, "remarks": list(noted)}
     return View(data, Table(f"{name} is a good {kind.word}: {contents}.", (), ()), tuple(noted))

@@ -47,7 +47,8 @@ class Frf:
     (nr, no, ni, nf): the same of single repeats, or None; coherence (no, nf): multiple coherence, or None; hann:
     whether the lines are seen through Hann windows, which smear them; files: where each point was measured, empty where
     all were together; forced: whether a known drive excites the motion, False of
-    free decays, whose residues are turned as they began.
+    free decays, whose residues are turned as they began; rounding: share by which all frequencies may be off together,
+    since the sampling steps were written in few digits.
 
     Raises
     ------
@@ -65,6 +66,7 @@ class Frf:
     hann: bool = False
     files: tuple[str, ...] = ()
     forced: bool = True
+    rounding: float = 0.0
 
     def __post_init__(self) -> None:
         problems = []
@@ -222,6 +224,7 @@ def estimate_frf(
         np.array([_response(one, count, estimator) for one in spectra]) if single else None,
         _coherence(mean, count) if total > count else None,
         segment is not None,
+        rounding=max(one.rounding for one in records),
     )
 
 

@@ -222,7 +222,7 @@ def responses_of(
             channels = tuple(record.channel(name) for name in same)
             source = Channel(record.channel(record.drive).at, record.channel(record.drive).quantity)
             out.append(FrequencyResponse(channels, (source,), frf.frequency, frf.values, None, record.source))
-    return replace(merged(out), hann=not sweeps)
+    return replace(merged(out), hann=not sweeps, rounding=max(one.rounding for one in driven))
 
 
 def _with_drives(records: Sequence[Measurement], drive: str | None) -> list[Measurement]:
@@ -304,6 +304,7 @@ def synchronised(first: Measurement, second: Measurement) -> Measurement:
         start,
         first.source,  # measured together
         first.drive,
+        rounding=max(first.rounding, second.rounding),
     )
 
 
@@ -396,4 +397,4 @@ def decays(records: Sequence[Measurement], drive: str | None = None) -> Frf:
         release = (Channel(f"release {k}", channels[0].quantity),)
         lines = np.asarray(np.fft.rfftfreq(count, one.step), dtype=np.float64)
         out.append(FrequencyResponse(channels, release, lines, spectra))
-    return replace(merged(out), forced=False)
+    return replace(merged(out), forced=False, rounding=max(one.rounding for one in records))

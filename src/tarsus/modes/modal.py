@@ -12,6 +12,7 @@ from tarsus.base.arrays import Complexes, Floats
 from tarsus.base.errors import InputError
 from tarsus.base.spec import scene_name
 from tarsus.base.threads import single_threaded
+from tarsus.fit.ranges import Range
 from tarsus.formats.freedoms import along_axis
 from tarsus.measure.mac import mac
 from tarsus.model.structure.modal import Modal
@@ -47,6 +48,9 @@ _SMEARED = 0.01
 """Half-power band, in lines, below which a pole seen through windows has no damping: a hundredth of their width."""
 _UNEXPLAINED = 0.3
 """Part of the responses unexplained from which on it is remarked: a mode is missing or the model is wrong."""
+
+_TOLD = 1e-5
+"""Share of all frequencies from which on the rounding of sampling steps is remarked: intervals are seldom narrower."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +99,7 @@ class ModalFit(Tabled):
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """A sentence for responses that the modes leave unexplained, and one for a delay."""
+        """A sentence for responses that the modes leave unexplained, one for a delay, and one for rounded steps."""
         left = [
             f"the modes found leave {100.0 * self.misfit:.0f} % of the responses unexplained: some are missing; raise "
             "the order or narrow the band"
@@ -104,7 +108,11 @@ class ModalFit(Tabled):
             f"the modes show that the responses come {abs(1e3 * self.delay):.3g} ms "
             f"{'after' if self.delay > 0.0 else 'before'} the drive, as by a delay of an instrument: taken off"
         ] * (self.delay != 0.0)
-        return (*left, *late)
+        few = [
+            "sampling steps are written in few digits: all frequencies may be off together by "
+            f"{100.0 * self.frf.rounding:.2g} %, which their intervals hold"
+        ] * (self.frf.rounding > _TOLD)
+        return (*left, *late, *few)
 
     @property
     def misfit(self) -> float:
@@ -272,8 +280,17 @@ def identify_modes(
         mode_of(part, fit, seen[pole], one) for (pole, fit), one in zip(kept.items(), between, strict=True)
     ]
     judged, delay = judged_together(modes, part)
-    judged = tuple(replace(mode, residues=mode.residues[back]) for mode in judged)
+    judged = tuple(
+        replace(mode, residues=mode.residues[back], frequency=_stretched(mode.frequency, frf.rounding))
+        for mode in judged
+    )
     return ModalFit(given, judged, poles, synthesis[back], delay=delay)
+
+
+def _stretched(frequency: Range, share: float) -> Range:
+    """The range of a frequency that besides may be off by a share, which is a bound."""
+    off = abs(frequency.value) * share
+    return replace(frequency, low=frequency.low - off, high=frequency.high + off)
 
 
 def _by_size(frf: Frf) -> tuple[Frf, tuple[NDArray[np.intp], NDArray[np.intp]]]:

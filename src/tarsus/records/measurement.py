@@ -48,7 +48,8 @@ class Measurement:
 
     channels: nc of them, with different names; values (nc, ns) in the channels' SI units, read-only; step [s] between
     samples; start [s] of the first sample on the recorder's clock; source: where the record comes from; drive: name
-    of the channel that recorded the drive, or None; notes: sentences on what of the source was used and what was not.
+    of the channel that recorded the drive, or None; notes: sentences on what of the source was used and what was not;
+    rounding: share by which all steps may be longer or shorter, since the source wrote them in few digits.
 
     Raises
     ------
@@ -64,6 +65,7 @@ class Measurement:
     source: str = ""
     drive: str | None = None
     notes: tuple[str, ...] = ()
+    rounding: float = 0.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "channels", tuple(self.channels))

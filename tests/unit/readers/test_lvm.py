@@ -146,13 +146,36 @@ def test_every_way_labview_writes_times(tmp_path, columns, rows, decimal):
     assert record["tip"] == pytest.approx(np.array([2e-3, 4e-3, 6e-3]))
 
 
-def test_several_blocks_are_refused(tmp_path):
-    block = "X_Value\tdrive\ttip\n0.0\t0.5\t2.0\n"
-    text = HEADER.format(columns="One", decimal=".")
+def test_one_of_several_records_is_chosen(tmp_path):
+    block = "X_Value\tdrive\ttip\n0.0\t0.5\t{0}.0\n0.001\t0.6\t{0}.5\n0.002\t0.7\t{0}.7\n"
+    head = HEADER.format(columns="One", decimal=".")
     path = tmp_path / "record.lvm"
-    path.write_text(text + block + "Channels\t2\n***End_of_Header***\n" + block, encoding="utf-8")
-    with pytest.raises(ts.InputError, match="has 2 blocks of samples"):
+    path.write_text(head + block.format(2) + "\n" + head[head.index("Channels") :] + block.format(3), encoding="utf-8")
+    with pytest.raises(ts.InputError, match=r"holds 2 records, 6 samples in all; say which with record \(1 to 2; 0"):
         read_measurement(path)
+    assert read_measurement(path, record=1)["tip"] == pytest.approx([2e-3, 2.5e-3, 2.7e-3])
+    assert read_measurement(path, record=2)["tip"] == pytest.approx([3e-3, 3.5e-3, 3.7e-3])
+    with pytest.raises(ts.InputError, match="has no record 3: it holds 2"):
+        read_measurement(path, record=3)
+    with pytest.raises(ts.InputError, match="the times do not increase at sample 3"):
+        read_measurement(path, record=0)
+    assert read_measurement(path, record=0, step="1 ms").count == 6
+
+
+def test_more_samples_than_announced_are_further_records(tmp_path):
+    head = HEADER.format(columns="No", decimal=".") + "X_Value\tdrive\ttip\n"
+    rows = "".join(f"\t{i % 3}.5\t{i}.0\n" for i in range(6))
+    path = tmp_path / "record.lvm"
+    path.write_text(head + rows, encoding="utf-8")
+    said = "holds 2 records, 6 samples in all, though its one header announces 3; say which with record"
+    with pytest.raises(ts.InputError, match=said):
+        read_measurement(path)
+    assert read_measurement(path, record=2)["tip"] == pytest.approx([3e-3, 4e-3, 5e-3])
+    joined = read_measurement(path, record=0)
+    assert joined.count == 6 and "2 records are joined, as chosen" in "\n".join(joined.notes)
+    timed = HEADER.format(columns="One", decimal=".") + "X_Value\tdrive\ttip\n"
+    path.write_text(timed + "".join(f"{i / 1000}\t{i % 3}.5\t{i}.0\n" for i in range(6)), encoding="utf-8")
+    assert "announces 3 samples, and 6 follow, whose times go on" in "\n".join(read_measurement(path).notes)
 
 
 def test_a_header_with_an_empty_cell_for_every_column_of_times(tmp_path):

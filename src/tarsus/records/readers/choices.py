@@ -53,6 +53,9 @@ class Choices(Description):
     frequency_step: MaybeAmount = quantity(
         "Hz", "distance of the lines of a response that begins at 0 Hz", default=None, gt=0
     )
+    record: int | None = Field(
+        default=None, ge=0, description="which of several records in the file, from 1; 0 joins them"
+    )
     drive: str | None = Field(default=None, min_length=1, description="channel that recorded the drive")
     inputs: tuple[str, ...] = Field(default=(), description="inputs of the responses to read; empty is all")
     input_unit: str | None = Field(

@@ -23,6 +23,9 @@ from tarsus.records.readers.selecting import (
     unit_note,
 )
 
+_TELLING = 1e-4
+"""Share of the sampling rate from which its rounding is told: records tell a frequency to some 1e-4."""
+
 
 def measurement_of(raw: RawFile, choices: Choices) -> Measurement:
     """The channels chosen from a file, in SI.
@@ -32,6 +35,7 @@ def measurement_of(raw: RawFile, choices: Choices) -> Measurement:
     InputError
         With every fault found: file, channel and cause.
     """
+    raw = raw.one(choices.record)
     column = None if choices.step is not None else axis_series(raw, Domain.TIME, choices.axis, choices.groups)
     candidates = [
         one
@@ -56,14 +60,21 @@ def measurement_of(raw: RawFile, choices: Choices) -> Measurement:
     ]
     if problems:
         raise InputError(problems)
-    values = np.array([one.series.values[:length] * one.scaled.factor for one in selected], dtype=float)
+    values = np.array([one.series.values[:length].astype(float) * one.scaled.factor for one in selected])
     drive = _drive(raw, choices, selected)
+    if sampling.rounding > _TELLING:
+        told.append(
+            f"{raw.source}: the sampling rate of {1.0 / sampling.step:.6g} Hz may be off by "
+            f"{100.0 * sampling.rounding:.2g} %, since the file writes times or steps in few digits"
+        )
     notes += [*more, *told, *_clipping(raw, selected, values), *_constant(raw, selected, values, drive)]
     if drive is None:
         notes.append(f"{raw.source}: no channel is known to be the drive; name it with drive")
     channels = tuple(channel_of(raw.source, one) for one in selected)
     try:
-        return Measurement(channels, values, *sampling, raw.source, drive, tuple(notes))
+        return Measurement(
+            channels, values, sampling.step, sampling.start, raw.source, drive, tuple(notes), sampling.rounding
+        )
     except InputError as error:
         raise InputError([f"{raw.source}: {problem}" for problem in error.problems]) from None
 
@@ -168,7 +179,7 @@ def _sampling(
     notes = check_declared(
         raw, used, known[0].step, known[0].resolution, False, f"{known[0].where} elsewhere"
     )
-    return Sampling(known[0].step, known[0].start), [
+    return Sampling(known[0].step, known[0].start, known[0].rounding), [
         *notes,
         f"{raw.source}: the sampling step of {known[0].step:g} s is that of {known[0].where}",
     ]

@@ -55,7 +55,7 @@ def response_of(raw: RawFile, choices: Choices) -> FrequencyResponse:
     InputError
         With every fault found: file, response and cause.
     """
-    raw = with_chosen_parts(raw, choices)
+    raw = with_chosen_parts(raw.one(choices.record), choices)
     candidates = [
         one
         for one in raw.series

@@ -40,6 +40,8 @@ def read_volts(path: Path, time_column: str, volts_column: str) -> RecordedVolts
         For a file that cannot be read, is cut, or does not tell which column is which; and for a unit of another kind.
     """
     raw = content_of(path)
+    if raw.several:
+        raise InputError(f"{raw.source} holds {len(raw.several)} records{raw.cause}; a signal is of one: save it alone")
     real = [one for one in raw.series if one.role is Role.SIGNAL and not np.iscomplexobj(one.values)]
     column = next((one for one in real if one.name == time_column), None)
     if column is None:
@@ -56,7 +58,7 @@ def read_volts(path: Path, time_column: str, volts_column: str) -> RecordedVolts
             f"{raw.source}: '{volts.name}' has {len(volts.values)} samples and {len(times)} times"
         )
     count = min(len(times), len(volts.values))
-    levels = volts.values[:count] * _factor(raw, volts)
+    levels = volts.values[:count].astype(float) * _factor(raw, volts)
     times = times[:count].copy()
     for one in (times, levels):
         one.flags.writeable = False
