@@ -20,7 +20,7 @@ _DIGITS = re.compile(r"\d+(?:[eE][+-]?\d+)?")
 
 
 @dataclass(frozen=True)
-class Lines:
+class SplitText:
     """Lines of a text file split at the first row of numbers.
 
     header, body: lines above it, and from it on; separator: None for blanks; first: number of its line in the file;
@@ -51,7 +51,7 @@ class Lines:
         return [cells_of(line, self.separator) for line in (*self.body[:-3][:3], *self.body[-3:])]
 
 
-def split(source: str, lines: Sequence[str]) -> Lines:
+def split(source: str, lines: Sequence[str]) -> SplitText:
     """Header and rows; the separator is the one that gives rows of numbers of the same width.
 
     Raises
@@ -71,7 +71,7 @@ def split(source: str, lines: Sequence[str]) -> Lines:
             if start is None:
                 continue
             body = [line for line in lines[start:] if line.strip()]
-            found = Lines(list(lines[:start]), body, separator, start + 1 + merged, comma)
+            found = SplitText(list(lines[:start]), body, separator, start + 1 + merged, comma)
             return _without_double_commas(source, found)
     raise InputError(f"{source} holds no rows of numbers{_what_instead(lines)}")
 
@@ -108,7 +108,7 @@ def _whole_cells(lines: Sequence[str]) -> tuple[list[str], int]:
     return [*out, *lines[place:]], place - len(out)
 
 
-def _beside(lines: Sequence[str]) -> Lines | None:
+def _beside(lines: Sequence[str]) -> SplitText | None:
     """Lines whose header stands in the first three columns, beside the numbers, as some oscilloscopes of Tektronix
     write it; None for all others."""
     filled = [line for line in lines if line.strip()]
@@ -120,10 +120,10 @@ def _beside(lines: Sequence[str]) -> Lines | None:
         return None
     parts = [line.split(",", 3) for line in filled]
     header = [",".join(part[:2]) for part in parts if part[0].strip()]
-    return Lines(header, [part[3] for part in parts if len(part) > 3], ",", 1, False, True)
+    return SplitText(header, [part[3] for part in parts if len(part) > 3], ",", 1, False, True)
 
 
-def _without_double_commas(source: str, found: Lines) -> Lines:
+def _without_double_commas(source: str, found: SplitText) -> SplitText:
     """The same; a comma that parts cells where the header has half as many is a decimal one, told of a single column
     and refused of several."""
     if found.separator != "," or found.comma or found.width % 2 or any('"' in line for line in found.body[:3]):
@@ -133,7 +133,7 @@ def _without_double_commas(source: str, found: Lines) -> Lines:
     if not named or len(named) * 2 != found.width or not all(_DIGITS.fullmatch(cell) for cell in odd):
         return found
     if found.width == 2:
-        return Lines(found.header, found.body, None, found.first, True)
+        return SplitText(found.header, found.body, None, found.first, True)
     raise InputError(
         f"{source}: its header has {len(named)} columns and its rows have {found.width}: commas part cells and "
         "decimals alike; export with semicolons, tabs or decimal points"

@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
-from tarsus.formats.cells import Lines, cells_of
+from tarsus.formats.cells import SplitText, cells_of
 from tarsus.formats.numerals import digit_step, number, rounding_of_rate, rounding_of_step
 from tarsus.formats.parts import is_decibel
 from tarsus.formats.raw import Declared
@@ -73,7 +73,7 @@ class _Fact:
     said: str
 
 
-def header_of(lines: Lines) -> Header:
+def header_of(lines: SplitText) -> Header:
     """What the header of a table says of its columns."""
     rows = _cells(lines)
     facts = list(_facts(rows))
@@ -129,7 +129,7 @@ def _motion_or_time(text: str) -> bool:
     return any(parse(plain) is not None for parse in (scaled, ratio_of, time_factor, frequency_factor))
 
 
-def _cells(lines: Lines) -> list[list[str]]:
+def _cells(lines: SplitText) -> list[list[str]]:
     """Cells of the lines of a header that are not empty, without marks of comments."""
     plain = (_COMMENT.sub("", line) for line in lines.header)
     return [cells for cells in (cells_of(line, lines.separator) for line in plain) if any(cells)]

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.formats.cells import Lines, complex_of, is_real, split
+from tarsus.formats.cells import SplitText, complex_of, is_real, split
 from tarsus.formats.headers import IMAGINARY, MAGNITUDE, PHASE, REAL, header_of, is_counter
 from tarsus.formats.numerals import check_ending, column_of, column_step, text_of, whole_table
 from tarsus.formats.parts import joined, phase_factor
@@ -67,7 +67,7 @@ def read_text(path: Path, content: bytes) -> RawFile:
     return RawFile(path.name, tuple(paired), header.declared, tuple(notes), ragged=True)
 
 
-def _check_widths(source: str, table: Lines) -> None:
+def _check_widths(source: str, table: SplitText) -> None:
     """Raise InputError if rows lack columns; a last row that does was cut."""
     width = table.width
     short = [i for i, row in enumerate(table.rows) if len(row) < width]
@@ -82,7 +82,7 @@ def _check_widths(source: str, table: Lines) -> None:
         )
 
 
-def _values(source: str, table: Lines, column: int, name: str) -> NDArray[np.generic]:
+def _values(source: str, table: SplitText, column: int, name: str) -> NDArray[np.generic]:
     """Numbers of a column, complex if its first one is."""
     written = table.rows[0][column]
     if not written or is_real(written, table.comma):

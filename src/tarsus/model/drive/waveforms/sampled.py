@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import Enum
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from pydantic import ValidationInfo, field_validator, model_validator
@@ -17,7 +17,9 @@ from tarsus.base.messages import PathErrors
 from tarsus.base.spec import quantity
 from tarsus.model.drive.signal import Signal
 from tarsus.model.drive.track import NoSlopeError, Track, cubic_track, each_run, linear_track, polynomial
-from tarsus.model.drive.waveforms.recorded import TIME, VOLTS, RecordedVolts, read_volts
+
+if TYPE_CHECKING:
+    from tarsus.model.drive.waveforms.recorded import RecordedVolts
 
 
 class Interpolation(Enum):
@@ -42,8 +44,8 @@ class Sampled(Signal):
     times: tuple[float, ...] | None = quantity("s", "times of the samples, increasing", default=None, ge=0)
     levels: tuple[float, ...] | None = quantity("V", "voltages of the samples", default=None)
     file: str | None = None
-    time_column: str = TIME
-    volts_column: str = VOLTS
+    time_column: str = "time"
+    volts_column: str = "volts"
     start: float | None = quantity("s", "time of the first sample of a file; 0 s where absent", default=None, ge=0)
     interpolation: Interpolation = Interpolation.LINEAR
 
@@ -181,4 +183,6 @@ def _spline(times: Floats, levels: Floats) -> Floats:
 @lru_cache(maxsize=16)
 def _cached(path: str, changed: int, time_column: str, volts_column: str) -> RecordedVolts:
     """Samples of one version of a file."""
+    from tarsus.model.drive.waveforms.recorded import read_volts  # readers of files, which few signals need
+
     return read_volts(Path(path), time_column, volts_column)
