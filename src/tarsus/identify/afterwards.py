@@ -33,7 +33,7 @@ from tarsus.identify.foot import FootModel
 from tarsus.identify.heldout import Comparison, compare
 from tarsus.identify.landing import LandingVerdict, judge_landing
 from tarsus.identify.shown import instrument_checks
-from tarsus.identify.step import Shift, StepResult, failures
+from tarsus.identify.step import UNSOLVED, Shift, StepResult, failures
 from tarsus.identify.steps import RESONANCES, STEPS
 from tarsus.identify.surroundings import ground_checks, hum_checks
 from tarsus.model.laws.landing import AnyLanding
@@ -93,7 +93,7 @@ def _draw_over(chain: StepRunner, landings: Iterable[AnyLanding]) -> None:
             model = chain.opened.model.changed({"ground.landing": one})
             chain.known = replace(before.without(own), base=model)
             drawn.append(_ADHESION.find(chain).samples)
-        except (ArithmeticError, ValueError) as error:  # InputError and LinAlgError among them
+        except UNSOLVED as error:
             chain.remark(f"adhesion, landing by {one.kind}: {error}")
     which = np.random.default_rng([chain.seed, 31]).integers(len(drawn), size=DRAWS)
     chain.steps["adhesion"] = replace(own, samples=np.array(drawn)[which, np.arange(DRAWS)])

@@ -22,7 +22,7 @@ from tarsus.identify.film import FilmFit
 from tarsus.identify.resonance import Resonances
 from tarsus.identify.restitution import BounceStudy
 from tarsus.identify.result import Identification
-from tarsus.identify.step import NotDone, StepResult, Trouble, Used
+from tarsus.identify.step import UNSOLVED, NotDone, StepResult, Trouble, Used
 from tarsus.identify.steps import STEPS, ChainStep
 from tarsus.identify.traces import Trace
 from tarsus.model.drive.waveforms import Waveform
@@ -30,8 +30,8 @@ from tarsus.records.purpose import Purpose
 
 Kind = TypeVar("Kind")
 
-_MESSAGES = 11
-"""Of progress, beside those of the files: eight steps, the landing rule, the air and the checks."""
+_MESSAGES = len({one.name for one in STEPS}) + 3
+"""Of progress, beside those of the files: the steps, the landing rule, the air and the checks."""
 
 
 @dataclass
@@ -125,7 +125,7 @@ class StepRunner:
             reasons = found.unsound()
         except InputError as error:
             reasons = error.problems
-        except (ArithmeticError, ValueError) as error:  # of singular matrices and numbers that are none
+        except UNSOLVED as error:
             reasons = [f"its equations have no solution with these data ({error})"]
         earlier = [said for one in self.not_done if one.name == step.name for said in one.reasons]
         self.not_done = [one for one in self.not_done if one.name != step.name]
@@ -157,7 +157,7 @@ class StepRunner:
         """What is found of the device as a whole; where that fails with these data a remark, and what stands for it."""
         try:
             return find()
-        except (ArithmeticError, ValueError) as error:
+        except UNSOLVED as error:
             self.remark(f"{what}: not from these data ({error})")
             return otherwise
 

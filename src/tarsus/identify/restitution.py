@@ -37,6 +37,8 @@ twentieth."""
 _OUTSIDE = 3.5
 """Deviations from the middle ratio beyond which an impact is none like the others: of two thousand normal ones one
 is."""
+_ONE_EVENT = 1.5
+"""Samples up to which impacts of repeats are one: their clocks differ by less than a sample."""
 TURN = np.array([[1.0, -1.0], [-1.0, 1.0]])
 """Sign that turns the approach velocity into a speed, in covariances."""
 
@@ -121,7 +123,20 @@ def sound(bounces: Bounces, fitted: BounceFit) -> Kept:
     )
     single = (fitted.chi < WORST) & _seen(fitted) & settled
     caught = _caught(fitted, single)
-    return Kept(settled, single, caught, single & _alike(fitted, single & ~caught))
+    return Kept(settled, single, caught, single & _alike(fitted, single & ~caught, _events(bounces)))
+
+
+def _events(bounces: Bounces) -> NDArray[np.intp]:
+    """Number (ni,) of the event that each impact is: repeats of a set show one and the same impact, which lies between
+    the same two samples of theirs or the next ones."""
+    sets = [bounces.traces[one.trace].set for one in bounces.items]
+    names = np.unique(sets, return_inverse=True)[1]
+    when = np.array([bounces.traces[one.trace].time[one.last] for one in bounces.items])
+    order = np.lexsort((when, names))
+    apart = (np.diff(names[order]) > 0) | (np.diff(when[order]) > _ONE_EVENT * bounces.step)
+    number = np.empty(len(order), dtype=np.intp)
+    number[order] = np.concatenate([[0], np.cumsum(apart)])
+    return number
 
 
 def _seen(fitted: BounceFit) -> NDArray[np.bool_]:
@@ -169,10 +184,13 @@ def _caught(fitted: BounceFit, single: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return single & none & (middle - ratio > _OUTSIDE * error)
 
 
-def _alike(fitted: BounceFit, single: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _alike(
+    fitted: BounceFit, single: NDArray[np.bool_], events: NDArray[np.intp]
+) -> NDArray[np.bool_]:
     """Impacts of single ones whose ratio is as far from the middle one as its error allows, or as most others are by
-    theirs; and those far off that lie with these on a line over the logarithm of speed, as many as are needed: what
-    repeats is no accident, and whether restitution depends on speed is asked of all of them.
+    theirs; and those far off that lie with these on a line over the logarithm of speed, as many events as are needed:
+    what happens again is no accident, and whether restitution depends on speed is asked of all of them. Repeats of one
+    event (ni, its number) are not that it happens again.
 
     A foot that was caught and let go again within a sample looks like a weak rebound."""
     if not single.any():
@@ -186,7 +204,7 @@ def _alike(fitted: BounceFit, single: NDArray[np.bool_]) -> NDArray[np.bool_]:
     )
     seen = single & (support > 0.0)
     far = np.flatnonzero(seen & ~near)
-    if len(far) < FEWEST:
+    if len(np.unique(events[far])) < FEWEST:
         return near
     speed = np.log(np.where(seen, support, 1.0))
     lever = np.sqrt(weight[far]) * support[far] * (speed[far] - speed[near & seen].mean())
@@ -197,7 +215,8 @@ def _alike(fitted: BounceFit, single: NDArray[np.bool_]) -> NDArray[np.bool_]:
     share = np.cumsum(lever[order] ** 2)
     slope = (left / lever)[order[np.searchsorted(share, 0.5 * share[-1])]]
     more = far[np.abs(left - slope * lever) < most]
-    return near | np.isin(np.arange(len(near)), more) if len(more) >= FEWEST else near
+    again = len(np.unique(events[more])) >= FEWEST
+    return near | np.isin(np.arange(len(near)), more) if again else near
 
 
 def _result(

@@ -179,8 +179,8 @@ class StepResult:
 
     Raises
     ------
-    InputError
-        If the shapes do not belong together.
+    ValueError
+        If the shapes do not belong together: a fault of the step.
     """
 
     name: str
@@ -204,7 +204,7 @@ class StepResult:
     def __post_init__(self) -> None:
         count = len(self.paths)
         if np.shape(self.values) != (count,) or np.ndim(self.samples) != 2 or self.samples.shape[1] != count:
-            raise InputError(
+            raise ValueError(
                 f"step {self.name}: expected {count} values and draws of shape (draws, {count}), got "
                 f"{np.shape(self.values)} and {np.shape(self.samples)}"
             )
@@ -263,6 +263,11 @@ class StepResult:
         if len(self.samples) < 2:
             return np.full(len(self.paths), np.nan)
         return np.std(self.samples, axis=0, ddof=1)
+
+
+UNSOLVED = (InputError, np.linalg.LinAlgError, ArithmeticError)
+"""What data do to a step: a refusal, singular equations, numbers out of range. Any other exception is a fault of the
+program, and is not caught."""
 
 
 class Trouble:

@@ -29,7 +29,7 @@ from tarsus.identify.resonance import (
     static_response,
 )
 from tarsus.identify.restitution import identify_restitution
-from tarsus.identify.step import StepResult, Used
+from tarsus.identify.step import UNSOLVED, StepResult, Used
 from tarsus.identify.straightened import straightened
 from tarsus.identify.surroundings import unsure_level
 from tarsus.identify.traces import Trace
@@ -204,7 +204,7 @@ def _film_by_impacts(chain: StepRunner) -> StepResult:
         known, step = film_by_impacts(
             chain.known.after(wide), wide, chain.traces(Purpose.BOUNCES), (), chain.ground()
         )
-    except (ArithmeticError, ValueError) as error:  # InputError and LinAlgError among them
+    except UNSOLVED as error:
         return replace(wide, notes=(*wide.notes, f"The impacts tell nothing of it: {error}."))
     if not step.used or step.unsound():
         return replace(step, taken=FILM) if not step.used else wide

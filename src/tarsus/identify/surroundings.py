@@ -71,6 +71,7 @@ def _line(apart: Sequence[tuple[float, Floats, float]], hertz: float) -> tuple[f
             continue
         if (step, count) not in waves:
             waves[step, count] = np.exp(-2.0j * np.pi * np.outer(step * np.arange(count), lines))
+        x = x[np.ptp(x, axis=1) > 0.0]  # repeats that agree to their last digit show no line
         strength = np.abs((x - x.mean(axis=1, keepdims=True)) @ waves[step, count]) ** 2
         white = np.var(np.diff(x, axis=1), axis=1)
         power += (strength[:, 0] / white / count).tolist()

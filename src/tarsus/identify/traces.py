@@ -135,6 +135,14 @@ def trace_of(
     x = record.values[[found[point, Quantity.DISPLACEMENT] for point in points]]
     v = record.values[[found[point, Quantity.VELOCITY] for point in points]]
     quiet_x, quiet_v = x[:, :still], v[:, :still]
+    if still_channels := [
+        channel.name for channel, row in zip(record.channels, record.values, strict=True)
+        if channel.at in points and not np.ptp(row) > 0.0
+    ]:
+        raise InputError([
+            f"{record.source}: channel '{name}' has one value throughout: its noise is not known"
+            for name in still_channels
+        ])  # fmt: skip
     noise_x, noise_v = (
         # a rest within one step of a converter shows no noise, but is as uncertain as the step
         np.maximum(quiet.std(axis=1, ddof=1), [digit_of(one) / np.sqrt(12.0) for one in whole])

@@ -148,9 +148,10 @@ class WalkFollower:
         """When the record leaves the prediction from a segment's start by so many times its noise."""
         record = self.problem.records[self.number]
         whole = replace(segment, span=(segment.begin, float(record.times[-1])))
-        left = np.array(self.problem.residuals([whole], np.zeros((1, len(segment.state))), moved)[0])
-        times = record.times[record.times > segment.begin]
-        off = np.convolve((left**2).mean(axis=0), np.ones(RUN) / RUN, "same")
+        left = self.problem.residuals([whole], np.zeros((1, len(segment.state))), moved)[0]
+        count = min(len(one) for one in left)  # late channels show less of it
+        times = record.times[record.times > segment.begin][:count]
+        off = np.convolve(np.mean([one[:count] ** 2 for one in left], axis=0), np.ones(RUN) / RUN, "same")
         gone = np.flatnonzero(off > far**2)
         return float(times[gone[0]] if len(gone) else times[-1])
 
@@ -205,7 +206,10 @@ class WalkFollower:
         for moved in self._drawn(at, first):
             begun = replace(first, span=(first.span[0], self._after(first.span[0])))
             segments, left = [*at.segments[: at.closed], begun], np.append(at.left[: at.closed], 1.0)
-            other = self._grown(replace(at, segments=segments, moved=moved, left=left))
+            try:
+                other = self._grown(replace(at, segments=segments, moved=moved, left=left))
+            except InputError:  # numbers that no robot takes: as lost as those it is not followed from
+                continue
             if not other.lost or other.reached > best.reached:
                 best = other
             if not other.lost or other.reached > self._after(at.reached):

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from scipy.optimize import least_squares
@@ -47,7 +50,7 @@ def at(run: ts.Run, when: float) -> np.ndarray:
 
 
 def chain() -> tuple[RecordProblem, list[Segment]]:
-    """Two records of a chain of masses that bounces: flights, an impact, and a detachment whose moment is unknown."""
+    """Two records of a chain of masses that bounces: flights, an impact, and a detachment."""
     spread, scenes, records, segments = np.array([2e-7, 2e-7, 1e-3, 1e-3]), [], [], []
     for r, volts in enumerate((8.0, 6.0)):
         scene = scene_of("p1_n2", {"signals.pull.amplitude": volts})
@@ -60,12 +63,9 @@ def chain() -> tuple[RecordProblem, list[Segment]]:
         for begin in (hit - 2.5e-4, hit - 2e-4):
             span = begin + 3e-5, hit + 2e-4
             segments.append(Segment(r, begin, span, at(run, begin) + 0.3 * spread, spread))
-        begin = let_go + 2e-6
-        on_ground = at(run, let_go)
+        span = let_go + 3e-5, let_go + 3e-3
         segments.append(
-            Segment(
-                r, begin, (begin + 3e-5, begin + 3e-3), on_ground, spread, Contacts(leaving=[0]), moment=5e-6
-            )
+            Segment(r, let_go, span, at(run, let_go), spread, Contacts(leaving=[0]))
         )
     return RecordProblem(tuple(scenes), tuple(records), PRIORS), segments
 
@@ -73,7 +73,7 @@ def chain() -> tuple[RecordProblem, list[Segment]]:
 def gradient_off(problem: RecordProblem, segments: list[Segment], seed: int) -> float:
     """Largest difference between slopes of the costs and their central differences, of the largest of its kind."""
     rng, count = np.random.default_rng(seed), len(segments)
-    q = len(segments[0].state) + any(one.moment for one in segments)
+    q = len(segments[0].state)
     own, moved = 0.2 * rng.standard_normal((count, q)), 0.2 * rng.standard_normal(len(problem.priors))
     weights = rng.uniform(0.5, 1.0, count)
     system, step = problem.equations(segments, own, moved, weights), 1e-4
@@ -99,7 +99,7 @@ def test_eliminating_the_starts_is_dense_least_squares() -> None:
     segments = [segments[k] for k in (0, 2, 3, 5)]  # of each record an impact and the detachment
     found = problem.solve(segments)
     assert found.settled
-    q, count = 5, len(segments)
+    q, count = 4, len(segments)
 
     def every(unknowns: np.ndarray) -> np.ndarray:
         own, moved = unknowns[: q * count].reshape(count, q), unknowns[q * count :]
@@ -118,11 +118,20 @@ def test_eliminating_the_starts_is_dense_least_squares() -> None:
     assert np.abs((found.moved - true) / sd).max() < 3.0
     assert sd[-1] * 1e-5 < 1e-7  # the delay is known to a hundredth of a sample
     assert np.nanmean(found.left) == pytest.approx(1.0, abs=0.15)
+    assert found.followed == 1.0
+
+
+def test_a_fit_says_which_share_of_its_windows_it_follows() -> None:
+    """At numbers that are not those of the records no window of an impact is followed, and a fit says so."""
+    problem, segments = chain()
+    found = problem.solve([segments[0], segments[3]], known=True)
+    assert found.settled and found.followed == 0.0
+    assert replace(found, left=np.array([[1.1, np.nan], [300.0, 0.9]])).followed == 0.5
 
 
 def test_what_a_held_foot_leaves_no_choice_stays() -> None:
     problem, segments = chain()
-    own = np.random.default_rng(1).standard_normal((len(segments), 5))
+    own = np.random.default_rng(1).standard_normal((len(segments), 4))
     moved = problem.solve(segments[2:3], known=True, rounds=2).segments[0]
     row = lower_scene(problem.scenes[0]).system.normals[:, 0]
     off = moved.state - segments[2].state
@@ -155,11 +164,33 @@ def test_slopes_of_a_walker_are_those_of_the_costs() -> None:
 
 def test_numbers_that_a_scene_does_not_take_cost_without_end() -> None:
     problem, segments = chain()
-    costs = problem.costs(segments, np.zeros((len(segments), 5)), np.array([0.0, 9.0, 0, 0, 0]), np.ones(6))
+    costs = problem.costs(segments, np.zeros((len(segments), 4)), np.array([0.0, 9.0, 0, 0, 0]), np.ones(6))
     assert np.isinf(costs).all()  # a restitution beyond one
-    early = np.zeros((len(segments), 5))
-    early[2, -1] = 30.0  # a moment behind its samples
-    assert np.isinf(problem.costs(segments, early, np.zeros(5), np.ones(6))).all()
+
+
+@pytest.mark.parametrize("late", [8.3e-6, -8.3e-6])
+def test_a_delay_is_found_from_windows_that_follow_each_other(late: float) -> None:
+    """Every window begins where the one before ends, and the first sample of each is a tenth of the delay after it."""
+    scene = scene_of("p1_n2", {"signals.pull.amplitude": 8.0})
+    run, times = ts.simulate(scene, 0.018), np.arange(10, 400) / 100e3
+    truth, noise = {"gain": 1.0, "zero": 0.0, "late": late}, np.random.default_rng(4)
+    rows = [
+        output_rows(scene, [one.output], times - late).values(run.states(times - late))[0]
+        + one.noise * noise.standard_normal(len(times))
+        for one in (TIP, SPEED)
+    ]
+    spread = np.array([2e-7, 2e-7, 1e-3, 1e-3])
+    edges = times[[20, 120, 220, 320]] - 0.1 * abs(late)
+    segments = [
+        Segment(0, begin, (begin, end), at(run, begin), spread)
+        for begin, end in pairwise(edges)
+    ]
+    priors = {name: PRIORS[name] for name in ("gain", "zero", "late")}
+    problem = RecordProblem((scene,), (SeenRecord((TIP, SPEED), times, np.array(rows)),), priors)
+    found = problem.solve(segments)
+    sd = np.sqrt(found.covariance[2, 2]) * 1e-5
+    assert found.settled and sd < 1e-7
+    assert abs(found.values["late"] - truth["late"]) < 3.0 * sd
 
 
 def test_records_that_do_not_fit_are_refused() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from tarsus.identify.bounce import FEWEST, BounceFit, find_bounces
 from tarsus.identify.checks import TREND, with_speed
 from tarsus.identify.draws import DRAWS
-from tarsus.identify.restitution import PATH, BounceStudy, _alike, _caught, _seen
+from tarsus.identify.restitution import PATH, BounceStudy, _alike, _caught, _events, _seen
 from tarsus.identify.step import StepResult
 from tarsus.identify.traces import Trace
 
@@ -76,7 +77,7 @@ def test_a_foot_that_is_caught_and_let_go_is_no_rebound(departures, error, kept)
     fitted = fits(departures, error)
     single = np.ones(len(departures), dtype=bool)
     caught = _caught(fitted, single)
-    assert np.flatnonzero(_alike(fitted, single & ~caught)).tolist() == kept
+    assert np.flatnonzero(_alike(fitted, single & ~caught, np.arange(len(departures)))).tolist() == kept
 
 
 def test_impacts_whose_approach_is_lost_in_its_error_tell_nothing():
@@ -92,14 +93,31 @@ def test_impacts_far_off_that_lie_on_a_line_over_speed_are_no_accidents():
     approaches = np.concatenate([fast, slow, [0.09]])
     departures = approaches * (0.36 - 0.09 * np.log(approaches / 0.116))
     departures[-1] *= 0.7
-    every, error = np.ones(34, dtype=bool), 5e-4
-    assert np.flatnonzero(~_alike(fits(departures.tolist(), error, approaches.tolist()), every)).tolist() == [
-        33
-    ]
-    two = np.arange(34) != 32  # fewer than are needed for a rule: far off the others
-    assert np.flatnonzero(
-        two & ~_alike(fits(departures.tolist(), error, approaches.tolist()), two)
-    ).tolist() == [30, 31, 33]
+    fitted, every, events = fits(departures.tolist(), 5e-4, approaches.tolist()), np.ones(34, dtype=bool), np.arange(34)
+    assert np.flatnonzero(~_alike(fitted, every, events)).tolist() == [33]
+    two = events != 32  # fewer than are needed for a rule: far off the others
+    assert np.flatnonzero(two & ~_alike(fitted, two, events)).tolist() == [30, 31, 33]
+
+
+def test_repeats_of_one_capture_are_one_event_and_no_rule():
+    """A foot that is caught within a sample, in three repeats of one record: they agree, and say nothing thrice."""
+    approaches = np.concatenate([np.linspace(0.114, 0.119, 30), [0.0899, 0.09, 0.0901]])
+    departures = 0.3 * approaches
+    departures[-3:] = [0.0020, 0.0021, 0.0019]
+    fitted, every = fits(departures.tolist(), 5e-4, approaches.tolist()), np.ones(33, dtype=bool)
+    once = np.concatenate([np.arange(30), [30, 30, 30]])
+    assert np.flatnonzero(~_alike(fitted, every, once)).tolist() == [30, 31, 32]
+    assert _alike(fitted, every, np.arange(33)).all()  # three of them would be a rule
+
+
+def test_impacts_of_repeats_at_one_moment_are_one_event():
+    """Two records of one set and one of another, impacts at samples 10 and 30; one repeat sees its second a sample
+    later."""
+    traces = [replace(falling(30), set=name) for name in ("a", "a", "b")]
+    moments = [(0, 10), (0, 30), (1, 10), (1, 31), (2, 10), (2, 33)]
+    items = [SimpleNamespace(trace=trace, last=last) for trace, last in moments]
+    numbers = _events(SimpleNamespace(traces=traces, items=items, step=STEP))
+    assert numbers.tolist() == [0, 1, 0, 1, 2, 3]
 
 
 def trend(falling: float, seed: int) -> float:

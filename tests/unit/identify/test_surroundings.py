@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -48,6 +50,16 @@ def test_hum_is_named_with_its_frequency_and_size(hertz):
     assert check.passed
     (check,) = hum_checks(traces(hum=0.2 * NOISE, hertz=77.0))
     assert check.passed, "a line that is no mains'"
+
+
+def test_repeats_that_agree_to_their_last_digit_show_no_hum():
+    """Of a coarse converter: the rest has no noise, and no line."""
+    whole = [replace(one, x=np.round(one.x, 5)) for one in traces()]
+    same = [replace(one, x=whole[0].x) for one in whole]
+    assert hum_checks(same) == ()
+    half = [replace(one, x=np.stack([one.x[0], whole[0].x[1]])) for one in traces(hum=0.2 * NOISE)]
+    (check,) = hum_checks(half)
+    assert np.isfinite(check.value) and not check.passed
 
 
 def test_a_ground_that_gives_way_is_named_with_its_stiffness():

@@ -95,6 +95,14 @@ def test_equations_without_a_solution_are_a_step_that_was_not_done(recwarn):
     assert not recwarn.list
 
 
+def test_a_fault_of_a_step_is_not_taken_for_one_of_the_data():
+    chain = StepRunner.of(read_campaign(folder()))
+    with pytest.raises(ValueError, match="broadcast"):
+        chain.attempt(found(lambda: film(float((np.zeros(2) + np.zeros(3))[0]), GOOD)))
+    with pytest.raises(ValueError, match="values and draws"):
+        chain.guarded("checks", lambda: replace(film(2e-21, GOOD), values=np.zeros(7)), None)
+
+
 # Slow: the same in the other direction. Metres stated as millimetres stay.
 @pytest.mark.parametrize(
     ("factor", "words"),
