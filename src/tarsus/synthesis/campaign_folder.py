@@ -87,7 +87,28 @@ def unknown_device(scene: Scene) -> Scene:
     unit = Provenance(source=Source.ASSUMED, note="The unit of the drive's force, by choice.")
     modal = [name for name, drive in scene.robot.drives.items() if isinstance(drive.load, ModalLoad)]
     units = {f"robot.drives.{name}.load.participation.0": unit for name in modal}
-    return with_values(blank, {"provenance": kept | dict.fromkeys(listed, origin) | units})
+    gaps = {} if isinstance(scene.robot.structure, Walker) else _set_gaps(scene)
+    return with_values(blank, {"provenance": kept | gaps | dict.fromkeys(listed, origin) | units})
+
+
+_GAP_SET = 0.01
+"""Error, as a share, to which a gap is set: a stage is read to a micrometre, of some tens to a hundred."""
+
+
+def _set_gaps(scene: Scene) -> dict[str, Provenance]:
+    """The provenance of every gap, with an interval where it states none: a gap is set by hand, and the constant of the
+    drive's law counts from it."""
+    out: dict[str, Provenance] = {}
+    for name, foot in scene.robot.feet.items():
+        path = f"robot.feet.{name}.gap"
+        if foot.gap > 0.0 and scene.interval(path) is None:
+            origin = scene.origin(path)
+            ends = tuple(float(f"{foot.gap * by:.4g}") for by in (1.0 - _GAP_SET, 1.0 + _GAP_SET))
+            said = "" if origin is None else f" {origin.note}"
+            source = Source.ASSUMED if origin is None else origin.source
+            note = f"Set by hand, to {100.0 * _GAP_SET:g} %.{said}"
+            out[path] = Provenance(source=source, note=note, interval=(ends,))
+    return out
 
 
 _GROUND = {"ground.restitution.coefficient": 0.5, "ground.friction.coefficient": 0.3}

@@ -159,11 +159,8 @@ def test_the_account_names_what_was_used():
 def test_every_number_has_a_verdict_and_correlations():
     told = summary_of(identified())
     numbers = {path: one for step in told["steps"].values() for path, one in step["parameters"].items()}
-    constant = numbers.pop("robot.drives.pzt.law.constant")  # counts from the gap, which states no interval
     assert {one["verdict"] for one in numbers.values()} == {"determined"}
-    assert constant["verdict"] == "preferred"
-    failed = [one["check"] for one in told["checks"] if not one["passed"]]
-    assert len(told["checks"]) == 17 and [one.split(" that")[0] for one in failed] == ["error of the gap"]
+    assert len(told["checks"]) == 16 and all(one["passed"] for one in told["checks"])
     assert numbers["ground.adhesion.rate"]["sentence"].startswith("ground.adhesion.rate is determined: ")
     paths, matrix = told["correlation"]["paths"], np.array(told["correlation"]["matrix"])
     assert paths == list(identified().known.paths) and np.diag(matrix) == pytest.approx(1.0)
