@@ -18,12 +18,13 @@ import numpy as np
 import pytest
 
 import lvm_files
+import octave_files
 import tdms_files
 import text_files
 from record_case import Case
 from tarsus.records.readers import read_measurement
 
-CASES = [*text_files.CASES, *lvm_files.CASES, *tdms_files.CASES]
+CASES = [*text_files.CASES, *lvm_files.CASES, *tdms_files.CASES, *octave_files.CASES]
 
 
 @pytest.mark.parametrize("case", CASES, ids=[case.name for case in CASES])

@@ -90,6 +90,8 @@ def test_times_give_their_step_or_say_why_not():
         sampling_step([0.0, 0.1, 0.2, 0.5])
     with pytest.raises(ts.InputError, match="do not increase at sample 2"):
         sampling_step([0.0, 0.1, 0.1, 0.4])
+    assert sampling_step(1.78e9 + np.arange(2000) / 50e3) == pytest.approx(2e-5, rel=1e-5)
+    assert sampling_step(np.round(np.arange(400) * 1e-7, 6), resolution=1e-6) == pytest.approx(1e-7, rel=1e-2)
     with pytest.raises(ts.InputError, match="no finite number at sample 1"):
         sampling_step([0.0, np.nan, 0.2])
     with pytest.raises(ts.InputError, match="at least 2 times"):

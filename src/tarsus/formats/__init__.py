@@ -12,6 +12,7 @@ from tarsus.formats.hdf import is_hdf, is_netcdf_classic, read_hdf, read_netcdf_
 from tarsus.formats.lvm import is_lvm, read_lvm
 from tarsus.formats.mat import is_mat, read_mat
 from tarsus.formats.npz import is_npz, read_npz
+from tarsus.formats.octave import is_octave, read_octave
 from tarsus.formats.raw import RawFile, read_bytes
 from tarsus.formats.tdms import is_tdms, read_tdms
 from tarsus.formats.text import read_text
@@ -56,6 +57,7 @@ def content_of(path: Path) -> RawFile:
         (is_lvm, read_lvm),
         (is_uff, read_uff),
         (is_npz, read_npz),
+        (is_octave, read_octave),
     ):
         if is_it(head):
             return read(path, content)

@@ -47,6 +47,9 @@ _SI = {Domain.TIME: "s", Domain.FREQUENCY: "Hz"}
 _AGREES = 2e-4
 """Relative difference of two sampling steps that is no disagreement, beyond the step of their digits."""
 
+_ROUNDED = 0.1
+"""Share of a header's step beyond which another is no rounding of it, though it has one digit (2e-05 and 1e-05)."""
+
 
 class Sampling(NamedTuple):
     """An even time axis [s]; rounding: share by which the step may be off, by the digits it was written in."""
@@ -183,7 +186,8 @@ def check_declared(
         declared = one.declared or raw.declared
         if declared is None:
             continue
-        if abs(declared.step - step) > _AGREES * step + declared.resolution + resolution:
+        rounded = min(declared.resolution, _ROUNDED * declared.step)
+        if abs(declared.step - step) > _AGREES * step + rounded + resolution:
             said.setdefault((declared.where, declared.step), (declared, []))[1].append(one.name)
     texts = []
     for declared, names in said.values():

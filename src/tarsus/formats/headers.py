@@ -76,7 +76,7 @@ class _Fact:
 def header_of(lines: SplitText) -> Header:
     """What the header of a table says of its columns."""
     rows = _cells(lines)
-    facts = list(_facts(rows))
+    facts = list(_facts(rows if lines.separator else [[" ".join(row)] for row in rows]))
     keyed = any(fact.kind == "y_unit" for fact in facts)  # units stand behind keys, of which the last is no name
     valued = keyed and any(_VALUE.match(cell) for cell in rows[-1][1:])
     labels = [] if lines.beside or valued else [_without_facts(row) for row in rows]
@@ -132,6 +132,8 @@ def _motion_or_time(text: str) -> bool:
 def _cells(lines: SplitText) -> list[list[str]]:
     """Cells of the lines of a header that are not empty, without marks of comments."""
     plain = (_COMMENT.sub("", line) for line in lines.header)
+    if lines.separator is None and lines.width == 1:
+        return [[line.strip()] for line in plain if line.strip()]
     return [cells for cells in (cells_of(line, lines.separator) for line in plain) if any(cells)]
 
 

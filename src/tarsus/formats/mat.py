@@ -31,8 +31,6 @@ def is_mat(head: bytes) -> bool:
 def read_mat(path: Path, data: bytes) -> RawFile:
     """Vectors and tables of a MATLAB file; fields of structures have their names behind a dot.
 
-    Units are those in a structure ``units`` that has a field of the variable's name.
-
     Raises
     ------
     InputError
@@ -43,6 +41,12 @@ def read_mat(path: Path, data: bytes) -> RawFile:
         raise InputError(f"{path.name} is truncated: its last variable does not end")
     with parsing(path.name, "a MATLAB file"):
         content = _read_7_3(path) if is_hdf(head) else _read_5(path, data)
+    return variables_of(path.name, content)
+
+
+def variables_of(source: str, content: dict[str, Any]) -> RawFile:
+    """Series of variables: arrays, structures as tables of fields, cells as lists. Units are those in a structure
+    ``units`` that has a field of the variable's name."""
     if "yspec" in content and {"freq", "npts"} <= content.keys():
         content = _with_lines(content)
     units = content.pop("units", {})
@@ -50,7 +54,7 @@ def read_mat(path: Path, data: bytes) -> RawFile:
         Array(name, values, {"units": units[name]} if isinstance(units, Mapping) and name in units else {})
         for name, values in _flat(content, "")
     ]
-    return file_of(path.name, arrays)
+    return file_of(source, arrays)
 
 
 def _with_lines(content: Mapping[str, Any]) -> dict[str, Any]:

@@ -68,6 +68,25 @@ def test_a_free_decay_however_soon_it_is_cut_off(length):
     check(ts.modes(decay(5000.0, length, 1), decay=True, band=BAND), 1e-4, 5e-3)
 
 
+@pytest.mark.parametrize("step", ["0.000977", "9.77E-4", "9.765625E-4"])
+def test_a_step_of_few_digits_widens_the_intervals(tmp_path, step):
+    time = np.arange(512) / 1024.0
+    rows = np.exp(-0.0119 * 2.0 * np.pi * 40.0 * time) * np.cos(2.0 * np.pi * 40.0 * np.sqrt(1.0 - 0.0119**2) * time)
+    head = (
+        "LabVIEW Measurement\nX_Columns\tNo\n***End_of_Header***\n\nChannels\t1\nSamples\t512\nY_Unit_Label\tm/s\n"
+        f"Delta_X\t{step}\n***End_of_Header***\nX_Value\ttip\n"
+    )
+    path = tmp_path / "decay.lvm"
+    path.write_text(head + "".join(f"\t{one:.7f}\n" for one in rows), encoding="utf-8")
+    fit = ts.modes(path, decay=True, band=(25.0, 60.0), order=8)
+    (mode,) = fit.modes
+    assert mode.verdict is ModeVerdict.DETERMINED
+    assert mode.frequency.low < 40.0 < mode.frequency.high
+    few = step != "9.765625E-4"
+    assert few is (mode.frequency.half_width(40.0) > 5e-4)
+    assert few is any("all frequencies may be off together by 0.051 %" in said for said in fit.remarks)
+
+
 def test_decays_of_different_rates():
     check(ts.modes(decay(5000.0, 0.2, 1), decay(8000.0, 0.15, 2), decay=True, band=BAND), 2e-4, 0.01)
 

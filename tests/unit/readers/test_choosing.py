@@ -161,6 +161,12 @@ def test_wrong_choices_are_sentences(tmp_path):
         ("leg.csv", b"", "leg.csv is empty"),
         ("leg.csv", b"a,b\nc,d\n", "leg.csv holds no rows of numbers"),
         ("leg.mat", b"nothing that was ever MATLAB", "leg.mat is damaged or truncated"),
+        ("leg.mat", b"Octave-1-L\0", r"leg.mat is in Octave's binary format; save it with -v7"),
+        (
+            "leg.mat",
+            b"# Created by Octave 8\n# name: t\n# type: matrix\n# rows: 3\n# columns: 1\n 1\n 2\n",
+            "leg.mat is truncated: channel 't' has 2 values where the file announces 3",
+        ),
     ],
 )
 def test_what_cannot_be_read_says_what_to_do(tmp_path, name, content, said):

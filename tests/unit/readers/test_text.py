@@ -162,3 +162,31 @@ def test_a_phase_without_its_unit_is_refused(tmp_path):
         ts.InputError, match=r"record.txt: column 'FRF Phase' is a phase, but nothing says whether"
     ):
         read_response(write(tmp_path, text))
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("t [s],tip [m/s]\n0,000,1,5\n0,001,2,5\n0,002,4,5\n", "commas part cells and decimals alike"),
+        ("Sample Interval,2e-05,s\nTime,tip\ns,mm/s\n0,1\n1e-5,2\n2e-5,4\n", "one sample every 2e-05 s"),
+        ("Time,A\n(ms),(mm/s)\n0,1\n1,\u221e\n2,3\n", "channel 'A' has 1 gap"),
+        ("time (s),tip (m/s)\n0,1\n1,9.91E+37\n2,3\n", "channel 'tip' has 1 gap"),
+        ("time (s),tip (mhz)\n0,1\n1,2\n2,3\n", "nothing says what channel 'tip \\(mhz\\)' measures"),
+    ],
+)
+def test_what_a_table_leaves_open_is_refused(tmp_path, text, said):
+    with pytest.raises(ts.InputError, match=said):
+        read_measurement(write(tmp_path, text, name="record.csv"))
+
+
+def test_one_column_with_decimal_commas(tmp_path):
+    text = "Sample rate: 1 kHz\ntip [mm/s]\n0,5\n1,25\n-3,5\n"
+    assert read_measurement(write(tmp_path, text))["tip"] == pytest.approx([0.5e-3, 1.25e-3, -3.5e-3])
+
+
+def test_a_column_that_counts_and_one_without_numbers_are_told(tmp_path):
+    text = "Index,Time (s),tip (mm/s),Marker\n0,0.0,1,\n1,0.1,2,\n2,0.2,4,\n"
+    record = read_measurement(write(tmp_path, text, name="record.csv"))
+    assert record.names == ("tip",) and record.step == pytest.approx(0.1)
+    notes = "\n".join(record.notes)
+    assert "'Index' counts the samples: not used" in notes and "'Marker' holds no numbers: not used" in notes
