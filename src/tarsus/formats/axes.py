@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tarsus.base.errors import InputError
+from tarsus.formats.numerals import rounding_of_step
 from tarsus.formats.raw import Axis, Declared, Domain, RawFile, RawSeries
 from tarsus.formats.unit_names import frequency_factor, time_factor
 
@@ -163,10 +164,19 @@ def sampling_step(time: ArrayLike, resolution: float = 0.0) -> float:
 
 
 def even(source: str, times: NDArray[np.float64], resolution: float) -> Sampling:
-    """Step and start of a column of times; raises InputError with the file's name if they are not even."""
+    """Step and start of a column of times, whose step is exact where all are alike and such as is set by hand.
+
+    Raises
+    ------
+    InputError
+        With the file's name, if they are not even.
+    """
     try:
         step = sampling_step(times, resolution)
-        return Sampling(step, float(times[0]), resolution / (step * (len(times) - 1)))
+        alike = np.ptp(np.diff(times)) <= 4.0 * np.spacing(np.max(np.abs(times)))
+        exact = alike and not rounding_of_step(step, resolution)
+        rounding = 0.0 if exact else resolution / (step * (len(times) - 1))
+        return Sampling(step, float(times[0]), rounding)
     except InputError as error:
         raise InputError(f"{source}: {error}") from None
 

@@ -77,10 +77,22 @@ def _is_round(value: float) -> bool:
 
 
 def column_step(rows: Sequence[Sequence[str]], column: int, comma: bool) -> float:
-    """Coarsest step of the digits at the beginning and the end of a column; a zero with an exponent tells none."""
+    """Step of the digits at the beginning and the end of a column, the coarsest.
+
+    Where numbers have as many decimals, or as many digits, it is that of each; else their zeros at the end were left
+    out, and it is that of the most digits at the largest number. A zero that is written otherwise tells none.
+    """
     cells = [row[column].strip() for row in (*rows[:3], *rows[-3:]) if column < len(row)]
-    telling = [cell for cell in cells if not ("e" in cell.lower() and _number_or_zero(cell, comma) == 0.0)]
-    return max((digit_step(cell, comma) for cell in telling), default=0.0)
+    values = [_number_or_zero(cell, comma) for cell in cells]
+    told = [(cell, value) for cell, value in zip(cells, values, strict=True) if value != 0.0]
+    steps = [digit_step(cell, comma) for cell, _ in told]
+    if not all(step > 0.0 for step in steps) or not steps:
+        return max((digit_step(cell, comma) for cell in cells if "e" not in cell.lower()), default=0.0)
+    orders = [math.floor(math.log10(abs(value))) for _, value in told]
+    digits = [1 + order - round(math.log10(step)) for order, step in zip(orders, steps, strict=True)]
+    if len(set(steps)) == 1 or len(set(digits)) == 1:
+        return max(steps)
+    return 10.0 ** (1 + max(orders) - max(digits))
 
 
 def _number_or_zero(text: str, comma: bool) -> float:
