@@ -31,7 +31,7 @@ class ExplorerDirective(Directive):
 
 def setup(app: Sphinx) -> dict[str, bool]:
     """Add the directive; the engine for pages is made where it lacks."""
-    from tarsus.core.page.__main__ import HERE, build
+    from tarsus.core.page.compiling import HERE, build
 
     if not (HERE / "engine.wasm").is_file():
         build(HERE / "engine.wasm")

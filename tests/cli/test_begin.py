@@ -1,9 +1,12 @@
 """Where work begins: new files, what records hold, whether things can be used, whether the installation is sound."""
 
 import re
+import tomllib
 
 import numpy as np
 import pytest
+
+import tarsus as ts
 
 
 def test_a_new_device_is_a_good_scene_that_runs(tarsus, tmp_path):
@@ -54,14 +57,54 @@ def lab(tmp_path):
 def test_a_new_campaign_lists_the_records_of_a_folder(tarsus, lab):
     found = tarsus("new", "campaign", lab, "--device", "cantilever", "--json").json()
     text = (lab / "campaign.toml").read_text()
-    assert (
-        'files = "steps-*.csv"' in text
-        and 'drive = "volts"' in text
-        and 'channel "tip velocity" [m/s]' in text
-    )
+    for line in (
+        'files = "steps-*.csv"',
+        'drive = "volts"',
+        '# "tip velocity" = { point = "tip" }',
+        "# a velocity",
+    ):
+        assert line in text
     assert "[records.bare]" in text and any("bare-1.csv" in one for one in found["remarks"])
     again = tarsus("new", "campaign", lab)
     assert again.code == 2 and "stays as it is" in again.sentences[0]
+
+
+def test_sweeps_that_differ_are_sets_of_their_own(tarsus, tmp_path):
+    """One goes up, one down, one takes longer; a repeat of the first stays with it. Rests are read off the volts."""
+    rest, step = 200, 1e-4
+    for name, (low, high, count) in {
+        "sweep-1": (20.0, 400.0, 4000), "sweep-2": (20.0, 400.0, 4000), "sweep-3": (400.0, 20.0, 4000),
+        "sweep-4": (20.0, 400.0, 5000), "steps-1": (50.0, 50.0, 4000),
+    }.items():  # fmt: skip
+        time = step * np.arange(count)
+        angle = 2.0 * np.pi * (low * time + 0.5 * (high - low) / time[-1] * time**2)
+        still = rest if name.startswith("steps") else 0
+        volts = np.concatenate([np.zeros(still), np.sin(angle)])
+        rows = np.column_stack([step * np.arange(len(volts)), volts, 1e-3 * volts])
+        text = "\n".join(",".join(f"{x:.9g}" for x in row) for row in rows)
+        (tmp_path / f"{name}.csv").write_text(f"time [s],U [V],Spitze v [m/s]\n{text}\n")
+    assert tarsus("new", "campaign", tmp_path, "--device", "cantilever").code == 0
+    sets = tomllib.loads((tmp_path / "campaign.toml").read_text())
+    assert sets["defaults"] == {"drive": "U"}
+    assert {name: one["files"] for name, one in sets["records"].items()} == {
+        "steps": "steps-1.csv", "sweep-1": ["sweep-1.csv", "sweep-2.csv"], "sweep-3": "sweep-3.csv",
+        "sweep-4": "sweep-4.csv",
+    }  # fmt: skip
+    assert sets["records"]["steps"]["rest"] == "20 ms" and "rest" not in sets["records"]["sweep-1"]
+    assert '# "Spitze v" = { point = "?" }' in (tmp_path / "campaign.toml").read_text()
+
+
+@pytest.mark.parametrize("legs", [1, 2, 3, 4, 6, 8, 40])
+def test_a_new_robot_walks_on_any_number_of_legs(tarsus, tmp_path, legs):
+    file = tmp_path / "walker.toml"
+    assert tarsus("new", "device", file, "--legs", legs, "--mass", "0.3 g").code == 0
+    scene = ts.load_scene(file)
+    assert len(scene.robot.feet) == legs and scene.robot.structure.body.mass == 3e-4
+    lines = file.read_text().splitlines()
+    assert sum("#" in one for one in lines) > 12 and len(lines) <= max(60, 28 + 4 * legs)
+    if legs <= 8:
+        run = ts.simulate(scene, 0.25)
+        assert run.ok and run.measures["mean_speed"].value > (1e-4 if legs == 1 else 2e-3)
 
 
 def test_a_campaign_is_checked_with_its_records(tarsus, lab):

@@ -29,10 +29,7 @@ def test_robots_become_curves_and_a_page(tarsus, creeping, tmp_path, opened):
     result = tarsus("yield", creeping, *WORDS, "--count", "24:4:20ms", "-o", tmp_path / "out")
     assert result.code == 0, result.err
     (told,) = (one for one in result.sentences if "further runs" in one)
-    assert (
-        "after the 24 robots, 20 further runs (4 draws times 3 groups and 2)" in told
-        and "--count 24:0" in told
-    )
+    assert "after the 24 robots, 20 further runs (4 draws times 3 groups and 2)" in told
     assert "24 robots, from rest, 20 ms" in result.out and "%" in result.out and "matters most" in result.out
     found = json.loads((tmp_path / "out" / "yield.json").read_text(encoding="utf-8"))
     with xr.open_dataset(tmp_path / "out" / "robots" / "sweep.nc") as robots:
@@ -69,6 +66,17 @@ def test_robots_become_curves_and_a_page(tarsus, creeping, tmp_path, opened):
     assert (tmp_path / "out" / "yield.json").read_bytes() == before
 
 
+def test_no_runs_but_those_asked_for(tarsus, tmp_path):
+    """Of a robot that is no walker too, whose foot is judged by its bounces."""
+    words = ("--scatter", "robot.drives.pzt.law.linear=10%", "--set", "duration=60 ms")
+    result = tarsus("yield", "cantilever", *words, "--count", "3", "-o", tmp_path / "out")
+    assert result.code == 0 and "further runs" not in result.err
+    assert [name in result.out for name in ("peak", "bounces", "mean speed")] == [True, True, False]
+    with xr.open_dataset(tmp_path / "out" / "robots" / "sweep.nc") as robots:
+        assert robots.sizes["run"] == 3
+    assert not (tmp_path / "out" / "legs").exists()
+
+
 def test_runs_about_legs_can_be_left_out(tarsus, creeping, tmp_path):
     result = tarsus("yield", creeping, *WORDS, "--count", "6:0:2", "-o", tmp_path / "out")
     assert result.code == 0 and "6 robots, settled motion, runs of 1 s from 2 starts" in result.out
@@ -95,6 +103,7 @@ def test_runs_about_legs_can_be_left_out(tarsus, creeping, tmp_path):
         (("--scatter", "weak=0:3@x"), "--scatter dead, weak: expected fewest:most@60%"),
         (("--scatter", "ground.friction.coefficient"), "--scatter takes PATH=5%"),
         (("--scatter", "dead=0:9"), "--scatter dead, weak: "),
+        (("--count", "8:4"), "--count: Sobol indices compare the scatter of two legs or numbers"),
         (("--count", "many"), "--count takes ROBOTS, ROBOTS:DRAWS, ROBOTS:DRAWS:STARTS or"),
     ],
 )

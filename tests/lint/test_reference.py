@@ -130,5 +130,5 @@ def test_a_campaign_is_identified_by_the_name_of_its_package():
 
 def test_a_verb_that_is_a_package_too_can_be_called():
     importlib.import_module("tarsus.calibrate.weighted_ensemble")
-    with pytest.raises(tarsus.InputError, match="no study is called 'nope'"):
+    with pytest.raises(tarsus.InputError, match="no calibration is called 'nope'"):
         tarsus.calibrate("nope")

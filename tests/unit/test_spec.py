@@ -163,11 +163,13 @@ def test_a_wrong_table_gives_all_its_errors_at_once() -> None:
     assert places(caught.value) == [
         "name", "layer.coefficient", "layer.thickness", "layer.thicknes", "signals.a.kind", "signals.b.amplitude",
         "signals.c.level", "signals.d.e", "signals.f", "signals.g", "ratios.0", "ratios.1", "shapes.tip.0", "zork",
+        "signals.a.amplitude", "shapes.c",
     ]  # fmt: skip
     words = (
         "a text, got 3", "at least 0, got -1 N m^2 s", "nothing given", "did you mean 'thickness'",
         "did you mean 'wave'", "nothing given", "which is a length", "ASCII letters", "with a 'kind'",
         "a table, got 3", "finite, got nan", "got -2 %", "no number with a unit", "valid names are",
+        "nothing given", "a list, got 2",
     )  # fmt: skip
     assert [word for word, one in zip(words, caught.value.problems, strict=True) if word not in one] == []
 

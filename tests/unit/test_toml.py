@@ -122,7 +122,7 @@ def test_a_signal_of_another_kind_leaves_no_provenance_that_cannot_be_read() -> 
 def test_quantities_are_written_as_people_write_them() -> None:
     text = scene_text(load_scene("cantilever-1"))
     for line in (
-        'frequencies = ["623 Hz", "6424 Hz"]',
+        'frequencies = ["623 Hz", "6.424 kHz"]',
         'gap = "70 um"',
         'tip_length = "150 um"',
         'thickness = "58 um"',
@@ -189,9 +189,58 @@ amplitude = "8 V"
         "ground.traction: unknown name 'traction'; did you mean 'friction'?",
         "signals.ptz.frequency: expected a frequency (Hz) above 0 (frequency of repetition), nothing given",
         "duration: expected a time (s) above 0, got 0.0 (time to simulate unless another is asked for)",
+        "robot.feet.left.point: the structure has no point 'toe'; valid names are 'tip'",
         "robot.feet.right.electrode: there is no drive 'ptz'; did you mean 'pzt'?",
         "signals.ptz: the robot has no drive 'ptz' for this signal; did you mean 'pzt'?",
+        "ground.friction: acts on no foot: give a foot its way along the ground, feet.NAME.along, a point of the "
+        "structure",
     ]
+
+
+WALKER = """
+name = "mine"
+duration = "0.2 s"
+[robot.structure]
+kind = "walker"
+body = { mass = "1 g", length = "20 mm" }
+[robot.structure.legs.LF]
+mass = "5 mg"
+stiffness_v = "100 N/m"
+damping_v = "1 mN s/m"
+stiffness_l = "100 V"
+[gait]
+kind = "trot"
+frequency = "50 Hz"
+amplitude = "20 V"
+[provenance]
+"robot.structure.legs.*.mas" = { source = "assumed", note = "A guess." }
+"""
+
+
+def test_faults_behind_faults_are_found_at_once() -> None:
+    """Of parts, of wholes whose parts are wrong, of what hangs on those wholes, and of the provenance."""
+    said = problems(WALKER)
+    found = dict(one.split(": ", 1) for one in said)
+    assert set(found) == {
+        "robot.structure.legs.LF.stiffness_l", "robot.structure.legs.LF.damping_l", "gait.kind", "gait.high",
+        "gait.amplitude", "robot.feet", "gait", "provenance.robot.structure.legs.*.mas",
+    }  # fmt: skip
+    assert "did you mean 'alternating'?" in found["gait.kind"] and "did you mean 'high'?" in found["gait.amplitude"]
+    assert "no drive of the robot moves a leg" in found["gait"]
+
+
+@pytest.mark.parametrize(
+    ("text", "hidden"),
+    [
+        ('[robot.structure]\nkind = "modal"\ndamping_ratios = [0.1]\nmodal_masses = ["1 mg"]', "expected 1"),
+        ('[robot.feet.tip]\ngap = "1 um"\n[robot.structure]\nkind = "walker"', "has no point"),
+        ('[gait]\nkind = "alternating"\nlow = "5 V"\nfrequency = "1 Hz"', "below the lower one"),
+    ],
+)
+def test_nothing_is_said_of_what_is_not_given(text: str, hidden: str) -> None:
+    """Stand-ins for missing names, sizes and numbers have no faults of their own."""
+    said = problems(f'name = "it"\n{text}\n')
+    assert any("nothing given" in one for one in said) and not any(hidden in one for one in said)
 
 
 def test_wrong_points_are_found_beside_other_errors() -> None:

@@ -96,7 +96,7 @@ def test_refused(text: str | float, unit: str, said: str) -> None:
     ("value", "unit", "text"),
     [
         (70e-6, "m", "70 um"),
-        (6424.0, "Hz", "6424 Hz"),
+        (6424.0, "Hz", "6.424 kHz"),
         (0.2, "s", "0.2 s"),
         (1.747e-21, "N m^2 s", "1.747e-21 N m^2 s"),
         (2330.0, "kg/m^3", "2330 kg/m^3"),

@@ -125,7 +125,7 @@ def kind_of(cls: Any) -> str | None:
     return None
 
 
-def _locate(cls: Any, loc: tuple[int | str, ...]) -> tuple[list[str], Any, FieldInfo | None]:
+def locate(cls: Any, loc: tuple[int | str, ...]) -> tuple[list[str], Any, FieldInfo | None]:
     """Dotted path of a pydantic location (union tags removed), annotation there, and the enclosing field."""
     path: list[str] = []
     here: Any = cls
@@ -183,8 +183,9 @@ _WANTED = {
 }
 
 
-def _sentence(cls: Any, error: Any) -> list[tuple[str, str]]:
-    parts, annotation, field = _locate(cls, error["loc"])
+def fault_sentences(cls: Any, error: Any) -> list[tuple[str, str]]:
+    """(path, sentence) of one of the errors that pydantic lists."""
+    parts, annotation, field = locate(cls, error["loc"])
     path, code, given = ".".join(parts), error["type"], error["input"]
     cause = error.get("ctx", {}).get("error")
     if isinstance(cause, PathErrors):
@@ -193,19 +194,25 @@ def _sentence(cls: Any, error: Any) -> list[tuple[str, str]]:
         return [(path, line) for line in str(cause).splitlines()]
     about = f" ({field.description})" if field is not None and field.description else ""
     if code == "extra_forbidden":
-        owner = _locate(cls, error["loc"][:-1])[1] if len(error["loc"]) > 1 else cls
+        owner = locate(cls, error["loc"][:-1])[1] if len(error["loc"]) > 1 else cls
         owner = _bare(_members(owner)[0]) if owner is not None else None
         valid = list(owner.model_fields) if isinstance(owner, type) and issubclass(owner, BaseModel) else []
-        return [(path, f"unknown name '{parts[-1]}'{nearest(parts[-1], valid)}")]
+        return [(path, f"unknown name '{parts[-1]}'{_nearest_of(parts[-1], valid, [owner])}")]
     if code == "missing":
         wanted = expected_text(field) if field is not None else "expected a value"
         return [(path, f"{wanted}{about}, nothing given")]
     if code in ("union_tag_invalid", "union_tag_not_found"):
-        kinds = [k for m in _members(annotation) if (k := kind_of(_bare(m))) is not None]
+        members = alternatives(annotation)
+        kinds = [k for m in members if (k := kind_of(m)) is not None]
         if code == "union_tag_not_found":
             return [(path, f"expected a table with a 'kind', one of {', '.join(map(repr, kinds))}")]
         tag = str(error["ctx"]["tag"])
-        return [(".".join(filter(None, (path, "kind"))), f"unknown kind '{tag}'{nearest(tag, kinds)}")]
+        return [
+            (
+                ".".join(filter(None, (path, "kind"))),
+                f"unknown kind '{tag}'{_nearest_of(tag, kinds, members)}",
+            )
+        ]
     if code in ("literal_error", "enum"):
         return [(path, f"expected {error['ctx']['expected']}, got {_shown(given)}{about}")]
     if code == "string_pattern_mismatch":
@@ -218,11 +225,24 @@ def _sentence(cls: Any, error: Any) -> list[tuple[str, str]]:
     return [(path, f"{error['msg'][:1].lower()}{error['msg'][1:]}, got {_shown(given)}{about}")]
 
 
+def _nearest_of(name: str, valid: Sequence[str], owners: Iterable[Any]) -> str:
+    """As `nearest`, where descriptions say other words for their kinds and fields."""
+    meant = [near for one in owners if (near := getattr(one, "synonyms", {}).get(name.lower())) in valid]
+    return f"; did you mean '{meant[0]}'?" if meant else nearest(name, valid)
+
+
+def meant_kind(name: str, members: Sequence[Any]) -> str | None:
+    """The kind of one of these descriptions that is meant by a name: by another word for it, or by its spelling."""
+    kinds = [kind for one in members if (kind := kind_of(one)) is not None]
+    said = [near for one in members if (near := getattr(one, "synonyms", {}).get(name.lower())) in kinds]
+    return next(iter([*said, *difflib.get_close_matches(name, kinds, n=1, cutoff=0.65)]), None)
+
+
 def located_faults(cls: Any, error: ValidationError) -> list[tuple[str, str]]:
     """Problems in a pydantic error as (path relative to the description, sentence), none twice, `MOST_FAULTS` at most
     and how many more there are."""
     items = error.errors()
-    found = list(dict.fromkeys(fault for item in items[:MOST_FAULTS] for fault in _sentence(cls, item)))
+    found = list(dict.fromkeys(fault for item in items[:MOST_FAULTS] for fault in fault_sentences(cls, item)))
     more = len(items) - MOST_FAULTS
     return found if more <= 0 else [*found, ("", f"{more} more problems are not listed")]
 

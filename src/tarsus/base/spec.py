@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import FrozenInstanceError, dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple, TypeVar
 
 import numpy as np
 from pydantic import (
@@ -259,6 +259,9 @@ class Description(BaseModel):
         On construction, with every problem at once.
     """
 
+    synonyms: ClassVar[Mapping[str, str]] = {}
+    """What others call its kind or its fields: by their word the name here, which is suggested."""
+
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, protected_namespaces=())
 
     def __init__(self, /, **data: Any) -> None:
@@ -300,7 +303,14 @@ class FloatInfo(NamedTuple):
     doc: str
 
 
-def validate(cls: type[D], data: Any, *, prefix: str = "", context: dict[str, Any] | None = None) -> D:
+def validate(
+    cls: type[D],
+    data: Any,
+    *,
+    prefix: str = "",
+    context: dict[str, Any] | None = None,
+    further: Callable[[D], list[str]] | None = None,
+) -> D:
     """A description from raw tables; raises `InputError` with every problem, each with its path.
 
     Parameters
@@ -313,11 +323,21 @@ def validate(cls: type[D], data: Any, *, prefix: str = "", context: dict[str, An
         Path of the description in its file, put before every problem.
     context
         Passed to validators (classes of user laws).
+    further
+        Problems of a description that is valid in itself, each a sentence with its path.
     """
     try:
-        return cls.__pydantic_validator__.validate_python(data, context=context)
+        found = cls.__pydantic_validator__.validate_python(data, context=context)
     except ValidationError as error:
-        raise InputError(sentences(cls, error, prefix)) from None
+        from tarsus.base.faults import all_faults  # where something is wrong, and never else
+
+        faults = all_faults(cls, data, error, context, further)
+    else:
+        faults = [("", said) for said in further(found)] if further is not None else []
+        if not faults:
+            return found
+    whole = ((".".join(filter(None, (prefix, path))), text) for path, text in faults)
+    raise InputError(f"{path}: {text}" if path else text for path, text in whole)
 
 
 def _children(node: Any) -> Iterator[tuple[str, Any]]:

@@ -262,10 +262,15 @@ def _number_text(value: Decimal) -> str:
     return short if len(short) < len(plain) and Decimal(short) == value else plain
 
 
+TENTH = Decimal("0.1")
+"""Least number that is written before a unit where another prefix would do."""
+
+
 def format_quantity(value: float, unit: str) -> str:
     """Text such as ``"70 um"`` that `parse_quantity` reads back to exactly ``value``.
 
-    The decimal prefix that gives the shortest text is chosen; digits are those of ``repr(value)``.
+    The decimal prefix that gives the shortest text from 0.1 to 1000 is chosen, as people say it: ``"-744.687 nN/V"``,
+    ``"0.5 s"``; digits are those of ``repr(value)``.
 
     Parameters
     ----------
@@ -280,10 +285,11 @@ def format_quantity(value: float, unit: str) -> str:
         return f"{'-' if math.copysign(1.0, value) < 0 else ''}0 {unit}"
     exact = Decimal(repr(float(value)))
 
-    def candidate(exponent: int, text: str) -> tuple[tuple[int, bool, int], str]:
+    def candidate(exponent: int, text: str) -> tuple[tuple[bool, int, bool, int], str]:
         number = exact.scaleb(-exponent)
         whole = f"{_number_text(number)} {text}"
-        return (len(whole), not 1 <= abs(number) < 1000, abs(exponent)), whole
+        size = abs(number)
+        return (not TENTH <= size < 1000, len(whole), not 1 <= size < 1000, abs(exponent)), whole
 
     return min(candidate(exponent, text) for exponent, text in _spellings(unit))[1]
 

@@ -47,7 +47,7 @@ def load_study(name: str | os.PathLike[str], laws: Mapping[str, type[Law]] | Non
     InputError
         With every problem of the file.
     """
-    file = study_path(name)
+    file = study_path(name, FileKind.CALIBRATION)
     raw = read_table(file)
     expect(FileKind.CALIBRATION, raw, str(file))
     named = raw.pop("table", None)

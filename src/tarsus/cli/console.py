@@ -119,9 +119,13 @@ def show(found: Any, json: bool = False, written: Iterable[Path] = ()) -> int:
     return 0
 
 
-def _width() -> int | None:
-    """Letters of a line of the terminal that results go to; None where they go to a file or another program."""
-    return shutil.get_terminal_size().columns if sys.stdout.isatty() else None
+PIPED = 120
+"""Letters of a line where results go to a file or another program: what an editor or a page of a log shows."""
+
+
+def _width() -> int:
+    """Letters of a line of the terminal that results go to."""
+    return shutil.get_terminal_size().columns if sys.stdout.isatty() else PIPED
 
 
 def files(written: Sequence[Path], data: dict[str, Any] | None) -> int:

@@ -38,10 +38,14 @@ def explore(
 
     import tarsus
     from tarsus.cli import console, options, requests
+    from tarsus.solve.page_engine import compiled_engine, engine_bytes
 
     options.check_new_file(output, (".html",), overwrite)
     the_scene = changes.scene(scene)
     seconds = requests.duration_for(the_scene, duration)
+    if engine_bytes() is None:
+        with console.spinner("compiling the engine for pages, once (a minute or two)"):
+            compiled_engine()
     with console.spinner("making the explorer"):
         found = tarsus.explore(the_scene, duration=seconds, over=requests.grounds_of(over or ()), drive=drive)
         words = requests.texts_of(changes.set_ or (), "--set")

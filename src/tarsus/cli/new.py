@@ -16,9 +16,11 @@ def new(
     /,
     *,
     device: str | None = None,
+    legs: int | None = None,
+    mass: str | None = None,
     json: Json = False,
 ) -> int:
     import tarsus
     from tarsus.cli import console
 
-    return console.show(tarsus.new(kind, path, device=device), json)
+    return console.show(tarsus.new(kind, path, device=device, legs=legs, mass=mass), json)

@@ -34,7 +34,7 @@ def yields(
     scatter: Many = None,
     require: Many = None,
     changes: Changes = UNCHANGED,
-    count: str = "1024:64",
+    count: str = "1024",
     seed: Seed = 0,
     output: MaybeFolder = None,
     work: Work = HERE,
@@ -55,11 +55,11 @@ def yields(
         May be repeated.
     require
         measure=value: print the share of robots that meet it; or a measure alone, to be judged by; may be repeated.
-        mean_speed and cost_of_transport when left out.
+        when left out mean_speed and cost_of_transport of a walker, peak and bounces of any other robot.
     count
-        robots, and after a colon draws behind the Sobol indices, a power of 2, which take (legs + grounds + 2) times as
-        many runs beside those of the robots; 0 leaves them out. After another colon the starts of every robot, over
-        whose settled motions it is measured, 4 of a walker; or a time, 1024:64:200ms: an episode from rest.
+        robots: 1024. 1024:64 also determines whose scatter matters, by Sobol indices of 64 draws (a power of 2), which
+        take (legs + grounds + 2) times as many runs more. 1024:0:4: starts of every robot, over whose settled motions
+        it is measured, 4 of a walker; 1024:0:200ms: an episode from rest.
     output
         folder for both sweeps, yield.json and report.html.
     """
@@ -103,13 +103,14 @@ def _further(whole: Sweep, legs: Sweep) -> str:
     return (
         f"after the {whole.runs} robots, {legs.runs} further runs ({legs.design.count} draws times "
         f"{len(legs.design.names)} groups and 2) determine whose scatter matters most, {legs.runs / whole.runs:.2g} "
-        f"times as many; --count {whole.runs}:0 leaves them out"
+        f"times as many"
     )
 
 
 OPTIONS = (
     (r"Scattered\.count|Saltelli\.count", "--count"),
     (r"Sweep\.measures", "--require"),
+    (r"draws$", "--count"),
     (r"Sweep\.starts|Sweep\.from_rest", "--count"),
     (r"Sweep\.vary|(dead|weak)$", "--scatter dead, weak"),
 )
@@ -140,18 +141,14 @@ def _counts(text: str) -> tuple[int, int, dict[str, Any]]:
     found = re.fullmatch(r"([1-9]\d*)(?::(\d+))?(?::([\d.]+[a-zµ ]*s?))?", text.replace(" ", ""))
     if found is None:
         raise InputError(
-            f"--count takes ROBOTS, ROBOTS:DRAWS, ROBOTS:DRAWS:STARTS or ROBOTS:DRAWS:TIME, such as 1024:64, 1024:64:4 "
-            f"or 1024:64:200ms, got '{text}'"
+            f"--count takes ROBOTS, ROBOTS:DRAWS, ROBOTS:DRAWS:STARTS or ROBOTS:DRAWS:TIME, such as 1024, 1024:64, "
+            f"1024:0:4 or 1024:0:200ms, got '{text}'"
         )
     robots, draws, last = found.groups()
     over: dict[str, Any] = (
         {} if last is None else {"starts": int(last)} if last.isdecimal() else {"from_rest": last}
     )
-    return int(robots), int(draws) if draws is not None else DRAWS, over
-
-
-DRAWS = 64
-"""Draws where only robots are given: as of `tarsus.yield_`."""
+    return int(robots), int(draws or 0), over
 
 
 def _scattered(words: Sequence[str]) -> dict[str, Scatter]:

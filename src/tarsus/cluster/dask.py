@@ -76,7 +76,7 @@ def dask_executor(address: str, threads: int | None = None) -> Iterator[Executor
     try:
         import distributed
     except ImportError:
-        raise InputError("--on dask:ADDRESS needs dask.distributed: pip install 'tarsus[dask]'") from None
+        raise InputError("--on dask:ADDRESS needs dask.distributed: pip install dask distributed") from None
     with contextlib.ExitStack() as stack:
         if address == "local":
             from tarsus.base.workers import workers

@@ -29,7 +29,7 @@ def exported(described: Subject, step: float | None) -> Exported:
     """``robot.fmu``; step [s]: the communication step that it proposes. Raises InputError where pythonfmu3 is not
     installed, and where two law files have one name."""
     if find_spec("pythonfmu3") is None:
-        raise InputError('fmu: pythonfmu3 is not installed (pip install "tarsus[fmu]")')
+        raise InputError("fmu: pythonfmu3 is not installed (pip install pythonfmu3)")
     from pythonfmu3 import FmuBuilder
 
     proposed = {"stop_time": described.run.duration, "step_size": STEP if step is None else step}

@@ -29,7 +29,7 @@ def exported(described: Subject, step: float | None) -> Exported:
     }  # fmt: skip
     lost, measured = mjcf.lost, None
     if find_spec("mujoco") is None:
-        lost = [*lost, 'the loss was not measured: MuJoCo is not installed (pip install "tarsus[mujoco]")']
+        lost = [*lost, "the loss was not measured: MuJoCo is not installed (pip install mujoco)"]
     else:
         from tarsus.export.mujoco_run import loss
 

@@ -49,7 +49,7 @@ class Loaded:
         try:
             mujoco: Any = import_module("mujoco")  # which has no types
         except ImportError:
-            raise InputError('MuJoCo is not installed: pip install "tarsus[mujoco]"') from None
+            raise InputError("MuJoCo is not installed: pip install mujoco") from None
         self.mjcf, self.mujoco = mjcf, mujoco
         try:
             self.model = mujoco.MjModel.from_xml_string(mjcf.text())

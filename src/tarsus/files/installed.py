@@ -53,10 +53,29 @@ def device_path(name: str) -> Path:
     return _named(DEVICES, name)
 
 
-def study_path(name: str | os.PathLike[str]) -> Path:
-    """File of an installed study by name, or the path itself; `InputError` as `device_path`."""
+def device_title(name: str) -> str:
+    """What a device or scene file is, in its own words: its first line, where that is a comment; else ""."""
+    with (Path(name) if is_path(name) else device_path(name)).open(encoding="utf-8") as file:
+        first = file.readline()
+    return first.lstrip("# ").strip() if first.startswith("#") else ""
+
+
+def study_path(name: str | os.PathLike[str], kind: FileKind) -> Path:
+    """File of an installed study of a kind by name, or the path itself; `InputError` as `device_path`."""
     text = os.fspath(name)
-    return Path(text) if is_path(text) else _named(STUDIES, text)
+    if is_path(text):
+        return Path(text)
+    if text in _files(STUDIES) or Path(text).exists():
+        return _named(STUDIES, text)
+    known = [
+        one
+        for one in _files(STUDIES)
+        if (_kind(one) is FileKind.CALIBRATION) is (kind is FileKind.CALIBRATION)
+    ]
+    device = ", which is a device" * (text in _files(DEVICES))
+    raise InputError(
+        f"no {kind.word} is called '{text}'{device}{nearest(text, known)} (a file of your own ends in .toml)"
+    )
 
 
 def is_path(text: str) -> bool:

@@ -17,8 +17,12 @@ if TYPE_CHECKING:
 MOST_FEET_LISTED = 8
 """Feet of which each measure is listed; of more, the least and the largest: else the table is longer than a screen."""
 
-ROUNDING = 1e-9
-"""A spread below this part of its value is rounding, as of a periodic motion: runs are exact to about as much."""
+UNSEEN, ATOM = 5e-5, 1e-12
+"""A spread below this part of its value is none: half a unit of the last of the value's four digits. So is one of a
+length below 1 pm [m], a hundredth of an atom."""
+
+SHARE = 1e-5
+"""Shares of the energy account are shown to this much, 0.001 %: what is less, no reader weighs."""
 
 LEAST = 1e-12
 """An entry of the account below this part of the largest is rounding: accounts close to about 1e-14."""
@@ -58,8 +62,9 @@ def measures_summary(
 
 
 def deviation(measure: Any) -> float:
-    """The spread of a measure; 0 where it is rounding."""
-    return 0.0 if measure.spread <= ROUNDING * abs(measure.value) else float(measure.spread)
+    """The spread of a measure; 0 where it is less than the digits of its value show."""
+    least = max(UNSEEN * abs(measure.value), ATOM if measure.unit == "m" else 0.0)
+    return 0.0 if measure.spread <= least else float(measure.spread)
 
 
 def about(measure: Any) -> str:
@@ -91,7 +96,7 @@ def account(run: RunLike) -> Table:
         notes.append(f"The electrodes of the drives took {amount(taken, 'J')}.")
     return Table(
         "Energy",
-        ("term", Column("energy", "J"), Column("share of the largest", "%")),
-        [(label, value, value / largest) for label, value in rows],
+        ("term", Column("energy", "J"), Column("share of the largest", "%", 3)),
+        [(label, value, round(value / largest / SHARE) * SHARE) for label, value in rows],
         notes,
     )

@@ -9,16 +9,13 @@ from enum import Enum
 from pathlib import Path
 from typing import Any
 
-from pydantic import TypeAdapter, ValidationError
-
 from tarsus.base.errors import InputError
 from tarsus.base.spec import Description, described, quantity_units, validate, with_values
 from tarsus.base.units import format_quantity
 from tarsus.files.tables import FileKind, expect, read_table, table_of
 from tarsus.files.whole import write_text
 from tarsus.model.laws import Law
-from tarsus.model.scene import Scene, provenance_faults, provenance_problems, table_faults
-from tarsus.model.structure import AnyStructure
+from tarsus.model.scene import Scene, provenance_faults, provenance_problems
 
 SCENE_FILE, STUDY_FILE = "scene.toml", "study.toml"
 LAW_FOLDER = "laws"
@@ -80,25 +77,7 @@ def parse_scene(
 def _scene_of(table: Mapping[str, Any], laws: Mapping[str, type[Law]] | None, folder: Path | None) -> Scene:
     """A scene from its raw table, all faults of which are found."""
     context = {"laws": dict(laws or {}), "folder": folder}
-    try:
-        scene = validate(Scene, table, context=context)
-    except InputError as error:
-        named = [f"{path}: {said}" for path, said in table_faults(table, _points(table))]
-        raise InputError(dict.fromkeys([*error.problems, *named])) from None
-    problems = provenance_problems(scene)
-    if problems:
-        raise InputError(problems)
-    return scene
-
-
-def _points(table: Mapping[str, Any]) -> tuple[str, ...] | None:
-    """Points of the structure in raw tables, if that part of the file is right."""
-    robot = table.get("robot")
-    try:
-        structure = TypeAdapter(AnyStructure).validate_python(robot["structure"] if robot else None)
-    except (ValidationError, KeyError, TypeError):
-        return None
-    return structure.points
+    return validate(Scene, table, context=context, further=provenance_problems)
 
 
 def write_scene(scene: Scene, path: str | os.PathLike[str]) -> None:

@@ -47,7 +47,7 @@ def cma_es(
     try:
         import cma  # pyright: ignore[reportMissingImports]
     except ImportError:
-        raise InputError("CMA-ES needs the package cma: pip install 'tarsus[optimise]'") from None
+        raise InputError("CMA-ES needs the package cma: pip install cma") from None
     chosen = {"bounds": [0.0, 1.0], "seed": seed, "verbose": -9, **options}
     if most is not None:
         chosen["maxfevals"] = most

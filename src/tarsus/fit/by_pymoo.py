@@ -27,7 +27,7 @@ def pymoo_problem(problem: Residuals) -> Problem:
     try:
         from pymoo.core.problem import Problem  # pyright: ignore[reportMissingImports]
     except ImportError:
-        raise InputError("fronts by pymoo need the package: pip install 'tarsus[optimise]'") from None
+        raise InputError("fronts by pymoo need the package: pip install pymoo") from None
     nothing = np.zeros((0, len(problem.unknowns)))
     squares = int(problem.residuals_at(nothing).shape[1] > 0)
     goals, limits = problem.goals_at(nothing).shape[1], problem.constraints_at(nothing).shape[1]

@@ -37,7 +37,7 @@ def read_tdms(path: Path, content: bytes) -> RawFile:
         from nptdms import TdmsFile
     except ImportError:
         raise InputError(
-            f"{path.name} is a TDMS file, which needs npTDMS: install it with pip install 'tarsus[tdms]', or export "
+            f"{path.name} is a TDMS file, which needs npTDMS: install it with pip install nptdms, or export "
             "the file as LVM or CSV"
         ) from None
     with parsing(path.name, "TDMS"):

@@ -8,6 +8,7 @@ from importlib.metadata import PackageNotFoundError, version
 
 import numpy as np
 
+from tarsus.files.installed import device_title
 from tarsus.files.library import device_names, load_scene
 from tarsus.model.laws import Gravity, Restitution
 from tarsus.model.robot import Foot, Robot
@@ -32,11 +33,16 @@ def devices() -> View:
     """List the packaged devices and those that other installed packages add, with titles, feet and drives."""
     scenes = {name: load_scene(name) for name in device_names()}
     listed = [
-        {"name": name, "title": one.name, "feet": len(one.robot.feet), "drives": sorted(one.robot.drives)}
+        {
+            "name": name,
+            "title": device_title(name) or one.robot.structure.kind,
+            "feet": len(one.robot.feet),
+            "drives": sorted(one.robot.drives),
+        }
         for name, one in scenes.items()
     ]
     rows = [(one["name"], one["title"], one["feet"], _listed(one["drives"])) for one in listed]
-    return View({"devices": listed}, Table("", ("device", "title", "feet", "drives"), rows))
+    return View({"devices": listed}, Table("", ("device", "what it is", "feet", "drives"), rows))
 
 
 def _listed(names: list[str]) -> str:

@@ -33,7 +33,9 @@ def scene_view(scene: Scene) -> View:
         _section(scene, section, list(members))
         for section, members in groupby(value_rows(scene), key=lambda row: row.path.split(".")[0])
     ]
-    parts = [*sections, Table("", (), (), _of_ground(scene, impact))] if impact else sections
+    notes = [AT_AN_END] * any(one.flagged for one in sections)
+    notes += _of_ground(scene, impact) if impact else []
+    parts = [*sections, Table("", (), (), notes)] if notes else sections
     return View(data, Table(scene.name, (), (), parts=[*parts, Table("", (), (), scene.citations)]))
 
 
@@ -54,8 +56,32 @@ def _section(scene: Scene, name: str, members: list[ValueRow]) -> Table:
     ]
     columns = (name, "value", "95 % interval", "source", "why")
     if not any(row[2] for row in rows):
-        columns, rows = columns[:2] + columns[3:], [row[:2] + row[3:] for row in rows]
-    return Table("", columns, rows)
+        return Table("", columns[:2] + columns[3:], [row[:2] + row[3:] for row in rows])
+    ends = [(i, 2) for i, one in enumerate(members) if _at_an_end(scene, one)]
+    return Table("", columns, rows, flagged=ends)
+
+
+AT_AN_END = (
+    "! The value lies at an end of its interval: known on one side only, or its fit stopped at a bound."
+)
+
+
+def _at_an_end(scene: Scene, row: ValueRow) -> bool:
+    """Whether one of a row's numbers lies at an end of its own interval."""
+    found = zip(row.numbers, _interval_of_each(scene, row), strict=True)
+    return any(
+        one is not None and one[0] < one[1] and min(value - one[0], one[1] - value) <= END * (one[1] - one[0])
+        for value, one in found
+    )
+
+
+END = 0.01
+"""Share of an interval's width that its end is: intervals are shown to three digits, and draws leave as much open."""
+
+
+def _interval_of_each(scene: Scene, row: ValueRow) -> list[tuple[float, float] | None]:
+    single = scene.interval(row.path)
+    return [single] if single else [scene.interval(f"{row.path}.{i}") for i in range(len(row.numbers))]
 
 
 def _impact(scene: Scene) -> dict[str, Any] | None:
@@ -81,18 +107,25 @@ def _row(scene: Scene, path: str, info: FloatInfo) -> dict[str, Any]:
 
 
 def _values(row: ValueRow) -> str:
-    """One value or a short list in full, as it can be given again; size and range of a long one."""
-    texts = [format_quantity(value, row.unit) for value in row.numbers]
+    """One value or a short list to four digits; size and range of a long one."""
+    texts = [_whole(value, row.unit) for value in row.numbers]
     if len(texts) <= LONGEST_LIST:
         return ", ".join(texts)
-    low, high = (format_quantity(value, row.unit) for value in (min(row.numbers), max(row.numbers)))
+    low, high = (_whole(value, row.unit) for value in (min(row.numbers), max(row.numbers)))
     return f"{len(texts)} values, {low} to {high}"
+
+
+JOINT = "\N{NO-BREAK SPACE}"
+
+
+def _whole(value: float, unit: str, digits: int = 4) -> str:
+    """A value with its unit, between which no line breaks."""
+    return format_quantity(float(f"{value:.{digits}g}"), unit).replace(" ", JOINT)
 
 
 def _intervals(scene: Scene, row: ValueRow) -> str:
     """95 % intervals of one value or a short list: as wide on both sides where they are, else from where to where."""
-    single = scene.interval(row.path)
-    found = [single] if single else [scene.interval(f"{row.path}.{i}") for i in range(len(row.numbers))]
+    found = _interval_of_each(scene, row)
     if len(row.numbers) > LONGEST_LIST or not any(found):
         return ""
     texts = []
@@ -102,7 +135,9 @@ def _intervals(scene: Scene, row: ValueRow) -> str:
             continue
         low, high = interval
         below, above = value - low, high - value
-        ends = [format_quantity(float(f"{end:.3g}"), row.unit) for end in (low, high, (high - low) / 2.0)]
+        ends = [_whole(end, row.unit, 3) for end in (low, high, (high - low) / 2.0)]
         even = min(below, above) > 0.0 and abs(above - below) < 0.1 * (above + below)
-        texts.append(f"± {ends[2]}" if even else f"{ends[0]} to {ends[1]}")
+        number, _, unit = ends[0].partition(JOINT)
+        first = number if unit == ends[1].partition(JOINT)[2] else ends[0]
+        texts.append(f"±{JOINT}{ends[2]}" if even else f"{first} to {ends[1]}")
     return ", ".join(texts)

@@ -10,8 +10,6 @@ import numpy as np
 from pydantic import (
     AfterValidator,
     Field,
-    TypeAdapter,
-    ValidationError,
     field_validator,
     model_validator,
 )
@@ -27,7 +25,6 @@ from tarsus.base.spec import (
     float_paths,
     get_value,
     quantity,
-    validate,
     with_values,
 )
 from tarsus.base.units import format_quantity
@@ -381,36 +378,6 @@ def _signal_faults(signals: Iterable[str], drives: Collection[str]) -> list[tupl
         for name in signals
         if name not in drives
     ]
-
-
-def table_faults(table: Mapping[str, Any], points: Sequence[str] | None) -> list[tuple[str, str]]:
-    """Wrong references in a scene's raw tables, for a file that has other faults as well."""
-
-    def sub(node: Any, key: str) -> Mapping[str, Any]:
-        found = node.get(key) if isinstance(node, Mapping) else None
-        return found if isinstance(found, Mapping) else {}
-
-    def text(node: Any, key: str) -> str | None:
-        found = node.get(key) if isinstance(node, Mapping) else None
-        return found if isinstance(found, str) else None
-
-    robot = sub(table, "robot")
-    drives, feet = sub(robot, "drives"), sub(robot, "feet")
-    faults = reference_faults(
-        points,
-        drives,
-        {
-            name: (text(foot, "point"), text(foot, "electrode"), text(foot, "along"))
-            for name, foot in feet.items()
-        },
-        {name: tuple(sub(sub(drive, "load"), "weights")) for name, drive in drives.items()},
-    )
-    named = [(f"robot.{path}", said) for path, said in faults] + _signal_faults(sub(table, "signals"), drives)
-    try:
-        whole, gait = validate(Robot, robot), TypeAdapter(AnyGait).validate_python(table.get("gait"))
-    except (InputError, ValidationError):
-        return named
-    return named + _gait_faults(gait, whole)
 
 
 def provenance_problems(scene: Scene) -> list[str]:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tarsus.orbits.orbit import Orbit
-from tarsus.tables.numbers import amount
+from tarsus.tables.numbers import amount, digits_apart
 from tarsus.tables.table import Column, Table, Tabled
 
 if TYPE_CHECKING:
@@ -151,20 +151,22 @@ class Branches(Tabled):
     def table(self) -> Table:
         """What happens along the branches, and below it the branches, where several motions are stable, and every
         orbit."""
-        at, many = Column(self.path, self.unit, 10), sum(len(one.points) for one in self.branches)
+        many = sum(len(one.points) for one in self.branches)
         heard = [
             (str(i), one.kind, one.at, one.note, one.orbit.kind)
             for i, branch in enumerate(self.branches, 1)
             for one in branch.special
         ]
+        at = Column(self.path, self.unit, digits_apart(one[2] for one in heard))
         count = f"{len(self)} branch{'es' * (len(self) != 1)}, {many} orbits"
-        parts = [self._branches(), self._coexisting(), self._orbits(at)]
+        parts = [self._branches(), self._coexisting(), self._orbits()]
         columns = ("branch", "kind", at, "what", "motion")
         return Table(f"{self.scene.name} along {self.path}: {count}", columns, heard, self.others, parts)
 
     def _branches(self) -> Table:
         """Every branch in a row."""
-        ends = (Column("from", self.unit, 8), Column("to", self.unit, 8))
+        known = digits_apart(end for one in self.branches for end in (one.points[0].at, one.points[-1].at))
+        ends = (Column("from", self.unit, known), Column("to", self.unit, known))
         rows = [
             (str(i), one.points[0].at, one.points[-1].at, one.points[len(one.points) // 2].orbit.kind, one.origin,
              one.began, one.ended)
@@ -175,7 +177,8 @@ class Branches(Tabled):
     def _coexisting(self) -> Table:
         """Ranges of several stable motions in rows."""
         rows = [(one.low, one.high, ", ".join(str(i + 1) for i in one.branches)) for one in self.coexisting]
-        columns = (Column("from", self.unit, 8), Column("to", self.unit, 8), "branches")
+        known = digits_apart(end for row in rows for end in row[:2])
+        columns = (Column("from", self.unit, known), Column("to", self.unit, known), "branches")
         return Table("Several stable motions", columns, rows, [] if rows else [self.alone])
 
     @property
@@ -186,7 +189,7 @@ class Branches(Tabled):
         low, high = (amount(one, self.unit) for one in self.ends)
         return f"no start of {self.starts} at {low} and as many at {high} leads to another motion beside a stable one"
 
-    def _orbits(self, at: Column) -> Table:
+    def _orbits(self) -> Table:
         """Every orbit in a row."""
         rows = [
             (
@@ -196,6 +199,7 @@ class Branches(Tabled):
             for i, branch in enumerate(self.branches, 1)
             for one in branch.points
         ]  # fmt: skip
+        at = Column(self.path, self.unit, digits_apart(row[1] for row in rows))
         impact, flight = Column("hardest impact", "m/s"), Column("highest flight", "m")
         return Table("Orbits", ("branch", at, "motion", impact, flight, "largest |multiplier|"), rows)
 

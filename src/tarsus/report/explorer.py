@@ -8,7 +8,6 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -35,6 +34,7 @@ from tarsus.report.style import BLUE, CONTACT, CYCLE, GREEN, INK, MUTED, PURPLE,
 from tarsus.solve import simulate
 from tarsus.solve.codes import SENTENCES
 from tarsus.solve.explored import DEFINITIONS, Explored
+from tarsus.solve.page_engine import compiled_engine, engine_bytes
 from tarsus.solve.run import Run
 from tarsus.solve.simulate import seconds_of
 from tarsus.tables.numbers import spaced
@@ -46,16 +46,7 @@ POINTS, POINTS_OF_MANY = 1000, 600
 """Samples of the figures, and of those of a robot with more feet than figures show."""
 FILM = 240
 """Frames of the moving picture before the first run."""
-BUILD = "python -m tarsus.core.page"
-"""The one command that helps where the engine for pages was not built."""
-
 Range = tuple[float | str, float | str]
-
-
-def engine_bytes() -> bytes | None:
-    """The engine for pages; None where it was not built."""
-    file = files("tarsus.core.page").joinpath("engine.wasm")
-    return file.read_bytes() if file.is_file() else None
 
 
 def explore(
@@ -93,8 +84,8 @@ def explore(
     ------
     InputError
         As `tarsus.simulate`; for an unknown path or an empty range; for more contact modes than a page
-        holds (nine feet of a robot that is no walker have 512); and, where a page is made, without the
-        engine for pages.
+        holds (nine feet of a robot that is no walker have 512); and, where a page is made, where the engine for
+        pages can be neither found nor compiled.
 
     Examples
     --------
@@ -171,7 +162,8 @@ class Explorer:
         return simulate(one.changed(values or {}), one.seconds, one.accuracy)
 
     def html(self) -> str:
-        """The page. Raises InputError where the engine for pages was not built."""
+        """The page. The first one compiles the engine for pages where nobody has, which takes a minute or two; raises
+        InputError with the command to type where it cannot."""
         one = self.explored
         body = rendered(
             "explore.html", scene=one.scene, seconds=one.seconds, explorer=self.fragment(), left=one.left,
@@ -181,11 +173,7 @@ class Explorer:
 
     def fragment(self, *, small: bool = False) -> Markup:
         """The explorer as a part of a page. small: of one that shows more below."""
-        wasm = engine_bytes()
-        if wasm is None:
-            raise InputError(
-                f"the engine for pages is not built: run `{BUILD}` (needs `pip install ziglang`)"
-            )
+        wasm = compiled_engine()
         shown = Shown(self.explored)
         return rendered(
             "explorer.html", player=shown.player,
@@ -207,7 +195,7 @@ class Explorer:
         try:
             from tarsus.report.widget import ExplorerWidget
         except ModuleNotFoundError:
-            raise InputError("a widget needs the package anywidget: pip install 'tarsus[notebook]'") from None
+            raise InputError("a widget needs the package anywidget: pip install anywidget") from None
         return ExplorerWidget(self)
 
     def _repr_html_(self) -> str:

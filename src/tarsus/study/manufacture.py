@@ -149,6 +149,6 @@ def _saltelli(count: int, seed: int, groups: tuple[str, ...]) -> Floats:
     try:
         from SALib.sample import sobol
     except ImportError:
-        raise InputError("Sobol indices need SALib: pip install 'tarsus[yield]'") from None
+        raise InputError("Sobol indices need SALib: pip install SALib") from None
     shares = sobol.sample(_problem(groups), count, calc_second_order=False, scramble=True, seed=seed)
     return np.minimum(shares, np.nextafter(1.0, 0.0))

@@ -30,7 +30,7 @@ def load_sweep(name: str | os.PathLike[str], laws: Mapping[str, type[Law]] | Non
     InputError
         For an unknown name, and with every problem of the file.
     """
-    return read_sweep(study_path(name), laws)
+    return read_sweep(study_path(name, FileKind.SWEEP), laws)
 
 
 def read_sweep(path: str | os.PathLike[str], laws: Mapping[str, type[Law]] | None = None) -> Sweep:

@@ -19,6 +19,7 @@ from tarsus.files.jsontext import json_text
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.files.whole import write_text
 from tarsus.measure.shares import share_of
+from tarsus.model.structure import Walker
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.offered import offered
 from tarsus.study.collecting import measures_in
@@ -30,8 +31,9 @@ from tarsus.study.workunit import OUTCOMES
 from tarsus.tables.numbers import amount, interval, percent, spaced
 from tarsus.tables.table import ROW, Column, Table, Tabled
 
-WALKS = ("mean_speed", "cost_of_transport")
-"""Measures unless others are asked for: how fast it walks, and at what price."""
+WALKS, BOUNCES = ("mean_speed", "cost_of_transport"), ("peak", "bounces")
+"""Measures unless others are asked for: of a walker how fast it walks, and at what price; of any other robot how high
+and how often its foot bounces."""
 
 LESS = (
     "cost_of_transport", "electrical_energy", "foot_slip", "slip_ratio", "impact_speed", "hardest_impact",
@@ -272,7 +274,7 @@ def yield_(
     duration: float | str | None = None,
     from_rest: float | str | None = None,
     robots: int = 1024,
-    draws: int = 64,
+    draws: int = 0,
     seed: int = 0,
     output: str | os.PathLike[str] | None = None,
     chunk: int | str = "2 s",
@@ -294,8 +296,9 @@ def yield_(
     dead, weak
         Fewest and most legs whose drive does nothing, or has only a share of its gain: the third number, 0.5 without.
     require
-        Measures that robots are judged by, each with the value that a good one has, or None; mean speed and cost of
-        transport without it. Of costs, slips and impacts less is better, of all other measures more.
+        Measures that robots are judged by, each with the value that a good one has, or None; without it mean speed and
+        cost of transport of a walker, peak and bounces of any other robot. Of costs, slips and impacts less is better,
+        of all other measures more.
     starts, duration
         Starts of every robot, 4 of a walker, and the longest time that a run takes to settle [s], 1 s or more: a
         robot's measures are means over its settled motions by their share of the starts.
@@ -304,7 +307,8 @@ def yield_(
     robots
         Number of robots.
     draws
-        Draws behind the Sobol indices, which take (groups + 2) times as many runs beside those of the robots; 0: none.
+        Draws behind Sobol indices, which say whose scatter matters; they take (groups + 2) times as many further runs.
+        0: none.
     seed
         Of all draws.
     output
@@ -362,13 +366,14 @@ class YieldStudy:
         require: Mapping[str, float | str | None] | None = None,
         *,
         count: int = 1024,
-        draws: int = 64,
+        draws: int = 0,
         seed: int = 0,
         **options: Any,
     ) -> YieldStudy:
         """The sweeps of so many robots and draws; options: starts, duration, from_rest and chunk of a `Sweep`. Raises
         InputError with every wrong measure and requirement."""
-        require = dict.fromkeys(WALKS) if require is None else require
+        walks = isinstance(robots.scene.robot.structure, Walker)
+        require = dict.fromkeys(WALKS if walks else BOUNCES) if require is None else require
         known = offered(robots.scene, robots.scene.duration)
         options = {"chunk": "2 s", **options}
         sweep = robots.sweep(count, list(require), seed=seed, **options)
@@ -382,6 +387,10 @@ class YieldStudy:
         if problems:
             raise InputError(problems)
         legs = robots.legs_sweep(draws, list(require), seed=seed, **options) if draws else None
+        if draws and legs is None:
+            raise InputError(
+                "draws: Sobol indices compare the scatter of two legs or numbers at least; give 0 draws, or more"
+            )
         return cls(robots, sweep, legs, required)
 
     def run(

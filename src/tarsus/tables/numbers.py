@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterable
 
 MISSING = "–"
 """Shown where a value does not exist."""
@@ -67,6 +68,21 @@ def interval(low: float | None, high: float | None, unit: str = "1", digits: int
     step, label = (1.0, unit.strip()) if unit in ("1", "", "-", " %") else prefixed(max(known), unit, digits)
     shown = " to ".join(dict.fromkeys(number(None if one is None else one / step, digits) for one in ends))
     return f"{shown} {label}" if label not in ("1", "", "-") else shown
+
+
+LEAST_DIGITS, MOST_DIGITS = 4, 7
+"""Digits that tell numbers apart: four are read at a glance, and no instrument sets a seventh."""
+
+
+def digits_apart(values: Iterable[float]) -> int:
+    """Significant digits at which different numbers read differently, from `LEAST_DIGITS` to `MOST_DIGITS`."""
+    known = {one for one in values if math.isfinite(one)}
+    apart = (
+        digits
+        for digits in range(LEAST_DIGITS, MOST_DIGITS)
+        if len({f"{one:.{digits}g}" for one in known}) == len(known)
+    )
+    return next(apart, MOST_DIGITS)
 
 
 def prefixed(value: float, unit: str, digits: int = 4) -> tuple[float, str]:

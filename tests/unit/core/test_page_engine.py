@@ -199,7 +199,8 @@ def test_measures_are_those_of_the_library(folder, name):
 
 def test_the_command_lines_of_the_documentation_write_pages(folder, tmp_path, monkeypatch):
     wasm = (folder / "engine.wasm").read_bytes()
-    monkeypatch.setattr("tarsus.report.explorer.engine_bytes", lambda: wasm)
+    for home in ("report.explorer", "solve.page_engine"):
+        monkeypatch.setattr(f"tarsus.{home}.engine_bytes", lambda: wasm)
     monkeypatch.chdir(tmp_path)
     lines = [line for line in PAGES["explore.md"].splitlines() if line.startswith("tarsus explore")]
     for line in lines:

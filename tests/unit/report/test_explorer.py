@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import re
+import subprocess
+from pathlib import Path
 
 import pytest
 import traitlets
@@ -11,20 +13,77 @@ import traitlets
 import tarsus as ts
 from tarsus.base.errors import InputError
 from tarsus.cli import main
+from tarsus.core.page import compiling
 from tarsus.report import explorer as room
 from tarsus.report.run_page import report_html
+from tarsus.solve import page_engine
 
 
 @pytest.fixture
 def engine(monkeypatch):
     """Some bytes in the place of the engine for pages, which a checkout need not have."""
-    monkeypatch.setattr(room, "engine_bytes", lambda: b"\0asm")
+    for home in (room, page_engine):
+        monkeypatch.setattr(home, "engine_bytes", lambda: b"\0asm")
 
 
-def test_where_the_engine_is_not_built_one_command_is_said(monkeypatch, tmp_path, capsys):
-    monkeypatch.setattr(room, "engine_bytes", lambda: None)
+@pytest.fixture
+def cache(monkeypatch, tmp_path):
+    """A user's cache that is empty, and no engine beside the sources."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setattr(page_engine, "files", lambda package: tmp_path)
+    return tmp_path / "cache" / "tarsus"
+
+
+@pytest.fixture
+def compiler(monkeypatch):
+    """Commands that were run in the place of zig's compiler, which writes a module that holds nothing."""
+    ran = []
+
+    def run(command, **options):
+        ran.append(command)
+        if "-o" in command:
+            Path(command[command.index("-o") + 1]).write_bytes(b"\0asm\1\0\0\0")
+        return subprocess.CompletedProcess(command, 0)
+
+    monkeypatch.setattr(compiling.subprocess, "run", run)
+    return ran
+
+
+def test_the_engine_is_compiled_once_and_kept(cache, compiler, tmp_path):
+    words = [
+        "explore",
+        "cantilever",
+        "--duration",
+        "20 ms",
+        "-q",
+        "--overwrite",
+        "-o",
+        str(tmp_path / "page.html"),
+    ]
+    assert main(words) == 0 and main(words) == 0
+    assert sum("-o" in one for one in compiler) == 1
+    (file,) = cache.iterdir()
+    assert file.name == f"page-engine-{compiling.digest()[:16]}.wasm"
+    assert compiling.sources_of(file.read_bytes()) == compiling.digest()
+
+
+def test_an_engine_of_other_sources_is_not_used(cache, compiler, monkeypatch):
+    first = page_engine.compiled_engine()
+    assert page_engine.engine_bytes() == first
+    monkeypatch.setattr(compiling, "FLAGS", [*compiling.FLAGS, "-O3"])
+    assert page_engine.engine_bytes() is None and page_engine.compiled_engine() != first
+
+
+def test_a_cache_that_cannot_be_written_is_left_alone(cache, compiler, tmp_path):
+    (tmp_path / "cache").write_text("in the way")
+    assert page_engine.compiled_engine()[:4] == b"\0asm"
+
+
+def test_without_a_compiler_one_command_is_said(cache, monkeypatch, tmp_path, capsys):
+    missing = subprocess.CompletedProcess([], 1)
+    monkeypatch.setattr(compiling.subprocess, "run", lambda command, **options: missing)
     assert main(["explore", "cantilever", "--duration", "20 ms", "-o", str(tmp_path / "page.html")]) == 2
-    assert "python -m tarsus.core.page" in capsys.readouterr().err
+    assert "type `pip install ziglang`, then the same again" in capsys.readouterr().err
     run = ts.simulate("cantilever", 0.02)
     assert 'class="explore"' not in report_html(run, static=False), "reports stay as they are"
 

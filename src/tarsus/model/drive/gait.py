@@ -14,7 +14,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -74,6 +74,14 @@ class Layout:
 
 class Gait(Description, ABC):
     """Base of the gaits; a subclass gives the phase of every leg."""
+
+    synonyms: ClassVar[Mapping[str, str]] = {
+        "amplitude": "high",
+        "voltage": "high",
+        "volts": "high",
+        "hz": "frequency",
+        "duty_cycle": "duty",
+    }
 
     frequency: Amount = quantity("Hz", "steps of each leg per second", gt=0)
     low: Amount = quantity("V", "lower voltage", default=0.0)
@@ -162,6 +170,11 @@ class Alternating(Gait):
     Where drives move groups of legs and there are two groups, these are the ones that alternate.
     """
 
+    synonyms: ClassVar[Mapping[str, str]] = {
+        **Gait.synonyms,
+        "trot": "alternating",
+        "diagonal": "alternating",
+    }
     kind: Literal["alternating"] = "alternating"
 
     def delays(self, layout: Layout) -> dict[str, float]:
@@ -197,6 +210,13 @@ class MetachronalGait(Gait):
     The sides are half a period apart, and the legs of each share that half period.
     """
 
+    synonyms: ClassVar[Mapping[str, str]] = {
+        **Gait.synonyms,
+        "metachronal": "wave",
+        "crawl": "wave",
+        "walk": "wave",
+        "creep": "wave",
+    }
     kind: Literal["wave"] = "wave"
 
     def delays(self, layout: Layout) -> dict[str, float]:
@@ -218,6 +238,10 @@ class Ripple(Gait):
 class CustomGait(Gait):
     """Every leg with a phase of its own, by name."""
 
+    synonyms: ClassVar[Mapping[str, str]] = {
+        **Gait.synonyms,
+        **dict.fromkeys(("custom", "pace", "bound", "gallop", "pronk"), "free"),
+    }
     kind: Literal["free"] = "free"
     phases: Named[float] = quantity("1", "how late each leg is, in periods, by its name")
 
