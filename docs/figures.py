@@ -152,9 +152,9 @@ def sentence_of_choice(what: str, choice: Table, names: Mapping[str, str]) -> st
     """How far a table decides a choice, with the weights of its options."""
     weights = sorted(choice["weights"].items(), key=lambda one: -one[1])
     told = ", ".join(
-        f"{names.get(option, option)} {weight:.2f}" for option, weight in weights if weight >= 0.005
+        f"{100.0 * weight:.0f} % for {names.get(option, option)}" for option, weight in weights if weight >= 0.005
     )
-    return f"{what} is {'left open' if choice['open'] else 'decided'} by these rows ({told})"
+    return f"The data {'do not decide' if choice['open'] else 'decide'} {what} ({told})"
 
 
 LANDINGS = {
@@ -224,7 +224,7 @@ def cantilever() -> str:
     ]
     rows.append(["values in the 80 % interval", "", *map(whole, held)])
     head = ["against the measurement", "source's model", "`cantilever`, calibrated on", "left out"]
-    choice = sentence_of_choice("Which landing rule holds", found["choices"]["landing"], LANDINGS)
+    choice = sentence_of_choice("which landing rule holds", found["choices"]["landing"], LANDINGS)
     return f"{lines(head, rows)}\n\n{choice}."
 
 
@@ -309,10 +309,10 @@ def hexapod() -> str:
         )
 
     said = [
-        sentence_of_choice("Polarity", found["choices"]["polarity"], POLARITIES),
+        sentence_of_choice("the polarity", found["choices"]["polarity"], POLARITIES),
         sentence_of_choice("the meaning of \"average height\"", found["choices"]["average"], AVERAGES),
     ]  # fmt: skip
-    text = f"{'; '.join(said)}; {kept} of {len(found['branches'])} branches fit."
+    text = f"{'. '.join(said)}; {kept} of {len(found['branches'])} branches fit."
     text += f" Mean errors of the mixture's medians: {each(fitted)}"
     if best is not None:
         size = sum(one["mean_relative_error"] for one in best.values()) / len(best)

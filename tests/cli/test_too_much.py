@@ -63,7 +63,7 @@ def test_a_file_without_an_end(tarsus, tmp_path):
         assert refused.code == 2 and "/dev/zero: is larger than the 16 MiB" in refused.sentences[0]
     for verb in ("show", "check"):
         (sentence,) = tarsus(verb, "/dev/zero").sentences
-        assert "is a device and no file" in sentence
+        assert "is a device, not a file" in sentence
 
 
 def test_a_byte_order_mark_is_no_fault(tmp_path):

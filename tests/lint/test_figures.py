@@ -45,7 +45,8 @@ def test_new_numbers_of_a_calibration_come_into_table_and_sentence(figures, tmp_
     (tmp_path / "cantilever.json").write_text(json.dumps(kept), encoding="utf-8")
     monkeypatch.setattr(figures, "RESULTS", tmp_path)
     told = figures.cantilever()
-    assert "left open by these rows (restitution first 0.60, held unless pulled 0.40)." in told
+    weighed = "60 % for restitution first, 40 % for held unless pulled"
+    assert f"The data do not decide which landing rule holds ({weighed})." in told
     assert "43.2 %" in told and "best device: 7 of 12 right" in told
 
 

@@ -79,7 +79,7 @@ def test_numbers_of_many_feet_that_are_alike_are_one_slider():
 
 def test_what_is_no_number_of_a_drive_is_told():
     scene = ts.load_scene("cantilever")
-    with pytest.raises(InputError, match=r"ground\.film\.coefficient: is no number of what a drive does"):
+    with pytest.raises(InputError, match=r"ground\.film\.coefficient: is not a number that a drive takes"):
         Explored.of(scene, 0.02, drives=["ground.film.coefficient"])
     with pytest.raises(InputError, match="3 numbers of drives at most"):
         Explored.of(

@@ -32,7 +32,7 @@ def test_a_table_is_a_rule_and_its_speed_has_a_path():
 @pytest.mark.parametrize(
     ("table", "said"),
     [
-        ({"kind": "restitute_first"}, r"ground\.landing\.speed: .*nothing given"),
+        ({"kind": "restitute_first"}, r"ground\.landing\.speed: missing"),
         ({"kind": "restitute_first", "speed": -0.1}, r"ground\.landing\.speed: .*at least 0"),
         ({"kind": "restitute"}, r"ground\.landing\.kind: unknown kind 'restitute'.*restitute_first"),
         ({"speed": 0.1}, r"ground\.landing: expected a table with a 'kind'"),

@@ -166,10 +166,10 @@ def test_a_wrong_table_gives_all_its_errors_at_once() -> None:
         "signals.a.amplitude", "shapes.c",
     ]  # fmt: skip
     words = (
-        "a text, got 3", "at least 0, got -1 N m^2 s", "nothing given", "did you mean 'thickness'",
-        "did you mean 'wave'", "nothing given", "which is a length", "ASCII letters", "with a 'kind'",
-        "a table, got 3", "finite, got nan", "got -2 %", "no number with a unit", "valid names are",
-        "nothing given", "a list, got 2",
+        "a text, got 3", "at least 0, got -1 N m^2 s", "missing; expected", "did you mean 'thickness'",
+        "did you mean 'wave'", "missing; expected", "which is a length", "ASCII letters", "with a 'kind'",
+        "a table, got 3", "finite, got nan", "got -2 %", "not a number with a unit", "valid names are",
+        "missing; expected", "a list, got 2",
     )  # fmt: skip
     assert [word for word, one in zip(words, caught.value.problems, strict=True) if word not in one] == []
 

@@ -187,7 +187,7 @@ amplitude = "8 V"
         "at zero a foot never lands)",
         "ground.friction.coefficient: expected a pure number of at least 0, got -0.3 (coefficient of friction mu)",
         "ground.traction: unknown name 'traction'; did you mean 'friction'?",
-        "signals.ptz.frequency: expected a frequency (Hz) above 0 (frequency of repetition), nothing given",
+        "signals.ptz.frequency: missing; expected a frequency (Hz) above 0 (frequency of repetition)",
         "duration: expected a time (s) above 0, got 0.0 (time to simulate unless another is asked for)",
         "robot.feet.left.point: the structure has no point 'toe'; valid names are 'tip'",
         "robot.feet.right.electrode: there is no drive 'ptz'; did you mean 'pzt'?",
@@ -240,7 +240,7 @@ def test_faults_behind_faults_are_found_at_once() -> None:
 def test_nothing_is_said_of_what_is_not_given(text: str, hidden: str) -> None:
     """Stand-ins for missing names, sizes and numbers have no faults of their own."""
     said = problems(f'name = "it"\n{text}\n')
-    assert any("nothing given" in one for one in said) and not any(hidden in one for one in said)
+    assert any("missing; " in one for one in said) and not any(hidden in one for one in said)
 
 
 def test_wrong_points_are_found_beside_other_errors() -> None:

@@ -200,7 +200,7 @@ def fault_sentences(cls: Any, error: Any) -> list[tuple[str, str]]:
         return [(path, f"unknown name '{parts[-1]}'{_nearest_of(parts[-1], valid, [owner])}")]
     if code == "missing":
         wanted = expected_text(field) if field is not None else "expected a value"
-        return [(path, f"{wanted}{about}, nothing given")]
+        return [(path, f"missing; {wanted}{about}")]
     if code in ("union_tag_invalid", "union_tag_not_found"):
         members = alternatives(annotation)
         kinds = [k for m in members if (k := kind_of(m)) is not None]

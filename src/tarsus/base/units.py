@@ -213,7 +213,7 @@ def parse_quantity(text: str | float, unit: str) -> float:
         return float(text)
     match = _NUMBER.fullmatch(text)
     if match is None:
-        raise InputError(f"expected {describe_unit(unit)}, got '{text}', which is no number with a unit")
+        raise InputError(f"expected {describe_unit(unit)}, got '{text}', which is not a number with a unit")
     number, unit_text = match[1], match[2]
     if not unit_text:
         given = Unit(0, 1.0, parse_unit(unit).dimension)

@@ -152,7 +152,7 @@ def _single(scene: Scene, path: str, span: Ends | None) -> Shared:
         own = [one for one in known if one.startswith(("gait.", "signals."))]
         hint = nearest(path, own) if own else "; the scene has no gait and no signal"
         raise InputError(
-            f"{path}: is no number of a gait or a signal, so a gait's design cannot choose it{hint}"
+            f"{path}: is not a number of a gait or a signal, so a gait's design cannot choose it{hint}"
         )
     about = known[path]
     low, high = _usual(path, about.value) if span is None else span

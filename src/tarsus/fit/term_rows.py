@@ -137,5 +137,5 @@ def _under(scene: Scene, given: Mapping[str, Value]) -> dict[str, float]:
     known, given = float_paths(scene), by_path(scene, given)
     with_values(scene, given)  # an unknown path or a refused value has a sentence of its own
     if other := [path for path in given if path not in known]:
-        raise InputError([f"under: {path} is no number of the scene" for path in other])
+        raise InputError([f"under: {path} is not a number in this scene" for path in other])
     return {path: parse_quantity(value, known[path].unit) for path, value in given.items()}

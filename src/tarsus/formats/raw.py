@@ -168,7 +168,7 @@ def read_bytes(path: Path) -> bytes:
         with path.open("rb") as opened:
             told = os.fstat(opened.fileno())
             if not (stat.S_ISREG(told.st_mode) or stat.S_ISFIFO(told.st_mode)):
-                raise InputError(f"{path} is a device and no file")
+                raise InputError(f"{path} is a device, not a file")
             if told.st_size <= MOST_BYTES:
                 content = opened.read() if stat.S_ISREG(told.st_mode) else opened.read(MOST_BYTES + 1)
                 if len(content) <= MOST_BYTES:

@@ -85,7 +85,7 @@ def air_checks(
     own = touched(known, tuple(parts))
     figures = (
         ("motion in the air over its noise", fit.predicted, OVER_NOISE),
-        ("their pull on the numbers, in standard deviations", fit.pull, PULLED),
+        ("influence on the estimates (standard deviations)", fit.pull, PULLED),
     )
     checks = [Check(*one, paths=own, cause=cause, hangs=not fit.found) for one in figures]
     if fit.found:
@@ -185,11 +185,11 @@ def gap_check(step: StepResult, known: Estimates) -> tuple[Check, ...]:
         return ()
     low, high = step.interval(path)
     cause = (
-        "the constant of the drive's law counts from the gap as stated: with an interval of that in the "
-        "provenance of the device file it is drawn along"
+        "the force offset assumes the stated gap: give the gap an interval in the provenance of the device file, "
+        "and the offset gets one"
     )
     share = 0.5 * (high - low) * abs(model.static_load) / model.gap
-    name = "error of the gap that the constant's interval bears, as a share of it"
+    name = "gap uncertainty not stated (it limits the force offset)"
     return (Check(name, share, GAP, least=True, paths=(path,), cause=cause),)
 
 

@@ -286,8 +286,8 @@ def identify_hysteresis(
     samples = sum(len(block.index) for block in fit.loops.blocks)
     gap, constant = fit.model.gap, fit.values[len(shares.values)]
     notes = (
-        f"The constant of the law counts from the gap as stated, {1e6 * gap:.4g} um: a percent of that is "
-        f"{abs(gap / (_with(fit.model, fit.values, shares).static_load * constant)):.2g} % of it.",
+        f"The force offset assumes a {1e6 * gap:.4g} um gap; a 1 % gap error changes it by "
+        f"{abs(gap / (_with(fit.model, fit.values, shares).static_load * constant)):.2g} %.",
     )
     if level is None:
         notes = (

@@ -80,11 +80,11 @@ def _uncounted(apex: Floats, counted: np.ndarray) -> str:
     missed = int(np.count_nonzero(~counted[top]))
     if 2 * missed <= len(top):
         return ""
-    which = "the highest" if len(top) == 1 else f"{missed} of the highest {len(top)}"
-    return (
-        f"{which} of its {len(apex)} flights, up to {amount(float(apex.max()), 'm', 3)}, follow longer contacts "
-        "and are not counted as bounces"
-    )
+    which = "the highest jump" if len(top) == 1 else f"{missed} of the {len(top)} highest jumps"
+    high = amount(float(apex.max()), "m", 3)
+    if missed == 1:
+        return f"{which} ({high}) follows a contact longer than the dwell, so it is not counted as a bounce"
+    return f"{which} (up to {high}) follow contacts longer than the dwell, so they are not counted as bounces"
 
 
 def _low(apex: Floats, counted: np.ndarray, peak: float) -> str:

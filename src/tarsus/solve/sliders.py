@@ -132,7 +132,7 @@ def _check_asked(
     ]
     for path in drives or ():
         if path in infos and (path not in places or places[path].bounded):
-            faults.append(f"{path}: is no number of what a drive does")
+            faults.append(f"{path}: is not a number that a drive takes")
     if len(drives or ()) > max(STOPS):
         faults.append(f"an explorer turns {max(STOPS)} numbers of drives at most, got {len(drives or ())}")
     if faults:

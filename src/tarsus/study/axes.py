@@ -155,7 +155,7 @@ class Grid(Description):
     def faults(self, axes: Mapping[str, SweepAxis]) -> list[tuple[str, str]]:
         """What the design cannot use, as (path in the axes, sentence)."""
         return [
-            (f"{name}.count", "expected the number of values on the grid, nothing given")
+            (f"{name}.count", "missing; expected the number of values on the grid")
             for name, axis in axes.items()
             if axis.size is None
         ]

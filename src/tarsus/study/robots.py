@@ -84,7 +84,7 @@ class Robots:
         for pattern, text in by_path(scene, scatter).items():
             found = [path for path in known if fnmatch.fnmatchcase(path, pattern)]
             if not found:
-                problems.append(f"{pattern}: is no number of the scene{nearest(pattern, known)}")
+                problems.append(f"{pattern}: is not a number in this scene{nearest(pattern, known)}")
             for path in found:
                 try:
                     if isinstance(text, tuple):

@@ -64,8 +64,8 @@ def test_all_that_is_wrong_is_said_at_once(hexapod):
     with pytest.raises(InputError) as told:
         gait_unknowns(hexapod, wrong, Symmetry.WAVE)
     said = " | ".join(told.value.problems)
-    assert "gait.dutty: is no number of a gait or a signal" in said and "did you mean 'gait.duty'" in said
-    assert "robot.drives.L1.law.gain: is no number of a gait" in said
+    assert "gait.dutty: is not a number of a gait or a signal" in said and "did you mean 'gait.duty'" in said
+    assert "robot.drives.L1.law.gain: is not a number of a gait" in said
     assert "gait.duty: expected low below high" in said and "gait.low: has no usual range; give one" in said
     assert "gait.frequency: expected a frequency (Hz), got '1 m'" in said
     assert "symmetry: 'wave' ties phases, so gait.phases has to be free" in said

@@ -125,14 +125,14 @@ def test_a_dead_leg_costs_what_it_costs():
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        ({"scatter": {"robot.drives.*.law.gian": "5%"}}, r"law\.gian: is no number of the scene"),
+        ({"scatter": {"robot.drives.*.law.gian": "5%"}}, r"law\.gian: is not a number in this scene"),
         (
             {"scatter": {"robot.feet.*.gap": "5%"}},
             "5% of 0 is nothing: give the standard deviation as a value",
         ),
         ({"scatter": {GAIN: "2 V"}}, r"law\.gain: .*N/V"),
         ({"scatter": {GAIN: "10"}}, r"times the value itself, .*N/V; .* in percent, such as '10%'"),
-        ({"scatter": {"ground.friction": ("0.3", "0.5")}}, "ground.friction: is no number"),
+        ({"scatter": {"ground.friction": ("0.3", "0.5")}}, "ground.friction: is not a number"),
         ({"scatter": {}, "dead": (0, 0)}, "nothing is scattered"),
     ],
 )
