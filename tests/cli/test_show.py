@@ -106,8 +106,9 @@ def test_studies_calibrations_and_sweeps_are_shown(tarsus, tmp_path):
     assert found["runs"] == 54 and found["vary"]["ground.restitution.coefficient"] == [0.1, 0.6]
     assert "ground.restitution.coefficient" in tarsus("show", "cantilever-adhesion").out
     from tarsus.files.installed import study_path
+    from tarsus.files.tables import FileKind
 
-    file = study_path("cantilever")
+    file = study_path("cantilever", FileKind.CALIBRATION)
     assert len(tarsus("show", file, "--json").json()["unknowns"]) >= 5
     assert "is a good calibration" in tarsus("check", file).out
 

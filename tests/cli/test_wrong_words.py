@@ -27,7 +27,6 @@ WRONG = [
     ("show run", "it holds scene.toml: give 'run/scene.toml'"),
     ("show taken", "holds no rows of numbers"),
     ("show empty.csv", "is empty"),
-    ("show bare.csv", "give it with --channel NAME=UNIT"),
     ("show cantilever folder", "holds no result of tarsus"),
     ("show cantilever taken", "compare two runs, or two devices or scene files"),
     ("new device taken", "a device is a .toml file"),

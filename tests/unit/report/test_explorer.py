@@ -6,6 +6,7 @@ import json
 import re
 import subprocess
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import traitlets
@@ -45,7 +46,7 @@ def compiler(monkeypatch):
             Path(command[command.index("-o") + 1]).write_bytes(b"\0asm\1\0\0\0")
         return subprocess.CompletedProcess(command, 0)
 
-    monkeypatch.setattr(compiling.subprocess, "run", run)
+    monkeypatch.setattr(compiling, "subprocess", SimpleNamespace(run=run))
     return ran
 
 
@@ -81,7 +82,7 @@ def test_a_cache_that_cannot_be_written_is_left_alone(cache, compiler, tmp_path)
 
 def test_without_a_compiler_one_command_is_said(cache, monkeypatch, tmp_path, capsys):
     missing = subprocess.CompletedProcess([], 1)
-    monkeypatch.setattr(compiling.subprocess, "run", lambda command, **options: missing)
+    monkeypatch.setattr(compiling, "subprocess", SimpleNamespace(run=lambda command, **options: missing))
     assert main(["explore", "cantilever", "--duration", "20 ms", "-o", str(tmp_path / "page.html")]) == 2
     assert "type `pip install ziglang`, then the same again" in capsys.readouterr().err
     run = ts.simulate("cantilever", 0.02)
