@@ -99,6 +99,15 @@ CASES = [
                                   lambda i: f"{1e3 * T[i]:.3f},{1e3 * V[i]:.1f},{U[i]:.4f}")),
     Case("units of CF.csv", _lines(["time (s),tip (mm s-1),drive (V)"], _plain())),
     Case("units by DIN.csv", _lines(["t/s;tip / (mm/s);drive/V"], _plain(";"))),
+    Case("units behind blanks.csv", _lines(["time_s,tip mm/s,drive V"], _plain())),
+    Case("thousands.csv", _lines(['"t (us)","tip (um/s)","drive (uV)"'], lambda i: ",".join(
+        f'"{one:,.1f}"' for one in (1e6 * T[i], 1e3 * V[i], 1e6 * U[i])))),
+    Case("thousands by points.csv", _lines(["t (us);tip (um/s);drive (uV)"], lambda i: ";".join(
+        f"{one:,.1f}".translate(str.maketrans(",.", ".,")) for one in (1e6 * T[i], 1e3 * V[i], 1e6 * U[i])))),
+    Case("dates.csv", _lines(["date,tip (mm/s),drive (V)"],
+                             lambda i: f"2026-01-01 10:00:00.{20 * i:06d},{V[i]:.4f},{U[i]:.4f}")),
+    Case("times of day.txt", _lines(["time\ttip (mm/s)\tdrive (V)"],
+                                    lambda i: f"23:59:59.{20 * i:06d}\t{V[i]:.4f}\t{U[i]:.4f}")),
     Case("units with in.csv", _lines(["in s,tip in mm/s,drive in V"], _plain())),
     Case("units behind _.csv", _lines(["time_us,tip_mm_s,drive_mV"],
                                       lambda i: f"{1e6 * T[i]:.0f},{V[i]:.4f},{1e3 * U[i]:.1f}")),

@@ -96,7 +96,8 @@ def _is_axis(series: RawSeries, domain: Domain) -> bool:
 
 
 def _has_name(series: RawSeries, domain: Domain) -> bool:
-    return series.name.rpartition("/")[2].rpartition(".")[2].strip().lower() in _NAMES[domain]
+    name = series.name.rpartition("/")[2].rpartition(".")[2].strip().lower()
+    return name.removesuffix("[0]") in _NAMES[domain]
 
 
 def series_axis(

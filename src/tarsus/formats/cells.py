@@ -6,6 +6,7 @@ import csv
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from datetime import datetime
 from functools import cached_property
 
 from tarsus.base.errors import InputError
@@ -16,6 +17,7 @@ _LONGEST_HEADER = 2000
 """Lines before the numbers: more than any instrument writes."""
 _LONGEST_CELL = 3
 """Lines that a quoted cell of a header may go on for; more are taken for a stray quotation mark, such as of inches."""
+_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(?:,\d{3})+")
 _DIGITS = re.compile(r"\d+(?:[eE][+-]?\d+)?")
 
 
@@ -125,7 +127,11 @@ def _beside(lines: Sequence[str]) -> SplitText | None:
 
 def _without_double_commas(source: str, found: SplitText) -> SplitText:
     """The same; a comma that parts cells where the header has half as many is a decimal one, told of a single column
-    and refused of several."""
+    and refused of several; quoted ones that may all be of thousands are refused."""
+    if found.separator == "," and found.comma:
+        with_comma = [cell for row in found.ends for cell in row if "," in cell]
+        if with_comma and all(_THOUSANDS.fullmatch(cell) for cell in with_comma):
+            raise InputError(f"{source}: '{with_comma[0]}' has a decimal comma or one of thousands; export it without")
     if found.separator != "," or found.comma or found.width % 2 or any('"' in line for line in found.body[:3]):
         return found
     named = next((cells_of(line, ",") for line in reversed(found.header) if line.strip()), [])
@@ -162,12 +168,29 @@ def _first_row(lines: Sequence[str], separator: str | None, comma: bool) -> int 
             last = None
             continue
         filled = [cell for cell in cells if cell]
-        numeric = filled and cells[0] and all(is_number(cell, comma) for cell in filled)
+        numeric = filled and cells[0] and all(is_number(cell, comma) or stamp_of(cell) for cell in filled)
+        numeric = numeric and any(is_number(cell, comma) for cell in filled)
         width = len(cells) if numeric else None
         if width is not None and width == last:
             return place
         last, place = width, i
     return None
+
+
+def stamp_of(text: str) -> datetime | None:
+    """A date with a time of day by ISO 8601, or a time of day alone; None if it is none."""
+    if text.count(":") < 2 or not text[:1].isdigit():
+        return None
+    try:
+        return datetime.fromisoformat(text if "-" in text else f"1970-01-01 {text}")
+    except ValueError:
+        return None
+
+
+def stamp_step(text: str) -> float:
+    """Step of the last digit of a time of day [s]; a microsecond at least, to which it is read."""
+    decimals = re.search(r":\d\d[.,](\d+)", text)
+    return 10.0 ** -min(len(decimals[1]), 6) if decimals else 1.0
 
 
 def is_number(text: str, comma: bool) -> bool:

@@ -17,11 +17,13 @@ from tarsus.formats.unit_names import frequency_factor, ratio_of, scaled, time_f
 
 _UNIT_IN_NAME = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\))\s*$")
 _UNIT_BEHIND = (
+    re.compile(r"^(?:(.+?)\s+)?in\s+(\S.*)$"),  # CH1 in V
     re.compile(r"^(.+?)\s*[,;]\s*([^,;]+)$"),  # Time, s
     re.compile(r"^(.+?)\s+/\s+(.+)$"),  # t / s, by DIN 461
+    re.compile(r"^(.+?)[\s._]+([^\W\d_]+/[^\W\d_]+(?:\^?2|²)?)$"),  # v mm/s, v_mm/s
     re.compile(r"^([^/\s]+)/(.+)$"),  # t/s
-    re.compile(r"^(?:(.+?)\s+)?in\s+(\S.*)$"),  # CH1 in V
-    re.compile(r"^(.+?)_((?:[numk]?(?:V|N|Hz)|[num]?s|[num]m(?:_s)?))$"),  # drive_mV, v_mm_s
+    re.compile(r"^(.+?)[\s._]([numkµ](?:V|N|Hz|s)|V|Hz|[numµ]m(?:_s)?)$"),  # drive_mV, v_mm_s, U V
+    re.compile(r"^(t|time|zeit)[\s._](s)$", re.I),  # time_s
     re.compile(r"^(CH\s?\d+)\s?([mu]?V|A)$", re.I),  # CH1V
 )
 """Ways to write a unit behind a name, without brackets. Each counts only where a unit is found."""
@@ -110,7 +112,9 @@ def split_name(name: str) -> tuple[str, str]:
     match = _UNIT_IN_NAME.match(name)
     if match is not None:
         found = (match[2] or match[3] or "").strip()
-        return (match[1].rstrip(" /,;:"), found) if is_unit(found) or found in _NO_UNIT else (name, "")
+        index = found == "1" and not re.search(r"\s[\[(]", name)  # Y[1], of which there is a Y[0]
+        known = (is_unit(found) or found in _NO_UNIT) and not index
+        return (match[1].rstrip(" /,;:"), found) if known else (name, "")
     if _motion_or_time(name):
         return name, name.strip()
     for pattern in _UNIT_BEHIND:

@@ -14,6 +14,11 @@ from tarsus.base.errors import InputError
 
 _DIGITS = re.compile(r"[+-]?\d*(?:\.(\d*))?(?:[eE]([+-]?\d+))?")
 _GAPS = {"nan", "-nan", "+nan", "1.#qnan", "-1.#ind", "--", "n/a", "na", "null"}
+_THOUSANDS = {
+    True: re.compile(r"[+-]?[1-9]\d{0,2}(?:\.\d{3})+(?:,\d*)?"),
+    False: re.compile(r"[+-]?[1-9]\d{0,2}(?:,\d{3})+\.\d*"),
+}
+"""Numbers with marks of thousands, by whether the decimal sign is a comma."""
 _BEYOND = {"∞", "+∞", "-∞", "1.#inf", "-1.#inf"}
 """What PicoScope and older C libraries write where a converter was out of its range."""
 
@@ -41,6 +46,8 @@ def number(text: str, comma: bool = False) -> float:
         return math.nan
     if plain.lower() in _BEYOND:
         return -math.inf if plain.startswith("-") else math.inf
+    if _THOUSANDS[comma].fullmatch(plain):
+        plain = plain.replace("." if comma else ",", "")
     return float(plain.replace(",", ".") if comma else plain)
 
 
@@ -147,6 +154,8 @@ def column_of(
     while cells and not cells[-1]:
         cells.pop()
     try:  # all at once, which is many times faster
+        if comma and any("." in cell for cell in cells):
+            raise ValueError("marks of thousands")
         return np.array([cell.replace(",", ".") for cell in cells] if comma else cells, dtype=str).astype(
             float
         )
@@ -165,7 +174,7 @@ def column_of(
 
 def whole_table(lines: Sequence[str], separator: str | None, comma: bool) -> NDArray[np.float64] | None:
     """Numbers of lines that all have the same number of cells, shape (rows, columns); None if they are not that."""
-    if any('"' in line for line in lines[:3]):
+    if any('"' in line for line in lines[:3]) or (comma and any("." in line for line in lines)):
         return None
     plain = [line.replace(",", ".") for line in lines] if comma else lines
     try:

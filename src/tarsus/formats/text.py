@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.formats.cells import SplitText, complex_of, is_real, split
+from tarsus.formats.cells import SplitText, complex_of, is_real, split, stamp_of, stamp_step
 from tarsus.formats.headers import IMAGINARY, MAGNITUDE, PHASE, REAL, header_of, is_counter
 from tarsus.formats.numerals import check_ending, column_of, column_step, text_of, whole_table
 from tarsus.formats.parts import joined, phase_factor
@@ -46,7 +46,7 @@ def read_text(path: Path, content: bytes) -> RawFile:
         label = name or f"column {column + 1}"
         if numbers is not None:
             values = numbers[:, column]
-        elif not name and not any(row[column] for row in table.rows):
+        elif not name and not any(row[column] for row in table.rows if column < len(row)):
             continue
         else:
             values = _values(path.name, table, column, label)
@@ -55,6 +55,8 @@ def read_text(path: Path, content: bytes) -> RawFile:
             notes.append(f"{path.name}: column '{label}' counts the samples: not used")
             continue
         step = column_step(table.ends, column, table.comma)
+        if stamp_of(table.ends[0][column] if column < len(table.ends[0]) else "") is not None:
+            unit, step = "s", stamp_step(table.ends[0][column])
         series.append(RawSeries(label, values, unit, count=header.count, resolution=step))
     notes += [f"{path.name}: column '{name}' holds no numbers: not used" for name in header.unused]
     paired = _pairs(series)
@@ -69,8 +71,9 @@ def read_text(path: Path, content: bytes) -> RawFile:
 
 def _check_widths(source: str, table: SplitText) -> None:
     """Raise InputError if rows lack columns; a last row that does was cut."""
-    width = table.width
-    short = [i for i, row in enumerate(table.rows) if len(row) < width]
+    width, mark = table.width, table.separator or " "
+    open_ = (line.rstrip("\r\n ").endswith(mark) for line in table.body)  # its last cell is there, and empty
+    short = [i for i, (row, more) in enumerate(zip(table.rows, open_, strict=True)) if len(row) + more < width]
     if short and short[-1] == len(table.rows) - 1:
         raise InputError(
             f"{source} is truncated: its last line {table.first + short[-1]} has {len(table.rows[-1])} of {width} "
@@ -84,10 +87,12 @@ def _check_widths(source: str, table: SplitText) -> None:
 
 def _values(source: str, table: SplitText, column: int, name: str) -> NDArray[np.generic]:
     """Numbers of a column, complex if its first one is."""
-    written = table.rows[0][column]
+    written = next((row[column] for row in table.rows if column < len(row)), "")
+    if stamp_of(written) is not None:
+        return _since_first(source, table, column, name)
     if not written or is_real(written, table.comma):
         return column_of(table.rows, column, name, table.first, source, table.comma)
-    found = [complex_of(row[column]) for row in table.rows]
+    found = [complex_of(row[column]) if column < len(row) else None for row in table.rows]
     if None in found:
         at = found.index(None)
         raise InputError(
@@ -95,6 +100,15 @@ def _values(source: str, table: SplitText, column: int, name: str) -> NDArray[np
             "is expected"
         )
     return np.array(found, dtype=complex)
+
+
+def _since_first(source: str, table: SplitText, column: int, name: str) -> NDArray[np.float64]:
+    """Seconds from the first time of day of a column on."""
+    stamps = [stamp_of(row[column] if column < len(row) else "") for row in table.rows]
+    if None in stamps:
+        at = stamps.index(None)
+        raise InputError(f"{source}, line {table.first + at}: column '{name}' has no time where one is expected")
+    return np.array([(one - stamps[0]).total_seconds() for one in stamps if one is not None and stamps[0] is not None])
 
 
 def _pairs(series: Sequence[RawSeries]) -> list[RawSeries]:

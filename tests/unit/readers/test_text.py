@@ -190,3 +190,17 @@ def test_a_column_that_counts_and_one_without_numbers_are_told(tmp_path):
     assert record.names == ("tip",) and record.step == pytest.approx(0.1)
     notes = "\n".join(record.notes)
     assert "'Index' counts the samples: not used" in notes and "'Marker' holds no numbers: not used" in notes
+
+
+def test_a_column_that_ends_early_is_no_cut_file(tmp_path):
+    text = "time (s),tip (mm/s),drive (V)\n0.0,1,1\n0.1,2,2\n0.2,4,1\n0.3,3,\n0.4,1,\n"
+    record = read_measurement(write(tmp_path, text, name="record.csv"))
+    assert record.count == 3 and "'tip' goes on for 2 samples" in "\n".join(record.notes)
+    with pytest.raises(ts.InputError, match="is truncated: its last line 6 has 2 of 3 columns"):
+        read_measurement(write(tmp_path, text.removesuffix(",\n") + "\n", name="record.csv"))
+
+
+def test_marks_of_thousands_that_may_be_decimal_commas_are_refused(tmp_path):
+    text = '"t (us)","tip (um/s)"\n"0","1,000"\n"20","1,001"\n"40","1,003"\n'
+    with pytest.raises(ts.InputError, match="'1,000' has a decimal comma or one of thousands"):
+        read_measurement(write(tmp_path, text, name="record.csv"))

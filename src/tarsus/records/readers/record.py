@@ -10,6 +10,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.formats.axes import Sampling, axis_series, check_declared, even, series_axis
 from tarsus.formats.raw import Domain, RawFile, RawSeries, Role
+from tarsus.formats.unit_names import frequency_factor, scaled
 from tarsus.records.clipping import clipped_samples
 from tarsus.records.measurement import Measurement, Quantity
 from tarsus.records.readers.choices import Choices
@@ -44,6 +45,7 @@ def measurement_of(raw: RawFile, choices: Choices) -> Measurement:
         and one.role is Role.SIGNAL
         and not np.iscomplexobj(one.values)
         and (one.axis is None or one.axis.domain is Domain.TIME)
+        and (frequency_factor(one.unit) is None or scaled(one.unit) is not None)
     ]
     if not candidates:
         raise InputError([f"{raw.source} holds no time series{_responses(raw)}", *raw.notes])
