@@ -185,11 +185,11 @@ HEAD = "from tarsus.model.laws import SmoothLaw\nfrom tarsus.base.spec import qu
         ),
         (
             HEAD + "class A(SmoothLaw):\n    def force(gap, gap_rate, volts, time):\n        return 1 / 0\n",
-            r"law\.py, line 5: law A raised ZeroDivisionError",
+            r"law\.py: A\.force, line 5: it raises ZeroDivisionError \(division by zero\)",
         ),
         (
             HEAD + "class A(SmoothLaw):\n    def force(gap, gap_rate, volts, time):\n        return None\n",
-            r"law\.py: A\.force, line 5: None is not a number",
+            r"law\.py: A\.force, line 4: it returns nothing on some path, not a number",
         ),
         (
             HEAD
@@ -204,7 +204,7 @@ HEAD = "from tarsus.model.laws import SmoothLaw\nfrom tarsus.base.spec import qu
             HEAD
             + "class A(SmoothLaw):\n    def force(gap, gap_rate, volts, time):\n"
             + "        while gap > 1:\n            gap /= 2\n        return gap\n",
-            r"law\.py: A\.force, line 5: 'while' is not allowed: a law is arithmetic",
+            r"law\.py: A\.force, line 5: more than 256 comparisons in a row",
         ),
     ],
 )
@@ -231,9 +231,15 @@ def test_a_file_that_never_ends_is_stopped(
     assert sys.gettrace() is before
 
 
-def test_a_law_that_never_ends_is_refused_before_it_is_tried(tmp_path: Path) -> None:
-    text = "class A(SmoothLaw):\n    def force(gap, gap_rate, volts, time):\n        while True:\n            gap += 1"
-    with pytest.raises(InputError, match="'while' is not allowed"):
+@pytest.mark.parametrize(
+    ("turn", "said"), [("gap += 1", "more than 4000 operations"), ("pass", "it takes longer than 0.1 s to be read")]
+)
+def test_a_law_that_never_ends_is_stopped(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, turn: str, said: str
+) -> None:
+    monkeypatch.setattr(userfile, "PATIENCE", 0.1 if turn == "pass" else 10.0)
+    text = f"class A(SmoothLaw):\n    def force(gap, gap_rate, volts, time):\n        while True:\n            {turn}"
+    with pytest.raises(InputError, match=rf"line \d: {said}"):
         load_laws(law_file(tmp_path, HEAD + text))
 
 

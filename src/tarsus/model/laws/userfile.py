@@ -168,9 +168,12 @@ def _problems(file: Path, law: type[Law]) -> list[str]:
 def _tried(file: Path, law: type[Law], function: Callable[..., float], leading: Sequence[str]) -> list[str]:
     """What is wrong with one of a law's functions."""
     try:
-        translate(function, len(leading))  # before it is tried: what it may contain comes to an end
+        with _patience(str(file)):
+            translate(function, len(leading))  # before it is tried: what can be recorded comes to an end
     except InputError as error:
         return [f"{file}: {problem}" for problem in error.problems]
+    except _Endless as error:
+        return [f"{file}{_line(error, file)}: {_said(error)}"]
     trial = [_TRIAL[name] for name in leading]
     values = [_trial_value(law, name) for name in law.names()]
     try:
