@@ -239,7 +239,7 @@ def test_a_changed_file_is_read_again(tmp_path: Path) -> None:
         ("f.csv", b"0,1\n1,nan\n2,1\n", "expected finite samples, got a NaN"),
         ("g.csv", b"time (s),drive (mm/s)\n0,1\n1,2\n", "column 'drive' is in 'mm/s', which is no unit of voltage"),
         ("h.csv", b"time (s),a (V),b (V)\n0,1,1\n1,2,2\n", "h.csv has no column 'volts'"),
-        ("i.mat", b"not a mat file at all", "i.mat is damaged or truncated"),
+        ("i.mat", b"not a mat file at all", "i.mat is no MATLAB file"),
         ("j.csv", b"Samples,4\ntime (s),drive (V)\n0,1\n1,2\n", "j.csv is truncated: channel 'drive' has 2 values"),
     ],
 )

@@ -49,6 +49,8 @@ def content_of(path: Path) -> RawFile:
     head = content[:_HEAD]
     if not content:
         raise InputError(f"{path.name} is empty")
+    if path.suffix.lower() == ".mat" and is_hdf(head):
+        return read_mat(path, content)  # as other programs than MATLAB write version 7.3, without its words
     for is_it, read in (
         (is_mat, read_mat),
         (is_hdf, read_hdf),

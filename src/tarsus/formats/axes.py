@@ -74,7 +74,7 @@ def axis_series(
     """
     if chosen is not None:
         return raw.named(chosen)
-    found = [one for one in raw.series if _is_axis(one, domain)]
+    found = [one for one in raw.series if is_axis(one, domain)]
     named = [one for one in found if _has_name(one, domain)]
     if len(found) > 1 and len(named) == 1:
         return named[0]
@@ -87,7 +87,8 @@ def axis_series(
     return found[0] if found else None
 
 
-def _is_axis(series: RawSeries, domain: Domain) -> bool:
+def is_axis(series: RawSeries, domain: Domain) -> bool:
+    """Whether a series may be the axis, by its unit, or by its name where it has none."""
     if np.iscomplexobj(series.values) or len(series.values) < 2 or series.axis is not None:
         return False
     if series.unit:

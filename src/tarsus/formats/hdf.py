@@ -7,10 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from tarsus.base.errors import InputError
 from tarsus.formats.raw import RawFile, check_values, parsing
 from tarsus.formats.tables import Array, file_of
 
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
+_COMPLEX = (["real", "imag"], ["r", "i"], ["re", "im"])
+"""Names of the two parts of a complex number, as libraries store it."""
 
 
 def is_hdf(head: bytes) -> bool:
@@ -20,14 +23,17 @@ def is_hdf(head: bytes) -> bool:
 
 def is_netcdf_classic(head: bytes) -> bool:
     """Whether a file begins like a classic NetCDF file."""
-    return head[:3] == b"CDF" and head[3:4] in (b"\x01", b"\x02")
+    return head[:3] == b"CDF" and head[3:4] in (b"\x01", b"\x02", b"\x05")
 
 
 def read_hdf(path: Path, _: bytes) -> RawFile:
-    """Numeric data sets of an HDF5 file, NetCDF 4 included; names are paths without the first slash.
+    """Numeric data sets of an HDF5 file, NetCDF 4 included; names are paths without the first slash, of a column of a
+    table of records (compound) with its name behind.
 
     Attributes ``units``, ``point``, ``noise`` and ``full_scale`` of a data set are those of the channel, the last two
-    in its unit. A table whose first dimension has names in the file is one series for each of them.
+    in its unit; what packs its numbers is applied (`tarsus.formats.packing`). A table whose first dimension has names
+    in the file is one series for each of them. A sampling rate may be an attribute of the data set, a group or the
+    file.
 
     Raises
     ------
@@ -37,20 +43,41 @@ def read_hdf(path: Path, _: bytes) -> RawFile:
     import h5py
 
     arrays: list[Array] = []
+    notes: list[str] = []
+    groups: dict[str, dict[str, Any]] = {}
 
     def visit(name: str, item: Any) -> None:
-        if isinstance(item, h5py.Dataset) and item.shape is not None and not _bare_dimension(item):
-            values = item[()]
-            if item.dtype.names in (("real", "imag"), ("r", "i")):
-                first, second = item.dtype.names
-                values = values[first] + 1j * values[second]
-            values, rows = _along_samples(np.asarray(values), _scales(item))
-            arrays.append(Array(name, values, dict(item.attrs), rows))
+        try:
+            if isinstance(item, h5py.Group):
+                groups[name] = dict(item.attrs)
+            elif item.shape is not None and not _bare_dimension(item):
+                arrays.extend(_arrays(name, item))
+        except (OSError, TypeError, ValueError) as error:  # one that h5py cannot read: its filter, or its type
+            notes.append(f"{path.name}: not used: '{name}', which cannot be read ({error})")
 
     with parsing(path.name, "HDF5"), h5py.File(path, "r") as file:
         check_values(path.name, values_in(file))
+        groups[""] = dict(file.attrs)
         file.visititems(visit)
-    return file_of(path.name, arrays)
+    return file_of(path.name, arrays, notes, groups)
+
+
+def _arrays(name: str, item: Any) -> list[Array]:
+    """A data set, or the columns of one of records."""
+    values, attributes = np.asarray(item[()]), dict(item.attrs)
+    parts = values.dtype.names
+    if parts is None:
+        table, rows = _along_samples(values, _scales(item))
+        return [Array(name, table, attributes, rows)]
+    if [part.lower() for part in parts] in _COMPLEX:
+        table, rows = _along_samples(values[parts[0]] + 1j * values[parts[1]], _scales(item))
+        return [Array(name, table, attributes, rows)]
+    units = _names(next((attributes.pop(one) for one in ("units", "unit") if one in attributes), None))
+    own = units if len(units) == len(parts) else ("",) * len(parts)
+    return [
+        Array(f"{name}/{part}", values[part], {**attributes, "units": unit})
+        for part, unit in zip(parts, own, strict=True)
+    ]
 
 
 def values_in(file: Any) -> int:
@@ -96,19 +123,24 @@ def _names(scale: Any) -> tuple[str, ...]:
     return ()
 
 
-def read_netcdf_classic(path: Path, _: bytes) -> RawFile:
+def read_netcdf_classic(path: Path, content: bytes) -> RawFile:
     """Numeric variables of a classic NetCDF file; as `read_hdf`.
 
     Raises
     ------
     InputError
-        If the file is damaged or truncated.
+        If the file is damaged or truncated, or of the variant with 64-bit numbers (CDF-5), which scipy does not read.
     """
     from scipy.io import netcdf_file
 
+    if content[3:4] == b"\x05":
+        raise InputError(
+            f"{path.name} is NetCDF of the variant CDF-5; convert it with: nccopy -k netCDF-4 {path.name} new.nc"
+        )
     with parsing(path.name, "NetCDF"), netcdf_file(str(path), "r", mmap=False) as file:
         arrays = [
             Array(name, np.array(variable.data), dict(variable._attributes))
             for name, variable in file.variables.items()
         ]
-    return file_of(path.name, arrays)
+        groups = {"": dict(file._attributes)}
+    return file_of(path.name, arrays, groups=groups)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import stat
+import zlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum, auto
@@ -162,6 +163,12 @@ MOST_VALUES = 1 << 27
 smaller than what it unpacks to."""
 
 
+_DAMAGED = (
+    "truncated", "end of file", "eof", "checksum", "corrupt", "buffer is smaller", "cannot reshape", "enough bytes",
+)  # fmt: skip
+"""Words by which libraries say that a file holds fewer bytes than it announces, or other ones."""
+
+
 def read_bytes(path: Path) -> bytes:
     """Content of a file; raises InputError if it cannot be read, is no file such as a device, or is too large."""
     try:
@@ -182,13 +189,21 @@ def read_bytes(path: Path) -> bytes:
 
 @contextlib.contextmanager
 def parsing(source: str, kind: str) -> Iterator[None]:
-    """Of a library's parser, which raises whatever a damaged file makes it run into: one sentence in place of it."""
+    """Of a library's parser, which raises whatever a file makes it run into: one sentence in place of it.
+
+    It says that the file is damaged only where the parser found its end or its checksums wrong.
+    """
     try:
         yield
     except InputError:
         raise
     except Exception as error:
-        raise InputError(f"{source} is damaged or truncated: it cannot be read as {kind} ({error})") from None
+        told = str(error) or type(error).__name__
+        if isinstance(error, (EOFError, zlib.error)) or any(word in told.lower() for word in _DAMAGED):
+            raise InputError(
+                f"{source} is damaged or truncated: it cannot be read as {kind} ({told})"
+            ) from None
+        raise InputError(f"{source} cannot be read as {kind} ({told})") from None
 
 
 def truncated(source: str, channel: str, count: int, announced: int) -> str:

@@ -8,26 +8,18 @@ from typing import Any
 
 import numpy as np
 
+from tarsus.formats.declared import Statements, declared, group_of
+from tarsus.formats.packing import unapplied, unpacked
 from tarsus.formats.raw import Declared, RawFile, RawSeries
 
-_RATES = {
-    "fs",
-    "rate",
-    "sample_rate",
-    "samplerate",
-    "sampling_rate",
-    "sampling_frequency",
-    "time_sample_rate",
-}
-_STEPS = {"dt", "delta_t", "sampling_step", "sample_interval"}
-_RATE_RESOLUTION = 6e-8
-"""Relative step of the digits of a rate in single precision."""
+_UNITS = ("units", "unit", "Unit", "Units")
+"""Attributes that hold the unit of an array."""
 
 
 @dataclass(frozen=True)
 class Array:
     """An array of a file: name with the names of its groups before it, values, attributes (unit, point, noise,
-    full_scale), and names for its rows where it is a table of them."""
+    full_scale, and what packs its numbers), and names for its rows where it is a table of them."""
 
     name: str
     values: np.ndarray
@@ -35,68 +27,82 @@ class Array:
     rows: Sequence[str] = ()
 
 
-def file_of(source: str, arrays: Sequence[Array], notes: Sequence[str] = ()) -> RawFile:
+def file_of(
+    source: str,
+    arrays: Sequence[Array],
+    notes: Sequence[str] = (),
+    groups: Mapping[str, Mapping[str, Any]] | None = None,
+) -> RawFile:
     """Series from arrays: vectors as they are, each row or column of a table along its longer side.
 
-    A scalar named like a sampling rate or step (``fs``, ``sample_rate``, ``dt``...) is what the file declares.
+    groups: attributes of the groups by their names, those of the file by the empty one. An attribute, or a scalar,
+    named like a sampling rate or step (``fs``, ``sample_rate``, ``dt``...) is what the array, its group or the file
+    declares.
     """
-    series, other, declared = [], [], None
+    statements = Statements()
+    for name, attributes in (groups or {}).items():
+        statements.add_attributes(name, attributes)
+    vectors, other, said = [], [], []
     for array in arrays:
         values = np.asarray(array.values)
-        if values.dtype.kind not in "fiuc":
+        if values.dtype.kind not in "fiucb" or values.size == 0:
             other.append(array.name)
-            continue
-        values = values.astype(complex if values.dtype.kind == "c" else float, copy=False)
-        if values.size == 1:
-            found = _declared(array, float(np.real(values).ravel()[0]))
-            declared = declared or found
-            if found is None:
-                other.append(array.name)
-            continue
-        table = values.squeeze()
-        if table.ndim == 1:
-            series.append(_series(array, array.name, table))
-        elif table.ndim == 2:
-            lines = table if array.rows or table.shape[1] >= table.shape[0] else table.T
-            names = array.rows if len(array.rows) == len(lines) else [str(i + 1) for i in range(len(lines))]
-            series += [
-                _series(array, f"{array.name}/{name}", line) for name, line in zip(names, lines, strict=True)
-            ]
+        elif values.size == 1:
+            last = array.name[len(group_of(array.name)) :].lstrip("/.")
+            found = declared(f"'{array.name}'", last, values, _text(array.attributes, *_UNITS))
+            other += [] if statements.add(group_of(array.name), found) else [array.name]
         else:
-            other.append(array.name)
-    said = [f"{source}: not used: {', '.join(map(repr, other))}"] if other else []
-    return RawFile(source, tuple(series), declared, (*notes, *said))
+            vectors.append(array)
+    series = []
+    for array in vectors:
+        try:
+            made = _series_of(array, statements.nearest(array.name))
+        except ValueError as error:
+            said.append(f"{source}: not used: '{array.name}': {error}")
+            continue
+        series += made
+        other += [] if made else [array.name]
+        said += [
+            f"{source}: '{array.name}' has the attribute {one}, which is of no convention and is not applied"
+            for one in unapplied(array.attributes)
+        ]
+    said += [f"{source}: not used: {', '.join(map(repr, other))}"] if other else []
+    said += statements.contradictions(source)
+    return RawFile(source, tuple(series), statements.of_file(), (*notes, *said))
 
 
-def _series(array: Array, name: str, values: np.ndarray) -> RawSeries:
+def _series_of(array: Array, around: Declared | None) -> list[RawSeries]:
+    """Series of an array of one or two dimensions longer than one, of others none; around: what its group declares."""
+    values, resolution = unpacked(np.asarray(array.values), array.attributes)
+    table = values.squeeze()
+    stated = [declared(f"'{array.name}'", name, value) for name, value in array.attributes.items()]
+    one = next((found for found in stated if found is not None), around)
+    if table.ndim == 1:
+        return [_series(array, array.name, table, resolution, one)]
+    if table.ndim != 2:
+        return []
+    lines = table if array.rows or table.shape[1] >= table.shape[0] else table.T
+    names = array.rows if len(array.rows) == len(lines) else [str(i + 1) for i in range(len(lines))]
+    return [
+        _series(array, f"{array.name}/{name}", line, resolution, one)
+        for name, line in zip(names, lines, strict=True)
+    ]
+
+
+def _series(
+    array: Array, name: str, values: np.ndarray, resolution: float, stated: Declared | None
+) -> RawSeries:
     attributes = array.attributes
     return RawSeries(
         name,
         values,
-        _text(attributes, "units", "unit", "Unit", "Units"),
+        _text(attributes, *_UNITS),
         point=_text(attributes, "point") or None,
         noise=_level(attributes, "noise"),
         full_scale=_level(attributes, "full_scale"),
-        resolution=_single(array.values),
-        declared=_stated(array),
+        resolution=resolution,
+        declared=stated,
     )
-
-
-def _stated(array: Array) -> Declared | None:
-    """The sampling rate or step that an attribute of an array states."""
-    for name in array.attributes:
-        value = _level(array.attributes, name)
-        found = None if value is None else _declared(Array(name, array.values), value)
-        if found is not None:
-            return found
-    return None
-
-
-def _single(values: np.ndarray) -> float:
-    """Step of the digits of numbers in single precision; 0 for others."""
-    if values.dtype not in (np.float32, np.complex64):
-        return 0.0
-    return float(np.spacing(np.max(np.abs(values), initial=0.0)).astype(float))
 
 
 def _text(attributes: Mapping[str, Any], *names: str) -> str:
@@ -116,11 +122,3 @@ def _level(attributes: Mapping[str, Any], name: str) -> float | None:
         return float(np.asarray(attributes[name]).ravel()[0])
     except (KeyError, TypeError, ValueError, IndexError):
         return None
-
-
-def _declared(array: Array, value: float) -> Declared | None:
-    key = array.name.rpartition("/")[2].rpartition(".")[2].lower()
-    if not value > 0.0 or key not in _RATES | _STEPS:
-        return None
-    step = 1.0 / value if key in _RATES else value
-    return Declared(f"'{array.name}'", step, _RATE_RESOLUTION * step)

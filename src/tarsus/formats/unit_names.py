@@ -75,8 +75,11 @@ def ratio_of(text: str) -> tuple[Scaled, Scaled] | None:
 
 
 def time_factor(text: str) -> float | None:
-    """SI factor of a unit of time, or None; ``S`` alone, which some oscilloscopes write, is the second."""
-    plain = _plain(text)
+    """SI factor of a unit of time, or None; ``S`` alone, which some oscilloscopes write, is the second. What a time
+    counts from, as in ``days since 2026-01-01``, is no part of it."""
+    plain = _plain(re.sub(r"\s+since\b.*", "", text))
+    if plain.lower() in ("d", "day", "days"):
+        return 86400.0
     return _factor("s" if plain == "S" else plain, "s")
 
 

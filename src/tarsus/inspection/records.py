@@ -48,8 +48,10 @@ def record_view(file: Path, channel: Sequence[str] = (), **choices: str | int | 
     except InputError as error:
         try:
             data = _of_response(read_response(file, **given))
-        except InputError:
-            problems = [one.replace("give its unit under channels", UNIT) for one in error.problems]
+        except InputError as other:
+            responses = any("it holds frequency responses" in said for said in error.problems)
+            refusal = other if responses else error
+            problems = [one.replace("give its unit under channels", UNIT) for one in refusal.problems]
             if given:
                 raise InputError(problems) from None
             return _as_written(file, problems)

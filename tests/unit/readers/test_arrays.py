@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import struct
 import sys
+import zlib
 from pathlib import Path
 
 import h5netcdf
@@ -13,7 +15,7 @@ from nptdms import ChannelObject, TdmsWriter
 from scipy.io import netcdf_file, savemat
 
 import tarsus as ts
-from tarsus.formats import raw
+from tarsus.formats import content_of, raw
 from tarsus.records.measurement import Quantity
 from tarsus.records.readers import read_measurement, read_response
 
@@ -255,3 +257,204 @@ def test_a_file_larger_than_memory_takes_is_refused_unread(tmp_path):
         opened.truncate(8 << 30)
     with pytest.raises(ts.InputError, match=r"^sparse\.mat is larger than the 2 GiB that are read"):
         read_measurement(file)
+
+
+def hdf(path: Path, *, attributes: dict | None = None, **arrays) -> Path:
+    """An HDF5 file of a velocity, of what its attributes say, and of further arrays."""
+    with h5py.File(path, "w") as file:
+        values = arrays.pop("velocity", TIP)
+        file.create_dataset("velocity", data=values).attrs.update({"units": "m/s", **(attributes or {})})
+        for name, given in arrays.items():
+            file[name] = given
+    return path
+
+
+COUNTS = np.round(100 * TIP).astype("i2")
+
+
+@pytest.mark.parametrize(
+    ("attributes", "stored"),
+    [
+        ({"_FillValue": np.int16(COUNTS[7])}, COUNTS),
+        ({"missing_value": np.array([COUNTS[7], 30000])}, COUNTS),
+        ({"valid_max": np.int16(COUNTS[7] - 1), "valid_min": np.int16(-9999)}, COUNTS),
+        ({"valid_range": np.array([-1e3, 1e3])}, np.where(np.arange(200) == 7, 2e3, TIP)),
+        ({}, np.where(np.arange(200) == 7, 9.969209968386869e36, TIP)),
+        ({"_FillValue": "-999"}, np.where(np.arange(200) == 7, -999.0, TIP)),
+    ],
+    ids=["_FillValue", "missing_value", "valid_max", "valid_range", "never written", "a fill value as text"],
+)
+def test_gaps_are_no_samples(tmp_path, attributes, stored):
+    path = hdf(tmp_path / "record.h5", velocity=stored, attributes=attributes, time=TIME)
+    with pytest.raises(ts.InputError, match=r"channel 'velocity' has \d+ gaps?: .* no finite number"):
+        read_measurement(path)
+
+
+@pytest.mark.parametrize(
+    ("attributes", "said"),
+    [
+        ({"scale_factor": [1.0, 2.0]}, "its attribute scale_factor has 2 numbers, where one is applied"),
+        ({"scale_factor": "large"}, "its attribute scale_factor is no number"),
+        ({"_Unsigned": "perhaps"}, "its attribute _Unsigned is 'perhaps', neither true nor false"),
+    ],
+)
+def test_packing_that_is_not_understood_is_not_left_out(tmp_path, attributes, said):
+    path = hdf(tmp_path / "record.h5", velocity=COUNTS, attributes=attributes, time=TIME)
+    with pytest.raises(ts.InputError, match=said):
+        read_measurement(path)
+
+
+def test_numbers_that_may_have_to_be_multiplied_are_told(tmp_path):
+    record = read_measurement(hdf(tmp_path / "record.h5", attributes={"gain": 0.5, "offset": 0.0}, time=TIME))
+    said = [note for note in record.notes if "attribute" in note]
+    assert said == ["record.h5: 'velocity' has the attribute gain = 0.5, which is of no convention and is not applied"]
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "step"),
+    [
+        ("fs", 50e3, 2e-5), ("sample_rate_hz", 50e3, 2e-5), ("SamplingFrequency", 50000, 2e-5), ("dt", 2e-5, 2e-5),
+        ("sample_rate", "50 kHz", 2e-5), ("Sampling Rate [kHz]", 50.0, 2e-5), ("dt_us", 20.0, 2e-5),
+        ("SampleRateHz", np.array([50e3]), 2e-5), ("sampling_interval", "20 us", 2e-5),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("where", ["file", "group", "data set", "scalar"])
+def test_a_rate_may_be_an_attribute_of_anything(tmp_path, name, value, step, where):
+    path = tmp_path / "record.h5"
+    with h5py.File(path, "w") as file:
+        group = file.create_group("run")
+        data = group.create_dataset("velocity", data=TIP)
+        data.attrs["units"] = "m/s"
+        if where == "scalar":
+            group[name] = value if isinstance(value, str) else np.ravel(value)[0]
+        else:
+            {"file": file, "group": group, "data set": data}[where].attrs[name] = value
+    if where == "scalar" and isinstance(value, str):
+        return
+    assert read_measurement(path).step == pytest.approx(step, rel=1e-12)
+
+
+def test_each_group_has_its_own_rate_and_two_that_differ_are_none(tmp_path):
+    path = tmp_path / "record.h5"
+    with h5py.File(path, "w") as file:
+        for name, rate in (("slow", 1e3), ("fast", 4e3)):
+            file[f"{name}/velocity"] = TIP
+            file[f"{name}/velocity"].attrs["units"] = "m/s"
+            file[name].attrs["fs"] = rate
+    for name, step in (("slow/velocity", 1e-3), ("fast/velocity", 0.25e-3)):
+        assert read_measurement(path, channels=[name]).step == pytest.approx(step)
+    with h5py.File(path, "a") as file:
+        file["slow"].attrs["dt"] = 5e-3
+    with pytest.raises(ts.InputError, match=r"'slow/dt' and 'slow/fs' contradict each other: none of them is relied"):
+        read_measurement(path, channels=["slow/velocity"])
+
+
+def test_one_data_set_that_cannot_be_read_loses_no_other(tmp_path):
+    path = hdf(tmp_path / "record.h5", time=TIME)
+    with h5py.File(path, "a") as file:
+        made = file.create_dataset("odd", data=np.arange(1000.0), chunks=(100,), compression="gzip")
+        place = made.id.get_chunk_info(0).byte_offset
+    content = bytearray(path.read_bytes())
+    content[place : place + 20] = b"\xff" * 20
+    path.write_bytes(content)
+    record = read_measurement(path)
+    assert record["velocity"] == pytest.approx(TIP)
+    assert any("not used: 'odd', which cannot be read" in note for note in record.notes)
+
+
+def test_netcdf_with_64_bit_numbers_says_how_to_convert_it(tmp_path):
+    (tmp_path / "a.nc").write_bytes(b"CDF\x05" + bytes(60))
+    with pytest.raises(ts.InputError, match=r"a\.nc is NetCDF of the variant CDF-5; convert it with: nccopy"):
+        read_measurement(tmp_path / "a.nc")
+
+
+def mat_object(kind: str, name: bytes = b"label") -> bytes:
+    """A variable of MATLAB's own class, as version 5 files hold it."""
+
+    def element(number: int, data: bytes) -> bytes:
+        return struct.pack("<II", number, len(data)) + data + b"\0" * (-len(data) % 8)
+
+    inner = element(6, struct.pack("<II", 13, 0)) + element(5, struct.pack("<ii", 6, 1)) + element(1, b"")
+    inner = element(14, inner + element(6, struct.pack("<6I", 0xDD000000, 2, 1, 1, 1, 1)))
+    words = element(1, name) + element(1, b"MCOS") + element(1, kind.encode())
+    return element(14, element(6, struct.pack("<II", 17, 0)) + words + inner)
+
+
+@pytest.mark.parametrize("kind", ["string", "datetime", "timetable", "my_class"])
+@pytest.mark.parametrize("compressed", [False, True])
+def test_objects_lose_no_vectors(tmp_path, kind, compressed):
+    path = tmp_path / "record.mat"
+    savemat(path, {"t": TIME, "tip": TIP}, do_compression=compressed)
+    thing = mat_object(kind)
+    if compressed:
+        packed = zlib.compress(thing)
+        thing = struct.pack("<II", 15, len(packed)) + packed
+    path.write_bytes(path.read_bytes() + thing)
+    record = read_measurement(path, channels={"tip": "m/s"})
+    assert record["tip"] == pytest.approx(TIP) and record.step == pytest.approx(1e-3)
+    (said,) = [note for note in record.notes if "'label'" in note]
+    assert f"not used: 'label', an object of MATLAB's class {kind}" in said
+
+
+def test_version_7_3_has_cells_structures_and_objects_as_version_7(tmp_path):
+    path = tmp_path / "record.mat"
+    with h5py.File(path, "w", userblock_size=512) as file:
+        kept = file.create_group("#refs#")
+
+        def stored(name: str, values: np.ndarray) -> h5py.Reference:
+            kept[name] = np.atleast_2d(values)
+            kept[name].attrs["MATLAB_class"] = np.bytes_("double")
+            return kept[name].ref
+
+        def several(place: h5py.Group, name: str, *references: h5py.Reference, kind: str = "") -> None:
+            place[name] = np.array([references], dtype=h5py.ref_dtype)
+            if kind:
+                place[name].attrs["MATLAB_class"] = np.bytes_(kind)
+
+        several(file, "cells", stored("a", TIME), stored("b", TIP), kind="cell")
+        runs = file.create_group("runs")
+        runs.attrs["MATLAB_class"] = np.bytes_("struct")
+        several(runs, "t", stored("c", TIME), stored("d", 2 * TIME))
+        several(runs, "v", stored("e", TIP), stored("f", 2 * TIP))
+        file["label"] = np.array([[0xDD000000, 2, 1, 1, 1, 1]], dtype=np.uint32)
+        file["label"].attrs["MATLAB_class"] = np.bytes_("datetime")
+        file["label"].attrs["MATLAB_object_decode"] = np.int32(3)
+        sparse = file.create_group("sparse")
+        sparse.attrs.update({"MATLAB_sparse": np.uint64(3), "MATLAB_class": np.bytes_("double")})
+        sparse["data"], sparse["ir"], sparse["jc"] = [5.0, 7.0], np.array([0, 2], "u8"), np.array([0, 1, 1, 2, 2], "u8")
+        file["#subsystem#/MCOS"] = np.zeros(3)
+    record = read_measurement(path, channels={"cells/2": "m/s"}, axis="cells/1")
+    assert record["cells/2"] == pytest.approx(TIP)
+    second = read_measurement(path, channels={"runs/2.v": "m/s"}, axis="runs/2.t")
+    assert second["runs/2.v"] == pytest.approx(2 * TIP) and second.step == pytest.approx(2e-3)
+    assert "not used: 'label', an object of MATLAB's class datetime" in "\n".join(record.notes)
+    found = {one.name: one.values for one in content_of(path).series}
+    assert found["sparse/1"].tolist() == [5.0, 0.0, 0.0, 0.0] and found["sparse/3"].tolist() == [0.0, 0.0, 7.0, 0.0]
+    assert not any("#" in name for name in found)
+
+
+def test_responses_without_a_unit_ask_for_theirs(tmp_path):
+    savemat(tmp_path / "plate.mat", {"f": LINES, "H": RESPONSE})
+    with pytest.raises(ts.InputError, match="holds no time series; it holds frequency responses"):
+        read_measurement(tmp_path / "plate.mat")
+    with pytest.raises(ts.InputError, match="nothing says of the response 'H' what it is of") as caught:
+        ts.modes(tmp_path / "plate.mat")
+    assert "'f'" not in str(caught.value)
+    shown = ts.show(tmp_path / "plate.mat")
+    assert [one["name"] for one in shown.to_dict()["series"]] == ["f", "H"]
+    assert "nothing says of the response 'H'" in "\n".join(shown.remarks)
+
+
+def test_a_table_of_records_is_its_columns(tmp_path):
+    path = tmp_path / "record.h5"
+    table = np.zeros(200, dtype=[("time", "f8"), ("velocity", "f4"), ("state", "S3")])
+    table["time"], table["velocity"] = TIME, TIP
+    with h5py.File(path, "w") as file:
+        file["log"] = table
+    shown = ts.show(path).to_dict()
+    assert [(one["name"], one["values"]) for one in shown["series"]] == [("log/time", 200), ("log/velocity", 200)]
+    record = read_measurement(path, channels={"log/velocity": "mm/s"})
+    assert record["log/velocity"] == pytest.approx(1e-3 * TIP, rel=1e-6)
+    with h5py.File(path, "a") as file:
+        file["log"].attrs["units"] = ["ms", "mm/s", ""]
+    assert read_measurement(path).step == pytest.approx(1e-6)

@@ -160,7 +160,7 @@ def test_wrong_choices_are_sentences(tmp_path):
         ("leg.uff", b"\0\0\0\0", "leg.uff is not what its name says"),
         ("leg.csv", b"", "leg.csv is empty"),
         ("leg.csv", b"a,b\nc,d\n", "leg.csv holds no rows of numbers"),
-        ("leg.mat", b"nothing that was ever MATLAB", "leg.mat is damaged or truncated"),
+        ("leg.mat", b"nothing that was ever MATLAB", "leg.mat is no MATLAB file, whatever its name says"),
         ("leg.mat", b"Octave-1-L\0", r"leg.mat is in Octave's binary format; save it with -v7"),
         (
             "leg.mat",

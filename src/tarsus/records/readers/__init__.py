@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
+from tarsus.base.errors import InputError
 from tarsus.base.spec import validate
 from tarsus.formats import content_of
+from tarsus.formats.raw import RawFile
 from tarsus.records.measurement import FrequencyResponse, Measurement
 from tarsus.records.readers.choices import ChannelChoice, Choices
 from tarsus.records.readers.record import measurement_of
 from tarsus.records.readers.response import response_of
+
+Read = TypeVar("Read")
 
 __all__ = ["ChannelChoice", "Choices", "read_measurement", "read_response"]
 
@@ -39,7 +44,7 @@ def read_measurement(path: str | os.PathLike[str], **choices: Any) -> Measuremen
         that are uneven or contradict the header, clipped channels, a missing drive, channels of unknown unit. Each is
         a sentence with the file, the channel and the cause.
     """
-    return measurement_of(content_of(Path(path)), validate(Choices, choices))
+    return _with_notes(measurement_of, content_of(Path(path)), validate(Choices, choices))
 
 
 def read_response(path: str | os.PathLike[str], **choices: Any) -> FrequencyResponse:
@@ -57,4 +62,12 @@ def read_response(path: str | os.PathLike[str], **choices: Any) -> FrequencyResp
     InputError
         As `read_measurement`.
     """
-    return response_of(content_of(Path(path)), validate(Choices, choices))
+    return _with_notes(response_of, content_of(Path(path)), validate(Choices, choices))
+
+
+def _with_notes(reading: Callable[[RawFile, Choices], Read], raw: RawFile, choices: Choices) -> Read:
+    """What is read of a file; a refusal says what else the file holds, too."""
+    try:
+        return reading(raw, choices)
+    except InputError as error:
+        raise InputError(list(dict.fromkeys([*error.problems, *raw.notes]))) from None

@@ -8,7 +8,7 @@ import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
-from tarsus.formats.axes import Sampling, axis_series, check_declared, even, series_axis
+from tarsus.formats.axes import Sampling, axis_series, check_declared, even, is_axis, series_axis
 from tarsus.formats.raw import Domain, RawFile, RawSeries, Role
 from tarsus.formats.unit_names import frequency_factor, scaled
 from tarsus.records.clipping import clipped_samples
@@ -38,6 +38,7 @@ def measurement_of(raw: RawFile, choices: Choices) -> Measurement:
     """
     raw = raw.one(choices.record)
     column = None if choices.step is not None else axis_series(raw, Domain.TIME, choices.axis, choices.groups)
+    responses = any(np.iscomplexobj(one.values) for one in raw.series)
     candidates = [
         one
         for one in raw.series
@@ -46,9 +47,10 @@ def measurement_of(raw: RawFile, choices: Choices) -> Measurement:
         and not np.iscomplexobj(one.values)
         and (one.axis is None or one.axis.domain is Domain.TIME)
         and (frequency_factor(one.unit) is None or scaled(one.unit) is not None)
+        and not (responses and one.name not in choices.channels and is_axis(one, Domain.FREQUENCY))
     ]
     if not candidates:
-        raise InputError([f"{raw.source} holds no time series{_responses(raw)}", *raw.notes])
+        raise InputError(f"{raw.source} holds no time series{_responses(raw)}")
     selected, notes = _with_units(raw, choices, candidates)
     notes = [*raw.notes, *notes, *_left_out(raw, candidates, column)]
     if choices.channels:

@@ -64,7 +64,7 @@ def response_of(raw: RawFile, choices: Choices) -> FrequencyResponse:
     if not candidates:
         signals = any(one.role is Role.SIGNAL for one in raw.series)
         nothing = f"{raw.source} holds no complex frequency response" + (_REAL_ONLY if signals else "")
-        raise InputError([nothing, *raw.notes])
+        raise InputError(nothing)
     found, notes = _with_units(raw, choices, _of_inputs(raw, choices, candidates))
     axis, told = _lines(raw, choices, [one.output.series for one in found])
     first = 1 if _bad_zero(found, axis) else 0
