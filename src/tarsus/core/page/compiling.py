@@ -13,7 +13,7 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 NATIVE = HERE.parent / "native"
-SOURCES = (HERE / "engine.cpp", NATIVE / "modal" / "run.cpp")
+SOURCES = (HERE / "engine.cpp", NATIVE / "modal" / "run.cpp", NATIVE / "legged" / "run.cpp")
 # As for the module for Python (CMakeLists.txt), but for a machine that throws nothing and has one thread.
 FLAGS = [
     "--target=wasm32-wasi",

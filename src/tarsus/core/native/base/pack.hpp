@@ -47,7 +47,6 @@ struct Shape {
 template <class Run>
 auto by_shape(int stride, Run&& run) {
   switch (stride) {
-    case 2: return run(Shape<2, 1>());
     case 4: return run(Shape<std::min(WIDEST, 4), 4 / std::min(WIDEST, 4)>());
     case 8: return run(Shape<WIDEST, 8 / WIDEST>());
     default: return run(Shape<WIDEST, 0>());

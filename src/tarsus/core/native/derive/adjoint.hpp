@@ -127,22 +127,6 @@ struct InstantMap {
   std::vector<std::vector<Row>> blocks;
 };
 
-// What of a run a number depends on, and how. events (events, EVENT_WIDTH); times [s] (count); samples (count, sample width
-// less held).
-struct Objective {
-  const double *events, *times, *samples;
-  size_t count;
-};
-
-// refused: impacts of feet that land at one moment act on each other, or a step could not be followed. edges: of channels that
-// begin with a jump at the very start: piece, turns, channel that is driven.
-struct AdjointResult {
-  DataAdjoint data;
-  std::vector<TangentFlag> flags;
-  std::vector<int64_t> edges;
-  bool refused = false;
-};
-
 // The lists of instants and steps that the way back needs in addition to the record of the run.
 struct Passed {
   struct Mark {
@@ -618,21 +602,5 @@ class ModalAdjoint {
     if (one.channel >= 0) own(run_.fixed_laws_, volts);
   }
 };
-
-// The derivatives of a number by all data of a run. nothing: of the sizes of the data; groups (feet, columns): number of the group
-// of each parameter of the laws, or -1.
-inline AdjointResult adjoint(Book& book, const Nodes& nodes, const Signals& signals, const Laws& laws,
-                             const Settings& settings, const RunData& run, const Beginning& start, const DataTangents& nothing,
-                             size_t channels, const std::vector<int64_t>& groups, const std::vector<int64_t>& degrees,
-                             const RunRecord& record, const Objective& objective) {
-  const int64_t most = groups.empty() ? -1 : *std::max_element(groups.begin(), groups.end());
-  const Directions of(book.sizes, channels, int(most + 1));
-  std::vector<DataTangents> data;
-  for (int b = 0; b < of.blocks(); b++) data.push_back(Lens::data(nothing, of, b * LANES, signals, run.channels, groups));
-  ModalAdjoint march(of, signals, degrees, channels, [&](int b) {
-    return std::make_unique<Lens>(book, nodes, signals, laws, settings, run, start, data[b], channels, of, b * LANES);
-  });
-  return march.run(record, objective);
-}
 
 }  // namespace tarsus::modal

@@ -2,16 +2,9 @@
 // before. What is added to is an Entering: derivatives of one number by the state, the nodal inputs and the sources of a step.
 #pragma once
 #include "record/replay.hpp"
-#include "derive/tangent.hpp"
+#include "derive/run.hpp"
 
 namespace tarsus::modal {
-
-// Derivatives of one number by the data of a run, sizes as in DataTangents; those by the laws' parameters are by groups of
-// parameters that have one direction.
-struct DataAdjoint {
-  std::vector<double> groups, initial, sources, coef, begin, end, loops;
-  double period = 0.0;
-};
 
 // What nodal inputs make of an output at the nodes (8), transposed.
 TARSUS_INLINE Row input_back(const StepClass& step, int output, int input, const Row& by) {

@@ -1,7 +1,6 @@
 // Derivatives of one number of a recorded window by all of its data, in Python.
 #include <nanobind/stl/tuple.h>
 
-#include "derive/adjoint.hpp"
 #include "derive/convert.hpp"
 #include "march/rows.hpp"
 
@@ -34,9 +33,8 @@ nb::tuple adjoint_modal(Book& book, const Nodes& nodes, const Signals& signals, 
   AdjointResult found;
   {
     nb::gil_scoped_release released;
-    found = adjoint(book, nodes, signals, laws, settings, given.batch.of(0), window.begun(),
-                    DataTangents::none(size_t(sizes.coordinates), laws, signals), given.batch.channels,
-                    copied(groups), copied(degrees), window.record(), objective);
+    found = adjoint({book, nodes, signals, laws, settings, given.batch.channels}, given.batch.of(0), window.begun(),
+                    DataTangents::none(size_t(sizes.coordinates), laws, signals), copied(groups), copied(degrees), window.record(), objective);
   }
   DataAdjoint& by = found.data;
   return nb::make_tuple(

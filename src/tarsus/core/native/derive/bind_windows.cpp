@@ -1,10 +1,7 @@
 // Many windows of one plan in one call, with derivatives, in Python.
 #include <nanobind/stl/tuple.h>
 
-#include "derive/legged_tangent.hpp"
-#include "derive/modal.hpp"
 #include "derive/windows.hpp"
-#include "modal/run.hpp"
 #include "record/samples.hpp"
 
 namespace tarsus {
@@ -17,7 +14,7 @@ constexpr size_t TOGETHER = 64;  // windows whose recorded steps are kept at a t
 struct ModalWindows {
   modal::Book& book;
   const Nodes& nodes;
-    const Laws &laws, &programs;
+  const Laws &laws, &programs;
   const Settings& settings;
 
   // Windows from one up to another, on the same data; structural: of every block.
@@ -29,7 +26,7 @@ struct ModalWindows {
       runs.push_back(starts.run(w, on));
       begun.push_back(starts.begun(w));
     }
-    modal::ModalResult made = modal::run_modal(book, nodes, on.signals, laws, settings, runs, on.rows.batch.channels, begun);
+    modal::ModalResult made = modal::run_modal({book, nodes, on.signals, laws, settings, on.rows.batch.channels}, runs, begun);
     out.states.insert(out.states.end(), made.states.begin(), made.states.end());
     out.feet.insert(out.feet.end(), made.feet.begin(), made.feet.end());
     size_t step = 0, event = 0;
@@ -38,13 +35,12 @@ struct ModalWindows {
       const double* trace = made.trace.data() + step * modal::recorded_width(book.sizes);
       for (size_t e = event; e < event + events; e++) made.notes[e].steps -= double(step);
       out.note(Code(made.codes[k]), made.events.data() + event, events);
-      const auto seen = modal::sample_steps(book, nodes, runs[k].sources, trace, steps, starts.asked(w), starts.samples(w));
+      const auto seen = modal::sample_steps(book, nodes, runs[k].sources, trace, steps, starts.times_of(w).at, starts.times_of(w).count);
       out.samples.insert(out.samples.end(), seen.begin(), seen.end());
       const modal::RunRecord record{trace, steps, made.events.data() + event, made.notes.data() + event, events};
       for (size_t b = 0; b < on.blocks.size(); b++) {
-        modal::ModalTangent march(book, nodes, on.signals, programs, settings, runs[k], begun[k], on.blocks[b],
-                                  on.rows.batch.channels, structural[b]);
-        modal::TangentResult found = march.run(record, starts.asked(w), starts.samples(w), nullptr);
+        modal::TangentResult found = modal::derive_modal({book, nodes, on.signals, programs, settings, on.rows.batch.channels}, runs[k],
+                                                         begun[k], on.blocks[b], structural[b], record, starts.times_of(w), nullptr);
         out.note(w, b, events, std::move(found.events), found.samples, found.flags);
       }
       step += steps;
@@ -94,64 +90,52 @@ struct LeggedWindows {
   const legged::Body& body;
   const legged::LegTables& tables;
   const Nodes& nodes;
-  const legged::Between& between;
   const Laws &laws, &programs;
   const Settings& settings;
   const std::vector<Copies>& copies;
   int lanes;  // numbers in all blocks
 
   void run(const WindowStarts& starts, size_t from, size_t to, const WindowData& on, WindowsFound& out) const {
-    Settings units = settings;
-    Log log;
-    legged::Notes notes;
-    legged::LeggedMarch system(body, tables, nodes, between, on.signals, laws, units, log, notes, false, on.rows.batch.channels);
+    const legged::Walker walker{body, tables, nodes, on.signals, laws, settings, on.rows.batch.channels};
+    std::vector<RunData> runs;
+    std::vector<Beginning> begun;
+    std::vector<SampleTimes> times;
     for (size_t w = from; w < to; w++) {
-      const RunData run = starts.run(w, on);
-      const Beginning begun = starts.begun(w);
-      units = begun.ended(settings);
-      log.events.clear();
-      ask(starts, w, system.sample_width(), notes);
-      system.begin(run);
-      begin_at(system, begun);
-      const Code code = march(system);
-      hand_on(system, out.states, out.feet);
-      out.note(code, log.events.data(), log.events.size());
-      out.samples.insert(out.samples.end(), notes.samples.begin(), notes.samples.end());
-      for (size_t b = 0; b < on.blocks.size(); b++) derive(starts, w, b, on, run, log.events.size(), out);
+      runs.push_back(starts.run(w, on));
+      begun.push_back(starts.begun(w));
+      times.push_back(starts.times_of(w));
+    }
+    legged::LeggedResult made = legged::run_legged(walker, runs, begun, times, false);
+    out.states.insert(out.states.end(), made.states.begin(), made.states.end());
+    out.feet.insert(out.feet.end(), made.feet.begin(), made.feet.end());
+    out.samples.insert(out.samples.end(), made.samples.begin(), made.samples.end());
+    size_t event = 0;
+    for (size_t k = 0; k < runs.size(); k++) {
+      const size_t events = size_t(made.event_end[k]) - event;
+      out.note(Code(made.codes[k]), made.events.data() + event, events);
+      for (size_t b = 0; b < on.blocks.size(); b++) {
+        const legged::Lanes numbers{on.blocks[b], std::min(LANES, lanes - int(b) * LANES), copies_of(size_t(starts.source(from + k)), b)};
+        note(from + k, b, legged::derive_legged(walker, programs, runs[k], &begun[k], times[k], numbers, false), times[k].count, events, out);
+      }
+      event += events;
     }
   }
 
  private:
-  static void ask(const WindowStarts& starts, size_t w, size_t width, legged::Notes& notes) {
-    notes.times.assign(starts.asked(w), starts.asked(w) + starts.samples(w));
-    notes.samples.assign(notes.times.size() * width, NOT_A_NUMBER);
-    notes.marks.clear();
+  std::vector<legged::PerturbedBody> copies_of(size_t source, size_t block) const {
+    std::vector<legged::PerturbedBody> out;
+    for (const Copies& one : copies) {
+      if (one.source == source && one.block == block) out.push_back(one.one);
+    }
+    return out;
   }
 
-  void derive(const WindowStarts& starts, size_t w, size_t block, const WindowData& on, const RunData& run, size_t events,
-              WindowsFound& out) const {
-    const Beginning begun = starts.begun(w);
-    const Settings units = begun.ended(settings);
-    const int count = std::min(LANES, lanes - int(block) * LANES);
-    std::vector<legged::PerturbedBody> others;
-    for (const Copies& one : copies) {
-      if (one.source == size_t(starts.source(w)) && one.block == block) others.push_back(one.one);
-    }
-    Log log;
-    legged::Notes notes;
-    legged::LeggedTangent system(body, tables, nodes, between, on.signals, laws, programs, units, log, notes, false,
-                                 on.rows.batch.channels, run, on.blocks[block], count, others);
-    ask(starts, w, system.sample_width(), notes);
-    system.begin(run);
-    begin_at(system, begun);
-    system.begin_lanes(true);
-    march(system);
-    system.finish();
-    std::vector<TangentFlag> flags = system.reported.flags;
-    if (log.events.size() != events) flags.push_back({0.0, double(LOST), -1.0});  // in chaos its steps may come to others
-    system.slopes.samples.resize(starts.samples(w) * (2 * size_t(body.coordinates() + 2 * body.legs.size()) + 5 * size_t(body.feet())),
-                                 Row(NOT_A_NUMBER));
-    out.note(w, block, events, std::move(system.reported.events), system.slopes.samples, flags);
+  // Derivatives of a window of so many samples and events.
+  void note(size_t window, size_t block, legged::LeggedDerived found, size_t samples, size_t events, WindowsFound& out) const {
+    if (found.count != events) found.flags.push_back({0.0, double(LOST), -1.0});  // in chaos its steps may come to others
+    found.slopes.samples.resize(samples * (2 * size_t(body.coordinates() + 2 * body.legs.size()) + 5 * size_t(body.feet())),
+                                Row(NOT_A_NUMBER));
+    out.note(window, block, events, std::move(found.events), found.slopes.samples, found.flags);
   }
 };
 
@@ -175,8 +159,7 @@ nb::tuple windows_legged(const legged::Body& body, const legged::LegTables& tabl
   size_t width = 0;
   {
     nb::gil_scoped_release released;
-    const legged::Between between(nodes);
-    const LeggedWindows windows{body, tables, nodes, between, laws, programs, settings, copies, lanes};
+    const LeggedWindows windows{body, tables, nodes, laws, programs, settings, copies, lanes};
     for (size_t w = 0; w < starts.count;) {
       const size_t last = starts.alike(w, starts.count);
       windows.run(starts, w, last, data[size_t(starts.source(w))], out);

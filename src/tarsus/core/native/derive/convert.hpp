@@ -2,7 +2,7 @@
 #pragma once
 #include "base/convert.hpp"
 #include "record/replay.hpp"
-#include "derive/modal.hpp"
+#include "derive/run.hpp"
 
 namespace tarsus {
 

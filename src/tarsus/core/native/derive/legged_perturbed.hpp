@@ -4,20 +4,13 @@
 // for the copies.
 #pragma once
 #include "derive/legged_tangent_step.hpp"
+#include "derive/run.hpp"
 #include "legged/profile.hpp"
 
 namespace tarsus::legged {
 
 // By what a facet turns.
 inline Row leaning(const FacetOf<Jet>& facet) { return slope_of(facet.sin) * facet.cos.value - slope_of(facet.cos) * facet.sin.value; }
-
-// A perturbed copy of the run's structure, its weight in the difference of a lane.
-struct PerturbedBody {
-  const Body* body;
-  const LegTables* tables;
-  double weight;
-  int lane;
-};
 
 struct PerturbedWalker {
   Legged s;

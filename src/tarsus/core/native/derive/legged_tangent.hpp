@@ -11,13 +11,7 @@
 
 namespace tarsus::legged {
 
-// Derivatives of marks as in Notes, of samples (times, displacements and velocities, then gaps,
-// rates, resistive and smooth forces and pulls of the feet); of where contacts began (feet) and energies at the end.
-struct LeggedSlopes {
-  std::vector<Row> marks, samples, since, energies;
-};
-
-class LeggedTangent : public LeggedMarch {
+class LeggedTangent : public LeggedMarch, private Follower {
  public:
   LeggedSlopes slopes;
   EventShell reported;
@@ -35,6 +29,7 @@ class LeggedTangent : public LeggedMarch {
         acting_(*this, b, laws_, drives_, data_, drives_.player, &copies_),
         still_(*this, b, still_laws_, still_drives_, nothing_, drives_.player, nullptr), event_(*this, acting_, still_, reported) {
     for (const PerturbedBody& one : copies) copies_.emplace_back(one, *this, s, l, driven);
+    follower = this;
   }
 
   // Begin where the run has begun, which may be a window.
@@ -67,13 +62,8 @@ class LeggedTangent : public LeggedMarch {
     }
   }
 
-  Code step() {
-    step_class = std::max(step_class, resolving());
-    return followed_step(*this);
-  }
-
   // Every step, before the run's state moves on.
-  void made(int k, double h, double fraction, double reached) {
+  void made(int k, double h, double fraction, double reached) override {
     pass_kinks(h);
     for (Legged& t : lanes_) t.step_class = k;
     h_ = h;
@@ -98,14 +88,14 @@ class LeggedTangent : public LeggedMarch {
   }
 
   // And after.
-  void moved(double h, double fraction) {
+  void moved(double h, double fraction) override {
     if (fraction <= 0.0) return;
     for (int f = 0; f < body.feet(); f++) track(f, h, fraction);
     for (size_t lane = 0; lane < lanes_.size(); lane++) move_lane_on(int(lane), h, fraction);
   }
 
   // An event, before and after the run's state is changed by it.
-  void before_event(int i, FootEvent kind) {
+  void before_event(int i, FootEvent kind) override {
     known_ = log.events.size();
     place_ = place();
     before_ = still_.on(place_).rates();
@@ -126,13 +116,13 @@ class LeggedTangent : public LeggedMarch {
     event_.begin(place_, i, known_, at_once_);
   }
 
-  void after_event(int i, FootEvent kind) {
+  void after_event(int i, FootEvent kind) override {
     event_.follow(i, kind);
     stand_on_ground();
     return_to_fixed_time();
   }
 
-  void mark() {
+  void mark() override {
     const Row by = reported.mark_at(clock.time);
     const bool moves = any_less(Row(0.0), magnitude(by));
     JetPlace here = place();
@@ -141,7 +131,7 @@ class LeggedTangent : public LeggedMarch {
     const bool low = x[1] <= lowest_body, high = x[1] >= highest_body;
     std::vector<Apex> apexes;
     for (int i : body.leg) apexes.push_back(feet[i].apex);
-    LeggedMarch::mark();
+    note_mark();
     mark_lanes(by, moves ? &now : nullptr, low, high);
     for (size_t e = seen; e < log.events.size(); e++) {
       const int f = int(log.events[e].foot);
@@ -720,7 +710,7 @@ class LeggedTangent : public LeggedMarch {
 
   // First step class in which the nodes resolve how the body moves on its held legs: a run that is at rest needs no such
   // steps, its derivatives do.
-  int resolving() const {
+  int resolving() const override {
     double rate = 0.0;
     for (int b = 0; b < coordinates(); b++) {
       rate = std::max({rate, std::sqrt(coupling.stiffness[b][b] / body.mass[b]), coupling.damping[b][b] / body.mass[b]});

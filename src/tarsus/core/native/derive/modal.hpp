@@ -5,23 +5,9 @@
 #pragma once
 #include "derive/instant.hpp"
 #include "derive/modal_power.hpp"
-#include "march/window.hpp"
+#include "derive/run.hpp"
 
 namespace tarsus::modal {
-
-// What a run came to: recorded steps, events and notes on them.
-struct RunRecord {
-  const double* trace;
-  size_t rows;
-  const Event* events;
-  const Note* notes;
-  size_t count;
-};
-
-struct TangentResult {
-  std::vector<Row> events, samples;  // (events, EVENT_WIDTH), (times, sample width less held)
-  std::vector<TangentFlag> flags;
-};
 
 class ModalTangent {
  public:

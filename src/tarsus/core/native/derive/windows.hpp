@@ -1,6 +1,7 @@
 // Many windows of one plan, each from its own start, with what they show at given times and derivatives of that.
 #pragma once
 #include "derive/convert.hpp"
+#include "derive/run.hpp"
 #include "march/rows.hpp"
 
 namespace tarsus {
@@ -61,8 +62,7 @@ struct WindowStarts {
     const bool goes_on = feet > 0 && !std::isnan(own->contact);
     return {at.data()[w], held.data() + w * feet, leaving.data() + w * feet, since.data() + w * feet, ending(w), goes_on ? own : nullptr};
   }
-  const double* asked(size_t w) const { return times.data() + first.data()[w]; }
-  size_t samples(size_t w) const { return size_t(first.data()[w + 1] - first.data()[w]); }
+  SampleTimes times_of(size_t w) const { return {times.data() + first.data()[w], size_t(first.data()[w + 1] - first.data()[w])}; }
   double ending(size_t w) const { return times.data()[first.data()[w + 1] - 1]; }
 };
 

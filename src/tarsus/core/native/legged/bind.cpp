@@ -2,9 +2,8 @@
 #include <nanobind/stl/tuple.h>
 
 #include "derive/convert.hpp"
-#include "derive/legged_tangent.hpp"
+#include "derive/run.hpp"
 #include "legged/unpack.hpp"
-#include "legged/window.hpp"
 #include "march/rows.hpp"
 
 namespace tarsus {
@@ -42,49 +41,16 @@ struct Start {
   }
 };
 
-struct Ends {
-  std::vector<int64_t> codes, event_end, mark_end;
-  std::vector<double> finish;
-};
-
-// What runs leave.
-struct Outcome {
-  Ends ends;
-  Log log;
-  Notes notes;
-  std::vector<double> moving, legs, energies;
-  std::vector<int64_t> contacts;
-  size_t sample_width = 0;
-};
-
-void run_all(LeggedMarch& system, const Batch& batch, const Start& begin, Outcome& out) {
-  const Body& body = system.body;
-  const int nb = body.coordinates();
-  out.sample_width = system.sample_width();
-  out.notes.samples.assign(out.notes.times.size() * out.sample_width, NOT_A_NUMBER);
-  for (size_t run = 0; run < batch.runs; run++) {
-    system.begin(batch.of(run));
-    if (begin.given) begin_at(system, begin.begun());
-    out.ends.codes.push_back(march(system));
-    out.ends.event_end.push_back(int64_t(out.log.events.size()));
-    out.ends.mark_end.push_back(int64_t(out.notes.marks.size()) / (3 + nb + 2 * body.feet()));
-    out.ends.finish.insert(out.ends.finish.end(),
-                           {system.clock.time, double(system.clock.steps), double(system.clock.rejected)});
+// Displacements and rates of every leg (legs, directions, 2), upward first, from where a robot has come to (2 n).
+std::vector<double> legs_of(const Body& body, const std::vector<double>& state) {
+  std::vector<double> out;
+  for (int i = 0; i < int(body.legs.size()); i++) {
+    for (int d = 0; d < body.directions; d++) {
+      const size_t at = size_t(body.coordinate(i, d));
+      out.insert(out.end(), {state[at], state[size_t(body.all_coordinates()) + at]});
+    }
   }
-  system.rebase();  // so that the rates are those of the feet
-  out.moving.assign(system.x, system.x + nb);
-  out.moving.insert(out.moving.end(), system.v, system.v + nb);
-  for (const LeggedFoot& foot : system.feet) {
-    double u[DIRECTIONS] = {foot.u[UP], foot.u[ALONG]}, w[DIRECTIONS] = {foot.w[UP], foot.w[ALONG]};
-    const int i = int(&foot - system.feet.data());
-    in_world(system, i, u);
-    in_world(system, i, w);
-    out.legs.insert(out.legs.end(), {u[UP], w[UP], u[ALONG], w[ALONG]});
-    if (body.directions > DIRECTIONS) out.legs.insert(out.legs.end(), {foot.u[ACROSS], foot.w[ACROSS]});
-  }
-  for (int i : body.leg) out.contacts.push_back(system.feet[i].contact);
-  out.energies.assign(&system.energy.work, &system.energy.work + ENERGIES);
-  out.energies.insert(out.energies.end(), system.shares.begin(), system.shares.end());
+  return out;
 }
 
 // Every run of a batch.
@@ -92,29 +58,31 @@ void run_all(LeggedMarch& system, const Batch& batch, const Start& begin, Outcom
 // Returns codes, events and where those of every run end, marks and where they end, finish (time, steps, rejected steps),
 // samples, and of the last run body (2, nb), legs (nl, directions, 2), contacts and energies at its end. ``start``: where every run
 // starts, as time, held, leaving and since of each foot (see Beginning); from t = 0 without it.
-nb::tuple run_legged(const Body& body, const LegTables& tables, const Nodes& nodes, const Signals& signals, const Laws& laws,
+nb::tuple run_batch(const Body& body, const LegTables& tables, const Nodes& nodes, const Signals& signals, const Laws& laws,
                      nb::handle given, const Settings& settings, const Doubles& times, bool account,
                      nb::object start) {
-  const int nb = body.coordinates();
   if (laws.feet != body.feet()) throw std::invalid_argument("the body and the laws are of different feet");
   const Rows rows(given, signals, size_t(laws.feet) * laws.columns, 2 * size_t(body.all_coordinates()), laws.feet, body.drives, body.shape());
   const Batch& batch = rows.batch;
   const Start begin(start, laws.flags.size());
-  Outcome out;
-  out.notes.times = copied(times);
+  const std::vector<Beginning> starts(begin.given ? batch.runs : 0, begin.given ? begin.begun() : Beginning{});
+  const std::vector<SampleTimes> asked(batch.runs, SampleTimes{times.data(), times.size()});
+  LeggedResult out;
   {
     nb::gil_scoped_release released;
-    const Between between(nodes);
-    LeggedMarch system(body, tables, nodes, between, signals, laws, settings, out.log, out.notes, account, batch.channels);
-    run_all(system, batch, begin, out);
+    out = run_legged({body, tables, nodes, signals, laws, settings, batch.channels}, batch.all(), starts, asked, account);
   }
-  return nb::make_tuple(returned(std::move(out.ends.codes)), returned_rows(std::move(out.log.events)),
-                        returned(std::move(out.ends.event_end)),
-                        returned(std::move(out.notes.marks), 3 + nb + 2 * body.feet()),
-                        returned(std::move(out.ends.mark_end)), returned(std::move(out.ends.finish), 3),
-                        returned(std::move(out.notes.samples), out.sample_width), returned(std::move(out.moving), nb),
-                        returned(std::move(out.legs), 2 * body.directions), returned(std::move(out.contacts)),
-                        returned(std::move(out.energies)));
+  const size_t nb = size_t(body.coordinates()), n = size_t(body.all_coordinates());
+  const std::vector<double> state(out.states.end() - long(2 * n), out.states.end());
+  std::vector<double> moving(state.begin(), state.begin() + long(nb));
+  moving.insert(moving.end(), state.begin() + long(n), state.begin() + long(n + nb));
+  std::vector<int64_t> contacts;
+  for (auto foot = out.feet.end() - body.feet(); foot != out.feet.end(); ++foot) contacts.push_back(int64_t(foot->contact));
+  return nb::make_tuple(returned(std::move(out.codes)), returned_rows(std::move(out.events)), returned(std::move(out.event_end)),
+                        returned(std::move(out.marks), out.mark_width), returned(std::move(out.mark_end)), returned(std::move(out.finish), 3),
+                        returned(std::move(out.samples), out.sample_width), returned(std::move(moving), nb),
+                        returned(legs_of(body, state), 2 * body.directions), returned(std::move(contacts)),
+                        returned(std::vector<double>(out.energies.end() - long(out.energy_width), out.energies.end())));
 }
 
 // Derivatives of one run in eight lanes, of which the first ``count`` have a number; ``programs``: the laws by programs alone;
@@ -123,7 +91,7 @@ nb::tuple run_legged(const Body& body, const LegTables& tables, const Nodes& nod
 //
 // Returns of event rows (events, 12, 8), marks (marks, width, 8), samples (times, width, 8), begins of contacts (feet, 8) and
 // energies (5, 8) at the end, and flags (flags, 3): event, reason, lane.
-nb::tuple tangents_legged(const Body& body, const LegTables& tables, const Nodes& nodes, const Signals& signals, const Laws& laws,
+nb::tuple tangents_of(const Body& body, const LegTables& tables, const Nodes& nodes, const Signals& signals, const Laws& laws,
                           const Laws& programs, nb::handle given, const Settings& settings, const Doubles& times, bool account,
                           nb::object start, nb::handle data, int count, nb::list copies) {
   const size_t coordinates = body.coordinates() + 2 * body.legs.size(), m = size_t(laws.feet);
@@ -138,30 +106,17 @@ nb::tuple tangents_legged(const Body& body, const LegTables& tables, const Nodes
     }
     others.push_back({other, legs, weight, lane});
   }
-  LeggedSlopes found;
-  std::vector<Row> events;
-  std::vector<TangentFlag> flags;
-  Notes notes;
-  Log log;
-  notes.times = copied(times);
+  LeggedDerived found;
   {
     nb::gil_scoped_release released;
-    const Between between(nodes);
-    LeggedTangent system(body, tables, nodes, between, signals, laws, programs, settings, log, notes, account, rows.batch.channels,
-                         rows.batch.of(0), tangents, count, others);
-    notes.samples.assign(notes.times.size() * system.sample_width(), NOT_A_NUMBER);
-    system.begin(rows.batch.of(0));
-    if (begin.given) begin_at(system, begin.begun());
-    system.begin_lanes(begin.given);
-    march(system);
-    system.finish();
-    found = std::move(system.slopes);
-    events = std::move(system.reported.events);
-    flags = std::move(system.reported.flags);
+    const Beginning begun = begin.given ? begin.begun() : Beginning{};
+    found = derive_legged({body, tables, nodes, signals, laws, settings, rows.batch.channels}, programs, rows.batch.of(0),
+                          begin.given ? &begun : nullptr, {times.data(), times.size()}, {tangents, count, others}, account);
   }
-  return nb::make_tuple(returned_rows(std::move(events)), returned_rows(std::move(found.marks)),
-                        returned_rows(std::move(found.samples)), returned_rows(std::move(found.since)),
-                        returned_rows(std::move(found.energies)), returned_rows(std::move(flags)));
+  LeggedSlopes& slopes = found.slopes;
+  return nb::make_tuple(returned_rows(std::move(found.events)), returned_rows(std::move(slopes.marks)),
+                        returned_rows(std::move(slopes.samples)), returned_rows(std::move(slopes.since)),
+                        returned_rows(std::move(slopes.energies)), returned_rows(std::move(found.flags)));
 }
 
 }  // namespace
@@ -176,9 +131,9 @@ void bind_legged(nb::module_& m) {
            })
       .def("step", &step_of)
       .def_prop_ro("lengths", [](const LegTables& t) { return returned(std::vector<double>(t.lengths)); });
-  m.def("run_legged", &run_legged, nb::arg("body"), nb::arg("tables"), nb::arg("nodes"), nb::arg("signals"), nb::arg("laws"),
+  m.def("run_legged", &run_batch, nb::arg("body"), nb::arg("tables"), nb::arg("nodes"), nb::arg("signals"), nb::arg("laws"),
         nb::arg("rows"), nb::arg("settings"), nb::arg("times"), nb::arg("account"), nb::arg("start") = nb::none());
-  m.def("tangents_legged", &tangents_legged, nb::arg("body"), nb::arg("tables"), nb::arg("nodes"), nb::arg("signals"),
+  m.def("tangents_legged", &tangents_of, nb::arg("body"), nb::arg("tables"), nb::arg("nodes"), nb::arg("signals"),
         nb::arg("laws"), nb::arg("programs"), nb::arg("rows"), nb::arg("settings"), nb::arg("times"), nb::arg("account"),
         nb::arg("start").none(), nb::arg("data"), nb::arg("count"), nb::arg("copies"));
 }

@@ -38,6 +38,12 @@ struct Notes {
   std::vector<double> times;  // [s], increasing
   std::vector<double> samples;
   size_t sampled = 0;
+
+  // Ask for samples, rows of ``width``, at other times; what is not reached stays not a number.
+  void ask(const double* at, size_t count, size_t width) {
+    times.assign(at, at + count);
+    samples.assign(count * width, NOT_A_NUMBER);
+  }
 };
 
 // Where a foot turns back as it slides: scaled time of the step, and its place along the ground [m].
@@ -45,7 +51,22 @@ struct Turn {
   double at, place;
 };
 
+// Who follows a run, as its derivatives do: told of every step that is made, before the state moves on and after, and of every event of a
+// foot, before and after it is applied; the marks of the run are left to it.
+struct Follower {
+  virtual int resolving() const = 0;  // first step class whose nodes see what it follows
+  virtual void made(int k, double h, double fraction, double reached) = 0;
+  virtual void moved(double h, double fraction) = 0;
+  virtual void before_event(int i, FootEvent kind) = 0;
+  virtual void after_event(int i, FootEvent kind) = 0;
+  virtual void mark() = 0;
+
+ protected:
+  ~Follower() = default;
+};
+
 struct LeggedMarch : Legged {
+  Follower* follower = nullptr;
   const bool keeps_account;
   const Body& unit_body;  // its weights are those of unit gravity
   Notes& notes;
@@ -63,6 +84,7 @@ struct LeggedMarch : Legged {
     turns.resize(body.legs.size());
   }
 
+  size_t mark_width() const { return size_t(3 + coordinates() + 2 * body.feet()); }
   size_t sample_width() const {
     const int sideways = directions() > DIRECTIONS ? 2 * legs() + body.feet() : 0;
     return 2 * coordinates() + 2 * DIRECTIONS * legs() + (body.lines.empty() ? 2 : 5) * body.feet() + sideways + ENERGIES + shares.size();
@@ -128,8 +150,9 @@ struct LeggedMarch : Legged {
   void enter() {}
   bool resolve_contacts() { return false; }
 
+  void mark() { follower != nullptr ? follower->mark() : note_mark(); }
   // Note where the robot is at the end of a drive period, and how high feet and body went in it.
-  void mark() {
+  void note_mark() {
     std::vector<double>& row = notes.marks;
     row.push_back(clock.time);
     row.insert(row.end(), x, x + coordinates());
@@ -361,22 +384,8 @@ struct LeggedMarch : Legged {
     step_class = std::max(wanted, 0);
   }
 
-  // The observer of a run that has none: called with every step that is made, before the state moves on and after, and with every
-  // event of a foot, before and after it is applied.
-  struct Nobody {
-    void made(int, double, double, double) {}
-    void moved(double, double) {}
-    void before_event(int, FootEvent) {}
-    void after_event(int, FootEvent) {}
-  };
-
   Code step() {
-    Nobody nobody;
-    return followed_step(nobody);
-  }
-
-  template <class Follower>
-  Code followed_step(Follower& follower) {
+    if (follower != nullptr) step_class = std::max(step_class, follower->resolving());
     const Player::Kink kink = player.next_kink(clock.time);
     const double goal = std::min(settings.end, clock.mark);
     const double left = std::min(kink.left, goal - clock.time);
@@ -391,12 +400,12 @@ struct LeggedMarch : Legged {
       first = std::min(first, events[f].low);
     }
     const double fraction = std::min(first, limit), reached = reached_at(h, first, limit, left, goal);
-    follower.made(chosen.k, h, fraction, reached);
+    if (follower != nullptr) follower->made(chosen.k, h, fraction, reached);
     if (fraction > 0.0 && !accept(h, fraction, reached)) return NOT_FINITE;
-    follower.moved(h, fraction);
+    if (follower != nullptr) follower->moved(h, fraction);
     int kind = 0;
     if (first <= limit) {
-      kind = apply_events(first, follower);
+      kind = apply_events(first);
       assemble_coupling(*this);
     }
     adapt(chosen, fraction < 1.0 || first <= limit, kind);
@@ -412,15 +421,14 @@ struct LeggedMarch : Legged {
     return h <= left ? clock.time + h : left == goal - clock.time ? goal : clock.time + left;
   }
   // Apply the events of the step, at scaled time ``first``. Returns the kind of the one after which steps are shortest.
-  template <class Follower>
-  int apply_events(double first, Follower& follower) {
+  int apply_events(double first) {
     const size_t before = log.events.size();
     int kind = 0;
     for (int f = 0; f < body.feet(); f++) {
       if (!now(f, first)) continue;
-      follower.before_event(body.leg[f], events[f].kind);
+      if (follower != nullptr) follower->before_event(body.leg[f], events[f].kind);
       apply_event(*this, body.leg[f], events[f].kind);
-      follower.after_event(body.leg[f], events[f].kind);
+      if (follower != nullptr) follower->after_event(body.leg[f], events[f].kind);
     }
     for (size_t e = before; e < log.events.size(); e++) {
       const int what = int(log.events[e].kind);

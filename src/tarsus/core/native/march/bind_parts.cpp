@@ -2,7 +2,7 @@
 #include <nanobind/stl/tuple.h>
 
 #include "base/convert.hpp"
-#include "legged/window.hpp"
+#include "legged/run.hpp"
 #include "march/rows.hpp"
 #include "modal/run.hpp"
 
@@ -21,9 +21,13 @@ struct Ways {
       throw std::invalid_argument("the sizes of robots and of their feet differ");
     }
   }
-  Beginning of(size_t run) const {
-    const auto* own = reinterpret_cast<const CarriedFoot*>(feet.data()) + run * m;
-    return {at.data()[run], nullptr, nullptr, nullptr, until.data()[run], m > 0 ? own : nullptr, false};
+  std::vector<Beginning> all() const {
+    const auto* carried = reinterpret_cast<const CarriedFoot*>(feet.data());
+    std::vector<Beginning> out;
+    for (size_t run = 0; run < at.size(); run++) {
+      out.push_back({at.data()[run], nullptr, nullptr, nullptr, until.data()[run], m > 0 ? carried + run * m : nullptr, false});
+    }
+    return out;
   }
 };
 
@@ -52,9 +56,7 @@ nb::tuple advance_modal(modal::Book& book, const Nodes& nodes, const Signals& si
   modal::ModalResult made;
   {
     nb::gil_scoped_release released;
-    std::vector<Beginning> starts;
-    for (size_t run = 0; run < given.batch.runs; run++) starts.push_back(on.of(run));
-    made = modal::run_modal(book, nodes, signals, laws, settings, given.batch.all(), given.batch.channels, starts);
+    made = modal::run_modal({book, nodes, signals, laws, settings, given.batch.channels}, given.batch.all(), on.all());
   }
   Parts out{std::move(made.codes), std::move(made.event_end), std::move(made.finish), std::move(made.states), std::move(made.feet), std::move(made.events)};
   return out.returned_as(width, returned(std::move(made.trace), modal::recorded_width(book.sizes)), returned(std::move(made.trace_end)));
@@ -67,32 +69,13 @@ nb::tuple advance_legged(const legged::Body& body, const legged::LegTables& tabl
   const size_t m = size_t(laws.feet), width = 2 * size_t(body.all_coordinates());
   const Rows given(rows, signals, m * laws.columns, width, m, body.drives, body.shape());
   const Ways on(ways, given.batch.runs, m);
-  Parts out;
-  std::vector<double> energies;
-  size_t terms = 0;
+  legged::LeggedResult made;
   {
     nb::gil_scoped_release released;
-    const legged::Between between(nodes);
-    Settings units = settings;
-    Log log;
-    legged::Notes notes;
-    legged::LeggedMarch system(body, tables, nodes, between, signals, laws, units, log, notes, account, given.batch.channels);
-    for (size_t run = 0; run < given.batch.runs; run++) {
-      const Beginning begun = on.of(run);
-      units = begun.ended(settings);
-      system.begin(given.batch.of(run));
-      legged::begin_at(system, begun);
-      out.codes.push_back(march(system));
-      out.event_end.push_back(int64_t(log.events.size()));
-      out.finish.insert(out.finish.end(), {system.clock.time, double(system.clock.steps), double(system.clock.rejected)});
-      legged::hand_on(system, out.states, out.feet);
-      energies.insert(energies.end(), &system.energy.work, &system.energy.work + legged::ENERGIES);
-      energies.insert(energies.end(), system.shares.begin(), system.shares.end());
-      terms = legged::ENERGIES + system.shares.size();
-    }
-    out.events = std::move(log.events);
+    made = legged::run_legged({body, tables, nodes, signals, laws, settings, given.batch.channels}, given.batch.all(), on.all(), {}, account);
   }
-  return out.returned_as(width, returned(std::move(energies), terms), nb::none());
+  Parts out{std::move(made.codes), std::move(made.event_end), std::move(made.finish), std::move(made.states), std::move(made.feet), std::move(made.events)};
+  return out.returned_as(width, returned(std::move(made.energies), made.energy_width), nb::none());
 }
 
 }  // namespace

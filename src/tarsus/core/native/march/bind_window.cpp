@@ -4,7 +4,7 @@
 #include "base/convert.hpp"
 #include "derive/convert.hpp"
 #include "march/rows.hpp"
-#include "derive/modal.hpp"
+#include "derive/modal_power.hpp"
 
 namespace tarsus {
 
@@ -60,8 +60,8 @@ nb::tuple tangents_modal(Book& book, const Nodes& nodes, const Signals& signals,
   TangentResult result;
   {
     nb::gil_scoped_release released;
-    ModalTangent march(book, nodes, signals, laws, settings, given.batch.of(0), window.begun(), tangents, given.batch.channels, numbers);
-    result = march.run(window.record(), times.data(), times.size(), sums.get());
+    result = derive_modal({book, nodes, signals, laws, settings, given.batch.channels}, given.batch.of(0), window.begun(), tangents, numbers,
+                          window.record(), {times.data(), times.size()}, sums.get());
   }
   return nb::make_tuple(returned_rows(std::move(result.events)), returned_rows(std::move(result.samples)),
                         returned_rows(sums == nullptr ? std::vector<Row>() : std::vector<Row>(sums->sums, sums->sums + POWERS)),

@@ -42,6 +42,12 @@ struct Beginning {
   double begun(int foot) const { return feet != nullptr ? feet[foot].since : since[foot]; }
 };
 
+// Moments of a run at which it is sampled, increasing [s].
+struct SampleTimes {
+  const double* at;
+  size_t count;
+};
+
 inline void take_on(const CarriedFoot& from, Grip<double>& grip, Apex& apex) {
   grip.since = from.since;
   grip.aged = from.aged;

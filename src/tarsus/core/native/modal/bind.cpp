@@ -143,7 +143,7 @@ nb::tuple run_batch(KeptBook& book, const Nodes& nodes, const Signals& signals, 
   ModalResult result;
   {
     nb::gil_scoped_release released;
-    result = run_modal(book, nodes, signals, laws, settings, given.batch.all(), given.batch.channels, starts);
+    result = run_modal({book, nodes, signals, laws, settings, given.batch.channels}, given.batch.all(), starts);
   }
   const Sizes& s = book.sizes;
   return nb::make_tuple(returned(std::move(result.codes)), returned_rows(std::move(result.events)),

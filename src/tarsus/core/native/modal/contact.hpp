@@ -280,7 +280,7 @@ constexpr double NO_IMPULSE = 1e-12;
 // one that sticks (feet + foot) and takes a larger impulse along the ground than friction holds under its share of the normal
 // one; it then slides in that direction. An impact on another foot takes nothing along the ground from feet that slide already.
 inline int broken_by(Modal& m, int foot, double normal, double along) {
-    const int feet = m.sizes.feet, ni = m.sizes.inputs();
+  const int feet = m.sizes.feet, ni = m.sizes.inputs();
   const double none = NO_IMPULSE * (normal + std::fabs(along));
   const auto carried = [&](int c) {
     return -m.mode->feed[c * ni + feet + foot] * normal - m.mode->slide_feed[c * m.sizes.ways + foot] * along;

@@ -109,9 +109,8 @@ void note_end(Modal& m, ModalResult& out) {
 }
 
 template <class S>
-ModalResult run_all(Book& book, const Nodes& nodes, const Signals& signals, const Laws& laws, const Settings& settings,
-                    const std::vector<RunData>& runs, size_t channels, const std::vector<Beginning>& starts) {
-  Begun<S> system(book, nodes, signals, laws, settings, channels);
+ModalResult run_all(const Robot& robot, const std::vector<RunData>& runs, const std::vector<Beginning>& starts) {
+  Begun<S> system(robot.book, robot.nodes, robot.signals, robot.laws, robot.settings, robot.channels);
   ModalResult out;
   Watched<Begun<S>> watched(system, out.notes);
   for (size_t run = 0; run < runs.size(); run++) {
@@ -138,11 +137,8 @@ ModalResult run_all(Book& book, const Nodes& nodes, const Signals& signals, cons
 
 }  // namespace
 
-ModalResult run_modal(Book& book, const Nodes& nodes, const Signals& signals, const Laws& laws, const Settings& settings,
-                      const std::vector<RunData>& runs, size_t channels, const std::vector<Beginning>& starts) {
-  return by_shape(book.sizes.stride, [&](auto shape) {
-    return run_all<decltype(shape)>(book, nodes, signals, laws, settings, runs, channels, starts);
-  });
+ModalResult run_modal(const Robot& robot, const std::vector<RunData>& runs, const std::vector<Beginning>& starts) {
+  return by_shape(robot.book.sizes.stride, [&](auto shape) { return run_all<decltype(shape)>(robot, runs, starts); });
 }
 
 }  // namespace tarsus::modal

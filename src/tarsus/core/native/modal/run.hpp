@@ -6,6 +6,16 @@
 
 namespace tarsus::modal {
 
+// A robot and what acts on it; channels: numbers of signals of every run.
+struct Robot {
+  Book& book;
+  const Nodes& nodes;
+  const Signals& signals;
+  const Laws& laws;
+  const Settings& settings;
+  size_t channels;
+};
+
 // How they ended. event_end: events of run i are those from event_end[i - 1] on, likewise recorded rows by trace_end; finish (runs,
 // 3): end time [s], steps, rejected steps; notes: of recorded runs, on their events, by the rows of all runs. Of the last run: the contact mode it is in, the one it
 // goes on in (pending), which may be another, and the physical state. states (runs, 2 n), feet (runs, feet): of runs that were given a
@@ -19,9 +29,7 @@ struct ModalResult {
   const ContactMode *mode = nullptr, *pending = nullptr;
 };
 
-// ``runs``: their data, each of as many channels; ``starts``: where each begins; none: all from t = 0 in the air, and film momenta of
-// strong films count from where steps begin.
-ModalResult run_modal(Book& book, const Nodes& nodes, const Signals& signals, const Laws& laws, const Settings& settings,
-                      const std::vector<RunData>& runs, size_t channels, const std::vector<Beginning>& starts);
+// ``starts``: where each run begins; none: all from t = 0 in the air, and film momenta of strong films count from where steps begin.
+ModalResult run_modal(const Robot& robot, const std::vector<RunData>& runs, const std::vector<Beginning>& starts);
 
 }  // namespace tarsus::modal

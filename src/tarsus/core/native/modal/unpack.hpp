@@ -9,9 +9,7 @@ namespace tarsus::modal {
 
 // How many blocks a state of that many modes has room for.
 inline int stride_of(int modes) {
-  if (modes <= 2) return 2;
-  if (modes <= 4) return 4;
-  return (modes + 7) / 8 * 8;
+  return modes <= 4 ? 4 : (modes + 7) / 8 * 8;
 }
 
 // feet, drives, coordinates; rates: whether a law takes gap rates; tangents (feet, coordinates), or (0,) where no foot knows its way

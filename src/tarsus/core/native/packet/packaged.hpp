@@ -2,7 +2,7 @@
 #pragma once
 #include <memory>
 
-#include "legged/march.hpp"
+#include "legged/run.hpp"
 #include "legged/unpack.hpp"
 #include "march/start.hpp"
 #include "march/unpack.hpp"
@@ -64,7 +64,6 @@ class Packaged {
       body_ = legged::body_of(PartOf(packet_, "body."));
       tables_ = std::make_unique<legged::LegTables>(nodes_, packet_.doubles("legs.mass"), packet_.doubles("legs.stiffness"),
                                                     packet_.doubles("legs.damping"), packet_.doubles("legs.lengths"));
-      between_ = std::make_unique<legged::Between>(nodes_);
     }
     const size_t feet = book_ != nullptr ? size_t(book_->sizes.feet) : size_t(body_.feet());
     Fields::check("feet", feet == size_t(laws_.feet) && feet == rules_.m);
@@ -134,7 +133,6 @@ class Packaged {
   std::unique_ptr<PacketBook> book_;
   legged::Body body_;
   std::unique_ptr<legged::LegTables> tables_;
-  std::unique_ptr<legged::Between> between_;
 
   size_t channels() const { return packet_.size("rows.channels"); }
 
@@ -149,7 +147,7 @@ class Packaged {
   }
 
   void run_by_modes(const RunData& data, const std::vector<double>& times) {
-    modal::ModalResult out = modal::run_modal(*book_, nodes_, signals_, laws_, settings_, {data}, channels(), {});
+    modal::ModalResult out = modal::run_modal({*book_, nodes_, signals_, laws_, settings_, channels()}, {data}, {});
     code = int(out.codes[0]);
     std::copy(out.finish.begin(), out.finish.end(), finish);
     events = std::move(out.events);
@@ -210,20 +208,14 @@ class Packaged {
   }
 
   void walk(const RunData& data, const std::vector<double>& times, bool energies) {
-    Log log;
-    legged::Notes notes;
-    notes.times = times;
-    legged::LeggedMarch system(body_, *tables_, nodes_, *between_, signals_, laws_, settings_, log, notes, energies && settings_.record, channels());
-    width = system.sample_width();
-    notes.samples.assign(times.size() * width, NOT_A_NUMBER);
-    system.begin(data);
-    code = march(system);
-    finish[0] = system.clock.time;
-    finish[1] = double(system.clock.steps);
-    finish[2] = double(system.clock.rejected);
-    events = std::move(log.events);
-    samples = std::move(notes.samples);
-    marks = std::move(notes.marks);
+    legged::LeggedResult out = legged::run_legged({body_, *tables_, nodes_, signals_, laws_, settings_, channels()}, {data}, {},
+                                                  {{times.data(), times.size()}}, energies && settings_.record);
+    code = int(out.codes[0]);
+    std::copy(out.finish.begin(), out.finish.end(), finish);
+    events = std::move(out.events);
+    width = out.sample_width;
+    samples = std::move(out.samples);
+    marks = std::move(out.marks);
   }
 };
 

@@ -1,0 +1,40 @@
+#include "legged/run.hpp"
+
+#include "legged/window.hpp"
+
+namespace tarsus::legged {
+
+Code march_on(LeggedMarch& system) { return march(system); }
+
+LeggedResult run_legged(const Walker& walker, const std::vector<RunData>& runs, const std::vector<Beginning>& starts,
+                        const std::vector<SampleTimes>& times, bool account) {
+  const Between between(walker.nodes);
+  Settings units = walker.settings;
+  Log log;
+  Notes notes;
+  LeggedMarch system(walker.body, walker.tables, walker.nodes, between, walker.signals, walker.laws, units, log, notes, account, walker.channels);
+  LeggedResult out;
+  out.mark_width = system.mark_width();
+  out.sample_width = system.sample_width();
+  out.energy_width = ENERGIES + system.shares.size();
+  for (size_t run = 0; run < runs.size(); run++) {
+    if (!starts.empty()) units = starts[run].ended(walker.settings);
+    if (!times.empty()) notes.ask(times[run].at, times[run].count, out.sample_width);
+    system.begin(runs[run]);
+    if (!starts.empty()) begin_at(system, starts[run]);
+    out.codes.push_back(march_on(system));
+    out.event_end.push_back(int64_t(log.events.size()));
+    out.mark_end.push_back(int64_t(notes.marks.size() / out.mark_width));
+    out.finish.insert(out.finish.end(), {system.clock.time, double(system.clock.steps), double(system.clock.rejected)});
+    out.samples.insert(out.samples.end(), notes.samples.begin(), notes.samples.end());
+    if (starts.empty() && run + 1 < runs.size()) continue;
+    hand_on(system, out.states, out.feet);
+    out.energies.insert(out.energies.end(), &system.energy.work, &system.energy.work + ENERGIES);
+    out.energies.insert(out.energies.end(), system.shares.begin(), system.shares.end());
+  }
+  out.events = std::move(log.events);
+  out.marks = std::move(notes.marks);
+  return out;
+}
+
+}  // namespace tarsus::legged
