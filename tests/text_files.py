@@ -59,11 +59,11 @@ def _plain(mark: str = ",") -> Callable[[int], str]:
     return lambda i: mark.join((f"{T[i]:.6f}", f"{V[i]:.4f}", f"{U[i]:.4f}"))
 
 
-def _only(start: float = 0.0, **channels: tuple[str, np.ndarray]) -> Held:
+def _only(start: float, channels: dict[str, tuple[str, np.ndarray]]) -> Held:
     return Held(channels, STEP, start)
 
 
-TWO = _only(CH1=("V", V), CH2=("V", U))
+TWO = _only(0.0, {"CH1": ("V", V), "CH2": ("V", U)})
 TEKTRONIX = ["Record Length,4e+01", "Sample Interval,2e-05", "Trigger Point,2e+01", "", "", "", "Source,CH1",
              "Vertical Units,V", "Vertical Scale,2e-02", "Horizontal Units,s", "Pt Fmt,Y", "Probe Atten,1"]  # fmt: skip
 
@@ -73,7 +73,7 @@ def _tektronix(path: Path) -> Held:
     keys = [key if key else "," for key in TEKTRONIX] + [","] * (len(T) - len(TEKTRONIX))
     rows = [f"{key},,{t - 4e-4:018.12f},{v:10.5f}," for key, t, v in zip(keys, T, V, strict=True)]
     path.write_bytes("".join(f"{row}\r\n" for row in rows).encode())
-    return _only(-4e-4, CH1=("V", V))
+    return _only(-4e-4, {"CH1": ("V", V)})
 
 
 CASES = [
@@ -119,14 +119,14 @@ CASES = [
                                           Held(HELD.channels, float(np.diff(1.78e9 + T[[0, -1]])[0]) / 39, 1.78e9))),
     Case("picoscope.csv", _lines(["Time,Channel A,Channel B", "(ms),(mV),(V)", ""],
                                  lambda i: f"{1e3 * T[i]:.8f},{1e3 * V[i]:.8f},{U[i]:.8f}",
-                                 _only(**{"Channel A": ("V", V), "Channel B": ("V", U)}))),
+                                 _only(0.0, {"Channel A": ("V", V), "Channel B": ("V", U)}))),
     Case("rigol ds1000z.csv", _lines(["X,CH1,CH2,Start,Increment,", "Sequence,Volt,Volt,-1.200000e-04,2.000000e-05"],
-                                     lambda i: f"{i},{V[i]:.6e},{U[i]:.6e},", _only(-1.2e-4, **TWO.channels))),
+                                     lambda i: f"{i},{V[i]:.6e},{U[i]:.6e},", _only(-1.2e-4, dict(TWO.channels)))),
     Case("rigol ds1000e.csv", _lines(["X,CH1,CH2,", "Second,Volt,Volt,"],
                                      lambda i: f"{T[i] - 1e-4:.5e},{V[i]:.6e},{U[i]:.6e},",
-                                     _only(-1e-4, **TWO.channels))),
+                                     _only(-1e-4, dict(TWO.channels)))),
     Case("rigol mso5000.csv", _lines(["CH1V,CH2V,t0 =-1.2e-04, tInc = 2e-05,"],
-                                     lambda i: f"{V[i]:.6e},{U[i]:.6e},,", _only(-1.2e-4, **TWO.channels))),
+                                     lambda i: f"{V[i]:.6e},{U[i]:.6e},,", _only(-1.2e-4, dict(TWO.channels)))),
     Case("tektronix tds.csv", _tektronix),
     Case("tektronix mso.csv", _lines(
         ["Model,MSO4034", "Firmware Version,2.48", "", "Waveform Type,ANALOG", "Point Format,Y", "Horizontal Units,s",
@@ -134,33 +134,33 @@ CASES = [
          "Gating,0.0% to 100.0%", "Probe Attenuation,10,1", "Vertical Units,V,V", "Vertical Offset,0,0",
          "Vertical Scale,1,1", ",", ",", "Label,,", "TIME,CH1,CH2"], _plain(), TWO)),
     Case("keysight infiniivision.csv", _lines(["x-axis,1,2", "second,Volt,Volt"], _plain(),
-                                              _only(**{"1": ("V", V), "2": ("V", U)}))),
+                                              _only(0.0, {"1": ("V", V), "2": ("V", U)}))),
     Case("keysight infiniium.csv", _lines(
         ["Revision:,0", "Type:,raw", "Start:,0", "Points:,40", "Count:,1", "XDispRange:,1.0E-03", "XInc:,2.0E-05",
          "XOrg:,0.0", "XUnits:,second", "YUnits:,Volt", "Frame:,DSO9404A", "Date:,1 JAN 2026",
          "Time:,10:00:00", "Data:,"],
-        lambda i: f"{T[i]:.6e},{V[i]:.6e}", _only(**{"column 2": ("V", V)}))),
+        lambda i: f"{T[i]:.6e},{V[i]:.6e}", _only(0.0, {"column 2": ("V", V)}))),
     Case("siglent.csv", _lines(
         ["Record Length,Analog:40", "Sample Interval,CH1:0.00002", "Vertical Units,CH1:V,CH2:V", "Vertical Scale,CH1:2",
          "Horizontal Units,s", "Horizontal Scale,0.0005", "Model Number,SDS1204X-E", "Source,CH1,CH2",
          "Second,Volt,Volt"], _plain(), TWO)),
     Case("lecroy.csv", _lines(
         ["LECROYWS104MXs,12345,Waveform", "Segments,1,SegmentSize,40", "Segment,TrigTime,TimeSinceSegment1",
-         "#1,01-Jan-2026 10:00:00,0", "Time,Ampl"], lambda i: f"{T[i]:.6f},{V[i]:.4f}", _only(Ampl=("V", V))),
+         "#1,01-Jan-2026 10:00:00,0", "Time,Ampl"], lambda i: f"{T[i]:.6f},{V[i]:.4f}", _only(0.0, {"Ampl": ("V", V)})),
          {"channels": {"Ampl": "V"}}),
     Case("rohde schwarz.csv", _lines(["in s,CH1 in V,CH2 in V"], _plain(), TWO)),
     Case("yokogawa.csv", _lines(
         ['"//YOKOGAWA ASCII FILE FORMAT"', '"Model","DL9000"', '"BlockNumber",1', '"TraceName","CH1","CH2"',
          '"BlockSize",40',
          '"VUnit","V","V"', '"SampleRate",5.0000E+04', '"HResolution",2.0E-05', '"HOffset",-4.0E-04', '"HUnit","s"',
-         '"Date","2026/01/01"', ""], lambda i: f"{V[i]:.5e},{U[i]:.5e}", _only(-4e-4, **TWO.channels))),
+         '"Date","2026/01/01"', ""], lambda i: f"{V[i]:.5e},{U[i]:.5e}", _only(-4e-4, dict(TWO.channels)))),
     Case("digilent.csv", _lines(
         ["#Digilent WaveForms Oscilloscope Acquisition", "#Device Name: Discovery2", "#Sample rate: 50000Hz",
          "#Samples: 40", "#Trigger: Source: Channel 1 Type: Edge", "", "Time (s),Channel 1 (V),Channel 2 (V)"],
-        _plain(), _only(**{"Channel 1": ("V", V), "Channel 2": ("V", U)}))),
+        _plain(), _only(0.0, {"Channel 1": ("V", V), "Channel 2": ("V", U)}))),
     Case("polytec.txt", _lines(
         ["Source File Name:\tleg.pvd", "Point Index:\t3\t[x = 0\ty = 0\tz = 0]", "Component:\tRoot",
          "Signal:\tTime - Vib - Velocity (Größe)", "", "Time\tVelocity\tReference1", "[ s ]\t[ mm/s ]\t[ V ]"],
         lambda i: _comma("\t".join((f"{T[i]:.8E}", f"{V[i]:.8E}", f"{U[i]:.8E}"))),
-        _only(Velocity=("m/s", 1e-3 * V), Reference1=("V", U)), "latin-1")),
+        _only(0.0, {"Velocity": ("m/s", 1e-3 * V), "Reference1": ("V", U)}), "latin-1")),
 ]  # fmt: skip
