@@ -7,8 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
-
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.formats.numerals import (
     check_ending,
@@ -19,6 +18,7 @@ from tarsus.formats.numerals import (
     rounding_of_step,
     text_of,
 )
+from tarsus.formats.pieces import by_count, several
 from tarsus.formats.raw import Axis, Declared, Domain, RawFile, RawSeries
 
 _START = b"LabVIEW Measurement"
@@ -52,23 +52,24 @@ def read_lvm(path: Path, content: bytes) -> RawFile:
     style = _Style(separator, general.get("decimal_separator", ".") == ",", general.get("x_columns", "").lower())
     heads = [_begin(lines, end, separator) for end in ends[1:]] or [ends[0]]
     records: list[RawFile] = []
-    last = [line.split(separator) for line in lines[-20:]]
-    notes = check_ending(text, last, path.name) if any(last[-1]) else []
+    last = [line.split(separator) for line in lines[ends[-1] + 2 :][-20:]]
+    notes = check_ending(text, last, path.name)
     for k, (head, end, until) in enumerate(zip(heads, ends[1:] or ends, [*heads[1:], len(lines)], strict=True), 1):
         found = _segment(path.name, lines[:until], head, end, style)
         if found is not None:
-            records += _by_count(found)
+            records += by_count(found, _times(found))
         else:
             notes.append(f"{path.name}: header {k} of {len(heads)} has no samples below it, or one: not used")
     if not records:
         raise InputError(f"{path.name} ends after its header: it has no samples")
-    if len(records) == 1:
-        return replace(records[0], notes=(*notes, *records[0].notes))
-    count = sum(max(len(one.values) for one in record.series) for record in records)
-    below = "" if len(heads) > 1 else f", though its one header announces {records[0].series[-1].count}"
-    return replace(
-        records[0], notes=tuple(notes), several=tuple(records), cause=f", {count} samples in all{below}"
-    )
+    whole = several(records, len(heads))
+    return replace(whole, notes=(*notes, *whole.notes))
+
+
+def _times(found: RawFile) -> list[Floats]:
+    """Columns of times of a segment."""
+    own = [one.axis.values for one in found.series if one.axis is not None]
+    return own + [one.values for one in found.series if one.name == "X_Value"]
 
 
 @dataclass(frozen=True)
@@ -133,37 +134,6 @@ def _segment(source: str, lines: Sequence[str], head: int, end: int, style: _Sty
                 RawSeries(name, values, unit, axis=times, declared=declared, count=count, resolution=step)
             )
     return RawFile(source, tuple(series), notes=tuple(notes), ragged=True)
-
-
-def _by_count(found: RawFile) -> list[RawFile]:
-    """The records of one segment: all of it where its header announces as many samples, or its times go on; else
-    pieces of the number announced."""
-    counts = {one.count for one in found.series if one.count and one.count > 1}
-    length = max((len(one.values) for one in found.series), default=0)
-    times = [one.axis.values if one.axis is not None else one.values for one in found.series]
-    times = [one for one, series in zip(times, found.series, strict=True) if series.axis or series.name == "X_Value"]
-    if len(counts) != 1 or length <= max(counts):
-        return [found]
-    count = max(counts)
-    if times and all(np.all(np.diff(one) > 0.0) for one in times):
-        note = f"{found.source}: its header announces {count} samples, and {length} follow, whose times go on: all used"
-        return [replace(found, notes=(*found.notes, note))]
-    return [_piece(found, k, min(k + count, length)) for k in range(0, length, count) if length - k > 1]
-
-
-def _piece(found: RawFile, first: int, last: int) -> RawFile:
-    """The samples of a segment from one on to before another."""
-    series = (
-        replace(
-            one,
-            values=one.values[first:last],
-            axis=one.axis and replace(one.axis, values=one.axis.values[first:last]),
-            count=last - first,
-        )
-        for one in found.series
-        if len(one.values) > first + 1
-    )
-    return replace(found, series=tuple(series))
 
 
 def _entry(line: str) -> tuple[str, str]:

@@ -79,6 +79,11 @@ def rounding_of_rate(rate: float, digits: float) -> float:
     return 0.0 if _is_round(rate) or _is_round(1.0 / rate) else 0.5 * digits / rate
 
 
+def rounding_of_number(step: float) -> float:
+    """The same of a step that a file holds as a number in double precision: 0.000977 was 1/1024 once."""
+    return rounding_of_step(step, digit_step(repr(float(step))))
+
+
 def _is_round(value: float) -> bool:
     return abs(float(f"{value:.{_ROUND}g}") / value - 1.0) < 1e-12  # rounding of a quotient and a decimal
 

@@ -10,6 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from tarsus.base.errors import InputError
+from tarsus.formats.numerals import rounding_of_number
 from tarsus.formats.raw import Axis, Declared, Domain, RawFile, RawSeries, parsing
 
 _LEAD_IN = 28
@@ -90,7 +91,7 @@ def _channel(group: str, channel: Any) -> RawSeries:
     unit = str(properties.get("unit_string", "") or properties.get("NI_UnitDescription", "")).strip()
     axis, declared = None, None
     if step > 0.0:
-        declared = Declared("the waveform of the channel", step)
+        declared = Declared("the waveform of the channel", step, rounding=rounding_of_number(step))
         start = _number(properties, "wf_start_offset")
         axis = Axis(Domain.TIME, start + step * np.arange(len(values), dtype=np.float64))
     return RawSeries(name, values, unit, axis=axis, declared=declared)

@@ -11,11 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
+from tarsus.formats.axes import is_axis
 from tarsus.formats.cells import SplitText, complex_of, is_real, split, stamp_of, stamp_step
 from tarsus.formats.headers import IMAGINARY, MAGNITUDE, PHASE, REAL, header_of, is_counter
 from tarsus.formats.numerals import check_ending, column_of, column_step, text_of, whole_table
 from tarsus.formats.parts import joined, phase_factor
-from tarsus.formats.raw import RawFile, RawSeries, Role
+from tarsus.formats.pieces import by_count, several
+from tarsus.formats.raw import Domain, RawFile, RawSeries, Role
 
 _NO_NUMBER = 9.9e37
 """What instruments write for no number and for infinity, by SCPI (9.91e37 and 9.9e37)."""
@@ -66,7 +68,9 @@ def read_text(path: Path, content: bytes) -> RawFile:
         for one in paired
         if PHASE.search(one.name) and phase_factor(one.unit, one.name) is None
     ]
-    return RawFile(path.name, tuple(paired), header.declared, tuple(notes), ragged=True)
+    whole = RawFile(path.name, tuple(paired), header.declared, tuple(notes), ragged=True)
+    axes = [one.values for one in paired if any(is_axis(one, domain) for domain in Domain)]
+    return several(by_count(whole, axes), 1)
 
 
 def _check_widths(source: str, table: SplitText) -> None:

@@ -216,7 +216,7 @@ def test_tdms_without_its_library_says_what_to_do(tmp_path, monkeypatch):
     path = tdms(tmp_path / "record.tdms")
     monkeypatch.setitem(sys.modules, "nptdms", None)
     with pytest.raises(
-        ts.InputError, match=r"install it with pip install 'tarsus\[tdms\]', or export the file as LVM"
+        ts.InputError, match=r"install it with pip install nptdms, or export the file as LVM"
     ):
         read_measurement(path)
 

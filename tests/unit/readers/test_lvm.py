@@ -175,7 +175,8 @@ def test_more_samples_than_announced_are_further_records(tmp_path):
     assert joined.count == 6 and "2 records are joined, as chosen" in "\n".join(joined.notes)
     timed = HEADER.format(columns="One", decimal=".") + "X_Value\tdrive\ttip\n"
     path.write_text(timed + "".join(f"{i / 1000}\t{i % 3}.5\t{i}.0\n" for i in range(6)), encoding="utf-8")
-    assert "announces 3 samples, and 6 follow, whose times go on" in "\n".join(read_measurement(path).notes)
+    notes = "\n".join(read_measurement(path).notes)
+    assert "announces 3 samples, and 6 follow, whose times go on: all are used" in notes
 
 
 def test_a_header_with_an_empty_cell_for_every_column_of_times(tmp_path):

@@ -204,3 +204,14 @@ def test_marks_of_thousands_that_may_be_decimal_commas_are_refused(tmp_path):
     text = '"t (us)","tip (um/s)"\n"0","1,000"\n"20","1,001"\n"40","1,003"\n'
     with pytest.raises(ts.InputError, match="'1,000' has a decimal comma or one of thousands"):
         read_measurement(write(tmp_path, text, name="record.csv"))
+
+
+def test_more_rows_than_the_header_announces(tmp_path):
+    rows = "".join(f"{i % 3},{i}\n" for i in range(6))
+    path = write(tmp_path, "Sample rate: 1 kHz\nSamples: 3\ntip [mm/s],drive [V]\n" + rows, name="record.csv")
+    with pytest.raises(ts.InputError, match="holds 2 records, 6 samples in all, though its one header announces 3"):
+        read_measurement(path)
+    assert read_measurement(path, record=2)["drive"].tolist() == [3.0, 4.0, 5.0]
+    timed = "Samples: 3\nt [s],tip [mm/s]\n" + "".join(f"0.{i},{i % 3}\n" for i in range(6))
+    record = read_measurement(write(tmp_path, timed, name="timed.csv"))
+    assert record.count == 6 and "announces 3 samples, and 6 follow, whose times go on" in "\n".join(record.notes)

@@ -173,6 +173,8 @@ def _sampling(
         ]
         if problems:
             raise InputError(problems)
+        of_header = max((one.declared.rounding for one in used if one.declared is not None), default=0.0)
+        first = first._replace(rounding=max(first.rounding, of_header))
         return first, check_declared(raw, used, first.step, 0.0, False, "the axis of the file")
     declared = [one.declared or raw.declared for one in used]
     known = [one for one in declared if one is not None]
