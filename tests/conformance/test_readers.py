@@ -17,14 +17,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import array_files
 import lvm_files
+import matlab_files
 import octave_files
 import tdms_files
 import text_files
+import universal_files
 from record_case import Case
 from tarsus.records.readers import read_measurement
 
-CASES = [*text_files.CASES, *lvm_files.CASES, *tdms_files.CASES, *octave_files.CASES]
+_FORMATS = (text_files, lvm_files, tdms_files, octave_files, universal_files, array_files, matlab_files)
+CASES = [case for one in _FORMATS for case in one.CASES]
 
 
 @pytest.mark.parametrize("case", CASES, ids=[case.name for case in CASES])

@@ -122,9 +122,12 @@ def series_axis(
             f"{raw.source}: the axis '{series.name}' is in '{said}', which is no unit of "
             f"{'time' if domain is Domain.TIME else 'frequency'}; give axis_unit"
         )
-    values = series.values.astype(float) * factor
+    first = 0  # nanoseconds since 1970 have more digits than a double: they count from the first
+    if series.values.dtype.kind in "iu":
+        first = series.values[0]
+    values = (series.values - first).astype(float) * factor
     rounding = float(np.spacing(np.max(np.abs(values), initial=0.0)))
-    return Axis(domain, values, series.resolution * factor + rounding)
+    return Axis(domain, values, series.resolution * factor + rounding, float(first) * factor)
 
 
 def sampling_step(time: ArrayLike, resolution: float = 0.0) -> float:

@@ -12,8 +12,14 @@ _LIKE_PACKING = (
     "calibration_factor", "scaling_factor",
 )  # fmt: skip
 """Attributes that may say what numbers have to be multiplied by, in no convention."""
+_PACKING = {
+    "scale_factor", "add_offset", "_FillValue", "missing_value", "valid_range", "valid_min", "valid_max",
+}  # fmt: skip
+"""Attributes that change numbers."""
 _NO_VALUE = 9.969209968386869e36
 """What NetCDF writes where no number was given (NC_FILL_DOUBLE); its float is the same rounded."""
+_EXACT = 2.0**53
+"""Whole numbers up to which a double holds all."""
 _STEPS_OF_DIGIT = 2.0
 """Median step of whole numbers, in ones, from which on they may be rounded: of a step of one, a gap would be no more
 than what rounding may do."""
@@ -39,6 +45,8 @@ def unpacked(values: np.ndarray, attributes: Mapping[str, Any]) -> Unpacked:
         For an attribute that is not as it has to be.
     """
     stored = _as_signed(values, attributes)
+    if stored.dtype.kind in "iu" and np.max(np.abs(stored)) >= _EXACT and not _PACKING & attributes.keys():
+        return Unpacked(stored.astype(np.int64), 0.5)
     digits = _digits(stored)
     scale, offset = (_number(attributes, name) for name in ("scale_factor", "add_offset"))
     limits = _limits(attributes)

@@ -37,11 +37,13 @@ class Role(Enum):
 
 @dataclass(frozen=True)
 class Axis:
-    """Times [s] or frequencies [Hz] of a series (ns,); resolution: step of the digits they were written in."""
+    """Times [s] or frequencies [Hz] of a series (ns,), counted from an origin; resolution: step of the digits they were
+    written in."""
 
     domain: Domain
     values: Floats
     resolution: float = 0.0
+    origin: float = 0.0
 
 
 @dataclass(frozen=True)

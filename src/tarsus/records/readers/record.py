@@ -157,6 +157,7 @@ def _sampling(
     if column is not None:
         axis = series_axis(raw, column, Domain.TIME, choices.axis_unit, choices.axis is not None)
         sampling = even(raw.source, axis.values[:length], axis.resolution)
+        sampling = sampling._replace(start=sampling.start + axis.origin)
         shown = f"the column '{column.name}'"
         resolution = axis.resolution / max(length - 1, 1)
         return sampling, check_declared(raw, used, sampling.step, resolution, choices.axis is not None, shown)

@@ -81,7 +81,8 @@ def _volts(raw: RawFile, others: list[RawSeries], name: str) -> RawSeries:
 
 def _times(raw: RawFile, volts: RawSeries, column: RawSeries | None, name: str) -> Floats:
     if column is not None:
-        return series_axis(raw, column, Domain.TIME).values
+        axis = series_axis(raw, column, Domain.TIME)
+        return axis.values + axis.origin
     declared = volts.declared or raw.declared
     if isinstance(volts.axis, Axis) and volts.axis.domain is Domain.TIME:
         return volts.axis.values
