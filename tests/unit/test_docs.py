@@ -217,6 +217,10 @@ def files(names: Names) -> None:
 
 
 def a_fit(names: Names) -> None:
+    first = names["result"]
+    gap, push = first.ranges
+    assert gap.value == pytest.approx(70e-6, abs=0.2e-6) and push.value == pytest.approx(-744.7e-9, rel=2e-3)
+    assert {gap.verdict, push.verdict} == {"determined"} and first.cost < 1e-9
     found, problem = names["found"], names["problem"]
     assert found.values["robot.feet.tip.gap"] == pytest.approx(70e-6, rel=1e-6)
     true = problem.scene.ground.restitution.coefficient

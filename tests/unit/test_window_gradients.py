@@ -152,3 +152,16 @@ def test_a_ball_lands_later_by_its_start_as_in_closed_form() -> None:
     assert slopes == pytest.approx(
         [1.0 / speed, (1.0 + plan.initial[1] / speed) / acceleration, 1.0], rel=1e-9
     )
+
+
+def test_a_window_has_its_own_flags_whatever_windows_lie_beside_it() -> None:
+    scene = ts.load_scene("cantilever", wave="square")
+    plan = lower_scene(scene)
+    paths = ("ground.film.coefficient", "signals.pzt.phase")
+    gradients = WindowGradients.of(scene, plan, paths, 0.01, state=False, t0=False)
+    state = np.zeros(2 * len(plan.system.mass))
+    starts = [WindowStart(state, t0, t0 + np.linspace(1e-4, 4e-4, 4), Contacts()) for t0 in (0.0, 0.0013, 0.0)]
+    every = simulate_windows(plan, starts, gradients=gradients)
+    alone = [simulate_windows(plan, [one], gradients=gradients)[0] for one in starts]
+    assert [dict(one.flags) for one in every] == [dict(one.flags) for one in alone]
+    assert [list(one.flags) for one in every] == [["signals.pzt.phase"], [], ["signals.pzt.phase"]]

@@ -15,7 +15,7 @@ from tarsus.files.library import SceneLike, as_scene
 from tarsus.fit.least_squares import least_squares_from
 from tarsus.fit.problem import Problem
 from tarsus.fit.ranges import Range
-from tarsus.fit.residuals import FAILED, Found, Residuals, differences
+from tarsus.fit.residuals import FAILED, Found, Residuals, RunsTried, differences
 from tarsus.fit.terms import Term
 from tarsus.fit.unknowns import Ranges, Unknown, Unknowns
 from tarsus.fit.verdict import verdict_of
@@ -63,6 +63,7 @@ class RunResiduals(Residuals):
             accuracy or RECORDED,
             Shared(),
         )
+        self.tried, self._count = RunsTried(), 1
         self._priors = np.array([one is not None for one in self.unknowns.priors])
 
     def scene_at(self, x: ArrayLike) -> Scene:
@@ -75,16 +76,22 @@ class RunResiduals(Residuals):
         values = self.unknowns.values(points)
         vary = {path: values[:, i] for i, own in enumerate(self.unknowns.targets) for path in own}
         batch = simulate_batch(self.scene, vary, self.seconds, accuracy=self.accuracy, shared=self._shared)
-        made = [
-            np.atleast_1d(np.asarray(self.function(batch.run(i)), dtype=float)) for i in range(len(points))
-        ]
-        if len({len(one) for one in made}) > 1:
+        self.tried.note(batch)
+        made = {
+            i: np.atleast_1d(np.asarray(self.function(batch.run(i)), dtype=float))
+            for i in np.flatnonzero(batch.done).tolist()
+        }
+        counts = {len(one) for one in made.values()} or {self._count}
+        if len(counts) > 1:
             raise InputError("residuals: expected as many numbers of every run")
-        rows = np.where(batch.done[:, None], np.array(made), np.nan)
-        absent = np.flatnonzero(np.isnan(rows[batch.done]).all(axis=0)) if batch.done.any() else ()
+        (self._count,) = counts
+        rows = np.full((len(points), self._count), np.nan)
+        for i, one in made.items():
+            rows[i] = one
+        absent = np.flatnonzero(np.isnan(rows[batch.done]).all(axis=0)) if made else ()
         if len(absent):
             numbers = ", ".join(str(k + 1) for k in absent)
-            raise InputError(f"residuals: number {numbers} is NaN in all of {int(batch.done.sum())} runs")
+            raise InputError(f"residuals: number {numbers} is NaN in all of {len(made)} runs")
         priors = self.unknowns.prior_residuals(points)[:, self._priors]
         return np.concatenate([np.where(np.isfinite(rows), rows, FAILED), priors], axis=1)
 
@@ -149,6 +156,8 @@ class FitResult(Tabled):
         ]
         notes = (f"cost {self.cost:.4g}; {self.found.evaluations} runs; {self.found.message}",)
         notes += () if self.found.uncertainty is None else self.found.uncertainty.notes
+        if stopped := self.problem.tried.sentence():
+            notes += (f"{stopped}: they count as far from the data, and the fit keeps to where runs do.",)
         return Table("fit", columns, rows, notes, units=[one.unit for one in ranges])
 
     def to_dict(self) -> dict[str, object]:
@@ -200,7 +209,7 @@ def fit(
     Raises
     ------
     InputError
-        With everything that does not fit.
+        With everything that does not fit, and where no run at the points to start from reaches its end.
 
     Examples
     --------
@@ -220,6 +229,8 @@ def fit(
         problem = Problem(scene, unknowns, residuals, duration, accuracy)
     points = problem.unknowns.draws(EVEN * len(problem.unknowns), seed)
     costs = problem.costs(points)
+    if problem.tried.stopped.total() == problem.tried.count:
+        raise InputError([f"{problem.tried.sentence()}: nothing is fitted; look at one with ts.simulate"])
     starts = points[np.argsort(costs, kind="stable")[:STARTS]]
     every = least_squares_from(problem, starts)
     best = min(every, key=lambda one: one.cost)

@@ -13,7 +13,7 @@ from tarsus.base.spec import get_value, with_values
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.fit.case import Case
 from tarsus.fit.readers import OfMeasure
-from tarsus.fit.residuals import FAILED, Residuals, differences
+from tarsus.fit.residuals import FAILED, Residuals, RunsTried, differences
 from tarsus.fit.term_rows import TermRole, TermRows, term_rows_of
 from tarsus.fit.terms import Term
 from tarsus.fit.unknowns import Ranges, Unknown, Unknowns
@@ -64,7 +64,7 @@ class Problem(Residuals):
         scene = as_scene(scene)
         self.scene, self.terms = scene, tuple(terms)
         self.seconds, self.accuracy = seconds_of(scene, duration), accuracy or RECORDED
-        self._derived, self._shared = derived, Shared()
+        self._derived, self._shared, self.tried = derived, Shared(), RunsTried()
         problems: list[str] = []
         self._targets: set[str] = set()
         for make in (lambda: self._set_unknowns(unknowns), self._set_terms):
@@ -154,6 +154,7 @@ class Problem(Residuals):
         own = {path: float(get_value(self.scene, path)) for path in paths}
         vary = {path: np.array([one.get(path, own[path]) for one in values]) for path in paths}
         batch = simulate_batch(self.scene, vary, self.seconds, accuracy=self.accuracy, shared=self._shared)
+        self.tried.note(batch)
         names = {one.reader.name for one in self._terms if isinstance(one.reader, OfMeasure)}
         measures = {name: one.value for name, one in batch.measured(names).items()} if names else {}
         parts = []

@@ -6,6 +6,7 @@ Points are those of the *cube*: every unknown runs from 0 at its lower bound to 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -15,9 +16,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from tarsus.base.arrays import Floats
 from tarsus.fit.uncertainty import Uncertainty, uncertainty_of
+from tarsus.solve.codes import ResultCode
 
 if TYPE_CHECKING:
     from tarsus.fit.unknowns import Unknowns
+    from tarsus.solve.results import Batch
 
 
 FAILED = 1e3
@@ -38,6 +41,25 @@ def differences(rows_at: Callable[[Floats], Floats], x: Floats, which: NDArray[n
     rows = rows_at(np.concatenate([ahead, behind]))
     width = (ahead - behind).sum(axis=1)
     return ((rows[: len(which)] - rows[len(which) :]) / width[:, None]).T
+
+
+class RunsTried:
+    """How the runs of a fit ended: how many there were, and by code how many did not reach their end."""
+
+    def __init__(self) -> None:
+        self.count, self.stopped = 0, Counter[ResultCode]()
+
+    def note(self, batch: Batch) -> None:
+        """Count the runs of a batch."""
+        self.count += len(batch)
+        self.stopped.update(code for code in batch.codes if code is not ResultCode.DONE)
+
+    def sentence(self) -> str | None:
+        """How many did not reach their end, and why; None where all did."""
+        if not self.stopped:
+            return None
+        why = ", ".join(f"{count} {code.name}" for code, count in self.stopped.most_common())
+        return f"{self.stopped.total()} of {self.count} runs did not reach their end ({why})"
 
 
 class Residuals(ABC):

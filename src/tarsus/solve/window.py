@@ -106,13 +106,14 @@ class WindowSlopes:
 
     names (P,): paths, then ``state.i`` and ``t0``; states: of displacements and velocities (n, nt, P), and of gaps,
     gap rates, forces and pulls of the feet (m, nt, P), at fixed times; rows (ne, 12, P): of the event rows; flags:
-    number of an event, reason (`tarsus.solve.lanes.Doubt`), number of a name.
+    number of a window, of an event of it (as many as it has: after the last one), reason
+    (`tarsus.solve.lanes.Doubt`), number of a name.
     """
 
     names: tuple[str, ...]
     states: SampledStates
     rows: Floats
-    flags: tuple[tuple[int, Doubt, int], ...]
+    flags: tuple[tuple[int, int, Doubt, int], ...]
 
 
 @dataclass(frozen=True)
@@ -149,7 +150,7 @@ class Window:
         """Why derivatives by a number are not to be had of what comes after some moment, by name; none as a rule."""
         assert self.slopes is not None
         found: dict[str, list[str]] = {}
-        for event, reason, number in self.slopes.flags:
+        for _, event, reason, number in self.slopes.flags:
             foot = f"foot {int(self.rows[event, a.E_FOOT])}" if event < len(self.rows) else "a foot"
             time = self.rows[event, a.E_TIME] if event < len(self.rows) else self.times[-1]
             found.setdefault(self.slopes.names[number], []).append(doubted(reason, foot, time))
@@ -175,8 +176,8 @@ class WindowBatch(Sequence[Window]):
 
     starts: where each started; data: the rows of data that they ran on, by number; times (nt,) [s]: of all, end to
     end, those of window w from first[w] to first[w + 1]; states and slopes: at these; rows: event rows of all, those of
-    window w from begin[w] to begin[w + 1], by which the slopes' flags count as well; codes: how each ended; ends (nw,
-    2n) and feet (nw, m, k): as `Window.end` and `Window.feet`.
+    window w from begin[w] to begin[w + 1]; codes: how each ended; ends (nw, 2n) and feet (nw, m, k): as `Window.end`
+    and `Window.feet`.
     """
 
     plan: Plan
@@ -202,11 +203,8 @@ class WindowBatch(Sequence[Window]):
         at, events = slice(*self.first[w : w + 2]), slice(*self.begin[w : w + 2])
         slopes = None
         if self.slopes is not None:
-            own = tuple(
-                (e - events.start, reason, number)
-                for e, reason, number in self.slopes.flags
-                if events.start <= e <= events.stop
-            )
+            flags = (flag for flag in self.slopes.flags if flag[0] == w)
+            own = tuple((0, event, reason, number) for _, event, reason, number in flags)
             slopes = WindowSlopes(
                 self.slopes.names, self.slopes.states.part(at), self.slopes.rows[events], own
             )
@@ -499,7 +497,7 @@ def _slopes(
         since = events[e, a.E_TIME] if e < own.stop else np.inf
         rows[e : own.stop, :, lanes] = np.nan
         samples[:, at.start + np.searchsorted(given.times[at], since) : at.stop, lanes] = np.nan
-        kept += [(e, Doubt(reason), number) for number in (range(count) if lane < 0 else [lane])]
+        kept += [(w, e - own.start, Doubt(reason), number) for number in (range(count) if lane < 0 else [lane])]
     motion, feet = samples[: 2 * n], samples[2 * n :].reshape(5, m, -1, count)
     gap, rate, resistive, smooth, pull = feet
     shown = SampledStates(motion[:n], motion[n:], gap, rate, resistive, smooth, pull, states.held)

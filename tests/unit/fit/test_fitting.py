@@ -48,3 +48,22 @@ def test_a_function_of_runs_finds_the_same_and_what_it_does_not_see_is_not_deter
 def test_residuals_that_are_no_number_are_reported():
     with pytest.raises(InputError, match="number 2 is NaN in all of 16 runs"):
         ts.fit(BALL, UNKNOWNS[:1], lambda run: [0.0, np.nan], 1.0)
+
+
+def test_runs_that_do_not_reach_their_end_are_counted_and_a_fit_without_any_is_refused(record):
+    samples = [ts.fit.Samples("ball", TIMES, record, "1 mm")]
+
+    def seen(run):
+        return (run.states(TIMES).gap[0] - record) / 1e-3
+
+    for residuals in (samples, seen):
+        said = r"^16 of 16 runs did not reach their end \(16 STEP_LIMIT\): nothing is fitted"
+        with pytest.raises(InputError, match=said):
+            ts.fit(BALL, UNKNOWNS[:1], residuals, 1.0, accuracy=ts.Accuracy(steps=1))
+        some = ts.fit(BALL, UNKNOWNS[:1], residuals, 1.0, accuracy=ts.Accuracy(steps=2))
+        tried = some.problem.tried
+        assert 0 < tried.stopped.total() < tried.count
+        said = f"{tried.stopped.total()} of {tried.count} runs did not reach their end"
+        assert said in str(some) and "keeps to where runs do" in str(some)
+    whole = ts.fit(BALL, UNKNOWNS[:1], samples, 1.0)
+    assert not whole.problem.tried.stopped and "did not reach" not in str(whole)
