@@ -45,6 +45,10 @@ if TYPE_CHECKING:
 
 Kind = TypeVar("Kind")
 
+MESSAGES = (LANDING_RULE, GIVEN, IN_THE_AIR, CHECKS, SHIFTED) = (
+    "landing rule", "errors of what is given", "in the air", "checks", "with the other zero position",
+)  # fmt: skip
+"""Of progress, after the steps."""
 _FILM = "ground.film.coefficient"
 _ADHESION = next(one for one in STEPS if one.name == "adhesion")
 _UNIT = ".load.participation.0"
@@ -70,7 +74,7 @@ def landing_rule(chain: StepRunner) -> LandingVerdict | None:
     adhesion formed again with it, where they contradict that one."""
     if _unknown(chain) or not {"restitution", "adhesion"} <= set(chain.steps):
         return None
-    chain.report("landing rule")
+    chain.report(LANDING_RULE)
     near = Purpose.RAMPS, Purpose.BOUNCES
     found = judge_landing(chain.known.model(), chain.traces(*near), chain.signals(*near), chain.ground()[0])
     if found is not None and found.replaced:
@@ -124,7 +128,7 @@ def in_the_air(chain: StepRunner) -> list[AirRecord]:
     are remarked."""
     if "hysteresis" not in chain.steps:
         return []
-    chain.report("in the air")
+    chain.report(IN_THE_AIR)
     found, said = _air_records(chain, chain.known)
     chain.evidence.remarks += said
     return found
@@ -132,7 +136,7 @@ def in_the_air(chain: StepRunner) -> list[AirRecord]:
 
 def check(chain: StepRunner, comparisons: Sequence[Comparison], air: Sequence[AirRecord]) -> None:
     """Compare what was found with what it predicts; what fails is remarked, and verdicts know of it."""
-    chain.report("checks")
+    chain.report(CHECKS)
     known, steps = chain.known, chain.steps
     for name, step in steps.items():
         steps[name] = with_checks(step, step_checks(step, known))
@@ -187,7 +191,7 @@ def draw_given(chain: StepRunner) -> None:
     interval: each is moved by its standard error, and what the steps find with it tells how far the numbers go along;
     those of the ground go by factors."""
     for number, (model, evidence) in enumerate(_nudged(chain)):
-        chain.report("errors of what is given")
+        chain.report(GIVEN)
         there = _again(chain, model, evidence)
         drawn = np.random.default_rng([chain.seed, 53, number]).standard_normal(DRAWS)
         for name, step in chain.steps.items():
@@ -235,7 +239,7 @@ def shifted(chain: StepRunner) -> tuple[Shift, ...]:
     gap = chain.opened.campaign.other_gap
     if gap is None or chain.evidence.level is None or not {"resonances", "film"} <= set(chain.steps):
         return ()
-    chain.report("with the other zero position")
+    chain.report(SHIFTED)
     moved = model.changed({f"robot.feet.{model.foot}.gap": gap})
     evidence = replace(chain.evidence, remarks=[])
     offset = next((p for p in chain.known.paths if p.endswith(OFFSET)), None)

@@ -15,6 +15,7 @@ from tarsus.base.messages import together
 from tarsus.base.progress import Progress
 from tarsus.base.spec import float_paths
 from tarsus.base.threads import single_threaded
+from tarsus.identify import afterwards
 from tarsus.identify.campaign import Opened, RecordFile, read_campaign
 from tarsus.identify.estimates import PLACEHOLDER, Estimates
 from tarsus.identify.evidence import Evidence
@@ -23,15 +24,15 @@ from tarsus.identify.resonance import Resonances
 from tarsus.identify.restitution import BounceStudy
 from tarsus.identify.result import Identification
 from tarsus.identify.step import UNSOLVED, NotDone, StepResult, Trouble, Used
-from tarsus.identify.steps import STEPS, ChainStep
+from tarsus.identify.steps import GROUND_STEPS, STEPS, SWEEP_STEPS, ChainStep
 from tarsus.identify.traces import Trace
 from tarsus.model.drive.waveforms import Waveform
 from tarsus.records.purpose import Purpose
 
 Kind = TypeVar("Kind")
 
-_MESSAGES = len({one.name for one in STEPS}) + 3
-"""Of progress, beside those of the files: the steps, the landing rule, the air and the checks."""
+_MESSAGES = len({one.name for one in STEPS}) + len(afterwards.MESSAGES)
+"""Of progress, beside those of the files."""
 
 
 @dataclass
@@ -62,13 +63,11 @@ class StepRunner:
 
     def run(self) -> Identification:
         """All steps, the validation and the shifted zero."""
-        from tarsus.identify import afterwards
-
         begun = time.perf_counter()
         self.read()
-        self.take(STEPS[:1])  # the sweeps, which tell how late the records of the ground are
+        self.take(SWEEP_STEPS)  # which tell how late the records of the ground are
         self.find_ground()
-        self.take(STEPS[1:])
+        self.take(GROUND_STEPS)
         landing = self.guarded("landing rule", lambda: afterwards.landing_rule(self), None)
         self.guarded("errors of what is given", lambda: afterwards.draw_given(self), None)
         comparisons = self.guarded("held-out records", lambda: afterwards.held_out(self), [])
@@ -238,7 +237,7 @@ class StepRunner:
 
     def report(self, what: str) -> None:
         """Tell progress."""
-        total = len(self.opened.campaign.records) + _MESSAGES + 1
+        total = len(self.opened.campaign.records) + _MESSAGES
         total += sum(len(one.files) for _, one in self.opened.sets(Purpose.VALIDATION))
         if self.progress is not None:
             self.progress(min(self._reported, total), total, what)

@@ -324,8 +324,9 @@ RESTITUTION = ChainStep(
     "Velocities before and after impacts (2.12), from the flights on both sides; a ratio with errors in both.",
     _DEVICE,
 )  # fmt: skip
-STEPS = (
-    RESONANCES,
+SWEEP_STEPS = (RESONANCES,)
+"""Steps that need no ground."""
+GROUND_STEPS = (
     HYSTERESIS,
     replace(RESONANCES, when=_straighter),
     replace(HYSTERESIS, when=_straighter),
@@ -359,4 +360,6 @@ STEPS = (
         "the end every start tied to the end of the window before.",
     ),
 )  # fmt: skip
-"""All steps in order; one without records in the campaign is not tried."""
+"""All other steps in order; one without records in the campaign is not tried."""
+STEPS = (*SWEEP_STEPS, *GROUND_STEPS)
+"""All steps in order."""

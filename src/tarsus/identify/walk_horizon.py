@@ -110,7 +110,7 @@ class WalkFollower:
         whole = replace(at.segments[0], span=(0.0, end))
         places = [moved, *([] if self.number else self._drawn(at, whole))]
         begun = (replace(at, segments=[self._standing(one, soon)], moved=one) for one in places)
-        return min((self._fitted(self._until(one, end)) for one in begun), key=self._total)
+        return min((self._further(one, end) for one in begun), key=self._total)
 
     def _total(self, at: FollowedWalk) -> float:
         """What the open windows leave in all, and what is known."""
@@ -128,13 +128,21 @@ class WalkFollower:
             ends = [max(self._reach(at.segments[-1], at.moved, far), soon) for far in LEAVES]
             tried = list[FollowedWalk]()
             for end in dict.fromkeys([*ends, self._after(self._after(soon))]):
-                tried.append(self._fitted(self._until(at, end)))
+                tried.append(self._further(at, end))
                 if not tried[-1].lost:
                     break
             if tried[-1].lost:
                 return min(tried, key=lambda one: one.reached)
             at = self._closed(tried[-1])
         return at
+
+    def _further(self, at: FollowedWalk, end: float) -> FollowedWalk:
+        """Fitted up to a time; lost, its last window not followed, where no robot takes the numbers that it goes down
+        from."""
+        try:
+            return self._fitted(self._until(at, end))
+        except InputError:
+            return replace(at, left=np.append(at.left[:-1], np.inf), lost=True)
 
     def _standing(self, moved: Floats, end: float) -> Segment:
         """The first window, from the state in which the walker stands; feet that lie on the ground there are held."""
@@ -206,10 +214,7 @@ class WalkFollower:
         for moved in self._drawn(at, first):
             begun = replace(first, span=(first.span[0], self._after(first.span[0])))
             segments, left = [*at.segments[: at.closed], begun], np.append(at.left[: at.closed], 1.0)
-            try:
-                other = self._grown(replace(at, segments=segments, moved=moved, left=left))
-            except InputError:  # numbers that no robot takes: as lost as those it is not followed from
-                continue
+            other = self._grown(replace(at, segments=segments, moved=moved, left=left))
             if not other.lost or other.reached > best.reached:
                 best = other
             if not other.lost or other.reached > self._after(at.reached):
