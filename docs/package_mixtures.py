@@ -27,6 +27,7 @@ from tarsus.calibrate.calibrating import calibrate
 from tarsus.calibrate.description import Study
 from tarsus.calibrate.weighted_ensemble import WeightedEnsemble, load_ensemble
 from tarsus.calibrate.writing import CALIBRATION_FILE
+from tarsus.files.installed import device_title
 from tarsus.files.library import load_scene
 from tarsus.files.toml import scene_text
 from tarsus.files.whole import write_text
@@ -237,7 +238,7 @@ def package(
         made |= {other: with_other_modes(other, made[name]) for other in _OTHER_MODES.get(name, ())}
         for device, scene in made.items():
             written.append(home / "devices" / f"{device}.toml")
-            write_text(written[-1], scene_text(scene))
+            write_text(written[-1], f"# {device_title(device)}\n{scene_text(scene)}")
     return written
 
 

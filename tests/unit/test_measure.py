@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from tarsus.base.errors import InputError
+from tarsus.files.summary import deviation
 from tarsus.measure import (
     CautionKind,
     Counting,
@@ -232,12 +234,27 @@ def test_a_mean_height_that_is_not_known_is_none():
     assert np.isnan(period_statistics(cut, skip=1)["mean_height"].value)
 
 
+@pytest.mark.parametrize(
+    ("value", "unit", "spread", "shown"),
+    [
+        (8.23e-3, "s", 39e-12, 0.0),
+        (1.268e-6, "m", 560e-9, 560e-9),
+        (208e-6, "m", 210e-15, 0.0),
+        (0.0, "m", 3e-13, 0.0),
+        (1.3e-4, "m/s", 540e-12, 0.0),
+        (1.3e-4, "m/s", 540e-9, 540e-9),
+    ],
+)
+def test_spreads_below_the_digits_of_their_value_are_not_shown(value, unit, spread, shown):
+    assert deviation(SimpleNamespace(value=value, unit=unit, spread=spread)) == shown
+
+
 def test_a_warning_where_the_highest_flights_are_not_counted():
     run = Hand(hops(20, 3e-6, long=(3, 11, 17), high=40e-6), 0.02, 0.02)
     found = period_statistics(run)
     assert found["bounces"].value == 17.0
     warning = next(one for one in found.warnings if one.kind is CautionKind.HIGHEST_UNCOUNTED)
-    assert "foot" in str(warning) and "40 µm" in str(warning) and "dwell 500 µs" in str(warning)
+    assert "foot" in str(warning) and "40 µm" in str(warning) and "longer than 500 µs" in str(warning)
     longer = period_statistics(run, dwell=3 * MS)
     assert longer["bounces"].value == 20.0
     assert CautionKind.HIGHEST_UNCOUNTED not in {one.kind for one in longer.warnings}

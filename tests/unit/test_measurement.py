@@ -8,7 +8,6 @@ import pytest
 import tarsus as ts
 from hexapod_records import measurement
 from tarsus.formats.axes import sampling_step
-from tarsus.formats.numerals import digit_step, rounding_of_step
 from tarsus.records.measurement import (
     Channel,
     FrequencyResponse,
@@ -81,24 +80,6 @@ def test_clipped_channels_are_reported():
     record = Measurement((FOOT,), [[0.0, 0.5, -0.5, 0.1]], 1e-3)
     assert record.clipped() == ("channel 'foot' is clipped: 2 of 4 samples reach the full scale of 0.5 m/s",)
     assert Measurement((LEG,), [[0.0, 0.5]], 1e-3).clipped() == ()
-
-
-@pytest.mark.parametrize(
-    ("step", "share"),
-    [
-        ("0.000977", 0.5 / 977),
-        ("9.77E-4", 0.5 / 977),
-        ("0.605", 0.5 / 605),
-        ("3.9e-05", 0.5 / 39),
-        ("9.765625E-4", 0.0),  # 1024 Hz
-        ("2e-05", 0.0),
-        ("0.00125", 0.0),  # 800 Hz
-        ("0.15", 0.0),
-        ("0.0003333333333333333", 0.0),  # 3000 Hz
-    ],
-)
-def test_a_step_is_known_to_half_its_last_digit_unless_it_was_set_by_hand(step, share):
-    assert rounding_of_step(float(step), digit_step(step)) == pytest.approx(share)
 
 
 def test_times_give_their_step_or_say_why_not():

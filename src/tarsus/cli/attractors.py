@@ -1,4 +1,4 @@
-"""`tarsus attractors`: what a driven robot does in the long run, by how it is put down."""
+"""`tarsus attractors`: what a driven robot does in the long run, depending on how it is placed."""
 
 from __future__ import annotations
 
@@ -60,6 +60,6 @@ def attractors(
     if pages.json:
         console.print_json(found.to_dict() | {"files": [str(one) for one in written]})
         return 0
-    print(found.table().text())
+    console.table(found.table())
     console.wrote(written)
     return 0

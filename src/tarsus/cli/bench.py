@@ -16,7 +16,7 @@ def bench(*, json: Json = False) -> int:
     if json:
         console.print_json(result)
     else:
-        print(Table("", ("figure", "value"), result.items()).text())
+        console.table(Table("", ("figure", "value"), result.items()))
     wrong = {name: value for name, value in result.items() if name.endswith("_wrong") and value}
     if wrong:
         console.complain(

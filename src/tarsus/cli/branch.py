@@ -57,6 +57,6 @@ def branch(
     if pages.json:
         console.print_json(found.to_dict() | {"files": [str(one) for one in written]})
         return 0
-    print(found.table().text())
+    console.table(found.table())
     console.wrote(written)
     return 0

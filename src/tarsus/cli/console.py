@@ -11,11 +11,14 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from enum import IntEnum
 from pathlib import Path
-from typing import Any, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 from tarsus.base.progress import Progress
 from tarsus.cli.lines import Lines
 from tarsus.files.jsontext import json_text
+
+if TYPE_CHECKING:
+    from tarsus.tables.table import Table
 
 
 class Voice(IntEnum):
@@ -108,12 +111,17 @@ def print_json(value: Any) -> None:
     print(json_text(value))
 
 
+def table(*tables: Table) -> None:
+    """Tables on stdout, as wide as its lines."""
+    print("\n\n".join(one.text(_width()) for one in tables))
+
+
 def show(found: Any, json: bool = False, written: Iterable[Path] = ()) -> int:
     """A result of a verb as its table, or as its plain data, then its remarks; files that were written."""
     if json:
         print_json(found.to_dict())
     else:
-        print(found.table().text(_width()))
+        table(found.table())
         wrote(written)
     note(getattr(found, "remarks", ()))
     return 0

@@ -215,6 +215,6 @@ def _shown(found: Any, folder: Path, pages: Pages) -> int:
     if pages.json:
         console.print_json(found.to_dict())
     else:
-        print(found.table())
+        console.table(found.table())
         console.wrote([folder])
     return 0

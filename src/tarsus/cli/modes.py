@@ -83,9 +83,7 @@ def modes(
     if pages.json:
         console.print_json(summary_of(fit, names) | ({} if beside is None else {"compared": beside.json()}))
         return 0
-    print(fit.table().text())
-    if beside is not None:
-        print(f"\n{beside.text()}")
+    console.table(fit.table(), *([] if beside is None else [beside]))
     console.wrote(written)
     return 0
 

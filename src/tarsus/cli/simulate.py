@@ -64,9 +64,7 @@ def simulate(
     if pages.json:
         console.print_json(run_data(run, written, others))
     else:
-        print(run.table().text())
-        if others is not None:
-            print(f"\n{others.beside(run).text()}")
+        console.table(run.table(), *([] if others is None else [others.beside(run)]))
         console.wrote(written)
     console.note(remarks(the_scene))
     if not run.ok:

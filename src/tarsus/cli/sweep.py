@@ -147,7 +147,7 @@ def _run(chosen: Sweep, folder: Path, resume: bool, threads: Workers, pages: Pag
         }
         console.print_json(table)
         return code
-    print(result)
+    console.table(result.table())
     console.wrote(written)
     return code
 

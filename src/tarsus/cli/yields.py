@@ -90,7 +90,7 @@ def yields(
         shares = {f"{name}={said[name]}": share for name, share in found.shares.items()}
         console.print_json(found.to_dict() | {"shares": shares, "folder": str(folder)})
     else:
-        print(found)
+        console.table(found.table())
         console.wrote([folder / name for name in ("yield.json", "report.html")])
     return 0
 

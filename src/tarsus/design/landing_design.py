@@ -127,7 +127,7 @@ class LandingDesign(DesignResult):
         if len(self.put_down):
             hardest = amount(float(np.nanmax(self.put_down, initial=0.0)), "m/s")
             notes.append(
-                f"put down otherwise: {self.as_stated[0]} of {len(self.put_down)} starts settle to touchdowns no "
+                f"placed differently: {self.as_stated[0]} of {len(self.put_down)} starts settle to touchdowns no "
                 f"harder; the hardest is {hardest}"
             )
         if math.isfinite(self.worst):

@@ -58,7 +58,7 @@ def measures_summary(
         rows += [(f"   foot {foot}", value, None, None, *blank, "") for foot, value in listed.items()]
         units += [one.unit] * (1 + len(listed))
     notes = (*notes, *(f"Note: {one}" for one in getattr(measures, "warnings", ())))
-    return Table(title, (*columns, "of"), rows, notes, parts, units=units)
+    return Table(title, (*columns, "counted over"), rows, notes, parts, units=units)
 
 
 def deviation(measure: Any) -> float:

@@ -10,7 +10,6 @@ import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.base.units import parse_quantity
-from tarsus.formats.numerals import digit_step, rounding_of_rate, rounding_of_step
 from tarsus.formats.raw import Declared
 from tarsus.formats.unit_names import frequency_factor, time_factor
 
@@ -47,12 +46,8 @@ def declared(where: str, name: str, value: Any, unit: str = "") -> Declared | No
     factor = (frequency_factor(unit or "Hz") if key in _RATES else time_factor(unit or "s")) or 0.0
     if number is None or not number * factor > 0.0 or not np.isfinite(number):
         return None
-    digits = digit_step(str(np.asarray(value).ravel()[0])) * factor
-    if key in _RATES:
-        step, rounding = 1.0 / (number * factor), rounding_of_rate(number * factor, digits)
-    else:
-        step, rounding = number * factor, rounding_of_step(number * factor, digits)
-    return Declared(where, step, _RATE_RESOLUTION * step, rounding=rounding)
+    step = 1.0 / (number * factor) if key in _RATES else number * factor
+    return Declared(where, step, _RATE_RESOLUTION * step)
 
 
 def _number(value: Any, unit: str) -> float | None:

@@ -37,18 +37,17 @@ def cautions(
     found = []
     if count and feet:
         counting = seen.counting.of_one(0)
+        dwell = interval(float(np.min(counting.dwell)), float(np.max(counting.dwell)), "s")
         high: dict[str, str] = {}
         low: dict[str, str] = {}
         for name, one in zip(feet, _of_feet(seen), strict=True):
-            texts = _uncounted(*one), _low(*one, measures["peak"].per_foot[name])
+            texts = _uncounted(*one, dwell), _low(*one, measures["peak"].per_foot[name])
             high |= {name: texts[0]} if texts[0] else {}
             low |= {name: texts[1]} if texts[1] else {}
         for kind, cautioned in ((CautionKind.HIGHEST_UNCOUNTED, high), (CautionKind.COUNTED_LOW, low)):
             for name, text in list(cautioned.items())[:1]:
                 others = "" if len(cautioned) == 1 else f"; likewise {len(cautioned) - 1} of the other feet"
-                dwell = interval(float(np.min(counting.dwell)), float(np.max(counting.dwell)), "s")
-                rule = f"height {amount(counting.height, 'm')}, dwell {dwell}"
-                found.append(Caution(kind, f"Foot {name}: {text} ({rule}){others}."))
+                found.append(Caution(kind, f"Foot {name}: {text}{others}."))
     if periods and count < FEWEST:
         found.append(
             Caution(
@@ -74,17 +73,20 @@ def _of_feet(seen: WindowedHistories) -> list[tuple[Floats, np.ndarray]]:
     return [(flights.apex[hops[a:b]], counted[hops[a:b]]) for a, b in pairwise(feet)]
 
 
-def _uncounted(apex: Floats, counted: np.ndarray) -> str:
-    """A text where most of the highest flights are no bounces, else none."""
+def _uncounted(apex: Floats, counted: np.ndarray, dwell: str) -> str:
+    """A text where most of the highest flights are no bounces, for they follow longer contacts; else none."""
     top = np.argsort(apex, kind="stable")[::-1][: math.ceil(HIGHEST * len(apex))]
     missed = int(np.count_nonzero(~counted[top]))
     if 2 * missed <= len(top):
         return ""
-    which = "the highest jump" if len(top) == 1 else f"{missed} of the {len(top)} highest jumps"
+    share = "the" if missed == len(top) else f"{missed} of the"
     high = amount(float(apex.max()), "m", 3)
-    if missed == 1:
-        return f"{which} ({high}) follows a contact longer than the dwell, so it is not counted as a bounce"
-    return f"{which} (up to {high}) follow contacts longer than the dwell, so they are not counted as bounces"
+    if len(top) == 1:
+        return f"the highest jump ({high}) follows a contact longer than {dwell}, so it is not counted as a bounce"
+    return (
+        f"{share} {len(top)} highest jumps (up to {high}) follow contacts longer than {dwell}, so they are not counted "
+        "as bounces"
+    )
 
 
 def _low(apex: Floats, counted: np.ndarray, peak: float) -> str:

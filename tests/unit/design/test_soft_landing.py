@@ -63,7 +63,7 @@ def test_other_starts_are_told_and_are_those_of_single_runs(quick):
         told["starts"] == len(quick.put_down) == 48
         and told["share_95"][0] < told["share"] <= told["share_95"][1]
     )
-    assert any("put down otherwise" in note for note in quick.table().notes)
+    assert any("placed differently" in note for note in quick.table().notes)
     box = Box.of(quick.scene, None)
     values = box.values(box.drawn(48, 0))
     for r in (0, 7):

@@ -156,7 +156,7 @@ FAULTS = [
     (f"{HEAD}{RESTITUTION} = []", f"vary.{RESTITUTION}: expected at least one value, got an empty list"),
     (f"{HEAD}{RESTITUTION} = 0.2", f"vary.{RESTITUTION}: expected a list of values, or a table"),
     (f'{HEAD}{RATE} = ["3 um"]', f"vary.{RATE}.0: expected a rate of force (N/s), got '3 um', which is a length"),
-    (f'{HEAD}{RATE} = {{ kind = "linspace", start = 0.0 }}', f"vary.{RATE}.stop: expected a value"),
+    (f'{HEAD}{RATE} = {{ kind = "linspace", start = 0.0 }}', f"vary.{RATE}.stop: missing; expected a value"),
     (f'{HEAD}{RATE} = {{ kind = "logspace", start = 0.0, stop = 1.0, count = 3 }}', f"vary.{RATE}.start: "),
     (f'{HEAD}{RATE} = {{ kind = "linspace", start = 0.0, stop = 1.0 }}', f"vary.{RATE}.count: "),
     (f'{HEAD}{RATE} = {{ kind = "linspace", start = 0.0, stop = 1.0, count = 20_000_000 }}', "at most 1e+07"),

@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import math
 import subprocess
 import sys
 
@@ -11,6 +12,7 @@ from markupsafe import Markup
 
 from tarsus.tables import Column, Table, amount, interval, number, percent
 from tarsus.tables.data import data_tables
+from tarsus.tables.numbers import digits_apart
 
 
 @pytest.fixture(scope="module")
@@ -54,6 +56,32 @@ def test_text_is_broken_between_words_only_where_a_width_is_given():
     narrow = long.text(50).splitlines()
     assert max(map(len, narrow)) <= 50 and sum(line.count("word") for line in narrow) == 40
     assert any("123456" in line for line in narrow)
+
+
+def test_tables_fit_their_width():
+    """Texts give way, words are folded where that is not enough, and what a no-break space joins stays whole."""
+    path, value = "robot.structure.legs.L1.stiffness_v", "-744.7\N{NO-BREAK SPACE}nN/V, 3\N{NO-BREAK SPACE}V"
+    rows = [(path, value, "A sentence of some length. " * 6, 1234.5)]
+    for width in (60, 80, 120):
+        lines = Table(
+            "", ("path", "value", "why", "n"), rows, ["A note that is much longer than a line. " * 4]
+        ).text(width)
+        assert max(map(len, lines.splitlines())) <= width and "1234" in lines
+        assert any("-744.7 nN/V," in line for line in lines.splitlines())
+
+
+@pytest.mark.parametrize(
+    ("values", "digits"),
+    [
+        ([61.13107616e-6, 60e-6], 4),
+        ([61.13107616e-6, 61.1312e-6], 6),
+        ([61.13107616e-6, 61.13107617e-6], 7),
+        ([2.0, 2.0, math.nan], 4),
+        ([], 4),
+    ],
+)
+def test_digits_are_as_many_as_tell_numbers_apart(values, digits):
+    assert digits_apart(values) == digits
 
 
 def test_html_is_escaped_and_holds_everything(table):
