@@ -123,7 +123,7 @@ def check_ending(text: str, rows: Sequence[Sequence[str]], source: str) -> list[
     InputError
         If that number has fewer characters than the others of its column among these rows: it is cut.
     """
-    if text.endswith(("\n", "\r")) or len(rows) < 2:
+    if text.endswith("\n") or (text.endswith("\r") and "\r\n" not in text) or len(rows) < 2:
         return []
     if rows[-1][-1].strip().endswith(")"):  # of a complex number in brackets, which is whole
         return []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import logging
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal
@@ -36,16 +37,19 @@ def read_tdms(path: Path, content: bytes) -> RawFile:
     """
     try:
         from nptdms import TdmsFile
+        from nptdms.log import log_manager
     except ImportError:
         raise InputError(
             f"{path.name} is a TDMS file, which needs npTDMS: install it with pip install nptdms, or export "
             "the file as LVM or CSV"
         ) from None
+    log_manager.set_level(logging.ERROR)  # what it warns of is said by `_check_end`
     with parsing(path.name, "TDMS"):
         file = TdmsFile.read(io.BytesIO(content))  # not by name, which takes an index file beside it for granted
-        series = [_channel(group.name, channel) for group in file.groups() for channel in group.channels()]
+        series, unread = _channels(path.name, file)
         unfinished = file.file_status.channel_statuses or {}
     notes = _check_end(path.name, content, {k: (v.read_length, v.expected_length) for k, v in unfinished.items()})
+    notes += unread
     empty = [one.name for one in series if one.values.dtype.kind not in "fiuc" or len(one.values) < 2]
     if empty:
         notes.append(f"{path.name}: not used, since they hold no series of numbers: {', '.join(map(repr, empty))}")
@@ -78,6 +82,19 @@ def _check_end(source: str, content: bytes, unfinished: Mapping[str, tuple[int, 
             return [f"{source}: its last segment was not closed; all samples that it announces are there"]
         place += _LEAD_IN + size
     return []
+
+
+def _channels(source: str, file: Any) -> tuple[list[RawSeries], list[str]]:
+    """Series of all channels, and a note on each that npTDMS cannot read, such as DAQmx data without their scaling."""
+    series, unread = [], []
+    for group in file.groups():
+        for channel in group.channels():
+            try:
+                series.append(_channel(group.name, channel))
+            except Exception as error:
+                name = f"{group.name}/{channel.name}"
+                unread.append(f"{source}: channel '{name}' cannot be read ({error}): not used")
+    return series, unread
 
 
 def _channel(group: str, channel: Any) -> RawSeries:
