@@ -5,7 +5,6 @@ It is spoken to by its DevTools protocol over a pipe: <https://chromedevtools.gi
 
 from __future__ import annotations
 
-import base64
 import json
 import os
 import select
@@ -78,6 +77,7 @@ class Chromium:
         page = Page(self, session)
         page.resize(width, height)
         page.darken(dark)
+        page.ask("Emulation.setScrollbarsHidden", hidden=False)  # as where somebody looks
         if before:
             page.ask("Page.addScriptToEvaluateOnNewDocument", source=before)
         for domain in ("Page", "Runtime", "Log"):
@@ -174,12 +174,6 @@ class Page:
         """What the system asks for; the page follows it at once."""
         scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
         self.ask("Emulation.setEmulatedMedia", features=[scheme])
-
-    def picture(self, file: Path) -> Path:
-        """Write the whole page as a PNG."""
-        shot = self.ask("Page.captureScreenshot", captureBeyondViewport=True)
-        file.write_bytes(base64.b64decode(shot["data"]))
-        return file
 
 
 def _exception(details: dict[str, Any]) -> str:

@@ -43,7 +43,7 @@ def test_a_branch_is_printed_and_written(tmp_path, capsys, opened):
     with xarray.open_dataset(out / "branch.nc", engine="h5netcdf") as stored:
         assert stored["at"].values[0] == 1.0 and stored["stable"].values.all()
         assert stored["hardest_impact"].values[0] == pytest.approx(1.6957329376, abs=1e-8)
-    found = opened(out, "branch", "`tarsus branch` wrote it", "the scene's own motion", "it leaves the range")
+    found = opened(out, "branch", "`tarsus branch` wrote it", "the scene's own motion", "end of the range")
     assert found["branches"] == everything["branches"]
     series = {one["name"]: one for one in opened(out / "branch.nc", "series", ALONG)["series"]}
     assert (series["at"]["smallest"], series["at"]["unit"]) == (0.95, "V")

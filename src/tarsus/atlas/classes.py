@@ -6,6 +6,8 @@ of `WORDS`. Counts of bounces are none of it: they change a hundred times along 
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -36,6 +38,31 @@ def words(code: int) -> str:
     if does & STAYS:
         said = [DOES[STAYS]]
     return ", ".join([f"period {code // 16}", *(said if does else ["never touches the ground"])])
+
+
+def meanings(codes: Iterable[int]) -> dict[str, str]:
+    """What each word of some classes means, by the word."""
+    found = set(codes)
+    bits = {bit for code in found if code >= 0 for bit in DOES if code % 16 & bit and bit != TOUCHES}
+    multiples = sorted({code // 16 for code in found if code >= 0})
+    said = {f"period {k}": f"the motion repeats after {k} drive period{'s' * (k > 1)}" for k in multiples}
+    said |= {DOES[bit]: _MEANING[bit] for bit in sorted(bits)}
+    if any(code >= 0 and code % 16 == 0 for code in found):
+        said |= {"never touches the ground": "no foot does, in any drive period"}
+    return said | {WORDS[code]: _OPEN[code] for code in sorted(found) if code in _OPEN}
+
+
+_MEANING = {
+    HELD: "a foot lands without a rebound in every such period, or never leaves the ground",
+    RESTS: "the bounces of a foot follow each other ever faster, until it lies on the ground",
+    STAYS: "all feet are on the ground throughout",
+}
+_OPEN = {
+    CHAOTIC: "the motion does not repeat, and two that begin almost alike part",
+    UNSETTLED: "the motion does not repeat within a run, and two that begin almost alike stay together",
+    FAILED: "the run stopped before its end",
+    REFUSED: "the scene does not take these values",
+}
 
 
 def codes_of(settling: Settling) -> Codes:

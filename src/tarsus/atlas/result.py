@@ -23,6 +23,7 @@ from tarsus.files.series import Variable, write_netcdf
 from tarsus.files.version import package_version
 from tarsus.files.whole import write_text
 from tarsus.model.scene import Scene
+from tarsus.tables.numbers import spaced
 from tarsus.tables.table import Column, Table, Tabled
 
 Floats = NDArray[np.float64]
@@ -105,15 +106,14 @@ class Atlas(Tabled):
             basin = [float((self.codes == code).mean())] if several else []
             rows.append((words(code), self.share(code), *basin, int((self.code == code).sum())))
         ranges = [
-            (name, *np.nanpercentile(values, (0.0, 50.0, 100.0)).tolist())
+            (name, *np.nanpercentile(values, (0.0, 50.0, 100.0)).tolist(), MEASURES[name][1])
             for name, values in self.measures.items()
             if np.isfinite(values).any()
         ]
         units = [MEASURES[name][0] for name, *_ in ranges]
-        part = Table(
-            "Measures of the runs", ("measure", *(Column(n, "row") for n in ("least", "median", "most"))), ranges,
-            units=units,
-        )  # fmt: skip
+        ends = (Column(n, "row") for n in ("least", "median", "most"))
+        rows_of = [(spaced(name), *rest) for name, *rest in ranges]
+        part = Table("Measures of the runs", ("measure", *ends, "what it is"), rows_of, units=units)
         run = len(self.code) / self.size**2
         notes = [f"{len(self.code)} of {self.size} x {self.size} points were run ({run:.1%}), {self.starts} "
                  f"start{'s' * (self.starts > 1)} each; the others have the class of their square"]  # fmt: skip

@@ -47,7 +47,7 @@ told from the next one by, the last ones pass over what does not repeat."""
 NOWHERE = "no orbit was found any further"
 GRAZED = "an orbit grazes the ground, and no other begins there"
 JUMPED = "a landing is decided otherwise, and the motion is another one beyond"
-LEFT = "it leaves the range"
+LEFT = "end of the range"
 HALVED = "it meets a motion of half its period in a flip"
 
 
@@ -246,7 +246,7 @@ class Tracer:
                 ways.append(
                     (
                         [],
-                        "the range begins there" if not inside else "a motion that ended settles to it there",
+                        "start of the range" if not inside else "a motion that ended settles to it there",
                     )
                 )
                 continue

@@ -180,7 +180,7 @@ def _difference(before: Point, after: Point) -> tuple[str, str]:
     if held[0] != held[1]:
         return "sticking", "a contact begins to be held" if held[1] > held[0] else "a held contact ends"
     if hits[0] != hits[1]:
-        return "capture", f"a foot is captured one impact {'later' if hits[1] > hits[0] else 'earlier'}"
+        return "capture", f"a foot stays on the ground after one impact {'more' if hits[1] > hits[0] else 'less'}"
     return "events", "a contact ends or slides otherwise than before"
 
 

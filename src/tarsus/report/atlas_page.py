@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from tarsus.atlas.axis import MapAxis
 from tarsus.atlas.cells import MEASURES
-from tarsus.atlas.classes import words
+from tarsus.atlas.classes import meanings, words
 from tarsus.atlas.overlays import Overlay
 from tarsus.atlas.result import Atlas
 from tarsus.orbits.returns import drive_period
@@ -27,7 +26,7 @@ def atlas_html(found: Atlas) -> str:
     whole = found.table()
     body = rendered(
         "atlas.html", found=found, table=whole.bare(), notes=whole.notes, measures=whole.parts[0].bare(),
-        data=script_text(page_data(found)),
+        meanings=meanings(found.classes), data=script_text(page_data(found)),
     )  # fmt: skip
     return page(f"{found.scene.name} – atlas", body)
 
@@ -54,7 +53,7 @@ def page_data(found: Atlas) -> dict[str, Any]:
     number = {code: i for i, code in enumerate(kinds)}
     own = np.array([number.setdefault(int(code), len(number)) for code in found.code[order]], dtype=np.uint8)
     return {
-        "axes": [axis.to_dict() | {"name": _name(axis)} for axis in (found.x, found.y)],
+        "axes": [axis.to_dict() | {"name": axis.path} for axis in (found.x, found.y)],
         "size": len(known), "coarse": _coarse(known), "known": _text(np.packbits(known)), "own": _text(own),
         "classes": [{"name": words(code), "open": code < 0, "share": found.share(code)} for code in kinds],
         "measures": [
@@ -65,11 +64,6 @@ def page_data(found: Atlas) -> dict[str, Any]:
         "overlays": [_drawn(one, found) for one in found.overlays],
         "period": _period(found), "paths": [found.x.path, found.y.path],
     }  # fmt: skip
-
-
-def _name(axis: MapAxis) -> str:
-    """A path without what it shares with most others."""
-    return spaced(axis.path.removeprefix("robot.").replace(".", " "))
 
 
 def _coarse(known: np.ndarray) -> int:

@@ -26,7 +26,7 @@ from tarsus.report.style import (
     SKY,
     VERMILION,
 )
-from tarsus.tables.numbers import spaced
+from tarsus.tables.numbers import number, spaced
 
 MARKS = {
     "fold": ("s", VERMILION), "flip": ("D", PURPLE), "neimark-sacker": ("^", GREEN), "grazing": ("o", ORANGE),
@@ -35,7 +35,10 @@ MARKS = {
 """What happens along a branch: its sign on paper, and its colour."""
 
 SMALLEST = 1e-4
-"""Multipliers below are drawn there: what is left of a deviation after a period is then far below what is seen."""
+"""Multipliers below are not drawn: what is left of a deviation after a period is then far below what is seen."""
+
+APART = 1e-6
+"""Share by which the sizes of two multipliers differ that are no pair: those of a pair are one to rounding."""
 
 MOST_LISTED = 60
 """Orbits in the page's table, four screens of it: every one is in `branch.json`."""
@@ -47,7 +50,7 @@ def branch_html(found: Branches) -> str:
     branches, several, orbits = whole.parts
     listed = orbits.bare(max(1, -(-len(orbits.rows) // MOST_LISTED)))
     body = rendered(
-        "branch.html", found=found, motion=_motion(found), sizes=_sizes(found), plane=_plane(found),
+        "branch.html", found=found, motion=_motion(found), sizes=_sizes(found), plane=_plane(found), smallest=SMALLEST,
         specials=whole.bare(),
         branches=branches.bare(), several=several.bare(), orbits=listed,
     )  # fmt: skip
@@ -83,13 +86,13 @@ class BranchPicture:
     def of(cls, found: Branches, name: str) -> BranchPicture:
         """Of the branches found."""
         lines, numbers, happens = [], [], {}
-        for number, branch in enumerate(found, 1):
+        for place, branch in enumerate(found, 1):
             at = np.array([point.at for point in branch.points])
             values = np.array([getattr(point.orbit, name) for point in branch.points])
             lines += [BranchLine(at[places], values[places], stable) for stable, places in branch.parts()]
             half = len(at) // 2
             if len(found) > 1 and np.isfinite(values[half]):
-                numbers.append((float(at[half]), float(values[half]), str(number)))
+                numbers.append((float(at[half]), float(values[half]), str(place)))
             for point, value in zip(branch.points, values.tolist(), strict=True):
                 if point.kind in MARKS and np.isfinite(value):
                     happens.setdefault(point.kind, []).append((point.at, value))
@@ -133,26 +136,32 @@ def draw_multipliers(axes: Axes, multipliers: np.ndarray, size: float) -> None:
     axes.set(xlabel="real part", ylabel="imaginary part")
 
 
-def _sizes(found: Branches) -> Plate:
-    """Magnitude of the largest multipliers along the branches."""
+def _sizes(found: Branches) -> Plate | None:
+    """Magnitude of the largest multipliers along the branches; nothing where all are too small to be seen."""
     points = [point for branch in found for point in branch.points]
+    at = np.array([point.at for point in points])
+    sizes = np.zeros((2, len(points)))
+    for n, point in enumerate(points):
+        own = np.abs(point.orbit.multipliers[:2])
+        sizes[: len(own), n] = own
+    pair = np.abs(sizes[0] - sizes[1]) <= APART * sizes[0]
+    drawn = sizes >= SMALLEST
+    if not drawn.any():
+        return None
     charts = _along(found, [2.0])
     (panel,) = charts.panels
-    for k, (color, word) in enumerate(((BLUE, "largest"), (ORANGE, "second"))):
-        kept = [point for point in points if len(point.orbit.multipliers) > k]
-        sizes = np.array([abs(point.orbit.multipliers[k]) for point in kept])
-        if kept:
-            panel.dots([point.at for point in kept], np.maximum(sizes, SMALLEST), color=color, label=word)
+    for row, kept, color, word in (
+        (0, drawn[0] & ~pair, BLUE, "largest"), (0, drawn[0] & pair, GREEN, "largest two, a pair"),
+        (1, drawn[1] & ~pair, ORANGE, "second"),
+    ):  # fmt: skip
+        panel.dots(at[kept], sizes[row, kept], color=color, label=word)
     panel.axhline(1.0, color=MUTED)
     panel.set_yscale("log")
-    panel.set_ylim(
-        top=2.0 * max(1.0, *(float(np.max(np.abs(one.orbit.multipliers), initial=0.0)) for one in points))
-    )
+    panel.set_ylim(top=2.0 * max(1.0, float(sizes.max())))
     panel.set_ylabel("|multiplier|")
-    return charts.plate(
-        "The two largest multipliers along the branches; those below 1e-4 are drawn there. Above the line deviations "
-        "grow."
-    )
+    left = int((sizes[0] < SMALLEST).sum())
+    small = f" At {left} of {len(points)} orbits all are below {number(SMALLEST)}, and not drawn." if left else ""
+    return charts.plate(f"The two largest multipliers along the branches. Above the line deviations grow.{small}")
 
 
 def _plane(found: Branches) -> Plate:

@@ -29,7 +29,7 @@ from tarsus.report.figures import GROUND, MOST_FEET
 from tarsus.report.motion import Motion
 from tarsus.report.packing import script_text
 from tarsus.report.pages import asset, page, rendered, write_page
-from tarsus.report.player import distinct_drives, walk_section
+from tarsus.report.player import distinct_drives, drive_label, walk_section
 from tarsus.report.style import BLUE, CONTACT, CYCLE, GREEN, INK, MUTED, PURPLE, VERMILION
 from tarsus.solve import simulate
 from tarsus.solve.codes import SENTENCES
@@ -374,7 +374,10 @@ class Shown:
         panel(
             "drive",
             "V",
-            [("volts", row, label, colors[k % len(colors)], False) for k, (label, row) in enumerate(drives)],
+            [
+                ("volts", row, drive_label(names), colors[k % len(colors)], False)
+                for k, (names, row) in enumerate(drives)
+            ],
         )
         if self.walks:
             panel("travel", "m", [("body", 0, "body", BLUE, False), ("body", 0, "A", MUTED, True)])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -50,8 +51,8 @@ def gait_html(design: GaitFront, *, linked: bool = False) -> str:
     return page(f"{design.request.scene.name} – gaits", body)
 
 
-def _front_figure(design: GaitFront, linked: bool) -> Plate:
-    """The front: nominal values and those under the risk, in the first two objectives."""
+def _front_figure(design: GaitFront, linked: bool) -> Plate | None:
+    """The front: nominal values and those under the risk, in the first two objectives; nothing of a single gait."""
     sets = [("the front", design.members, "risk", VERMILION)]
     if design.request.over is not None:
         sets = [
@@ -59,6 +60,8 @@ def _front_figure(design: GaitFront, linked: bool) -> Plate:
             ("the front, on its own ground", design.members, "nominal", BLUE),
             (f"the front, {design.request.risk.name}", design.members, "risk", VERMILION),
         ]
+    if all(len(points) < 2 for _, points, _, _ in sets):
+        return None
     pair = [min(j, len(design.objectives) - 1) for j in (1, 0)]
     shown = [design.objectives[j] for j in pair]
 
@@ -94,14 +97,27 @@ def _gaits(design: GaitFront, linked: bool) -> Table:
     priced = any(one.priced for one in design.objectives)
     columns += [Column("energy with charge recovery", "J")] if priced else []
     rows = []
-    for name, point in design.named:
-        title = Markup('<a href="gaits/{0}.html">{0}</a>').format(name) if linked else name
+    for names, point in _once(design.named):
+        link = Markup('<a href="gaits/{0}.html">{0}</a>')
+        title = Markup(", ").join(link.format(name) if linked else name for name in names)
         row: list[Any] = [title, values_in_words(dict(list(point.values.items())[:MOST_VALUES]), units)]
         for j, one in enumerate(design.objectives):
             row += [point.nominal[j], point.worst[j]] if judged and one.grounded else [point.nominal[j]]
             row += [point.intervals[j]] if one.grounded else []
         rows.append([*row, point.recovered] if priced else row)
     return Table("", columns, rows)
+
+
+def _once(named: Sequence[tuple[str, Any]]) -> list[tuple[list[str], Any]]:
+    """Gaits with all of their names: one may be of the front, the robust one and the optimum."""
+    found: list[tuple[list[str], Any]] = []
+    for name, point in named:
+        same = next((names for names, other in found if other.values == point.values), None)
+        if same is None:
+            found.append(([name], point))
+        else:
+            same.append(name)
+    return found
 
 
 def _rounds(design: GaitFront) -> Table:

@@ -15,7 +15,7 @@ from tarsus.records.excluded import evenly
 from tarsus.report.charts import Charts, side_by_side, with_room
 from tarsus.report.pages import Plate
 from tarsus.report.sheet import Sheet, plate
-from tarsus.report.style import BLUE, INK, VERMILION, decimate
+from tarsus.report.style import BLUE, INK, ON_DARK, ON_LIGHT, VERMILION, decimate
 from tarsus.tables.numbers import number, path_end
 from tarsus.tables.table import Column, Table
 
@@ -35,10 +35,6 @@ _TOLD = 0.3
 
 MOST_PAIRS = 12
 """Pairs of numbers that a narrow screen lists, on which their table of colours would be unreadable."""
-
-
-ON_LIGHT, ON_DARK = "#1a1a1a", "#fdfdfd"
-"""Words on coloured fields, whose ground is the field and not the page: no colours that a dark page changes."""
 
 OPPOSED = LinearSegmentedColormap.from_list("opposed", (VERMILION, "#f4f5f7", BLUE))
 """From -1 to 1 about nothing."""

@@ -10,7 +10,10 @@ from tarsus.records.measurement import Quantity
 from tarsus.report.charts import Charts
 from tarsus.report.pages import Plate
 from tarsus.report.sheet import QUARTER, Sheet, few_ticks, name_axes, plate
-from tarsus.report.style import BLUE, INK, MUTED, ORANGE, VERMILION, decimate
+from tarsus.report.style import BLUE, INK, MUTED, ON_DARK, ON_LIGHT, ORANGE, VERMILION, decimate
+
+MOST_NUMBERED = 12
+"""Modes up to which the fields of their MAC have room for a number."""
 
 MOST_CURVES = 9
 """Modes whose Nyquist curve is drawn; of more, the lowest ones."""
@@ -95,12 +98,19 @@ def likeness(fit: ModalFit) -> Plate:
 
     def draw(sheet: Sheet) -> None:
         (axes,) = sheet.grid(1, 2.6)
-        axes.imshow(fit.mac(), cmap="Blues", vmin=0.0, vmax=1.0)
+        mac = fit.mac()
+        axes.imshow(mac, cmap="Blues", vmin=0.0, vmax=1.0)
+        for (row, column), value in np.ndenumerate(mac if len(names) <= MOST_NUMBERED else mac[:0]):
+            axes.text(column, row, f"{value:.2f}", ha="center", va="center", color=ON_DARK if value > 0.5 else ON_LIGHT)
         axes.set_xticks(range(len(names)), names, rotation=90)
         axes.set_yticks(range(len(names)), names)
-        axes.set_xlabel("mode (Hz)")
+        axes.set(xlabel="mode (Hz)", ylabel="mode (Hz)")
 
-    return plate(draw, "Modal assurance criterion of the modes' shapes with each other: white 0, dark 1.")
+    return plate(
+        draw,
+        "Modal assurance criterion of the modes' shapes with each other: 1 of shapes that are alike, 0 of shapes that "
+        "have nothing in common.",
+    )
 
 
 def shapes(fit: ModalFit) -> Plate:

@@ -11,6 +11,7 @@ from markupsafe import Markup
 from tarsus.report.motion import Motion, frame_limit
 from tarsus.report.packing import packed, packed_states, script_text
 from tarsus.report.pages import rendered
+from tarsus.report.series import joined
 from tarsus.report.stage import BACK, WalkStage, stage_of
 from tarsus.report.walk_figures import rising, still
 from tarsus.tables.numbers import amount
@@ -20,6 +21,9 @@ CHARACTERS = 290_000
 
 MOST_DRIVES = 6
 """Different drive voltages drawn at most."""
+
+NAMED = 4
+"""Drives of one voltage that a caption names; of more, the first and how many."""
 
 SAME = 1e-6
 """Drive voltages that differ by less than this part of the largest are one."""
@@ -43,15 +47,17 @@ def walk_section(motion: Motion, index: int | None = None, *, springs: bool = Fa
         moments=picture.caption,
         index=index,
         springs=springs,
-        caption=_caption(thin, stage),
+        caption=_caption(thin, stage, drives),
         data=script_text(payload(thin, stage, drives)),
     )
 
 
-def payload(motion: Motion, stage: WalkStage, drives: Sequence[tuple[str, int]] = ()) -> dict[str, Any]:
+def payload(
+    motion: Motion, stage: WalkStage, drives: Sequence[tuple[Sequence[str], int]] = ()
+) -> dict[str, Any]:
     """A motion as plain data for the player: names, numbers [SI], and series packed by `packed`.
 
-    `drives` are (label, row of volts) of the voltages to draw.
+    `drives` are (names, row of volts) of the voltages to draw.
     """
     return {
         "legs": list(motion.legs),
@@ -84,24 +90,40 @@ def payload(motion: Motion, stage: WalkStage, drives: Sequence[tuple[str, int]] 
         "normal": packed(motion.normal, 8),
         "friction": packed(motion.friction, 8),
         "state": packed_states(motion.state),
-        "drives": [label for label, _ in drives],
+        "drives": [drive_label(names) for names, _ in drives],
         "volts": packed(motion.volts[[row for _, row in drives]], 8) if drives else None,
     }
 
 
-def distinct_drives(motion: Motion) -> list[tuple[str, int]]:
-    """The different drive voltages: (names of the drives that share one, row)."""
+def distinct_drives(motion: Motion) -> list[tuple[tuple[str, ...], int]]:
+    """The different drive voltages: (names of the drives that have it, row)."""
     alike: dict[int, list[str]] = {}
     for row, name in enumerate(motion.drives):
         volts = motion.volts[row]
         near = SAME * max(float(np.abs(volts).max()), 1e-12)
         first = next((r for r in alike if float(np.abs(motion.volts[r] - volts).max()) <= near), row)
         alike.setdefault(first, []).append(name)
-    few = list(alike.items())[:MOST_DRIVES]
-    return [(names[0] if len(names) == 1 else f"{names[0]} +{len(names) - 1}", row) for row, names in few]
+    return [(tuple(names), row) for row, names in list(alike.items())[:MOST_DRIVES]]
 
 
-def _caption(motion: Motion, stage: WalkStage) -> str:
+def drive_label(names: Sequence[str]) -> str:
+    """Drives of one voltage, as short as beside a curve."""
+    return names[0] if len(names) == 1 else f"{names[0]} +{len(names) - 1}"
+
+
+def _shared(drives: Sequence[tuple[Sequence[str], int]]) -> str:
+    """What the labels of drives that have one voltage stand for."""
+    several = [names for names, _ in drives if len(names) > 1]
+    if not several:
+        return ""
+    told = []
+    for names in several:
+        every = joined(list(names)) if len(names) <= NAMED else f"{names[0]} and {len(names) - 1} others"
+        told.append(f"{drive_label(names)}: {every}")
+    return f" Drives of one voltage are one curve ({'; '.join(told)})."
+
+
+def _caption(motion: Motion, stage: WalkStage, drives: Sequence[tuple[Sequence[str], int]]) -> str:
     if stage.springs:
         return (
             "The feet, each on the springs of its structure, which is drawn as one; places are not to scale. Motion is "
@@ -115,7 +137,7 @@ def _caption(motion: Motion, stage: WalkStage) -> str:
         f"The walk from {first} to {last}, seen from the robot's right, its left side paler and set back. Motion is "
         f"drawn larger by the factors chosen; {places}; length of legs and thickness of body are not the model's. "
         "Ticks on the ground are travel of the body's centre, which the small triangle shows. "
-        "Arrows are forces of the ground on the feet." + rising(motion)
+        "Arrows are forces of the ground on the feet." + _shared(drives) + rising(motion)
     )
 
 

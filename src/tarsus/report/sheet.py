@@ -21,8 +21,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatter, MaxNLocator, NullFormatter
 
 from tarsus.report.pages import Plate
-from tarsus.report.style import INK, MUTED, AxisScale, scale_of, themed
-from tarsus.tables.numbers import number, pretty_unit, set_power
+from tarsus.report.style import INK, MUTED, scale_of, themed
+from tarsus.tables.numbers import number, set_power
 
 WIDTH = 3.7
 """Width of a panel [inch]: where it is 330 px wide, a third of a page or a phone, letters of 8 pt are 10 px high."""
@@ -58,20 +58,21 @@ def figure_style() -> Iterator[None]:
 
 def name_axes(axes: Axes, x: tuple[str, str] | None = None, y: tuple[str, str] | None = None) -> None:
     """Names of axes in which numbers in SI units are drawn, each (words, unit): its ticks stand under one prefix, that
-    of what is drawn by now; on a logarithmic axis they are powers of ten."""
+    of what is drawn by now."""
     spans = (axes.dataLim.intervalx, axes.dataLim.intervaly)
     for axis, named, span in zip((axes.xaxis, axes.yaxis), (x, y), spans, strict=True):
         if named is None:
             continue
-        powers = axis.get_scale() == "log"
-        scale = AxisScale(1.0, pretty_unit(named[1])) if powers else scale_of(named[1], *span)
+        scale = scale_of(named[1], *span)
         axis.set_label_text(scale.axis(named[0]))
         if scale.step != 1.0:
             axis.set_major_formatter(partial(_tick, step=scale.step))
+            axis.set_minor_formatter(NullFormatter())
 
 
 def _tick(value: float, _: float, *, step: float) -> str:
-    return number(round(value / step, 9), 6)  # ticks are sums: none has more digits
+    shown = float(f"{value / step:.9g}")  # ticks are sums: none has more digits, and one that is all rounding is 0
+    return number(shown if abs(shown) > 1e-12 else 0.0, 6)
 
 
 def few_ticks(axes: Axes, x: int | None = None, y: int | None = None) -> None:

@@ -23,6 +23,9 @@ SKY = "#56b4e9"
 CYCLE = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
 """Colours told apart by readers with any of the common colour deficiencies (after Okabe and Ito)."""
 
+ON_LIGHT, ON_DARK = "#1a1a1a", "#fdfdfd"
+"""Words on coloured fields, whose ground is the field and not the page: no colours that a dark page changes."""
+
 MOST_LINES = len(CYCLE)
 """Points or feet that are drawn unless others are asked for: as many as there are colours told apart."""
 

@@ -12,6 +12,7 @@ from tarsus.report.motion import AIR, SLIPPING, STUCK, Motion
 from tarsus.report.pages import Plate
 from tarsus.report.stage import WalkStage, drawn, facets
 from tarsus.report.style import BLUE, GREEN, INK, MUTED, PURPLE, RULE, VERMILION, samples_inside, scale_of
+from tarsus.tables.numbers import amount
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,21 +23,45 @@ ARROW = 0.5
 
 MOMENTS = 4
 
-_TURNS = (("roll", "about x"), ("pitch", "about y"), ("yaw", "about z, its heading"))
+_WORDS = {
+    "surge": "travel of the body's centre along the way", "heave": "its height above that at rest",
+    "sway": "its sway to the left", "roll": "its roll about x", "pitch": "its pitch about y",
+    "yaw": "its yaw about z, its heading",
+}  # fmt: skip
+
+RESOLVED = 1e-6
+"""Share of the body's motion below which a turn or sway that a run gives is none: steps are exact to 1e-8 of the
+lengths at which forces change, and a hundred drive periods add up some hundred errors."""
 
 
 def travel(motion: Motion) -> Plate:
-    """Travel and height of the body over the whole run, and its turns where it has them."""
-    turns = [(name, axis) for name, axis in _TURNS if name in motion.body]
-    beside = [("sway", "m", 1.0)] if "sway" in motion.body else []
-    charts = Charts([1.05, 0.7, *(0.55 for _ in (*beside, *turns))])
-    shown = [("surge", "m", 1.0), ("heave", "m", 1.0), *beside, *((name, "mrad", 1e3) for name, _ in turns)]
-    for axes, (name, unit, factor) in zip(charts.panels, shown, strict=True):
-        axes.plot(motion.time, factor * motion.coordinate(name), color=BLUE)
+    """Travel and height of the body over the whole run, and its sway and turns where the run resolves them."""
+    ways = {name: _way(motion, name) for name in _WORDS if name in motion.body}
+    least = RESOLVED * max(ways.values())
+    shown = [name for name, way in ways.items() if name in ("surge", "heave") or way > least]
+    charts = Charts([{"surge": 1.05, "heave": 0.7}.get(name, 0.55) for name in shown])
+    for axes, name in zip(charts.panels, shown, strict=True):
+        unit, factor = ("mrad", 1e3) if name in _ANGLES else ("m", 1.0)
+        axes.plot(motion.time, factor * motion.body[name], color=BLUE)
         axes.set_ylabel(name, unit)
-    more = ", its sway to the left" if beside else ""
-    more += "".join(f", its {name} {axis}" for name, axis in turns)
-    return charts.plate(f"Travel of the body's centre along the way, its height above that at rest{more}.")
+    caption = ", ".join(_WORDS[name] for name in shown)
+    said = "".join(
+        f" Its {name} stays within {amount(float(np.ptp(motion.body[name])), _ANGLES.get(name, 'm'), 2)}, which the "
+        f"accuracy of the run does not resolve, and is not drawn."
+        for name in ways
+        if name not in shown
+    )
+    return charts.plate(f"{caption[0].upper()}{caption[1:]}.{said}")
+
+
+_ANGLES = {"roll": "rad", "pitch": "rad", "yaw": "rad"}
+
+
+def _way(motion: Motion, name: str) -> float:
+    """How far a coordinate moves the body or, where it is a turn, its farthest hip [m]."""
+    x, y, z = np.abs(motion.hips).max(axis=0)
+    arm = {"roll": np.hypot(y, z), "pitch": np.hypot(x, z), "yaw": np.hypot(x, y)}.get(name, 1.0)
+    return float(arm * np.ptp(motion.body[name]))
 
 
 def footfalls(motion: Motion, window: Window) -> Plate:

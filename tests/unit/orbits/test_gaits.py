@@ -78,7 +78,7 @@ def test_a_gait_goes_on_at_a_higher_voltage_and_at_a_later_section(gait):
 @pytest.mark.slow
 def test_a_gait_is_followed_along_its_voltage(gait):
     (found,) = ts.branch(gait.scene, {"gait.high": (14.0, 14.2)}, starts=0)
-    assert found.ended == "it leaves the range"
+    assert found.ended == "end of the range"
     first, last = found.points[0], found.points[-1]
     assert first.orbit.travel == pytest.approx(gait.travel, rel=1e-8) and last.at == 14.2
     alone = ts.periodic(gait.scene, values={"gait.high": 14.2})

@@ -102,7 +102,7 @@ def test_the_branch_of_the_table_is_born_in_a_fold_and_doubles_in_a_flip():
     flips = [point for point in bouncing.special if point.kind == "flip"]
     assert [point.at for point in flips] == [pytest.approx(math.hypot(math.pi / 3.0, 10.0 / 9.0), abs=1e-9)]
     (doubled,) = [one for one in up if one.points[0] is flips[0]]
-    assert doubled.ended == "it leaves the range" and doubled.points[1].orbit.multiple == 2
+    assert doubled.ended == "end of the range" and doubled.points[1].orbit.multiple == 2
     last, alone = doubled.points[-1], ts.periodic(table(1.54))
     assert last.at == 1.54 and last.orbit.kind == alone.kind == "stable, period 2, 2 impacts"
     assert last.orbit.multipliers == pytest.approx(alone.multipliers, abs=1e-9)

@@ -83,6 +83,16 @@ function faint(all) {
   }
 }
 
+/** Tables that are cut, and do not show that they scroll. */
+function barless() {
+  for (const one of document.querySelectorAll(".table")) {
+    const down = one.scrollHeight > one.clientHeight + 1, across = one.scrollWidth > one.clientWidth + 1, edge = parseFloat(getComputedStyle(one).borderTopWidth);
+    if (!seen(one)) continue;
+    if (down && one.offsetWidth - one.clientWidth - 2 * edge < 6) faults.push(`cut below without a bar: ${at(one.textContent.trim())}`);
+    if (across && one.offsetHeight - one.clientHeight - 2 * edge < 6) faults.push(`cut at its side without a bar: ${at(one.textContent.trim())}`);
+  }
+}
+
 /** Titles of tables that are broken though there is room: narrower than two thirds of what the table stands in. */
 function squeezed() {
   for (const one of document.querySelectorAll("caption")) {
@@ -165,6 +175,7 @@ window.glance = () => {
   overlapping(all);
   faint(all);
   squeezed();
+  barless();
   reachable();
   empty();
   return { texts: all.length, faults: [...new Set(faults)] };

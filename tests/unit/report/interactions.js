@@ -145,5 +145,5 @@ async function settled() {
   for (let n = 0; n < 2; n++) await new Promise(requestAnimationFrame);
 }
 
-Object.assign(window, { interact, play, turnAll, settled, ink });
+Object.assign(window, { interact, play, turnAll, settled, shownBy, differences, ink });
 })();

@@ -100,7 +100,7 @@ def test_it_says_names_zooms_and_changes(beam, tmp_path, chromium):
     for key, at in (("says", (8, 4)), ("next", (9, 4))):
         code = int(beam.grid.code[at])
         gap, volts = beam.x.at(at[0] / 16), beam.y.at(at[1] / 16)
-        said = f"feet tip gap {gap * 1e6:.4g} µm, signals pzt amplitude {volts:.4g} V: {words(code)}"
+        said = f"robot.feet.tip.gap {gap * 1e6:.4g} µm, signals.pzt.amplitude {volts:.4g} V: {words(code)}"
         assert found[key].startswith(said)
     for key, at in (("run", 8), ("second", 9)):
         line = re.fullmatch(

@@ -95,12 +95,15 @@ FAULTY = (
     '<svg viewBox="0 0 900 90" aria-label="small"><text x="9" y="50" font-size="9">small words</text></svg>'
     "<table><thead><tr><th>value</th></tr></thead><tbody><tr><td> </td></tr></tbody></table>"
     '<canvas aria-label="nothing drawn"></canvas>'
+    '<div class="table" style="height: 2rem; overflow: hidden"><table><tr><td>1</td></tr><tr><td>2</td></tr></table>'
+    "</div>"
 )
 """Faults in text, tables and pictures."""
 
 SAID = (
     "cut: ", "over each other: ", "faint (2.", "px wide in", "squeezed: ", "no words for a picture", "no name",
-    "headings: 1,3", "noSuchName", "console: ['told']", "empty table", "empty picture: nothing drawn",
+    "headings: 1,3", "noSuchName", "console: ['told']", "empty table", "cut below without a bar",
+    "empty picture: nothing drawn",
     "empty figure: nothing", "a key of no line: gone", "a key without words: hidden", "cramped: row",
 )  # fmt: skip
 """How they and those of figures and scripts are told."""

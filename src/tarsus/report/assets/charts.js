@@ -2,7 +2,12 @@
 (() => {
 "use strict";
 const root = document.documentElement;
-const color = (name) => getComputedStyle(root).getPropertyValue(`--${name}`).trim();
+const colors = new Map(); // as the page's theme has them: to ask the page at every line costs more than to draw it
+function color(name) {
+  if (!colors.has(name)) colors.set(name, getComputedStyle(root).getPropertyValue(`--${name}`).trim());
+  return colors.get(name);
+}
+addEventListener("themechange", () => colors.clear());
 const between = (value, least, most) => Math.min(Math.max(value, least), most);
 
 /** Numbers of a packed column; null where there is none. */
@@ -52,6 +57,7 @@ class Charts {
     this.spec = JSON.parse(figure.querySelector(".charts-data").textContent);
     this.x = this.spec.x.map(column);
     this.whole = this.spec.window;
+    this.face = getComputedStyle(figure).fontFamily;
     this.panels = [...figure.querySelectorAll(".panel")];
     this.now = figure.querySelector(".now");
     this.key = uPlot.sync(`charts${Charts.count++}`);
@@ -110,7 +116,7 @@ class Charts {
 
   plot(panel, i) {
     const host = this.panels[i].querySelector(".plot"), last = i === this.spec.panels.length - 1;
-    const font = `12px ${getComputedStyle(this.figure).fontFamily}`;
+    const font = `12px ${this.face}`;
     const { rows } = this.spec, names = panel.names && panel.names.map(([, text]) => text);
     const axis = { font, stroke: () => color("muted"), ticks: { stroke: () => color("rule"), width: 1, size: 4 } };
     const plot = new uPlot({
@@ -124,7 +130,7 @@ class Charts {
           values: (_, marks, __, ___, step) => marks.map((v) => (rows ? rows[v] || "" : this.spec.log ? v === null ? "" : shown(v) : tick(v, step))) },
         { ...axis, size: (_, words) => this.wide(words), gap: 4, space: panel.height < 120 ? 18 : 26,
           ...(names ? { splits: () => panel.names.map(([at]) => at), values: () => names, grid: { show: false }, ticks: { show: false }, space: 0,
-            font: names.length > 12 ? `10px ${getComputedStyle(this.figure).fontFamily}` : font }
+            font: names.length > 12 ? `10px ${this.face}` : font }
             : { grid: { stroke: () => color("rule"), width: 0.5 }, values: (_, marks, __, ___, step) => marks.map((v) => (panel.log || panel.bend ? v === null ? "" : shown(v, 1e4) : tick(v, step))) }) },
       ],
       series: [{}, ...panel.lines.map((line) => ({
@@ -211,7 +217,7 @@ class Charts {
       ctx.stroke();
     }
     ctx.fillStyle = color("muted");
-    ctx.font = `${12 * sharp}px ${getComputedStyle(this.figure).fontFamily}`;
+    ctx.font = `${12 * sharp}px ${this.face}`;
     for (const [x, y, text] of panel.texts) if (x >= min && x <= max) ctx.fillText(text, across(x), up(y) - 4 * sharp);
     ctx.restore();
   }

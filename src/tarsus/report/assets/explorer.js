@@ -1,6 +1,6 @@
 // An explorer: sliders that change a run of the engine in this page; asks nothing of any network.
 
-const FRAMES = 360, MOVING = { frames: 120, points: 0.4, ms: 12, periods: 1 }, WIDTH = 12, KIND = 2, MOST_ROWS = 200, ROUNDING = 1e-9, REST = 120;
+const FRAMES = 360, MOVING = { frames: 120, points: 0.4, ms: 8, periods: 1 }, WIDTH = 12, KIND = 2, MOST_ROWS = 200, ROUNDING = 1e-9, REST = 120;
 const TIME = 0, FOOT = 1, BEFORE = 3, AFTER = 4, PULL = 5, ENERGY = 7;
 
 /** The bytes of a script element: base64 of what was compressed. */
@@ -179,6 +179,7 @@ class Explorer {
   }
 
   answered(data) {
+    const { asked, brief } = this;
     this.busy = false;
     if (data.failed) {
       this.say(`The engine stopped: ${data.failed}. It was started anew; turn a slider to go on.`, true);
@@ -187,11 +188,11 @@ class Explorer {
       this.pace = this.pace ? Math.min(pace, 0.5 * (this.pace + pace)) : pace;
       this.period = data.period;
       this.shown = this.read(data);
+      this.ask(); // the engine goes on while this is drawn
       this.draw();
       this.tell();
       this.keep();
-      this.took = performance.now() - this.asked;
-      this.root.dispatchEvent(new CustomEvent("shown", { detail: { ...data, brief: this.brief, whole: this.took } }));
+      this.root.dispatchEvent(new CustomEvent("shown", { detail: { ...data, brief, whole: performance.now() - asked } }));
       if (parent !== window && this.complete) parent.postMessage({ tarsus: { values: this.values, measures: this.named(this.shown.measures) } }, "*");
     }
     this.ask();

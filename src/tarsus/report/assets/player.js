@@ -185,18 +185,19 @@ class Player {
     return { frame: low, read, ...Object.fromEntries(COORDINATES.map((name) => [name, read(body[name])])) };
   }
 
-  /** Read the page's colours and font again, and draw. */
+  /** Read the page's colours, font and widths again, and draw: to ask for them at every frame lays out the page anew. */
   restyle() {
     const style = getComputedStyle(this.root), colors = {};
     const color = (name) => style.getPropertyValue(name).trim();
     for (const name of ["paper", "ground", "near", "far", "leg", "far-leg", "stuck", "slip", "push", "friction", "muted",
       "rule"]) colors[name] = color(`--walk-${name}`);
-    this.look = { font: style.fontFamily, ink: style.color, colors };
+    const [width, tracks] = [this.stage, this.tracks].map(({ canvas }) => canvas.clientWidth);
+    this.look = { font: style.fontFamily, ink: style.color, colors, width, tracks };
     this.draw();
   }
 
   draw() {
-    if (!this.stage.canvas.clientWidth) return;
+    if (!this.look.width) return;
     const moment = this.moment(), along = Number(this.along.value);
     const camera = along * (this.follow.checked ? moment.read(this.path) : 0.5 * (this.path[0] + this.path[this.walk.frames - 1]));
     this.time.value = moment.frame;

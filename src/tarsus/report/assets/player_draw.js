@@ -10,9 +10,9 @@ const roundAbove = (value) => ROUND.find((step) => step * ROUNDING >= value) || 
 
 const between = (value, least, most) => Math.min(Math.max(value, least), most);
 
-/** A pen for a canvas in CSS pixels, sharp on any screen, and the width to draw in. */
-function penFor(canvas, height, font) {
-  const width = canvas.clientWidth, sharp = window.devicePixelRatio || 1;
+/** A pen for a canvas of a width and height [CSS pixels], sharp on any screen. */
+function penFor(canvas, width, height, font) {
+  const sharp = window.devicePixelRatio || 1;
   if (canvas.width !== Math.round(width * sharp) || canvas.height !== Math.round(height * sharp)) {
     canvas.style.height = `${height}px`;
     canvas.width = Math.round(width * sharp);
@@ -22,7 +22,7 @@ function penFor(canvas, height, font) {
   pen.setTransform(sharp, 0, 0, sharp, 0, 0);
   pen.clearRect(0, 0, width, height);
   pen.font = `12px ${font}`;
-  return { pen, width };
+  return pen;
 }
 
 function trace(pen, points) {
@@ -119,9 +119,10 @@ class Stage {
     this.choices = choices;
     this.look = look;
     const { stage } = this.walk;
-    const above = this.wide > 0 ? 84 : 20, below = 58, wish = (0.62 * this.canvas.clientWidth) / stage.length;
+    const above = this.wide > 0 ? 84 : 20, below = 58, wish = (0.62 * look.width) / stage.length;
     this.height = Math.round(between(this.tall * wish + above + below, 200, 440));
-    Object.assign(this, penFor(this.canvas, this.height, look.font));
+    this.width = look.width;
+    this.pen = penFor(this.canvas, this.width, this.height, look.font);
     this.scale = Math.min(wish, (this.height - above - below) / this.tall);
     this.ground = this.height - below;
     this.drawGround();
@@ -284,11 +285,11 @@ class Tracks {
 
   /** Draw the cursor over the series, which are drawn only once for a size and a look of the page. */
   draw(now, look) {
-    if (!this.canvas.clientWidth) return; // a page may leave them out
+    if (!look.tracks) return; // a page may leave them out
     const { walk } = this, row = walk.names.length > 16 ? 10 : 15, curve = 58;
     const height = walk.volts.length * 22 + walk.names.length * row + 2 * (curve + 16) + 44;
-    const { pen, width } = penFor(this.canvas, height, look.font);
-    this.width = width;
+    this.width = look.tracks;
+    const pen = penFor(this.canvas, this.width, height, look.font);
     if (!this.kept || this.kept.width !== this.canvas.width || this.look !== look) {
       this.look = look;
       this.kept = document.createElement("canvas");
