@@ -15,10 +15,11 @@ import pytest
 import tarsus as ts
 from scene_files import scene
 from tarsus.atlas.cells import CellRuns
-from tarsus.atlas.classes import words
+from tarsus.atlas.classes import REFUSED, meanings, words
 from tarsus.atlas.quadtree import Quadtree
 from tarsus.files.settled import settled
 from tarsus.model.scene import Initial
+from tarsus.orbits.basins import CHAOTIC
 
 GAP, VOLTS = "robot.feet.tip.gap", "signals.pzt.amplitude"
 MAP: dict[str, Any] = {"x": (GAP, "80 um", "90 um"), "y": (VOLTS, "4 V", "6.5 V")}
@@ -63,6 +64,15 @@ def test_classes_are_those_of_single_runs():
         assert ((late == 2).any()) == ("held" in words(int(code)))
         multiples.append(alone.multiple)
     assert len(set(multiples)) >= 3
+
+
+def test_classes_in_words_have_meanings():
+    codes = [16 + 3, 3 * 16 + 5, 2 * 16, CHAOTIC, REFUSED]
+    said = meanings(codes)
+    for code in codes:
+        assert all(word in said for word in words(code).split(", ")), words(code)
+    assert said["period 1"] == "the motion repeats after 1 drive period" and "held" in said
+    assert "stays on the ground" not in said and all(text and text[0].islower() for text in said.values())
 
 
 def test_measures_are_those_of_the_settled_motion():

@@ -7,6 +7,7 @@ from modes.test_modal import responses
 from tarsus.modes import identify_modes
 from tarsus.records.measurement import Quantity
 from tarsus.report.modal_figures import nyquist, stabilisation, synthesis
+from tarsus.report.modes_page import modes_html
 from tarsus.report.sheet import figure_style
 
 
@@ -22,3 +23,9 @@ def test_figures_of_a_fit():
     assert "3 modes" in plates[2].caption
     assert 0.0009 < fit.misfit < 0.0011, "the noise is what is left"
     assert f"{100.0 * fit.misfit:.2g} %" in plates[2].caption
+
+
+def test_the_page_counts_in_words_and_its_mac_has_numbers():
+    text = modes_html(identify_modes(responses(Quantity.VELOCITY, 0.001), (110.0, 990.0), 12))
+    assert "from 3 points and 1 drive." in text
+    assert text.count(">1.00</text>") == 3, "each mode with itself"

@@ -97,6 +97,15 @@ def test_thinning_keeps_the_ends_and_takes_the_nearest_times() -> None:
     assert motion.thinned(10_000) is motion
 
 
+def test_drives_of_one_voltage_are_one_curve_whose_label_is_told() -> None:
+    motion = walk(2)
+    volts = np.stack([motion.volts[0]] * 2 + [0.5 * motion.volts[0]] + [0.1 * motion.volts[0]] * 5)
+    names = ("a", "b", "c", *"defgh")
+    section = walk_section(dataclasses.replace(motion, drives=names, volts=volts))
+    assert data_of(section)["drives"] == ["a +1", "c", "d +4"]
+    assert "Drives of one voltage are one curve (a +1: a and b; d +4: d and 4 others)." in section
+
+
 @pytest.mark.slow
 def test_thirty_legs_stay_below_400_kb() -> None:
     motion = walk(30)

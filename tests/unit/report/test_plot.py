@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import replace
+
 import matplotlib
 
 matplotlib.use("Agg")
@@ -13,6 +16,8 @@ from matplotlib import pyplot
 import tarsus as ts
 from scene_files import scene
 from tarsus.base.errors import InputError
+from tarsus.orbits.branches import Branch, Branches, BranchPoint
+from tarsus.report.branch_page import branch_html
 
 
 @pytest.fixture(scope="module")
@@ -83,6 +88,21 @@ def test_multipliers_and_branches_are_drawn():
     axes = ts.plot.branch(found)
     assert len(axes.get_lines()[0].get_xdata()) == len(found[0].points)
     assert axes.get_lines()[0].get_ydata()[0] == pytest.approx(1.6957329376, abs=1e-8)
+
+
+def test_multipliers_of_a_pair_are_one_curve_and_small_ones_are_not_drawn():
+    orbit = ts.periodic(scene("impact_oscillator"))
+    for multipliers, words in {
+        (0.5 + 0.1j, 0.5 - 0.1j): {"largest two, a pair"}, (0.5, 0.2): {"largest", "second"},
+        (0.5, 1e-7): {"largest"}, (1e-6, 1e-7): set(),
+    }.items():  # fmt: skip
+        given = replace(orbit)
+        vars(given)["multipliers"] = np.array(multipliers, dtype=complex)  # which it would work out when first asked
+        branches = (Branch(tuple(BranchPoint(at, "orbit", given) for at in (1.0, 1.1)), "", "", ""),)
+        found = Branches(scene("impact_oscillator"), "signals.shaker.amplitude", "V", (1.0, 1.1), 0, branches)
+        text = branch_html(found)
+        assert set(re.findall(r'aria-label="(largest[^"]*|second)"', text)) == words
+        assert ("All multipliers are below" in text) is (not words)
 
 
 def test_a_landing_is_drawn_beside_the_step():

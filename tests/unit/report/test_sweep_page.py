@@ -51,6 +51,8 @@ def test_measures_come_with_their_range_and_where_it_ends(tmp_path: Path) -> Non
         and "The line joins the median run of each value." in page.text
     )
     assert "Runs that failed" not in page.text
+    map_of = sweep_html(sweep, file)
+    assert map_of.count(">robot.feet.tip.gap (µm)</text>") == 2, "axes of maps have prefixes as all others"
 
 
 @pytest.mark.slow

@@ -165,6 +165,18 @@ def test_figures_of_any_number_of_legs(legs: int) -> None:
         assert f'"{leg}"]' in falls.picture
 
 
+def test_turns_that_the_run_does_not_resolve_are_told_and_not_drawn() -> None:
+    """Of a body that rises by 10 um a roll of 1 nrad is rounding, one of 1 mrad is none."""
+    motion = walk(10, 0.02)
+    wave = np.sin(300.0 * motion.time)
+    for size, drawn in ((1e-3, True), (1e-9, False)):
+        body = {"surge": 1e-5 * wave, "heave": 1e-5 * wave, "roll": size * wave}
+        plate = travel(replace(motion, body=body))
+        assert ("roll (mrad)" in plate.picture) is drawn, size
+        assert ("not resolve" in plate.caption) is not drawn
+        assert drawn or "Its roll stays within 2·10⁻⁹ rad" in plate.caption
+
+
 def test_impacts_at_landings_do_not_press_the_other_forces_to_a_line() -> None:
     """Of ten feet that push with 1 uN, one has an impact of 100 uN for one sample: rows stay as high as the push."""
     motion = walk(10, 0.08)
