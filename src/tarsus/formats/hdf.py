@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from pathlib import Path
 from typing import Any
 
@@ -49,7 +50,7 @@ def read_hdf(path: Path, _: bytes) -> RawFile:
     def visit(name: str, item: Any) -> None:
         try:
             if isinstance(item, h5py.Group):
-                groups[name] = dict(item.attrs)
+                groups[name] = _attributes(item)
             elif item.shape is not None and not _bare_dimension(item):
                 arrays.extend(_arrays(name, item))
         except (OSError, TypeError, ValueError) as error:  # one that h5py cannot read: its filter, or its type
@@ -57,14 +58,23 @@ def read_hdf(path: Path, _: bytes) -> RawFile:
 
     with parsing(path.name, "HDF5"), h5py.File(path, "r") as file:
         check_values(path.name, values_in(file))
-        groups[""] = dict(file.attrs)
+        groups[""] = _attributes(file)
         file.visititems(visit)
     return file_of(path.name, arrays, notes, groups)
 
 
+def _attributes(item: Any) -> dict[str, Any]:
+    """Attributes of a group or data set, of those that h5py can read."""
+    out = {}
+    for name in item.attrs:
+        with contextlib.suppress(OSError, TypeError, ValueError):
+            out[name] = item.attrs[name]
+    return out
+
+
 def _arrays(name: str, item: Any) -> list[Array]:
     """A data set, or the columns of one of records."""
-    values, attributes = np.asarray(item[()]), dict(item.attrs)
+    values, attributes = np.asarray(item[()]), _attributes(item)
     parts = values.dtype.names
     if parts is None:
         table, rows = _along_samples(values, _scales(item))

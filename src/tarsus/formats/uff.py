@@ -24,6 +24,8 @@ _EXCITATION = 13
 """Code of an excitation force, by the format (dataset 58), as the next ones."""
 _ROLES = {1: Role.SIGNAL, 4: Role.RESPONSE, 6: Role.COHERENCE}
 """Roles by the code of the function."""
+_GENERAL, _TIME = 0, 17
+"""Code of a function of any kind, and of an abscissa that is the time."""
 _FUNCTIONS = {
     0: "general functions",
     2: "auto spectra",
@@ -77,11 +79,17 @@ def read_uff(path: Path, content: bytes) -> RawFile:
         If the file is truncated, or a data set cannot be read.
     """
     sets = data_sets(path.name, content)
-    functions = [one for one in sets if isinstance(one, Function) and one.function in _ROLES]
+    functions = [one for one in sets if isinstance(one, Function) and _role(one) is not None]
     spectra = [one for one in sets if isinstance(one, AtNodes) and one.analysis == _FREQUENCY_RESPONSE]
     series = [_function(path.name, one) for one in functions] + _nodal(path.name, spectra)
     notes = [*_notes(path.name, sets), *_unit_notes(path.name, sets, functions), *_real(path.name, functions)]
     return RawFile(path.name, tuple(_numbered(series)), notes=tuple(notes))
+
+
+def _role(one: Function) -> Role | None:
+    """What a function is read as: also a general one of real numbers over time is a signal."""
+    over_time = one.function == _GENERAL and one.abscissa.kind == _TIME and not np.iscomplexobj(one.values)
+    return Role.SIGNAL if over_time else _ROLES.get(one.function)
 
 
 def _notes(source: str, sets: Sequence[DataSet]) -> list[str]:
@@ -89,7 +97,7 @@ def _notes(source: str, sets: Sequence[DataSet]) -> list[str]:
     counts: dict[str, int] = {}
     for one in sets:
         match one:
-            case Function(function=code) if code not in _ROLES:
+            case Function(function=code) if _role(one) is None:
                 what = _FUNCTIONS.get(code, f"functions of type {code}")
             case AtNodes(analysis=code) if code != _FREQUENCY_RESPONSE:
                 what = _ANALYSES.get(code, f"data at nodes of analysis type {code} (data sets 55)")
@@ -130,7 +138,7 @@ def _real(source: str, functions: Sequence[Function]) -> Iterator[str]:
     names = [
         repr(one.response.name)
         for one in functions
-        if _ROLES[one.function] is Role.RESPONSE and not np.iscomplexobj(one.values)
+        if _role(one) is Role.RESPONSE and not np.iscomplexobj(one.values)
     ]
     if names:
         yield (
@@ -142,7 +150,7 @@ def _real(source: str, functions: Sequence[Function]) -> Iterator[str]:
 def _function(source: str, one: Function) -> RawSeries:
     """A data set 58."""
     name = one.response.name
-    role = _ROLES[one.function]
+    role = _role(one) or Role.SIGNAL
     if len(one.values) < one.count:
         raise InputError(truncated(source, name, len(one.values), one.count))
     domain = Domain.TIME if role is Role.SIGNAL else Domain.FREQUENCY

@@ -171,7 +171,10 @@ def _binary_end(kind: bytes, content: bytes, first: int) -> int | None:
             return None
     found = _BINARY.match(kind)
     announced = int(found[4]) if found is not None and found[4] else 0
-    form = _ints(_text(content[first:start]).splitlines()[6], (10, 10, 10))
+    try:
+        form = _ints(_text(content[first:start]).splitlines()[6], (10, 10, 10))
+    except (ValueError, IndexError):
+        form = [0, 0, 0]  # told where the data set is read
     width = 8 if form[0] in _DOUBLE else 4
     each = width * (1 + (form[0] in _COMPLEX))
     for x in (announced, form[1] * (each + (form[2] == 0) * width), form[1] * (each + (form[2] == 0) * 4)):

@@ -306,7 +306,7 @@ def _read(opened: Opened, name: str, file: str, others: Sequence[RecordFile]) ->
         record = _measured(opened.folder / file, choices, set(common.channels) if common else set())
     except InputError as error:
         return RecordFile(name, file, None, tuple(_of_drive(said, one) for said in error.problems))
-    record = _at_points(record, opened.model.scene.robot.structure.points)
+    record = at_points(record, opened.model.scene.robot.structure.points)
     for other in others:
         if other.record is not None and np.array_equal(other.record.values, record.values):
             return RecordFile(name, file, None, (f"{file}: {_twice(file, other.file)[1]}",))
@@ -315,7 +315,7 @@ def _read(opened: Opened, name: str, file: str, others: Sequence[RecordFile]) ->
     return RecordFile(name, file, None if problems else checked, tuple(problems))
 
 
-def _at_points(record: Measurement, points: Collection[str]) -> Measurement:
+def at_points(record: Measurement, points: Collection[str]) -> Measurement:
     """The record with degrees of freedom, such as ``12-Z``, at the points that scenes name after them (``12_Z``), along
     the positive axis."""
     channels, values = list(record.channels), record.values.copy()

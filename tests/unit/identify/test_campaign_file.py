@@ -2,14 +2,16 @@
 
 import tomllib
 
+import numpy as np
 import pytest
 from identify.campaigns import folder
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import validate
 from tarsus.files.toml import description_text
-from tarsus.identify.campaign import Campaign, read_campaign
+from tarsus.identify.campaign import Campaign, at_points, read_campaign
 from tarsus.identify.campaign_file import matching, short_text
+from tarsus.records.measurement import Channel, Measurement, Quantity
 
 WRITTEN = """
 device = "cantilever"
@@ -69,3 +71,13 @@ def test_what_synthesize_writes_is_short_and_means_the_same():
         assert one.model_copy(update={"like": None, "files": ()}) == sets[name].model_copy(
             update={"files": ()}
         )
+
+
+def test_degrees_of_freedom_are_the_points_that_scenes_name_after_them():
+    names = ("1+Z", "2-Z", "3+Z", "volts")
+    quantities = (Quantity.VELOCITY,) * 3 + (Quantity.VOLTAGE,)
+    channels = tuple(Channel(name, one, name) for name, one in zip(names, quantities, strict=True))
+    record = at_points(Measurement(channels, np.arange(8.0).reshape(4, 2), 1e-3), ("1_Z", "2_Z"))
+    assert [one.at for one in record.channels] == ["1_Z", "2_Z", "3+Z", "volts"]
+    assert record.names == names
+    assert record["2-Z"].tolist() == [-2.0, -3.0] and record["3+Z"].tolist() == [4.0, 5.0]

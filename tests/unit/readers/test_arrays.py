@@ -18,6 +18,7 @@ import tarsus as ts
 from tarsus.formats import content_of, raw
 from tarsus.records.measurement import Quantity
 from tarsus.records.readers import read_measurement, read_response
+from universal_files import function58, units164
 
 TIME = 0.25 + 1e-3 * np.arange(200)
 RANDOM = np.random.default_rng(2)
@@ -458,3 +459,41 @@ def test_a_table_of_records_is_its_columns(tmp_path):
     with h5py.File(path, "a") as file:
         file["log"].attrs["units"] = ["ms", "mm/s", ""]
     assert read_measurement(path).step == pytest.approx(1e-6)
+
+
+def damaged(content: bytes, number: int) -> bytes:
+    """The content of a file cut, or with some bytes changed."""
+    random = np.random.default_rng(number)
+    if number % 3 == 0:
+        return content[: random.integers(1, len(content))]
+    changed = bytearray(content)
+    for _ in range(number % 5 + 1):
+        changed[random.integers(len(changed))] = random.integers(256)
+    return bytes(changed)
+
+
+@pytest.mark.parametrize("name", ["a.mat", "packed.mat", "four.mat", "a.h5", "a.nc", "a.uff"])
+def test_damage_is_told_and_ends_nothing(tmp_path, name):
+    path = tmp_path / name
+    content = {"t": TIME, "tip": TIP, "cells": np.array([TIME, "x"], dtype=object), "one": {"deep": TIP}}
+    if name == "four.mat":
+        savemat(path, {"t": TIME, "tip": TIP}, format="4")
+    elif name.endswith(".mat"):
+        savemat(path, content, do_compression=name == "packed.mat")
+    elif name == "a.h5":
+        hdf(path, time=TIME, attributes={"scale_factor": 2.0})
+    elif name == "a.nc":
+        with netcdf_file(str(path), "w") as file:
+            file.createDimension("time", 200)
+            file.createVariable("tip", "d", ("time",))[:] = TIP
+    else:
+        path.write_bytes(function58(TIP, 1, 3) + function58(TIP, 2, 3, double=True, order="<") + units164(5, 1e3, 1e3))
+    whole = path.read_bytes()
+    refused = 0
+    for number in range(40):
+        path.write_bytes(damaged(whole, number))
+        try:
+            content_of(path)
+        except ts.InputError:
+            refused += 1
+    assert refused >= 5
