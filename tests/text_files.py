@@ -100,6 +100,21 @@ CASES = [
     Case("units of CF.csv", _lines(["time (s),tip (mm s-1),drive (V)"], _plain())),
     Case("units by DIN.csv", _lines(["t/s;tip / (mm/s);drive/V"], _plain(";"))),
     Case("units behind blanks.csv", _lines(["time_s,tip mm/s,drive V"], _plain())),
+    Case("pipes.txt", _lines(["t (s)|tip (mm/s)|drive (V)"], _plain("|"))),
+    Case("other brackets.csv", _lines(["t <s>,tip {mm/s},drive [V]"], _plain())),
+    Case("exponents of fortran.txt", _lines(["t (s)  tip (mm/s)  drive (V)"], lambda i: "  ".join(
+        f"{one:.8E}".replace("E", "D") for one in (T[i], V[i], U[i])))),
+    Case("times of every channel.csv", _lines(["t1 (s),tip (mm/s),t2 (s),drive (V)"],
+                                              lambda i: f"{T[i]:.6f},{V[i]:.4f},{T[i]:.6f},{U[i]:.4f}")),
+    Case("microseconds since 1970.csv", _lines(["time (us),tip (mm/s),drive (V)"],
+                                               lambda i: f"{1780000000000000 + 20 * i},{V[i]:.4f},{U[i]:.4f}",
+                                               Held(HELD.channels, STEP, 1.78e9))),
+    Case("nanoseconds since 1970.csv", _lines(["time (ns),tip (mm/s),drive (V)"],
+                                              lambda i: f"{1780000000000000000 + 20000 * i},{V[i]:.4f},{U[i]:.4f}",
+                                              Held(HELD.channels, STEP, 1.78e9))),
+    Case("times of few digits.csv", _lines(["Sample Interval,2e-5", "time (s),tip (mm/s),drive (V)"],
+                                           lambda i: f"{T[i] + 1:.4f},{V[i]:.4f},{U[i]:.4f}",
+                                           Held(HELD.channels, STEP, 1.0))),
     Case("thousands.csv", _lines(['"t (us)","tip (um/s)","drive (uV)"'], lambda i: ",".join(
         f'"{one:,.1f}"' for one in (1e6 * T[i], 1e3 * V[i], 1e6 * U[i])))),
     Case("thousands by points.csv", _lines(["t (us);tip (um/s);drive (uV)"], lambda i: ";".join(

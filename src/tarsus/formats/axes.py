@@ -78,6 +78,8 @@ def axis_series(
     named = [one for one in found if _has_name(one, domain)]
     if len(found) > 1 and len(named) == 1:
         return named[0]
+    if len(found) > 1 and all(_same(one, found[0]) for one in found):
+        return found[0]  # the times of every channel, which are the same
     beside = [one for one in found if {one.name.rpartition("/")[0]} == set(groups)]
     if len(found) > 1 and len(beside) == 1:
         return beside[0]
@@ -85,6 +87,11 @@ def axis_series(
         shown = " and ".join(f"'{one.name}'" for one in found)
         raise InputError(f"{raw.source}: {shown} may each be the axis; say which with axis")
     return found[0] if found else None
+
+
+def _same(one: RawSeries, other: RawSeries) -> bool:
+    groups = {series.name.rpartition("/")[0] for series in (one, other)}
+    return len(groups) == 1 and one.unit == other.unit and np.array_equal(one.values, other.values)
 
 
 def is_axis(series: RawSeries, domain: Domain) -> bool:
@@ -122,12 +129,12 @@ def series_axis(
             f"{raw.source}: the axis '{series.name}' is in '{said}', which is no unit of "
             f"{'time' if domain is Domain.TIME else 'frequency'}; give axis_unit"
         )
-    first = 0  # nanoseconds since 1970 have more digits than a double: they count from the first
-    if series.values.dtype.kind in "iu":
-        first = series.values[0]
+    whole = bool(np.all(series.values == np.rint(series.values)))  # which are exact, and differences of floats too
+    rounding = 0.0 if whole else float(np.spacing(np.max(np.abs(series.values), initial=0.0)))
+    # seconds since 1970 leave a double few digits: times count from the first
+    first = series.values[0] if domain is Domain.TIME and len(series.values) and np.isfinite(series.values[0]) else 0
     values = (series.values - first).astype(float) * factor
-    rounding = float(np.spacing(np.max(np.abs(values), initial=0.0)))
-    return Axis(domain, values, series.resolution * factor + rounding, float(first) * factor)
+    return Axis(domain, values, (series.resolution + rounding) * factor, float(first) * factor)
 
 
 def sampling_step(time: ArrayLike, resolution: float = 0.0) -> float:

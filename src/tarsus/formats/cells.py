@@ -5,19 +5,22 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from functools import cached_property
 
 from tarsus.base.errors import InputError
 from tarsus.formats.numerals import number
 
-_SEPARATORS = ("\t", ";", ",", None)
+_SEPARATORS = ("\t", ";", ",", "|", None)
 _LONGEST_HEADER = 2000
 """Lines before the numbers: more than any instrument writes."""
 _LONGEST_CELL = 3
 """Lines that a quoted cell of a header may go on for; more are taken for a stray quotation mark, such as of inches."""
 _THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(?:,\d{3})+")
+_WORD = re.compile(r"[^\W\d_]{2,}")
+_AT_BLANKS = re.compile(r"\s+(?![\[({<])(?![^\[({<]*[\])}>])")
+"""Blanks outside of brackets, and before none: a unit belongs to its name."""
 _DIGITS = re.compile(r"\d+(?:[eE][+-]?\d+)?")
 
 
@@ -27,7 +30,7 @@ class SplitText:
 
     header, body: lines above it, and from it on; separator: None for blanks; first: number of its line in the file;
     comma: whether numbers have a decimal comma; beside: whether the header stands beside the numbers, which names no
-    columns.
+    columns; below: lines of words below the numbers.
     """
 
     header: list[str]
@@ -36,6 +39,7 @@ class SplitText:
     first: int
     comma: bool
     beside: bool = False
+    below: Sequence[str] = ()
 
     @cached_property
     def width(self) -> int:
@@ -73,7 +77,8 @@ def split(source: str, lines: Sequence[str]) -> SplitText:
             if start is None:
                 continue
             body = [line for line in lines[start:] if line.strip()]
-            found = SplitText(list(lines[:start]), body, separator, start + 1 + merged, comma)
+            rows = _without_words(body, separator)
+            found = SplitText(list(lines[:start]), rows, separator, start + 1 + merged, comma, below=body[len(rows) :])
             return _without_double_commas(source, found)
     raise InputError(f"{source} holds no rows of numbers{_what_instead(lines)}")
 
@@ -81,7 +86,7 @@ def split(source: str, lines: Sequence[str]) -> SplitText:
 def cells_of(line: str, separator: str | None) -> list[str]:
     """Cells of a line; quotation marks hold a cell together, and a separator at the end adds none."""
     if separator is None:
-        return [cell.strip('"') for cell in line.split()]
+        return [cell.strip('"') for cell in _AT_BLANKS.split(line.strip()) if cell]
     if '"' in line:
         try:
             cells = next(csv.reader([line], delimiter=separator, skipinitialspace=True))
@@ -108,6 +113,16 @@ def _whole_cells(lines: Sequence[str]) -> tuple[list[str], int]:
         out.append(line)
         place += taken
     return [*out, *lines[place:]], place - len(out)
+
+
+def _without_words(body: Sequence[str], separator: str | None) -> list[str]:
+    """Lines before those at the end that begin with a word, such as a mean: a number that was cut is none."""
+    count = len(body)
+    while count > 0 and _WORD.match(cells_of(body[count - 1], separator)[0]):
+        if is_real(cells_of(body[count - 1], separator)[0], False):  # nan, inf
+            break
+        count -= 1
+    return list(body[:count])
 
 
 def _beside(lines: Sequence[str]) -> SplitText | None:
@@ -139,7 +154,7 @@ def _without_double_commas(source: str, found: SplitText) -> SplitText:
     if not named or len(named) * 2 != found.width or not all(_DIGITS.fullmatch(cell) for cell in odd):
         return found
     if found.width == 2:
-        return SplitText(found.header, found.body, None, found.first, True)
+        return replace(found, separator=None, comma=True)
     raise InputError(
         f"{source}: its header has {len(named)} columns and its rows have {found.width}: commas part cells and "
         "decimals alike; export with semicolons, tabs or decimal points"

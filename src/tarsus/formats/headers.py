@@ -15,7 +15,7 @@ from tarsus.formats.parts import is_decibel
 from tarsus.formats.raw import Declared
 from tarsus.formats.unit_names import frequency_factor, ratio_of, scaled, time_factor
 
-_UNIT_IN_NAME = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\))\s*$")
+_UNIT_IN_NAME = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\)|<([^>]*)>|\{([^}]*)\})\s*$")
 _UNIT_BEHIND = (
     re.compile(r"^(?:(.+?)\s+)?in\s+(\S.*)$"),  # CH1 in V
     re.compile(r"^(.+?)\s*[,;]\s*([^,;]+)$"),  # Time, s
@@ -82,7 +82,7 @@ def header_of(lines: SplitText) -> Header:
     keyed = any(fact.kind == "y_unit" for fact in facts)  # units stand behind keys, of which the last is no name
     valued = keyed and any(_VALUE.match(cell) for cell in rows[-1][1:])
     labels = [] if lines.beside or valued else [_without_facts(row) for row in rows]
-    names, units, unused = _labels(labels, lines.width)
+    names, units, unused = _labels(labels, lines.width, lines.separator is not None)
     header = Header(names, units, _declared(facts, lines.comma), _announced(facts), unused)
     _complete(header, facts)
     for i, name in enumerate(header.names):
@@ -111,7 +111,7 @@ def split_name(name: str) -> tuple[str, str]:
     """Name and unit of a column whose unit stands in its name, in brackets or as oscilloscopes write it."""
     match = _UNIT_IN_NAME.match(name)
     if match is not None:
-        found = (match[2] or match[3] or "").strip()
+        found = next((one for one in match.groups()[1:] if one), "").strip()
         index = found == "1" and not re.search(r"\s[\[(]", name)  # Y[1], of which there is a Y[0]
         known = (is_unit(found) or found in _NO_UNIT) and not index
         return (match[1].rstrip(" /,;:"), found) if known else (name, "")
@@ -177,14 +177,14 @@ def _without_facts(row: Sequence[str]) -> list[str]:
     return list(row)
 
 
-def _labels(rows: list[list[str]], width: int) -> tuple[list[str], list[str], list[str]]:
+def _labels(rows: list[list[str]], width: int, separated: bool) -> tuple[list[str], list[str], list[str]]:
     """Names and units of the columns from the last lines of the header, empty where it says none; and names of columns
-    without numbers."""
+    without numbers; separated: by another sign than blanks, of which a sentence has many."""
     rows = [list(row) for row in rows]
     units = [""] * width
     if rows and len(rows[-1]) >= width and _is_unit_row(rows[-1], width):
         units = [re.sub(r"^[\[(]\s*(.*?)\s*[\])]$", r"\1", cell) for cell in rows.pop()[:width]]
-    fits = bool(rows) and len(rows[-1]) >= width and (len(rows[-1]) == width or width > 1)
+    fits = bool(rows) and len(rows[-1]) >= width and (len(rows[-1]) == width or (width > 1 and separated))
     names = list(rows[-1][:width]) if fits else [""] * width
     unused = [cell for cell in rows[-1][width:] if cell] if fits else []
     if len(rows) > 1 and len(rows[-2]) == width > 1:

@@ -19,6 +19,8 @@ _THOUSANDS = {
     False: re.compile(r"[+-]?[1-9]\d{0,2}(?:,\d{3})+\.\d*"),
 }
 """Numbers with marks of thousands, by whether the decimal sign is a comma."""
+_FORTRAN = re.compile(r"[+-]?(?:\d+[.,]?\d*|[.,]\d+)[dD][+-]?\d+")
+"""Numbers in double precision as Fortran writes them."""
 _BEYOND = {"∞", "+∞", "-∞", "1.#inf", "-1.#inf"}
 """What PicoScope and older C libraries write where a converter was out of its range."""
 
@@ -46,6 +48,8 @@ def number(text: str, comma: bool = False) -> float:
         return math.nan
     if plain.lower() in _BEYOND:
         return -math.inf if plain.startswith("-") else math.inf
+    if _FORTRAN.fullmatch(plain):
+        plain = plain.replace("D", "e").replace("d", "e")
     if _THOUSANDS[comma].fullmatch(plain):
         plain = plain.replace("." if comma else ",", "")
     return float(plain.replace(",", ".") if comma else plain)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,6 +20,8 @@ from tarsus.formats.parts import joined, phase_factor
 from tarsus.formats.pieces import by_count, several
 from tarsus.formats.raw import Domain, RawFile, RawSeries, Role
 
+_LONG = re.compile(r"[+-]?\d{16,18}|[+-]?[1-8]\d{18}")
+"""Whole numbers that fit into 64 bits, and not all into the 53 of a double."""
 _NO_NUMBER = 9.9e37
 """What instruments write for no number and for infinity, by SCPI (9.91e37 and 9.9e37)."""
 
@@ -43,16 +46,20 @@ def read_text(path: Path, content: bytes) -> RawFile:
     if numbers is None or numbers.shape[1] != table.width:
         numbers = None
         _check_widths(path.name, table)
-    series, notes = [], check_ending(text, table.ends, path.name)
+    series: list[RawSeries] = []
+    notes = [] if table.below else check_ending(text, table.ends, path.name)
     for column, (name, unit) in enumerate(zip(header.names, header.units, strict=True)):
         label = name or f"column {column + 1}"
-        if numbers is not None:
+        if any(one.name == label for one in series):
+            label = f"{label} (column {column + 1})"
+        if numbers is not None and not _LONG.fullmatch(table.ends[0][column]):
             values = numbers[:, column]
         elif not name and not any(row[column] for row in table.rows if column < len(row)):
             continue
         else:
             values = _values(path.name, table, column, label)
-        values = np.where(np.abs(values) >= _NO_NUMBER, np.nan, values)
+        if values.dtype.kind != "i":
+            values = np.where(np.abs(values) >= _NO_NUMBER, np.nan, values)
         if is_counter(name, unit):
             notes.append(f"{path.name}: column '{label}' counts the samples: not used")
             continue
@@ -61,6 +68,7 @@ def read_text(path: Path, content: bytes) -> RawFile:
             unit, step = "s", stamp_step(table.ends[0][column])
         series.append(RawSeries(label, values, unit, count=header.count, resolution=step))
     notes += [f"{path.name}: column '{name}' holds no numbers: not used" for name in header.unused]
+    notes += [f"{path.name}: not used: its last lines, from '{table.below[0].strip()[:40]}' on"] if table.below else []
     paired = _pairs(series)
     notes += [
         f"{path.name}: column '{one.name}' is a phase, but nothing says whether in deg or rad; name it under channels "
@@ -94,6 +102,9 @@ def _values(source: str, table: SplitText, column: int, name: str) -> NDArray[np
     written = next((row[column] for row in table.rows if column < len(row)), "")
     if stamp_of(written) is not None:
         return _since_first(source, table, column, name)
+    if _LONG.fullmatch(written):  # more digits than a double has, such as of nanoseconds since 1970
+        with suppress(ValueError, OverflowError):
+            return np.array([int(row[column]) for row in table.rows if column < len(row)], dtype=np.int64)
     if not written or is_real(written, table.comma):
         return column_of(table.rows, column, name, table.first, source, table.comma)
     found = [complex_of(row[column]) if column < len(row) else None for row in table.rows]

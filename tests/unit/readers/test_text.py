@@ -215,3 +215,14 @@ def test_more_rows_than_the_header_announces(tmp_path):
     timed = "Samples: 3\nt [s],tip [mm/s]\n" + "".join(f"0.{i},{i % 3}\n" for i in range(6))
     record = read_measurement(write(tmp_path, timed, name="timed.csv"))
     assert record.count == 6 and "announces 3 samples, and 6 follow, whose times go on" in "\n".join(record.notes)
+
+
+def test_words_below_the_numbers_are_no_cut_line(tmp_path):
+    text = "t (s),tip (mm/s)\n0.0,1\n0.1,2\n0.2,4\n\nMean,2.33\nEnd of file\n"
+    record = read_measurement(write(tmp_path, text, name="record.csv"))
+    assert record.count == 3 and "not used: its last lines, from 'Mean,2.33' on" in "\n".join(record.notes)
+
+
+def test_two_columns_of_one_name_are_told_apart(tmp_path):
+    record = read_measurement(write(tmp_path, "t (s),a (V),a (V)\n0,1,2\n1,2,3\n2,4,1\n", name="record.csv"))
+    assert record.names == ("a", "a (column 3)") and record["a (column 3)"].tolist() == [2.0, 3.0, 1.0]

@@ -160,7 +160,8 @@ def _sampling(
         sampling = sampling._replace(start=sampling.start + axis.origin)
         shown = f"the column '{column.name}'"
         resolution = axis.resolution / max(length - 1, 1)
-        return sampling, check_declared(raw, used, sampling.step, resolution, choices.axis is not None, shown)
+        notes = check_declared(raw, used, sampling.step, resolution, choices.axis is not None, shown)
+        return _sharper(raw, used, sampling) if not notes else sampling, notes
     own = [(one, one.axis) for one in used if one.axis is not None]
     if len(own) == len(used):
         found = [(one, even(raw.source, axis.values[:length], axis.resolution)) for one, axis in own]
@@ -190,6 +191,15 @@ def _sampling(
         *notes,
         f"{raw.source}: the sampling step of {known[0].step:g} s is that of {known[0].where}",
     ]
+
+
+def _sharper(raw: RawFile, used: Sequence[RawSeries], sampling: Sampling) -> Sampling:
+    """The sampling of a column of times, with the step of the header that agrees with it where that has more digits."""
+    stated = [found for one in used if (found := one.declared or raw.declared) is not None]
+    best = min(stated, key=lambda one: one.rounding, default=None)
+    if best is None or best.rounding >= sampling.rounding:
+        return sampling
+    return sampling._replace(step=best.step, rounding=best.rounding)
 
 
 def _drive(raw: RawFile, choices: Choices, selected: Sequence[Selected]) -> str | None:

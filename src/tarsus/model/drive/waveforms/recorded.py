@@ -21,10 +21,12 @@ TIME, VOLTS = "time", "volts"
 
 
 class RecordedVolts(NamedTuple):
-    """Times [s] on the clock of the file, and volts [V], both (N,) and read-only."""
+    """Times [s] from the first sample on and volts [V], both (N,) and read-only; begin [s]: when the first one comes by
+    the clock of the file."""
 
     times: Floats
     levels: Floats
+    begin: float
 
 
 def read_volts(path: Path, time_column: str, volts_column: str) -> RecordedVolts:
@@ -50,7 +52,8 @@ def read_volts(path: Path, time_column: str, volts_column: str) -> RecordedVolts
     if column is None and plain and len(real) == 2 and real[0].axis is None and raw.declared is None:
         column = real[0]
     volts = _volts(raw, [one for one in real if one is not column], volts_column)
-    times = _times(raw, volts, column, time_column)
+    clock = _times(raw, volts, column, time_column)
+    times = clock.values
     if volts.count is not None and len(volts.values) < volts.count:
         raise InputError(truncated(raw.source, volts.name, len(volts.values), volts.count))
     if not raw.ragged and len(times) != len(volts.values):
@@ -59,10 +62,11 @@ def read_volts(path: Path, time_column: str, volts_column: str) -> RecordedVolts
         )
     count = min(len(times), len(volts.values))
     levels = volts.values[:count].astype(float) * _factor(raw, volts)
-    times = times[:count].copy()
+    first = float(times[0]) if count else 0.0
+    times = times[:count] - first
     for one in (times, levels):
         one.flags.writeable = False
-    return RecordedVolts(times, levels)
+    return RecordedVolts(times, levels, first + clock.origin)
 
 
 def _volts(raw: RawFile, others: list[RawSeries], name: str) -> RawSeries:
@@ -79,18 +83,18 @@ def _volts(raw: RawFile, others: list[RawSeries], name: str) -> RawSeries:
     )
 
 
-def _times(raw: RawFile, volts: RawSeries, column: RawSeries | None, name: str) -> Floats:
+def _times(raw: RawFile, volts: RawSeries, column: RawSeries | None, name: str) -> Axis:
     if column is not None:
-        axis = series_axis(raw, column, Domain.TIME)
-        return axis.values + axis.origin
+        return series_axis(raw, column, Domain.TIME)
     declared = volts.declared or raw.declared
     if isinstance(volts.axis, Axis) and volts.axis.domain is Domain.TIME:
-        return volts.axis.values
+        return volts.axis
     if declared is None:
         raise InputError(
             f"{raw.source} has no column '{name}'{nearest(name, raw.names)}; name that of the times with time_column"
         )
-    return declared.start + declared.step * np.arange(len(volts.values), dtype=np.float64)
+    values = declared.step * np.arange(len(volts.values), dtype=np.float64)
+    return Axis(Domain.TIME, values, origin=declared.start)
 
 
 def _factor(raw: RawFile, volts: RawSeries) -> float:

@@ -80,9 +80,8 @@ class Sampled(Signal):
         """Times [s] and voltages [V], each (N,)."""
         if self.file is None:
             return columns(self.times), columns(self.levels)
-        times, levels = self._recorded()
-        shift = -float(times[0]) if self.start is None else self.start - float(times[0])
-        return (times if isinstance(shift, float) and shift == 0.0 else times + shift), levels
+        times, levels, _ = self._recorded()
+        return (times if self.start is None else times + self.start), levels
 
     def _recorded(self) -> RecordedVolts:
         path = Path(str(self.file))
@@ -93,7 +92,7 @@ class Sampled(Signal):
     @property
     def remarks(self) -> tuple[str, ...]:
         """A sentence where the clock of a file does not begin at 0 s and nothing says when it is played."""
-        first = 0.0 if self.file is None or self.start is not None else float(self._recorded().times[0])
+        first = 0.0 if self.file is None or self.start is not None else self._recorded().begin
         if first == 0.0:
             return ()
         name, begin = Path(str(self.file)).name, f"{first:.6g}"
