@@ -30,8 +30,10 @@ def _text(table: NDArray[Any], double: bool, uneven: bool) -> list[str]:
         widths, digits = [13] * 6, [5] * 6
     elif not uneven:
         widths, digits = [20] * 4, [12] * 4
-    else:
+    elif table.shape[1] == 2:
         widths, digits = [13, 20] * 2, [5, 12] * 2
+    else:
+        widths, digits = [13, 20, 20], [5, 12, 12]
     flat = table.ravel()
     return [_row(flat[k : k + len(widths)], widths, digits) for k in range(0, len(flat), len(widths))]
 
@@ -39,17 +41,25 @@ def _text(table: NDArray[Any], double: bool, uneven: bool) -> list[str]:
 def function58(
     values: NDArray[Any], node: int, direction: int, *, kind: int = 11, label: str = NONE, double: bool = False,
     uneven: bool = False, order: str = "", entity: str = NONE, start: float = 0.0, axis_label: str = "s",
+    reference: tuple[int, int] | None = None,
 ) -> bytes:  # fmt: skip
-    """One time response; order: of the bytes of a binary one, "<" or ">"."""
-    table = np.column_stack([start + STEP * N, values]) if uneven else values[:, None]
+    """One time response, or with a reference a frequency response; order: of the bytes of a binary one, "<" or ">"."""
+    columns = [values.real, values.imag] if np.iscomplexobj(values) else [values]
+    table = np.column_stack([start + STEP * N, *columns] if uneven else columns)
     head = [one.ljust(80) for one in ("a response", NONE, "01-Jan-26 10:00:00", NONE, NONE)]
-    head.append(f"{1:5d}{0:10d}{0:5d}{0:10d} {entity:10s}{node:10d}{direction:4d} {NONE:10s}{0:10d}{0:4d}")
+    at = reference or (0, 0)
+    function = 4 if reference else 1
+    response = f" {entity:10s}{node:10d}{direction:4d}"
+    head.append(f"{function:5d}{0:10d}{0:5d}{0:10d}{response} {NONE:10s}{at[0]:10d}{at[1]:4d}")
     spacing = (0, 0.0, 0.0) if uneven else (1, start, STEP)
-    form = f"{4 if double else 2:10d}{len(values):10d}{spacing[0]:10d}"
+    code = 2 + 2 * double + (3 - double) * np.iscomplexobj(values)
+    form = f"{code:10d}{len(values):10d}{spacing[0]:10d}"
     head.append(form + _row([*spacing[1:], 0.0], [13] * 3, [5] * 3))
-    head.append(f"{17:10d}{0:5d}{0:5d}{0:5d} {'Time':20s} {axis_label:20s}")
+    axis = f"{18:10d}{0:5d}{0:5d}{0:5d} {'Frequency':20s} {'Hz':20s}"
+    head.append(axis if reference else f"{17:10d}{0:5d}{0:5d}{0:5d} {'Time':20s} {axis_label:20s}")
     head.append(f"{kind:10d}{0:5d}{0:5d}{0:5d} {NONE:20s} {label:20s}")
-    head += [f"{0:10d}{0:5d}{0:5d}{0:5d} {NONE:20s} {NONE:20s}"] * 2
+    head.append(f"{13 if reference else 0:10d}{0:5d}{0:5d}{0:5d} {NONE:20s} {'N' if reference else NONE:20s}")
+    head.append(f"{0:10d}{0:5d}{0:5d}{0:5d} {NONE:20s} {NONE:20s}")
     if not order:
         lines = ["    -1", "    58".ljust(80), *head, *_text(table, double, uneven), "    -1"]
         return ("\n".join(lines) + "\n").encode("latin-1")

@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import pyuff
 
 import array_files
 import lvm_files
@@ -25,7 +26,7 @@ import tdms_files
 import text_files
 import universal_files
 from record_case import Case
-from tarsus.records.readers import read_measurement
+from tarsus.records.readers import read_measurement, read_response
 
 _FORMATS = (text_files, lvm_files, tdms_files, octave_files, universal_files, array_files, matlab_files)
 CASES = [case for one in _FORMATS for case in one.CASES]
@@ -43,6 +44,29 @@ def test_a_file_is_read_as_its_own_library_reads_it(tmp_path: Path, case: Case) 
         np.testing.assert_allclose(record[name], values, rtol=held.digits, atol=held.digits * scale, err_msg=name)
     assert record.step == pytest.approx(held.step, rel=1e-9)
     assert record.start == pytest.approx(held.start, abs=1e-6 * held.step)
+
+
+@pytest.mark.parametrize("order", ["", "<", ">"], ids=["text", "little", "big"])
+@pytest.mark.parametrize("double", [False, True])
+@pytest.mark.parametrize("uneven", [False, True])
+@pytest.mark.parametrize("real", [False, True])
+def test_frequency_responses_of_universal_files(
+    tmp_path: Path, order: str, double: bool, uneven: bool, real: bool
+) -> None:
+    values = universal_files.TIP + (0.0 if real else 1j * universal_files.DRIVE)
+    values = values if real else np.asarray(values, dtype=complex)
+    path = tmp_path / "frf.uff"
+    path.write_bytes(
+        universal_files.function58(
+            values, 3, -2, label="mm/s", double=double, uneven=uneven, order=order, reference=(5, 3)
+        )
+    )
+    read, held = read_response(path), pyuff.UFF(str(path)).read_sets()
+    assert isinstance(held, dict)
+    assert [one.name for one in read.outputs] == ["3-Y"] and [one.name for one in read.inputs] == ["5+Z"]
+    assert read.unit == (("m/s / N",),)
+    np.testing.assert_allclose(read.values[0, 0], 1e-3 * held["data"], rtol=1e-12)
+    np.testing.assert_allclose(read.frequency, held["x"], rtol=1e-12, atol=1e-15)
 
 
 def test_no_two_rows_have_one_name() -> None:

@@ -117,7 +117,6 @@ def _unit_notes(source: str, sets: Sequence[DataSet], functions: Sequence[Functi
                 f"{source}: its units are said to be SI (data set 164), but with {system.length:g} units of length a "
                 f"metre and {system.force:g} units of force a newton: they are not relied on"
             )
-    assumed = []
     for one in functions:
         for which in (one.ordinate, one.denominator):
             unit, factor = _typed(one, which)
@@ -127,10 +126,20 @@ def _unit_notes(source: str, sets: Sequence[DataSet], functions: Sequence[Functi
                     f"{source}: '{one.response.name}' is labelled '{which.label}', but its data type and the "
                     f"file's units say {factor:g} {unit}: neither is relied on"
                 )
-        if one.units is None and not one.ordinate.label and _typed(one, one.ordinate)[0]:
-            assumed.append(one.response.name)
+    assumed = list(dict.fromkeys(name for one in functions for name in _assumed(one)))
     if assumed:
-        yield f"{source}: no units are told (data set 164, or labels) of {', '.join(map(repr, assumed))}: SI is assumed"
+        yield f"{source}: no units are told (data set 164, or labels) of {', '.join(assumed)}: SI is assumed"
+
+
+def _assumed(one: Function) -> Iterator[str]:
+    """What of a function is in SI because nothing says otherwise."""
+    role = _role(one)
+    if one.units is not None or role is Role.COHERENCE or ratio_of(one.ordinate.label):
+        return
+    if not one.ordinate.label and _typed(one, one.ordinate)[0]:
+        yield f"'{one.response.name}'"
+    if role is Role.RESPONSE and not one.denominator.label and _typed(one, one.denominator)[0]:
+        yield f"the input '{one.reference.name}'"
 
 
 def _real(source: str, functions: Sequence[Function]) -> Iterator[str]:
