@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.design.gait_request import GaitRequest
+from tarsus.design.gait_unknowns import designed
 from tarsus.design.grounds import Grounds
 from tarsus.design.headers import gait_header_text
 from tarsus.design.judge import CLOSED, Certificate, Round
@@ -105,8 +106,10 @@ class GaitFront(DesignResult):
         return hypervolume(self.front, given)
 
     def scene_of(self, point: GaitPoint, *, worst: bool = False) -> Scene:
-        """The scene with a gait, on the scene's own ground or on the gait's worst one."""
-        return self.request.walks().scene_of(point.point, point.worst_ground if worst else None)
+        """The scene with a gait, on the scene's own ground or on the gait's worst one; its numbers are marked as
+        designed."""
+        found = self.request.walks().scene_of(point.point, point.worst_ground if worst else None)
+        return designed(found, self.request.unknowns.paths)
 
     @property
     def gain(self) -> float:
@@ -166,9 +169,12 @@ class GaitFront(DesignResult):
                 columns.append(Column(f"{one.name}, 95 %", one.unit, 3))
                 kinds.append(("intervals", j))
         columns += [Column(path, unit) for path, unit in units_of(self.request.scene, paths).items()]
+        alike: dict[tuple[float, ...], tuple[list[str], GaitPoint]] = {}
+        for name, point in self.named:  # the robust gait is one of the front, or the optimum, as often as not
+            alike.setdefault(tuple(point.values.values()), ([], point))[0].append(name)
         rows = [
-            (name, *(getattr(point, kind)[j] for kind, j in kinds), *(point.values[path] for path in paths))
-            for name, point in self.named
+            (", ".join(names), *(getattr(point, kind)[j] for kind, j in kinds), *(point.values[path] for path in paths))
+            for names, point in alike.values()
         ]
         read = f", {self.reused} read" if self.reused else ""
         notes = [

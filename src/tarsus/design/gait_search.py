@@ -218,6 +218,18 @@ class _GaitSearch:
         self.tried = self.asked = 0
         self.certificate: Certificate | None = None
 
+    def _front(self, costs: Floats) -> NDArray[np.int64]:
+        """Rows of the front of costs (n, no) that are shown: of gaits that make way, where any do; what goes backward
+        or stays is undominated as soon as it costs next to nothing."""
+        most = [j for j, one in enumerate(self.request.objectives) if one.most]
+        rows = np.flatnonzero((costs[:, most] < 0.0).all(axis=1))
+        rows = rows if len(rows) else np.arange(len(costs))
+        return rows[along(costs[rows])]
+
+    def _report(self, what: str) -> None:
+        """Tell progress: searches finish their last generation, which may try more gaits than were asked for."""
+        self.progress(min(self.tried, self.options.candidates), self.options.candidates, what)
+
     def _own(self, number: int) -> Grounds:
         """The scene's own ground, once for each of a number of starts; other ones for every set."""
         own = Grounds.nominal(
@@ -249,7 +261,7 @@ class _GaitSearch:
         every: list[tuple[Floats, Floats]] = []
 
         def costs(points: Floats) -> Floats:
-            self.progress(self.tried, self.options.candidates, f"{goal.what}, {len(grounds)} grounds")
+            self._report(f"{goal.what}, {len(grounds)} grounds")
             each = self.quick.costs(points, grounds)
             self.tried += len(points)
             every.append((self.quick.risked(each, grounds, risk), self.quick.nominal(each)))
@@ -274,7 +286,7 @@ class _GaitSearch:
             goal, _ = _within(float(others.own[:, 0].min()), loss)
             robust = others.points[goal.pick(goal.costs(others.risked, others.own), 1)[0]]
             robust = robust if self.sure.robust else best
-            chosen = np.concatenate([found.points[along(found.costs)], robust[None], best[None]])
+            chosen = np.concatenate([found.points[self._front(found.costs)], robust[None], best[None]])
             made, gap, hurt = self._shown(chosen, grounds)
             if not gap > CLOSED or number == LAST_LOOKS - 1:
                 break
@@ -282,7 +294,7 @@ class _GaitSearch:
             rounds.append(Round("last look", len(grounds), gap))
             found = self._sure(pool, grounds)
         alone = self._sure(plain, self.sure.own)
-        nominal = self._points(plain[along(alone.own)], grounds)
+        nominal = self._points(plain[self._front(alone.own)], grounds)
         return GaitFront(
             request, tuple(made[:-2]), tuple(nominal), made[-2], made[-1], grounds, tuple(rounds), gap,
             found.points, found.costs, self.tried, self.memo.computed, self.memo.reused, self.certificate,
@@ -317,7 +329,7 @@ class _GaitSearch:
 
     def _sure(self, points: Floats, grounds: Grounds) -> _Found:
         """Candidates judged by long walks."""
-        self.progress(self.tried, self.options.candidates, "walks that confirm")
+        self._report("walks that confirm")
         each = self.sure.costs(points, grounds)
         costs = self.sure.risked(each, grounds)
         return _Found(points, costs, costs, self.sure.nominal(each))
@@ -352,7 +364,7 @@ class _GaitSearch:
                     points, drawn(over, count, np.random.default_rng([self.options.seed, 37]))
                 )
             return self._points(points, grounds, tried), np.nan, np.zeros((0, 0))
-        self.progress(self.tried, self.options.candidates, "the last look at the box")
+        self._report("the last look at the box")
         active = self.sure.costs(points, grounds).max(axis=1)
         found = self.sure.attack(points, Look(self.options.look, CLIMB))
         checked = self.sure.attack(points, Look(count, CLIMB), by_chance=True)

@@ -17,7 +17,7 @@ from tarsus.base.units import format_quantity
 from tarsus.design.request import Problems
 from tarsus.fit.unknowns import Unknown, Unknowns
 from tarsus.model.drive.gait import CustomGait, Layout
-from tarsus.model.scene import Scene
+from tarsus.model.scene import Provenance, Scene, Source
 from tarsus.plan.slots import Kind, slot
 
 Floats = NDArray[np.float64]
@@ -68,10 +68,31 @@ class GaitUnknowns:
         return self.numbers.names
 
     def changes(self, cube: Floats) -> dict[str, Floats]:
-        """Values (n,) by path of the scene at points (n, nu) of the unit cube."""
+        """Values (n,) by path of the scene at points (n, nu) of the unit cube, of `DIGITS` significant digits: what a
+        file says is what walked."""
+        closed = np.array([_closes(path) for path in self.paths])
         found = self.base + self.numbers.values(cube) @ self.share.T
-        found = np.where([_closes(path) for path in self.paths], np.remainder(found, 1.0), found)
+        found = significant(np.where(closed, np.remainder(found, 1.0), found))
+        found[closed & (found == 1.0)] = 0.0
         return dict(zip(self.paths, np.ascontiguousarray(found.T), strict=True))
+
+
+DIGITS = 6
+"""Significant digits of designed numbers: a millionth of a frequency or phase is less than a tick of any timer."""
+
+
+def significant(values: Floats, digits: int = DIGITS) -> Floats:
+    """Values rounded to so many significant digits, as the nearest floats of these decimals."""
+    size = np.floor(np.log10(np.where(values == 0.0, 1.0, np.abs(values))))
+    ten = 10.0 ** np.abs(digits - 1 - size)
+    fine = size <= digits - 1  # powers of ten are exact, and so a quotient is the nearest float
+    return np.where(fine, np.rint(values * ten) / ten, np.rint(values / ten) * ten)
+
+
+def designed(scene: Scene, paths: Iterable[str]) -> Scene:
+    """The scene with a provenance that says which of its numbers a search has set."""
+    origin = Provenance(source=Source.DESIGNED, note="Set by the search of `tarsus design gait`.")
+    return with_values(scene, {"provenance": {**scene.provenance, **dict.fromkeys(paths, origin)}})
 
 
 Shared = tuple[Unknown, Mapping[str, float]]

@@ -14,9 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
+from tarsus.base.spec import with_values
 from tarsus.base.units import format_quantity
 from tarsus.model.drive.waveforms import OnOff
 from tarsus.model.scene import Scene
+from tarsus.solve.simulate import simulate
 
 if TYPE_CHECKING:
     from tarsus.design.landing_design import LandingDesign
@@ -95,6 +97,7 @@ def gait_header_text(scene: Scene, *, tick: float = 1e-6) -> str:
         "Each goes to gait_high_millivolts at gait_rise_ticks[i], to gait_low_millivolts at gait_fall_ticks[i]",
         "of every period. A fall that comes before the rise ends the high part that the period before began.",
     )
+    said += _on_ticks(scene, tick, period, rises, falls)
     own = digest([round(tick * 1e9), period, rises, falls, low, high, list(waves)])
     constants = {
         "uint32_t gait_tick_ns": round(tick * 1e9), "uint32_t gait_period_ticks": period,
@@ -102,6 +105,31 @@ def gait_header_text(scene: Scene, *, tick: float = 1e-6) -> str:
         "uint32_t gait_rise_ticks": rises, "uint32_t gait_fall_ticks": falls,
     }  # fmt: skip
     return _header("GAIT", said, own, len(waves), constants)
+
+
+def _on_ticks(
+    scene: Scene, tick: float, period: int, rises: Sequence[int], falls: Sequence[int]
+) -> tuple[str, ...]:
+    """What rounding to ticks does to a gait: sentences on its frequency and edges, and on how fast plain runs of both
+    walk."""
+    assert scene.gait is not None
+    layout = scene.robot.layout()
+    assert layout is not None
+    waves = {
+        name: with_values(wave, {
+            "frequency": 1.0 / (period * tick), "duty": (fall - rise) % period / period,
+            "phase": -2.0 * math.pi * rise / period,
+        })
+        for (name, wave), rise, fall in zip(scene.gait.waveforms(layout).items(), rises, falls, strict=True)
+    }  # fmt: skip
+    rounded = with_values(scene, {"gait": None, "signals": {**waves, **scene.signals}})
+    runs = simulate(rounded), simulate(scene)
+    found = [run.measures.get("mean_speed") if run.ok else None for run in runs]
+    on, before = ("no way" if one is None else f"{1e3 * one.value:.4g} mm/s" for one in found)
+    return (
+        f"On ticks it has {1.0 / (period * tick):.6g} Hz, and edges within {1e6 * tick:.4g} us of where they were.",
+        f"In a run of {scene.duration:g} s from its start the robot makes {on} so, and {before} before rounding.",
+    )
 
 
 def drives_header_text(

@@ -17,7 +17,7 @@ from tarsus.files.jsontext import json_text
 from tarsus.files.toml import description_text, scene_text
 from tarsus.files.version import package_version
 from tarsus.measure.shares import share_of
-from tarsus.model.scene import Scene, override
+from tarsus.model.scene import Scene, Source, override
 from tarsus.tables.numbers import amount
 from tarsus.tables.table import Column, Table
 
@@ -110,7 +110,7 @@ class LandingDesign(DesignResult):
         """The scene with the designed signal, whose provenance says so."""
         scene = self.request.scene
         signals = {**scene.signals, self.request.drive: self.signal}
-        return override(scene, {"signals": signals}, by="`tarsus design landing`")
+        return override(scene, {"signals": signals}, by="`tarsus design landing`", source=Source.DESIGNED)
 
     @property
     def plain_signal(self) -> OnOff:

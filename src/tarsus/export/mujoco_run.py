@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
@@ -12,6 +13,7 @@ import numpy as np
 from tarsus.base.errors import InputError
 from tarsus.export.mjcf import Mjcf
 from tarsus.export.subject import LOW, Floats, Subject
+from tarsus.files.settled import drive_period, settled
 from tarsus.solve.run import Run
 from tarsus.solve.simulate import simulate
 from tarsus.tables.table import ROW, Column, Table
@@ -20,7 +22,7 @@ TOUCHDOWNS = 10
 """So many are compared."""
 
 PERIODS = 6
-"""Drive periods that a walker walks at least, for its stride."""
+"""Drive periods of steady motion that a walker walks at least, for its stride."""
 
 MOST_STEPS = 4_000_000
 """Of the comparison, some tens of seconds; what is left out is said."""
@@ -264,19 +266,20 @@ def loss(mjcf: Mjcf) -> Table:
         )
     window = _window(described)
     window = min(window, MOST_STEPS * mjcf.step)
-    period = run.period
-    walks = run.marks is not None and period == period and window >= 2.0 * period
-    marks = np.array([period, math.floor(window / period * (1.0 + 1e-9)) * period]) if walks else np.zeros(0)
-    motion, bare = loaded.run(window, marks), simulate(_bare(described), run.duration)
-    if walks:
-        own = run.states(marks).x[0]
-        turns = round((marks[1] - marks[0]) / period)
+    bare = simulate(_bare(described), run.duration)
+    steady = None if run.marks is None else steady_periods((run, bare), window)
+    marks = np.zeros(0) if steady is None else np.array(steady[:2])
+    motion, notes = loaded.run(window, marks), list[str]()
+    if steady is not None:
+        own, turns = run.states(marks).x[0], steady[2]
         fair = bare.states(marks).x[0]
         mine, same, other = ((one[1] - one[0]) / turns for one in (own, fair, motion.marks[:, 0]))
         rows.append((f"stride, mean of {turns} periods", mine, other, _off(other, mine), "m"))
         rows.append(
             (f"stride by the laws of the model, mean of {turns} periods", same, other, _off(other, same), "m")
         )
+    elif run.marks is not None:
+        notes.append(f"No stride is compared: within {window:.3g} s the walk is no steady motion.")
     columns = (
         "quantity", Column("Tarsus", ROW), Column("MuJoCo", ROW), Column("difference", "%", digits=3)
     )  # fmt: skip
@@ -285,9 +288,21 @@ def loss(mjcf: Mjcf) -> Table:
         f"{motion.duration:.4g} s were run."
     )
     return Table(
-        f"{described.scene.name} in MuJoCo", columns, [row[:4] for row in rows], [note],
+        f"{described.scene.name} in MuJoCo", columns, [row[:4] for row in rows], [note, *notes],
         [_touchdowns(described, bare, motion)], units=[str(row[4]) for row in rows],
     )  # fmt: skip
+
+
+def steady_periods(runs: Sequence[Run], window: float) -> tuple[float, float, int] | None:
+    """Begin and end [s] of whole drive periods, and their number, in which the contacts of all runs of a walker repeat;
+    None where they do not within a window [s]: a stride of the first steps is one of a transient."""
+    every, period = [settled(one) for one in runs], drive_period(runs[0].scene)
+    if period is None or not all(one is not None and one.multiple for one in every):
+        return None
+    found = [one for one in every if one is not None]
+    since, turn = max(one.since for one in found), math.lcm(*(one.multiple or 1 for one in found))
+    turns = int((window / period * (1.0 + 1e-9) - since) / turn) * turn
+    return (since * period, (since + turns) * period, turns) if turns > 0 else None
 
 
 def _off(found: float, wanted: float) -> float | None:
@@ -300,7 +315,9 @@ def _window(described: Subject) -> float:
     own = found[found["apex"] > LOW * described.height]
     end = 1.05 * float(own["time"][TOUCHDOWNS - 1]) if len(own) >= TOUCHDOWNS else run.end_time
     if run.marks is not None and run.period == run.period:
-        end = max(end, PERIODS * run.period)
+        told = settled(run)
+        since = told.since if told is not None and told.multiple else 0
+        end = max(end, (since + PERIODS) * run.period)
     return min(end, run.end_time)
 
 

@@ -92,6 +92,7 @@ class Source(Enum):
     DERIVED = "derived"
     CALIBRATED = "calibrated"
     ASSUMED = "assumed"
+    DESIGNED = "designed"
 
 
 class Provenance(Description):
@@ -423,8 +424,10 @@ def _stands_for(pattern: str, keys: Sequence[str]) -> bool:
     return len(own) == len(keys) and all(one in ("*", key) for one, key in zip(own, keys, strict=True))
 
 
-def override(scene: Scene, values: Mapping[str, Any], *, by: str = "the user") -> Scene:
-    """`with_values` for people: provenance follows, so that a changed value no longer counts as printed.
+def override(
+    scene: Scene, values: Mapping[str, Any], *, by: str = "the user", source: Source = Source.ASSUMED
+) -> Scene:
+    """`with_values` with the provenance that follows, so that a changed value no longer counts as printed.
 
     Parameters
     ----------
@@ -432,8 +435,8 @@ def override(scene: Scene, values: Mapping[str, Any], *, by: str = "the user") -
         Any scene.
     values
         As in `tarsus.base.spec.with_values`.
-    by
-        Who set them, for the note.
+    by, source
+        Who set them, for the note, and what such values are.
 
     Raises
     ------
@@ -451,7 +454,7 @@ def override(scene: Scene, values: Mapping[str, Any], *, by: str = "the user") -
         was = ""
         if old is not None and origin is not None:
             was = f"; was {format_quantity(old.value, old.unit)} ({origin.source.value})"
-        provenance[path] = Provenance(source=Source.ASSUMED, note=f"Set by {by}{was}.")
+        provenance[path] = Provenance(source=source, note=f"Set by {by}{was}.")
     return with_values(changed, {"provenance": provenance})
 
 

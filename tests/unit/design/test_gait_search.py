@@ -150,7 +150,10 @@ def test_a_robust_front_is_judged_on_the_same_grounds_and_says_its_gap(scene, ro
         found.robust.worst[0] >= found.optimum.worst[0] * 0.98
     )  # the optimum is among its rivals, up to the gap
     table = found.table()
-    assert len(table.rows) == 2 + len(found.members) and table.columns[-2].name == "gait.duty"
+    assert table.columns[-2].name == "gait.duty"
+    named = [name for row in table.rows for name in row[0].split(", ")]
+    assert sorted(named) == sorted(name for name, _ in found.named)  # each once, those that are one gait in one row
+    assert len(table.rows) == len({tuple(one.values.values()) for _, one in found.named})
     assert "gait.duty" in found._repr_html_() and len(repr(found)) < 120
     axes = ts.plot.front(found)
     assert axes.get_lines()[1].get_ydata()[0] == pytest.approx(found.members[0].risk[0])

@@ -7,7 +7,10 @@ import pytest
 
 import tarsus as ts
 from tarsus.base.errors import InputError
-from tarsus.design.gait_unknowns import Symmetry, gait_unknowns
+from tarsus.base.spec import with_values
+from tarsus.design.gait_unknowns import Symmetry, designed, gait_unknowns, significant
+from tarsus.files.toml import parse_scene, scene_text
+from tarsus.model.scene import Source
 from tarsus_reproduce.walkers import hexapod_walker
 
 
@@ -80,3 +83,23 @@ def test_the_lower_voltage_stays_below_the_upper_one(hexapod):
 def test_a_leg_free_twice_is_told(hexapod):
     with pytest.raises(InputError, match=r"gait.phases.L2: is free twice"):
         gait_unknowns(hexapod, ["gait.phases", "gait.phases.L2"])
+
+
+def test_designed_numbers_have_six_digits_and_say_who_set_them(hexapod):
+    scene, unknowns = gait_unknowns(hexapod, ["gait.frequency", "gait.duty", "gait.phases"])
+    values = unknowns.changes(np.random.default_rng(1).random((50, len(unknowns))))
+    assert max(len(repr(float(one)).strip("0.").replace(".", "")) for own in values.values() for one in own) <= 6
+    first = {path: float(own[0]) for path, own in values.items()}
+    found = designed(with_values(scene, first), unknowns.paths)
+    assert {found.origin(path).source for path in unknowns.paths} == {Source.DESIGNED}
+    assert "tarsus design gait" in found.origin("gait.frequency").note
+    assert found.origin("gait.high").source is not Source.DESIGNED  # the search did not set it
+    assert parse_scene(scene_text(found)).origin("gait.duty").source is Source.DESIGNED
+
+
+@pytest.mark.parametrize(
+    ("value", "wanted"), [(202.8829871234, 202.883), (0.30000000000000004, 0.3), (1234567.0, 1234570.0),
+                          (-0.000123456789, -0.000123457), (0.0, 0.0)]
+)  # fmt: skip
+def test_significant_digits_are_the_nearest_floats_of_decimals(value, wanted):
+    assert significant(np.array([value]))[0] == wanted

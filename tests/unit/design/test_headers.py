@@ -83,3 +83,17 @@ def test_ticks_fill_the_period_and_begin_with_plain_rounding():
     for tick in (0.0, 1e-3):
         with pytest.raises(InputError, match="tick"):
             in_ticks(0.02, tick)
+
+
+def test_a_header_says_what_rounding_to_ticks_does():
+    scene = ts.load_scene("millipede", **{"duration": "60 ms"})
+    fine, coarse = (gait_header_text(scene, tick=tick) for tick in (1e-7, 9e-5))
+    speed = ts.simulate(scene).measures["mean_speed"].value
+    said = re.compile(r"On ticks it has ([0-9.]+) Hz, and edges within ([0-9.]+) us.*makes (.*) so, and (.*) before")
+    for text, tick in ((fine, 0.1), (coarse, 90.0)):
+        hertz, edges, rounded, before = said.search(text.replace("\n *", "")).groups()
+        assert float(edges) == tick and before == f"{1e3 * speed:.4g} mm/s"
+        period = re.search(r"gait_period_ticks = (\d+)u", text)[1]
+        assert float(hertz) == pytest.approx(1e6 / (int(period) * tick), rel=1e-5)
+        assert (rounded == before) == (tick == 0.1)  # a hundredth of a period is felt
+    assert fine.isascii()
