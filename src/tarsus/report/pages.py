@@ -35,6 +35,8 @@ _MICRO = re.compile(r"(?<=\d )u(?=(?:m|N|s|g|V|J|W)\b)")
 """The prefix as terminals and files write it."""
 
 _HEADING = re.compile(r"<h2>(.*?)</h2>")
+_SCRIPT = re.compile(r"(<script\b.*?</script>)", re.DOTALL)
+"""What no reader sees: data and programs, which stay as they are."""
 
 
 @dataclass(frozen=True)
@@ -68,11 +70,15 @@ def page(title: str, body: str) -> str:
         headings.append((f"part-{len(headings) + 1}", Markup(found[1])))
         return f'<h2 id="{headings[-1][0]}">{found[1]}</h2>'
 
-    body = Markup(_MICRO.sub("µ", _HEADING.sub(marked, body)))
+    parts = _SCRIPT.split(body)
+    seen = [_MICRO.sub("µ", _HEADING.sub(marked, one)) for one in parts[::2]]
+    charts = any('<div class="charts"' in one for one in seen)
+    parts[::2] = seen
+    body = Markup("".join(parts))
     first = body.find('<h2 id="part-1">')
     if first >= 0:
         body = body[:first] + rendered("contents.html", headings=headings) + body[first:]
-    return str(rendered("base.html", title=title, body=body, charts='<div class="charts"' in body))
+    return str(rendered("base.html", title=title, body=body, charts=charts))
 
 
 def write_page(text: str, path: str | Path) -> Path:
