@@ -31,9 +31,8 @@ class ExplorerDirective(Directive):
 
 def setup(app: Sphinx) -> dict[str, bool]:
     """Add the directive; the engine for pages is made where it lacks."""
-    from tarsus.core.page.compiling import HERE, build
+    from tarsus.solve.page_engine import compiled_engine
 
-    if not (HERE / "engine.wasm").is_file():
-        build(HERE / "engine.wasm")
+    compiled_engine()
     app.add_directive("explorer", ExplorerDirective)
     return {"parallel_read_safe": True}
