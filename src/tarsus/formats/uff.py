@@ -1,4 +1,4 @@
-"""Universal files (UFF): functions of data sets 58 and 58b, and responses at nodes of data sets 55, as series."""
+"""Universal files (UFF): functions of data sets 58 and 58b, and responses at nodes (55, 2414), as series."""
 
 from __future__ import annotations
 
@@ -40,9 +40,9 @@ _FUNCTIONS = {
 }
 """Functions that are no signals, by their codes."""
 _ANALYSES = {
-    2: "normal modes (data sets 55; tarsus.modes.read_mode_table reads them)",
-    3: "complex modes (data sets 55; tarsus.modes.read_mode_table reads them)",
-    7: "complex modes of second order (data sets 55)",
+    2: "normal modes (tarsus.modes.read_mode_table reads them)",
+    3: "complex modes (tarsus.modes.read_mode_table reads them)",
+    7: "complex modes of second order",
 }
 """Data at nodes that are no responses, by the code of the analysis."""
 _FREQUENCY_RESPONSE = 5
@@ -100,7 +100,7 @@ def _notes(source: str, sets: Sequence[DataSet]) -> list[str]:
             case Function(function=code) if _role(one) is None:
                 what = _FUNCTIONS.get(code, f"functions of type {code}")
             case AtNodes(analysis=code) if code != _FREQUENCY_RESPONSE:
-                what = _ANALYSES.get(code, f"data at nodes of analysis type {code} (data sets 55)")
+                what = _ANALYSES.get(code, f"sets of data at nodes of analysis type {code}")
             case OtherSet(kind=code):
                 what = _KINDS.get(code, f"data sets of type {code}")
             case _:
@@ -257,13 +257,13 @@ class SystemOfUnits:
 
 
 def _nodal(source: str, spectra: Sequence[AtNodes]) -> list[RawSeries]:
-    """Responses from data sets 55, one for each frequency."""
+    """Responses from data at nodes, one data set for each frequency."""
     if not spectra:
         return []
     ordered = sorted(spectra, key=lambda one: one.reals[0])
     first = ordered[0]
     if any(one.nodes != first.nodes or one.values.shape != first.values.shape for one in ordered):
-        raise InputError(f"{source}: the data sets 55 at different frequencies are not of the same nodes")
+        raise InputError(f"{source}: the data at nodes at different frequencies are not of the same nodes")
     axis = Axis(Domain.FREQUENCY, np.array([one.reals[0] for one in ordered]))
     system = SystemOfUnits.of(first.units)
     table = np.array([one.values for one in ordered], dtype=complex)

@@ -1,4 +1,4 @@
-"""Data sets of universal files: functions (58 and 58b), data at nodes (55) and units (164)."""
+"""Data sets of universal files: functions (58 and 58b), data at nodes (55 and 2414) and units (164)."""
 
 from __future__ import annotations
 
@@ -25,6 +25,8 @@ _FLOATS = {1: "DEC VMS", 3: "IBM 370"}
 """Binary formats of numbers that are not IEEE 754, by their codes."""
 _REAL, _COMPLEX, _DOUBLE = (2, 4), (5, 6), (4, 6)
 """Codes of the type of ordinates."""
+_NODES, _MOTIONS = 1, (8, 11, 12)
+"""Of a data set 2414: code of the nodes as the place of its data; kinds of these that are motions."""
 _NO_LETTER = re.compile(r"(?<=\d)([+-]\d{3})$")
 """An exponent of three digits, for which Fortran leaves the letter out."""
 
@@ -82,8 +84,11 @@ class Function:
 
 @dataclass(frozen=True)
 class AtNodes:
-    """A data set 55: analysis: code of its type; kind: code of its data type; identity: its five lines; reals: its
-    parameters; values (nodes, values a node), real or complex; units: that hold where it stands."""
+    """A data set 55, or a 2414 at nodes.
+
+    analysis: code of its type; kind: code of its data type; identity: its five lines; reals: its parameters;
+    values (nodes, values a node), real or complex; units: that hold where it stands.
+    """
 
     analysis: int
     kind: int
@@ -191,6 +196,8 @@ def _read(source: str, kind: bytes, block: bytes, units: Units | None) -> DataSe
         return Units(_ints(_text(block).splitlines()[0], (10,))[0], float(numbers[0]), float(numbers[1]))
     if number == 55:
         return _at_nodes(_text(block).splitlines(), units)
+    if number == 2414:
+        return _analysis(_text(block).splitlines(), units)
     if number == 58:
         return _function(source, kind, block, units)
     return OtherSet(number)
@@ -296,13 +303,33 @@ def _described(line: str) -> Described:
 def _at_nodes(lines: Sequence[str], units: Units | None) -> AtNodes:
     """A data set 55."""
     _, analysis, _, kind, form, each = _ints(lines[5], (10,) * 6)
-    if form not in (*_REAL, *_COMPLEX):
-        raise ValueError(f"its numbers are of the unknown type {form}")
     ints, reals = _ints(lines[6], (10, 10))
     first = 6 + max(-(-(2 + ints) // 8), 1)
     after = first + max(-(-reals // 6), 1)
     parameters = _floats("\n".join(lines[first:after]), (13,))
-    numbers = _floats("\n".join(lines[after:]), (13,))
+    nodes, values = _table(lines[after:], form, each)
+    return AtNodes(analysis, kind, tuple(lines[:5]), tuple(parameters.tolist()), nodes, values, units)
+
+
+def _analysis(lines: Sequence[str], units: Units | None) -> DataSet:
+    """A data set 2414; one of other places than nodes, or of no motion, is not read."""
+    _, analysis, _, kind, form, each = _ints(lines[8], (10,) * 6)
+    if _ints(lines[2], (10,))[0] != _NODES or kind not in _MOTIONS:
+        return OtherSet(2414)
+    frequency, _, mass, viscous, hysteretic = [*_floats(lines[11], (13,)).tolist(), *[0.0] * 6][1:6]
+    complex_mode = tuple(_floats(lines[12], (13,)).tolist())
+    parameters = {2: (frequency, mass, viscous, hysteretic), 3: complex_mode, 7: complex_mode, 5: (frequency,)}
+    nodes, values = _table(lines[13:], form, each)
+    return AtNodes(analysis, kind, tuple(lines[3:8]), parameters.get(analysis, ()), nodes, values, units)
+
+
+def _table(
+    lines: Sequence[str], form: int, each: int
+) -> tuple[tuple[int, ...], NDArray[np.float64] | NDArray[np.complex128]]:
+    """Nodes, and so many numbers for each (nodes, each), real or complex by the code of their type."""
+    if form not in (*_REAL, *_COMPLEX):
+        raise ValueError(f"its numbers are of the unknown type {form}")
+    numbers = _floats("\n".join(lines), (13,) if form in (2, 5) else (20,))
     per = 1 + each * (1 + (form in _COMPLEX))
     if len(numbers) % per:
         raise ValueError(f"{len(numbers)} numbers where each node has {per}")
@@ -310,8 +337,7 @@ def _at_nodes(lines: Sequence[str], units: Units | None) -> AtNodes:
     if np.any(table[:, 0] != np.round(table[:, 0])):
         raise ValueError("a node has no number")
     values = table[:, 1::2] + 1.0j * table[:, 2::2] if form in _COMPLEX else table[:, 1:]
-    nodes = tuple(int(node) for node in table[:, 0])
-    return AtNodes(analysis, kind, tuple(lines[:5]), tuple(parameters.tolist()), nodes, values, units)
+    return tuple(int(node) for node in table[:, 0]), values
 
 
 def _ints(line: str, widths: Sequence[int]) -> list[int]:

@@ -1,4 +1,4 @@
-"""A structure from a table of modes that other programs computed or measured: data sets 55 of a universal file."""
+"""A structure from a table of modes that other programs computed or measured: data at nodes of a universal file."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class _Mode:
 
 
 def read_mode_table(path: str | Path) -> Modal:
-    """The structure whose modes a universal file holds (data sets 55), by frequency; its points are the degrees
+    """The structure whose modes a universal file holds (data sets 55 or 2414), by frequency; its points are the degrees
     of freedom that move, such as ``12_Z`` and ``12_RX`` [m and rad a metre of the mode].
 
     Normal modes (analysis type 2) have frequencies [Hz], viscous damping ratios and modal masses. Complex ones (type
@@ -62,10 +62,10 @@ def read_mode_table(path: str | Path) -> Modal:
     found = found or _one_of_pairs([one for one in nodal if one.analysis == _COMPLEX])
     if not found:
         others = sorted({one.analysis for one in nodal})
-        held = f"; its data sets 55 are of analysis type {', '.join(map(str, others))}" if others else ""
+        held = f"; its data at nodes are of analysis type {', '.join(map(str, others))}" if others else ""
         raise InputError(
-            f"{path.name} holds no normal modes and no complex ones (data sets 55 of analysis type {_NORMAL} or "
-            f"{_COMPLEX}){held}"
+            f"{path.name} holds no normal modes and no complex ones (data sets 55 or 2414 of analysis type "
+            f"{_NORMAL} or {_COMPLEX}){held}"
         )
     nodes = found[0].nodes
     system = SystemOfUnits.of(found[0].units)

@@ -141,5 +141,34 @@ def test_a_complex_shape_is_no_mode_of_a_structure(tmp_path: Path) -> None:
     )  # fmt: skip
     with pytest.raises(InputError, match="mode 1 is complex: its points do not move in one phase"):
         read_mode_table(path)
-    with pytest.raises(InputError, match=r"1 complex modes \(data sets 55; tarsus\.modes\.read_mode_table reads them"):
+    with pytest.raises(InputError, match=r"1 complex modes \(tarsus\.modes\.read_mode_table reads them"):
+        read_response(path)
+
+
+@pytest.mark.parametrize("width", [3, 6])
+def test_results_of_an_analysis_are_a_table_of_modes(tmp_path: Path, width: int) -> None:
+    """Data sets 2414 at nodes, as finite elements programs write them, beside stresses and results on elements."""
+    common = {
+        "analysis_dataset_label": 1, "analysis_dataset_name": "modes", "id1": "NONE", "id2": "NONE", "id3": "NONE",
+        "id4": "NONE", "id5": "NONE", "model_type": 1, "analysis_type": 2, "data_characteristic": 2, "data_type": 2,
+        "number_of_data_values_for_the_data_component": width,
+    }  # fmt: skip
+    shapes = [np.eye(3, width) * k for k in (1.0, 2.0)]
+    sets = []
+    for number, (shape, frequency) in enumerate(zip(shapes, (100.0, 250.0), strict=True), 1):
+        head = {"record10_field6": number, "record12_field2": frequency}
+        head |= {"record12_field4": 0.5, "record12_field5": 0.01}
+        nodes = {"node_nums": np.array([1, 2, 3]), "data_at_node": list(shape)}
+        sets += [
+            {"type": 2414, **common, **head, "dataset_location": 1, "result_type": kind, **nodes} for kind in (8, 2)
+        ]
+    elements = {"element_nums": np.array([1]), "data_at_element": [np.array([1.0])]}
+    sets.append({"type": 2414, **common, "dataset_location": 2, "result_type": 8, **elements})
+    path = tmp_path / "modes.unv"
+    pyuff.UFF(str(path)).write_sets(sets, "add")
+    table = read_mode_table(path)
+    assert table.frequencies == (100.0, 250.0) and table.modal_masses == (0.5, 0.5)
+    assert table.damping_ratios == (0.01, 0.01)
+    assert table.shapes == {"1_X": (1.0, 2.0), "2_Y": (1.0, 2.0), "3_Z": (1.0, 2.0)}
+    with pytest.raises(InputError, match=r"(?s)2 normal modes .*3 results of an analysis \(data set 2414\)"):
         read_response(path)
