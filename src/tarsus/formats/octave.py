@@ -13,7 +13,7 @@ import numpy as np
 from tarsus.base.errors import InputError
 from tarsus.formats.mat import variables_of
 from tarsus.formats.numerals import text_of
-from tarsus.formats.raw import RawFile, truncated
+from tarsus.formats.raw import RawFile, parsing, truncated
 
 _NAME, _TYPE = "# name: ", "# type: "
 _COUNT = re.compile(r"# (rows|columns|ndims|length|elements): (\d+)")
@@ -39,8 +39,9 @@ def read_octave(path: Path, content: bytes) -> RawFile:
         raise InputError(f"{path.name} is in Octave's binary format; save it with -v7 or -text")
     reader = _Reader(path.name, text_of(content).splitlines())
     found: dict[str, Any] = {}
-    while (name := reader.name()) is not None:
-        found[name] = reader.value(name)
+    with parsing(path.name, "a file of Octave"):
+        while (name := reader.name()) is not None:
+            found[name] = reader.value(name)
     raw = variables_of(path.name, {name: value for name, value in found.items() if value is not None})
     left = [f"{path.name}: not used, of a kind that is not read: {', '.join(reader.left)}"] if reader.left else []
     return RawFile(raw.source, raw.series, raw.declared, (*raw.notes, *left))

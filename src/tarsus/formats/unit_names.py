@@ -6,8 +6,6 @@ import math
 import re
 from typing import NamedTuple
 
-from scipy.constants import g as _GRAVITY
-
 from tarsus.base.errors import InputError
 from tarsus.base.quantities import Quantity
 from tarsus.base.units import parse_unit
@@ -23,6 +21,8 @@ class Scaled(NamedTuple):
 _INCHES = {"inch": "in", "inches": "in", "foot": "ft", "feet": "ft"}
 _SMALL = {"v": "V", "mv": "mV", "uv": "uV", "kv": "kV", "ma": "mA", "ua": "uA"}
 """Symbols that some instruments write in small letters, where no other unit can be meant."""
+_GRAVITY = 9.80665
+"""Standard gravity [m/s^2], by definition."""
 _MOTIONS = (Quantity.DISPLACEMENT, Quantity.VELOCITY, Quantity.ACCELERATION)
 _POUND_FORCE = 4.4482216152605
 """Newtons of a pound-force, by definition."""
