@@ -166,3 +166,38 @@ def test_draws_that_are_none_are_refused(tarsus, tmp_path):
     for name in ("empty.npz", "none.npz"):
         found = tarsus("show", tmp_path / name)
         assert found.code == 2 and "holds no draws" in found.sentences[0]
+
+
+def test_a_file_that_is_no_record_yet_is_listed_and_not_good(tarsus, tmp_path):
+    file = tmp_path / "record.csv"
+    file.write_text("time (s),velocity,drive (furlong)\n0,1,2\n0.1,2,3\n0.2,4,3\n")
+    shown = tarsus("show", str(file))
+    assert shown.code == 0 and "3 series, not read as a record yet" in shown.out
+    assert "nothing says what channel 'velocity' measures; give it with --channel NAME=UNIT" in shown.err
+    assert [one["name"] for one in tarsus("show", str(file), "--json").json()["series"]][:2] == ["time", "velocity"]
+    checked = tarsus("check", str(file))
+    assert checked.code == 2 and "nothing says what channel 'velocity' measures" in checked.err
+
+
+def test_one_of_several_records_is_shown(tarsus, tmp_path):
+    file = tmp_path / "record.csv"
+    rows = "".join(f"{i},{i % 3}\n" for i in range(6))
+    file.write_text("Sample rate: 1 kHz\nSamples: 3\ntip [m/s],drive [V]\n" + rows)
+    shown = tarsus("show", str(file))
+    assert "2 series in each of 2 records" in shown.out and "say which with record" in shown.err
+    assert "a record of 3 samples at 1 kHz" in tarsus("show", str(file), "--record", "2").out
+
+
+def test_a_signal_whose_file_begins_late_is_remarked(tarsus, tmp_path):
+    (tmp_path / "late.csv").write_text("time (s),drive (mV)\n5,0\n5.1,8000\n5.2,0\n")
+    scene = tmp_path / "scene.toml"
+    scene.write_text(
+        'name = "late"\nduration = "10 ms"\n[robot.structure]\nkind = "lumped"\ncoordinates = ["tip"]\n'
+        'mass = ["1 ug"]\nstiffness = ["0.02 N/m"]\ndamping_ratios = [0.02]\n[robot.drives.pzt]\n'
+        'load = { kind = "point", weights = { tip = 1.0 } }\nlaw = { kind = "linear", gain = "-0.2 uN/V" }\n'
+        '[robot.feet.tip]\npoint = "tip"\ngap = "70 um"\n[signals.pzt]\nkind = "sampled"\nfile = "late.csv"\n'
+        "[ground.restitution]\ncoefficient = 0.4\n",
+        encoding="utf-8",
+    )
+    assert "late.csv begins at 5 s of its own clock" in tarsus("check", str(scene)).err
+    assert "late.csv begins at 5 s of its own clock" in "\n".join(ts.simulate(ts.load_scene(scene)).remarks)
