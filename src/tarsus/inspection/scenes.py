@@ -10,7 +10,7 @@ from tarsus.base.units import format_quantity
 from tarsus.impacts.energy import directed
 from tarsus.model.laws import MassWeighted
 from tarsus.model.scene import Scene
-from tarsus.model.values import ValueRow, value_rows
+from tarsus.model.values import ValueRow, grouped, value_rows
 from tarsus.tables.table import Table
 from tarsus.tables.view import View
 
@@ -49,11 +49,14 @@ def _of_ground(scene: Scene, impact: dict[str, Any]) -> list[str]:
 
 
 def _section(scene: Scene, name: str, members: list[ValueRow]) -> Table:
-    """The values of one part of the scene; those of a list in one row."""
+    """The values of one part of the scene; those of a list in one row, and those of legs, feet and drives that are
+    alike."""
+    members = grouped(members)
     rows = [
-        (one.path, _values(one), _intervals(scene, one), one.source or None, one.note or one.doc)
+        (f"{one.path}\n{one.of}" if one.of else one.path, _values(one), _intervals(scene, one), one.source or None,
+         one.note or one.doc)
         for one in members
-    ]
+    ]  # fmt: skip
     columns = (name, "value", "95 % interval", "source", "why")
     if not any(row[2] for row in rows):
         return Table("", columns[:2] + columns[3:], [row[:2] + row[3:] for row in rows])
@@ -80,8 +83,9 @@ END = 0.01
 
 
 def _interval_of_each(scene: Scene, row: ValueRow) -> list[tuple[float, float] | None]:
-    single = scene.interval(row.path)
-    return [single] if single else [scene.interval(f"{row.path}.{i}") for i in range(len(row.numbers))]
+    path = row.first or row.path
+    single = scene.interval(path) if len(row.numbers) == 1 else None
+    return [single] if single else [scene.interval(f"{path}.{i}") for i in range(len(row.numbers))]
 
 
 def _impact(scene: Scene) -> dict[str, Any] | None:

@@ -25,7 +25,7 @@ class ValueRow:
     """One row: `path` of the value or list, `value` for reading, `source` word or "", `note`, `doc`.
 
     `numbers` are its values in SI `unit`; `of` names whom a path with stars stands for: "all 30",
-    "L1, L2, ... (15 of 30)"; else it is empty.
+    "L1, L2, ... (15 of 30)", and `first` is the first of their paths; else both are empty.
     """
 
     path: str
@@ -36,6 +36,7 @@ class ValueRow:
     numbers: tuple[float, ...] = ()
     unit: str = "1"
     of: str = ""
+    first: str = ""
 
 
 def values_table(scene: Any) -> Table:
@@ -94,7 +95,9 @@ def grouped(rows: Sequence[ValueRow]) -> list[ValueRow]:
             else _value([n for row in same for n in row.numbers], same[0].unit)
         )
         whom = _whom(members[key], stems[stem])
-        out.append(replace(same[0], path=f"{stem}.*.{rest}", value=value, of=whom))
+        numbers = same[0].numbers if key not in scattered else tuple(n for row in same for n in row.numbers)
+        path = f"{stem}.*.{rest}"
+        out.append(replace(same[0], path=path, value=value, numbers=numbers, of=whom, first=same[0].path))
     return out
 
 
