@@ -51,7 +51,7 @@ def variables(source: str, data: bytes) -> dict[str, Any]:
     InputError
         If the file is cut, a variable does not fit into its own size or its checksum, or they unpack to too much.
     """
-    reader = _Reader(">" if data[126:128] == b"MI" else "<")
+    reader = _Elements(">" if data[126:128] == b"MI" else "<")
     view = memoryview(data)
     elements = list(reader.elements(source, view[_HEADER:]))
     check_values(source, sum(reader.unpacked(one) for one in elements) // 8)
@@ -74,7 +74,7 @@ def variables(source: str, data: bytes) -> dict[str, Any]:
     return out
 
 
-class _Reader:
+class _Elements:
     """Elements of a file by its order of bytes, as numpy writes it."""
 
     def __init__(self, order: str) -> None:

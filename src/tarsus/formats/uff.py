@@ -14,7 +14,7 @@ from tarsus.base.errors import InputError
 from tarsus.formats.freedoms import DIRECTIONS, freedom_name
 from tarsus.formats.raw import Axis, Domain, RawFile, RawSeries, Reference, Role, truncated
 from tarsus.formats.unit_names import Scaled, frequency_factor, ratio_of, scaled, time_factor
-from tarsus.formats.universal import AtNodes, DataSet, Described, Function, OtherSet, Units, data_sets
+from tarsus.formats.universal import AtNodes, AxisHead, DataSet, Function, OtherSet, UnitFactors, data_sets
 
 _UNITS = {8: "m", 9: "N", 11: "m/s", 12: "m/s^2", 13: "N", 17: "s", 18: "Hz"}
 """SI unit of a specific data type."""
@@ -111,7 +111,7 @@ def _notes(source: str, sets: Sequence[DataSet]) -> list[str]:
 
 def _unit_notes(source: str, sets: Sequence[DataSet], functions: Sequence[Function]) -> Iterator[str]:
     """What the file says twice, differently, about its units, and what it does not say."""
-    for system in dict.fromkeys(SystemOfUnits.of(one) for one in sets if isinstance(one, Units)):
+    for system in dict.fromkeys(SystemOfUnits.of(one) for one in sets if isinstance(one, UnitFactors)):
         if not system.trusted:
             yield (
                 f"{source}: its units are said to be SI (data set 164), but with {system.length:g} units of length a "
@@ -198,14 +198,14 @@ def _axis(source: str, one: Function, domain: Domain) -> Axis:
     return Axis(domain, np.asarray((one.start + one.step * np.arange(one.count)) * factor, dtype=np.float64))
 
 
-def _typed(one: Function, which: Described) -> tuple[str, float]:
+def _typed(one: Function, which: AxisHead) -> tuple[str, float]:
     """Unit and factor of an ordinate, or of its denominator, by its data type and its degree of freedom."""
     freedom = one.response if which is one.ordinate else one.reference
     turns = DIRECTIONS.get(abs(freedom.direction), "").startswith("+R")
     return SystemOfUnits.of(one.units).unit(which.kind, turns)
 
 
-def _unit(one: Function, which: Described) -> tuple[str, float]:
+def _unit(one: Function, which: AxisHead) -> tuple[str, float]:
     """Unit of an ordinate and a factor: its label, or its data type in the system of units.
 
     Empty where the two say different things: of a label that differs by a factor alone only where the file states its
@@ -238,7 +238,7 @@ class SystemOfUnits:
     trusted: bool = True
 
     @classmethod
-    def of(cls, units: Units | None) -> SystemOfUnits:
+    def of(cls, units: UnitFactors | None) -> SystemOfUnits:
         """That of a data set 164, else SI."""
         if units is None:
             return cls()

@@ -32,7 +32,7 @@ _NO_LETTER = re.compile(r"(?<=\d)([+-]\d{3})$")
 
 
 @dataclass(frozen=True)
-class Units:
+class UnitFactors:
     """A data set 164. SI numbers are those of the file divided by length and force; code: 1 is SI."""
 
     code: int
@@ -40,7 +40,7 @@ class Units:
     force: float
 
 
-class Freedom(NamedTuple):
+class DegreeOfFreedom(NamedTuple):
     """A degree of freedom: entity, node and code of its direction."""
 
     entity: str
@@ -53,7 +53,7 @@ class Freedom(NamedTuple):
         return freedom_name(*self)
 
 
-class Described(NamedTuple):
+class AxisHead(NamedTuple):
     """What is said of an axis: code of its data type, and its unit as written, empty where there is none."""
 
     kind: int
@@ -69,17 +69,17 @@ class Function:
     """
 
     function: int
-    response: Freedom
-    reference: Freedom
+    response: DegreeOfFreedom
+    reference: DegreeOfFreedom
     count: int
     values: NDArray[np.float64] | NDArray[np.complex128]
     x: NDArray[np.float64] | None
     start: float
     step: float
-    abscissa: Described
-    ordinate: Described
-    denominator: Described
-    units: Units | None
+    abscissa: AxisHead
+    ordinate: AxisHead
+    denominator: AxisHead
+    units: UnitFactors | None
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ class AtNodes:
     reals: tuple[float, ...]
     nodes: tuple[int, ...]
     values: NDArray[np.float64] | NDArray[np.complex128]
-    units: Units | None
+    units: UnitFactors | None
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ class OtherSet:
     kind: int
 
 
-DataSet = Units | Function | AtNodes | OtherSet
+DataSet = UnitFactors | Function | AtNodes | OtherSet
 
 
 def data_sets(source: str, content: bytes) -> list[DataSet]:
@@ -121,7 +121,7 @@ def data_sets(source: str, content: bytes) -> list[DataSet]:
         content = content.replace(b"\r", b"\n")
     sets: list[DataSet] = []
     problems: list[str] = []
-    units: Units | None = None
+    units: UnitFactors | None = None
     for number, (kind, block) in enumerate(_blocks(source, content), start=1):
         try:
             found = _read(source, kind, block, units)
@@ -133,7 +133,7 @@ def data_sets(source: str, content: bytes) -> list[DataSet]:
             )
         else:
             sets.append(found)
-            units = found if isinstance(found, Units) else units
+            units = found if isinstance(found, UnitFactors) else units
     if problems:
         raise InputError(problems)
     return sets
@@ -189,11 +189,11 @@ def _binary_end(kind: bytes, content: bytes, first: int) -> int | None:
     return None if mark is None else mark.start()
 
 
-def _read(source: str, kind: bytes, block: bytes, units: Units | None) -> DataSet:
+def _read(source: str, kind: bytes, block: bytes, units: UnitFactors | None) -> DataSet:
     number = int(re.match(rb"\d+", kind)[0])  # type: ignore[index]  # blocks begin with a number
     if number == 164:
         numbers = _floats(" ".join(_text(block).splitlines()[1:]))
-        return Units(_ints(_text(block).splitlines()[0], (10,))[0], float(numbers[0]), float(numbers[1]))
+        return UnitFactors(_ints(_text(block).splitlines()[0], (10,))[0], float(numbers[0]), float(numbers[1]))
     if number == 55:
         return _at_nodes(_text(block).splitlines(), units)
     if number == 2414:
@@ -210,7 +210,7 @@ def _text(block: bytes) -> str:
         return block.decode("latin-1")
 
 
-def _function(source: str, kind: bytes, block: bytes, units: Units | None) -> Function:
+def _function(source: str, kind: bytes, block: bytes, units: UnitFactors | None) -> Function:
     """A data set 58 from its kind's line and what follows."""
     lines = block.split(b"\n", _LINES)
     head = [_text(line).rstrip("\r") for line in lines[:_LINES]]
@@ -265,18 +265,18 @@ def _binary(
     return np.frombuffer(rest, one, whole * each).reshape(whole, each).astype(float)
 
 
-def _freedoms(line: str) -> tuple[int, Freedom, Freedom]:
+def _freedoms(line: str) -> tuple[int, DegreeOfFreedom, DegreeOfFreedom]:
     """Record 6: type of the function, response and reference; by its words, or its columns where these touch."""
     words = line.split()
     try:
         if len(words) == 10:
             ints = [int(words[k]) for k in (0, 5, 6, 8, 9)]
-            return ints[0], Freedom(words[4], ints[1], ints[2]), Freedom(words[7], ints[3], ints[4])
+            return ints[0], DegreeOfFreedom(words[4], ints[1], ints[2]), DegreeOfFreedom(words[7], ints[3], ints[4])
     except ValueError:
         pass
     function = _ints(line, (5,))[0]
     out = [
-        Freedom(line[at + 1 : at + 11].strip(), *_ints(line[at + 11 :].ljust(14), (10, 4))) for at in (30, 55)
+        DegreeOfFreedom(line[at + 1 : at + 11].strip(), *_ints(line[at + 11 :].ljust(14), (10, 4))) for at in (30, 55)
     ]
     return function, out[0], out[1]
 
@@ -294,13 +294,13 @@ def _form(line: str) -> tuple[list[int], float, float]:
     return _ints(line, (10, 10, 10)), start, step
 
 
-def _described(line: str) -> Described:
+def _described(line: str) -> AxisHead:
     """Records 8 to 10: type and unit of an axis."""
     label = line[47:67].strip()
-    return Described(_ints(line, (10,))[0], "" if label.upper() == "NONE" else label)
+    return AxisHead(_ints(line, (10,))[0], "" if label.upper() == "NONE" else label)
 
 
-def _at_nodes(lines: Sequence[str], units: Units | None) -> AtNodes:
+def _at_nodes(lines: Sequence[str], units: UnitFactors | None) -> AtNodes:
     """A data set 55."""
     _, analysis, _, kind, form, each = _ints(lines[5], (10,) * 6)
     ints, reals = _ints(lines[6], (10, 10))
@@ -311,7 +311,7 @@ def _at_nodes(lines: Sequence[str], units: Units | None) -> AtNodes:
     return AtNodes(analysis, kind, tuple(lines[:5]), tuple(parameters.tolist()), nodes, values, units)
 
 
-def _analysis(lines: Sequence[str], units: Units | None) -> DataSet:
+def _analysis(lines: Sequence[str], units: UnitFactors | None) -> DataSet:
     """A data set 2414; one of other places than nodes, or of no motion, is not read."""
     _, analysis, _, kind, form, each = _ints(lines[8], (10,) * 6)
     if _ints(lines[2], (10,))[0] != _NODES or kind not in _MOTIONS:

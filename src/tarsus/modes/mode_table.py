@@ -26,7 +26,7 @@ of its size."""
 
 
 @dataclass(frozen=True)
-class _Mode:
+class _TableMode:
     """A real mode: frequency [Hz], damping ratio, modal mass in the file's units, shape (nodes, components)."""
 
     frequency: float
@@ -104,7 +104,7 @@ def _points(nodes: Sequence[int], shapes: Floats) -> dict[str, tuple[float, ...]
     return out
 
 
-def _normal(number: int, one: AtNodes) -> _Mode:
+def _normal(number: int, one: AtNodes) -> _TableMode:
     """A normal mode. Its parameters are frequency, modal mass, viscous and hysteretic damping ratio."""
     frequency, mass, viscous, hysteretic = [*one.reals, 0.0, 0.0, 0.0, 0.0][:4]
     if not mass > 0.0:
@@ -113,7 +113,7 @@ def _normal(number: int, one: AtNodes) -> _Mode:
         raise InputError(f"mode {number} has structural damping; give it as a viscous ratio")
     if np.any(np.imag(one.values)):
         raise InputError(f"mode {number} is called normal and has a complex shape")
-    return _Mode(frequency, viscous, mass, np.real(one.values))
+    return _TableMode(frequency, viscous, mass, np.real(one.values))
 
 
 def _eigenvalue(one: AtNodes) -> complex:
@@ -125,7 +125,7 @@ def _one_of_pairs(modes: Sequence[AtNodes]) -> list[AtNodes]:
     return [one for one in modes if _eigenvalue(one).imag > 0.0]
 
 
-def _real(number: int, one: AtNodes) -> _Mode:
+def _real(number: int, one: AtNodes) -> _TableMode:
     """A complex mode of a real shape times a phase, whose modal A is 2i times damped frequency and modal mass."""
     eigenvalue, modal_a = _eigenvalue(one), complex(*[*one.reals, 0.0, 0.0, 0.0, 0.0][2:4])
     shape: Complexes = np.asarray(one.values, dtype=complex)
@@ -140,4 +140,4 @@ def _real(number: int, one: AtNodes) -> _Mode:
         raise InputError(
             f"mode {number} is complex (analysis type 3) and has no modal mass (record 8 says modal A {modal_a:g})"
         )
-    return _Mode(abs(eigenvalue) / (2.0 * np.pi), -eigenvalue.real / abs(eigenvalue), mass, shape.real)
+    return _TableMode(abs(eigenvalue) / (2.0 * np.pi), -eigenvalue.real / abs(eigenvalue), mass, shape.real)
