@@ -23,7 +23,7 @@ def compared(scene: ts.Scene, duration: float | None, monkeypatch) -> int:
     run, paths = with_gradients(scene, duration)
     log, count = run._log, 0
     for name in (*PER_WINDOW, *WHOLE_RUN):
-        known = row_slopes(log, run.foot_names, name, together=True)
+        known = row_slopes(log, run.foot_names, name)
         if known is None or not (
             known[0].any() or known[1]
         ):  # of counts differences leave rounding over a step
@@ -72,7 +72,7 @@ def test_the_period_moves_what_is_reported_per_time():
     run = run_of()
     rate = run.measures["bounces_per_second"].value
     assert rate > 0.0
-    rows, period = row_slopes(run._log, run.foot_names, "bounces_per_second", together=False)
+    rows, period = row_slopes(run._log, run.foot_names, "bounces_per_second")
     assert not rows.any() and period == pytest.approx(-rate / run.period, rel=1e-12)
 
 
@@ -100,11 +100,11 @@ def test_near_a_kink_there_is_no_product():
 
     feet = run.foot_names
     for name in ("impact_speed", "hardest_impact", "contact_duration"):
-        assert row_slopes(run._log, feet, name, together=False) is not None
-    assert row_slopes(moved(run, on_the_edge), feet, "impact_speed", together=False) is None
-    assert row_slopes(moved(run, tied), feet, "hardest_impact", together=False) is None
-    assert row_slopes(moved(run, tied), feet, "impact_speed", together=False) is not None
-    assert row_slopes(moved(run, at_the_height), feet, "contact_duration", together=False) is None
+        assert row_slopes(run._log, feet, name) is not None
+    assert row_slopes(moved(run, on_the_edge), feet, "impact_speed") is None
+    assert row_slopes(moved(run, tied), feet, "hardest_impact") is None
+    assert row_slopes(moved(run, tied), feet, "impact_speed") is not None
+    assert row_slopes(moved(run, at_the_height), feet, "contact_duration") is None
 
 
 def test_numbers_that_do_not_change_have_no_slope() -> None:

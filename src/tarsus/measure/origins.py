@@ -52,7 +52,6 @@ class _EventOrigins:
     by: EventHistories
     height: float
     span: float
-    together: bool
     slopes: dict[str, Floats] = field(default_factory=dict)
 
     def add(self, name: str, events: Floats, values: Floats) -> None:
@@ -80,16 +79,15 @@ class _EventOrigins:
         if (np.abs(self.seen.flights.apex - self.height) <= TOGETHER * self.height).any():
             raise _Kink
 
-    def off_edges(self, own: Rows, times: Floats, fixed: NDArray[np.bool_] | None = None) -> None:
-        """Times (n,) of histories lie in their windows beyond doubt; those that are fixed, or move with the edge that
-        they are at, may lie at one."""
-        still = np.full(len(times), self.together) if fixed is None else fixed | self.together
+    def off_edges(self, own: Rows, times: Floats) -> None:
+        """Times (n,) of histories lie in their windows beyond doubt; those that lie exactly at an edge are fixed, or
+        move with it."""
         windows = self.seen.windows
         first, count = windows.first[own], windows.count[own]
         k = np.clip(windows.number(own, times), 0, count)
         for edge in (windows.edges[first + k], windows.edges[first + np.minimum(k + 1, count)]):
             near = np.abs(times - edge) <= TOGETHER * self.span
-            if (near & (self._apart(times, edge) | ~still)).any():
+            if (near & self._apart(times, edge)).any():
                 raise _Kink
 
     @staticmethod
@@ -98,11 +96,11 @@ class _EventOrigins:
         return np.abs(times - others) > 8.0 * np.spacing(np.abs(others))
 
 
-def event_slopes(judgement: Judgement, name: str, *, together: bool = False) -> EventSlopes | None:
+def event_slopes(judgement: Judgement, name: str) -> EventSlopes | None:
     """Derivatives of a measure of one run by fields of its events, period marks included, and by the drive period; SI
-    units, of the measure by those of the field. None where they are not known of it, and near a kink or a jump.
-    together: whether an event that is at the edge of a period to rounding moves with it, as what a drive's own edge
-    brings about does while that edge stays where it is in the period.
+    units, of the measure by those of the field. None where they are not known of it, and near a kink or a jump. An
+    event that is at the edge of a period to rounding moves with it, as what a drive's own edge brings about does while
+    that edge stays where it is in the period.
 
     They are those of the measure's definition, where it has one there; what it selects (the largest, flights above a
     height) stays selected. With all times the measure grows like a power of them: that gives the last derivative.
@@ -127,7 +125,7 @@ def event_slopes(judgement: Judgement, name: str, *, together: bool = False) -> 
     columns = {one: np.asarray(events[one]) for one in ("foot", "kind", "speed_before", "apex")}
     columns |= {"time": numbers, "apex_time": numbers, "gap_integral": numbers}
     by = EventHistories(columns, table.first, np.zeros(1), range(len(table.feet)), len(table.feet))
-    origins = _EventOrigins(seen, by, judgement.height, float(judgement.spans[0]), together)
+    origins = _EventOrigins(seen, by, judgement.height, float(judgement.spans[0]))
     weights = np.where(np.isfinite(values), share[own] / np.maximum(moments.count[own], 1), 0.0)
     try:
         rule(origins, weights)
@@ -149,8 +147,8 @@ def _contact(origins: _EventOrigins, weights: Floats) -> None:
     low, high = windows.edges[first], windows.edges[first + count]
     met = np.minimum(end, high) > np.maximum(start, low)
     origins.clear()
-    origins.off_edges(own, start, begun == 0.0)
-    origins.off_edges(own, end, ended == 0.0)
+    origins.off_edges(own, start)
+    origins.off_edges(own, end)
     for times, events, moves, sign in ((start, begun, start > low, -1.0), (end, ended, end < high, 1.0)):
         some = np.flatnonzero(met & moves)
         k = np.minimum(windows.number(own[some], times[some]), count[some] - 1)
@@ -159,7 +157,7 @@ def _contact(origins: _EventOrigins, weights: Floats) -> None:
 
 def _peak(origins: _EventOrigins, weights: Floats) -> None:
     tops = origins.seen.histories.tops
-    origins.off_edges(tops.own, tops.time, np.ones(len(tops.own), dtype=bool))
+    origins.off_edges(tops.own, tops.time)
     found, cell = origins.seen.until(tops.own, tops.time)
     origins.add_largest(
         "apex", cell, tops.value[found], tops.time[found], origins.by.tops.time[found], weights
@@ -184,7 +182,7 @@ def _mean_apex(origins: _EventOrigins, weights: Floats) -> None:
     flights = origins.seen.flights
     hops = origins.seen.histories.hops(origins.height)
     origins.clear()
-    origins.off_edges(flights.own[hops], flights.apex_time[hops], np.ones(len(hops), dtype=bool))
+    origins.off_edges(flights.own[hops], flights.apex_time[hops])
     found, cell = origins.seen.inside(flights.own[hops], flights.apex_time[hops])
     count = sums(cell, len(weights))
     origins.add("apex", origins.by.flights.apex_time[hops][found], weights[cell] / count[cell])
@@ -235,7 +233,7 @@ def _count(origins: _EventOrigins, weights: Floats) -> None:
     begin within a window."""
     flights, counting = origins.seen.flights, origins.seen.counting
     origins.clear()
-    origins.off_edges(flights.own, flights.start, flights.start == 0.0)
+    origins.off_edges(flights.own, flights.start)
     origins.off_edges(origins.seen.histories.impacts.own, origins.seen.histories.impacts.time)
     found = origins.seen.histories.seen(origins.height)
     stay = flights.start[found[1:]] - flights.end[found[:-1]]

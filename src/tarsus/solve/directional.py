@@ -91,7 +91,7 @@ def measure_slopes(log: EventDerivatives, feet: Sequence[str], name: str) -> tup
             log, lambda rows, periods, along: _values(log, feet, rows, periods, along, name)
         )
 
-    known = row_slopes(log, feet, name, together=True)
+    known = row_slopes(log, feet, name)
     if known is None:
         return differences(log)
     rows, period = known
@@ -122,15 +122,12 @@ def _leave_edges(log: EventDerivatives) -> NDArray[np.bool_]:
     return np.asarray((ways > 1e-9 * np.abs(turns[at, None] * log.by_period)).any(axis=0))
 
 
-def row_slopes(
-    log: EventDerivatives, feet: Sequence[str], name: str, *, together: bool
-) -> tuple[Floats, float] | None:
+def row_slopes(log: EventDerivatives, feet: Sequence[str], name: str) -> tuple[Floats, float] | None:
     """Derivatives of a measure by event rows (ne, 12) in the order in which the engine met them, and by the drive
-    period, with which the marks move; None where they are not known, or the measure may have a kink or a jump. together
-    as for `tarsus.measure.event_slopes`."""
+    period, with which the marks move; None where they are not known, or the measure may have a kink or a jump."""
     place, given = event_order(log.rows)
     table = table_of(replace(log, ways=None), feet, log.rows[None], np.array([log.period]), np.zeros((1, 1)))
-    found = event_slopes(Judgement(table), name, together=together)
+    found = event_slopes(Judgement(table), name)
     if found is None:
         return None
     rows = np.zeros_like(log.rows)

@@ -175,6 +175,9 @@ nb::tuple windows_legged(const legged::Body& body, const legged::LegTables& tabl
 void bind_windows(nb::module_& m) {
   m.def("windows_modal", &windows_modal);
   m.def("windows_legged", &windows_legged);
+  nb::dict doubts;  // see `Doubtful`
+  for (size_t n = 0; n < std::size(DOUBTS); n++) doubts[DOUBTS[n]] = int(n) + 1;
+  m.attr("DOUBTS") = doubts;
 }
 
 }  // namespace tarsus

@@ -29,35 +29,6 @@ TangentResult derive_modal(const Robot& robot, const RunData& run, const Beginni
                            const std::vector<Structural>& structural, const RunRecord& record, const SampleTimes& times,
                            PowerSlopes* powers);
 
-// Derivatives of one number by the data of a run, sizes as in DataTangents; those by the laws' parameters are by groups of
-// parameters that have one direction.
-struct DataAdjoint {
-  std::vector<double> groups, initial, sources, coef, begin, end, loops;
-  double period = 0.0;
-};
-
-// What of a run a number depends on, and how. events (events, EVENT_WIDTH); times [s] (count); samples (count, sample width
-// less held).
-struct Objective {
-  const double *events, *times, *samples;
-  size_t count;
-};
-
-// refused: impacts of feet that land at one moment act on each other, or a step could not be followed. edges: of channels that
-// begin with a jump at the very start: piece, turns, channel that is driven.
-struct AdjointResult {
-  DataAdjoint data;
-  std::vector<TangentFlag> flags;
-  std::vector<int64_t> edges;
-  bool refused = false;
-};
-
-// The derivatives of a number by all data of a run. nothing: of the sizes of the data; groups (feet, columns): number of the group
-// of each parameter of the laws, or -1.
-AdjointResult adjoint(const Robot& robot, const RunData& run, const Beginning& start, const DataTangents& nothing,
-                      const std::vector<int64_t>& groups, const std::vector<int64_t>& degrees, const RunRecord& record,
-                      const Objective& objective);
-
 }  // namespace tarsus::modal
 
 namespace tarsus::legged {

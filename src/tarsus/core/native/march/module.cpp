@@ -12,7 +12,6 @@ void bind_window(nanobind::module_&);
 void bind_windows(nanobind::module_&);
 void bind_parts(nanobind::module_&);
 void bind_record(nanobind::module_&);
-void bind_adjoint(nanobind::module_&);
 void bind_flights(nanobind::module_&);
 void bind_packet(nanobind::module_&);
 void bind_measure(nanobind::module_&);
@@ -37,7 +36,6 @@ NB_MODULE(_native, m) {
   tarsus::bind_windows(m);
   tarsus::bind_parts(m);
   tarsus::bind_record(m);
-  tarsus::bind_adjoint(m);
   tarsus::bind_flights(m);
   tarsus::bind_packet(m);
   tarsus::bind_measure(m);
