@@ -238,6 +238,7 @@ def test_a_changed_file_is_read_again(tmp_path: Path) -> None:
         ("e.csv", b"\n", "e.csv holds no rows of numbers"),
         ("f.csv", b"0,1\n1,nan\n2,1\n", "expected finite samples, got a NaN"),
         ("g.csv", b"time (s),drive (mm/s)\n0,1\n1,2\n", "column 'drive' is in 'mm/s', which is no unit of voltage"),
+        ("k.csv", b"time (s),drive (furlong)\n0,1\n1,2\n", "'furlong' is no unit of voltage; name the column"),
         ("h.csv", b"time (s),a (V),b (V)\n0,1,1\n1,2,2\n", "h.csv has no column 'volts'"),
         ("i.mat", b"not a mat file at all", "i.mat is no MATLAB file"),
         ("j.csv", b"Samples,4\ntime (s),drive (V)\n0,1\n1,2\n", "j.csv is truncated: channel 'drive' has 2 values"),

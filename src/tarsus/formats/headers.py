@@ -111,7 +111,7 @@ def split_name(name: str) -> tuple[str, str]:
     """Name and unit of a column whose unit stands in its name, in brackets or as oscilloscopes write it."""
     match = _UNIT_IN_NAME.match(name)
     if match is not None:
-        found = next((one for one in match.groups()[1:] if one), "").strip()
+        found = in_brackets(name)
         index = found == "1" and not re.search(r"\s[\[(]", name)  # Y[1], of which there is a Y[0]
         known = (is_unit(found) or found in _NO_UNIT) and not index
         return (match[1].rstrip(" /,;:"), found) if known else (name, "")
@@ -123,6 +123,12 @@ def split_name(name: str) -> tuple[str, str]:
         if match and _motion_or_time(found):
             return match[1] or "", found
     return name, ""
+
+
+def in_brackets(name: str) -> str:
+    """What stands in brackets behind a name; empty if nothing does."""
+    match = _UNIT_IN_NAME.match(name)
+    return "" if match is None else next((one for one in match.groups()[1:] if one), "").strip()
 
 
 def _motion_or_time(text: str) -> bool:

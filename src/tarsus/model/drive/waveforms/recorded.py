@@ -13,6 +13,7 @@ from tarsus.base.messages import nearest
 from tarsus.base.quantities import Quantity
 from tarsus.formats import content_of
 from tarsus.formats.axes import axis_series, series_axis
+from tarsus.formats.headers import in_brackets
 from tarsus.formats.raw import Axis, Domain, RawFile, RawSeries, Role, truncated
 from tarsus.formats.unit_names import scaled
 
@@ -73,6 +74,12 @@ def _volts(raw: RawFile, others: list[RawSeries], name: str) -> RawSeries:
     """The series of volts."""
     named = [one for one in others if one.name == name]
     in_volts = [one for one in others if (known := scaled(one.unit)) and known.quantity is Quantity.VOLTAGE]
+    unknown = [one.name for one in others if not one.unit and in_brackets(one.name)]
+    if name == VOLTS and not named and not in_volts and unknown:
+        raise InputError(
+            f"{raw.source}: '{unknown[0]}': '{in_brackets(unknown[0])}' is no unit of voltage; name the column of the "
+            "volts with volts_column if it is this one"
+        )
     for found in (named, in_volts, others) if name == VOLTS else (named,):
         if len(found) == 1:
             return found[0]
