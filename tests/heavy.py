@@ -17,6 +17,8 @@ import pytest
 
 LIMIT = 0.12
 """CPU seconds of one case. At this limit the rest, 4,500 cases and their collection, are under two minutes of CPU."""
+LANES = ("slow", "slurm", "browser", "wasm", "fmu", "mujoco", "octave", "torch", "jax", "compiler")
+"""Markers of tests that are run by themselves."""
 LIST = Path(__file__).with_suffix(".txt")
 
 
@@ -30,7 +32,7 @@ def mark(items: Iterable[pytest.Item]) -> None:
     heavy = set(LIST.read_text(encoding="utf-8").splitlines())
     for item in items:
         case = item.nodeid.removeprefix("tests/")
-        if case in heavy or function_of(case) in heavy:
+        if {case, function_of(case)} & heavy and not any(item.get_closest_marker(lane) for lane in LANES):
             item.add_marker(pytest.mark.full)
 
 

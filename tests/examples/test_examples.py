@@ -57,7 +57,7 @@ def test_film_sweep():
     assert counts[1] == np.count_nonzero(np.isin(alone.events["kind"], (1, 2)))
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_own_data_and_an_own_measure_are_fitted():
     result = load("own_fit").result
     assert result.values["robot.feet.tip.gap"] == pytest.approx(71e-6, rel=1e-5)
@@ -87,7 +87,7 @@ def test_a_policy_that_feels_nothing_is_the_gait_of_the_device():
         assert 5.0 < way < 40.0
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_a_gait_is_learnt_on_grounds_that_are_not_known():
     example = load("learn_gait")
     learnt, _, own = example.judged(example.trained(12, grounds=4, policies=10), grounds=60)

@@ -35,7 +35,7 @@ def test_a_picture_is_what_its_example_draws(script: dict[str, Any], tmp_path: P
 
 
 # Slow: all examples run.
-@pytest.mark.slow
+@pytest.mark.full
 def test_all_pictures_are_what_their_examples_draw(script: dict[str, Any], tmp_path: Path) -> None:
     for name in script["PICTURES"]:
         again(script, name, tmp_path)

@@ -11,7 +11,7 @@ from tarsus.base.spec import float_paths
 
 
 # Slow: 58 records are identified. unit/identify/test_chain.py asks the same of a smaller campaign by default.
-@pytest.mark.slow
+@pytest.mark.full
 def test_identify_campaign():
     example = load("identify_campaign")
     story = example.identified()

@@ -32,7 +32,7 @@ def test_leg_step_py_the_two_models_agree_in_time_and_differ_in_height():
 
 
 # Slow: an optimum and 81 legs around it. unit/design/test_links.py keeps the optimum of this leg.
-@pytest.mark.slow
+@pytest.mark.full
 def test_leg_design_py_finds_a_longer_hip_for_the_assumed_load():
     example, leg = load("leg_design"), millipede_leg().leg
     found = example.designed(leg)

@@ -9,7 +9,7 @@ from tarsus.fit.verdict import Verdict
 
 
 # Slow: records of a second with derivatives. unit/synthesis/test_ranking.py asks for the same of two by default.
-@pytest.mark.slow
+@pytest.mark.full
 def test_next_measurement():
     example = load("next_measurement")
     walks, growth = example.asked()

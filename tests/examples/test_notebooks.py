@@ -58,7 +58,7 @@ def test_notebooks_hold_no_results_and_name_what_there_is(name: str) -> None:
 
 
 # Slow: a kernel starts, and gaits are searched or a campaign is identified.
-@pytest.mark.slow
+@pytest.mark.full
 @pytest.mark.parametrize("name", CLAIMS)
 def test_notebooks_run(name: str, tmp_path: Path) -> None:
     from nbclient import NotebookClient

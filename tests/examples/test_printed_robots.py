@@ -101,7 +101,7 @@ def test_walks_stay_within_the_rounding_and_move(example, printed):
     assert np.ptp(zeta[:, 1]) < 0.05  # well determined, as long as mode 2 carries the mass
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_no_start_finds_a_better_centre_and_the_body_hardly_moves(example):
     rebuilt = example.rebuild(starts=24, steps=1000, seed=3)
     assert len(rebuilt.centres) >= 22
@@ -111,7 +111,7 @@ def test_no_start_finds_a_better_centre_and_the_body_hardly_moves(example):
     assert (shapes[:, 2] / shapes.max(axis=1)).max() < 0.2
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_only_one_reading_of_the_asymmetric_pair_is_ever_reached(example):
     counts = example.readings_held(starts=8)
     assert counts[3.27e8] >= 4

@@ -39,7 +39,7 @@ def test_below_50_hz_the_bouncing_body_is_in_the_way():
     assert np.all(np.abs(slow[:3]) < 0.3) and np.all(slow[3:] > 0.35)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_over_all_that_is_not_known_the_measured_speed_is_inside():
     found = load("trotting_quadruped").spread()
     assert found.min() < 0.44 < found.max() < 0.88

@@ -93,7 +93,7 @@ def test_examples_of_docstrings_run(name, tmp_path, monkeypatch):
 
 @pytest.mark.parametrize(
     "example",
-    [pytest.param(one, id=one.names[0], marks=[pytest.mark.slow] * one.slow) for one in EXAMPLES],
+    [pytest.param(one, id=one.names[0], marks=[pytest.mark.full] * one.slow) for one in EXAMPLES],
 )
 def test_examples_of_the_reference_run(example, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

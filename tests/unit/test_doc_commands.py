@@ -110,7 +110,7 @@ def test_every_page_with_command_lines_is_run():
 
 
 # Slow: each line is a process. That all are command lines is seen by test_docs.py.
-@pytest.mark.slow
+@pytest.mark.full
 @pytest.mark.parametrize("page", HERE)
 def test_the_command_lines_of_a_page_run(page, tmp_path):
     prepare, written = HERE[page]

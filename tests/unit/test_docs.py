@@ -434,8 +434,7 @@ class Case(NamedTuple):
 
     @property
     def marks(self) -> list[pytest.MarkDecorator]:
-        names = [*(["slow"] if self.slow else []), *([self.lane] if self.lane else [])]
-        return [getattr(pytest.mark, name) for name in names]
+        return [getattr(pytest.mark, self.lane)] if self.lane else [pytest.mark.full] * self.slow
 
 
 CASES = [
