@@ -31,9 +31,8 @@ def test_a_movie_shows_a_period_and_filled_feet_on_the_ground(tmp_path):
     )  # a foot is filled while it is stuck; outlines and ground stay as they are
 
 
-@pytest.mark.browser
+@pytest.mark.ffmpeg
 def test_a_webm_has_the_frames_of_the_gif(tmp_path):
-    """Read back by ffmpeg, which this lane needs beside Chromium."""
     walk = ts.simulate("millipede-printed", "30 ms")
     with Image.open(write_movie(walk, tmp_path / "walk.gif", width=240, periods=1)) as movie:
         count, size = movie.n_frames, movie.size
