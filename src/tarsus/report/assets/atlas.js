@@ -100,6 +100,7 @@ function legend(k) {
     add(amount(ends[0], of, 3));
     const bar = document.createElement("canvas"), pen = bar.getContext("2d");
     bar.width = 256; bar.height = 1;
+    bar.setAttribute("aria-hidden", "true"); // its ends are told beside it
     for (let i = 0; i < 256; i++) { pen.fillStyle = `rgb(${ramp(i / 255)})`; pen.fillRect(i, 0, 1, 1); }
     box.append(bar);
     add(`${amount(ends[1], of, 3)} or more: ${about}`);
