@@ -148,9 +148,10 @@ def read_netcdf_classic(path: Path, content: bytes) -> RawFile:
             f"{path.name} is NetCDF of the variant CDF-5; convert it with: nccopy -k netCDF-4 {path.name} new.nc"
         )
     with parsing(path.name, "NetCDF"), netcdf_file(str(path), "r", mmap=False) as file:
-        arrays = [
-            Array(name, np.array(variable.data), dict(variable._attributes))
-            for name, variable in file.variables.items()
-        ]
+        arrays = []
+        for name, variable in file.variables.items():
+            scales = [file.variables[dim].data if dim in file.variables else None for dim in variable.dimensions]
+            values, rows = _along_samples(np.array(variable.data), scales)
+            arrays.append(Array(name, values, dict(variable._attributes), rows))
         groups = {"": dict(file._attributes)}
     return file_of(path.name, arrays, groups=groups)

@@ -52,16 +52,25 @@ def variables_of(source: str, content: dict[str, Any]) -> RawFile:
     ``units`` that has a field of the variable's name."""
     if "yspec" in content and {"freq", "npts"} <= content.keys():
         content = _with_lines(content)
-    units = content.pop("units", {})
+    told = content.pop("units", {})
+    units = dict(_texts(told, "")) if isinstance(told, Mapping) else {}
     arrays: list[Array] = []
     notes: list[str] = []
     for name, value in _flat(content, "", DEEPEST):
         if isinstance(value, Left):
             notes.append(f"{source}: not used: '{name}', {value.why}")
             continue
-        unit = units.get(name) if isinstance(units, Mapping) else None
-        arrays.append(Array(name, value, {} if unit is None else {"units": unit}))
+        arrays.append(Array(name, value, {"units": units[name]} if name in units else {}))
     return file_of(source, arrays, notes)
+
+
+def _texts(told: Mapping[str, Any], before: str) -> Iterator[tuple[str, str]]:
+    """Texts of structures within each other, by their whole names."""
+    for name, value in told.items():
+        if isinstance(value, Mapping):
+            yield from _texts(value, f"{before}{name}.")
+        elif isinstance(value, str):
+            yield f"{before}{name}", value
 
 
 def _with_lines(content: Mapping[str, Any]) -> dict[str, Any]:

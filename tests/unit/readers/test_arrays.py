@@ -87,6 +87,9 @@ def test_matlab_structures_tables_and_units(tmp_path):
         path, {"time": TIME, "tip": TIP, "volts": VOLTS, "units": {"tip": "mm/s", "volts": "V", "time": "s"}}
     )
     check(read_measurement(path), "tip", "volts")
+    units = {"run": {"tip": "mm/s", "volts": "V"}}
+    savemat(path, {"run": {"time": TIME, "tip": TIP, "volts": VOLTS}, "units": units})
+    check(read_measurement(path), "run.tip", "run.volts")
 
 
 def test_times_at_odds_with_the_rate_are_refused_until_one_is_chosen(tmp_path):
@@ -191,7 +194,15 @@ def test_classic_netcdf(tmp_path):
             variable = file.createVariable(name, "d", ("time",))
             variable[:] = values
             variable.units = unit
-    check(read_measurement(path), "tip", "volts")
+        file.createDimension("point", 2)
+        file.createDimension("width", 3)
+        file.createVariable("point", "c", ("point", "width"))[:] = np.array([list("hip"), list("toe")], dtype="S1")
+        table = file.createVariable("table", "d", ("time", "point"))
+        table[:] = np.column_stack([TIP, 2 * TIP])
+        table.units = "m/s"
+    record = read_measurement(path)
+    check(record, "tip", "volts")
+    assert record["table/hip"] == pytest.approx(TIP) and record["table/toe"] == pytest.approx(2 * TIP)
 
 
 def tdms(path: Path) -> Path:
@@ -435,14 +446,14 @@ def test_version_7_3_has_cells_structures_and_objects_as_version_7(tmp_path):
 
 
 def test_responses_without_a_unit_ask_for_theirs(tmp_path):
-    savemat(tmp_path / "plate.mat", {"f": LINES, "H": RESPONSE})
+    savemat(tmp_path / "plate.mat", {"f": LINES, "H": RESPONSE, "coherence": np.ones(50)})
     with pytest.raises(ts.InputError, match="holds no time series; it holds frequency responses"):
         read_measurement(tmp_path / "plate.mat")
     with pytest.raises(ts.InputError, match="nothing says of the response 'H' what it is of") as caught:
         ts.modes(tmp_path / "plate.mat")
     assert "'f'" not in str(caught.value)
     shown = ts.show(tmp_path / "plate.mat")
-    assert [one["name"] for one in shown.to_dict()["series"]] == ["f", "H"]
+    assert [one["name"] for one in shown.to_dict()["series"]] == ["f", "H", "coherence"]
     assert "nothing says of the response 'H'" in "\n".join(shown.remarks)
 
 

@@ -38,7 +38,7 @@ def measurement_of(raw: RawFile, choices: Choices) -> Measurement:
     """
     raw = raw.one(choices.record)
     column = None if choices.step is not None else axis_series(raw, Domain.TIME, choices.axis, choices.groups)
-    responses = any(np.iscomplexobj(one.values) for one in raw.series)
+    over_lines = _over_lines(raw, column is not None or choices.step is not None)
     candidates = [
         one
         for one in raw.series
@@ -47,7 +47,7 @@ def measurement_of(raw: RawFile, choices: Choices) -> Measurement:
         and not np.iscomplexobj(one.values)
         and (one.axis is None or one.axis.domain is Domain.TIME)
         and (frequency_factor(one.unit) is None or scaled(one.unit) is not None)
-        and not (responses and one.name not in choices.channels and is_axis(one, Domain.FREQUENCY))
+        and (one.name not in over_lines or one.name in choices.channels)
     ]
     if not candidates:
         raise InputError(f"{raw.source} holds no time series{_responses(raw)}")
@@ -81,6 +81,17 @@ def measurement_of(raw: RawFile, choices: Choices) -> Measurement:
         )
     except InputError as error:
         raise InputError([f"{raw.source}: {problem}" for problem in error.problems]) from None
+
+
+def _over_lines(raw: RawFile, timed: bool) -> set[str]:
+    """Names of the frequencies beside complex responses, and of what has as many numbers where no times are known:
+    coherences, amplitudes."""
+    if not any(np.iscomplexobj(one.values) for one in raw.series):
+        return set()
+    axes = [one for one in raw.series if is_axis(one, Domain.FREQUENCY)]
+    counts = set() if timed or raw.declared else {len(one.values) for one in axes}
+    beside = [one for one in raw.series if one.declared is None and len(one.values) in counts]
+    return {one.name for one in (*axes, *beside)}
 
 
 def _responses(raw: RawFile) -> str:
