@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import tarsus as ts
+from tarsus.model.scene import Source
 
 
 def test_a_new_device_is_a_good_scene_that_runs(tarsus, tmp_path):
@@ -233,3 +234,13 @@ def test_doctor_complains_of_a_wrong_engine(tarsus, monkeypatch):
 
 def test_completion_is_a_script(tarsus):
     assert "_tarsus" in tarsus("completion", "bash").out
+
+
+@pytest.mark.parametrize("words", [(), ("--legs", "2")])
+def test_sources_that_a_new_device_names_are_taken(tarsus, tmp_path, words):
+    """Each word that the file's comment offers for where a number comes from."""
+    file = tmp_path / "mine.toml"
+    assert tarsus("new", "device", file, *words).code == 0
+    text = file.read_text()
+    offered = re.search(r"^\[provenance\].*: (.*)$", text, re.MULTILINE)[1].replace(" or ", ", ").split(", ")
+    assert set(offered) == {one.value for one in Source}

@@ -268,7 +268,7 @@ def test_provenance_of_nothing() -> None:
     text = BALL + '[provenance]\nduratio = { source = "guessed", note = "" }\n'
     said = problems(text)
     assert said[0].startswith(
-        "provenance.duratio.source: expected 'printed', 'derived', 'calibrated' or 'assumed'"
+        "provenance.duratio.source: expected 'printed', 'derived', 'calibrated', 'assumed' or 'designed'"
     )
     text = BALL + '[provenance]\nduratio = { source = "printed", note = "T" }\n'
     assert problems(text) == ["provenance.duratio: unknown path; did you mean 'duration'?"]
