@@ -35,7 +35,7 @@ class Traced:
     __hash__ = object.__hash__
     __array_ufunc__ = None  # functions of numpy refuse it
 
-    def __init__(self, tracer: Tracer, value: Value) -> None:
+    def __init__(self, tracer: LawTracer, value: Value) -> None:
         self.tracer, self.value = tracer, value
 
     def __bool__(self) -> bool:
@@ -86,7 +86,7 @@ _MATH = {getattr(math, op.name.lower()): op for op in Op if hasattr(math, op.nam
 _MATH |= {math.fabs: Op.ABSOLUTE, math.pow: Op.POWER}
 
 
-class Tracer:
+class LawTracer:
     """Runs a law once for every outcome of its comparisons.
 
     path: the comparisons asked for so far in this run, each with its outcome; asked: how many of them were asked again.
@@ -218,7 +218,7 @@ class Tracer:
 class _Names:
     """A file or class whose names are those of the law's world."""
 
-    def __init__(self, tracer: Tracer, of: ModuleType | type) -> None:
+    def __init__(self, tracer: LawTracer, of: ModuleType | type) -> None:
         self._tracer, self._of = tracer, of
 
     def __getattr__(self, name: str) -> Any:
@@ -252,7 +252,7 @@ def translate(function: Callable[..., float], leading: int | None = None, name: 
         raise InputError(f"{named}, line {line}: it takes its arguments by position, each by its name: {ALLOWED}")
     arguments = len(taken) if leading is None else leading
     builder = Builder(arguments, len(taken) - arguments)
-    tracer = Tracer(builder)
+    tracer = LawTracer(builder)
     inputs = [Traced(tracer, one) for one in builder.inputs]
     law = tracer.rebuilt(function)
     try:
