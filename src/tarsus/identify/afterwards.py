@@ -34,7 +34,7 @@ from tarsus.identify.heldout import Comparison, compare
 from tarsus.identify.landing import LandingVerdict, judge_landing
 from tarsus.identify.shown import instrument_checks
 from tarsus.identify.step import UNSOLVED, Shift, StepResult, failures
-from tarsus.identify.steps import RESONANCES, STEPS
+from tarsus.identify.steps import CHECKS, GIVEN, IN_THE_AIR, LANDING_RULE, RESONANCES, SHIFTED, STEPS
 from tarsus.identify.surroundings import ground_checks, hum_checks
 from tarsus.model.laws.landing import AnyLanding
 from tarsus.records.excluded import Excluded
@@ -45,10 +45,6 @@ if TYPE_CHECKING:
 
 Kind = TypeVar("Kind")
 
-MESSAGES = (LANDING_RULE, GIVEN, IN_THE_AIR, CHECKS, SHIFTED) = (
-    "landing rule", "errors of what is given", "in the air", "checks", "with the other zero position",
-)  # fmt: skip
-"""Of progress, after the steps."""
 _FILM = "ground.film.coefficient"
 _ADHESION = next(one for one in STEPS if one.name == "adhesion")
 _UNIT = ".load.participation.0"

@@ -15,7 +15,6 @@ from tarsus.base.messages import together
 from tarsus.base.progress import Progress
 from tarsus.base.spec import float_paths
 from tarsus.base.threads import single_threaded
-from tarsus.identify import afterwards
 from tarsus.identify.campaign import Opened, RecordFile, read_campaign
 from tarsus.identify.estimates import PLACEHOLDER, Estimates
 from tarsus.identify.evidence import Evidence
@@ -24,14 +23,14 @@ from tarsus.identify.resonance import Resonances
 from tarsus.identify.restitution import BounceStudy
 from tarsus.identify.result import Identification
 from tarsus.identify.step import UNSOLVED, NotDone, StepResult, Trouble, Used
-from tarsus.identify.steps import GROUND_STEPS, STEPS, SWEEP_STEPS, ChainStep
+from tarsus.identify.steps import AFTERWARDS, GROUND_STEPS, STEPS, SWEEP_STEPS, ChainStep
 from tarsus.identify.traces import Trace
 from tarsus.model.drive.waveforms import Waveform
 from tarsus.records.purpose import Purpose
 
 Kind = TypeVar("Kind")
 
-_MESSAGES = len({one.name for one in STEPS}) + len(afterwards.MESSAGES)
+_MESSAGES = len({one.name for one in STEPS}) + len(AFTERWARDS)
 """Of progress, beside those of the files."""
 
 
@@ -63,6 +62,8 @@ class StepRunner:
 
     def run(self) -> Identification:
         """All steps, the validation and the shifted zero."""
+        from tarsus.identify import afterwards
+
         begun = time.perf_counter()
         self.read()
         self.take(SWEEP_STEPS)  # which tell how late the records of the ground are
