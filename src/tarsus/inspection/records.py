@@ -64,15 +64,15 @@ def record_view(file: Path, channel: Sequence[str] = (), **choices: str | int | 
 
 
 def _as_written(file: Path, problems: Sequence[str]) -> View:
-    """The series of a file as they stand there."""
+    """The series of a file as they stand there, with what else it holds as remarks."""
     raw = content_of(file)
     notes = list(dict.fromkeys([*problems, *raw.notes]))
-    if not raw.series:
+    if not raw.series and not raw.notes:
         raise InputError(notes)
     shown = [(one.name, one.unit, len(one.values), _size(one.values)) for one in raw.series]
     rows = [(name, unit, count, low, high) for name, unit, count, (low, high) in shown]
     count = f"{len(rows)} series" + (f" in each of {len(raw.several)} records" if raw.several else "")
-    holds = f"{count}, not read as a record yet"
+    holds = f"{count}, not read as a record yet" if rows else "no series that a record or a response could be"
     columns = ("series", "unit as written", "values", Column("smallest", digits=6), Column("largest", digits=6))
     data = {
         "holds": holds,

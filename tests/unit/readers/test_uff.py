@@ -322,3 +322,6 @@ def test_what_is_not_read_is_named_with_the_refusal(tmp_path):
     for read in (read_measurement, read_response):
         with pytest.raises(ts.InputError, match="not used: 1 power spectral densities"):
             read(path)
+    shown = ts.show(path)
+    assert shown.to_dict()["series"] == []
+    assert "psd.uff: not used: 1 power spectral densities" in shown.remarks
