@@ -59,6 +59,13 @@ def test_short_words_stand_for_paths_wherever_these_do(beam: ts.Scene, batch: ts
     assert slopes.gradient("ledger.work_in")["volts"] == exact.gradient("ledger.work_in")[AMPLITUDE]
 
 
+def test_values_of_a_batchs_scene_are_named_too(beam: ts.Scene) -> None:
+    found = ts.simulate_batch(beam, {"hz": [40, 60]}, "1 ms", volts="5 V", wave="sine")
+    assert found.scene == ts.load_scene("cantilever", volts=5, wave="sine")
+    with pytest.raises(ts.InputError, match=r"duration: expected a time .* got \{'volts': 6\}; .* volts=6"):
+        ts.simulate(beam, {"volts": 6})  # type: ignore[arg-type]
+
+
 def test_a_walkers_words_are_its_gaits() -> None:
     walker = ts.load_scene("millipede")
     assert paths_of(walker, "volts") == ("gait.high",) and paths_of(walker, "hz") == ("gait.frequency",)
@@ -133,6 +140,8 @@ def test_unknowns_that_are_none_are_told(unknowns: object, said: str) -> None:
 
 def test_a_run_has_its_times_and_gaps_and_is_saved_and_loaded(run: ts.Run, tmp_path) -> None:
     assert run.gap.shape == (1, len(run.time)) and run.gap is run.series.state.gap
+    with pytest.raises(ts.InputError, match="there is no folder"):
+        ts.load_run(tmp_path / "out")
     found = ts.load_run(run.save(tmp_path / "out"))
     assert np.array_equal(found.gap, run.gap) and np.array_equal(found.time, run.time)
     assert found.measures["contact duration"].value == run.measures["contact duration"].value

@@ -108,7 +108,7 @@ def test_values_by_path_change_provenance() -> None:
         ),
         ("cantilever", {"hz": -1}, "signals.pzt.frequency: expected a frequency (Hz) above 0, got -1"),
         ("cantilever", {"ground.flm.thickness": 1}, "unknown path; did you mean 'ground.film.thickness'?"),
-        ("cantilever", {"wave": "ramped_square"}, "signals.pzt.duty: expected a pure number from 0 to 1"),
+        ("cantilever", {"wave": "ramped_square"}, "signals.pzt.duty: missing; expected a pure number from 0 to 1"),
     ],
 )
 def test_refused(name: str, options: dict[str, object], said: str) -> None:

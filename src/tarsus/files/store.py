@@ -232,6 +232,8 @@ def read_run(directory: str | Path, laws: Mapping[str, Any] | None = None) -> St
         What `write_run` wrote, asked like a `Run`.
     """
     folder = Path(directory)
+    if not folder.is_dir():
+        raise InputError(f"there is no folder '{folder}': name one that run.save or `tarsus simulate -o` wrote")
     missing = [name for name in (SUMMARY_FILE, MEASURES_FILE) if not (folder / name).is_file()]
     if missing:
         raise InputError(f"{folder} holds no whole run: it has no {missing[0]}{folder_sentence(folder)}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -51,6 +51,7 @@ def simulate_batch(
     shared: Shared | None = None,
     ledger: bool = False,
     gradients: Sequence[str] | None = None,
+    **values: Any,
 ) -> Batch:
     """Simulate a scene for many values of any of its floats.
 
@@ -83,6 +84,8 @@ def simulate_batch(
     gradients
         Paths of numbers of the scene: every run is made as `simulate` makes it with them, and the batch is a
         `GradientBatch`, which has exact first derivatives of every run.
+    **values
+        What is changed in the scene of all runs before, as `load_scene` takes it: ``wave="sine"``, or values by path.
 
     Returns
     -------
@@ -105,7 +108,7 @@ def simulate_batch(
     >>> bool(batch.done.all())
     True
     """
-    scene = as_scene(scene)
+    scene = as_scene(scene, **values)
     seconds = seconds_of(scene, duration)
     given = columns(scene, vary, grid=grid)
     values = by_path(scene, _combined(given) if grid else given)

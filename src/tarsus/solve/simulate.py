@@ -238,6 +238,9 @@ def kept(engine: Engine, rows: Rows, accuracy: Accuracy | None, track: bool = Tr
 
 def seconds_of(scene: Scene, duration: float | str | None) -> float:
     """The duration [s] given, or the scene's own. Raises InputError unless it is positive and finite."""
+    if not isinstance(duration, int | float | str | np.number | None):
+        said = f"duration: expected a time [s] or a text with a unit, got {duration!r:.60}"
+        raise InputError([f"{said}; values of the scene are named, as in volts=6"])
     try:
         given = scene.duration if duration is None else duration
         seconds = parse_quantity(given, "s") if isinstance(given, str) else float(given)
