@@ -47,7 +47,8 @@ def read_hdf(path: Path, _: bytes) -> RawFile:
     notes: list[str] = []
     groups: dict[str, dict[str, Any]] = {}
 
-    def visit(name: str, item: Any) -> None:
+    def visit(stored: str | bytes, item: Any) -> None:
+        name = _word(stored)
         try:
             if isinstance(item, h5py.Group):
                 groups[name] = _attributes(item)
@@ -63,12 +64,17 @@ def read_hdf(path: Path, _: bytes) -> RawFile:
     return file_of(path.name, arrays, notes, groups)
 
 
+def _word(name: str | bytes) -> str:
+    """A name, which h5py leaves in bytes where it is not UTF-8."""
+    return name.decode("latin-1") if isinstance(name, bytes) else name
+
+
 def _attributes(item: Any) -> dict[str, Any]:
     """Attributes of a group or data set, of those that h5py can read."""
     out = {}
     for name in item.attrs:
         with contextlib.suppress(OSError, TypeError, ValueError):
-            out[name] = item.attrs[name]
+            out[_word(name)] = item.attrs[name]
     return out
 
 

@@ -128,9 +128,8 @@ def data_sets(source: str, content: bytes) -> list[DataSet]:
         except InputError as error:
             problems += error.problems
         except (ValueError, IndexError) as error:
-            problems.append(
-                f"{source}: data set {number} (type {kind.split()[0].decode()}) cannot be read: it is damaged ({error})"
-            )
+            told = kind.split()[0].decode("latin-1")
+            problems.append(f"{source}: data set {number} (type {told}) cannot be read: it is damaged ({error})")
         else:
             sets.append(found)
             units = found if isinstance(found, UnitFactors) else units
