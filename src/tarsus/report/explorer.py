@@ -176,7 +176,7 @@ class Explorer:
         wasm = compiled_engine()
         shown = Shown(self.explored)
         return rendered(
-            "explorer.html", player=shown.player,
+            "explorer.html", player=shown.player(on_paper=not small),
             charts=shown.charts.html("Volts, gaps, forces and energies over time"),
             info=script_text(self.info(shown, small=small)), wasm=_compressed(wasm),
             packet=_compressed(self.explored.packet),
@@ -345,10 +345,9 @@ class Shown:
         """Drives whose volts the moving picture shows."""
         return [row for _, row in distinct_drives(self.motion)]
 
-    @property
-    def player(self) -> Markup:
-        """The moving picture."""
-        return walk_section(self.motion, springs=not self.walks)
+    def player(self, *, on_paper: bool) -> Markup:
+        """The moving picture; on_paper: with moments of it for paper, which the page of a run needs no more of."""
+        return walk_section(self.motion, springs=not self.walks, on_paper=on_paper)
 
     @cached_property
     def charts(self) -> Charts:

@@ -29,10 +29,13 @@ SAME = 1e-6
 """Drive voltages that differ by less than this part of the largest are one."""
 
 
-def walk_section(motion: Motion, index: int | None = None, *, springs: bool = False) -> Markup:
+def walk_section(
+    motion: Motion, index: int | None = None, *, springs: bool = False, on_paper: bool = True
+) -> Markup:
     """The animation as an HTML fragment that needs nothing else: no file, no network, no library.
 
-    `index` numbers it among a page's figures; springs: of a robot that stands still above feet on springs.
+    `index` numbers it among a page's figures; springs: of a robot that stands still above feet on springs; on_paper:
+    with the still.
 
     It holds at most 2000 frames, fewer where there are many legs, so that it stays below 400 kB. Where no script
     runs, and in print, it is a still of four moments.
@@ -40,11 +43,10 @@ def walk_section(motion: Motion, index: int | None = None, *, springs: bool = Fa
     drives = distinct_drives(motion)
     thin = motion.thinned(frame_limit(len(motion.legs), len(drives), CHARACTERS))
     stage = stage_of(thin, springs=springs)
-    picture = still(thin, stage)
+    picture = still(thin, stage) if on_paper else None
     return rendered(
         "player.html",
-        still=picture.picture,
-        moments=picture.caption,
+        still=picture,
         index=index,
         springs=springs,
         caption=_caption(thin, stage, drives),

@@ -19,7 +19,7 @@ from tarsus.model.drive.signal import Signal
 from tarsus.model.drive.track import NoSlopeError, Track, cubic_track, each_run, linear_track, polynomial
 
 if TYPE_CHECKING:
-    from tarsus.model.drive.waveforms.recorded import RecordedVolts
+    from tarsus.model.drive.recorded import RecordedVolts
 
 
 class Interpolation(Enum):
@@ -182,6 +182,6 @@ def _spline(times: Floats, levels: Floats) -> Floats:
 @lru_cache(maxsize=16)
 def _cached(path: str, changed: int, time_column: str, volts_column: str) -> RecordedVolts:
     """Samples of one version of a file."""
-    from tarsus.model.drive.waveforms.recorded import read_volts  # readers of files, which few signals need
+    from tarsus.model.drive.recorded import read_volts  # readers of files, which few signals need
 
     return read_volts(Path(path), time_column, volts_column)
