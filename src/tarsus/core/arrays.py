@@ -13,7 +13,7 @@ T_TIME, T_LENGTH, T_FRACTION, T_MODE, T_CLASS, T_JUMPS = range(6)
 TRACE_HEAD = 6  # as many as those above
 
 # Return codes of the engine, as in native/march/kinds.hpp.
-DONE, STALL, STEP_TOO_SMALL, STEP_LIMIT, NOT_FINITE, JAMMED = range(6)
+DONE, STALL, STEP_TOO_SMALL, STEP_LIMIT, NOT_FINITE, JAMMED, GOING_ON = range(7)  # the last never of a run that has ended
 
 # What describes a legged robot to the engine. Sizes: nb body coordinates, nl legs, m feet, nd drives, nt kinds of leg blocks, w directions.
 # Direction 0 is upward, 1 along the way, and 2 across it, of legs that move sideways.

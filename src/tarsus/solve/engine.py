@@ -193,7 +193,7 @@ def row_bytes(plan: Plan) -> int:
 class RawWalks(Log):
     """What walkers left. samples (ns, width), of the last run: body's displacements and velocities (2 nb), legs
     (nl, 2, 2), contacts and sense of sliding (2 m) of the feet, energies (5) and works of laws that act together, all
-    but the last (see `tarsus.solve.acting.Acting.parts`). end: the last run's body (2, nb), feet (nl, 2, 2), contact
+    but the last (see `tarsus.solve.acting.Acting.works`). end: the last run's body (2, nb), feet (nl, 2, 2), contact
     (m,) of its feet and energies with works at its end.
     """
 

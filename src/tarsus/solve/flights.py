@@ -16,13 +16,12 @@ from numpy.typing import NDArray
 from scipy.linalg import expm
 
 from tarsus.core import _native
+from tarsus.core.arrays import LANES
 
 Floats = NDArray[np.float64]
 
 SUBSTEPS = 3
 """Steps of the flow per sample."""
-LANES = 8
-"""Derivatives that the engine carries at once."""
 
 
 @dataclass(frozen=True)

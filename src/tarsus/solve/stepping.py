@@ -16,7 +16,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.events import FootState
 from tarsus.base.messages import nearest
 from tarsus.base.spec import get_value
-from tarsus.core.arrays import ENERGIES
+from tarsus.core.arrays import E_ADHESION, E_ENERGY, ENERGIES, EVENT_WIDTH
 from tarsus.core.replay import integrate
 from tarsus.measure.tally import TALLIED
 from tarsus.model.drive.pieces import Channels
@@ -192,7 +192,7 @@ class SteppedRobots:
         rows, ends = parts.events, parts.event_end
         if len(rows):
             run = np.repeat(np.arange(len(self)), np.diff(ends, prepend=0))
-            lost = [np.bincount(run, rows[:, column], len(self)) for column in (7, 8)]
+            lost = [np.bincount(run, rows[:, column], len(self)) for column in (E_ENERGY, E_ADHESION)]
             self.lost = self.lost + np.stack(lost, axis=1)
         if self.spent is not None:
             own = self._energies(parts)
@@ -472,7 +472,7 @@ def state_of(robots: SteppedRobots, began: Floats, parts: StepLog | None, one: b
             else np.zeros((len(time), 0))
         )
 
-    rows = np.zeros((0, 12)) if parts is None else parts.events
+    rows = np.zeros((0, EVENT_WIDTH)) if parts is None else parts.events
     ends = np.zeros(len(runs), dtype=np.int64) if parts is None else parts.event_end
     legs, profile = runs.plan.legs, runs.rows.profile[runs.data]
     ground = () if legs is None else tuple(lines_below(legs.body, profile))
