@@ -7,6 +7,8 @@ A mode may be underdamped (a complex pair), overdamped (two real eigenvalues), c
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -159,7 +161,9 @@ def _planes(state: Floats, pencil: tuple[Floats, ...], w: float) -> list[tuple[F
     for r in np.flatnonzero(np.abs(values) < SLOW * scale):
         value, vector = _refined(values[r], pencil, w)
         if abs(value - values[r]) > 1e-10 * scale:
-            continue  # two that coincide: the state matrix knows these to the root of its rounding only
+            value, vector = _alone(values[r], np.delete(values, r), pencil, w)
+            if not abs(value - values[r]) < 1e-7 * scale:
+                continue  # two that coincide: the state matrix knows these to the root of its rounding only
         values[r], vectors[:, r], known[r] = value, vector, max(abs(value), 1e-16 * scale)
     real = np.abs(values.imag) <= 1e-7 * known
     planes = []
@@ -225,9 +229,41 @@ def _refined(value: complex, pencil: tuple[Floats, ...], w: float) -> tuple[comp
         value = complex(value - change)
         if abs(change) <= 1e-15 * abs(value):
             break
-    right = unit * right
-    vector = np.concatenate([right, value / w * right])
-    return value, vector / length(vector)
+    return value, _with_velocity(value, unit * right, w)
+
+
+def _with_velocity(value: complex, shape: NDArray[np.complex128], w: float) -> NDArray[np.complex128]:
+    """[q; q' / w] of a motion at an eigenvalue, of length one."""
+    vector = np.concatenate([shape, value / w * shape])
+    return vector / length(vector)
+
+
+def _alone(
+    value: complex, others: NDArray[np.complex128], pencil: tuple[Floats, ...], w: float
+) -> tuple[complex, NDArray[np.complex128]]:
+    """As `_refined`, with the other eigenvalues divided out (Aberth's method): beside a rate some 1e10 times less than the
+    fastest a rate of zero is not found as one that it is not. NaN where it does not converge."""
+    nearest, fastest = np.abs(others).min(), np.abs(others).max()
+    unit = _own_units(value, pencil[0], pencil[2], min(nearest, w))
+    mass, damping, stiffness = (unit[:, None] * part * unit for part in pencil)
+    none = 1e-16 * fastest  # what is left of a rate of zero
+    for _ in range(20):
+        matrix = value * value * mass + value * damping + stiffness
+        apart = value - others
+        if not apart.all():
+            break
+        try:
+            steep = np.trace(solve(matrix, 2.0 * value * mass + damping + 0.0j))  # slope of the determinant, over it
+        except np.linalg.LinAlgError:
+            break
+        steep -= (1.0 / apart).sum()
+        if steep == 0.0:
+            break
+        change = 1.0 / steep
+        value = complex(value - change)
+        if abs(change) <= 1e-12 * max(abs(value), none):
+            return value, _with_velocity(value, unit * _least_moved(value * value * mass + value * damping + stiffness + 0.0j), w)
+    return complex(math.nan), np.zeros(2 * len(unit), dtype=complex)
 
 
 def _least_moved(matrix: NDArray[np.complex128]) -> NDArray[np.complex128]:

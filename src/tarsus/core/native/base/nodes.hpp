@@ -13,6 +13,7 @@ struct Nodes {
   double monomial[N][N];    // [c][j]: coefficient of s^c of the polynomial through nodal values
   double from_value[N][N];  // the same by nodal values: [j][c]
   double tail[N];           // highest Legendre coefficient: the truncation that controls the step
+  double tail_before[N];    // the one before it
   double derivative[N][N];  // nodal values to nodal values of the derivative by the scaled time
   double once[N][N];        // [j][i]: integral from 0 to node i of the Lagrange polynomial of node j
   double twice[N][N];       // the same integrated twice
@@ -25,6 +26,12 @@ struct Nodes {
   Row times() const { return load(tau); }
   // Truncation of a polynomial given by its nodal values.
   double truncation(const Row& values) const { return std::fabs(total(values * load(tail))); }
+  // The same of values that may jump between two nodes: a jump up and down again, alike about the middle of the step, has no
+  // coefficient of an odd degree. Of a polynomial that is resolved the one before is less than BEFORE times the highest.
+  double truncation_of_jumps(const Row& values) const {
+    constexpr double BEFORE = 16.0;
+    return std::max(truncation(values), std::fabs(total(values * load(tail_before))) / BEFORE);
+  }
 };
 
 // Coefficients (N) of powers of the scaled time of the polynomial through nodal values.

@@ -24,13 +24,22 @@ constexpr double SAME_SPEED = 1e-6;  // part of the speeds that Newton's last st
 inline bool slips_by_speed(const Legged& s, int i) { return s.laws.laws.friction_by_speed && s.feet[i].rubs(); }
 
 // The bound of friction on a foot that slides, at speeds [m/s] in the sense of the slip.
-inline SlidingBound bound_at(const Legged& s, int i, const LegRows& r, const Row& speed) {
+inline SlidingBound bound_at(const Legged& s, int i, const Row& margin, const Row& strength, const Row& speed) {
   const int f = s.body.legs[i].foot;
-  SlidingBound out = sliding_bound(s.laws, f, r.margin, r.strength, speed, s.feet[i].just_slides());
+  SlidingBound out = sliding_bound(s.laws, f, margin, strength, speed, s.feet[i].just_slides());
   if (s.laws.patches.empty()) return out;
   out.value = out.value * s.laws.patches[f].friction;
   for (Row& slope : out.slope) slope = slope * s.laws.patches[f].friction;
   return out;
+}
+
+// What a step misses of how friction bends with the slip speed, over what it may: see `bend_error`.
+inline double bend_of_slip(const Legged& s, int i, double h) {
+  const LegRows& r = s.rows[i];
+  const auto law = [&](double at, double speed) {
+    return bound_at(s, i, Row(s.polynomial_at(r.margin, at)), Row(s.polynomial_at(r.strength, at)), Row(speed)).value[0];
+  };
+  return bend_error(s.nodes, r.bound, s.any_way(i) ? r.speed : r.w[ALONG] * s.feet[i].sense[ALONG], h, s.settings.end, law);
 }
 
 // Solve w = ``alone`` - force matrix sense bound(sense w) at the nodes, by rows of what a force at one node does to w, from the
@@ -42,7 +51,7 @@ TARSUS_APART inline bool slide(const Legged& s, const double* force, int i, doub
   Row w = r.w[ALONG], columns[N];
   w.set(0, s.feet[i].w[ALONG]);
   for (int round = 0; round < SLIP_ROUNDS; round++) {
-    const SlidingBound bound = bound_at(s, i, r, w * sense);
+    const SlidingBound bound = bound_at(s, i, r.margin, r.strength, w * sense);
     const Row& slope = bound.slope[SLIP_SPEED];
     Row step = alone - combine(force, bound.value) * sense - w;
     for (int j = 0; j < N; j++) {
@@ -132,7 +141,7 @@ inline bool find_way(const Legged& s, const LegStep* const* tables, int i, doubl
   r.speed.set(0, foot.w[ALONG] * foot.sense[ALONG] + foot.w[ACROSS] * foot.sense[ACROSS]);
   for (int d : {ALONG, ACROSS}) r.way[d].set(0, foot.sense[d]);
   for (int round = 0; round < SLIP_ROUNDS; round++) {
-    const SlidingBound bound = bound_at(s, i, r, r.speed);
+    const SlidingBound bound = bound_at(s, i, r.margin, r.strength, r.speed);
     Row &along = r.way[ALONG], &across = r.way[ACROSS];
     const Row misfit_along = alone[0] - combine(tables[0]->force[1][0], bound.value * along) - r.speed * along;
     const Row misfit_across = alone[1] - combine(tables[1]->force[1][0], bound.value * across) - r.speed * across;

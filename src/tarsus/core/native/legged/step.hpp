@@ -457,7 +457,7 @@ inline double error_of(const Legged& s, int k, double h) {
         error += nodes.truncation(r.film) * table.missed_film / (1.0 + yields);  // of a slope, as if it were level
       }
       worst = std::max(worst, error);
-      if (d == ALONG && slips_by_speed(s, i)) sudden = std::max(sudden, bend_error(nodes, r.bound, h, s.settings.end));
+      if (d == ALONG && slips_by_speed(s, i)) sudden = std::max(sudden, bend_of_slip(s, i, h));
     });
   }
   for (int b = 0, nb = s.coordinates(); b < nb; b++) {

@@ -52,19 +52,23 @@ struct Bearing {
 
 // --- at the nodes of a step ------------------------------------------------------------------------------------------------
 
+// A slip speed [m/s] of next to nothing. A law may tell rest from motion, as two constants do: what bears on a foot that slides is
+// what it tends to as the speed does to zero.
+constexpr double LEAST_SLIP = 1e-300;
+
 // The bound of friction [N] on a foot that slides: at(speed, sign), a Dual at the nodes, at the slip speed, of which ``sign``
 // is the derivative by the speed in the sense of the slip. Beyond a stop, where that is negative, the bound is that of its
 // mirror image, 2 b(0) - b(-v), so that the nodes of a step in which a slip stops see little of it. Under a foot that
 // ``begins`` to slide from rest it stays what it is at rest: friction that falls with the speed would else push it backwards,
-// the other motion from an unstable rest. A slope that is not finite is none.
+// the other motion from an unstable rest. b(0) is the limit of a slip. A slope that is not finite is none.
 template <class At>
 inline auto mirrored(const Row& speed, bool begins, At&& at) {
   auto out = at(magnitude(speed), each(speed, [](double v) { return v < 0.0 ? -1.0 : 1.0; }));
-  if (any_less(speed, Row(0.0))) {
-    const auto rest = at(Row(0.0), Row(0.0));
+  if (any_less(speed, Row(LEAST_SLIP))) {
+    const auto rest = at(Row(LEAST_SLIP), Row(0.0));
     const auto select = [&](Row& to, const Row& still) {
       for (int j = 0; j < N; j++) {
-        if (speed[j] < 0.0) to.set(j, begins ? still[j] : 2.0 * still[j] - to[j]);
+        if (speed[j] < LEAST_SLIP) to.set(j, begins || speed[j] == 0.0 ? still[j] : 2.0 * still[j] - to[j]);
       }
     };
     select(out.value, rest.value);
@@ -93,10 +97,36 @@ inline SlidingBound sliding_bound(const ActingLaws& laws, int foot, const Row& m
 constexpr double BEND = 1e-9;
 constexpr double AT_ONCE = 1e-12;  // part of a run in which it does not matter when a slip stops
 
-// What the nodes miss of it over what they may, in a step of length h [s] of a run that ends at ``end`` [s].
-inline double bend_error(const Nodes& nodes, const Row& friction, double h, double end) {
-  const double most = highest(magnitude(friction));
-  return h > AT_ONCE * end && most > 0.0 ? nodes.truncation(friction) / most / BEND : 0.0;
+// Scaled time between nodes j - 1 and j at which the polynomial of those coefficients has its least value: its slope rises through
+// zero there.
+inline double turn_between(const Nodes& nodes, const double* powers, int j) {
+  double low = nodes.tau[j - 1], high = nodes.tau[j];
+  for (int n = 0; n < 40; n++) {
+    const double middle = 0.5 * (low + high);
+    (horner_slope(powers, 0, N, middle) < 0.0 ? low : high) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
+// What the nodes of a step of length h [s], of a run that ends at ``end`` [s], miss of the bound over what they may: by its own
+// polynomial, and by the law where the slip is slowest between two of them, law(scaled time, speed). A slip that hardly stops is
+// seen there alone.
+template <class Law>
+inline double bend_error(const Nodes& nodes, const Row& bound, const Row& speed, double h, double end, Law&& law) {
+  const double most = highest(magnitude(bound));
+  if (!(h > AT_ONCE * end && most > 0.0)) return 0.0;
+  double missed = nodes.truncation_of_jumps(bound);
+  Row slope = Row(0.0);
+  for (int j = 0; j < N; j++) slope.set(j, total(load(nodes.derivative[j]) * speed));
+  for (int j = 1; j < N; j++) {
+    if (!(slope[j - 1] < 0.0 && 0.0 < slope[j])) continue;
+    double speeds[N], bounds[N];
+    store(speeds, powers_of(nodes, reinterpret_cast<const double*>(&speed)));
+    store(bounds, powers_of(nodes, reinterpret_cast<const double*>(&bound)));
+    const double at = turn_between(nodes, speeds, j);
+    missed = std::max(missed, std::fabs(law(at, horner(speeds, 0, N, at)) - horner(bounds, 0, N, at)));
+  }
+  return missed / most / BEND;
 }
 
 // --- in an impact ----------------------------------------------------------------------------------------------------------

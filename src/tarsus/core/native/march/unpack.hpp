@@ -19,6 +19,8 @@ inline Nodes nodes_of(const Fields& from) {
     for (int c = 0; c < N; c++) nodes.from_value[j][c] = nodes.monomial[c][j];
   }
   from.copy(nodes.tail, N, "TAIL");
+  // the power N - 1 of the scaled time has half of N - 1 times the power before it in its highest Legendre polynomial
+  for (int j = 0; j < N; j++) nodes.tail_before[j] = (nodes.monomial[N - 2][j] + 0.5 * (N - 1) * nodes.monomial[N - 1][j]) / 924.0;  // (2 (N - 2) over N - 2)
   from.copy(&nodes.derivative[0][0], N * N, "DERIVATIVE");
   from.copy(&nodes.once[0][0], N * N, "ONCE");
   from.copy(&nodes.twice[0][0], N * N, "TWICE");

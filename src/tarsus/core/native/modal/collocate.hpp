@@ -113,7 +113,7 @@ inline double least_slope(const Modal& m, int foot, const Row& gap) {
 // Estimated error of a step relative to what it may be. A stiff film holds the gap: an error of its momentum moves it by
 // no more than the film's own slope allows. After half an oscillation a force has not moved the gap at the end of the step, so
 // it is weighted by the largest motion of the gap at any node.
-inline double step_error(Modal& m, const StepClass& step) {
+inline double step_error(Modal& m, const StepClass& step, double t) {
   double worst = 0.0;
   m.growth_before = m.growth_after = 1.0;
   for (int i : m.acting) {
@@ -135,9 +135,7 @@ inline double step_error(Modal& m, const StepClass& step) {
   for (int i : m.braked) {
     const int input = m.sizes.feet + i;
     double error = m.nodes.truncation(m.values[input]) * step.reach[input];
-    if (m.laws.laws.friction_by_speed) {
-      error = std::max(error, bend_error(m.nodes, m.values[input], step.length, m.settings.end) / m.per_gap);
-    }
+    if (m.laws.laws.friction_by_speed) error = std::max(error, bend_of_friction(m, step, i, t) / m.per_gap);
     if (error <= worst) continue;
     worst = error;
     m.growth_before = m.growth_after = 1.0;
@@ -178,9 +176,9 @@ TARSUS_APART double attempt(Modal& m, const StepClass& step, double t) {
     if (mode.is_held[i] ? m.sizes.ways > 0 : m.rated) m.linear[feet + i] = flowing_output<S>(m, step, feet + i);
   }
   const auto converge = [&] { return converge_smooth(m, step, t); };
-  if (m.braked.empty()) return converge() ? step_error(m, step) : NOT_CONVERGED;
+  if (m.braked.empty()) return converge() ? step_error(m, step, t) : NOT_CONVERGED;
   m.flowing = m.linear;
-  return converge_friction(m, step, t, converge) ? step_error(m, step) : NOT_CONVERGED;
+  return converge_friction(m, step, t, converge) ? step_error(m, step, t) : NOT_CONVERGED;
 }
 
 }  // namespace tarsus::modal

@@ -157,9 +157,9 @@ inline void remove_film_momenta(Modal& m) {
   m.jumped = 0.0;
 }
 
-// Bound [N] below which the pull on a free foot at the ground counts as zero: by the scale of the scene, or the rounding of
-// `pull_if_held`, whose dampers and films multiply rates that are known to rounding.
-inline double no_pull(const Modal& m, int foot, double t) {
+// Sum of the sizes [N] of the terms of `pull_if_held` of a free foot at the ground: its dampers and films multiply rates that are
+// known to rounding.
+inline double pull_parts(const Modal& m, int foot, double t) {
   const double* feed = m.mode->held_feed + foot * m.sizes.inputs();
   double parts = m.parts(m.mode->held_rows, foot) + std::fabs(m.bias->held[foot]);
   for (int d = 0; d < m.sizes.drives; d++) {
@@ -173,8 +173,11 @@ inline double no_pull(const Modal& m, int foot, double t) {
     if (m.laws.has(k, HAS_MOMENTUM)) parts += factor * speeds * std::fabs(m.laws.momentum_slope(k, m.gaps[k], m.settings.probe));
     if (m.laws.has(k, HAS_FORCE)) parts += factor * std::fabs(m.laws.force(k, m.gaps[k], m.rate_of(k), m.foot_volts(k, t), t));
   }
-  return m.settings.force_zero + ROUNDING * parts;
+  return parts;
 }
+
+// Bound [N] below which that pull counts as zero: by the scale of the scene, or its rounding.
+inline double no_pull(const Modal& m, int foot, double t) { return m.settings.force_zero + ROUNDING * pull_parts(m, foot, t); }
 
 // Leave the present contact mode for another: keep the physical state for ``enter_mode``.
 inline void leave_mode(Modal& m, const ContactMode& to) {
@@ -358,6 +361,10 @@ TARSUS_APART inline bool impact(Modal& m, int foot) {
   if (at.after == 0.0) at.none = no_pull(m, foot, t);
   count_low(m, foot, speed, t);
   const EventKind kind = landing_kind(m.laws, foot, at, m.settings.rest_height);
+  if (kind != BOUNCE) {
+    m.begin_notes();
+    m.feet[foot].forces = pull_parts(m, foot, t);
+  }
   const double lost = follow_landing(m, foot, kind, at).lost;
   m.log.add(foot, kind, m.feet[foot].apex, numbers_of(m.laws, foot, kind, t, at, lost));
   if (kind != BOUNCE) {
@@ -381,7 +388,7 @@ TARSUS_APART inline void release(Modal& m, int foot) {
   add_film_momenta(m);
   turn_over(m, foot, FROM_REST, t);
   m.feet[foot].sense = 0.0;
-  if (m.frictional[foot]) m.jammed = pull_without_own_friction(m, foot) < -CLOSE * force_parts(m, foot);
+  if (m.frictional[foot]) m.jammed = pull_without_own_friction(m, foot) < -CLOSE * m.force_parts(foot);
   leave_mode(m, foot, false);
 }
 
@@ -422,7 +429,7 @@ inline void stop(Modal& m, int foot) {
 TARSUS_APART inline void stick_or_turn(Modal& m, int foot) {
   add_film_momenta(m);
   const Bearing<double> at = bearing_of(m, foot);
-  const double none = m.settings.force_zero + ROUNDING * force_parts(m, m.sizes.feet + foot);
+  const double none = m.settings.force_zero + ROUNDING * m.force_parts(m.sizes.feet + foot);
   const double sense = sense_of_slip(at.along);
   // it has just begun to slide, from rest, and has not come anywhere: friction of that sense drives it the other way
   const bool at_once = m.feet[foot].slide == FROM_REST, close = is_close(std::fabs(at.along), at.most);

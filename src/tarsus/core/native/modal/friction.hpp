@@ -20,17 +20,11 @@ inline Real breaking_pull(const Modal& m, int foot, const Real& t, const Real& v
   return holds;
 }
 
-// Sum of the sizes [N] of the terms of the force on a held foot, by output: normal to the ground or along it.
-inline double force_parts(const Modal& m, int output) {
-  double parts = m.parts(m.mode->outputs, output) + std::fabs(m.bias->feed[output]);
-  for (int i : m.inputs) parts += std::fabs(m.mode->feed[output * m.sizes.inputs() + i] * m.value(i)[0]);
-  return parts;
-}
-
-// Bound below which a foot's margin counts as zero: by the scales of the scene, or its rounding.
+// Bound below which a foot's margin counts as zero: by the scales of the scene, or its rounding; at the moment of an impact also
+// that of the pull before it.
 inline double no_margin(const Modal& m, int foot) {
   if (!m.mode->is_held[foot]) return m.no_gap(foot);
-  const double parts = force_parts(m, foot) + std::fabs(m.strength_now(foot));
+  const double parts = std::max(m.force_parts(foot), m.just_noted() ? m.feet[foot].forces : 0.0) + std::fabs(m.strength_now(foot));
   return m.settings.force_zero + ROUNDING * parts;
 }
 
@@ -72,6 +66,22 @@ inline void solve_in_order(std::vector<double>& matrix, int size, std::vector<Re
 
 // --- within a step ---------------------------------------------------------------------------------------------------------
 
+// What bears the friction of a foot that slides, at the nodes of a step.
+struct Borne {
+  Row margin, strength, speed;
+
+  Borne(const Modal& m, const StepClass& step, int foot, double t) {
+    const Row times = m.nodes.times() * step.length + t;
+    margin = breaking_pull(m, foot, times, m.volts[foot]) - m.outputs[foot];
+    strength = m.laws.strength(foot, times - m.feet[foot].since, m.volts[foot]);
+    speed = m.outputs[m.sizes.feet + foot] * m.feet[foot].sense;
+  }
+};
+
+inline SlidingBound bound_of(const Modal& m, int foot, const Borne& by) {
+  return sliding_bound(m.laws, foot, by.margin, by.strength, by.speed, m.feet[foot].slide == FROM_REST);
+}
+
 // The friction of a foot that slides at the nodes: what the law says of the margin and the rate there, less what it is.
 struct Sliding {
   Row misfit;
@@ -79,14 +89,27 @@ struct Sliding {
 };
 
 inline Sliding sliding_at_nodes(const Modal& m, const StepClass& step, int foot, double t) {
-  const int along = m.sizes.feet + foot;
-  const Row times = m.nodes.times() * step.length + t;
-  const Row margin = breaking_pull(m, foot, times, m.volts[foot]) - m.outputs[foot];
-  const Row strength = m.laws.strength(foot, times - m.feet[foot].since, m.volts[foot]);
-  const double sense = m.feet[foot].sense;
-  Sliding out{Row(0.0), sliding_bound(m.laws, foot, margin, strength, m.outputs[along] * sense, m.feet[foot].slide == FROM_REST)};
-  out.misfit = out.bound.value * -sense - m.values[along];
+  Sliding out{Row(0.0), bound_of(m, foot, Borne(m, step, foot, t))};
+  out.misfit = out.bound.value * -m.feet[foot].sense - m.values[m.sizes.feet + foot];
   return out;
+}
+
+// What a step misses of how friction bends with the slip speed, over what it may: see `bend_error`.
+inline double bend_of_friction(const Modal& m, const StepClass& step, int foot, double t) {
+  const Borne borne(m, step, foot, t);
+  const auto between = [&m](const Row& values, double at) {
+    const Row powers = powers_of(m.nodes, reinterpret_cast<const double*>(&values));
+    return horner(reinterpret_cast<const double*>(&powers), 0, N, at);
+  };
+  const auto law = [&](double at, double speed) {
+    Borne here = borne;
+    here.margin = Row(between(borne.margin, at));
+    here.strength = Row(between(borne.strength, at));
+    here.speed = Row(speed);
+    return bound_of(m, foot, here).value[0];
+  };
+  const Row bound = m.values[m.sizes.feet + foot] * -m.feet[foot].sense;
+  return bend_error(m.nodes, bound, borne.speed, step.length, m.settings.end, law);
 }
 
 // The equations of Newton's method for all nodal friction forces: rows and columns by foot, then by node; the misfits last.
@@ -240,7 +263,7 @@ inline void add_friction(M& m, Moment<typename M::Real>& to) {
       const double sense = m.sense_of(i);
       Real margin = breaking_now(m, i) - to.pull[i];
       for (int k : braked) margin = margin - m.product(&ContactMode::feed, size_t(i) * ni + feet + k, to.friction[k]);
-      const Real strength = m.strength_now(i), speed = magnitude(m.along(&ContactMode::outputs, feet + i));
+      const Real strength = m.strength_now(i), speed = magnitude(m.along(&ContactMode::outputs, feet + i)) + Real(LEAST_SLIP);
       const double by_margin = sliding_bound(m.laws.plain(), i, Row(value_of(margin)), Row(value_of(strength)), Row(value_of(speed)), false)
                                    .slope[MARGIN][0];
       for (int b = 0; b < count; b++) {

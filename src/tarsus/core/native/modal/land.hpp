@@ -84,7 +84,7 @@ struct Margin {
 
   Margin(const Modal& modal, const StepClass& step, int number, double time, int terms)
       : m(modal), event(number), foot(event % m.sizes.feet), rows((terms + N - 1) / N),
-        held(event < m.sizes.feet ? bool(m.mode->is_held[foot]) : bool(m.mode->is_stuck[foot])), slips(held && event >= m.sizes.feet),
+        held(bears(m, event)), slips(held && event >= m.sizes.feet),
         straight(!slips && !m.laws.has(foot, HAS_FORCE) && m.laws.linear_strength()), t(time), h(step.length) {
     if (!held || !straight) return;
     at_start = m.laws.strength(foot, t - m.feet[foot].since, 0.0);
@@ -217,7 +217,7 @@ struct Margin {
       const double a = tau[j - 1];
       if (a >= limit) break;
       double fa = m.margin[event][j - 1], b = tau[j], fb = m.margin[event][j];
-      if (slips && fa < -zero) return a;
+      if (held && fa < -zero) return a;
       if (b > limit) {
         b = limit;
         fb = (*this)(0, b);
@@ -288,7 +288,7 @@ inline int first_in_order(Modal& m, const StepClass& step, double t, const Locat
 // Whether there is no force along the ground by which a foot could slide: the friction bound passes 0 because the foot is about to
 // leave.
 inline bool nothing_along(const Modal& m, const Margin& margin, double s) {
-  return std::fabs(margin.output(0, s)) <= no_margin(m, margin.foot) + ROUNDING * force_parts(m, m.sizes.feet + margin.foot);
+  return std::fabs(margin.output(0, s)) <= no_margin(m, margin.foot) + ROUNDING * m.force_parts(m.sizes.feet + margin.foot);
 }
 
 inline Located locate(Modal& m, const StepClass& step, double t, double limit, int terms) {

@@ -17,7 +17,14 @@ inline double no_event(const Modal& m, int event) {
   const double steepest = size_of((m.margin[feet + foot] + m.margin[2 * feet + foot]) * 0.5);  // what friction bears, at most
   // of one that stays where it is at its very bound, see `stick_or_turn`, the first step
   const double at_bound = m.feet[foot].slide == FROM_REST ? CLOSE * steepest : 0.0;
-  return no_margin(m, foot) + ROUNDING * (force_parts(m, feet + foot) + steepest) + at_bound;
+  return no_margin(m, foot) + ROUNDING * (m.force_parts(feet + foot) + steepest) + at_bound;
+}
+
+// Whether an event's margin is what a contact bears beyond the force on it, along its normal or along the ground: such a force jumps
+// with a drive, with the rates that an impact changes, and where another contact ends.
+inline bool bears(const Modal& m, int event) {
+  const int feet = m.sizes.feet;
+  return event < feet ? bool(m.mode->is_held[event]) : bool(m.mode->is_stuck[event % feet]);
 }
 
 // Node intervals in which an event may lie before the scaled time ``limit``; bound: of its margin's deviation from the chord
@@ -26,6 +33,14 @@ inline bool find_doubt(const Modal& m, int event, const double* margin, double b
   const double* tau = m.nodes.tau;
   doubt = Doubt();
   if (departure == UNDER_WAY && lowest(load(margin)) > bound) return false;
+  // what pulls it may have jumped; not on a foot that was let go at this very moment and came back at once
+  if (margin[0] < 0.0 && bears(m, event) && !(event < m.sizes.feet && m.just_let_go(event))) {
+    doubt.zero = no_event(m, event);
+    if (margin[0] < -doubt.zero) {
+      doubt.first = doubt.last = 1;
+      return true;
+    }
+  }
   for (int j = 1; j < N && tau[j - 1] < limit; j++) {
     const double local = bound * m.chord[j];
     if (margin[j] < 0.0 && doubt.zero == 0.0) doubt.zero = no_event(m, event);
@@ -102,15 +117,7 @@ inline void look_along(Modal& m, const StepClass& step, int foot, double t, doub
   const double between = size_of(bound.slope[MARGIN]) * of_margin + commanded + of_along;
   m.margin[forward] = bound.value - m.outputs[forward];
   m.margin[backward] = bound.value + m.outputs[forward];
-  for (int event : {forward, backward}) {
-    look(m, event, between, limit, UNDER_WAY, out);
-    if (!(m.margin[event][0] < 0.0) || !(m.margin[event][0] < -no_event(m, event))) continue;
-    m.doubts[event].first = 1;  // what pulls it along has jumped
-    m.doubts[event].last = std::max(m.doubts[event].last, 1);
-    out.doubt = true;
-    out.interval = 1;
-    out.far = std::max(out.far, m.nodes.tau[1]);
-  }
+  for (int event : {forward, backward}) look(m, event, between, limit, UNDER_WAY, out);
 }
 
 template <class S>

@@ -22,6 +22,7 @@ struct Foot : Grip<double> {
   double rose = 0.0;   // [s] when it last came to the ground or left it
   double speeds = 0.0, places = 0.0;  // [m/s], [m] largest sums of the sizes of the terms of its rate and gap at this time
   double slides = 0.0;                // [m/s] and to its rate along the ground
+  double forces = 0.0;                // [N] and to the pull on it where it is held, or would be
   int low = 0;         // flights in a row that are lost in the error of a step
   int departure = UNDER_WAY;
   // along the ground: the place at which it sticks [m]; the direction in which it slides (+-1), 0 without friction; how a slide
@@ -103,7 +104,7 @@ struct Modal {
   std::vector<double> gaps;       // [m]
   std::vector<Doubt> doubts;
   double film_now = NOT_A_NUMBER;  // one foot's film at the start of the step, where the last one has left it
-  double noted = -INF;             // [s] the moment of `Foot::speeds`
+  double noted = -INF;             // [s] the moment of `Foot::speeds` and those beside it
   double jumped = 0.0;             // [J] work of the films as their momenta jump: see end_record
   double rounding = 0.0;           // [m] of the gaps of feet in strong films, excluded from the error of a step
   double growth_before = 1.0, growth_after = 1.0;  // of the smooth force that makes the error, over the step
@@ -190,15 +191,26 @@ struct Modal {
   }
   double gap_parts(int foot) const { return parts(mode->outputs, foot) + std::fabs(bias->feed[foot]); }
   double rate_parts(int foot) const { return parts(mode->outputs, sizes.feet + foot); }
-  // Note the sums of the sizes of the terms of the free feet's gaps and rates, which bound the rounding that an impact, or a
+  // Sum of the sizes [N] of the terms of the force on a held foot, by output: normal to the ground or along it.
+  double force_parts(int output) const {
+    double sum = parts(mode->outputs, output) + std::fabs(bias->feed[output]);
+    for (int i : inputs) sum += std::fabs(mode->feed[output * sizes.inputs() + i] * value(i)[0]);
+    return sum;
+  }
+  // Whether what is noted of the feet is of the present moment.
+  bool just_noted() const { return clock.time - noted <= settings.least_progress; }
+  void begin_notes() {
+    if (just_noted()) return;
+    noted = clock.time;
+    for (Foot& foot : feet) foot.speeds = foot.places = foot.slides = foot.forces = 0.0;
+  }
+  // Note the sums of the sizes of the terms of the feet's gaps, rates and pulls, which bound the rounding that an impact, or a
   // change of the contact mode, leaves. A single foot is not asked for them again before it has moved.
   void note_parts() {
     if (sizes.feet == 1 && sizes.ways == 0) return;
-    if (clock.time - noted > settings.least_progress) {
-      noted = clock.time;
-      for (Foot& foot : feet) foot.speeds = foot.places = foot.slides = 0.0;
-    }
+    begin_notes();
     for (int i = 0; i < sizes.ways; i++) feet[i].slides = std::max(feet[i].slides, parts(mode->slide_rate, i));
+    for (int i : mode->held) feet[i].forces = std::max(feet[i].forces, force_parts(i));
     for (int i : mode->free) {
       feet[i].speeds = std::max(feet[i].speeds, rate_parts(i));
       feet[i].places = std::max(feet[i].places, gap_parts(i));
