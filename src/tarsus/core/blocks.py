@@ -54,8 +54,8 @@ def _slow_again(
     the largest of K^-1 M, in coordinates that are each counted by its own stiffness."""
     slow = square < SLOW**2 * square.max(initial=0.0)
     mass, damping, stiffness = pencil
-    if not slow.any() or stiffness.diagonal().min() <= 0.0:
-        return square, rates, shapes
+    if not slow.any() or square.min() <= 0.0 or stiffness.diagonal().min() <= 0.0:
+        return square, rates, shapes  # a motion without a stiffness would be found as the slowest of all, by its rounding
     unit = 1.0 / np.sqrt(stiffness.diagonal())
     try:
         root = inverse(cholesky(unit[:, None] * stiffness * unit))
@@ -248,21 +248,20 @@ def _alone(
     mass, damping, stiffness = (unit[:, None] * part * unit for part in pencil)
     none = 1e-16 * fastest  # what is left of a rate of zero
     for _ in range(20):
-        matrix = value * value * mass + value * damping + stiffness
-        apart = value - others
+        matrix, apart = value * value * mass + value * damping + stiffness, value - others
         if not apart.all():
             break
         try:
             steep = np.trace(solve(matrix, 2.0 * value * mass + damping + 0.0j))  # slope of the determinant, over it
-        except np.linalg.LinAlgError:
-            break
+        except np.linalg.LinAlgError:  # singular to the last bit
+            return value, _with_velocity(value, unit * _least_moved(matrix + 0.0j), w)
         steep -= (1.0 / apart).sum()
         if steep == 0.0:
             break
-        change = 1.0 / steep
-        value = complex(value - change)
-        if abs(change) <= 1e-12 * max(abs(value), none):
-            return value, _with_velocity(value, unit * _least_moved(value * value * mass + value * damping + stiffness + 0.0j), w)
+        value = complex(value - 1.0 / steep)
+        if 1.0 <= 1e-12 * max(abs(value), none) * abs(steep):
+            matrix = value * value * mass + value * damping + stiffness
+            return value, _with_velocity(value, unit * _least_moved(matrix + 0.0j), w)
     return complex(math.nan), np.zeros(2 * len(unit), dtype=complex)
 
 

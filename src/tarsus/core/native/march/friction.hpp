@@ -83,13 +83,17 @@ inline auto mirrored(const Row& speed, bool begins, At&& at) {
 // Its slopes are by margin, strength and speed, as the arguments of the law (see FrictionArgument).
 typedef Dual<Row, FRICTION_ARGUMENTS> SlidingBound;
 
+// As the law has it, at a speed of whose size ``sign`` is the derivative: at 0 that of a foot that sticks.
+inline SlidingBound bound_by_law(const ActingLaws& laws, int foot, const Row& margin, const Row& strength, const Row& at, const Row& sign) {
+  SlidingBound slip(at);
+  slip.slope[SLIP_SPEED] = sign;
+  return laws.friction(foot, SlidingBound::variable(margin, MARGIN), SlidingBound::variable(strength, HELD_STRENGTH), slip);
+}
+
 // speed [m/s]: in the sense of the slip.
 inline SlidingBound sliding_bound(const ActingLaws& laws, int foot, const Row& margin, const Row& strength, const Row& speed, bool begins) {
-  return mirrored(laws.laws.friction_by_speed ? speed : Row(0.0), begins, [&](const Row& at, const Row& sign) {
-    SlidingBound slip(at);
-    slip.slope[SLIP_SPEED] = sign;
-    return laws.friction(foot, SlidingBound::variable(margin, MARGIN), SlidingBound::variable(strength, HELD_STRENGTH), slip);
-  });
+  const auto by_law = [&](const Row& at, const Row& sign) { return bound_by_law(laws, foot, margin, strength, at, sign); };
+  return laws.laws.friction_by_speed ? mirrored(speed, begins, by_law) : by_law(Row(0.0), Row(0.0));
 }
 
 // Part of a bound that depends on the slip speed which the nodes may miss in a step, well above its rounding. The bend of the bound

@@ -112,7 +112,7 @@ inline void look_along(Modal& m, const StepClass& step, int foot, double t, doub
     return look(m, forward, of_along, limit, m.feet[foot].slide, out);
   }
   const Row strength = m.laws.strength(foot, m.nodes.times() * step.length + (t - m.feet[foot].since), m.volts[foot]);
-  const SlidingBound bound = sliding_bound(m.laws, foot, m.margin[foot], strength, Row(0.0), false);
+  const SlidingBound bound = bound_by_law(m.laws, foot, m.margin[foot], strength, Row(0.0), Row(0.0));
   const double commanded = m.laws.commanded() ? size_of(bound.slope[HELD_STRENGTH]) * bulge_of(m.nodes, strength) : 0.0;
   const double between = size_of(bound.slope[MARGIN]) * of_margin + commanded + of_along;
   m.margin[forward] = bound.value - m.outputs[forward];
