@@ -149,6 +149,44 @@ def branched_scene(seed: int, legged: bool) -> Scene:
     return ts.with_values(scene, changes)
 
 
+def edge_scene(seed: int) -> Scene:
+    """A modal scene whose feet adhere, under square edges, and some of them under a sine beside that."""
+    ranges = replace(PLAIN, feet=(1, 1, 2, 3), adhesion=(1e-2, 3.0), cycles=(3.0, 10.0))
+    dice = Dice([seed, 41], ranges)
+    scene = _modal(dice, f"edges {seed}")
+    made, per_run = scene.model_dump(), 1.0 / scene.duration
+    for k, name in enumerate(scene.robot.drives):
+        kind = dice.one_of(["square", "square", "on_off", "sine"] if k else ["square", "on_off"])
+        if kind == "on_off":
+            count = int(dice.rng.integers(4, 9))
+            levels, parts = dice.rng.uniform(-8.0, 8.0, count), dice.rng.dirichlet(np.full(count, 1.0))
+            given: dict[str, Any] = {
+                "levels": levels.tolist(), "durations": (scene.duration * parts * 0.999).tolist(), "repeat": True
+            }
+        elif kind == "square":
+            given = {
+                "amplitude": dice.between(2.0, 8.0), "frequency": per_run * dice.log(2.0, 40.0),
+                "phase": dice.between(0.0, 6.0), "offset": dice.one_of([0.0, 4.0, 8.0, -8.0]),
+                "duty": dice.between(0.05, 0.95),
+            }  # fmt: skip
+        else:
+            frequency, phase = per_run * dice.log(2.0, 15.0), dice.between(0.0, 6.0)
+            given = {"amplitude": 8.0, "frequency": frequency, "phase": phase, "offset": dice.one_of([0.0, 4.0])}
+        made["signals"][name] = {"kind": kind, **given}
+    made["ground"].pop("laws")
+    made["ground"]["own"] = dict(scene.ground.laws)
+    if not scene.ground.holds:
+        laws = [drive.law for drive in scene.robot.drives.values()]
+        force = 8.0 * max(abs(law.gain if isinstance(law, LinearForce) else law.linear) for law in laws)
+        made["ground"]["adhesion"] = {
+            "initial": force * dice.log(1e-2, 2.0), "rate": force * per_run * dice.log(1e-2, 3.0)
+        }  # fmt: skip
+    if dice.chance(0.8):  # edges that no amplifier rounds
+        for drive in made["robot"]["drives"].values():
+            drive.pop("amplifier", None)
+    return _valid(made)
+
+
 def creeping_scene(seed: int, legged: bool) -> Scene:
     """The plain scene of a seed whose drives creep."""
     scene = plain_scene(seed, legged)

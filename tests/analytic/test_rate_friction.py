@@ -7,12 +7,16 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
+from scipy.optimize import brentq
 
 import tarsus as ts
 from differences import AROUND, runs_around, slope
 from independent.compare import compare
 from random_scenes import plain_scene
+from sliding_scenes import by_modes
 from tarsus.base.events import EventKind
+from tarsus.base.spec import quantity
+from tarsus.model.drive.waveforms import Ramp
 from tarsus.model.laws import Friction, FrictionLaw
 from tarsus.model.laws.rate_friction import RateWeakeningFriction, StribeckFriction
 from tarsus.model.structure import Walker, WalkerBody, WalkerLeg
@@ -122,6 +126,112 @@ def test_a_mass_on_a_pulled_spring_sticks_and_slips_as_its_equation_does(name: s
     assert series.slipping.any() and not series.slipping.all()
     np.testing.assert_allclose(-series.friction[0, series.slipping[0]], bound, rtol=1e-9)
     assert np.all(np.abs(series.friction[0, ~series.slipping[0]]) <= limit * weight * (1.0 + 1e-9))
+
+
+class TwoConstants(FrictionLaw):
+    """One coefficient at rest, another of any slip."""
+
+    static: float = quantity("1", "coefficient at rest", default=0.5)
+    dynamic: float = quantity("1", "coefficient of a slip", default=0.3)
+
+    @staticmethod
+    def bound(margin, strength, slip, static, dynamic):
+        return (dynamic if slip > 0.0 else static) * margin
+
+
+SPRING, PUSH, PULLED = 1.0, 98.1e-6, 2e-3
+"""Of a mass on a belt: stiffness [N/m] of its spring, what presses it on [N], speed [m/s] of the spring's other end."""
+
+
+def on_a_belt(law: FrictionLaw, duration: float = 0.5) -> ts.Scene:
+    """A mass on a spring whose other end moves on, pressed on the ground, by contact modes: all its slips are alike."""
+    structure = ts.Lumped(
+        coordinates=("lift", "way"), mass=(MASS, MASS), stiffness=(0.0, SPRING), damping=(0.0, 0.0),
+        upward=(1.0, 0.0), forward=(0.0, 1.0),
+    )  # fmt: skip
+    drives = {
+        "belt": ts.Drive(load=ts.PointLoad(weights={"way": 1.0}), law=ts.LinearForce(gain=1.0)),
+        "push": ts.Drive(load=ts.PointLoad(weights={"lift": 1.0}), law=ts.LinearForce(gain=PUSH)),
+    }
+    moved = Ramp(start=0.0, stop=SPRING * PULLED * duration, duration=duration)
+    return ts.Scene(
+        name="belt", duration=duration, signals={"belt": moved, "push": ts.Constant(level=-1.0)},
+        robot=ts.Robot(
+            structure=structure, drives=drives, feet={"pad": ts.Foot(point="lift", along="way", gap=0.0)}
+        ),
+        ground=ts.Ground(restitution=ts.Restitution(coefficient=0.0)).model_copy(update={"friction": law}),
+    )  # fmt: skip
+
+
+def slips(run: ts.Run) -> np.ndarray:
+    """How long each of the first 15 slips lasts [s]: later ones are known less well, for the spring has grown long."""
+    begins, ends = (run.events["time"][run.events["kind"] == kind] for kind in (SLIP, STICK))
+    return (ends - begins[: len(ends)])[:15]
+
+
+def slip_time(law: FrictionLaw, steepest: float) -> float:
+    """m v' = mu(0) N + k (V t - x) - mu(v) N until v = 0 [s]; steepest: rate [1/s] of a slip's growth at first."""
+    first, rest = min(1e-9, 1e-6 / steepest), law.evaluate(PUSH, 0.0, 0.0)
+    speed_up = SPRING * PULLED / MASS  # of the acceleration
+
+    def rates(t, z):
+        return z[1], (rest + SPRING * (PULLED * t - z[0]) - law.evaluate(PUSH, 0.0, max(z[1], 0.0))) / MASS
+
+    def stop(t, z):
+        return z[1]
+
+    def turn(t, z):
+        return rates(t, z)[1]
+
+    stop.terminal = turn.terminal = True
+    stop.direction, turn.direction = -1.0, 1.0
+    begun = [speed_up * first**3 / 6.0, speed_up * first**2 / 2.0]
+    tight = {"method": "DOP853", "rtol": 3e-14, "atol": [1e-20, 1e-18], "dense_output": True}
+    found = solve_ivp(rates, (first, 0.05), begun, events=(stop, turn), **tight)
+    if len(found.t_events[0]):
+        return float(found.t_events[0][0])
+    turned = found.t_events[1][0]  # it hardly stops, and moves on at once
+    return brentq(lambda t: found.sol(t)[1], 0.5 * turned, turned, xtol=1e-18, rtol=1e-15)
+
+
+@pytest.mark.parametrize("exponent", [1.0, 2.0, 3.0, 4.0])
+@pytest.mark.parametrize("speed", [1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1])
+def test_every_slip_lasts_as_its_equation_says_however_fast_friction_falls(speed: float, exponent: float) -> None:
+    """A third of them was 0.4 to 4 % off: friction that jumps up and down again between the nodes of a step, alike
+    about its middle, has no coefficient of an odd degree, by which steps were judged."""
+    law = StribeckFriction(static=0.5, dynamic=0.3, speed=speed, exponent=exponent)
+    run = ts.simulate(on_a_belt(law))
+    assert run.ok and len(slips(run)) == 15 and run.ledger.closure < 1e-11
+    np.testing.assert_allclose(slips(run), slip_time(law, 0.2 * PUSH / MASS / speed), rtol=1e-9)
+
+
+@pytest.mark.parametrize(("static", "dynamic"), [(0.5, 0.3), (0.5, 0.49), (0.4, 0.2)])
+def test_two_constants_are_the_limit_of_friction_that_falls_at_once(static: float, dynamic: float) -> None:
+    """v = V (1 - cos wt) + d w sin wt with d = (mu_s - mu_d) N / k is zero at (2 / w) (pi - atan(d w / V))."""
+    run = ts.simulate(on_a_belt(TwoConstants(static=static, dynamic=dynamic)))
+    rate, stretch = np.sqrt(SPRING / MASS), (static - dynamic) * PUSH / SPRING
+    expected = 2.0 / rate * (np.pi - np.arctan(stretch * rate / PULLED))
+    assert run.ok and len(slips(run)) == 15 and run.ledger.closure < 1e-11
+    np.testing.assert_allclose(slips(run), expected, rtol=1e-10)
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        TwoConstants(),
+        StribeckFriction(static=0.5, dynamic=0.3, speed=1e-8, exponent=1.0),
+        StribeckFriction(static=0.5, dynamic=0.3, speed=1e-6),
+        StribeckFriction(static=0.5, dynamic=0.3, speed=1e-3, exponent=3.0),
+        RateWeakeningFriction(static=0.5, dynamic=0.3, speed=1e-5),
+    ],
+)
+def test_slips_of_a_walkers_foot_last_as_by_contact_modes(law: FrictionLaw) -> None:
+    """To 1e-9; a force is none to a walker below 1e-13 of its body's weight, 2e-10 of what friction bears here."""
+    scene = slider(law, SPRING, PULLED, 1e-3).model_copy(update={"duration": 0.15})
+    walker, modes = (transitions(ts.simulate(one)) for one in (scene, by_modes(scene)))
+    assert len(walker) > 20 and walker["kind"].tolist() == modes["kind"].tolist()
+    lasts, others = (np.diff(events["time"])[events["kind"][:-1] == SLIP] for events in (walker, modes))
+    np.testing.assert_allclose(lasts, others, rtol=1e-9)
 
 
 def test_a_foot_that_has_stopped_rests_under_more_than_fast_friction_holds() -> None:

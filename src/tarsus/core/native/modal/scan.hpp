@@ -27,20 +27,23 @@ inline bool bears(const Modal& m, int event) {
   return event < feet ? bool(m.mode->is_held[event]) : bool(m.mode->is_stuck[event % feet]);
 }
 
+// Whether what pulls on a contact has jumped, so that its margin is below zero as the step begins: not on a foot that was let go at
+// this very moment and came back at once.
+TARSUS_APART inline bool has_jumped(const Modal& m, int event, double margin, Doubt& doubt) {
+  if (!bears(m, event) || (event < m.sizes.feet && m.just_let_go(event))) return false;
+  doubt.zero = no_event(m, event);
+  if (!(margin < -doubt.zero)) return false;
+  doubt.first = doubt.last = 1;
+  return true;
+}
+
 // Node intervals in which an event may lie before the scaled time ``limit``; bound: of its margin's deviation from the chord
 // of two nodes; departure: how the foot begins the step. Returns whether there is any.
 inline bool find_doubt(const Modal& m, int event, const double* margin, double bound, double limit, int departure, Doubt& doubt) {
   const double* tau = m.nodes.tau;
   doubt = Doubt();
   if (departure == UNDER_WAY && lowest(load(margin)) > bound) return false;
-  // what pulls it may have jumped; not on a foot that was let go at this very moment and came back at once
-  if (margin[0] < 0.0 && bears(m, event) && !(event < m.sizes.feet && m.just_let_go(event))) {
-    doubt.zero = no_event(m, event);
-    if (margin[0] < -doubt.zero) {
-      doubt.first = doubt.last = 1;
-      return true;
-    }
-  }
+  if (margin[0] < 0.0 && has_jumped(m, event, margin[0], doubt)) return true;
   for (int j = 1; j < N && tau[j - 1] < limit; j++) {
     const double local = bound * m.chord[j];
     if (margin[j] < 0.0 && doubt.zero == 0.0) doubt.zero = no_event(m, event);

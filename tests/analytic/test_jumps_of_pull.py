@@ -1,0 +1,101 @@
+"""Drives that jump against what holds a foot: it leaves at the jump where the pull exceeds the strength of its contact,
+however soon it would not any more."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import tarsus as ts
+from random_scenes import edge_scene
+from tarsus.base.events import EventKind
+from tarsus.model.structure import WalkerBody, WalkerLeg
+from walking_scenes import LOOSE, moving
+
+JUMP = 0.3
+STRENGTH = 1.0
+
+
+def jumping(structure: ts.Lumped | ts.Walker, foot: str, level: float, duration: float) -> ts.Scene:
+    """A foot on the ground that adheres with 1 N, driven by -1 N and from 0.3 s on by ``level`` [N]."""
+    drive = ts.Drive(load=ts.PointLoad(weights={foot: 1.0}), law=ts.LinearForce(gain=1.0))
+    return ts.Scene(
+        name="jump", duration=duration,
+        robot=ts.Robot(structure=structure, drives={"d": drive}, feet={"f": ts.Foot(point=foot, gap=0.0)}),
+        signals={"d": ts.OnOff(levels=(-1.0, level), durations=(JUMP, 1e3), repeat=False)},
+        ground=ts.Ground(
+            restitution=ts.Restitution(coefficient=0.0), adhesion=ts.Adhesion(initial=STRENGTH, rate=0.0)
+        ),
+    )  # fmt: skip
+
+
+def tied(level: float, duration: float) -> ts.Scene:
+    """The foot carries a mass on a spring that moves down at 1 m/s: from the jump on the pull is ``level`` - sin t [N]."""
+    structure = ts.Lumped(
+        coordinates=("foot", "mass"), mass=(1.0, 1.0), stiffness=((1.0, -1.0), (-1.0, 1.0)), damping=(0.0, 0.0)
+    )
+    scene = jumping(structure, "foot", level, duration)
+    return scene.model_copy(update={"initial": ts.Initial(velocity=(0.0, -1.0))})
+
+
+def walking(level: float, duration: float) -> ts.Scene:
+    """The same as a walker: the body is the mass, its leg the spring and the foot."""
+    leg = WalkerLeg(mass=1.0, **(LOOSE | {"stiffness_v": 1.0}))
+    walker = ts.Walker(body=WalkerBody(mass=1.0), legs={"leg": leg})
+    return moving(jumping(walker, "leg", level, duration), body=-1.0)
+
+
+@pytest.mark.parametrize("make", [tied, walking])
+@pytest.mark.parametrize("duration", [0.5, 3.0, 30.0])
+@pytest.mark.parametrize("level", [1.32, 1.35, 1.5])
+def test_a_pull_above_the_strength_for_a_moment_releases_at_once(make, duration: float, level: float) -> None:
+    """It is level - sin t, above 1 N for another 26 to 224 ms. By contact modes such feet were held until 2.8 s, or not, by
+    how long the run was."""
+    run = ts.simulate(make(level, duration))
+    released = run.events[run.events["kind"] == EventKind.RELEASE]
+    assert run.ok and run.ledger.closure < 1e-12
+    assert released["time"][0] == pytest.approx(JUMP, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("excess", "leaves"), [(-1e-12, False), (-1e-16, False), (0.0, False), (2e-16, False), (1e-11, True)]
+)
+def test_a_pull_that_is_the_strength_to_rounding_holds(excess: float, leaves: bool) -> None:
+    """A single mass, on which the pull is the drive's force: no decision hangs on its last bit."""
+    structure = ts.Lumped(coordinates=("foot",), mass=(1.0,), stiffness=(0.0,), damping=(0.0,))
+    run = ts.simulate(jumping(structure, "foot", STRENGTH * (1.0 + excess), 1.0))
+    kinds = run.events["kind"].tolist()
+    assert run.ok and (EventKind.RELEASE in kinds) == leaves and len(kinds) <= 2
+
+
+def test_a_foot_is_captured_under_a_pull_as_large_as_its_strength_and_stays() -> None:
+    """It lands at 1 m/s while its drive pulls by the strength of the contact to come, to the last bit or two."""
+    for excess in (-2e-16, 0.0, 2e-16):
+        structure = ts.Lumped(coordinates=("foot",), mass=(1.0,), stiffness=(0.0,), damping=(0.0,))
+        scene = jumping(structure, "foot", STRENGTH, 1.0)
+        changes = {"robot.feet.f.gap": 0.05, "signals.d": ts.Constant(level=STRENGTH * (1.0 + excess))}
+        landing = ts.with_values(scene, changes).model_copy(update={"initial": ts.Initial(velocity=(-1.0,))})
+        run = ts.simulate(landing)
+        assert run.ok and len(run.events) < 4
+
+
+def most_above_strength(run: ts.Run) -> float:
+    """By how much the pull on any held foot exceeds what holds it, as a share of the largest: close behind the begin of
+    every step, and within it."""
+    trace = run.motion.log.trace
+    shares = np.concatenate([np.geomspace(1e-6, 0.1, 8), np.linspace(0.1, 0.999, 10)])
+    times = np.unique(trace[:, :1] + trace[:, 1:2] * trace[:, 2:3] * shares)
+    series = run.at(times[(times > 0.0) & (times < run.end_time)])
+    held = series.state.held
+    most = max(np.abs(series.contact[held]).max(initial=1e-300), series.strength[held].max(initial=0.0))
+    return float((-series.contact - series.strength)[held].max(initial=-np.inf) / most)
+
+
+ONCE_HELD = (318, 391, 731, 947, 956)
+"""Seeds of structures with a foot that was held against up to 9 % more than its strength: 17 of 1,000 had one."""
+
+
+@pytest.mark.parametrize("seed", [*ONCE_HELD, *range(40)])
+def test_no_foot_of_a_structure_nobody_chose_is_held_against_more_than_its_strength(seed: int) -> None:
+    run = ts.simulate(edge_scene(seed))
+    assert run.ok and most_above_strength(run) < 1e-9
