@@ -30,7 +30,7 @@ def jumping(structure: ts.Lumped | ts.Walker, foot: str, level: float, duration:
 
 
 def tied(level: float, duration: float) -> ts.Scene:
-    """The foot carries a mass on a spring that moves down at 1 m/s: from the jump on the pull is ``level`` - sin t [N]."""
+    """It carries a mass on a spring that moves down at 1 m/s: from the jump on the pull is ``level`` - sin t [N]."""
     structure = ts.Lumped(
         coordinates=("foot", "mass"), mass=(1.0, 1.0), stiffness=((1.0, -1.0), (-1.0, 1.0)), damping=(0.0, 0.0)
     )
@@ -49,8 +49,8 @@ def walking(level: float, duration: float) -> ts.Scene:
 @pytest.mark.parametrize("duration", [0.5, 3.0, 30.0])
 @pytest.mark.parametrize("level", [1.32, 1.35, 1.5])
 def test_a_pull_above_the_strength_for_a_moment_releases_at_once(make, duration: float, level: float) -> None:
-    """It is level - sin t, above 1 N for another 26 to 224 ms. By contact modes such feet were held until 2.8 s, or not, by
-    how long the run was."""
+    """It is level - sin t, above 1 N for another 26 to 224 ms. By contact modes such feet were held until 2.8 s, or
+    not, by how long the run was."""
     run = ts.simulate(make(level, duration))
     released = run.events[run.events["kind"] == EventKind.RELEASE]
     assert run.ok and run.ledger.closure < 1e-12

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 import tarsus as ts
@@ -85,6 +86,25 @@ def test_feet_by_contact_modes_slip_and_stick_as_there(scene: str) -> None:
 )
 def test_feet_that_nobody_chose_slip_and_stick_as_there(seed: int) -> None:
     found = compare(sliding_scene(seed), TIGHT)
+    assert found.wrong is None, found
+
+
+def falling_friction(seed: int) -> dict[str, float | str]:
+    """A law of a reference speed from 1e-8 to 0.1 m/s."""
+    rng = np.random.default_rng([seed, 71])
+    dynamic, static = sorted(np.exp(rng.uniform(math.log(0.1), 0.0, 2)).tolist())
+    law = {"static": static, "dynamic": dynamic, "speed": 10.0 ** rng.uniform(-8.0, -1.0)}
+    if rng.random() < 0.7:
+        return {"kind": "stribeck", "exponent": float(rng.integers(1, 5)), **law}
+    return {"kind": "rate_weakening", **law}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("legged", [False, True])
+def test_feet_slip_as_there_on_friction_that_falls_with_the_speed(seed: int, legged: bool) -> None:
+    scene = plain_scene(seed, True) if legged else sliding_scene(seed)
+    found = compare(ts.with_values(scene, {"ground.friction": falling_friction(seed)}), TIGHT, 1e-7, 1e-6)
     assert found.wrong is None, found
 
 

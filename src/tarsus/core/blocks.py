@@ -259,7 +259,7 @@ def _alone(
         if steep == 0.0:
             break
         value = complex(value - 1.0 / steep)
-        if 1.0 <= 1e-12 * max(abs(value), none) * abs(steep):
+        if 1e-12 * max(abs(value), none) * abs(steep) >= 1.0:
             matrix = value * value * mass + value * damping + stiffness
             return value, _with_velocity(value, unit * _least_moved(matrix + 0.0j), w)
     return complex(math.nan), np.zeros(2 * len(unit), dtype=complex)
