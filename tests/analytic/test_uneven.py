@@ -12,6 +12,7 @@ from scipy.integrate import solve_ivp
 import tarsus as ts
 from tarsus.base.events import EventKind
 from tarsus.base.spec import with_values
+from tarsus.files.toml import parse_scene
 from tarsus.model.scene import Scene
 from tarsus.model.structure import Walker
 from walking_scenes import GRAVITY, block, moving, sticky, trotter
@@ -219,3 +220,51 @@ def test_a_block_waits_in_a_corner(friction: float | None) -> None:
     assert place(run, 0.9 * half) == side == place(run, half)
     assert place(run, 0.09) == pytest.approx(side - 0.5 * away * (0.09 - half) ** 2, rel=1e-9)
     assert run.ledger.closure < 1e-8
+
+
+def test_a_foot_that_both_facets_drive_to_a_ridge_stands_on_it() -> None:
+    """A spring pulls it off the ground, and electrostatics hold it: it slides to the ridge, stands there, and leaves
+    when neither facet holds it. It went to and fro on the ridge in no time, without end."""
+    hold, spring, push, rise, slope, beside = 4e-6, 1e-6, 6e-6, 0.1, 0.2, 5e-6
+    scene = parse_scene(f"""
+        name = "ridge"
+        duration = "{rise} s"
+        [robot.structure]
+        kind = "walker"
+        body = {{ mass = 1e6 }}
+        [robot.structure.legs.L]
+        x = {-beside}
+        mass = 1e-9
+        stiffness_v = 1.0
+        damping_v = 1e-4
+        stiffness_l = 0.01
+        damping_l = 1e-4
+        [robot.drives.volts]
+        load = {{ kind = "point", weights = {{ L = 1.0 }} }}
+        law = {{ kind = "linear", gain = 0.0 }}
+        [robot.drives.up]
+        load = {{ kind = "point", weights = {{ L = 1.0 }} }}
+        law = {{ kind = "linear", gain = 1.0 }}
+        [robot.feet.L]
+        point = "L"
+        gap = {spring}
+        electrode = "volts"
+        [signals.volts]
+        kind = "constant"
+        level = 10.0
+        [signals.up]
+        kind = "ramp"
+        start = 0.0
+        stop = {push}
+        duration = "{rise} s"
+        [ground]
+        electrostatic = {{ coefficient = {hold * 1e-12}, offset = "10 um" }}
+        profile = {{ kind = "polyline", given = [[-1e-3, {-slope * 1e-3}], [0.0, 0.0], [1e-3, {-slope * 1e-3}]] }}
+    """)
+    run = ts.simulate(scene)
+    assert run.ok and run.ledger.closure < 1e-8 and len(run.events) < 100
+    assert place(run, 0.02) == place(run, 0.05) == pytest.approx(beside, rel=1e-12)
+    cos, sin = math.cos(math.atan(slope)), math.sin(math.atan(slope))
+    leaves = (hold + 0.01 * beside * sin) / cos - spring
+    assert of_kind(run, Kind.RELEASE)["time"][-1] == pytest.approx(rise * leaves / push, rel=1e-8)
+    assert run.series.state.gap[0, -1] > 1e-7

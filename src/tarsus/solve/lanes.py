@@ -39,7 +39,8 @@ class Doubt(IntEnum):
 
 _REASONS: dict[int, str] = {
     Doubt.GRAZING: "{foot} grazes the ground at {time}: whether it touches is within the error of a step",
-    Doubt.SIMULTANEOUS: "{foot} lands at {time} together with another foot, and which comes first decides what follows",
+    Doubt.SIMULTANEOUS: "{foot} lands at {time} together with another foot: their one impact is not followed, and "
+    "apart it matters which is first",
     Doubt.AT_THRESHOLD: "whether {foot} is held or bounces at {time} is within rounding of its threshold",
     Doubt.LOST: "the derivative could not be followed beyond {time}",
     Doubt.EDGE_AT_START: "an edge of a drive lies at the very start, and acts only if it is later",

@@ -171,7 +171,10 @@ class FootEvents {
   }
   // A foot that a corner hardly presses, or hardly stops.
   void flag_pressing(int i, const Done& one, const Pressing<Jet>& by) {
-    if (!acting.corner(i, one.way).rises()) return;
+    if (!acting.corner(i, one.way).rises()) {
+      if (one.what == STANDS) reported.flag(known_, AT_CORNER);  // what holds a foot on a ridge is not followed
+      return;
+    }
     const double own = by.own.value, next = by.next.value;
     if (std::min(std::fabs(own), std::fabs(next)) < CLOSE * (std::fabs(own) + std::fabs(next))) reported.flag(known_, AT_CORNER);
     if (one.what != PRESSES || !by.holds()) return;

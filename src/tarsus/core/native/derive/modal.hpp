@@ -710,7 +710,8 @@ class ModalTangent {
   }
 
   // An event of the run. An impact that is the second of two at one moment has a moment of its own where
-  // the two need not stay together and do not touch each other; where they do, there is no derivative.
+  // the two need not stay together and do not touch each other; where they do, theirs is one impact (modal/together.hpp), which is not
+  // followed, and there is no derivative.
   void apply(size_t event) {
     const Event& e = record_->events[event];
     const int foot = int(e.foot);
@@ -718,17 +719,14 @@ class ModalTangent {
     const bool lands = kind == BOUNCE || kind == CAPTURE || kind == REST || kind == AVERAGED_CONTACT;
     const Row off = lands && foot != first_foot_ ? coincidence(foot) : Row(0.0);
     Row apart = Row(0.0);
-    if (any_less(Row(0.0), magnitude(off))) {
-      bool independent = true;
-      for (int other : landed_) independent = independent && now_.independent(foot, other);
-      if (independent) {
-        apart = -off / now_.rate_at_ground(foot);
-        reported_.flag(event, APART);
-        now_.shift_moment(apart);
-      }
-      for (int lane = 0; lane < LANES && !independent; lane++) {
-        if (off[lane] != 0.0) reported_.flag(event, SIMULTANEOUS, lane);
-      }
+    bool independent = true;
+    for (int other : landed_) independent = independent && now_.independent(foot, other);
+    if (lands && !independent) {
+      reported_.flag(event, SIMULTANEOUS);
+    } else if (any_less(Row(0.0), magnitude(off))) {
+      apart = -off / now_.rate_at_ground(foot);
+      reported_.flag(event, APART);
+      now_.shift_moment(apart);
     }
     const EventNumbers<Jet> found = now_.apply(kind, foot, has_numbers(e));
     reported_.put(event, foot, found);

@@ -3,6 +3,8 @@
 // A foot is a point mass between springs, so an impact changes its own velocity and nothing else: the
 // mass-weighted map is exact, and feet that touch at the same moment do not act on each other.
 #pragma once
+#include <utility>
+
 #include "legged/scan.hpp"
 #include "march/friction.hpp"
 
@@ -250,8 +252,20 @@ struct Pressing {
   bool holds() const { return value_of(next) > 0.0 && value_of(own) >= 0.0; }
 };
 
-// A foot stands still in a concave corner at an end of its facet. Pressed against both it is held; away from the next one, or pulled off its own (``shifts``), it is on one
-// facet, where it sticks or slides out of the corner.
+// What drives a foot that stands still on a ridge towards it, on its own facet and back from the next one [N]. Where both do, the structure pulls
+// the foot off the ground between the two normals, and what attracts it to either facet holds it: on neither it could stay, and so it
+// stands on the ridge.
+struct OnRidge {
+  double own, back;
+
+  // breaking [N]: the pull that breaks the contact.
+  OnRidge(const Bearing<double>& at, double breaking, const Corner& corner, int way)
+      : own(way * at.along), back(-(breaking - at.margin) * corner.sin - own * corner.cos) {}
+  bool holds() const { return own > 0.0 && back >= 0.0; }
+};
+
+// A foot stands still in a corner at an end of its facet. In a concave one, pressed against both it is held; away from the next one, or pulled off its own (``shifts``), it is on one
+// facet, where it sticks or slides out of the corner. On a ridge it is held where both facets drive it there.
 inline void stand_in_corner(Legged& s, int i, int way, bool shifts) {
   LeggedFoot& foot = s.feet[i];
   const Corner corner = corner_of(s, i, way);
@@ -259,17 +273,19 @@ inline void stand_in_corner(Legged& s, int i, int way, bool shifts) {
   foot.w[UP] = foot.w[ALONG] = 0.0;
   foot.wedged = 0;
   Present present(s);
-  Bearing<double> at = bearing_of(present, i, s.laws.strength(f, s.clock.time - foot.since, s.volts_now(f)));
+  const double strength = s.laws.strength(f, s.clock.time - foot.since, s.volts_now(f));
+  Bearing<double> at = bearing_of(present, i, strength);
   const Pressing<double> by(at, corner, way);
+  const OnRidge ridge(at, strength - present.smooth(i, 0.0, 0.0), corner, way);
   s.note(STANDS, i, way);
-  if (by.holds() && !shifts) {
+  if ((corner.rises() ? by.holds() : ridge.holds()) && !shifts) {
     foot.set_sliding(false, 0.0, 0.0, false);
     foot.wedged = way;
     s.note(BEARS, i);
     s.log.add(s.clock.time, f, STICK_BEGINS, foot.apex, 0.0, 0.0, at.along, at.most);
     return;
   }
-  if (by.next > 0.0) {
+  if (corner.rises() ? by.next > 0.0 : ridge.own > 0.0) {
     lie_on(s, i, profile_of(s, i).facet(foot.ground.number + way));
     way = -way;
     at = bearing_of(present, i, s.laws.strength(f, s.clock.time - foot.since, s.volts_now(f)));
@@ -280,13 +296,27 @@ inline void stand_in_corner(Legged& s, int i, int way, bool shifts) {
   if (had != sticks) s.log.add(s.clock.time, f, sticks ? STICK_BEGINS : SLIP_BEGINS, foot.apex, 0.0, 0.0, at.along, at.most);
 }
 
+// Whether a foot that slides comes to stand on the ridge at an end of its facet: both facets drive it there, and it would come no farther
+// beyond than flights are high that are none. Of facets that are not alike neither is asked for the other.
+inline bool stops_on_ridge(Legged& s, int i, const Corner& corner, int way) {
+  if (s.body.patched || profile_of(s, i).facet(s.feet[i].ground.number + way).upright()) return false;
+  const int f = s.body.legs[i].foot;
+  const double along = std::exchange(s.feet[i].w[ALONG], 0.0);
+  Present present(s);
+  const double strength = s.laws.strength(f, s.clock.time - s.feet[i].since, s.volts_now(f));
+  const OnRidge ridge(bearing_of(present, i, strength), strength - present.smooth(i, 0.0, 0.0), corner, way);
+  s.feet[i].w[ALONG] = along;
+  return ridge.holds() && 0.5 * s.body.legs[i].mass * along * along < s.settings.rest_height * std::min(ridge.own, ridge.back);
+}
+
 // A foot that slides comes to an end of its facet. Where the ground falls away it flies off as it moves: no finite strength turns it. Where
 // the ground rises it lands on the next facet, by an impact of its own like any other.
 inline void turn_corner(Legged& s, int i, int way) {
   LeggedFoot& foot = s.feet[i];
   const Corner corner = corner_of(s, i, way);
   const Facet old = foot.ground, next = profile_of(s, i).facet(old.number + way);
-  if (corner.rises()) foot.u[ALONG] = old.end(way) - s.body.legs[i].place;
+  const bool ridge = !corner.rises() && !corner.straight(), stops = ridge && stops_on_ridge(s, i, corner, way);
+  if (corner.rises() || stops) foot.u[ALONG] = old.end(way) - s.body.legs[i].place;
   const double speed = way * foot.w[ALONG] * corner.sin;
   const bool meets = corner.rises() && !corner.straight();
   Present present(s);
@@ -296,7 +326,7 @@ inline void turn_corner(Legged& s, int i, int way) {
   const double energy = 0.5 * s.body.legs[i].mass * foot.w[ALONG] * foot.w[ALONG];
   // no more swings from one facet to the other than flights that are as low
   const bool low = by.holds() && energy < s.settings.rest_height * std::min(by.own, by.next);
-  if (meets && (low || speed <= no_rate(s, i, 0.0))) {
+  if (stops || (meets && (low || speed <= no_rate(s, i, 0.0)))) {
     const size_t before = s.log.events.size();
     s.note(SPENDS, i);
     stand_in_corner(s, i, way, false);
@@ -305,7 +335,7 @@ inline void turn_corner(Legged& s, int i, int way) {
   }
   const double pull = -by.next;
   end_contact(s, i);
-  if (!corner.rises() && !corner.straight()) {
+  if (ridge) {
     leave_facet(s, i, next.upright() ? profile_of(s, i).facet(next.number + way) : next);
     return;
   }
@@ -380,6 +410,7 @@ inline void apply_event(Legged& s, int i, FootEvent kind) {
   if (kind == PULL_OFF) {
     s.log.add(t, f, RELEASE, foot.apex, 0.0, 0.0, pull, strength);
     foot.end(t);
+    foot.wedged = 0;
     foot.w[UP] = leaving_rate(present, i, 0.0);
     if (s.body.legs[i].turned) return leave_facet(s, i, open_side(s, i));
     begin_flight(s, i);

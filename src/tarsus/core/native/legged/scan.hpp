@@ -188,10 +188,21 @@ inline void comes_to_end(const Legged& s, int i, double h, double limit, Candida
   }
 }
 
-// Of a foot pressed into a corner, at the nodes: its margin on its own facet, where the next one bears what it is pressed along by.
+// Of a foot that stands in a corner, at the nodes: its margin on its own facet, where the next one bears what it is pressed along by. On a ridge
+// what drives it back from the next facet (see OnRidge), over the corner's sine.
 inline Row wedged_margin(const Legged& s, int i) {
   const Corner corner = corner_of(s, i, s.feet[i].wedged);
-  return s.rows[i].margin - s.rows[i].force[ALONG] * (s.feet[i].wedged * corner.cos / corner.sin);
+  const Row margin = s.rows[i].margin - s.rows[i].force[ALONG] * (s.feet[i].wedged * corner.cos / corner.sin);
+  return corner.rises() ? margin : s.rows[i].smooth - margin;
+}
+
+// The margin of a foot on the ground; on a ridge that of the two facets which holds it longer.
+inline Row margin_of(const Legged& s, int i) {
+  const LegRows& r = s.rows[i];
+  if (s.feet[i].wedged == 0) return r.margin;
+  const Corner corner = corner_of(s, i, s.feet[i].wedged);
+  const Row next = r.smooth - ((r.smooth - r.margin) * corner.cos - r.force[ALONG] * (s.feet[i].wedged * corner.sin));
+  return next[N - 1] > r.margin[N - 1] ? next : r.margin;
 }
 
 // Speed of a foot that slides any way at the nodes, in the direction of its slip: negative beyond a stop.
@@ -258,6 +269,7 @@ Candidates candidates(Legged& s, int i, double h, double limit, Flight&& gap_at)
   if (foot.wedged != 0) {
     falls_below(s, wedged_margin(s, i), level, limit, SHIFT, out);
     falls_below(s, r.force[ALONG] * double(foot.wedged), level, limit, LOOSE, out);
+    if (!corner_of(s, i, foot.wedged).rises()) falls_below(s, margin_of(s, i), level, limit, PULL_OFF, out);
     return out;
   }
   const bool commanded = s.laws.commanded();
@@ -294,7 +306,7 @@ struct EventFunction {
       : s(state), i(leg), kind(found.kind), h(step) {
     const LegRows& r = s.rows[i];
     if (moves() || kind == SLIP) return;
-    store(powers, s.powers(kind == PULL_OFF  ? r.margin
+    store(powers, s.powers(kind == PULL_OFF  ? margin_of(s, i)
                            : kind == SHIFT   ? wedged_margin(s, i)
                            : kind == LOOSE   ? r.force[ALONG] * double(s.feet[i].wedged)
                            : kind == SLIP_UP ? r.bound - r.force[ALONG]
@@ -368,9 +380,10 @@ TARSUS_APART double refine(const Legged& s, int i, const Bracket& bracket, Funct
   return at;
 }
 
-// Whether there is no force along the ground by which the foot could slip: the bound passes 0 because the foot is about to leave.
+// Whether there is no force along the ground by which the foot could slip: the bound passes 0 because the foot is about to leave. Where it is
+// zero all the time, the foot slips as soon as any force grows.
 inline bool nothing_along(const Legged& s, int i, double fraction) {
-  bool out = true;
+  bool out = highest(magnitude(s.rows[i].bound)) > 0.0;
   in_directions<ALONG>(s, [&](auto d) { out = out && std::fabs(s.polynomial_at(s.rows[i].force[d], fraction)) <= s.settings.force_zero; });
   return out;
 }

@@ -131,6 +131,17 @@ struct Turning {
   }
 };
 
+// Nothing brakes a foot at the nodes: its velocity is the one without friction, whose direction holds none of it, and Newton's method would have
+// nothing to find that by where the speed is zero.
+inline void go_unbraked(const LeggedFoot& foot, const Row* alone, LegRows& r) {
+  const Row speed = each(alone[0], alone[1], [](double a, double b) { return std::hypot(a, b); });
+  for (int j = 1; j < N; j++) {
+    r.speed.set(j, speed[j]);
+    for (int d : {ALONG, ACROSS}) r.way[d].set(j, speed[j] > 0.0 ? alone[d - ALONG][j] / speed[j] : foot.sense[d]);
+  }
+  r.bound = Row(0.0);
+}
+
 // Solve for speed and direction of a foot that slides any way, from those of the rows; alone: its velocity along and across without
 // friction. The bound there becomes that of the rows. False as for ``slide``.
 inline bool find_way(const Legged& s, const LegStep* const* tables, int i, double h, const Row* alone, LegRows& r) {
@@ -142,6 +153,10 @@ inline bool find_way(const Legged& s, const LegStep* const* tables, int i, doubl
   for (int d : {ALONG, ACROSS}) r.way[d].set(0, foot.sense[d]);
   for (int round = 0; round < SLIP_ROUNDS; round++) {
     const SlidingBound bound = bound_at(s, i, r.margin, r.strength, r.speed);
+    if (highest(magnitude(bound.value)) == 0.0) {
+      go_unbraked(foot, alone, r);
+      return true;
+    }
     Row &along = r.way[ALONG], &across = r.way[ACROSS];
     const Row misfit_along = alone[0] - combine(tables[0]->force[1][0], bound.value * along) - r.speed * along;
     const Row misfit_across = alone[1] - combine(tables[1]->force[1][0], bound.value * across) - r.speed * across;

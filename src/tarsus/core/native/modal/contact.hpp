@@ -104,21 +104,28 @@ inline typename M::Real new_strength(const M& m, int foot) {
 
 // How the structure follows an impact beyond the mass-weighted map: the velocity b across the normal becomes
 // alpha b + beta a, a = speed / sqrt(mobility). As it is: alpha = 1, beta = (1 + e) skew; or the passive projection of
-// that, see tarsus.model.laws.impact_map. Returns the kinetic energy [J] that this takes.
+// that, see tarsus.model.laws.impact_map.
+template <class Real>
+struct FollowedBy {
+  Real alpha, beta;
+
+  FollowedBy(const Real& e, const Real& skew, bool as_is) : alpha(1.0), beta((1.0 + e) * skew) {
+    if (as_is) return;
+    const Real theta = passive_angle(e, skew);
+    alpha = cosine(theta);
+    beta = square_root(maximum(1.0 - e * e, Real(0.0))) * sine(theta);
+  }
+};
+
+// Returns the kinetic energy [J] that this takes.
 template <class M>
 inline typename M::Real follow_impact(M& m, int foot, const Landing<typename M::Real>& at) {
   typedef typename M::Real Real;
   const Real skew = m.entry(&ContactMode::skew, foot);
   if (is_nothing(skew) || value_of(at.speed) == 0.0) return Real(0.0);
-  const Real e = at.after / at.speed;
-  Real alpha(1.0), beta = (1.0 + e) * skew;
-  if (!m.laws.has(foot, MAP_AS_IS)) {
-    const Real theta = passive_angle(e, skew);
-    alpha = cosine(theta);
-    beta = square_root(maximum(1.0 - e * e, Real(0.0))) * sine(theta);
-  }
+  const FollowedBy<Real> by(at.after / at.speed, skew, m.laws.has(foot, MAP_AS_IS));
   const Real before = m.along(&ContactMode::side_rate, foot);
-  const Real then = alpha * before + beta * at.speed / square_root(at.mobility);
+  const Real then = by.alpha * before + by.beta * at.speed / square_root(at.mobility);
   m.shift(&ContactMode::side, foot, then - before);
   return 0.5 * (before * before - then * then);
 }
@@ -269,62 +276,91 @@ inline bool sticks_at_once(Modal& m, int foot) {
   return on.sticks;
 }
 
-// Put a foot on the ground; the state is the modal one.
-inline void hold(Modal& m, int foot, double t) {
+// Put a foot on the ground; the state is the modal one. Returns whether it sticks there.
+inline bool put_down(Modal& m, int foot, double t) {
   m.feet[foot].begin(m.laws, foot, t);
   turn_over(m, foot, UNDER_WAY, t);
-  leave_mode(m, foot, true, sticks_at_once(m, foot));
+  return sticks_at_once(m, foot);
 }
+inline void hold(Modal& m, int foot, double t) { leave_mode(m, foot, true, put_down(m, foot, t)); }
 
 // Share of an impulse below which a part of it counts as zero: some thousand times the rounding of the sums it is made of.
 constexpr double NO_IMPULSE = 1e-12;
 
-// A constraint that an impact with these impulses breaks, or -1: a foot pulled off, for no finite adhesion carries an impulse; or
-// one that sticks (feet + foot) and takes a larger impulse along the ground than friction holds under its share of the normal
-// one; it then slides in that direction. An impact on another foot takes nothing along the ground from feet that slide already.
-inline int broken_by(Modal& m, int foot, double normal, double along) {
+// Impulses [N s] on a foot that lands, along the normal and along the ground.
+struct Blow {
+  int foot;
+  double normal, along;
+};
+
+// A constraint that impulses break: a foot is pulled off, or one that sticks (feet + foot) slides in the direction ``sense``.
+struct Broken {
+  int constraint;
+  double sense;
+};
+
+// All that an impact with these impulses breaks: a foot pulled off, for no finite adhesion carries an impulse; or
+// one that sticks and takes a larger impulse along the ground than friction holds under its share of the normal
+// one; it then slides in that direction. An impact on other feet takes nothing along the ground from feet that slide already.
+inline std::vector<Broken> broken_by(const Modal& m, const std::vector<Blow>& blows) {
   const int feet = m.sizes.feet, ni = m.sizes.inputs();
-  const double none = NO_IMPULSE * (normal + std::fabs(along));
+  double none = 0.0;
+  for (const Blow& blow : blows) none += NO_IMPULSE * (blow.normal + std::fabs(blow.along));
   const auto carried = [&](int c) {
-    return -m.mode->feed[c * ni + feet + foot] * normal - m.mode->slide_feed[c * m.sizes.ways + foot] * along;
+    double sum = 0.0;
+    for (const Blow& blow : blows) {
+      sum += -m.mode->feed[c * ni + feet + blow.foot] * blow.normal;
+      if (m.sizes.ways > 0) sum -= m.mode->slide_feed[c * m.sizes.ways + blow.foot] * blow.along;
+    }
+    return sum;
   };
+  std::vector<Broken> out;
   for (int k : m.mode->held) {
-    if (carried(k) < -none) return k;
+    if (carried(k) < -none) out.push_back({k, 0.0});
   }
   for (int k : m.mode->stuck) {
-    const double push = std::max(carried(k), 0.0), needed = carried(feet + k);
-    if (std::fabs(needed) <= m.laws.friction(k, push, 0.0, 0.0) + none) continue;
-    m.feet[k].sense = -sense_of_slip(needed);
-    return feet + k;
+    const double push = carried(k), needed = carried(feet + k);
+    if (push < -none || std::fabs(needed) <= m.laws.friction(k, std::max(push, 0.0), 0.0, 0.0) + none) continue;
+    out.push_back({feet + k, -sense_of_slip(needed)});
   }
-  return -1;
+  return out;
 }
 
-// A constraint that this impact breaks, or -1: no finite adhesion carries an impulse. The impacts of a rocking body go from foot to
-// foot and become ever smaller: an impact after which its foot could not rise as high as a flight that counts releases none.
-inline int detached_by_impact(Modal& m, int foot, const Landing<double>& at) {
-  if (at.pull < 0.0 && at.speed * at.speed < -2.0 * at.pull * at.mobility * m.settings.rest_height) return -1;
+// Whether a foot could not rise as high as a flight that counts after its impact. The impacts of a rocking body go from foot to foot and become
+// ever smaller: such an impact releases none.
+inline bool too_low_to_detach(const Modal& m, const Landing<double>& at) {
+  return at.pull < 0.0 && at.speed * at.speed < -2.0 * at.pull * at.mobility * m.settings.rest_height;
+}
+
+// The first constraint that this impact of one foot breaks, or none: no finite adhesion carries an impulse.
+inline std::vector<Broken> broken_by_impact(Modal& m, int foot, const Landing<double>& at) {
+  if (too_low_to_detach(m, at)) return {};
   if (m.sizes.ways > 0) {
     const double along = braking_of(m, foot, at.speed, at.after).impulse;
-    return broken_by(m, foot, (at.speed + at.after - mobilities_of(m, foot).across * along) / at.mobility, along);
+    std::vector<Broken> out = broken_by(m, {{foot, (at.speed + at.after - mobilities_of(m, foot).across * along) / at.mobility, along}});
+    if (out.size() > 1) out.resize(1);
+    return out;
   }
   for (int k : m.mode->held) {
-    if (m.mode->reaction[foot * m.sizes.feet + k] < -NO_IMPULSE) return k;
+    if (m.mode->reaction[foot * m.sizes.feet + k] < -NO_IMPULSE) return {{k, 0.0}};
   }
-  return -1;
+  return {};
 }
 
-// A foot is detached by an impact on another, or slides where it stuck.
-inline void release_by_impact(Modal& m, int constraint) {
-  const int foot = constraint % m.sizes.feet;
-  const bool leaves = constraint < m.sizes.feet;
-  m.log.add(m.clock.time, foot, leaves ? RELEASE : SLIP_BEGINS, m.feet[foot].apex);
-  (leaves ? m.feet[foot].departure : m.feet[foot].slide) = FROM_REST;
-  if (leaves) {
-    m.feet[foot].sense = 0.0;
-    m.feet[foot].end(m.clock.time);
+// Feet are detached by an impact on others, or slide where they stuck.
+inline void release_by_impact(Modal& m, const std::vector<Broken>& broken) {
+  FootSet left = m.mode->feet;
+  for (const Broken& one : broken) {
+    const int foot = one.constraint % m.sizes.feet;
+    const bool leaves = one.constraint < m.sizes.feet;
+    m.log.add(m.clock.time, foot, leaves ? RELEASE : SLIP_BEGINS, m.feet[foot].apex);
+    (leaves ? m.feet[foot].departure : m.feet[foot].slide) = FROM_REST;
+    m.feet[foot].sense = one.sense;
+    if (leaves) m.feet[foot].end(m.clock.time);
+    left.set(foot, !leaves);
+    if (m.sizes.ways > 0) left.set(m.sizes.feet + foot, false);
   }
-  leave_mode(m, foot, !leaves);
+  leave_mode(m, m.book.require(left));
 }
 
 // Count consecutive flights that are too short to count and lower than the error of a step. An impact moves feet under strong
@@ -335,45 +371,6 @@ inline void count_low(Modal& m, int foot, double speed, double t) {
   const double hidden = HIDDEN * m.units.gap * m.settings.widest;
   const bool low = t - f.rose < SHORT * m.settings.end && speed * (t - f.rose) < hidden;
   f.low = low ? f.low + 1 : 0;
-}
-
-// A foot at the ground approaches: it bounces, is captured or rests. False if it does not approach, or cannot, since
-// other held feet hold it as well (its rows are zero).
-TARSUS_APART inline bool impact(Modal& m, int foot) {
-  const ContactMode& mode = *m.mode;
-  if (mode.mobility[foot] == 0.0) return false;
-  const double t = m.clock.time;
-  m.note_parts();
-  add_film_momenta(m);
-  const double rate = m.rate_of(foot), speed = std::max(-rate, 0.0), zero = m.no_rate(foot);
-  if (speed <= zero) {
-    remove_film_momenta(m);
-    return false;
-  }
-  m.gaps[foot] = 0.0;
-  Landing<double> at = landing_of(m, foot);
-  const int detached = detached_by_impact(m, foot, at);
-  if (detached >= 0) {
-    m.feet[foot].departure = DUE;
-    release_by_impact(m, detached);
-    return true;
-  }
-  if (at.after == 0.0) at.none = no_pull(m, foot, t);
-  count_low(m, foot, speed, t);
-  const EventKind kind = landing_kind(m.laws, foot, at, m.settings.rest_height);
-  if (kind != BOUNCE) {
-    m.begin_notes();
-    m.feet[foot].forces = pull_parts(m, foot, t);
-  }
-  const double lost = follow_landing(m, foot, kind, at).lost;
-  m.log.add(foot, kind, m.feet[foot].apex, numbers_of(m.laws, foot, kind, t, at, lost));
-  if (kind != BOUNCE) {
-    hold(m, foot, t);
-    return true;
-  }
-  remove_film_momenta(m);
-  turn_over(m, foot, at.after > zero ? RISING : FROM_REST, t);
-  return true;
 }
 
 // The pull on a held foot has exceeded the strength of its contact. Where friction alone pulls the foot off, and without
@@ -466,62 +463,6 @@ inline bool reconsider_slides(Modal& m) {
     if (begun == UNDER_WAY) m.log.add(m.clock.time, i, SLIP_BEGINS, foot.apex);
   }
   remove_film_momenta(m);
-  return false;
-}
-
-// How each foot that has just left the ground departs, after impacts on the others changed its rate: rising, from rest,
-// or coming back at once (an impact is due).
-inline void reconsider_departures(Modal& m) {
-  add_film_momenta(m);
-  for (int i : m.mode->free) {
-    if (m.feet[i].departure <= UNDER_WAY) continue;
-    const double rate = m.rate_of(i), zero = m.no_rate(i);
-    m.feet[i].departure = rate > zero ? RISING : rate < -zero ? UNDER_WAY : FROM_REST;
-  }
-  remove_film_momenta(m);
-}
-
-// A foot at the ground that does not approach it: held where no pull exceeds its strength, or where it has just been
-// ``pressed`` down again from rest. Returns whether it is held.
-inline bool rest_on_ground(Modal& m, int foot, bool pressed = false) {
-  add_film_momenta(m);
-  int& departure = m.feet[foot].departure;
-  departure = RISING;
-  if (m.rate_of(foot) <= m.no_rate(foot)) {
-    const double t = m.clock.time, pull = pull_if_held(m, foot), strength = new_strength(m, foot);
-    // a pull within rounding of zero, as at the time at which it changes its sign, holds no foot that has just been released, and
-    // releases no other
-    const bool let_go = m.just_let_go(foot);
-    const double none = no_pull(m, foot, t) + ROUNDING * std::fabs(strength);
-    if (pressed && let_go) m.feet[foot].low++;
-    if (pressed || pull <= strength + (let_go ? -none : none)) {
-      m.log.add(t, foot, CONTACT_AT_START, m.feet[foot].apex, 0.0, 0.0, pull, strength);
-      hold(m, foot, t);
-      return true;
-    }
-    // a foot that other held feet hold as well, and that would be pulled off by its share of their load, lies there without a
-    // contact
-    departure = m.mode->mobility[foot] > 0.0 ? FROM_REST : UNDER_WAY;
-  }
-  remove_film_momenta(m);
-  return false;
-}
-
-// Contacts that change at the present time: feet on the ground that approach, or rest there and are held. Returns whether one has
-// changed.
-TARSUS_APART inline bool resolve_due_contacts(Modal& m) {
-  m.note_parts();
-  if (m.sizes.feet > 1) reconsider_departures(m);
-  if (m.sizes.ways > 0 && reconsider_slides(m)) return true;
-  for (const bool first : {true, false}) {  // an impact that has detached another foot comes before any impact of that foot
-    for (int i : m.mode->free) {
-      int& departure = m.feet[i].departure;
-      if ((departure == DUE) != first) continue;
-      if (departure > UNDER_WAY || (departure != DUE && m.gap_of(i) > m.no_gap(i))) continue;
-      departure = UNDER_WAY;
-      if (impact(m, i) || rest_on_ground(m, i)) return true;
-    }
-  }
   return false;
 }
 

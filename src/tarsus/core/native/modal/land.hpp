@@ -301,7 +301,7 @@ inline Located locate(Modal& m, const StepClass& step, double t, double limit, i
     const Margin margin = expanded(m, step, i, t, terms);
     const double s = doubt.at = margin.first_root(doubt, limit, doubt.zero, terms);
     if (s > limit) continue;
-    if (margin.slips && nothing_along(m, margin, s)) {
+    if (margin.slips && nothing_along(m, margin, s) && size_of(m.margin[m.sizes.feet + margin.foot] + m.margin[2 * m.sizes.feet + margin.foot]) > 0.0) {
       doubt.last = 0;
       continue;
     }

@@ -1,6 +1,6 @@
 // Robots by contact modes, as the march takes them: a structure of a few modes with exact flow from event to event.
 #pragma once
-#include "modal/contact.hpp"
+#include "modal/due.hpp"
 #include "modal/one.hpp"
 #include "modal/step.hpp"
 

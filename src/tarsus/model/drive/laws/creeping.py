@@ -34,7 +34,10 @@ LEAST_LAGS = 5.0
 SETTLED = 36.0
 """Lags after which rounding is all that is left of a change."""
 _CLOSE = 1e-12
-"""Part of a piece within which two instants are one, seen through rounding."""
+"""Part of a piece, or of a whole track, within which two instants are one, seen through rounding."""
+_SHORT = math.sqrt(MOST_LAGS * LEAST_LAGS)
+"""Between the half lengths, over a lag, of pieces in which it is long and has settled: rounded instants leave
+both far from here."""
 
 
 class Creeping(VoltageLaw):
@@ -282,7 +285,7 @@ class _Followed:
         middle = 0.5 * (start[1:] + start[:-1])
         own = np.clip(np.searchsorted(begins, middle, side="right") - 1, 0, len(begins) - 1)
         rows = np.stack([_on(one, start) for one in (now, volts)])
-        cuts = [_cuts(float(width), lags) for width in np.diff(start)]
+        cuts = [_cuts(float(width), _seen(lags, float(start[-1]))) for width in np.diff(start)]
         counts = np.array([len(one) for one in cuts])
         if counts.sum() > MOST_PIECES:
             raise InputError(_TOO_MANY)
@@ -341,8 +344,10 @@ class _Followed:
 
     def _held(self, rows: Floats, state: Floats) -> Pieces:
         """With what comes once the voltage is held: until all lags are at rest."""
-        wide = _cuts(2.0 * SETTLED * float(self.lags.max()), self.lags)
-        ends = self.start[-1] + SETTLED * float(self.lags.max()) * np.append(np.add(wide, 1.0), 2.0)
+        end = float(self.start[-1])
+        half = max(SETTLED * float(self.lags.max()), _CLOSE * end)
+        wide = _cuts(2.0 * half, _seen(self.lags, end))
+        ends = end + half * np.append(np.add(wide, 1.0), 2.0)
         constant = np.zeros((len(self.lags), len(wide), TERMS))
         constant[:, :, 0] = self.goals[:, None]
         made, left = _answers(constant, np.diff(ends), self.lags)
@@ -428,6 +433,11 @@ def _on(pieces: Pieces, start: Floats) -> Floats:
     return shifted(pieces.coef[own], low, high)
 
 
+def _seen(lags: Floats, end: float) -> Floats:
+    """The lags whose transients a track of so many seconds shows: others settle within the rounding of its instants."""
+    return lags[SETTLED * lags > _CLOSE * end]
+
+
 def _cuts(width: float, lags: Floats) -> Floats:
     """Where (n,) in [-1, 1) a piece of so many seconds begins anew, so that in each part a lag is long, or has
     settled on a
@@ -455,7 +465,7 @@ def _answers(follows: Floats, widths: Floats, lags: Floats) -> tuple[Floats, Flo
         kept: dict[float, Floats] = {}
         for q, width in enumerate(widths):
             ratio = float(0.5 * width / lag)
-            if ratio > MOST_LAGS * (1.0 + 1e-9):
+            if ratio > _SHORT:
                 made[g, q] = follows[g, q]
                 for k in range(TERMS - 2, -1, -1):
                     made[g, q, k] -= (k + 1) / ratio * made[g, q, k + 1]

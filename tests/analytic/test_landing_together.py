@@ -1,0 +1,266 @@
+"""Feet that land at one moment: one impact of all, by Newton's law for several contacts; in closed form, at random."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any
+
+import numpy as np
+import pytest
+
+import tarsus as ts
+from tarsus.base.spec import validate
+from tarsus.model.scene import Scene
+
+BOUNCE, CAPTURE, REST = 1, 2, 4
+G, GAP = 9.81, 1e-3
+SPEED = float(np.sqrt(2.0 * G * GAP))
+
+
+def rigid(
+    places: dict[str, tuple[float, ...]], ground: dict[str, Any], order=None, duration=0.05, **scene: Any
+) -> Scene:
+    """A plate of 1 g, and 0.5 g by square length about each axis, that falls flat on feet at these places."""
+    count = max(len(place) for place in places.values())
+    names = list(order or places)
+    structure = {
+        "kind": "lumped", "coordinates": ["z", "p", "q"][: 1 + count], "mass": [1e-3, *[0.5e-3] * count],
+        "stiffness": [0.0] * (1 + count), "damping": [0.0] * (1 + count),
+        "weights": {name: [1.0, *places[name]] for name in names}, "upward": [1.0, *[0.0] * count],
+    }  # fmt: skip
+    robot = {"structure": structure, "feet": {name: {"point": name, "gap": GAP} for name in names}}
+    return validate(
+        Scene,
+        {
+            "name": "flat",
+            "duration": duration,
+            "robot": robot,
+            "ground": {"gravity": {"acceleration": G}, **ground},
+            **scene,
+        },
+    )
+
+
+def of_feet(run: ts.Run) -> dict[str, np.ndarray]:
+    """The events of each foot, but for the last mark."""
+    events = run.events[run.events["time"] < run.scene.duration]
+    return {name: events[events["foot"] == i] for i, name in enumerate(run.scene.robot.feet)}
+
+
+@pytest.mark.parametrize("order", [("a", "b"), ("b", "a")], ids="".join)
+@pytest.mark.parametrize("e", [0.0, 0.3, 0.5, 1.0])
+def test_a_level_rod_stays_level(e: float, order: tuple[str, str]) -> None:
+    """Both ends depart with e v, every time, for as long as flights last."""
+    run = ts.simulate(rigid({"a": (-1.0,), "b": (1.0,)}, {"restitution": {"coefficient": e}}, order))
+    assert run.ok and run.ledger.closure < 1e-12
+    a, b = of_feet(run).values()
+    assert a["kind"].tolist() == b["kind"].tolist()
+    np.testing.assert_allclose(a["time"], b["time"], rtol=1e-14)
+    flights = np.arange(len(a))
+    np.testing.assert_allclose(a["speed_before"], SPEED * e**flights, rtol=1e-9)
+    np.testing.assert_allclose(b["speed_before"], SPEED * e**flights, rtol=1e-9)
+    if e == 0.0:
+        assert a["kind"].tolist() == [CAPTURE] and a["pull"][0] == pytest.approx(-0.5e-3 * G, rel=1e-12)
+        return
+    bounces = a["kind"] == BOUNCE
+    np.testing.assert_allclose(a["speed_after"][bounces], SPEED * e ** (flights[bounces] + 1), rtol=1e-9)
+    starts = SPEED / G + 2.0 * SPEED / G * np.array([sum(e**k for k in range(1, n + 1)) for n in flights])
+    np.testing.assert_allclose(a["time"][bounces], starts[bounces], rtol=1e-9)
+    np.testing.assert_allclose(
+        a["energy"][bounces],
+        0.25e-3 * (1.0 - e * e) * (SPEED * e ** flights[bounces]) ** 2,
+        rtol=1e-8,
+        atol=1e-25,
+    )
+    if e < 1.0 and starts[-1] < 0.05 and not bounces[-1]:
+        assert a["kind"][-1] == REST and a["time"][-1] == pytest.approx(
+            SPEED / G * (1.0 + e) / (1.0 - e), rel=1e-7
+        )
+
+
+@pytest.mark.parametrize("e", [0.0, 0.3, 0.5, 1.0])
+def test_a_plate_on_four_feet_that_share_the_load(e: float) -> None:
+    """One foot more than the plate has ways to move: each takes a quarter."""
+    corners = {
+        f"{x}{y}": places
+        for (x, y), places in zip(
+            itertools.product("lr", "fh"), itertools.product((-1.0, 1.0), repeat=2), strict=True
+        )
+    }
+    run = ts.simulate(rigid(corners, {"restitution": {"coefficient": e}}))
+    assert run.ok and run.ledger.closure < 1e-12
+    first = [events[0] for events in of_feet(run).values()]
+    assert len({one["time"] for one in first}) == 1
+    np.testing.assert_allclose([one["speed_before"] for one in first], SPEED, rtol=1e-12)
+    np.testing.assert_allclose(
+        [one["energy"] for one in first], 0.125e-3 * (1.0 - e * e) * SPEED**2, rtol=1e-9, atol=1e-22
+    )
+    assert all(one["kind"] == (BOUNCE if e else CAPTURE) for one in first)
+
+
+@pytest.mark.parametrize("e", [0.0, 0.3, 1.0])
+def test_a_rod_on_feet_at_unlike_distances(e: float) -> None:
+    """Both depart with e v; their impulses are as one over their distances, and so are the energies."""
+    events = of_feet(
+        ts.simulate(rigid({"near": (-0.25,), "far": (1.0,)}, {"restitution": {"coefficient": e}}))
+    )
+    near, far = events["near"][0], events["far"][0]
+    impulse = 1e-3 * (1.0 + e) * SPEED
+    for one, share in ((near, 0.8), (far, 0.2)):
+        assert one["time"] == pytest.approx(SPEED / G, rel=1e-12)
+        assert one["energy"] == pytest.approx(0.5 * share * impulse * (1.0 - e) * SPEED, rel=1e-9, abs=1e-22)
+        assert one["speed_after"] == pytest.approx(e * SPEED, rel=1e-12)
+
+
+def test_a_foot_that_the_blow_on_another_throws_off_has_no_impact() -> None:
+    """Two feet on one side of the centre: the nearer is struck, the farther turns up faster than it would bounce."""
+    e, near, far = 0.4, 0.25, 1.0
+    run = ts.simulate(rigid({"far": (far,), "near": (near,)}, {"restitution": {"coefficient": e}}), "15 ms")
+    events = of_feet(run)
+    assert events["near"]["kind"].tolist() == [BOUNCE] and not len(events["far"])
+    impulse = (1.0 + e) * SPEED / (1e3 + near**2 / 0.5e-3)
+    after = run.at(np.array([events["near"]["time"][0] * (1.0 + 1e-9)])).state
+    turn = impulse * near / 0.5e-3
+    np.testing.assert_allclose(after.v[:, 0], [impulse * 1e3 - SPEED, turn], rtol=1e-6)
+    assert run.ledger.closure < 1e-12
+
+
+# ---- random scenes
+
+
+def drawn(seed: int) -> dict[str, Any]:
+    """A structure that flies freely, its feet to the ground at half a second; maps and adhesion by chance."""
+    rng = np.random.default_rng(seed)
+    n, feet = int(rng.integers(2, 6)), int(rng.integers(2, 7))
+    root = rng.normal(size=(n, n))
+    mass = root @ root.T / n + 0.3 * np.eye(n)
+    velocity = rng.normal(size=n)
+    rows: list[np.ndarray] = []
+    while len(rows) < feet:
+        row = rng.normal(size=n)
+        if row @ velocity < -0.2:
+            rows.append(row)
+    weights = {f"f{i}": row.tolist() for i, row in enumerate(rows)}
+    standing = {
+        name: {"point": name, "gap": float(-0.5 * (row @ velocity))}
+        for name, row in zip(weights, rows, strict=True)
+    }
+    ground: dict[str, Any] = {
+        "restitution": {"coefficient": float(rng.choice([0.0, 0.5, 1.0, rng.uniform()]))}
+    }
+    if rng.random() < 0.4:
+        ground["adhesion"] = {"initial": float(10.0 ** rng.uniform(-3.0, 1.0)), "rate": 0.0}
+        if rng.random() < 0.5:
+            ground["landing"] = {"kind": "restitute_first", "speed": float(rng.uniform(0.0, 2.0))}
+    kind = rng.choice(["plain", "map"])
+    if kind == "map":
+        columns = {}
+        for name, row in zip(weights, rows, strict=True):
+            way = np.linalg.solve(mass, row) + 0.3 * rng.normal(size=n)
+            columns[name] = {f"q{k}": float(one) for k, one in enumerate(way / (row @ way))}
+        ground["impact"] = {"kind": "given", "columns": columns}
+    structure = {
+        "kind": "lumped", "coordinates": [f"q{k}" for k in range(n)], "mass": (0.5 * (mass + mass.T)).tolist(),
+        "stiffness": [0.0] * n, "damping": [0.0] * n, "weights": weights,
+    }  # fmt: skip
+    return {
+        "name": "drawn", "duration": 0.6, "robot": {"structure": structure, "feet": standing}, "ground": ground,
+        "initial": {"velocity": velocity.tolist()},
+    }  # fmt: skip
+
+
+def mirrored(seed: int) -> dict[str, Any]:
+    """The same with feet in pairs left and right of a plane of symmetry, and the motion in it."""
+    data = drawn(seed)
+    structure, feet = data["robot"]["structure"], data["robot"]["feet"]
+    rng = np.random.default_rng(seed + 1)
+    n = len(structure["coordinates"])
+    other = rng.uniform(0.2, 2.0, size=2)
+    structure["coordinates"] += ["a", "b"]
+    wide = np.diag([*np.zeros(n), *other])
+    wide[:n, :n] = structure["mass"]
+    structure |= {"mass": wide.tolist(), "stiffness": [0.0] * (n + 2), "damping": [0.0] * (n + 2)}
+    data["initial"]["velocity"] += [0.0, 0.0]
+    columns = data["ground"].get("impact", {}).get("columns", {})
+    for name, row in list(structure["weights"].items()):
+        sway = rng.normal(size=2)
+        del structure["weights"][name]
+        for side, sign in (("l", 1.0), ("r", -1.0)):
+            structure["weights"][side + name] = [*row, *(sign * sway)]
+            if name not in feet:
+                continue
+            along = {"along": side + feet[name]["along"]} if "along" in feet[name] else {}
+            feet[side + name] = {"point": side + name, "gap": feet[name]["gap"], **along}
+            if name in columns:
+                columns[side + name] = columns[name] | {"a": 0.0, "b": 0.0}
+        feet.pop(name, None)
+        columns.pop(name, None)
+    return data
+
+
+def reordered(data: dict[str, Any], order: np.ndarray) -> dict[str, Any]:
+    """The same scene with its tables of feet in another order."""
+    feet = list(data["robot"]["feet"].items())
+    return data | {"robot": data["robot"] | {"feet": dict(feet[i] for i in order)}}
+
+
+def outcome(run: ts.Run) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    """Events by foot, and the velocities at the end."""
+    return of_feet(run), run.at(np.array([run.scene.duration])).state.v[:, 0]
+
+
+def same(one: np.ndarray, other: np.ndarray) -> None:
+    assert one["kind"].tolist() == other["kind"].tolist()
+    for field in ("time", "speed_before", "speed_after", "energy", "pull"):
+        np.testing.assert_allclose(one[field], other[field], rtol=1e-7, atol=1e-9)
+
+
+def complies(data: dict[str, Any], seed: int) -> None:
+    """No order of the tables matters, no energy is made, and feet that only bounce depart with e v at least."""
+    run = ts.simulate(validate(Scene, data))
+    assert run.ok and run.ledger.closure < 1e-10
+    assert np.all(run.events["energy"] >= -1e-12)
+    feet, end = outcome(run)
+    assert (
+        sum(events["time"][0] == pytest.approx(0.5, rel=1e-9) for events in feet.values() if len(events)) >= 1
+    )
+    count = len(feet)
+    for order in (np.arange(count)[::-1], np.random.default_rng(seed).permutation(count)):
+        again, later = outcome(ts.simulate(validate(Scene, reordered(data, order))))
+        np.testing.assert_allclose(later, end, rtol=1e-7, atol=1e-9)
+        for name, events in feet.items():
+            same(again[name], events)
+    bounced = all(len(events) <= 1 and set(events["kind"]) <= {BOUNCE} for events in feet.values())
+    if bounced and not {"impact", "adhesion"} & set(data["ground"]):  # a map moves others too; adhesion stops
+        weights, e = data["robot"]["structure"]["weights"], data["ground"]["restitution"]["coefficient"]
+        for name, events in feet.items():
+            before, after = (float(np.dot(weights[name], v)) for v in (data["initial"]["velocity"], end))
+            assert after >= -e * before - 1e-9
+            if len(events) and events["energy"][0] > 1e-9:
+                assert after == pytest.approx(-e * before, abs=1e-9)
+
+
+def stays_symmetric(data: dict[str, Any]) -> None:
+    run = ts.simulate(validate(Scene, data))
+    assert run.ok
+    feet, end = outcome(run)
+    np.testing.assert_allclose(end[-2:], 0.0, atol=1e-9)
+    for name, events in feet.items():
+        if name.startswith("l"):
+            same(feet["r" + name[1:]], events)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_random_feet_that_land_together(seed: int) -> None:
+    complies(drawn(seed), seed)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_random_pairs_of_feet_that_land_together(seed: int) -> None:
+    stays_symmetric(mirrored(seed))
+
+
+@pytest.mark.parametrize("seed", range(12, 212))
+def test_many_random_feet_that_land_together(seed: int) -> None:
+    complies(drawn(seed), seed)
+    stays_symmetric(mirrored(seed))
