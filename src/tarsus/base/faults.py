@@ -90,6 +90,7 @@ class _Look:
             self._note(item, ".".join(parts), whole)
             if whole is not None:
                 wholes.add(whole)
+                self._nameless(item, parts)
                 continue
             try:
                 changed |= self._mend(item, parts, annotation, field)
@@ -111,6 +112,14 @@ class _Look:
         if item["type"] not in ("value_error", "assertion_error"):
             return None
         return _class_of(annotation) if parts else self.cls
+
+    def _nameless(self, item: Any, parts: list[str]) -> None:
+        """An empty table that a whole refuses names nothing: what would name its parts is no fault of its own."""
+        cause = item.get("ctx", {}).get("error")
+        for path in (path for path, _ in cause.faults) if isinstance(cause, PathErrors) else ():
+            at = [*parts, *filter(None, path.split("."))]
+            if self._at(at) in ({}, []):
+                self.opaque.add(".".join(at))
 
     def _mend(self, item: Any, parts: list[str], annotation: Any, field: FieldInfo | None) -> bool:
         """Put one fault right; whether anything changed."""
