@@ -2,7 +2,8 @@
 
 ``pytest --weigh FILE`` adds a line for each case to FILE: the CPU time of it, its fixtures and the processes it
 started. ``python tests/heavy.py FILE`` makes `heavy.txt` anew from such lines: cases of more than `LIMIT`, or a whole
-function where at least half of its cases are. Everything else is the default lane, which README's test command runs.
+function where at least half of its cases are; what was not weighed stays as it is. Everything else is the default lane,
+which README's test command runs.
 """
 
 from __future__ import annotations
@@ -74,7 +75,10 @@ def main(file: str) -> None:
     for line in Path(file).read_text(encoding="utf-8").splitlines():
         weight, case = line.split(" ", 1)
         weights[case] = max(float(weight), weights.get(case, 0.0))
-    lines = heavy_of(weights)
+    kept = [line for line in LIST.read_text(encoding="utf-8").splitlines() if line not in weights and not any(
+        function_of(case) == line for case in weights
+    )]  # fmt: skip
+    lines = sorted({*heavy_of(weights), *kept})
     LIST.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
     left = sum(weight for case, weight in weights.items() if not {case, function_of(case)} & set(lines))
     print(f"{len(lines)} lines; the other cases take {left:.0f} of {sum(weights.values()):.0f} s of CPU")
