@@ -15,6 +15,8 @@
 #include <tuple>
 #include <vector>
 
+#include "processor.hpp"
+
 namespace nb = nanobind;
 
 namespace {
@@ -465,4 +467,5 @@ NB_MODULE(_linear, m) {
   m.def("svd", svd);
   m.def("eig", eig);
   m.def("largest_of", largest_of);
+  m.attr("X86_64") = tarsus::x86_64_level();
 }
