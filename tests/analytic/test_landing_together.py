@@ -125,6 +125,73 @@ def test_a_foot_that_the_blow_on_another_throws_off_has_no_impact() -> None:
     assert run.ledger.closure < 1e-12
 
 
+# ---- friction in closed form
+
+
+A, HEIGHT, INERTIA = 0.5, 0.4, 0.3  # of a rod of 1 kg: its feet beside its centre and below it, its inertia
+
+
+def sliding(mu: float, e: float, x: float, order: tuple[str, str]) -> ts.Run:
+    """It comes down level at 1 m/s, half a second from the ground, and moves along it at x."""
+    places = {"back": -A, "front": A}
+    robot = {
+        "structure": {
+            "kind": "lumped", "coordinates": ["x", "z", "p"], "mass": [1.0, 1.0, INERTIA],
+            "stiffness": [0.0] * 3, "damping": [0.0] * 3,
+            "weights": {name: [0.0, 1.0, a] for name, a in places.items()} | {"below": [1.0, 0.0, HEIGHT]},
+        },
+        "feet": {name: {"point": name, "gap": 0.5, "along": "below"} for name in order},
+    }  # fmt: skip
+    ground = {
+        "restitution": {"coefficient": e},
+        "friction": {"kind": "coulomb", "coefficient": mu},
+    }
+    scene = {"name": "rod", "duration": 0.6, "robot": robot, "ground": ground}
+    return ts.simulate(validate(Scene, scene | {"initial": {"velocity": [x, -1.0, 0.0]}}))
+
+
+@pytest.mark.parametrize("order", [("back", "front"), ("front", "back")], ids=lambda order: order[0])
+@pytest.mark.parametrize("e", [0.0, 0.5, 1.0])
+def test_a_level_rod_that_slides_stays_level(e: float, order: tuple[str, str]) -> None:
+    """Both feet push, and are braked as one block is, by mu (1 + e) v; friction shifts the push to the front."""
+    mu, x = 0.3, 2.0
+    run = sliding(mu, e, x, order)
+    after = run.at(np.array([0.5 + 1e-9])).state.v[:, 0]
+    np.testing.assert_allclose(after, [x - mu * (1.0 + e), e, 0.0], atol=1e-12 if e else 1e-8)
+    pushes = {"back": -1.0, "front": 1.0}
+    for name, events in of_feet(run).items():
+        push = 0.5 * (1.0 + e) * (1.0 + pushes[name] * mu * HEIGHT / A)
+        assert events["kind"][0] == (BOUNCE if e else CAPTURE)
+        # of the impulse along the ground at the rate halfway
+        along = mu * push * (x - 0.5 * mu * (1.0 + e))
+        assert events["energy"][0] == pytest.approx(0.5 * push * (1.0 - e) + along, rel=1e-12)
+
+
+@pytest.mark.parametrize("order", [("back", "front"), ("front", "back")], ids=lambda order: order[0])
+@pytest.mark.parametrize("e", [0.0, 0.5, 1.0])
+def test_a_rod_that_friction_would_topple_lands_on_its_front(e: float, order: tuple[str, str]) -> None:
+    """Friction takes the push from the back, which the blow on the front throws off: as if that landed alone."""
+    mu, x = 2.0, 50.0
+    normal, across = 1.0 + A * A / INERTIA, A * HEIGHT / INERTIA
+    push = (1.0 + e) / (normal - mu * across)
+    run = sliding(mu, e, x, order)
+    after = run.at(np.array([0.5 + 1e-9])).state.v[:, 0]
+    turn = (A - mu * HEIGHT) * push / INERTIA
+    want = [x - mu * push, push - 1.0, turn]
+    assert want[1] - A * turn > e  # the back rises
+    events = of_feet(run)
+    assert not len(events["back"]) and events["front"]["kind"][0] == (BOUNCE if e else CAPTURE)
+    np.testing.assert_allclose(after, want, rtol=1e-6, atol=1e-6)
+
+
+@pytest.mark.parametrize("order", [("back", "front"), ("front", "back")], ids=lambda order: order[0])
+def test_a_rod_that_friction_stops_sticks(order: tuple[str, str]) -> None:
+    run = sliding(0.8, 0.0, 0.1, order)
+    assert run.ok
+    np.testing.assert_allclose(run.at(np.array([0.55])).state.v[:, 0], 0.0, atol=1e-12)
+    assert sum(events["energy"][0] for events in of_feet(run).values()) == pytest.approx(0.505, rel=1e-12)
+
+
 # ---- random scenes
 
 
@@ -152,7 +219,12 @@ def drawn(seed: int) -> dict[str, Any]:
         ground["adhesion"] = {"initial": float(10.0 ** rng.uniform(-3.0, 1.0)), "rate": 0.0}
         if rng.random() < 0.5:
             ground["landing"] = {"kind": "restitute_first", "speed": float(rng.uniform(0.0, 2.0))}
-    kind = rng.choice(["plain", "map"])
+    kind = rng.choice(["plain", "friction", "map"])
+    if kind == "friction":
+        for name, row in list(weights.items()):
+            weights[f"t{name}"] = (0.7 * rng.normal(size=n) + 0.3 * np.array(row)).tolist()
+            standing[name]["along"] = f"t{name}"
+        ground["friction"] = {"kind": "coulomb", "coefficient": float(rng.uniform(0.1, 0.8))}
     if kind == "map":
         columns = {}
         for name, row in zip(weights, rows, strict=True):
@@ -211,8 +283,12 @@ def outcome(run: ts.Run) -> tuple[dict[str, np.ndarray], np.ndarray]:
 
 def same(one: np.ndarray, other: np.ndarray) -> None:
     assert one["kind"].tolist() == other["kind"].tolist()
-    for field in ("time", "speed_before", "speed_after", "energy", "pull"):
+    for field in ("time", "speed_before", "speed_after"):
         np.testing.assert_allclose(one[field], other[field], rtol=1e-7, atol=1e-9)
+    # shares of feet that hardly move but together are known to less; feet that stop at one moment stick in turn
+    np.testing.assert_allclose(one["energy"], other["energy"], rtol=1e-6, atol=1e-9)
+    landed = one["kind"] <= CAPTURE
+    np.testing.assert_allclose(one["pull"][landed], other["pull"][landed], rtol=1e-7, atol=1e-9)
 
 
 def complies(data: dict[str, Any], seed: int) -> None:
@@ -242,7 +318,7 @@ def complies(data: dict[str, Any], seed: int) -> None:
 
 def stays_symmetric(data: dict[str, Any]) -> None:
     run = ts.simulate(validate(Scene, data))
-    assert run.ok
+    assert run.ok or run.code.name == "JAMMED"  # by friction on feet that slide once they have landed
     feet, end = outcome(run)
     np.testing.assert_allclose(end[-2:], 0.0, atol=1e-9)
     for name, events in feet.items():

@@ -10,6 +10,7 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <vector>
 
 namespace tarsus {
@@ -51,8 +52,10 @@ inline void turn_away(Square& matrix, Square& turns, int p, int q) {
 }
 
 // Pseudoinverse of the part of W that ``active`` contacts have, zero elsewhere, weighted by their mobilities W_ii > 0; or the inverse of that
-// part plus a softness of each contact, a part of its mobility.
-inline Square pseudoinverse(const Square& w, const std::vector<uint8_t>& active, double softness = 0.0) {
+// part plus a softness of each contact, a part of its mobility. none: part of the largest mobility that is none;
+// weights: other mobilities, on their diagonal.
+inline Square pseudoinverse(const Square& w, const std::vector<uint8_t>& active, double softness = 0.0, double none = REDUNDANT,
+                            const Square* weights = nullptr) {
   constexpr int MOST_SWEEPS = 30;
   std::vector<int> of;
   for (int i = 0; i < w.size; i++) {
@@ -60,7 +63,7 @@ inline Square pseudoinverse(const Square& w, const std::vector<uint8_t>& active,
   }
   const int n = int(of.size());
   std::vector<double> scale(n);
-  for (int i = 0; i < n; i++) scale[i] = 1.0 / std::sqrt(w.at(of[i], of[i]));
+  for (int i = 0; i < n; i++) scale[i] = 1.0 / std::sqrt((weights ? *weights : w).at(of[i], of[i]));
   Square values(n), turns(n), out(w.size);
   for (int r = 0; r < n; r++) {
     for (int c = 0; c < n; c++) values.at(r, c) = w.at(of[r], of[c]) * scale[r] * scale[c];
@@ -82,7 +85,7 @@ inline Square pseudoinverse(const Square& w, const std::vector<uint8_t>& active,
     for (int c = 0; c < n; c++) {
       double sum = 0.0;
       for (int k = 0; k < n; k++) {
-        if (softness > 0.0 || values.at(k, k) > REDUNDANT * most) sum += turns.at(r, k) * turns.at(c, k) / (values.at(k, k) + softness);
+        if (softness > 0.0 || values.at(k, k) > none * most) sum += turns.at(r, k) * turns.at(c, k) / (values.at(k, k) + softness);
       }
       out.at(of[r], of[c]) = sum * scale[r] * scale[c];
     }

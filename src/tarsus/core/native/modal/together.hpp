@@ -4,7 +4,9 @@
 // the mass-weighted map is in the plane of the normal motion that the impact changes and of the feet's directions across it,
 // where it is the map of one foot (`follow_across`).
 #pragma once
-#include "march/together.hpp"
+#include <numeric>
+
+#include "march/brake.hpp"
 #include "modal/contact.hpp"
 
 namespace tarsus::modal {
@@ -47,25 +49,36 @@ struct Coupled {
       }
     }
     for (int i = 0; i < normal.size; i++) {
-      for (int j = 0; j < i; j++) normal.at(i, j) = normal.at(j, i) = 0.5 * (normal.at(i, j) + normal.at(j, i));
+      for (int j = 0; j < i; j++) {
+        normal.at(i, j) = normal.at(j, i) = 0.5 * (normal.at(i, j) + normal.at(j, i));
+        along.at(i, j) = along.at(j, i) = 0.5 * (along.at(i, j) + along.at(j, i));
+      }
     }
   }
 };
 
-// Normal impulses beside those along the ground.
+// Normal impulses without friction.
 inline void press(const Coupled& by, std::vector<Struck>& feet) {
-  const int n = by.normal.size;
-  std::vector<double> gain(n), braked(n);
-  for (int i = 0; i < n; i++) braked[i] = feet[i].braked;
-  const std::vector<double> moved = by.by_along.times(braked);
-  for (int i = 0; i < n; i++) gain[i] = feet[i].target + feet[i].at.speed - moved[i];
+  std::vector<double> gain;
+  for (const Struck& one : feet) gain.push_back(one.target + one.at.speed);
   const std::vector<double> found = complementary_impulses(by.normal, gain);
-  for (int i = 0; i < n; i++) feet[i].impulse = found[i];
+  for (size_t i = 0; i < feet.size(); i++) feet[i].impulse = found[i];
 }
 
-// Kinetic energy [J] that the impulses on a foot take; slips [m/s]: along the ground after the impact.
-inline double taken(const Coupled& by, const std::vector<Struck>& feet, int i, const std::vector<double>& slips) {
-  return 0.5 * (feet[i].impulse * (feet[i].at.speed - feet[i].target) - feet[i].braked * (by.slip[i] + slips[i]));
+// Kinetic energy [J] that the impulses on each foot take: those at rates halfway between before and after. Along the ground others may drag a foot so that
+// its own share would be negative; then the rest bear it. ``slips`` [m/s]: along the ground after the impact.
+inline std::vector<double> taken(const Coupled& by, const std::vector<Struck>& feet, const std::vector<double>& slips) {
+  std::vector<double> out;
+  double all = 0.0, positive = 0.0;
+  for (size_t i = 0; i < feet.size(); i++) {
+    const double one = 0.5 * (feet[i].impulse * (feet[i].at.speed - feet[i].target) - feet[i].braked * (by.slip[i] + slips[i]));
+    all += one;
+    out.push_back(std::max(one, 0.0));
+    positive += out.back();
+  }
+  const double share = positive > 0.0 ? std::max(all, 0.0) / positive : 1.0;
+  for (double& one : out) one *= share;
+  return out;
 }
 
 // Rates along the ground after the impact.
@@ -77,94 +90,133 @@ inline std::vector<double> slips_after(const Coupled& by, const std::vector<Stru
   return out;
 }
 
-// Friction of the feet that are hit: of the impulses along the ground within ratio times the normal ones, those that leave the least kinetic
-// energy while the feet depart with their targets (see `braking`, which is this for one foot). The normal
-// impulses follow: K (gain - C p), and the slips when restitution begins, s + C^T K speed + (T - C^T K C) p. All impulses move at once, each by
-// its slip over the sum of its row: that descends whatever they are, and in no order.
-inline void brake_together(const Modal& m, const Coupled& by, std::vector<Struck>& feet) {
-  constexpr int MOST = 20000;
-  constexpr double SAME = 1e-15;  // of an impulse
-  const int n = by.normal.size;
-  std::vector<uint8_t> hit(n);
-  std::vector<double> speed(n), gain(n), ratio(n, 0.0), braked(n, 0.0), slip = by.slip;
-  for (int i = 0; i < n; i++) {
-    hit[i] = feet[i].hit();
-    speed[i] = feet[i].at.speed;
-    gain[i] = speed[i] + feet[i].target;
-    if (hit[i] && m.frictional[feet[i].foot]) ratio[i] = m.laws.friction(feet[i].foot, gain[i], 0.0, std::fabs(by.slip[i])) / gain[i];
-  }
-  const Square k = pseudoinverse(by.normal, hit);
-  const std::vector<double> compressed = k.times(speed), pressed = k.times(gain);
-  Square shift(n), mobility = by.along;  // shift: of normal impulses by those along the ground
-  for (int i = 0; i < n; i++) {
-    for (int j = 0; j < n; j++) {
-      slip[i] += by.by_along.at(j, i) * compressed[j];
-      for (int l = 0; l < n; l++) shift.at(i, j) -= k.at(i, l) * by.by_along.at(l, j);
+// What impulses along the ground do while the feet that are hit depart with their targets: normal impulses follow as K (gain - C p), and rates along the
+// ground when restitution begins are s + C^T K speed + (T - C^T K C) p.
+struct Dragged {
+  std::vector<uint8_t> hit;
+  std::vector<double> pressed, slip;  // normal impulses, and rates along the ground, without friction
+  Square shift, mobility;             // of normal impulses, and of rates along the ground, by impulses along it
+
+  Dragged(const Coupled& by, const std::vector<Struck>& feet, std::vector<uint8_t> which)
+      : hit(std::move(which)), slip(by.slip), shift(by.normal.size), mobility(by.along) {
+    const int n = by.normal.size;
+    std::vector<double> speed, gain;
+    for (const Struck& one : feet) {
+      speed.push_back(one.at.speed);
+      gain.push_back(one.at.speed + one.target);
     }
-  }
-  for (int i = 0; i < n; i++) {
-    for (int j = 0; j < n; j++) {
-      for (int l = 0; l < n; l++) mobility.at(i, j) += by.by_along.at(l, i) * shift.at(l, j);
-    }
-  }
-  std::vector<double> next = braked;
-  for (int round = 0; round < MOST; round++) {
-    double change = 0.0;
+    const Square k = pseudoinverse(by.normal, hit);
+    const std::vector<double> compressed = k.times(speed);
+    pressed = k.times(gain);
     for (int i = 0; i < n; i++) {
-      if (ratio[i] == 0.0 || !(mobility.at(i, i) > REDUNDANT * by.along.at(i, i))) continue;
-      double rate = slip[i], push = pressed[i], row = 0.0;
       for (int j = 0; j < n; j++) {
-        rate += mobility.at(i, j) * braked[j];
-        push += shift.at(i, j) * braked[j];
-        row += ratio[j] == 0.0 ? 0.0 : std::fabs(mobility.at(i, j));
+        slip[i] += by.by_along.at(j, i) * compressed[j];
+        for (int l = 0; l < n; l++) shift.at(i, j) -= k.at(i, l) * by.by_along.at(l, j);
       }
-      const double most = ratio[i] * std::max(push, 0.0);
-      next[i] = std::min(std::max(braked[i] - rate / row, -most), most);
-      change = std::max(change, std::fabs(next[i] - braked[i]));
     }
-    braked = next;
-    if (change <= SAME * largest(braked)) break;
+    for (int i = 0; i < n; i++) {
+      for (int j = 0; j < n; j++) {
+        for (int l = 0; l < n; l++) mobility.at(i, j) += by.by_along.at(l, i) * shift.at(l, j);
+      }
+    }
+    for (int i = 0; i < n; i++) {
+      for (int j = 0; j < i; j++) mobility.at(i, j) = mobility.at(j, i) = 0.5 * (mobility.at(i, j) + mobility.at(j, i));
+    }
   }
-  for (int i = 0; i < n; i++) feet[i].braked = braked[i];
+};
+
+// Friction on the feet that are hit, within its cones. It takes no more than its push from a foot, and lets no other approach faster than its target.
+inline std::vector<double> braked_by(const Modal& m, const Coupled& by, const std::vector<Struck>& feet, const Dragged& with) {
+  const int n = by.normal.size;
+  std::vector<uint8_t> free(n, 0);
+  Bounds bounds;
+  for (int i = 0; i < n; i++) {
+    std::vector<double> less(n);  // of the normal impulse, or of the rate of a foot that is not hit
+    for (int j = 0; j < n; j++) {
+      less[j] = with.hit[i] ? -with.shift.at(i, j) : -by.by_along.at(i, j);
+      for (int l = 0; l < n && !with.hit[i]; l++) less[j] -= by.normal.at(i, l) * with.shift.at(l, j);
+    }
+    const double gain = feet[i].at.speed + feet[i].target;
+    if (!with.hit[i]) {
+      double rises = -gain;
+      for (int j = 0; j < n; j++) rises += by.normal.at(i, j) * with.pressed[j];
+      bounds.add(less, rises);
+      continue;
+    }
+    const double ratio = m.frictional[feet[i].foot] ? m.laws.friction(feet[i].foot, gain, 0.0, std::fabs(by.slip[i])) / gain : 0.0;
+    free[i] = ratio > 0.0 && with.mobility.at(i, i) > NO_PART * by.along.at(i, i);
+    if (!free[i]) {
+      bounds.add(less, with.pressed[i]);
+      continue;
+    }
+    for (double& one : less) one *= ratio;
+    for (const double sign : {1.0, -1.0}) {
+      std::vector<double> cone = less;
+      cone[i] += sign;
+      bounds.add(std::move(cone), ratio * with.pressed[i]);
+    }
+  }
+  return LeastEnergy(with.mobility, by.along, with.slip, free, bounds).impulses();
+}
+
+// Impulses with friction. Feet from which it takes all of their push are free to depart faster than their targets: the others' friction then goes on
+// without them. That leaves less energy still.
+inline void brake_together(const Modal& m, const Coupled& by, std::vector<Struck>& feet) {
+  std::vector<uint8_t> hit;
+  for (const Struck& one : feet) hit.push_back(one.hit());
+  for (bool fewer = true; fewer;) {
+    const Dragged with(by, feet, hit);
+    const std::vector<double> braked = braked_by(m, by, feet, with), moved = with.shift.times(braked);
+    double most = 0.0;
+    for (size_t i = 0; i < feet.size(); i++) most = std::max(most, with.pressed[i] + moved[i]);
+    fewer = false;
+    for (size_t i = 0; i < feet.size(); i++) {
+      const bool pushes = hit[i] && with.pressed[i] + moved[i] > NO_PART * most;
+      feet[i].impulse = pushes ? with.pressed[i] + moved[i] : 0.0;
+      feet[i].braked = pushes ? braked[i] : 0.0;
+      fewer = fewer || (hit[i] && !pushes);
+      hit[i] = pushes;
+    }
+  }
 }
 
 // All impulses, for the targets.
 inline void strike(const Modal& m, const Coupled& by, std::vector<Struck>& feet) {
   for (Struck& one : feet) one.braked = 0.0;
   press(by, feet);
-  if (m.sizes.ways == 0) return;
-  brake_together(m, by, feet);
-  press(by, feet);
-  // friction may have taken the push from a foot that bore it: then it takes nothing, as it must add no energy
-  const std::vector<double> slips = slips_after(by, feet);
-  double lost = 0.0;
-  bool borne = true;
-  for (int i = 0; i < by.normal.size; i++) {
-    lost += taken(by, feet, i, slips);
-    borne = borne && (feet[i].hit() || feet[i].braked == 0.0);
-  }
-  if (borne && lost >= 0.0) return;
-  for (Struck& one : feet) one.braked = 0.0;
-  press(by, feet);
+  if (m.sizes.ways > 0) brake_together(m, by, feet);
 }
 
-// The state after the impulses.
-inline void apply_impulses(Modal& m, const std::vector<Struck>& feet) {
+// The state after the impulses. Their sums leave rates that miss the targets by rounding; of feet that friction lets no impulse that would be approach
+// or departure, so they are brought there once more.
+inline void apply_impulses(Modal& m, const Coupled& by, const std::vector<Struck>& feet) {
+  double most = 0.0;
   for (const Struck& one : feet) {
     if (one.hit()) m.shift(&ContactMode::beta, one.foot, one.impulse);
     if (one.braked != 0.0) m.shift(&ContactMode::slide, one.foot, one.braked);
+    most = std::max(most, one.at.speed);
+  }
+  std::vector<double> misses;
+  std::vector<uint8_t> close;
+  for (const Struck& one : feet) {
+    misses.push_back(one.target - m.rate_of(one.foot));
+    close.push_back(std::fabs(misses.back()) <= NO_PART * most);
+  }
+  const std::vector<double> more = pseudoinverse(by.normal, close).times(misses);
+  for (size_t i = 0; i < feet.size(); i++) {
+    if (close[i]) m.shift(&ContactMode::beta, feet[i].foot, more[i]);
   }
 }
 
 // What ``ask`` finds once the impulses have acted, with the feet that are ``held``, and are hit, on the ground.
 template <class Ask>
-void once_struck(Modal& m, const std::vector<Struck>& feet, const std::vector<uint8_t>& held, Ask&& ask) {
+void once_struck(Modal& m, const Coupled& by, const std::vector<Struck>& feet, const std::vector<uint8_t>& held, Ask&& ask) {
   const std::vector<double> state(m.state(), m.state() + m.sizes.state());
   FootSet set = m.mode->feet;
   for (size_t i = 0; i < feet.size(); i++) {
     if (held[i] && feet[i].hit()) set.set(feet[i].foot, true);
   }
-  apply_impulses(m, feet);
+  apply_impulses(m, by, feet);
   in_mode(m, m.book.require(set), [&] {
     ask();
     return 0.0;
@@ -173,7 +225,7 @@ void once_struck(Modal& m, const std::vector<Struck>& feet, const std::vector<ui
 }
 
 // Which feet are stopped: those that stay where all of them are, and none is pulled off; or that the others throw off so. Those that are
-// pulled off bounce.
+// pulled off bounce, and beside them no foot is let go more slowly than it would.
 inline std::vector<uint8_t> captured_together(Modal& m, const Coupled& by, std::vector<Struck>& feet) {
   const size_t n = feet.size();
   std::vector<uint8_t> held(n, 1);
@@ -182,7 +234,7 @@ inline std::vector<uint8_t> captured_together(Modal& m, const Coupled& by, std::
     strike(m, by, feet);
     changed = false;
     std::vector<double> pull;
-    once_struck(m, feet, held, [&] { pull = moment_of(m).pull; });
+    once_struck(m, by, feet, held, [&] { pull = moment_of(m).pull; });
     for (size_t i = 0; i < n; i++) {
       if (!held[i] || !feet[i].hit()) continue;
       const int foot = feet[i].foot;
@@ -192,6 +244,7 @@ inline std::vector<uint8_t> captured_together(Modal& m, const Coupled& by, std::
       held[i] = 0;
       changed = true;
     }
+    for (size_t i = 0; i < n && changed; i++) held[i] = held[i] && feet[i].hit();
   }
   return held;
 }
@@ -202,7 +255,7 @@ inline void decide_together(Modal& m, const Coupled& by, std::vector<Struck>& fe
     if (one.at.after == 0.0) one.at.none = no_pull(m, one.foot, m.clock.time);
   }
   const std::vector<uint8_t> held = captured_together(m, by, feet);
-  once_struck(m, feet, held, [&] {
+  once_struck(m, by, feet, held, [&] {
     for (size_t i = 0; i < feet.size(); i++) {
       Struck& one = feet[i];
       one.kind = held[i] ? CAPTURE : BOUNCE;
@@ -321,10 +374,10 @@ TARSUS_APART inline void land_together(Modal& m, std::vector<Struck> feet) {
   }
   const std::vector<double> slips = slips_after(by, feet);
   const double across = follow_across(m, by, feet);
-  double lost = 0.0;
-  for (size_t i = 0; i < feet.size(); i++) lost += taken(by, feet, int(i), slips);
+  const std::vector<double> takes = taken(by, feet, slips);
+  const double lost = std::accumulate(takes.begin(), takes.end(), 0.0);
   const double more = lost > 0.0 ? 1.0 + across / lost : 1.0;  // what the map takes across, by the feet's own shares
-  apply_impulses(m, feet);
+  apply_impulses(m, by, feet);
   FootSet held = m.mode->feet;
   for (size_t i = 0; i < feet.size(); i++) {
     const Struck& one = feet[i];
@@ -333,7 +386,7 @@ TARSUS_APART inline void land_together(Modal& m, std::vector<Struck> feet) {
       continue;
     }
     count_low(m, one.foot, one.at.speed, t);
-    log_landing(m, one, taken(by, feet, int(i), slips) * more);
+    log_landing(m, one, takes[i] * more);
     if (one.kind == BOUNCE) {
       turn_over(m, one.foot, one.at.after > m.no_rate(one.foot) ? RISING : FROM_REST, t);
       continue;
