@@ -75,7 +75,8 @@ def test_files(written, opened):
 def test_tables_for_people(tarsus):
     result = tarsus("reproduce", "cantilever-1", "-q")
     assert result.code == 0 and not result.err and " nan" not in result.out
-    assert all(words in result.out for words in ("5 Hz, 6 V, square", "Table 2.3", "80 % interval"))
+    assert all(words in result.out for words in ("Table 2.3", "Table A.1, row by row", "80 % interval", "our error"))
+    assert all(len(line) <= 125 for line in result.out.splitlines())
 
 
 @pytest.mark.slow

@@ -43,7 +43,7 @@ def test_the_summary_says_what_it_counts_and_where_that_misleads(tarsus):
     count = next(line for line in lines if line.startswith("bounces  "))
     assert "one foot, flights above 100 nm, after contacts below 500 µs" in count
     assert int(count.split()[1]) >= 1, "the hop of 25 um after a capture of 70 us that the report shows"
-    assert any(line.startswith("Note: Foot tip:") and "dwell 500 µs" in line for line in lines)
+    assert any(line.startswith("Note: Foot tip:") and "longer than 500 µs" in line for line in lines)
     walk = tarsus("simulate", "millipede", "--duration", "60 ms").out.splitlines()
     for name, scope in (
         ("hardest impact", "worst foot"),

@@ -328,12 +328,19 @@ def test_a_landing_at_the_threshold_of_the_pull_as_printed_has_no_derivative():
     assert "within rounding of its threshold" in said
 
 
-@pytest.mark.parametrize("seed", [2, 3, 6, 10, 18, 26, 36, 132, 165])
+@pytest.mark.parametrize("seed", [2, 3, 6, 10, 18, 26, 36, 132])
 def test_derivatives_of_random_scenes_as_differences(seed):
-    """In that of seed 165 one impact tears two feet off; in that of 132 steps go far beyond a short piece."""
+    """In that of seed 132 steps go far beyond a short piece."""
     found = look_at(seed)
     assert found["compared"] > 50
     assert not found["wrong"] and not found["signs"] and not found["flagged"]
+
+
+def test_feet_that_land_together_end_the_derivatives():
+    """In this scene one impact tears two feet off, and feet that act on each other land together later."""
+    found = look_at(165)
+    assert found["compared"] > 30 and not found["wrong"] and not found["signs"]
+    assert len(found["flagged"]) == 4  # every number
 
 
 def test_threads_may_ask_one_run_for_derivatives_by_its_structure():

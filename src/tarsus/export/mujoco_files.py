@@ -28,7 +28,8 @@ def exported(described: Subject, step: float | None) -> Exported:
         "run_model.py": (files("tarsus.export") / "run_model.py").read_text(encoding="utf-8"),
     }  # fmt: skip
     lost, measured = mjcf.lost, None
-    if find_spec("mujoco") is None:
+    found = find_spec("mujoco")
+    if found is None or found.origin is None:  # a folder of that name, such as this one writes, is no package
         lost = [*lost, "the loss was not measured: MuJoCo is not installed (pip install mujoco)"]
     else:
         from tarsus.export.mujoco_run import loss

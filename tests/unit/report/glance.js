@@ -83,10 +83,10 @@ function faint(all) {
   }
 }
 
-/** Tables that are cut, and do not show that they scroll. */
+/** Tables that are cut, and do not show that they scroll: by more than their collapsed borders, which are counted but not scrolled to. */
 function barless() {
   for (const one of document.querySelectorAll(".table")) {
-    const down = one.scrollHeight > one.clientHeight + 1, across = one.scrollWidth > one.clientWidth + 1, edge = parseFloat(getComputedStyle(one).borderTopWidth);
+    const down = one.scrollHeight > one.clientHeight + 1, across = one.scrollWidth > one.clientWidth + 3, edge = parseFloat(getComputedStyle(one).borderTopWidth);
     if (!seen(one)) continue;
     if (down && one.offsetWidth - one.clientWidth - 2 * edge < 6) faults.push(`cut below without a bar: ${at(one.textContent.trim())}`);
     if (across && one.offsetHeight - one.clientHeight - 2 * edge < 6) faults.push(`cut at its side without a bar: ${at(one.textContent.trim())}`);
