@@ -103,11 +103,11 @@ def _set_gaps(scene: Scene) -> dict[str, Provenance]:
         path = f"robot.feet.{name}.gap"
         if foot.gap > 0.0 and scene.interval(path) is None:
             origin = scene.origin(path)
-            ends = tuple(float(f"{foot.gap * by:.4g}") for by in (1.0 - _GAP_SET, 1.0 + _GAP_SET))
+            low, high = (float(f"{foot.gap * by:.4g}") for by in (1.0 - _GAP_SET, 1.0 + _GAP_SET))
             said = "" if origin is None else f" {origin.note}"
             source = Source.ASSUMED if origin is None else origin.source
             note = f"Set by hand, to {100.0 * _GAP_SET:g} %.{said}"
-            out[path] = Provenance(source=source, note=note, interval=(ends,))
+            out[path] = Provenance(source=source, note=note, interval=((low, high),))
     return out
 
 

@@ -199,7 +199,7 @@ class LawTracer:
 
     def _extreme(self, function: Callable[..., Any], op: Op) -> Callable[..., Any]:
         def extreme(*operands: Any) -> Any:
-            first, *others = operands if len(operands) > 1 else tuple(operands[0])
+            first, *others = operands if len(operands) > 1 else list(*operands)
             for other in others:
                 first = self.apply(op, first, other)
             return first
