@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import os
 import sys
+import tomllib
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -18,9 +19,14 @@ import pytest
 
 LIMIT = 0.12
 """CPU seconds of one case. At this limit the rest, 4,500 cases and their collection, are under two minutes of CPU."""
-LANES = ("slow", "slurm", "browser", "wasm", "fmu", "mujoco", "octave", "torch", "jax", "compiler")
-"""Markers of tests that are run by themselves."""
 LIST = Path(__file__).with_suffix(".txt")
+PROJECT = Path(__file__).parents[1] / "pyproject.toml"
+
+
+def declared() -> list[str]:
+    """The lanes: markers of `pyproject.toml`, by the words before their colons."""
+    options = tomllib.loads(PROJECT.read_text(encoding="utf-8"))["tool"]["pytest"]["ini_options"]
+    return [one.split(":")[0] for one in options["markers"]]
 
 
 def function_of(case: str) -> str:
@@ -31,9 +37,10 @@ def function_of(case: str) -> str:
 def mark(items: Iterable[pytest.Item]) -> None:
     """Put the marker `full` on the cases of the list that have no lane of their own."""
     heavy = set(LIST.read_text(encoding="utf-8").splitlines())
+    others = set(declared()) - {"full"}
     for item in items:
         case = item.nodeid.removeprefix("tests/")
-        if {case, function_of(case)} & heavy and not any(item.get_closest_marker(lane) for lane in LANES):
+        if {case, function_of(case)} & heavy and others.isdisjoint(one.name for one in item.iter_markers()):
             item.add_marker(pytest.mark.full)
 
 

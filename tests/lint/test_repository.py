@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from heavy import declared
+
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -30,9 +32,8 @@ def test_ci_takes_its_test_command_from_the_readme():
 
 def test_every_lane_is_run_by_one_of_the_two_scripts():
     options = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["pytest"]["ini_options"]
-    lanes = [one.split(":")[0] for one in options["markers"]]
     scripts = "".join((ROOT / ".ci" / name).read_text(encoding="utf-8") for name in ("run", "all"))
-    for lane in lanes:
+    for lane in declared():
         assert f"not {lane}" in options["addopts"], f"{lane} runs by default"
         assert re.search(rf"(-m|PYTEST}}) \"?(\w+ or )*{lane}\b", scripts), f"no script of .ci runs {lane}"
 
