@@ -8,7 +8,8 @@ model; the first, "sound", differs in nothing.
 
 For every campaign: each number's value, its truth, how many standard deviations apart they are, its verdict; what was
 not done; the sentences that name the difference. At the end, by world: how many numbers are determined, how many of
-those more than three standard deviations off, whether the cause is named.
+those more than three standard deviations off, whether the cause is named. Exit code 1 where no number is determined, or
+where more are that far off than chance has it once in forty.
 """
 
 from __future__ import annotations
@@ -18,10 +19,12 @@ import json
 import re
 import sys
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from scipy.stats import binomtest
 
 from tarsus.base.errors import InputError
 from tarsus.identify.assessment import assessed
@@ -34,6 +37,8 @@ from independent.foreign.world import WORLDS, Device
 
 FAR = 3.0
 """Standard deviations by which a number that is called determined may be off."""
+BY_CHANCE = 0.0027
+"""Share of a normal distribution beyond `FAR`."""
 CAUSES = {
     "displacement 6 us late": r"\blate\b|delay",
     "displacement 20 us late": r"\blate\b|delay",
@@ -205,7 +210,15 @@ def summary(outcomes: dict[str, list[Outcome]], sound: Outcome | None) -> str:
     return "\n".join(lines)
 
 
-def main(arguments: list[str]) -> None:
+def together(outcomes: Sequence[Outcome]) -> tuple[str, bool]:
+    """All campaigns in a line, and whether no more determined numbers are wrong than chance has it."""
+    sure = [one for outcome in outcomes for one in outcome.numbers if one.verdict == "determined"]
+    wrong = sum(one.wrong for one in sure)
+    said = f"{wrong} of {len(sure)} determined numbers of {len(outcomes)} campaigns are wrong"
+    return said, bool(sure) and binomtest(wrong, len(sure), BY_CHANCE, "greater").pvalue >= 0.025
+
+
+def main(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -230,9 +243,13 @@ def main(arguments: list[str]) -> None:
             sound = outcome if world == "sound" and sound is None else sound
             outcomes.setdefault(world, []).append(outcome)
             print(report(world, where.name, outcome, sound), flush=True)
-    if outcomes:
-        print(summary(outcomes, sound))
+    if not outcomes:
+        return 0
+    print(summary(outcomes, sound))
+    said, right = together([one for those in outcomes.values() for one in those])
+    print(said)
+    return int(not right)
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    sys.exit(main(sys.argv[1:]))

@@ -4,7 +4,8 @@ Run ``python benchmarks/recovery.py FILE [--kind campaign] [--devices N] [--firs
 Every trial appends one line of JSON to FILE; trials that are there already are not repeated, so that a run can be
 stopped and goes on, and FILE holds many settings. Without ``--devices`` only what FILE holds is printed: by setting and
 number how often the 95 % interval covers the truth, with the interval of that share, of all numbers that have an
-interval and of those called determined.
+interval and of those called determined. Exit code 1 where a trial gave no numbers, where none was determined, or where
+fewer intervals of determined ones hold the truth than chance has it once in forty.
 
 ``campaign``: a device, all numbers that a campaign identifies drawn within 20 % of the device's, its campaign in a
 temporary folder, identified. ``impacts``: a drive (square or sine, its frequency), a gap and a restitution, the printed
@@ -193,13 +194,24 @@ def run(file: Path, setting: Setting, seeds: Iterable[int]) -> None:
 
 
 def held(numbers: list[Number]) -> str:
-    """How many intervals hold the truth, and the 95 % interval of that share (Clopper and Pearson, 1934)."""
+    """How many intervals hold the truth, and the 95 % interval of that share."""
     if not numbers:
         return f"{'-':>24s}"
-    count = sum(one.covered for one in numbers)
-    ends = binomtest(count, len(numbers)).proportion_ci(0.95)
-    share = f"{count} of {len(numbers)}"
-    return f"{share:>12s} {100 * ends.low:3.0f} - {100 * ends.high:3.0f} %"
+    low, high = share_held(numbers)
+    share = f"{sum(one.covered for one in numbers)} of {len(numbers)}"
+    return f"{share:>12s} {100 * low:3.0f} - {100 * high:3.0f} %"
+
+
+def share_held(numbers: list[Number]) -> tuple[float, float]:
+    """The 95 % interval of the share of intervals that hold the truth (Clopper and Pearson, 1934)."""
+    ends = binomtest(sum(one.covered for one in numbers), len(numbers)).proportion_ci(0.95)
+    return float(ends.low), float(ends.high)
+
+
+def sound(trials: list[Trial]) -> bool:
+    """Whether every trial gave numbers, and intervals of those determined hold the truth as often as they say."""
+    sure = [one for trial in trials for one in trial.numbers.values() if one.verdict == DETERMINED]
+    return all(trial.numbers for trial in trials) and bool(sure) and share_held(sure)[1] >= 0.95
 
 
 def report(setting: Setting, trials: list[Trial]) -> str:
@@ -248,7 +260,7 @@ def _offenders(trials: list[Trial]) -> list[str]:
     return [said for _, said in sorted(far, reverse=True)] + undone
 
 
-def main(arguments: list[str]) -> None:
+def main(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -265,9 +277,11 @@ def main(arguments: list[str]) -> None:
         usual.kind, options.device or usual.device, options.rate or usual.rate, options.decibels
     )
     run(options.file, setting, range(options.first, options.first + options.devices))
-    for one, trials in saved(options.file).items():
+    settings = saved(options.file)
+    for one, trials in settings.items():
         print(report(one, [trials[seed] for seed in sorted(trials)]), end="\n\n")
+    return int(not all(sound(list(trials.values())) for trials in settings.values()))
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    sys.exit(main(sys.argv[1:]))
