@@ -105,19 +105,20 @@ def _general(mass: Floats, damping: Floats, stiffness: Floats) -> tuple[Floats, 
     w = np.sqrt(max(np.abs(per_mass[:, :n]).max(), 1e-300))
     scale = np.concatenate([np.ones(n), np.full(n, w)])
     state = state * scale[None, :] / scale[:, None]
-    planes: list[tuple[Floats, Floats]] = []
-    rest, lift = _split_rigid(state, mass, stiffness, damping, w, planes)
-    if rest.size:
-        half = lift[:n, : lift.shape[1] // 2]
-        pencil = tuple(product(half.T, part, half) for part in (mass, damping, stiffness))
-        planes += [(product(lift, pair), block) for pair, block in _planes(rest, pencil, w)]
+    rigid = _rigid_motions(stiffness, damping)
+    pencil = (mass, damping, stiffness)
+    try:
+        planes = _rigid_planes(rigid, w) + _elastic_planes(state, rigid, pencil, w)
+    except np.linalg.LinAlgError:  # an elastic motion rests, too: they are found together
+        planes = _planes(state, pencil, w)
     basis = np.zeros((2 * n, 2 * n))
     blocks = np.zeros((n, 2, 2))
     apart = np.hstack([_orthonormal(pair)[0] for pair, _ in planes])
     for r, (pair, block) in enumerate(planes):
         basis[:, r], basis[:, n + r] = pair[:, 0], pair[:, 1]
         blocks[r] = block
-    if len(planes) != n or condition_of(apart) > 1e9:
+    off = max((np.abs(product(state, p) - product(p, b)).max() / np.abs(p).max() for p, b in planes), default=0.0)
+    if len(planes) != n or condition_of(apart) > 1e9 or off > MISSED * np.abs(state).max():
         raise DefectiveStructureError(
             "two or more modes of the damped structure coincide and cannot be separated; "
             "change one damping value slightly (1e-6 relative is enough) or give modal damping"
@@ -125,28 +126,56 @@ def _general(mass: Floats, damping: Floats, stiffness: Floats) -> tuple[Floats, 
     return blocks, basis * scale[:, None]
 
 
-def _split_rigid(state, mass, stiffness, damping, w, planes):
-    """Take out motions with no stiffness and no damping (rest of the space is mass-orthogonal to them)."""
-    n = mass.shape[0]
+def _rigid_motions(stiffness: Floats, damping: Floats) -> Floats:
+    """Motions (n, nr) that meet no force of springs and dampers."""
     both = np.vstack([stiffness / max(np.abs(stiffness).max(), 1e-300), damping / max(np.abs(damping).max(), 1e-300)])
     sizes, ways = svd(both)
-    rigid = ways[:, sizes <= 1e-12]
-    left = both.reshape(2, n, n)
-    if rigid.shape[1] and max(np.abs(product(rigid.T, part)).max() for part in left) > 1e-10:
-        rigid = np.zeros((n, 0))  # forces from the elastic part act on it: not separable
-    if rigid.shape[1] == 0:
-        return state, np.eye(2 * n)
-    for j in range(rigid.shape[1]):
-        pair = np.zeros((2 * n, 2))
-        pair[:n, 0] = rigid[:, j]
-        pair[n:, 1] = rigid[:, j]
-        planes.append((pair, np.array([[0.0, w], [0.0, 0.0]])))
-    elastic = svd(product(rigid.T, mass))[1][:, rigid.shape[1] :]
-    lift = np.zeros((2 * n, 2 * elastic.shape[1]))
-    lift[:n, : elastic.shape[1]] = elastic
-    lift[n:, elastic.shape[1] :] = elastic
-    return product(lift.T, state, lift), lift
+    return ways[:, sizes <= 1e-12]
 
+
+def _rigid_planes(rigid: Floats, w: float) -> list[tuple[Floats, Floats]]:
+    """Their planes (2n, 2), displacement and velocity, and the block on each."""
+    n, planes = len(rigid), []
+    for way in rigid.T:
+        pair = np.zeros((2 * n, 2))
+        pair[:n, 0] = pair[n:, 1] = way
+        planes.append((pair, np.array([[0.0, w], [0.0, 0.0]])))
+    return planes
+
+
+def _elastic_planes(
+    state: Floats, rigid: Floats, pencil: tuple[Floats, ...], w: float
+) -> list[tuple[Floats, Floats]]:
+    """The other planes of a state matrix and its block on each, of motions mass-orthogonal to the rigid ones.
+
+    What these exert on the rigid motions, as dampers may that take from one side alone, moves them along: of the state
+    A [R L] = [R L] [[J, X], [0, E]], with R the rigid and L the elastic motions, a plane P of E with the block B is
+    one of A as L P + R Z, where J Z + X P = Z B and J J = 0.
+    """
+    n, count = rigid.shape
+    if count == n:
+        return []
+    elastic = np.eye(n) if count == 0 else svd(product(rigid.T, pencil[0]))[1][:, count:]
+    lift = np.kron(np.eye(2), elastic)
+    reduced = tuple(product(elastic.T, part, elastic) for part in pencil)
+    forces = [product(rigid.T, part) / max(np.abs(part).max(), 1e-300) for part in pencil[1:]]
+    if np.abs(forces).max(initial=0.0) <= 1e-10:
+        return [(product(lift, pair), block) for pair, block in _planes(product(lift.T, state, lift), reduced, w)]
+    base = np.kron(np.eye(2), rigid)
+    parts = solve(np.hstack([base, lift]), product(state, lift))
+    onto, rest = parts[: 2 * count], parts[2 * count :]
+    chain = np.kron(np.array([[0.0, w], [0.0, 0.0]]), np.eye(count))
+    planes = []
+    for pair, block in _planes(rest, reduced, w):
+        once = solve(block.T, product(onto, pair).T).T
+        along = once + product(chain, solve(block.T, once.T).T)
+        planes.append((product(lift, pair) + product(base, along), block))
+    return planes
+
+
+MISSED = 1e-7
+"""Part of the state matrix by which a plane may fail to be one of its own: the root of rounding, to which two coinciding
+modes are known. More is a motion of another structure."""
 
 SLOW = 1e-3
 """Eigenvalues below this part of the largest are found again one by one: the state matrix knows them to 1e-16 of the
