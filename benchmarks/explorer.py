@@ -26,7 +26,12 @@ CONTENT = Path(__file__).parents[1] / "tests" / "unit" / "report" / "interaction
 """Functions that say what an explorer shows, and whether it is what its engine ran."""
 SCRIPT = """
 const root = document.querySelector(".explore"), { explorer } = root;
-const shown = () => new Promise((done) => root.addEventListener("shown", ({ detail }) => done(detail), { once: true }));
+const next = () => new Promise((done) => root.addEventListener("shown", ({ detail }) => done(detail), { once: true }));
+const shown = async () => { // of where the sliders are now, and not of where they were
+  let detail = await next();
+  while (detail.turn !== explorer.turn) detail = await next();
+  return detail;
+};
 const passed = (ms) => new Promise((done) => setTimeout(done, ms));
 await settled();
 const out = { moves: [], rests: [], faults: [], followed: 0 };
@@ -54,7 +59,7 @@ for (let n = 0; n < MOVES; n++) {
 for (let n = 0; n < 6; n++) {
   const begun = performance.now();
   await turn(chosen[0], Math.round(chosen[0].most * (0.2 + 0.1 * n)));
-  while (!explorer.complete) { await shown(); await null; await null; }
+  while (explorer.busy) { await shown(); await null; await null; }
   out.rests.push(performance.now() - begun);
   out.faults.push(...differences(explorer));
   await passed(100);

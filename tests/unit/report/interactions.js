@@ -110,7 +110,7 @@ function differences({ shown, player, charts, info }) {
 /** Moves every slider of an explorer: whether what is shown follows it, and what does not. */
 async function turn(root) {
   const { explorer } = root, faults = [], followed = [];
-  const whole = async () => { while (explorer.busy || explorer.due || explorer.brief || !explorer.shown || !explorer.complete) await passed(5); };
+  const whole = async () => { while (explorer.busy || !explorer.shown) await passed(5); };
   const moved = async (input, place) => { input.value = place; tell(input, "input"); await passed(1); await whole(); await passed(1); };
   if (!explorer.shown) explorer.turned();
   await whole();
@@ -140,7 +140,7 @@ async function turnAll() {
 
 /** Until nothing that was touched is still at work, and what it changed is drawn. */
 async function settled() {
-  for (const { explorer } of document.querySelectorAll(".explore")) while (!explorer.start && (explorer.busy || explorer.due || explorer.brief)) await passed(5);
+  for (const { explorer } of document.querySelectorAll(".explore")) while (!explorer.start && explorer.busy) await passed(5);
   if (document.querySelector(".explore")) await passed(200); // long lists are made when nothing has moved for a while
   for (let n = 0; n < 2; n++) await new Promise(requestAnimationFrame);
 }

@@ -1,6 +1,7 @@
 // An explorer: sliders that change a run of the engine in this page; asks nothing of any network.
 
-const FRAMES = 360, MOVING = { frames: 120, points: 0.4, ms: 8, periods: 1 }, WIDTH = 12, KIND = 2, MOST_ROWS = 200, ROUNDING = 1e-9, REST = 120;
+const FRAMES = 360, MOVING = { frames: 120, points: 0.4, ms: 8 }, WIDTH = 12, KIND = 2, MOST_ROWS = 200, ROUNDING = 1e-9, REST = 120;
+const FORGETS = 0.9; // share of the slowest pace that is left with the next move: a slow place is remembered for a dozen
 const TIME = 0, FOOT = 1, BEFORE = 3, AFTER = 4, PULL = 5, ENERGY = 7;
 
 /** The bytes of a script element: base64 of what was compressed. */
@@ -59,6 +60,41 @@ class Slider {
   }
 }
 
+/** The engine in a worker of its own, which runs one row at a time. */
+class Runner {
+  /** what: the worker's address, the module and the packet; answered(data, asked): what came of a question, or failed. */
+  constructor(what, answered) {
+    Object.assign(this, { what, answered, asked: null });
+    this.begin();
+  }
+
+  get busy() {
+    return this.asked !== null;
+  }
+
+  begin() {
+    const { address, module, packet } = this.what, worker = new Worker(address);
+    const told = (data) => { const { asked } = this; this.asked = null; this.answered(data, asked); };
+    worker.onmessage = ({ data }) => told(data);
+    worker.onerror = ({ message }) => told({ failed: message });
+    worker.postMessage({ module, packet });
+    this.worker = worker;
+  }
+
+  run(asked) {
+    if (!this.worker) this.begin();
+    this.asked = asked;
+    this.worker.postMessage(asked);
+  }
+
+  /** Lets a run go of which nobody waits for the answer. */
+  drop() {
+    if (!this.busy) return;
+    this.worker.terminate();
+    this.worker = this.asked = null;
+  }
+}
+
 class Explorer {
   constructor(root) {
     const part = (name) => root.querySelector(`.explore-${name}`);
@@ -71,11 +107,10 @@ class Explorer {
     }
     this.player = root.querySelector("figure.walk").player;
     this.charts = root.querySelector(".charts").built;
-    this.busy = true;
-    this.due = false;
-    this.moving = false; // a slider, at this moment
-    this.brief = false; // what was asked last: less than the whole
-    this.pace = 0; // of the worker [ms] for a second of a run
+    this.turn = 0; // of the sliders: how often they were put elsewhere
+    this.due = false; // a beginning, once the one that is run is there
+    this.pace = 0; // of the worker [ms] for a second of a run, the slowest of late
+    this.resting = null; // until the whole is asked for
     this.frozen = null;
     this.listen(part);
     this.start = () => this.begin(part);
@@ -83,14 +118,15 @@ class Explorer {
     else root.closest("details")?.addEventListener("toggle", () => this.start && this.turned());
   }
 
+  /** Two workers: the beginning of a run, while a slider moves, never waits for a whole one. */
   async begin(part) {
     try {
-      const [module, packet] = await Promise.all([unpacked(part("wasm")), unpacked(part("packet"))]);
+      const [bytes, packet] = await Promise.all([unpacked(part("wasm")), unpacked(part("packet"))]);
       const code = new Blob([part("worker").textContent], { type: "text/javascript" });
-      this.worker = new Worker(URL.createObjectURL(code));
-      this.worker.onmessage = ({ data }) => this.answered(data);
-      this.worker.onerror = (error) => this.say(`The engine did not start: ${error.message}.`, true);
-      this.worker.postMessage({ module, packet });
+      const what = { address: URL.createObjectURL(code), module: await WebAssembly.compile(bytes), packet: new Blob([packet]) };
+      this.whole = new Runner(what, (data, asked) => this.answered(data, asked));
+      this.live = new Runner(what, (data, asked) => this.answered(data, asked));
+      this.askWhole();
     } catch (error) {
       this.say(`The engine did not start: ${error.message}. The page needs a browser of 2023 or later.`, true);
     }
@@ -108,9 +144,9 @@ class Explorer {
     if (!reduced && this.info.plays) this.player.run();
   }
 
-  /** Freezes what is shown, once it is the whole. */
+  /** Freezes what is shown, once it is the whole of where the sliders are. */
   keep() {
-    if (!this.keeping || !this.shown || !this.complete) return;
+    if (!this.keeping || !this.settled) return;
     this.keeping = false;
     this.frozen = { ...this.shown, values: this.values };
     this.tell();
@@ -130,36 +166,46 @@ class Explorer {
   /** The last position of the sliders counts: those passed while a run goes on are left out. While one moves the beginning
    *  of the run is shown, as much of it as is computed within some milliseconds, and the whole when it rests. */
   turned(moving = false) {
-    this.due = true;
-    this.moving = moving;
-    if (moving) this.rest();
+    this.turn++;
+    clearTimeout(this.resting);
+    this.resting = null;
+    this.whole?.drop();
     this.start?.();
     this.start = null;
+    if (!moving) return this.askWhole();
+    this.due = true;
     this.ask();
+    this.rest();
   }
 
-  /** The whole run, once no slider has moved for a while and the last one was shown. */
+  /** The whole run, once no slider has moved for a while and the beginning of the last one was shown. */
   rest() {
-    clearTimeout(this.resting);
-    this.resting = setTimeout(() => {
-      if (this.busy) return this.rest();
-      this.moving = false;
-      this.due ||= this.brief;
-      this.ask();
-    }, REST);
+    this.resting = setTimeout(() => (this.due || this.live?.busy ? this.rest() : this.askWhole()), REST);
   }
 
+  /** The beginning of the run where the sliders are now. */
   ask() {
-    if (this.busy || !this.due) return;
-    this.busy = true;
+    if (!this.live || this.live.busy || !this.due) return;
     this.due = false;
-    this.asked = performance.now();
+    const { charts: { seen }, info: { points } } = this;
+    this.live.run({ ...this.row(), brief: true, seen, frames: MOVING.frames, points: Math.round(MOVING.points * points), end: this.reach(seen[1]) });
+  }
+
+  /** The whole run where the sliders are now. */
+  askWhole() {
+    this.resting = null;
+    if (!this.whole) return; // it is asked for when all begins
+    this.due = false;
+    const { charts: { seen }, info: { points, seconds } } = this;
+    this.whole.run({ ...this.row(), brief: false, seen, frames: FRAMES, points, end: seconds });
+  }
+
+  /** Where the sliders are: what the row of the packet is to hold. */
+  row() {
     const row = this.turnable.filter((one) => !one.stops && one.turned === undefined).map((one) => [one.array, one.places, one.value]);
     row.push(...this.gravity());
     const place = this.turnable.filter((one) => one.stops).reduce((sum, one) => sum * one.stops.length + one.stops.indexOf(one.value), 0);
-    const { info: { points, seconds }, charts: { seen } } = this;
-    this.brief = this.moving && this.pace > 0;
-    this.worker.postMessage({ row, place, seen, ...(this.brief ? { frames: MOVING.frames, points: Math.round(MOVING.points * points), end: this.reach(seen[1]) } : { frames: FRAMES, points, end: seconds }) });
+    return { turn: this.turn, begun: performance.now(), row, place };
   }
 
   /** Gravity into the ground and back along it, of its acceleration and the incline: see `gravity_on` of the library. */
@@ -171,31 +217,33 @@ class Explorer {
     return [["rows.sources", [into], acceleration * Math.cos(incline)], ["rows.sources", [along], acceleration * Math.sin(incline)]];
   }
 
-  /** How far a run goes while a slider moves [s]: whole periods, one at least, and to the end of what the figures show of it. */
+  /** How far a run goes while a slider moves [s]: 1, 2, 4 ... periods, so that it stays the same from move to move, and to the
+   *  end of what the figures show of it. */
   reach(last) {
-    const { pace, info: { seconds }, period } = this, one = Math.min(period, 0.25 * seconds);
-    const far = one * Math.max(Math.floor(MOVING.ms / pace / one), MOVING.periods);
+    const { pace, info: { seconds }, period = seconds } = this, one = Math.min(period, 0.25 * seconds);
+    const far = one * 2 ** Math.max(Math.floor(Math.log2(MOVING.ms / (pace * one))), 0);
     return Math.min(last < (1 - ROUNDING) * seconds ? Math.max(far, last) : far, seconds);
   }
 
-  answered(data) {
-    const { asked, brief } = this;
-    this.busy = false;
+  answered(data, asked) {
     if (data.failed) {
       this.say(`The engine stopped: ${data.failed}. It was started anew; turn a slider to go on.`, true);
-    } else if (!data.ready) {
-      const pace = data.took / data.end;
-      this.pace = this.pace ? Math.min(pace, 0.5 * (this.pace + pace)) : pace;
+    } else {
+      if (asked.brief || !this.pace) this.pace = Math.max(data.took / data.end, FORGETS * this.pace);
       this.period = data.period;
-      this.shown = this.read(data);
       this.ask(); // the engine goes on while this is drawn
-      this.draw();
-      this.tell();
-      this.keep();
-      this.root.dispatchEvent(new CustomEvent("shown", { detail: { ...data, brief, whole: performance.now() - asked } }));
-      if (parent !== window && this.complete) parent.postMessage({ tarsus: { values: this.values, measures: this.named(this.shown.measures) } }, "*");
+      if (asked.turn > (this.shown?.turn ?? 0) || (asked.turn === this.shown.turn && !asked.brief)) this.show(data, asked);
     }
     this.ask();
+  }
+
+  show(data, { turn, brief, begun }) {
+    this.shown = { ...this.read(data), turn };
+    this.draw();
+    this.tell();
+    this.keep();
+    this.root.dispatchEvent(new CustomEvent("shown", { detail: { ...data, turn, brief, whole: performance.now() - begun } }));
+    if (parent !== window && this.settled) parent.postMessage({ tarsus: { values: this.values, measures: this.named(this.shown.measures) } }, "*");
   }
 
   /** What was run, by column: see packet/sights.hpp for the order. */
@@ -290,6 +338,16 @@ class Explorer {
   /** Whether what is shown is of the whole run; its figures may have fewer points. */
   get complete() {
     return this.shown.code < 0 || this.shown.end >= (1 - ROUNDING) * this.info.seconds;
+  }
+
+  /** Whether another answer is to come. */
+  get busy() {
+    return !this.whole || this.whole.busy || this.live.busy || this.due || this.resting !== null;
+  }
+
+  /** Whether what is shown is the whole run of where the sliders are. */
+  get settled() {
+    return Boolean(this.shown) && this.shown.turn === this.turn && this.complete;
   }
 
   named(measures) {

@@ -33,18 +33,18 @@ function run({ row, place, end: asked, ...shown }) {
   return { ...found, period, end, times, sights: columnsOf(found.sights, found.seenWidth) };
 }
 
-onmessage = ({ data }) => {
-  const begun = performance.now();
-  try {
-    if (data.module) {
-      engine = new Engine(new WebAssembly.Module(data.module), data.packet);
-      postMessage({ ready: true });
-    } else {
-      const found = run(data);
-      const moved = [found.sights, found.events, found.measures, found.times.all, found.times.film].map(({ buffer }) => buffer);
-      postMessage({ ...found, took: performance.now() - begun }, moved);
-    }
-  } catch (error) {
-    postMessage({ failed: error.message });
+async function answer(data) {
+  if (data.module) {
+    engine = new Engine(data.module, await data.packet.arrayBuffer());
+    return;
   }
+  if (!engine) return; // why was said
+  const begun = performance.now(), found = run(data);
+  const moved = [found.sights, found.events, found.measures, found.times.all, found.times.film].map(({ buffer }) => buffer);
+  postMessage({ ...found, took: performance.now() - begun }, moved);
+}
+
+let before = Promise.resolve(); // one message after the other: the first waits for its packet
+onmessage = ({ data }) => {
+  before = before.then(() => answer(data)).catch(({ message }) => postMessage({ failed: message }));
 };
