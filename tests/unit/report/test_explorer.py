@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import re
+import runpy
 import subprocess
+import sys
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -66,6 +68,12 @@ def test_the_engine_is_compiled_once_and_kept(cache, compiler, tmp_path):
     (file,) = cache.iterdir()
     assert file.name == f"page-engine-{compiling.digest()[:16]}.wasm"
     assert compiling.sources_of(file.read_bytes()) == compiling.digest()
+
+
+def test_the_engine_is_compiled_by_hand_into_a_file(compiler, monkeypatch, tmp_path):
+    monkeypatch.setattr(sys, "argv", ["tarsus.core.page", str(tmp_path / "made.wasm")])
+    runpy.run_module("tarsus.core.page", run_name="__main__")
+    assert compiling.sources_of((tmp_path / "made.wasm").read_bytes()) == compiling.digest()
 
 
 def test_an_engine_of_other_sources_is_not_used(cache, compiler, monkeypatch):
