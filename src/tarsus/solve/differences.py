@@ -1,0 +1,196 @@
+"""Derivatives by differences of whole runs: where the copies beside a run stand, and what their values say.
+
+A direction, any numbers of a scene that move together, becomes runs to both sides. Whatever these give is differenced,
+so that every law, ground and drive has derivatives without a line of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.base.errors import InputError
+from tarsus.base.spec import get_value, number_paths, with_values
+from tarsus.plan.slots import check_bounds, rows_for, slot, unit_of
+
+if TYPE_CHECKING:
+    from tarsus.model.scene import Scene
+    from tarsus.plan.lowering import Plan
+
+Floats = NDArray[np.float64]
+Direction = Mapping[str, float]
+"""How much each of some numbers of a scene moves, by path: one for a number itself."""
+
+STEP = 1e-5
+"""First step of a difference, of the number itself (where it is zero of one unit, of a length that moves a foot by the
+plan's length): runs respond to it by 1e-5 of themselves as a rule, which they resolve to 1e-8, and bend by 1e-10."""
+LEAST, MOST = 1e-3, 1e3
+"""Parts of the first step to which another may be shortened, and lengthened: a number hardly felt, and one on which a
+run's late events depend a thousand times as much."""
+NEARBY = 3.0
+"""A step within this factor of the best one is as good: its error is at most five times the least."""
+BENT = 0.1
+"""Part by which differences to both sides are off their mean where there is a kink: a smooth number bends so much over
+no step that is taken, for its error would be a hundredth then."""
+ROUNDING = 4e-16
+"""Part of a number that its own rounding may leave in a difference."""
+
+
+def directions_of(scene: Scene, gradients: Sequence[str] | Mapping[str, Direction]) -> dict[str, Direction]:
+    """Directions by name; a path, or short word, is that of its own numbers.
+
+    Raises InputError for what is no number of the scene.
+    """
+    if isinstance(gradients, str):
+        gradients = (gradients,)
+    given = gradients if isinstance(gradients, Mapping) else {name: {name: 1.0} for name in gradients}
+    problems: list[str] = []
+    found: dict[str, Direction] = {}
+    for name, direction in given.items():
+        try:
+            found[name] = {
+                path: w for one, w in direction.items() if w != 0.0 for path in number_paths(scene, one)
+            }
+        except InputError as error:
+            problems += error.problems
+            continue
+        for path in found[name]:
+            if path.startswith("ground.profile.") and path.endswith(".seed"):
+                problems.append(f"{path}: there is no derivative by it, for its whole part makes the ground")
+    if problems:
+        raise InputError(problems)
+    return found
+
+
+def _slope_weights(places: Floats) -> Floats:
+    """Weights of the slope at zero of the polynomial through a value there and values at places."""
+    others = [np.delete(places, k) for k in range(len(places))]
+    return np.array(
+        [-np.sum(1.0 / places), *(np.prod(x / (x - y)) / y for x, y in zip(others, places, strict=True))]
+    )
+
+
+def _stencils_of(order: int) -> tuple[tuple[Floats, Floats], ...]:
+    """Differences of an order, to both sides or to one: places, and weights of what is at zero and there."""
+    side = np.arange(1.0, order + 1.0)
+    both = np.concatenate([-side[order // 2 - 1 :: -1], side[: order // 2]])
+    return tuple((places, _slope_weights(places)) for places in (both, side, -side))
+
+
+_STENCILS = {order: _stencils_of(order) for order in (2, 4)}
+"""By their order: of second for runs, of fourth for what is worked out of a scene's numbers."""
+
+
+@dataclass(frozen=True)
+class Stencil:
+    """Steps along a direction of a scene, as many as its order, and the weights of what is there: of the scene itself,
+    then of the others."""
+
+    base: Mapping[str, float]
+    direction: Direction
+    places: Floats
+    weights: Floats
+
+    @classmethod
+    def of(
+        cls, scene: Scene, direction: Direction, part: float, plan: Plan | None = None, *, order: int = 4
+    ) -> Stencil:
+        """To both sides of a scene, or to the one where it may vary; steps are that part of the number that moves most
+        for its size (where it is zero, of one unit, or of the length in a plan).
+
+        Raises InputError where the scene may vary to no side.
+        """
+        base = {path: float(get_value(scene, path)) for path in direction}
+        size = part * min(
+            ((abs(base[path]) or unit_of(path, plan)) / abs(w) for path, w in direction.items()), default=1.0
+        )
+        problem = None
+        for places, weights in _STENCILS[order]:
+            found = cls(base, direction, places * size, weights / size)
+            try:
+                found.check(scene, plan)
+            except InputError as error:
+                problem = problem or error
+                continue
+            return found
+        assert problem is not None
+        raise problem
+
+    def check(self, scene: Scene, plan: Plan | None) -> None:
+        """Raise InputError unless the scene takes the outermost places, where no foot starts below uneven ground."""
+        ends = np.array([self.places.min(), self.places.max()])
+        if plan is not None and any(path.startswith("ground.profile.") for path in self.direction):
+            columns = {path: self.base[path] + w * ends for path, w in self.direction.items()}
+            if all(slot(scene, path) is not None for path in columns):
+                rows_for(scene, plan, columns, 0.0)
+        for path, w in self.direction.items():
+            place = slot(scene, path)
+            if place is not None and place.bounded:
+                check_bounds(scene, path, self.base[path] + w * ends)
+        if not all((place := slot(scene, path)) is not None and place.bounded for path in self.direction):
+            for end in ends:
+                self.scene(scene, float(end))
+
+    @property
+    def step(self) -> float:
+        """Distance of the nearest place."""
+        return float(np.abs(self.places).min())
+
+    def values(self, place: float) -> dict[str, float]:
+        """The numbers by path at a place along the direction."""
+        return {path: self.base[path] + float(place) * w for path, w in self.direction.items()}
+
+    def scene(self, scene: Scene, place: float) -> Scene:
+        """The scene at a place along the direction."""
+        return with_values(scene, self.values(place))
+
+    def slope(self, own: Floats, beside: Sequence[Floats]) -> Floats:
+        """Derivative of values; exactly zero of those that stay as they are."""
+        return sum(
+            (w * (one - own) for w, one in zip(self.weights[1:], beside, strict=True)), np.zeros_like(own)
+        )
+
+    def bend(self, own: Floats, beside: Sequence[Floats]) -> Floats:
+        """Half the difference of the slopes between neighbouring values: what the slope changes by over a step."""
+        at = np.concatenate([[0.0], self.places])
+        first, second, third = (np.asarray([own, *beside][k]) for k in np.argsort(at))
+        return (third - 2.0 * second + first) / (2.0 * self.step)
+
+
+class Slopes(NamedTuple):
+    """Derivatives of values, what they may be off by, and where there is a kink or a jump."""
+
+    value: Floats
+    error: Floats
+    kinked: NDArray[np.bool_]
+
+
+def slopes_of(stencil: Stencil, bent: float, own: Floats, finer: Floats, beside: Sequence[Floats]) -> Slopes:
+    """Derivatives of values of a run from those of its copies beside it, and of the run in other steps.
+
+    bent: by which part the slopes of the run's events change over a step. What a number of third order leaves is the
+    square of that, of itself or of the events, as long as it has one scale over which it varies.
+    """
+    slope, change = stencil.slope(own, beside), np.abs(stencil.bend(own, beside))
+    size = np.abs(slope)
+    noise = (np.abs(finer - own) + ROUNDING * np.abs(own)) / stencil.step
+    same = np.all([one == own for one in beside], axis=0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        part = np.where(size > 0.0, np.minimum(change / size, 1.0), 1.0)
+    # to one side the third order leaves as much again
+    cut = (1.0 if np.ptp(np.sign(stencil.places)) else 2.0) * (part * change + bent**2 * size)
+    kinked = (change > BENT * size) & (change > 3.0 * noise) & ~same
+    return Slopes(slope, np.where(same, 0.0, cut + noise), kinked)
+
+
+def better_step(bent: float, noise: float) -> float:
+    """By which part another step is better, from what the slopes change by over this one and what the noise of runs
+    is, both parts of the slopes: the least of bent^2 s^2 + noise / s. One where this step is good enough."""
+    if not (bent > 0.0 and noise > 0.0):
+        return 1.0
+    best = float(np.clip((noise / (2.0 * bent**2)) ** (1.0 / 3.0), LEAST, MOST))
+    return best if not 1.0 / NEARBY <= best <= NEARBY else 1.0
