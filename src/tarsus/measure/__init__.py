@@ -2,7 +2,6 @@
 
 from tarsus.measure.history import COUNTED, DWELL, RESOLUTION, Counting, Flights
 from tarsus.measure.measure import Caution, CautionKind, Measure, Measured, Measures, Scope
-from tarsus.measure.origins import event_slopes
 from tarsus.measure.periods import histories_of, period_statistics, scene_period, window_statistics
 from tarsus.measure.table import Judgement, RunTable
 from tarsus.measure.walking import STANDSTILL, measured, measures_of, walk_statistics
@@ -23,7 +22,6 @@ __all__ = [
     "Measures",
     "RunTable",
     "Scope",
-    "event_slopes",
     "histories_of",
     "measured",
     "measures_of",

@@ -132,11 +132,16 @@ def slots(scene: Scene) -> dict[str, Place]:
 
 def unit_of(path: str, plan: Plan | None) -> float:
     """What a number that is zero varies by: a gap or a point of the ground by the plan's length, a displacement so as
-    to move a foot by that."""
-    if plan is not None and path.startswith("initial.displacement."):
-        moves = np.abs(plan.system.normals[int(path.rpartition(".")[2])]).max(initial=0.0)
-        return float(plan.length / (moves or 1.0))
+    to move a foot by that, a velocity by as much at the plan's rate, a number of a drive's law by the plan's force, one
+    of a structure's matrix by the largest there."""
     keys = path.split(".")
+    if plan is not None and keys[0] == "initial" and keys[1] in ("displacement", "velocity"):
+        moves = np.abs(plan.system.normals[int(keys[2])]).max(initial=0.0)
+        return float(plan.length / (moves or 1.0)) * (plan.rate if keys[1] == "velocity" else 1.0)
+    if plan is not None and keys[:2] == ["robot", "drives"] and "law" in keys:
+        return plan.force
+    if plan is not None and keys[:2] == ["robot", "structure"] and keys[2] in ("mass", "damping", "stiffness"):
+        return float(np.abs(getattr(plan.system, keys[2])).max()) or 1.0
     plain = {"restitution", "adhesion", "friction", "rising"}
     shaped = keys[:2] == ["ground", "profile"] and not plain.intersection(keys[-2:])
     return plan.length if plan is not None and (keys[-1] == "gap" or shaped) else 1.0

@@ -28,16 +28,16 @@ Direction = Mapping[str, float]
 STEP = 1e-5
 """First step of a difference, of the number itself (where it is zero of one unit, of a length that moves a foot by the
 plan's length): runs respond to it by 1e-5 of themselves as a rule, which they resolve to 1e-8, and bend by 1e-10."""
-LEAST, MOST = 1e-3, 1e3
-"""Parts of the first step to which another may be shortened, and lengthened: a number hardly felt, and one on which a
-run's late events depend a thousand times as much."""
+LEAST, MOST = 1e-3, 1e1
+"""Parts of the first step to which another may be shortened, for late events that depend on a number a thousand times as
+much as early ones, and lengthened, for a number that is hardly felt: by more, events would pass what is looked at."""
 NEARBY = 3.0
 """A step within this factor of the best one is as good: its error is at most five times the least."""
 BENT = 0.1
 """Part by which differences to both sides are off their mean where there is a kink: a smooth number bends so much over
 no step that is taken, for its error would be a hundredth then."""
-ROUNDING = 4e-16
-"""Part of a number that its own rounding may leave in a difference."""
+ROUNDING = 1e-13
+"""Part of a number that the rounding of a run's steps, a thousand as a rule, may leave in it."""
 
 
 def directions_of(scene: Scene, gradients: Sequence[str] | Mapping[str, Direction]) -> dict[str, Direction]:
@@ -88,10 +88,11 @@ _STENCILS = {order: _stencils_of(order) for order in (2, 4)}
 @dataclass(frozen=True)
 class Stencil:
     """Steps along a direction of a scene, as many as its order, and the weights of what is there: of the scene itself,
-    then of the others."""
+    then of the others. part: of its number that a step is."""
 
     base: Mapping[str, float]
     direction: Direction
+    part: float
     places: Floats
     weights: Floats
 
@@ -110,7 +111,7 @@ class Stencil:
         )
         problem = None
         for places, weights in _STENCILS[order]:
-            found = cls(base, direction, places * size, weights / size)
+            found = cls(base, direction, part, places * size, weights / size)
             try:
                 found.check(scene, plan)
             except InputError as error:
@@ -169,21 +170,26 @@ class Slopes(NamedTuple):
     kinked: NDArray[np.bool_]
 
 
-def slopes_of(stencil: Stencil, bent: float, own: Floats, finer: Floats, beside: Sequence[Floats]) -> Slopes:
+def slopes_of(
+    stencil: Stencil, bent: float, own: Floats, finer: Floats, beside: Sequence[Floats], scale: float = 0.0
+) -> Slopes:
     """Derivatives of values of a run from those of its copies beside it, and of the run in other steps.
 
     bent: by which part the slopes of the run's events change over a step. What a number of third order leaves is the
-    square of that, of itself or of the events, as long as it has one scale over which it varies.
+    square of that, of itself or of the events, as long as it has one scale over which it varies. scale: a size of such
+    values, where they may be zero.
     """
     slope, change = stencil.slope(own, beside), np.abs(stencil.bend(own, beside))
     size = np.abs(slope)
-    noise = (np.abs(finer - own) + ROUNDING * np.abs(own)) / stencil.step
+    noise = (np.abs(finer - own) + ROUNDING * np.maximum(np.abs(own), scale)) / stencil.step
     same = np.all([one == own for one in beside], axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
         part = np.where(size > 0.0, np.minimum(change / size, 1.0), 1.0)
     # to one side the third order leaves as much again
     cut = (1.0 if np.ptp(np.sign(stencil.places)) else 2.0) * (part * change + bent**2 * size)
-    kinked = (change > BENT * size) & (change > 3.0 * noise) & ~same
+    # where a number is at its top its slope is none, and what it bends by is no kink
+    smooth = 10.0 * np.maximum(noise, bent**2 * np.abs(own) / stencil.step)
+    kinked = (change > np.maximum(BENT * size, smooth)) & ~same
     return Slopes(slope, np.where(same, 0.0, cut + noise), kinked)
 
 
@@ -192,5 +198,5 @@ def better_step(bent: float, noise: float) -> float:
     is, both parts of the slopes: the least of bent^2 s^2 + noise / s. One where this step is good enough."""
     if not (bent > 0.0 and noise > 0.0):
         return 1.0
-    best = float(np.clip((noise / (2.0 * bent**2)) ** (1.0 / 3.0), LEAST, MOST))
-    return best if not 1.0 / NEARBY <= best <= NEARBY else 1.0
+    best = (noise / (2.0 * bent**2)) ** (1.0 / 3.0)
+    return 1.0 if 1.0 / NEARBY <= best <= NEARBY else best

@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from tarsus.solve.codes import structured_events
-from tarsus.solve.directional import STEPS, directional_slopes
 from tarsus.solve.engine import Accuracy
 from tarsus.solve.gradients import Gradient
 from tarsus.solve.run import increasing
@@ -19,11 +15,8 @@ from tarsus.solve.simulate import simulate
 if TYPE_CHECKING:
     from tarsus.files.library import SceneLike
 
-Floats = NDArray[np.float64]
 NumberOf = Callable[..., float]
 """A function of the events with the period marks, or of these and of states at given times (`SampledStates`)."""
-STATES = ("x", "v", "gap", "rate", "resistive", "smooth", "pull")
-"""Fields of states in the order in which the engine's derivatives have them."""
 
 
 def gradient(
@@ -35,7 +28,7 @@ def gradient(
     *,
     times: ArrayLike | None = None,
 ) -> Gradient:
-    """Exact first derivatives of one number of a run by numbers of its scene.
+    """First derivatives of one number of a run by numbers of its scene, each with what it may be off by.
 
     Parameters
     ----------
@@ -54,7 +47,8 @@ def gradient(
     Returns
     -------
     Gradient
-        The derivative by each path [unit of the number over that of the path], with flags where there is none.
+        The derivative by each path [unit of the number over that of the path], with its error, and flags where there
+        is none.
 
     Raises
     ------
@@ -67,16 +61,4 @@ def gradient(
     if times is None:
         return run.gradient_of(objective)
     when = increasing(times)
-    states, moved = run.states(when), run.state_gradients(when)
-
-    def values(rows: Floats, periods: Floats, along: Floats) -> Floats:
-        out = []
-        for n, one in enumerate(rows):
-            by = moved[run.paths[n // len(STEPS)]]
-            there = {name: getattr(states, name) + along.ravel()[n] * getattr(by, name) for name in STATES}
-            out.append(
-                float(objective(structured_events(np.ascontiguousarray(one)), replace(states, **there)))
-            )
-        return np.array(out)
-
-    return run.gradient_along(lambda log: directional_slopes(log, values))
+    return run.gradient_of_runs(lambda one: objective(one.all_events, one.states(when)))
