@@ -1,5 +1,5 @@
-"""Thousands of random scenes: are derivatives of events those of differences of higher order of tight runs at other steps,
-to ten times the error that they state themselves, or flagged where there are none?
+"""Thousands of random scenes: are derivatives of events those of differences of higher order of tight runs at other
+steps, to ten times the error that they state themselves, or flagged where there are none?
 
     python tests/survey_gradients.py FILE --count 10000 --workers 2
 
@@ -129,8 +129,8 @@ def extrapolated(first: Floats, scatter: Floats) -> tuple[Floats, Floats]:
 
 
 def look_at(seed: int, legged: bool = False) -> dict[str, Any]:
-    """What became of a scene: how many numbers of events were compared, how many are off by more than they may, the largest
-    error relative to the largest of its kind, wrong ones, signs, flags."""
+    """What became of a scene: how many numbers of events were compared, how many are off by more than they may, the
+    largest error relative to the largest of its kind, wrong ones, signs, flags."""
     scene = plain_scene(seed, legged=legged)
     paths, refused = chosen(scene, seed), []
     while True:

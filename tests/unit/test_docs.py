@@ -355,10 +355,16 @@ def swept(names: Names) -> None:
     assert names["result"].runs == 11
 
 
+def derivatives_of_everything(names: Names) -> None:
+    # by differences of fourth order
+    for name, value in (("yaw", 1.2457523), ("travel", -0.200101), ("slid", -1.2739096e-6)):
+        ((path, found),) = names[name].items()
+        assert found == pytest.approx(value, rel=1e-4) and names[name].error[path] < 1e-4 * abs(value)
+
+
 def theory(names: Names) -> None:
-    assert names["moved"] == pytest.approx(names["landing"] / 2.0, rel=1e-10)
-    assert names["found"] == pytest.approx(names["exact"], rel=1e-10)
-    assert names["row"] == pytest.approx(names["exact"][0], rel=1e-10)
+    assert names["moved"] == pytest.approx(names["landing"] / 2.0, rel=1e-7)
+    assert names["found"] == pytest.approx(names["exact"], rel=1e-7)
     assert names["drops"] == pytest.approx(0.81)
     assert np.abs(names["orbit"].multipliers).max() < 1e-9 and names["orbit"].stable
     assert names["half"] == pytest.approx(0.6) and names["least"] == pytest.approx(0.6)
@@ -453,7 +459,7 @@ CASES = [
     Case("fit.md", a_fit, slow=True),
     Case("gaits.md", a_gait),
     Case("ground.md", on_stairs),
-    Case("gradients.md", a_law, gradients),
+    Case("gradients.md", derivatives_of_everything, gradients),
     Case("identify.md", identified, lab, slow=True),
     Case("index.md", a_law),
     Case("install.md", first_run),

@@ -1,4 +1,4 @@
-"""Fits: unknown numbers of a scene, what its runs should do, exact derivatives of that, and optimisers for it.
+"""Fits: unknown numbers of a scene, what its runs should do, derivatives of that, and optimisers for it.
 
 The package is also the verb of its name, ``tarsus.fit(scene, unknowns, residuals)``.
 """

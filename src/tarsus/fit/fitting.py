@@ -192,7 +192,7 @@ def fit(
     unknowns
         Numbers of it with their bounds, each an `Unknown`; or bounds by path or short word, ``{"volts": (5, 7)}``.
     residuals
-        Records, readings and limits (`Samples`, `Reading`, `Limit`), which have exact derivatives; or a function that
+        Records, readings and limits (`Samples`, `Reading`, `Limit`), which have derivatives; or a function that
         takes a `Run` and gives (model - data) / error, as many numbers of every run.
     duration
         Of every run [s], or a text with a unit; the scene's own by default.

@@ -1,4 +1,4 @@
-"""A fit of a scene: unknown numbers of it, what its runs should do, and exact derivatives of that."""
+"""A fit of a scene: unknown numbers of it, what its runs should do, and derivatives of that."""
 
 from __future__ import annotations
 

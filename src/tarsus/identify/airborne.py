@@ -3,7 +3,7 @@
 From the rest up to the first contact a record is motion in the air from a known state. The device as identified
 *predicts* it, as late and behind the low-pass that were found of the instruments: a prediction can be delayed exactly,
 a record between its samples cannot. What that leaves, over the noise, is set beside the traces that changes of the
-identified numbers would leave (exact derivatives of the engine) and those of differences from the model
+identified numbers would leave (derivatives of runs) and those of differences from the model
 (`tarsus.identify.alternatives`).
 """
 

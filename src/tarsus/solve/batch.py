@@ -83,7 +83,7 @@ def simulate_batch(
         no run whose account is open counts as done. That takes several times as long.
     gradients
         Paths of numbers of the scene: every run is made as `simulate` makes it with them, and the batch is a
-        `GradientBatch`, which has exact first derivatives of every run.
+        `GradientBatch`, which has first derivatives of every run.
     **values
         What is changed in the scene of all runs before, as `load_scene` takes it: ``wave="sine"``, or values by path.
 

@@ -53,7 +53,9 @@ class Alike:
             same = own["kind"][here[:count]] == theirs["kind"][there[:count]]
             alike = count if same.all() else int(np.argmin(same))
             rows[:, here[:alike]] = table[:, there[:alike]]
-            after = [float(one["time"][at[alike]]) for one, at in ((own, here), (theirs, there)) if len(at) > alike]
+            after = [
+                float(one["time"][at[alike]]) for one, at in ((own, here), (theirs, there)) if len(at) > alike
+            ]
             if after and (parting is None or min(after) < parting.time):
                 parting = Parting(min(after), foot)
         if parting is not None:
@@ -84,7 +86,11 @@ class Beside:
         own = np.array([run.events[name] for name in NUMBERS], dtype=float).reshape(len(NUMBERS), -1)
         there, rows = _no_better(own, np.nan_to_num(finer[1].rows)), [one.rows for one in events]
         slopes = slopes_of(stencil, 0.0, own, there, rows)
-        seen = slopes.value[list(_FELT)], stencil.bend(own, rows)[list(_FELT)], _known(own, there)[list(_FELT)]
+        seen = (
+            slopes.value[list(_FELT)],
+            stencil.bend(own, rows)[list(_FELT)],
+            _known(own, there)[list(_FELT)],
+        )
         if not np.isfinite(seen[0]).any():  # nothing touches: how it moves at its end tells
             last = [one.motion.last.reshape(2, -1) for one in (run, finer[0], *runs)]
             seen = stencil.slope(last[0], last[2:]), stencil.bend(last[0], last[2:]), _known(last[0], last[1])
@@ -94,8 +100,12 @@ class Beside:
             seen = (seen[0][:, :at], seen[1][:, :at], seen[2][:, :at])
         size, change, known = (np.nanmax(np.abs(one), axis=1, initial=0.0) for one in seen)
         felt = size > 0.0
-        bent, noise = (float(np.max(one[felt] / size[felt], initial=0.0)) for one in (change, known / stencil.step))
-        return cls(stencil, tuple(runs), events, slopes_of(stencil, bent, own, there, rows), bent, noise, kink)
+        bent, noise = (
+            float(np.max(one[felt] / size[felt], initial=0.0)) for one in (change, known / stencil.step)
+        )
+        return cls(
+            stencil, tuple(runs), events, slopes_of(stencil, bent, own, there, rows), bent, noise, kink
+        )
 
     @property
     def parted(self) -> Parting | None:
@@ -130,7 +140,9 @@ class Beside:
             alone = same[k] & ~same.all(axis=0)
             value[..., alone] = (beside[k] - own)[..., alone] / self.stencil.places[k]
             part = self._passed(k, mine, past[alone] - 1)
-            error[..., alone] = part * np.abs(value[..., alone]) + np.abs(finer - own)[..., alone] / self.stencil.step
+            error[..., alone] = (
+                part * np.abs(value[..., alone]) + np.abs(finer - own)[..., alone] / self.stencil.step
+            )
         value[..., ~same.any(axis=0)] = np.nan
         return value, error
 
@@ -153,12 +165,18 @@ def _no_better(own: Floats, finer: Floats) -> Floats:
     return own + np.maximum.accumulate(np.abs(finer - own), axis=-1)
 
 
-def _kinked(stencil: Stencil, own: Floats, finer: Floats, rows: Sequence[Floats], duration: float) -> int | None:
+def _kinked(
+    stencil: Stencil, own: Floats, finer: Floats, rows: Sequence[Floats], duration: float
+) -> int | None:
     """Number of the first event whose moment or speed has other slopes to both sides; None if none has."""
     if len(own[0]) == 0 or not np.ptp(np.sign(stencil.places)):
         return None
     felt = list(_FELT)
-    slope, change = (np.abs(np.nan_to_num(one)) for one in (stencil.slope(own, rows)[felt], stencil.bend(own, rows)[felt]))
-    noise = np.maximum(_known(own, finer)[felt], ROUNDING * np.array([[duration], [np.abs(own[felt[1]]).max()]]))
+    slope, change = (
+        np.abs(np.nan_to_num(one)) for one in (stencil.slope(own, rows)[felt], stencil.bend(own, rows)[felt])
+    )
+    noise = np.maximum(
+        _known(own, finer)[felt], ROUNDING * np.array([[duration], [np.abs(own[felt[1]]).max()]])
+    )
     off = change > np.maximum(BENT * np.maximum.accumulate(slope, axis=1), 3.0 * noise / stencil.step)
     return int(np.argmax(off.any(axis=0))) if off.any() else None

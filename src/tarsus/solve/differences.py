@@ -29,7 +29,8 @@ STEP = 1e-5
 """First step of a difference, of the number itself (where it is zero of one unit, of a length that moves a foot by the
 plan's length): runs respond to it by 1e-5 of themselves as a rule, which they resolve to 1e-8, and bend by 1e-10."""
 LEAST, MOST = 1e-3, 1e1
-"""Parts of the first step to which another may be shortened, for late events that depend on a number a thousand times as
+"""Parts of the first step to which another may be shortened, for late events that depend on a number a thousand
+times as
 much as early ones, and lengthened, for a number that is hardly felt: by more, events would pass what is looked at."""
 NEARBY = 3.0
 """A step within this factor of the best one is as good: its error is at most five times the least."""

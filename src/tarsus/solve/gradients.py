@@ -23,7 +23,17 @@ from tarsus.measure.whole import WHOLE_RUN
 from tarsus.solve.batch import simulate_batch
 from tarsus.solve.beside import NUMBERS, Alike, Beside, Parting
 from tarsus.solve.codes import EVENT_TYPE, structured_marks
-from tarsus.solve.differences import LEAST, MOST, STEP, Direction, Slopes, Stencil, better_step, directions_of, slopes_of
+from tarsus.solve.differences import (
+    LEAST,
+    MOST,
+    STEP,
+    Direction,
+    Slopes,
+    Stencil,
+    better_step,
+    directions_of,
+    slopes_of,
+)
 from tarsus.solve.engine import RECORDED, Accuracy
 from tarsus.solve.results import Batch
 from tarsus.solve.run import Run, increasing
@@ -35,11 +45,11 @@ if TYPE_CHECKING:
 Floats = npt.NDArray[np.float64]
 
 FINER = 1e-2
-"""Part of its tolerance with which a run is made once more, in other steps all along: how far the two differ is what the first
-one is known to."""
+"""Part of its tolerance with which a run is made once more, in other steps all along: how far the two differ is what
+the first one is known to."""
 TRIES, SHORTER = 3, 1e-2
-"""Where copies have other events a step is shortened so often at most, and by so much, down to `LEAST` of the first: what
-nobody could set is no side of a threshold. Elsewhere one more step does."""
+"""Where copies have other events a step is shortened so often at most, and by so much, down to `LEAST` of the first:
+what nobody could set is no side of a threshold. Elsewhere one more step does."""
 _KINKED = "to both sides it changes otherwise: an event lies on an edge of a period or on a threshold of the measure"
 
 
@@ -93,7 +103,7 @@ class GradientRun(Run):
 
     @cached_property
     def beside(self) -> Mapping[str, Beside]:
-        """The run's copies by path, at the step that suits the number: 1e-5 of it, unless the runs respond otherwise."""
+        """The run's copies by path, at the step that suits the number: 1e-5 of it unless runs respond otherwise."""
         found = last = self._copies(self.stencils)
         for _ in range(TRIES):
             others = {path: self._other(one) for path, one in last.items()}
@@ -109,7 +119,12 @@ class GradientRun(Run):
         rows = [base | one.values(place) for one in stencils.values() for place in one.places]
         columns = {path: np.array([row[path] for row in rows]) for path in base}
         batch = simulate_batch(
-            self.scene, columns, self.duration, accuracy=self.accuracy, threads=self.threads, shared=self.shared
+            self.scene,
+            columns,
+            self.duration,
+            accuracy=self.accuracy,
+            threads=self.threads,
+            shared=self.shared,
         )
         runs = iter([batch.run(i) for i in range(len(rows))])
         return {
@@ -136,14 +151,19 @@ class GradientRun(Run):
         for place, alike in zip(one.stencil.places, one.events, strict=True):
             if alike.parting is not None:
                 side = "larger" if place > 0.0 else "smaller"
-                out[f"where it is a little {side}, {{foot}} touches or leaves the ground otherwise from {{time}} on"] = alike.parting
+                out[
+                    f"where it is a little {side}, {{foot}} touches or leaves the ground otherwise from {{time}} on"
+                ] = alike.parting
         if one.kink is not None:
-            out["to both sides it moves what {foot} does at {time} otherwise: an edge or a threshold lies there"] = one.kink
+            out[
+                "to both sides it moves what {foot} does at {time} otherwise: an edge or a threshold lies there"
+            ] = one.kink
         if (parting := self._finer[1].parting) is not None:
             out["what {foot} does at {time} is within the error of a step"] = parting
         names = self.foot_names
         return {
-            said.format(foot=f"foot '{names[at.foot]}'", time=f"{at.time:.6g} s"): at for said, at in out.items()
+            said.format(foot=f"foot '{names[at.foot]}'", time=f"{at.time:.6g} s"): at
+            for said, at in out.items()
         }
 
     @cached_property
@@ -204,20 +224,29 @@ class GradientRun(Run):
             parts: tuple[dict[str, Any], dict[str, Any]] = ({}, {})
             for name in names:
                 each = [np.asarray(getattr(of, name), dtype=float) for of in (own, finer, *beside)]
-                for part, found in zip(parts, one.series(when, mine, each[0], each[1], each[2:]), strict=True):
+                for part, found in zip(
+                    parts, one.series(when, mine, each[0], each[1], each[2:]), strict=True
+                ):
                     part[name] = np.where(lost, np.nan, found)
             out[path] = tuple(SampledStates(**part, held=own.held, contact=own.contact) for part in parts)
         return out
 
     def slopes(self, numbers: Callable[[Sequence[Run]], npt.ArrayLike], unit: str = "") -> Slopes:
-        """Derivatives (P, ...) by path of whatever a function makes of runs, values (nr, ...) of so many in a unit, what
-        they may be off by, and where there is a kink or a jump."""
+        """Derivatives (P, ...) by path of whatever a function makes of runs, values (nr, ...) of so many in a unit,
+        what they may be off by, and where there is a kink or a jump."""
         copies = list(self.beside.values())
         runs: list[Run] = [self, self._finer[0], *(run for one in copies for run in one.runs)]
         values = np.asarray(numbers(runs), dtype=float)
         first = np.cumsum([2, *(len(one.runs) for one in copies)])
         found = [
-            slopes_of(one.stencil, one.bent, values[0], values[1], list(values[at : at + len(one.runs)]), self._scale(unit))
+            slopes_of(
+                one.stencil,
+                one.bent,
+                values[0],
+                values[1],
+                list(values[at : at + len(one.runs)]),
+                self._scale(unit),
+            )
             for one, at in zip(copies, first, strict=False)
         ]
         nothing = np.zeros((0, *values.shape[1:]))
@@ -228,7 +257,14 @@ class GradientRun(Run):
     def _scale(self, unit: str) -> float:
         """A size of numbers of this unit in this run, of which rounding leaves some where they are zero."""
         length, force, rate = self.plan.length, self.plan.force, self.plan.rate
-        sizes = {"m": length, "m/s": length * rate, "s": 1.0 / rate, "N": force, "J": force * length, "W": force * length * rate}
+        sizes = {
+            "m": length,
+            "m/s": length * rate,
+            "s": 1.0 / rate,
+            "N": force,
+            "J": force * length,
+            "W": force * length * rate,
+        }
         return sizes.get(unit, 0.0)
 
     def gradient(self, name: str) -> Gradient:
@@ -244,7 +280,8 @@ class GradientRun(Run):
                 listed = ", ".join(f"ledger.{one}" for one in known)
                 raise InputError(f"{name}: the ledger has no such term; there are {listed}")
             return self.gradient_of_runs(
-                lambda run: run.ledger.laws[term] if term in run.ledger.laws else getattr(run.ledger, term), "J"
+                lambda run: run.ledger.laws[term] if term in run.ledger.laws else getattr(run.ledger, term),
+                "J",
             )
         if name not in PER_WINDOW and name not in WHOLE_RUN and name not in self.measures:
             raise InputError(no_measure(name, self.measures))
@@ -304,7 +341,9 @@ class GradientRun(Run):
         plain, errors, flags, one_sided = {}, {}, {}, {}
         for p, (path, one) in enumerate(self.beside.items()):
             texts = (*self._all_lost[path], *[_KINKED] * bool(found.kinked[p]))
-            plain[path], errors[path] = (np.nan if texts else float(of[p]) for of in (found.value, found.error))
+            plain[path], errors[path] = (
+                np.nan if texts else float(of[p]) for of in (found.value, found.error)
+            )
             side = one.side()
             if texts:
                 flags[path] = texts
@@ -366,7 +405,9 @@ def gradient_run(
         try:
             stencils[name] = Stencil.of(scene, one, STEP, run.plan, order=2)
         except InputError as error:
-            problems.append(f"{name}: there is no derivative by it, for it does not vary by itself; {error.problems[0]}")
+            problems.append(
+                f"{name}: there is no derivative by it, for it does not vary by itself; {error.problems[0]}"
+            )
     if problems:
         raise InputError(problems)
     return GradientRun(

@@ -122,7 +122,8 @@ def simulate(
         What the engine makes for a structure, kept from one run to the next where both are given the same one; see
         `tarsus.Session`.
     gradients
-        Paths of numbers of the scene: the run is a `GradientRun` then, which has exact first derivatives by them. Or
+        Paths of numbers of the scene: the run is a `GradientRun` then, which has first derivatives by them, each
+        with its error. Or
         directions by name: how much each of some numbers moves, by path, where several follow from one.
     **values
         What is changed in the scene before, as `load_scene` takes it: ``volts=6, hz=100``, or values by path.

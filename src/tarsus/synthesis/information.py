@@ -1,4 +1,4 @@
-"""What a record would tell of the numbers of a device: information from exact derivatives, before it is taken.
+"""What a record would tell of the numbers of a device: information from derivatives, before it is taken.
 
 A record shows y(theta) with noise of a standard deviation s: it tells ``J'J`` of the logarithms of the numbers theta, J
 the derivatives of y by them over s, and no unbiased estimate from it leaves of number k a variance below

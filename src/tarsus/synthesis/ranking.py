@@ -95,7 +95,7 @@ def rank(
 ) -> Ranking:
     """Rank records by expected information, and choose some within a budget.
 
-    At draws of what is believed every record is simulated once with exact derivatives, and adds its information
+    At draws of what is believed every record is simulated once with derivatives, and adds its information
     (`tarsus.synthesis.information`) to what is believed; the gains of the channels are unknown in all records alike.
     The gain is ``log(std before / std after)`` of the parameter, all others being unknown as believed, in the mean over
     draws; without a parameter the mean over all numbers. No number is taken to be known more closely than `TRUST`.

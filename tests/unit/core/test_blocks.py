@@ -149,8 +149,8 @@ def test_a_coordinate_without_stiffness_that_rubs_has_a_motion_at_rest():
 
 @pytest.mark.parametrize("seed", range(12))
 def test_dampers_that_take_from_one_side_alone_leave_a_free_plate_its_rest(seed):
-    """It rests anywhere without a force, and what moves elastically pushes it along: the double zero is taken off first.
-    Found among all rates it was, in one of eight masses, another motion: 1e-4 of the state matrix off."""
+    """It rests anywhere without a force, and what moves elastically pushes it along: the double zero is taken off
+    first. Found among all rates it was, in one of eight masses, another motion: 1e-4 of the state matrix off."""
     damping = 1e-4 * np.array(
         [[9.0, -2.0, -4.0, -3.0], [-2.5, 2.5, 0.0, 0.0], [-3.0, 0.0, 3.0, 0.0], [-3.5, 0.0, 0.0, 3.5]]
     )
