@@ -88,27 +88,3 @@ def test_the_engine_numbers_events_codes_and_states_as_python_does():
     assert [one.strip() for one in enums["Contact"].split(",")] == [one.name for one in FootState]
     codes = [one.strip() for one in enums["Code"].split(",")][:-1]  # the last one never leaves the engine
     assert [getattr(arrays, name) for name in codes] == list(range(len(codes)))
-
-
-def test_reasons_for_no_derivative_are_numbered_as_in_the_engine():
-    from tarsus.solve import gradients, lanes
-
-    text = (PACKAGE / "tarsus" / "core" / "native" / "derive" / "tangent.hpp").read_text(encoding="utf-8")
-    (body,) = re.findall(r"enum Doubtful \{(.*?)\}", text, re.DOTALL)
-    found = {name: int(number) for name, number in re.findall(r"(\w+) = (\d+)", body)}
-    said = {
-        "GRAZING": "grazes the ground",
-        "SIMULTANEOUS": "together with another foot",
-        "AT_THRESHOLD": "its threshold",
-        "LOST": "could not be followed",
-        "EDGE_AT_START": "very start",
-        "APART": "move apart",
-        "NEAR_MISS": "just above",
-        "AT_CORNER": "corner of the ground",
-    }
-    assert set(found) == set(said)
-    assert set(found.values()) == set(lanes._REASONS)
-    for name, number in found.items():
-        assert said[name] in lanes._REASONS[number]
-    assert {found["AT_THRESHOLD"], found["EDGE_AT_START"]} == gradients._ONE_SIDED
-    assert {one.name: one.value for one in lanes.Doubt} == found

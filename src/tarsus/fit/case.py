@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,8 +15,10 @@ from tarsus.fit.readers import Reader, ReadSlopes
 from tarsus.model.scene import Scene
 from tarsus.solve import simulate
 from tarsus.solve.engine import Accuracy
-from tarsus.solve.gradients import GradientRun
 from tarsus.solve.simulate import Shared
+
+if TYPE_CHECKING:
+    from tarsus.solve.gradients import GradientRun
 
 Values = Callable[[Floats], Mapping[str, float]]
 """Numbers of the scene by path, of SI values (nu,) of the unknowns."""

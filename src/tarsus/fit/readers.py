@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.arrays import Floats
-from tarsus.solve.gradients import Gradient, GradientRun
-from tarsus.solve.run import Run
+
+if TYPE_CHECKING:
+    from tarsus.solve.gradients import Gradient, GradientRun
+    from tarsus.solve.run import Run
 
 
 @dataclass(frozen=True)

@@ -14,14 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.base.spec import get_value, number_paths, with_values
 from tarsus.core import _native
 from tarsus.core.arrays import LANES
 from tarsus.core.modes import LinearSystem, ModeBook, derived_mode
 from tarsus.model.drive.pieces import TERMS
 from tarsus.plan.channels import SlopedDrive, sloped_drives
 from tarsus.plan.lowering import Plan, ahead_only, lower_legs, lower_scene, lower_system, pack
-from tarsus.plan.slots import Rows, bears, check_bounds, rows_for, slot, unit_of
+from tarsus.plan.slots import Rows, bears, rows_for, slot
+from tarsus.solve.differences import Direction, Stencil, _slope_weights, directions_of
 
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
@@ -38,109 +38,6 @@ one of lower order: what is linear in its numbers needs a wide one, damping that
 a narrow one."""
 AGREED = 1e-12
 """Part of an array's largest derivative within which two orders need not be distinguished: rounding leaves as much."""
-
-
-Direction = Mapping[str, float]
-"""How much each of some numbers of a scene moves, by path: one for a number itself."""
-
-
-def directions_of(scene: Scene, gradients: Sequence[str] | Mapping[str, Direction]) -> dict[str, Direction]:
-    """Directions by name; a path, or short word, is that of its own numbers.
-
-    Raises InputError for what is no number of the scene.
-    """
-    if isinstance(gradients, str):
-        gradients = (gradients,)
-    given = gradients if isinstance(gradients, Mapping) else {name: {name: 1.0} for name in gradients}
-    problems: list[str] = []
-    found: dict[str, Direction] = {}
-    for name, direction in given.items():
-        try:
-            found[name] = {
-                path: w for one, w in direction.items() if w != 0.0 for path in number_paths(scene, one)
-            }
-        except InputError as error:
-            problems += error.problems
-    if problems:
-        raise InputError(problems)
-    return found
-
-
-@dataclass(frozen=True)
-class Stencil:
-    """Steps along a direction of a scene, as many as its order, and the weights of what is there: of the scene itself,
-    then of the others."""
-
-    base: Mapping[str, float]
-    direction: Direction
-    places: Floats
-    weights: Floats
-
-    @classmethod
-    def of(
-        cls, scene: Scene, direction: Direction, part: float, plan: Plan | None = None, *, order: int = 4
-    ) -> Stencil:
-        """To both sides of a scene, or to the one where it may vary; steps are that part of the number that moves most
-        for its size (where it is zero, of one unit, or of the length in a plan)."""
-        base = {path: float(get_value(scene, path)) for path in direction}
-        size = part * min((abs(base[path]) or unit_of(path, plan)) / abs(w) for path, w in direction.items())
-        problem = None
-        for places, weights in _STENCILS[order]:
-            found = cls(base, direction, places * size, weights / size)
-            try:
-                found.check(scene, plan)
-            except InputError as error:
-                problem = problem or error
-                continue
-            return found
-        assert problem is not None
-        raise problem
-
-    def check(self, scene: Scene, plan: Plan | None) -> None:
-        """Raise InputError unless the scene takes the outermost places, where no foot starts below uneven ground."""
-        ends = np.array([self.places.min(), self.places.max()])
-        if plan is not None and any(path.startswith("ground.profile.") for path in self.direction):
-            rows_for(
-                scene, plan, {path: self.base[path] + w * ends for path, w in self.direction.items()}, 0.0
-            )
-        for path, w in self.direction.items():
-            place = slot(scene, path)
-            if place is not None and place.bounded:
-                check_bounds(scene, path, self.base[path] + w * ends)
-            else:
-                for end in ends:
-                    with_values(scene, {path: self.base[path] + w * float(end)})
-
-    def scene(self, scene: Scene, place: float) -> Scene:
-        """The scene at a place along the direction."""
-        return with_values(
-            scene, {path: self.base[path] + float(place) * w for path, w in self.direction.items()}
-        )
-
-    def slope(self, own: Floats, perturbed: Sequence[Floats]) -> Floats:
-        """Derivative of values; exactly zero of those that stay as they are."""
-        return sum(
-            (w * (one - own) for w, one in zip(self.weights[1:], perturbed, strict=True)), np.zeros_like(own)
-        )
-
-
-def _slope_weights(places: Floats) -> Floats:
-    """Weights of the slope at zero of the polynomial through a value there and values at places."""
-    others = [np.delete(places, k) for k in range(len(places))]
-    return np.array(
-        [-np.sum(1.0 / places), *(np.prod(x / (x - y)) / y for x, y in zip(others, places, strict=True))]
-    )
-
-
-def _differences_of(order: int) -> tuple[tuple[Floats, Floats], ...]:
-    """Differences of an order, to both sides or to one: places, and weights of what is at zero and there."""
-    side = np.arange(1.0, order + 1.0)
-    both = np.concatenate([-side[order // 2 - 1 :: -1], side[: order // 2]])
-    return tuple((places, _slope_weights(places)) for places in (both, side, -side))
-
-
-_STENCILS = {order: _differences_of(order) for order in (4, 8)}
-"""By their order: of fourth for data, of eighth for a structure's arrays, see the steps above."""
 
 
 @dataclass(frozen=True)
