@@ -151,10 +151,11 @@ class RecordFit:
 @dataclass(frozen=True)
 class Flown:
     """Windows as simulated, at values of the numbers: where among the times of all each segment's channels are (nc
-    arrays), outputs and their rates (nc, times); scenes and plans of the records."""
+    arrays), and what they measured there; outputs and their rates (nc, times); scenes and plans of the records."""
 
     batch: WindowBatch
     places: list[list[NDArray[np.intp]]]
+    measured: list[list[Floats]]
     outputs: Floats
     rates: Floats
     values: dict[str, float]
@@ -231,7 +232,7 @@ class RecordProblem:
             return self.costs([segments[int(w)] for w in part], own, place if known else shared, weight[part])
 
         found = descend(
-            equations, np.zeros((len(segments), _unknowns(segments))), None if known else place,
+            equations, np.zeros((len(segments), len(segments[0].state))), None if known else place,
             prior=None if known else (np.zeros(len(place)), np.eye(len(place))), costs=costs,
             how=Descent(rounds=rounds, far=np.inf if known else self.far),
         )  # fmt: skip
@@ -319,17 +320,15 @@ class RecordProblem:
         scenes, plans = self.lowered(moved)
         data = {id(scenes[r]): r for r in dict.fromkeys(one.record for one in segments)}
         number = {r: list(data).index(id(scenes[r])) for r in dict.fromkeys(one.record for one in segments)}
-        starts, places, first = list[WindowStart](), list[list[NDArray[np.intp]]](), 0
+        starts, first = list[WindowStart](), 0
+        places, measured = list[list[NDArray[np.intp]]](), list[list[Floats]]()
         for segment, at in zip(segments, own, strict=True):
-            record = self.records[segment.record]
-            shown = [
-                (record.times - _value(one.delay, values))[_inside(record, segment, one, values)]
-                for one in record.channels
-            ]
+            shown, seen = _inside(self.records[segment.record], segment, values)
             when = np.unique(np.concatenate([*shown, [segment.span[1]]]))
             state = segment.state + free_of(plans[segment.record], segment) @ at
             starts.append(WindowStart(state, segment.begin, when, segment.contacts, number[segment.record]))
             places.append([first + np.searchsorted(when, one) for one in shown])
+            measured.append(seen)
             first += len(when)
         end = max(float(np.max(one.times)) for one in starts)
         by = WindowGradients(
@@ -351,7 +350,9 @@ class RecordProblem:
             if late:
                 rates[np.array(late)[:, None], at] = output_rows(scene, wanted, when).values(states)
         of = [one.record for one in segments]
-        return Flown(batch, places, outputs, rates, values, [scenes[r] for r in of], [plans[r] for r in of])
+        return Flown(
+            batch, places, measured, outputs, rates, values, [scenes[r] for r in of], [plans[r] for r in of]
+        )
 
     def _entering(
         self, scene: Scene, plan: Plan, values: Mapping[str, float], names: Sequence[str] | None, end: float
@@ -382,15 +383,11 @@ class RecordProblem:
     def left_of(self, segments: Sequence[Segment], flown: Flown) -> list[list[Floats]]:
         """What segments leave over the noise, by channel."""
         out = []
-        for segment, places in zip(segments, flown.places, strict=True):
-            record, values = self.records[segment.record], flown.values
-            measured = [
-                row[_inside(record, segment, one, values)]
-                for row, one in zip(record.values, record.channels, strict=True)
-            ]
+        for segment, places, measured in zip(segments, flown.places, flown.measured, strict=True):
+            channels, values = self.records[segment.record].channels, flown.values
             out.append([
                 (_value(one.gain, values) * flown.outputs[c, at] + _value(one.zero, values) - measured[c]) / one.sigma
-                for c, (one, at) in enumerate(zip(record.channels, places, strict=True))
+                for c, (one, at) in enumerate(zip(channels, places, strict=True))
             ])  # fmt: skip
         return out
 
@@ -453,11 +450,6 @@ class RecordProblem:
         return by_state @ free_of(flown.plans[k], segments[k]), by_numbers
 
 
-def _unknowns(segments: Sequence[Segment]) -> int:
-    """Unknowns of a start: its state."""
-    return len(segments[0].state)
-
-
 def _parts(segments: Sequence[Segment], batch: WindowBatch) -> list[tuple[int, NDArray[np.intp]]]:
     """Records with segments, and which of a batch's times are on them."""
     of = np.repeat([one.record for one in segments], np.diff(batch.first))
@@ -465,11 +457,17 @@ def _parts(segments: Sequence[Segment], batch: WindowBatch) -> list[tuple[int, N
 
 
 def _inside(
-    record: SeenRecord, segment: Segment, channel: Seen, values: Mapping[str, float]
-) -> NDArray[np.bool_]:
-    """Samples (nt,) of a channel that show what happened in a segment: those of a late channel come later."""
-    when = record.times - _value(channel.delay, values)
-    return (when > segment.span[0]) & (when <= segment.span[1])
+    record: SeenRecord, segment: Segment, values: Mapping[str, float]
+) -> tuple[list[Floats], list[Floats]]:
+    """Of each channel the samples that show what happened in a segment: when that was, and what was measured. Those of
+    a late channel come later."""
+    times, measured = list[Floats](), list[Floats]()
+    for row, one in zip(record.values, record.channels, strict=True):
+        when = record.times - _value(one.delay, values)
+        inside = (when > segment.span[0]) & (when <= segment.span[1])
+        times.append(when[inside])
+        measured.append(row[inside])
+    return times, measured
 
 
 def _value(one: float | str, values: Mapping[str, float]) -> float:
