@@ -29,6 +29,13 @@ def declared() -> list[str]:
     return [one.split(":")[0] for one in options["markers"]]
 
 
+FIRST = (
+    "unit/core/test_page_engine.py", "unit/report/", "unit/test_doc_commands.py", "examples/", "lint/test_reference.py",
+)  # fmt: skip
+"""Files whose cases take ten seconds and more: begun first, so that at the end no core waits for them. Those that
+need the engine for pages are side by side: one process has them all, and compiles it once."""
+
+
 def function_of(case: str) -> str:
     """`file::test`, or `file::Class::test`, of a case with parameters."""
     return case.split("[", 1)[0]
@@ -42,6 +49,17 @@ def mark(items: Iterable[pytest.Item]) -> None:
         case = item.nodeid.removeprefix("tests/")
         if {case, function_of(case)} & heavy and others.isdisjoint(one.name for one in item.iter_markers()):
             item.add_marker(pytest.mark.full)
+
+
+def in_order(items: list[pytest.Item]) -> None:
+    """Put the cases of `FIRST` before all others, where any of them is run; all else stays as it is."""
+    places = {file: place for place, file in enumerate(FIRST)}
+
+    def place(item: pytest.Item) -> int:
+        case = item.nodeid.removeprefix("tests/")
+        return next((at for file, at in places.items() if case.startswith(file)), len(places))
+
+    items.sort(key=place)
 
 
 def cpu() -> float:

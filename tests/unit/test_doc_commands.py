@@ -25,7 +25,11 @@ SMALLER = {
     " --request from_rest=50ms -o",
     "objective=speed,transport -o gaits": "objective=speed,transport --request from_rest=50ms"
     " --request candidates=64 --request look=2 -o gaits",
-    'um/s" -o out': 'um/s" --set "duration=10 ms" --count 4:2 -o out',
+    'um/s" -o out': 'um/s" --count 4:2:50ms -o out',
+    'adhesion.rate --budget "2 s"': 'adhesion.rate --budget "2 s" --vary hz="50, 100"',
+    'hz="15, 50, 100" --vary gap="70 um, 90 um"': 'hz="50, 100" --vary gap="70 um"',
+    'recommend millipede --budget "1 s"': 'recommend millipede --budget "0.3 s" --vary hz=102 --vary volts=14',
+    "--starts 60 --over": "--starts 20 --over",
     "=0.15:0.5 -o landing": "=0.15:0.5 --request effort=0.02 -o landing",
     "effort=0.3 -o landing": "effort=0.02 -o again",
     "tarsus calibrate cantilever -o fit": "tarsus devices",
