@@ -174,7 +174,7 @@ def test_slopes_of_outputs_are_those_of_windows_of_other_scenes() -> None:
 
     plan = lower_scene(scene)
     found = simulate_windows(
-        plan, start, gradients=WindowGradients.of(scene, plan, paths, 0.006), accuracy=fine
+        plan, start, gradients=WindowGradients.of(scene, plan, paths), accuracy=fine
     )
     assert found.slopes is not None
     slopes = output_slopes(scene, outputs, times, found.states, found.slopes, paths, plan)

@@ -83,7 +83,7 @@ def test_windows_move_as_their_derivatives_say(
     scene = make()
     run, plan = ts.simulate(scene, duration), lower_scene(scene)
     starts = starts_in(run, count, span, 1)
-    by = WindowGradients.of(scene, plan, paths, run.duration)
+    by = WindowGradients.of(scene, plan, paths)
     found = simulate_windows(plan, starts, gradients=by, accuracy=FINE)
     assert found.slopes is not None and sum(len(one.events) for one in found) >= count // 4
     size = {name: np.abs(getattr(found.states, name)).max() for name in FIELDS}
@@ -128,7 +128,7 @@ def test_one_window_is_that_of_many() -> None:
     scene = scene_of("p1_n2")
     plan, run = lower_scene(scene), ts.simulate(scene, 0.05)
     starts = starts_in(run, 5, 0.004, 3)
-    by = WindowGradients.of(scene, plan, ["ground.film.coefficient"], 0.05)
+    by = WindowGradients.of(scene, plan, ["ground.film.coefficient"])
     many = simulate_windows(plan, starts, gradients=by)
     for one, start in zip(many, starts, strict=True):
         alone = simulate_window(plan, start.state, start.t0, start.times, start.contacts, gradients=by)
@@ -158,7 +158,7 @@ def test_a_window_has_its_own_flags_whatever_windows_lie_beside_it() -> None:
     scene = ts.load_scene("cantilever", wave="square")
     plan = lower_scene(scene)
     paths = ("ground.film.coefficient", "signals.pzt.phase")
-    gradients = WindowGradients.of(scene, plan, paths, 0.01, state=False, t0=False)
+    gradients = WindowGradients.of(scene, plan, paths, state=False, t0=False)
     state = np.zeros(2 * len(plan.system.mass))
     starts = [WindowStart(state, t0, t0 + np.linspace(1e-4, 4e-4, 4), Contacts()) for t0 in (0.0, 0.0013, 0.0)]
     every = simulate_windows(plan, starts, gradients=gradients)

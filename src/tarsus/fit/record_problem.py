@@ -6,8 +6,8 @@ where the one before ended: what a motion forgets, and what no model says of it,
 
     y(t) = gain * output(t - delay) + zero,
 
-with white noise, and a discrepancy beside it: what the model is known to miss. Slopes are exact: by numbers of the
-scene, by states of starts through the engine, by a delay through the output's own rate.
+with white noise, and a discrepancy beside it: what the model is known to miss. Slopes by numbers of the scene and by
+states of starts are differences of windows; by a delay the output's own rate.
 """
 
 from __future__ import annotations
@@ -27,10 +27,12 @@ from tarsus.fit.normal_equations import Descent, Minimum, NormalEquations, desce
 from tarsus.fit.unknowns import Prior
 from tarsus.model.scene import Scene
 from tarsus.plan.lowering import Plan, lower_scene, slot
+from tarsus.plan.slots import Rows
 from tarsus.solve.contacts import Contacts
 from tarsus.solve.outputs import Output, output_rows, output_slopes
-from tarsus.solve.tangents import Direction, Entering, entering
-from tarsus.solve.window import WindowBatch, WindowGradients, WindowSlopes, WindowStart, simulate_windows
+from tarsus.solve.differences import Direction
+from tarsus.solve.window import WindowBatch, WindowStart, simulate_windows
+from tarsus.solve.window_copies import Entered, Pair, WindowGradients
 
 RATES = {
     Quantity.DISPLACEMENT: Quantity.VELOCITY, Quantity.VELOCITY: Quantity.ACCELERATION,
@@ -40,7 +42,8 @@ RATES = {
 FAR = 0.5
 """Longest step of the logarithm of a number: beyond, windows between impacts are not linear in any."""
 
-
+ENOUGH = 1e-3
+"""Part of slopes that differences may be off by: a step of Gauss and Newton is off by as much, and the next one less."""
 UNDER = "under "
 """How numbers of the ground under one foot begin, ``under L1: ground.friction.coefficient``: a factor of the ground's
 own number there, one where the ground is the same under all feet."""
@@ -331,11 +334,9 @@ class RecordProblem:
             measured.append(seen)
             first += len(when)
         end = max(float(np.max(one.times)) for one in starts)
-        by = WindowGradients(
-            tuple(self._entering(scenes[r], plans[r], values, names, end) for r in data.values()),
-            state=names is not None,
-            t0=False,
-        )
+        entered = tuple(self._entered(scenes[r], plans[r], values, names) for r in data.values())
+        ways = [free_of(plans[one.record], one) for one in segments] if names is not None else False
+        by = WindowGradients(entered, ways, t0=False, enough=ENOUGH)
         batch = simulate_windows(plans[segments[0].record], starts, gradients=by)
         width = max(len(one.channels) for one in self.records)
         outputs, rates = np.zeros((2, width, first))
@@ -354,31 +355,29 @@ class RecordProblem:
             batch, places, measured, outputs, rates, values, [scenes[r] for r in of], [plans[r] for r in of]
         )
 
-    def _entering(
-        self, scene: Scene, plan: Plan, values: Mapping[str, float], names: Sequence[str] | None, end: float
-    ) -> Entering:  # fmt: skip
+    def _entered(
+        self, scene: Scene, plan: Plan, values: Mapping[str, float], names: Sequence[str] | None
+    ) -> Entered:
         """What enters windows of a scene, with what the ground is under single feet."""
-        directions = {
-            name: {self.feet[name][1]: 1.0} if name in self.feet else self._along(name)
-            for name in self.numbers(names)
-        }
-        moving = with_values(scene, {"initial.standing": None})  # a window has a start of its own
-        found = entering(moving, plan, directions, end)
+        every = self.numbers(names)
+        own = Entered.of(scene, plan, {name: self._along(name) for name in every if name not in self.feet})
         if not self.feet:
-            return found
-        factors = np.ones(found.row.parameters.shape[1:])
-        for name, (foot, path) in self.feet.items():
-            place = slot(scene, path)
-            assert place is not None
-            factors[foot, place.at] = values[name]
-        slopes = found.data.parameters * factors[:, :, None]
-        for k, name in enumerate(directions):
-            if name in self.feet:
-                foot, path = self.feet[name]
-                mine = np.arange(len(slopes)) == foot
-                slopes[..., k] = found.data.parameters[..., k] * mine[:, None] * float(get_value(scene, path))
-        row = replace(found.row, parameters=found.row.parameters * factors)
-        return replace(found, row=row, data=replace(found.data, parameters=slopes))
+            return own
+        ground = _Feet(scene, {place: values[name] for name, place in self.feet.items()})
+
+        def beside(wanted: Sequence[str], part: float) -> Mapping[str, Pair]:
+            found = own.beside([name for name in wanted if name not in self.feet], part)
+            out = {
+                name: Pair(one.places, tuple((plan, ground.under(row)) for plan, row in one.copies))
+                for name, one in found.items()
+            }
+            steps = {name: values[name] * np.array([-part, part]) for name in wanted if name in self.feet}
+            return out | {
+                name: Pair(by, tuple((None, ground.moved(self.feet[name], step).under(own.row)) for step in by))
+                for name, by in steps.items()
+            }
+
+        return Entered(ground.under(own.row), every, beside)
 
     def left_of(self, segments: Sequence[Segment], flown: Flown) -> list[list[Floats]]:
         """What segments leave over the noise, by channel."""
@@ -400,21 +399,17 @@ class RecordProblem:
         by_output = np.zeros((*flown.outputs.shape, len(batch.slopes.names)))
         for r, at in _parts(segments, batch):
             k = next(k for k, one in enumerate(segments) if one.record == r)
-            own = WindowSlopes(batch.slopes.names, batch.slopes.states.part(at), batch.slopes.rows, ())
+            own = replace(batch.slopes, states=batch.slopes.states.part(at))
             channels = [one.output for one in self.records[r].channels]
             by_output[: len(channels), at] = output_slopes(
                 flown.scenes[k], channels, batch.times[at], batch.states.part(at), own,
                 {path: self._along(path) for path in paths if path not in self.feet}, flown.plans[k],
             )  # fmt: skip
-        for segment, places in zip(segments, flown.places, strict=True):  # what is known needs no derivative
-            at, known = np.unique(np.concatenate(places)), np.flatnonzero(segment.spread == 0.0)
-            by_output[:, at[:, None], len(paths) + known] = 0.0
-        by_output[~np.isfinite(by_output).all(axis=2)] = 0.0
+        by_output[~np.isfinite(by_output)] = 0.0
         column = {name: k for k, name in enumerate(names)}
         unit = [1.0 / float(self.priors[name].rates(np.array(flown.values[name]))) for name in names]
         out = []
-        for k, (segment, places) in enumerate(zip(segments, flown.places, strict=True)):
-            start = free_of(flown.plans[k], segment)
+        for segment, places in zip(segments, flown.places, strict=True):
             blocks = []
             for c, (one, at) in enumerate(zip(self.records[segment.record].channels, places, strict=True)):
                 gain, there = _value(one.gain, flown.values), by_output[c, at]
@@ -428,7 +423,7 @@ class RecordProblem:
                 for name, by in rates:
                     if name in column:
                         shared[:, column[name]] += by
-                blocks.append(np.hstack([gain * (there[:, len(paths) :] @ start), shared * unit]) / one.sigma)
+                blocks.append(np.hstack([gain * there[:, len(paths) :], shared * unit]) / one.sigma)
             out.append(np.vstack(blocks))
         return out
 
@@ -436,18 +431,38 @@ class RecordProblem:
         self, segments: Sequence[Segment], flown: Flown, k: int, names: Sequence[str]
     ) -> tuple[Floats, Floats]:  # fmt: skip
         """Slopes of the state at a segment's end by its start (2n, 2n) and by the numbers (2n, np), in standard
-        deviations."""
+        deviations; zero where there are none."""
         batch, paths = flown.batch, self.numbers(names)
         assert batch.slopes is not None
         states, at, size = batch.slopes.states, batch.first[k + 1] - 1, len(segments[k].state)
         end = np.concatenate([states.x[:, at], states.v[:, at]])
-        end[~np.isfinite(end).all(axis=1)] = 0.0
+        end[~np.isfinite(end)] = 0.0
         by_numbers = np.zeros((size, len(names)))
         for j, path in enumerate(paths):
             rate = float(self.priors[path].rates(np.array(flown.values[path])))
             by_numbers[:, names.index(path)] = end[:, j] / rate
-        by_state = np.asarray(end[:, len(paths) : len(paths) + size], dtype=np.float64)
-        return by_state @ free_of(flown.plans[k], segments[k]), by_numbers
+        return np.asarray(end[:, len(paths) : len(paths) + size], dtype=np.float64), by_numbers
+
+
+@dataclass(frozen=True)
+class _Feet:
+    """Factors of a scene's ground under single feet, by foot and path."""
+
+    scene: Scene
+    factors: Mapping[tuple[int, str], float]
+
+    def moved(self, at: tuple[int, str], by: float) -> _Feet:
+        """With one of them otherwise."""
+        return replace(self, factors={**self.factors, at: self.factors[at] + by})
+
+    def under(self, row: Rows) -> Rows:
+        """A row of data with these."""
+        parameters = row.parameters.copy()
+        for (foot, path), factor in self.factors.items():
+            place = slot(self.scene, path)
+            assert place is not None
+            parameters[:, foot, place.at] *= factor
+        return replace(row, parameters=parameters)
 
 
 def _parts(segments: Sequence[Segment], batch: WindowBatch) -> list[tuple[int, NDArray[np.intp]]]:

@@ -22,6 +22,7 @@ from tarsus.base.quantities import Quantity
 from tarsus.model.drive.lower import evaluate, lower
 from tarsus.model.structure.walker import TURNS
 from tarsus.plan.lowering import lower_system
+from tarsus.solve.differences import Stencil, directions_of
 
 if TYPE_CHECKING:
     from tarsus.core.modes import LinearSystem
@@ -29,8 +30,8 @@ if TYPE_CHECKING:
     from tarsus.model.drive.pieces import Pieces
     from tarsus.model.scene import Scene
     from tarsus.plan.lowering import Plan
-    from tarsus.solve.tangents import Direction
-    from tarsus.solve.window import WindowSlopes
+    from tarsus.solve.differences import Direction
+    from tarsus.solve.window_slopes import WindowSlopes
 
 Floats = NDArray[np.float64]
 
@@ -39,6 +40,8 @@ _MOTION = {
     Quantity.ACCELERATION: 2,
 }  # fmt: skip
 """Which derivative by time of a place or an angle a quantity is."""
+STEP = 1e-4
+"""Step of a difference of rows, of the number itself: 1e-16 of a polynomial remain, and 1e-12 of rounding."""
 _SPRINGS = ("stiffness_v", "damping_v", "stiffness_l", "damping_l", "acceleration")
 """Ends of paths on which rows depend through forces alone: of what is no acceleration none does."""
 _TURNS = (Quantity.ANGLE, Quantity.ANGULAR_VELOCITY)
@@ -96,7 +99,7 @@ class OutputRows:
         )
 
     def slopes(self, states: SampledStates) -> Floats:
-        """Their derivatives (nc, nt, P) by what the states have derivatives by (`tarsus.solve.window.WindowSlopes`),
+        """Their derivatives (nc, nt, P) by what the states have derivatives by (`tarsus.solve.window_slopes.WindowSlopes`),
         with the rows as they are. Raises InputError as `values`."""
         ground = np.where(states.held[..., None], -states.pull, states.resistive + states.smooth)
         self._along(None)
@@ -174,13 +177,11 @@ def output_slopes(
     """Derivatives (nc, nt, P) of outputs of windows by what the windows have derivatives by.
 
     states, slopes: of a window or of several end to end, at times (nt,) [s]; gradients: the numbers of the scene among
-    ``slopes.names``, by which rows vary as well. Rows are differentiated by differences of fourth order, as all that
-    enters a run is (`tarsus.solve.tangents.STEP`): they are polynomials of a scene's numbers as a rule.
+    ``slopes.names``, by which rows vary as well. Rows are differentiated by differences of fourth order (`STEP`), for
+    they are polynomials of a scene's numbers as a rule.
 
     Raises InputError as `output_rows`, and for a number that cannot vary.
     """
-    from tarsus.solve.tangents import STEP, Stencil, directions_of
-
     rows = output_rows(scene, outputs, times)
     held = slopes.states
     out = rows.slopes(held)

@@ -1,0 +1,305 @@
+"""Windows beside those that are asked for: what each is differentiated by becomes windows with that number otherwise."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from itertools import pairwise
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from tarsus.base.errors import InputError
+from tarsus.base.spec import with_values
+from tarsus.core import _native
+from tarsus.plan.lowering import Plan, lower_scene
+from tarsus.plan.slots import Rows, rows_for, rows_of, slot
+from tarsus.solve.differences import STEP, Direction, Stencil, directions_of
+from tarsus.solve.engine import book_of, structure_key, tables_of
+from tarsus.solve.window_run import Ran, Starts, Tables, run_windows
+
+if TYPE_CHECKING:
+    from tarsus.model.scene import Scene
+
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+
+
+class Pair(NamedTuple):
+    """Two scenes beside one along a direction: how far each is (2,), its plan, None for that of the scene itself, and its
+    row of data."""
+
+    places: Floats
+    copies: tuple[tuple[Plan | None, Rows], ...]
+
+
+@dataclass(frozen=True)
+class Entered:
+    """What windows run on, and by which numbers of it they have derivatives.
+
+    row: one row of data; names: of the numbers; beside: pairs by name at a part of their numbers' size, for some names.
+    """
+
+    row: Rows
+    names: tuple[str, ...]
+    beside: Callable[[Sequence[str], float], Mapping[str, Pair]]
+
+    @classmethod
+    def of(cls, scene: Scene, plan: Plan, paths: Sequence[str] | Mapping[str, Direction]) -> Entered:
+        """By numbers of the scene of a plan at paths, or along directions by name; where it begins is a window's own.
+
+        Raises InputError for what is no number of the scene, or one that cannot vary.
+        """
+        directions = directions_of(scene, paths)
+        moving = with_values(scene, {"initial.standing": None})
+        free = replace(plan, stance=None)
+        return cls(rows_of(plan), tuple(directions), partial(_pairs, moving, free, directions))
+
+
+def _pairs(
+    scene: Scene, plan: Plan, directions: Mapping[str, Direction], names: Sequence[str], part: float
+) -> dict[str, Pair]:
+    """Scenes beside one: rows of its plan where all that moves are data, else plans of their own."""
+    steps = {name: Stencil.of(scene, directions[name], part, plan, order=2) for name in names}
+    rows = {name: one for name, one in steps.items() if all(slot(scene, path) for path in one.direction)}
+    base = {path: value for one in rows.values() for path, value in one.base.items()}
+    each = [base | one.values(place) for one in rows.values() for place in one.places]
+    columns = {path: np.array([row[path] for row in each]) for path in base}
+    made = rows_for(scene, plan, columns, 0.0, scaled=False, count=len(each)) if each else None
+    out, first = dict[str, Pair](), 0
+    for name, one in steps.items():
+        copies: list[tuple[Plan | None, Rows]]
+        if name in rows:
+            assert made is not None
+            copies = [(None, made.taken(slice(k, k + 1))) for k in (first, first + 1)]
+            first += 2
+        else:
+            copies = [_lowered(one.scene(scene, place), plan, name) for place in one.places.tolist()]
+        out[name] = Pair(one.places, tuple(copies))
+    return out
+
+
+def _lowered(scene: Scene, plan: Plan, name: str) -> tuple[Plan, Rows]:
+    """A scene beside that of a plan, whose scales it has; its row. Raises InputError where its structure is larger."""
+    own = replace(lower_scene(scene), length=plan.length, force=plan.force, rate=plan.rate)
+    if own.initial.shape != plan.initial.shape:
+        raise InputError(f"{name}: there is no derivative by it, for the structure changes its size")
+    return own, rows_of(own)
+
+
+@dataclass(frozen=True)
+class WindowGradients:
+    """By what windows are differentiated.
+
+    entered: what enters them, with derivatives by numbers of a scene, all by the same numbers; of windows that differ
+    in their data several, of which each window names its own. state: by the start state, whose displacements and
+    velocities are then ``state.0`` to ``state.{2n - 1}``, or by window along directions (2n, q) of it, ``state.0`` to
+    ``state.{q - 1}``; t0: by the moment of the start, with the start state and the times of outputs as they are.
+    Contacts and flights that begin with the window begin later with it. enough: part of slopes that they may be off by
+    before a second pair of windows is made, in better steps.
+    """
+
+    entered: Sequence[Entered] = ()
+    state: bool | Sequence[Floats] = True
+    t0: bool = True
+    enough: float = 1e-6
+
+    @classmethod
+    def of(
+        cls,
+        scene: Scene,
+        plan: Plan,
+        paths: Sequence[str] | Mapping[str, Direction],
+        *,
+        state: bool = True,
+        t0: bool = True,
+    ) -> WindowGradients:
+        """By numbers of the scene of a plan at paths, or along directions by name. Raises InputError as `Entered.of`
+        does."""
+        return cls((Entered.of(scene, plan, paths),), state, t0)
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """Names of the numbers of a scene."""
+        return self.entered[0].names if self.entered else ()
+
+    def along(self, windows: int, coordinates: int) -> Floats:
+        """Directions (nw, 2n, q) of the start states, of a structure of so many coordinates."""
+        if isinstance(self.state, bool):
+            own = np.eye(2 * coordinates)[:, : 2 * coordinates if self.state else 0]
+            return np.broadcast_to(own, (windows, *own.shape))
+        return np.array(self.state, dtype=float).reshape(windows, 2 * coordinates, -1)
+
+    def names(self, along: Floats) -> tuple[str, ...]:
+        """Names of all numbers, in the order of derivatives."""
+        states = tuple(f"state.{i}" for i in range(along.shape[2]))
+        return (*self.paths, *states, *(("t0",) if self.t0 else ()))
+
+
+@dataclass(frozen=True)
+class Lane:
+    """Windows beside some, two of each, along one number: its place among all, the windows (nl,), places (2,) in steps,
+    of which the nearest is one off, steps (nl,), and what both came to, longer than the windows and without marks."""
+
+    number: int
+    windows: Integers
+    places: Floats
+    steps: Floats
+    ran: tuple[Ran, Ran]
+
+
+BOTH, AHEAD = np.array([-1.0, 1.0]), np.array([1.0, 2.0])
+"""Places to both sides, and of what can only be larger."""
+
+
+class _Filed(NamedTuple):
+    """Where a part of one side of a lane is: its call, its number there, and places of its windows in the lane."""
+
+    call: _Call
+    part: int
+    places: Integers
+
+
+@dataclass
+class _Call:
+    """One call of the engine: a plan with its tables, rows of data, and windows in parts."""
+
+    plan: Plan
+    tables: Tables
+    data: list[Rows]
+    parts: list[Starts] = field(default_factory=list)
+
+    def added(self, starts: Starts, places: Integers) -> _Filed:
+        """With one part more, of windows at such places in their lane."""
+        self.parts.append(starts)
+        return _Filed(self, len(self.parts) - 1, places)
+
+    def ran(self, settings: _native.Settings) -> list[Ran]:
+        """What each part came to."""
+        if not self.parts:
+            return []
+        every = run_windows(self.plan, self.tables, self.data, Starts.joined(self.parts), settings)
+        edges = np.cumsum([0, *map(len, self.parts)])
+        return [every.taken(np.arange(a, b)) for a, b in pairwise(edges.tolist())]
+
+
+class _Way(NamedTuple):
+    """How windows are moved along a number: places (2,) in steps, steps (nw,), zero of those that it does not move; pairs
+    by data where it is one of a scene; directions (nw, 2n) of a start state; with neither their starts are later."""
+
+    places: Floats
+    steps: Floats
+    pairs: Sequence[Pair] = ()
+    state: Floats | None = None
+
+
+@dataclass(frozen=True)
+class Copies:
+    """Makes windows beside those of a plan, its ``starts``, which run on ``data``.
+
+    tables: of the plan's structure; starts: longer than the windows; along (nw, 2n, q): directions of the start states.
+    """
+
+    plan: Plan
+    tables: Tables
+    data: Sequence[Rows]
+    starts: Starts
+    by: WindowGradients
+    along: Floats
+    settings: _native.Settings
+
+    @property
+    def moment(self) -> int:
+        """Number of the moment of the start."""
+        return len(self.by.paths) + self.along.shape[2]
+
+    def lanes(self, wanted: Sequence[tuple[int, float, Integers]]) -> list[Lane]:
+        """Lanes of numbers, each at a part of the first step and for some windows. Raises InputError for a number that
+        cannot vary by the first step; by another it has none."""
+        calls: dict[object, _Call] = {_BASE: _Call(self.plan, self.tables, list(self.data))}
+        begun = []
+        pairs = {factor: self._pairs(wanted, factor) for factor in dict.fromkeys(of for _, of, _ in wanted)}
+        for number, factor, windows in wanted:
+            way = self._way(number, factor, pairs[factor])
+            moved = windows[way.steps[windows] > 0.0] if way is not None else windows[:0]
+            if way is not None and len(moved):
+                begun.append((number, moved, way, [self._filed(calls, way, moved, side) for side in (0, 1)]))
+        ran = {id(call): call.ran(self.settings) for call in calls.values()}
+        out = []
+        for number, windows, way, filed in begun:
+            sides = []
+            for parts in filed:
+                order = np.argsort(np.concatenate([one.places for one in parts]))
+                sides.append(Ran.joined([ran[id(one.call)][one.part] for one in parts]).taken(order).without_marks)
+            out.append(Lane(number, windows, way.places, way.steps[windows], (sides[0], sides[1])))
+        return out
+
+    def _pairs(self, wanted: Sequence[tuple[int, float, Integers]], factor: float) -> list[Mapping[str, Pair]]:
+        """Of the numbers of a scene that are wanted at a part of the first step, by data."""
+        paths = self.by.paths
+        names = [paths[k] for k, of, _ in wanted if of == factor and k < len(paths)]
+        try:
+            return [one.beside(names, STEP * factor) for one in self.by.entered]
+        except InputError:
+            if factor == 1.0:
+                raise
+            return []
+
+    def _way(self, number: int, factor: float, pairs: Sequence[Mapping[str, Pair]]) -> _Way | None:
+        paths, states = self.by.paths, self.along.shape[2]
+        if number < len(paths):
+            own = [one[paths[number]] for one in pairs]
+            size = np.array([np.abs(one.places).min() for one in own])
+            return _Way(own[0].places / size[0], size[self.starts.sources[:, 0]], own) if own else None
+        if number < len(paths) + states:
+            state = self.along[:, :, number - len(paths)]
+            size = self._moves(state)
+            return _Way(
+                BOTH, np.divide(STEP * factor, size, out=np.zeros_like(size), where=size > 0.0), (), state
+            )
+        step = STEP * factor / self.plan.rate
+        early = bool(np.any(self.starts.t0 < step))
+        return _Way(AHEAD if early else BOTH, np.full(len(self.starts), step))
+
+    def _moves(self, along: Floats) -> Floats:
+        """By how many lengths of the plan directions (nw, 2n) of a start move feet; by speeds at the plan's rate."""
+        weight = np.abs(self.plan.system.normals).max(axis=1, initial=0.0)
+        weight = np.where(weight > 0.0, weight, 1.0) / self.plan.length
+        return np.abs(along * np.concatenate([weight, weight / self.plan.rate])).max(axis=1)
+
+    def _filed(self, calls: dict[object, _Call], way: _Way, windows: Integers, side: int) -> list[_Filed]:
+        """Put the windows of one side of a lane into calls."""
+        starts, by = self.starts.taken(windows), way.places[side] * way.steps[windows]
+        own = calls[_BASE]
+        if not way.pairs:
+            moved = starts.later(by) if way.state is None else replace(
+                starts, state=starts.state + by[:, None] * way.state[windows]
+            )  # fmt: skip
+            return [own.added(moved, np.arange(len(windows)))]
+        out = []
+        for d, pair in enumerate(way.pairs):
+            at = np.flatnonzero(starts.sources[:, 0] == d)
+            if not len(at):
+                continue
+            plan, row = pair.copies[side]
+            call = own if plan is None else self._call(calls, plan)
+            call.data.append(row)
+            sources = np.tile([len(call.data) - 1, 0], (len(at), 1))
+            out.append(call.added(replace(starts.taken(at), sources=sources), at))
+        return out
+
+    def _call(self, calls: dict[object, _Call], plan: Plan) -> _Call:
+        """That of plans of this structure."""
+        legs = () if plan.legs is None else tuple(np.asarray(one).tobytes() for one in plan.legs.body)
+        key = structure_key(plan, 1.0), legs
+        if key not in calls:
+            longest = float(np.asarray(self.tables.lengths)[0])
+            made = book_of(plan, longest) if plan.legs is None else tables_of(plan, longest)
+            calls[key] = _Call(plan, made, [])
+        return calls[key]
+
+
+_BASE = ()
+"""Which call is that of the plan itself."""

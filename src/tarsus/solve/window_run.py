@@ -1,0 +1,294 @@
+"""Windows as the engine runs them: many of one plan in one call, each from its own state at its own time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, fields, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from tarsus.base.errors import InputError
+from tarsus.base.events import EventKind, FootState
+from tarsus.base.workers import spread
+from tarsus.core import _native
+from tarsus.core import arrays as a
+from tarsus.core.modes import NODES, ModeBook
+from tarsus.core.replay import SampledStates, shown_states
+from tarsus.plan.slots import Rows
+from tarsus.solve.acting import Acting
+from tarsus.solve.contacts import CARRIED, Contacts
+from tarsus.solve.motion import unpacked
+
+if TYPE_CHECKING:
+    from tarsus.plan.lowering import Plan
+
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+Tables = ModeBook | _native.LegTables
+
+TOGETHER = 64
+"""Windows that a thread runs at least: fewer take less time than a thread takes to start."""
+_BEGIN = [CARRIED.index(name) for name in ("since", "parted", "left", "rose", "apex_time")]
+"""What feet carry on that are moments."""
+
+
+@dataclass(frozen=True)
+class WindowStart:
+    """Where one window starts, and what is asked of it.
+
+    state (2n,): displacements and velocities [m, m/s]; t0 [s]: when it starts, at 0 or later, the drives' time; times
+    (nt,) [s]: when outputs are wanted, in order, none before the start: the window ends with the last one; contacts:
+    what the feet do at the start, by default none is held, or (m, k) what they carry on from a window before
+    (`Window.feet`); data: number of the row of data that it runs on, or of what enters it.
+    """
+
+    state: npt.ArrayLike
+    t0: float
+    times: npt.ArrayLike
+    contacts: Contacts | Floats = field(default_factory=Contacts)
+    data: int = 0
+
+
+@dataclass(frozen=True)
+class Starts:
+    """Starts of nw windows as arrays: state (nw, 2n), t0 (nw,), held, leaving, since (nw, m), sources (nw, 2): which of
+    some data each runs on, and its row there, first (nw + 1,) of each one's times, carried (nw, m, k) by the feet of
+    those that go on."""
+
+    state: Floats
+    t0: Floats
+    held: npt.NDArray[np.uint8]
+    leaving: npt.NDArray[np.uint8]
+    since: Floats
+    sources: Integers
+    first: Integers
+    times: Floats
+    carried: Floats
+
+    @classmethod
+    def of(cls, plan: Plan, starts: Sequence[WindowStart], data: Sequence[Rows]) -> Starts:
+        """Raises InputError where a start does not fit the plan, or names data that are not there."""
+        m, size, end = plan.feet, 2 * len(plan.system.mass), np.cumsum([0, *map(len, data)])
+        states = [np.asarray(one.state, dtype=float) for one in starts]
+        times = [np.atleast_1d(np.asarray(one.times, dtype=float)) for one in starts]
+        for w, (one, state, when) in enumerate(zip(starts, states, times, strict=True)):
+            problems = _problems(one, state, when, m, size)
+            if not 0 <= one.data < end[-1]:
+                problems.append(f"data: there is no number {one.data} (data are numbered 0 to {end[-1] - 1})")
+            if problems:
+                raise InputError(
+                    problems if len(starts) == 1 else [f"window {w}: {text}" for text in problems]
+                )
+        begun = [_begun(one, m) for one in starts]
+        held = np.array([one[0] for one in begun], dtype=np.uint8).reshape(-1, m)
+        leaving = np.array([one[1] for one in begun], dtype=np.uint8).reshape(-1, m)
+        since = np.array([one[2] for one in begun], dtype=float).reshape(-1, m)
+        number = np.array([one.data for one in starts], dtype=np.int64)
+        source = np.searchsorted(end, number, side="right") - 1
+        return cls(
+            np.array(states).reshape(-1, size), np.array([one.t0 for one in starts], dtype=float), held, leaving, since,
+            np.stack([source, number - end[source]], axis=1), np.cumsum([0, *map(len, times)], dtype=np.int64),
+            np.concatenate([*times, np.zeros(0)]),
+            np.array([one[3] for one in begun], dtype=float).reshape(-1, m, len(CARRIED)),
+        )  # fmt: skip
+
+    def __len__(self) -> int:
+        return len(self.t0)
+
+    @property
+    def ends(self) -> Floats:
+        """Last time (nw,) [s] of each."""
+        return self.times[self.first[1:] - 1]
+
+    def taken(self, windows: Integers) -> Starts:
+        """Some of the windows."""
+        at, first = gathered(self.first, windows)
+        parts = {one.name: getattr(self, one.name)[windows] for one in fields(self) if one.name not in _TIMES}
+        return Starts(**parts, first=first, times=self.times[at])
+
+    @classmethod
+    def joined(cls, parts: Sequence[Starts]) -> Starts:
+        """Several, one after the other."""
+        whole = {one.name: np.concatenate([getattr(p, one.name) for p in parts]) for one in fields(cls)}
+        return cls(**{**whole, "first": _one_after_another([p.first for p in parts])})
+
+    def longer(self, by: float) -> Starts:
+        """The same with one time more, after the last by so much of the window."""
+        end = self.ends + by * (self.ends - self.t0)
+        first = self.first + np.arange(len(self.first))
+        return replace(self, first=first, times=np.insert(self.times, self.first[1:], end))
+
+    def later(self, by: Floats) -> Starts:
+        """The same with starts later by so long (nw,) [s], at states and with times as they are, none before it. What
+        begins with the window does so later; what began before has begun by then."""
+        t0 = self.t0 + by
+        own, then = self.t0[:, None], t0[:, None]
+        since = np.where(self.since == own, then, np.minimum(self.since, then))
+        moments = self.carried[..., _BEGIN]
+        carried = self.carried.copy()
+        carried[..., _BEGIN] = np.where(moments == own[..., None], then[..., None], moments)
+        when = np.maximum(self.times, np.repeat(t0, np.diff(self.first)))
+        return replace(self, t0=t0, since=since, times=when, carried=carried)
+
+    def native(self) -> tuple[Any, ...]:
+        """As the engine takes them."""
+        whole = tuple(np.ascontiguousarray(getattr(self, one.name)) for one in fields(self))
+        return whole
+
+
+_TIMES = ("first", "times")
+
+
+def _begun(one: WindowStart, feet: int) -> tuple[Any, Any, Any, Floats]:
+    """Held, leaving and since (m,), and what is carried on (m, k), NaN where nothing is."""
+    if isinstance(one.contacts, Contacts):
+        return (*one.contacts.begin(feet, one.t0)[1:], np.full((feet, len(CARRIED)), np.nan))
+    held, since = (one.contacts[:, CARRIED.index(name)] for name in ("contact", "since"))
+    return held != FootState.AIR, np.zeros(feet), since, one.contacts
+
+
+def _problems(one: WindowStart, state: Floats, times: Floats, feet: int, size: int) -> list[str]:
+    """Sentences on where a window's start or times do not fit a plan of so many feet and numbers of a state."""
+    problems = []
+    if isinstance(one.contacts, Contacts):
+        problems += one.contacts.faults(feet, one.t0)
+    elif np.shape(one.contacts) != (feet, len(CARRIED)):
+        problems.append(
+            f"contacts: expected {feet} rows of {len(CARRIED)} numbers, as a window before left them"
+        )
+    if state.shape != (size,) or not np.isfinite(state).all():
+        problems.append(f"state: expected {size} finite numbers, displacements and velocities")
+    if not (math.isfinite(one.t0) and one.t0 >= 0.0):
+        problems.append(f"t0: expected a time of 0 s or later, got {one.t0:g} s")
+    ordered = times.ndim == 1 and len(times) > 0 and not np.any(np.diff(times) < 0.0)
+    if not (ordered and one.t0 <= times[0] and one.t0 < times[-1] < math.inf):
+        problems.append("times: expected times in order, none before the start and the last after it")
+    return problems
+
+
+@dataclass(frozen=True)
+class Ran:
+    """What windows came to: codes (nw,); events (ne, 12), those of window w from begin[w] to begin[w + 1]; states at
+    the times of all, end to end, those of window w from first[w] to first[w + 1]; ends (nw, 2n) and feet (nw, m, k)."""
+
+    codes: Integers
+    events: Floats
+    begin: Integers
+    states: SampledStates
+    first: Integers
+    ends: Floats
+    feet: Floats
+
+    def taken(self, windows: Integers) -> Ran:
+        """Some of them, in any order."""
+        events, begin = gathered(self.begin, windows)
+        samples, first = gathered(self.first, windows)
+        return Ran(
+            self.codes[windows], self.events[events], begin, self.states.part(samples), first, self.ends[windows],
+            self.feet[windows],
+        )  # fmt: skip
+
+    @property
+    def marks(self) -> npt.NDArray[np.bool_]:
+        """Which rows (ne,) are no events but the ends of windows."""
+        return np.asarray(self.events[:, a.E_KIND] == EventKind.PERIOD_MARK)
+
+    @property
+    def without_marks(self) -> Ran:
+        """The same with events alone."""
+        kept = ~self.marks
+        begin = np.concatenate([[0], np.cumsum(kept)])[self.begin]
+        return replace(self, events=self.events[kept], begin=begin)
+
+    @classmethod
+    def joined(cls, parts: Sequence[Ran]) -> Ran:
+        """Several, one after the other."""
+        if len(parts) == 1:
+            return parts[0]
+        whole = {
+            name: np.concatenate([getattr(one, name) for one in parts])
+            for name in ("codes", "events", "ends", "feet")
+        }
+        return cls(
+            begin=_one_after_another([one.begin for one in parts]), states=end_to_end([one.states for one in parts]),
+            first=_one_after_another([one.first for one in parts]), **whole,
+        )  # fmt: skip
+
+
+def _one_after_another(firsts: Sequence[Integers]) -> Integers:
+    """Where parts begin, counted through all."""
+    return np.concatenate([[0], np.cumsum(np.concatenate([np.diff(one) for one in firsts]))]).astype(np.int64)
+
+
+def gathered(first: Integers, windows: Integers) -> tuple[Integers, Integers]:
+    """Numbers of what windows have, end to end, and where each one's begin, from where those of all begin."""
+    counts = np.diff(first)[windows]
+    begin = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+    return np.arange(begin[-1]) + np.repeat(first[:-1][windows] - begin[:-1], counts), begin
+
+
+def end_to_end(parts: Iterable[SampledStates]) -> SampledStates:
+    """Samples of several windows."""
+    each = list(parts)
+    names = [one.name for one in fields(SampledStates)]
+    own = {name: [getattr(one, name) for one in each] for name in names}
+    return SampledStates(**{
+        name: None if values[0] is None else np.concatenate(values, axis=1) for name, values in own.items()
+    })  # fmt: skip
+
+
+def run_windows(
+    plan: Plan, tables: Tables, data: Sequence[Rows], starts: Starts, settings: _native.Settings
+) -> Ran:
+    """Run windows of a plan, on all threads where there are many."""
+    count = len(starts)
+    edges = range(0, count, max(TOGETHER, -(-count // 8)))
+    if len(edges) < 2:
+        return _run(plan, tables, data, starts, settings)
+    jobs = [starts.taken(np.arange(a, min(a + edges.step, count))) for a in edges]
+    return Ran.joined(list(spread(lambda part: _run(plan, tables, data, part, settings), jobs)))
+
+
+def _run(
+    plan: Plan, tables: Tables, data: Sequence[Rows], starts: Starts, settings: _native.Settings
+) -> Ran:
+    laws, given = plan.laws, [(rows.signals, _unmarked(rows), []) for rows in data]
+    if plan.legs is None:
+        assert isinstance(tables, ModeBook)
+        codes, events, ends, samples, _, _, _, finals, feet = _native.windows_modal(
+            tables.native, NODES, laws.native, laws.by_programs, settings, given, [], starts.native()
+        )
+        states = shown_states(samples, plan.feet, plan.system.tangents is not None)
+    else:
+        assert not isinstance(tables, ModeBook)
+        codes, events, ends, samples, _, _, _, finals, feet = _native.windows_legged(
+            plan.legs.native, tables, NODES, laws.native, laws.by_programs, settings, given, [], 0, starts.native()
+        )
+        states = _walked(plan, starts, data, samples)
+    begin = np.concatenate([[0], ends]).astype(np.int64)
+    return Ran(
+        np.asarray(codes), events, begin, states, starts.first, finals, feet.reshape(len(starts), plan.feet, -1)
+    )
+
+
+def _unmarked(rows: Rows) -> Rows:
+    """Rows without marks of periods."""
+    scales = rows.scales.copy()
+    scales[:, 2] = math.inf
+    return replace(rows, scales=scales)
+
+
+def _walked(plan: Plan, starts: Starts, data: Sequence[Rows], samples: Floats) -> SampledStates:
+    """States of a walker by its samples, window by window on data of its own."""
+    sources, of = np.unique(starts.sources, axis=0, return_inverse=True)
+    of = np.repeat(of.ravel(), np.diff(starts.first))
+    parts, order = [], []
+    for k, (source, row) in enumerate(sources.tolist()):
+        own = np.flatnonzero(of == k)
+        acting = Acting(plan, data[source].taken(slice(row, row + 1)))
+        parts.append(unpacked(acting, samples[own], starts.times[own])[0])
+        order.append(own)
+    return parts[0] if len(parts) == 1 else end_to_end(parts).part(np.argsort(np.concatenate(order)))

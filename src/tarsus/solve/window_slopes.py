@@ -1,0 +1,535 @@
+"""Derivatives of windows by differences of windows beside them, event by event and sample by sample."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from functools import cached_property
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from tarsus.core import arrays as a
+from tarsus.core.replay import SampledStates
+from tarsus.solve.differences import BENT, ROUNDING, STEP, better_step
+from tarsus.solve.window_copies import Copies, Lane
+from tarsus.solve.window_run import Ran, Starts, gathered
+
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+Flags = npt.NDArray[np.bool_]
+
+LONGER = 1e-3
+"""Part of a window by which those beside it are longer: an event just beyond its end is then seen in all of them, for
+over one step events move by far less."""
+NARROW = 1e-2
+"""Part of the first step of a second pair, where events of the first differ from the window's own."""
+UNSEEN = 10.0 * STEP
+"""Part by which slopes that show no bend for noise may change over a first step all the same."""
+SHOWN = ("x", "v", "gap", "rate", "resistive", "smooth", "pull")
+"""What of sampled states has derivatives."""
+
+
+class Doubt(Enum):
+    """Why there is no derivative of what comes after some moment; the value is a sentence."""
+
+    OTHERWISE = "{foot} touches or leaves the ground otherwise from {time} on where the number is a little another"
+    KINKED = "to both sides of the number {foot} moves otherwise at {time}: an edge or a threshold lies there"
+    UNSURE = "what {foot} does at {time} is within the error of a step"
+    STOPPED = "a window with the number a little another stops before its end"
+
+
+class WindowFlag(NamedTuple):
+    """That a window, by its number, has no derivative by a number, by its place, from a time [s] on; foot: whose event
+    it is, -1 of none."""
+
+    window: int
+    number: int
+    doubt: Doubt
+    time: float
+    foot: int
+
+    def __str__(self) -> str:
+        foot = f"foot {self.foot}" if self.foot >= 0 else "the robot"
+        return self.doubt.value.format(foot=foot, time=f"{self.time:.6g} s")
+
+
+@dataclass(frozen=True)
+class WindowSlopes:
+    """Derivatives of a window, or of several, by P numbers, last axis; NaN from a moment on at which there is none.
+
+    names (P,): paths, then ``state.i`` and ``t0``; states: of displacements and velocities (n, nt, P), and of gaps,
+    gap rates, forces and pulls of the feet (m, nt, P), at fixed times; rows (ne, 12, P): of the event rows; state_errors
+    and row_errors: what these may be off by; flags: why some are not there.
+    """
+
+    names: tuple[str, ...]
+    states: SampledStates
+    rows: Floats
+    state_errors: SampledStates
+    row_errors: Floats
+    flags: tuple[WindowFlag, ...]
+
+    def part(self, window: int, samples: slice, events: slice) -> WindowSlopes:
+        """Those of one window."""
+        own = tuple(one._replace(window=0) for one in self.flags if one.window == window)
+        return WindowSlopes(
+            self.names, self.states.part(samples), self.rows[events], self.state_errors.part(samples),
+            self.row_errors[events], own,
+        )  # fmt: skip
+
+
+class _Lost(NamedTuple):
+    """From when on [s] windows have no derivative: times (nw,), infinite where there is one to the end, feet, reasons."""
+
+    time: Floats
+    foot: Integers
+    doubt: list[Doubt]
+
+    @classmethod
+    def none(cls, count: int) -> _Lost:
+        return cls(np.full(count, np.inf), np.full(count, -1, dtype=np.int64), [Doubt.OTHERWISE] * count)
+
+    def or_from(self, time: float, window: int, foot: int, doubt: Doubt) -> None:
+        if time < self.time[window]:
+            self.time[window], self.foot[window], self.doubt[window] = time, foot, doubt
+
+
+def _events_of(ran: Ran) -> Integers:
+    """Number of the window of every event."""
+    return np.repeat(np.arange(len(ran.codes)), np.diff(ran.begin))
+
+
+def _alike(own: Ran, other: Ran, ends: Floats, doubt: Doubt) -> tuple[Integers, _Lost]:
+    """Of every event of windows the one of others, -1 of none, and from when on they part: foot by foot they have the
+    same kinds of events one after the other, and feet far from each other may change places.
+
+    Events beyond the ends (nw,) [s] may be missing.
+    """
+    columns = [a.E_FOOT, a.E_KIND]
+    place, lost = np.full(len(own.events), -1, dtype=np.int64), _Lost.none(len(own.codes))
+    same = np.diff(own.begin) == np.diff(other.begin)
+    alike = np.flatnonzero(same)
+    here, first = gathered(own.begin, alike)
+    there, _ = gathered(other.begin, alike)
+    differs = (own.events[here][:, columns] != other.events[there][:, columns]).any(axis=1)
+    place[here] = there
+    apart = np.unique(np.searchsorted(first, np.flatnonzero(differs), side="right") - 1)
+    for w in [*alike[apart].tolist(), *np.flatnonzero(~same).tolist()]:
+        _matched(own, other, w, (place, lost), (float(ends[w]), doubt))
+    for w in np.flatnonzero(own.codes != other.codes).tolist():
+        lost.or_from(-np.inf, w, -1, Doubt.STOPPED)
+    return place, lost
+
+
+def _matched(
+    own: Ran, other: Ran, window: int, into: tuple[Integers, _Lost], told: tuple[float, Doubt]
+) -> None:
+    """The events of one window foot by foot."""
+    (place, lost), (end, doubt) = into, told
+    mine, theirs = (np.arange(*one.begin[window : window + 2]) for one in (own, other))
+    place[mine] = -1
+    for foot in np.unique(np.concatenate([own.events[mine, a.E_FOOT], other.events[theirs, a.E_FOOT]])):
+        here, there = (
+            at[ran.events[at, a.E_FOOT] == foot] for ran, at in ((own, mine), (other, theirs))
+        )
+        count = min(len(here), len(there))
+        same = own.events[here[:count], a.E_KIND] == other.events[there[:count], a.E_KIND]
+        alike = count if same.all() else int(np.argmin(same))
+        place[here[:alike]] = there[:alike]
+        after = [
+            float(ran.events[at[alike], a.E_TIME]) for ran, at in ((own, here), (other, there)) if len(at) > alike
+        ]
+        if after and min(after) <= end:
+            lost.or_from(min(after), window, int(foot), doubt)
+
+
+@dataclass(frozen=True)
+class _Values:
+    """Values of something of windows: of themselves, of one in other steps, of the two beside (c, k); which of these two
+    count (2, k); first (nw + 1,): where those of each window begin; blocks: rows of one kind, weights (c,) with which
+    they have one unit."""
+
+    own: Floats
+    finer: Floats
+    beside: tuple[Floats, Floats]
+    valid: Flags
+    first: Integers
+    blocks: Sequence[slice]
+    weights: Floats
+
+    def most(self, values: Floats) -> Floats:
+        """Largest (blocks, nw) of weighted values (c, k) in every window; zero of none."""
+        out = np.zeros((len(self.blocks), len(self.first) - 1))
+        there = np.flatnonzero(np.diff(self.first))
+        if len(there):
+            rows = np.fmax.reduceat(np.nan_to_num(values), self.first[there], axis=1) * self.weights[:, None]
+            out[:, there] = [rows[block].max(axis=0, initial=0.0) for block in self.blocks]
+        return out
+
+    def most_rows(self, values: Floats) -> Floats:
+        """Largest of values (c, k) in every window row by row, for all that is in it."""
+        out = np.zeros((len(values), len(self.first) - 1))
+        there = np.flatnonzero(np.diff(self.first))
+        if len(there):
+            out[:, there] = np.fmax.reduceat(np.nan_to_num(values), self.first[there], axis=1)
+        return self.each(out)
+
+    def each(self, values: Floats) -> Floats:
+        """Values (nw,) of windows for all that is in them."""
+        return np.repeat(values, np.diff(self.first), axis=-1)
+
+    def rows(self, values: Floats) -> Floats:
+        """Values (blocks, nw) for all that is in them, (c, k), without weights."""
+        each = self.each(values)
+        out = np.concatenate([np.repeat(row[None], b.stop - b.start, axis=0) for row, b in zip(each, self.blocks, strict=True)])
+        return out / self.weights[:, None]
+
+
+@dataclass(frozen=True)
+class _Differences:
+    """Differences of values by steps: slopes (c, k), what they change by over one step, and the noise of runs."""
+
+    values: _Values
+    places: Floats
+
+    @cached_property
+    def _off(self) -> tuple[Floats, Floats]:
+        one, two = (each - self.values.own for each in self.values.beside)
+        return one, two
+
+    @cached_property
+    def slope(self) -> Floats:
+        """To both sides, or to the one that counts, NaN where none does."""
+        (one, two), (x, y), valid = self._off, self.places, self.values.valid
+        out = (one * (y / x) - two * (x / y)) / (y - x)
+        out[:, ~valid[1]] = (one / x)[:, ~valid[1]]
+        out[:, ~valid[0]] = (two / y)[:, ~valid[0]]
+        out[:, ~valid.any(axis=0)] = np.nan
+        return out
+
+    @cached_property
+    def change(self) -> Floats:
+        """Zero where one side alone counts."""
+        (one, two), (x, y) = self._off, self.places
+        return np.where(self.values.valid.all(axis=0), np.abs((one / x - two / y) / (x - y)), 0.0)
+
+    @cached_property
+    def off(self) -> Floats:
+        """How far values are from those in other steps."""
+        own = self.values.own
+        return np.abs(self.values.finer - own) + ROUNDING * np.abs(own)
+
+    @cached_property
+    def noise(self) -> Floats:
+        """The most (blocks, nw) of it in a window: at one moment two runs may agree by chance."""
+        return self.values.most(self.off)
+
+    @cached_property
+    def scale(self) -> Floats:
+        """Largest slopes (blocks, nw) in a window."""
+        return self.values.most(np.abs(self.slope))
+
+    @cached_property
+    def same(self) -> Flags:
+        """Where no copy differs."""
+        pairs = zip(self._off, self.values.valid, strict=True)
+        return np.all([(off == 0.0) | ~ok for off, ok in pairs], axis=0)
+
+    @cached_property
+    def kinked(self) -> Flags:
+        """Where slopes to both sides differ by a part of the window's largest that no curve leaves over a step."""
+        if self.places[0] * self.places[1] > 0.0:
+            return np.zeros(self.change.shape, dtype=bool)
+        return (self.change > self.values.rows(np.maximum(BENT * self.scale, 3.0 * self.noise))) & ~self.same
+
+    def parts(self, blocks: slice) -> tuple[Floats, Floats]:
+        """By which part (nw,) slopes of some blocks change over a step, and which their noise is; NaN where there are
+        none."""
+        seen = np.maximum(self.values.most(self.change) - 3.0 * self.noise, 0.0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            bent, noise = (
+                np.fmax.reduce(np.where(self.scale > 0.0, one / self.scale, np.nan)[blocks])
+                for one in (seen, self.noise)
+            )
+        return bent, noise
+
+    def error(self, bent: Floats) -> Floats:
+        """What slopes may be off by; bent (nw,): by which part those of motions change over a step. What a number of
+        third order leaves is the square of that, and of a difference to one side the part itself."""
+        size, by = np.abs(self.slope), self.values.each(bent)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            part = np.where(size > 0.0, np.minimum(self.change / size, 1.0), 1.0)
+        sided = 1.0 if self.places[0] * self.places[1] < 0.0 else 2.0
+        both = sided * (part * self.change + by**2 * size)
+        cut = np.where(self.values.valid.all(axis=0), both, by * size)
+        noise = self.values.most_rows(self.off)
+        return np.where(self.same & np.isfinite(size), 0.0, cut + noise)
+
+
+class _Side(NamedTuple):
+    """One side of a lane: values (c, ns) of its samples and which (ns,) are on the same side of all events as the
+    windows' own; its events (ne, 12) as theirs and which (ne,) it has; from when on they part."""
+
+    shown: Floats
+    valid: Flags
+    rows: Floats
+    has: Flags
+    lost: _Lost
+
+
+@dataclass(frozen=True)
+class _Base:
+    """Windows and the same in other steps, longer."""
+
+    own: Ran
+    finer: Ran
+    starts: Starts
+
+    @cached_property
+    def times(self) -> Floats:
+        """Of samples (ns,) [s]."""
+        return self.starts.times
+
+    @property
+    def moments(self) -> Floats:
+        """Of events (ne,) [s]."""
+        return self.own.events[:, a.E_TIME]
+
+    def each_sample(self, values: Floats) -> Floats:
+        """Values (nw,) for all samples."""
+        return np.repeat(values, np.diff(self.own.first))
+
+    def each_event(self, values: Floats) -> Floats:
+        """Values (nw,) for all events."""
+        return np.repeat(values, np.diff(self.own.begin))
+
+    @cached_property
+    def shown(self) -> Floats:
+        """Values (c, ns) of samples."""
+        return _shown(self.own.states)
+
+    @cached_property
+    def _sure(self) -> tuple[Integers, _Lost]:
+        """Own events as those in other steps, of which some may be beyond the end."""
+        return _alike(self.finer, self.own, self.starts.ends, Doubt.UNSURE)
+
+    @cached_property
+    def _within(self) -> Integers:
+        """Samples of longer windows that are those of the windows."""
+        return np.arange(len(self.times)) + self.each_sample(np.arange(len(self.own.codes)))
+
+    @cached_property
+    def _keys(self) -> npt.NDArray[np.complex128]:
+        """Samples in order, window by window: of complex numbers the real part, here the window, goes before."""
+        return self.each_sample(np.arange(len(self.own.codes))) + 1j * self.times
+
+    def side(self, other: Ran) -> _Side:
+        """What other windows, longer, show of these."""
+        place, lost = _alike(self.finer, other, self.starts.ends, Doubt.OTHERWISE)
+        mine = self._sure[0]
+        here = np.where(mine >= 0, _taken(self.own.events[:, a.E_TIME], mine), self.finer.events[:, a.E_TIME])
+        crossed = self._crossed(here, np.where(place >= 0, _taken(other.events[:, a.E_TIME], place), here))
+        states = other.states.part(self._within)
+        valid = ~crossed & (self.times < self.each_sample(lost.time)) & (states.held == self.own.states.held).all(axis=0)
+        if states.contact is not None:
+            valid &= (states.contact == self.own.states.contact).all(axis=0)
+        there = np.full(len(self.own.events), -1, dtype=np.int64)
+        there[mine[mine >= 0]] = place[mine >= 0]
+        has = (there >= 0) & (self.moments < self.each_event(lost.time))
+        rows = np.where(has[:, None], _taken(other.events, there), self.own.events)
+        return _Side(_shown(states), valid, rows, has, lost)
+
+    def _crossed(self, here: Floats, there: Floats) -> Flags:
+        """Samples between two moments of some event."""
+        of = _events_of(self.finer)
+        low = np.searchsorted(self._keys, of + 1j * np.minimum(here, there), side="left")
+        high = np.searchsorted(self._keys, of + 1j * np.maximum(here, there), side="right")
+        out = np.zeros(len(self.times), dtype=bool)
+        for k in np.flatnonzero((low < high) & (here != there)).tolist():
+            out[low[k] : high[k]] = True
+        return out
+
+    @cached_property
+    def _other(self) -> _Side:
+        return self.side(self.finer)
+
+    def values(self, sides: Sequence[_Side], weights: Floats) -> tuple[_Values, _Values]:
+        """Of samples, and of events (12, ne); weights (n,): of coordinates."""
+        one, two, finer = *sides, self._other
+        sizes = np.cumsum([0, *(len(getattr(self.own.states, name)) for name in SHOWN)]).tolist()
+        every = np.ones(sizes[-1])
+        every[: 2 * len(weights)] = np.tile(weights, 2)
+        each = [slice(k, k + 1) for k in range(a.EVENT_WIDTH)]
+        return (
+            _Values(
+                self.shown, np.where(finer.valid, finer.shown, self.shown), (one.shown, two.shown),
+                np.array([one.valid, two.valid]), self.own.first, [slice(*ends) for ends in pairwise(sizes)], every,
+            ),
+            _Values(
+                self.own.events.T, finer.rows.T, (one.rows.T, two.rows.T), np.array([one.has, two.has]),
+                self.own.begin, each, np.ones(a.EVENT_WIDTH),
+            ),
+        )  # fmt: skip
+
+    def lost(self, sides: Sequence[_Side]) -> _Lost:
+        """From when on there are no derivatives, where events of any part."""
+        out = _Lost.none(len(self.own.codes))
+        for one in (self._sure[1], *(side.lost for side in sides)):
+            for w in np.flatnonzero(one.time < out.time).tolist():
+                out.or_from(float(one.time[w]), w, int(one.foot[w]), one.doubt[w])
+        return out
+
+    def add_kinks(self, lost: _Lost, samples: Flags, events: Flags) -> None:
+        """Nor are there any where all samples to the end have a kink, or from the first event on that has: of a single
+        sample, an edge of a drive lies there."""
+        for w in np.flatnonzero(samples[self.own.first[1:] - 1]).tolist():
+            begin, end = self.own.first[w : w + 2]
+            smooth = np.flatnonzero(~samples[begin:end])
+            first = begin + (smooth[-1] + 1 if len(smooth) else 0)
+            time, foot = float(self.times[first]), -1
+            own = np.arange(*self.own.begin[w : w + 2])
+            kinked = own[events[own]]
+            if len(kinked) and self.moments[kinked[0]] <= time:
+                time, foot = float(self.moments[kinked[0]]), int(self.own.events[kinked[0], a.E_FOOT])
+            lost.or_from(time, w, foot, Doubt.KINKED)
+
+
+def _taken(values: Floats, at: Integers) -> Floats:
+    """Values at places, of none anything."""
+    return values[np.maximum(at, 0)] if len(values) else np.zeros((len(at), *values.shape[1:]))
+
+
+def _shown(states: SampledStates) -> Floats:
+    return np.concatenate([getattr(states, name) for name in SHOWN])
+
+
+@dataclass(frozen=True)
+class _Found:
+    """Derivatives of the windows of a lane: samples (2, c, ns) and rows (2, 12, ne), each with errors, and from when on
+    there are none; bent and noise (nl,): parts of slopes."""
+
+    samples: Floats
+    rows: Floats
+    lost: _Lost
+    bent: Floats
+    noise: Floats
+
+    @property
+    def error(self) -> Floats:
+        return self.bent**2 + self.noise
+
+
+@dataclass(frozen=True)
+class Differenced:
+    """Windows, the same in other steps and longer, and the derivatives of the first by what lies beside them; own and
+    finer are without marks, of which ``marks`` says where they are among all rows."""
+
+    copies: Copies
+    starts: Starts
+    own: Ran
+    finer: Ran
+    marks: Flags
+
+    @classmethod
+    def of(cls, copies: Copies, starts: Starts, own: Ran, finer: Ran) -> Differenced:
+        return cls(copies, starts, own.without_marks, finer.without_marks, own.marks)
+
+    def slopes(self, names: tuple[str, ...]) -> WindowSlopes:
+        """All of them, in the order of names; of each number one pair of windows, or two."""
+        every, count = np.arange(len(self.own.codes)), len(names)
+        first = self.copies.lanes([(k, 1.0, every) for k in range(count)])
+        best = {lane.number: (lane.windows, self._found(lane)) for lane in first}
+        for lane in self.copies.lanes([one for k, of in best.items() for one in self._again(k, *of)]):
+            windows, found = best[lane.number]
+            best[lane.number] = windows, self._better(windows, found, lane)
+        return self._gathered(names, best)
+
+    @property
+    def _weights(self) -> Floats:
+        """By how much a coordinate (n,) moves feet."""
+        moves = np.abs(self.copies.plan.system.normals).max(axis=1, initial=0.0)
+        return np.where(moves > 0.0, moves, 1.0)
+
+    def _base(self, windows: Integers) -> _Base:
+        if len(windows) < len(self.own.codes):
+            return _Base(self.own.taken(windows), self.finer.taken(windows), self.starts.taken(windows))
+        return self._whole
+
+    @cached_property
+    def _whole(self) -> _Base:
+        return _Base(self.own, self.finer, self.starts)
+
+    def _found(self, lane: Lane) -> _Found:
+        """Derivatives by what a lane came to."""
+        base = self._base(lane.windows)
+        n, steps = len(self.copies.plan.system.mass), lane.steps
+        sides = [base.side(ran) for ran in lane.ran]
+        if self.copies.by.t0 and lane.number == self.copies.moment:
+            for side, place in zip(sides, lane.places, strict=True):
+                side.valid[base.times < base.each_sample(base.starts.t0 + place * steps)] = False
+        samples, rows = (_Differences(values, lane.places) for values in base.values(sides, self._weights))
+        bent, noise = (_filled(one) for one in samples.parts(slice(0, 2)))
+        lost = base.lost(sides)
+        base.add_kinks(lost, samples.kinked[: 2 * n].any(axis=0), rows.kinked[a.E_TIME])
+        parts = []
+        for one, gone in ((samples, base.times >= base.each_sample(lost.time)), (rows, base.moments >= base.each_event(lost.time))):
+            found = np.array([one.slope, one.error(bent)]) / one.values.each(steps)
+            found[:, one.kinked | gone] = np.nan
+            parts.append(found)
+        return _Found(*parts, lost, bent, noise)
+
+    def _again(self, number: int, windows: Integers, found: _Found) -> list[tuple[int, float, Integers]]:
+        """Second pairs: narrow ones of windows where events differ, and where the first pair leaves too much another
+        step for all others."""
+        lost = np.isfinite(found.lost.time)
+        out = [(number, NARROW, windows[lost])] if lost.any() else []
+        if not lost.all() and float(np.median(found.error[~lost])) > self.copies.by.enough:
+            noise = float(np.median(found.noise[~lost]))
+            bent = max(float(np.median(found.bent[~lost])), min(noise, UNSEEN))
+            factor = better_step(bent, noise)
+            if factor != 1.0:
+                out.append((number, factor, windows[~lost]))
+        return out
+
+    def _better(self, windows: Integers, first: _Found, lane: Lane) -> _Found:
+        """The first pair's, with those of a second one where that is followed longer, or as long and better."""
+        second, at = self._found(lane), np.searchsorted(windows, lane.windows)
+        longer = second.lost.time > first.lost.time[at]
+        chosen = np.flatnonzero(longer | ((second.lost.time == first.lost.time[at]) & (second.error < first.error[at])))
+        base = self._base(windows)
+        for part, own, begin in ((first.samples, second.samples, base.own.first), (first.rows, second.rows, base.own.begin)):
+            to, _ = gathered(begin, at[chosen])
+            of, _ = gathered(np.concatenate([[0], np.cumsum(np.diff(begin)[at])]), chosen)
+            part[:, :, to] = own[:, :, of]
+        for k in chosen.tolist():
+            w = int(at[k])
+            first.lost.time[w], first.lost.foot[w] = second.lost.time[k], second.lost.foot[k]
+            first.lost.doubt[w] = second.lost.doubt[k]
+            first.bent[w], first.noise[w] = second.bent[k], second.noise[k]
+        return first
+
+    def _gathered(self, names: tuple[str, ...], best: Mapping[int, tuple[Integers, _Found]]) -> WindowSlopes:
+        own, flags = self.own, list[WindowFlag]()
+        samples = np.zeros((2, len(self._whole.shown), len(self._whole.times), len(names)))
+        rows = np.zeros((2, a.EVENT_WIDTH, len(own.events), len(names)))
+        for number, (windows, found) in best.items():
+            samples[:, :, gathered(own.first, windows)[0], number] = found.samples
+            rows[:, :, gathered(own.begin, windows)[0], number] = found.rows
+            flags += [
+                WindowFlag(int(windows[w]), number, found.lost.doubt[w], float(found.lost.time[w]), int(found.lost.foot[w]))
+                for w in np.flatnonzero(found.lost.time < np.inf).tolist()
+            ]
+        sizes = np.cumsum([len(getattr(own.states, name)) for name in SHOWN])
+        states = [SampledStates(*np.split(part, sizes[:-1]), own.states.held) for part in samples]
+        every = np.full((2, len(self.marks), a.EVENT_WIDTH, len(names)), np.nan)
+        every[:, ~self.marks] = rows.swapaxes(1, 2)
+        return WindowSlopes(names, states[0], every[0], states[1], every[1], tuple(sorted(flags, key=lambda one: one[:2])))
+
+
+def _filled(parts: Floats) -> Floats:
+    """Parts (nw,) of windows; of one without any the largest of all others."""
+    return np.where(np.isnan(parts), np.nanmax(parts, initial=0.0), parts)
