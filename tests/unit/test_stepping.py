@@ -364,7 +364,8 @@ def _moved(sim, scene, dt, command, by, *, state=None, volts=0.0, value=None):
     """The end of the step where one of its numbers is moved a little."""
     other = sim.fork()
     if value is not None:
-        other = ts.Session(scene, vary={value: float(ts.get_value(scene, value)) + by}, accuracy=sim.accuracy)
+        moved = ts.with_values(scene, {value: float(ts.get_value(scene, value)) + by})
+        other = ts.Session(moved, accuracy=sim.accuracy)
         other.reset()
         now, own = sim.fork()._robots(), other._robots()
         own.runs.time, own.runs.state, own.runs.feet = now.runs.time, now.runs.state, now.runs.feet
@@ -375,9 +376,27 @@ def _moved(sim, scene, dt, command, by, *, state=None, volts=0.0, value=None):
     return np.concatenate([after.x, after.v])
 
 
+def _amplified():
+    return ts.with_values(
+        ts.load_scene("cantilever"), {"robot.drives.pzt.amplifier": {"bandwidth": 3000.0, "slew_rate": 2e5}}
+    )
+
+
+SCENES["a slow amplifier"] = _amplified
+
+
 @pytest.mark.parametrize(
     ("name", "path"),
-    [("cantilever", "ground.restitution.coefficient"), ("millipede", "ground.adhesion.initial")],
+    [
+        ("cantilever", "ground.restitution.coefficient"),
+        ("cantilever", "robot.drives.pzt.law.linear"),
+        ("cantilever", "robot.structure.frequencies.0"),
+        ("millipede", "ground.adhesion.initial"),
+        ("hexapod-walker", "ground.restitution.coefficient"),
+        ("feet that slide", "ground.friction.coefficient"),
+        ("a drive that creeps", "robot.structure.frequencies.0"),
+        ("a slow amplifier", "robot.structure.frequencies.0"),
+    ],
 )
 def test_a_step_has_derivatives_by_state_command_and_ground(name, path):
     scene = SCENES[name]()
@@ -386,12 +405,13 @@ def test_a_step_has_derivatives_by_state_command_and_ground(name, path):
     drive = next(iter(scene.robot.drives))
     for k in range(4):
         sim.step({drive: 14.0 * (k % 2) - (7.0 if scene.gait is None else 0.0)}, "3 ms")
-    command, dt = {drive: 9.0}, 6e-3
+    command, dt = {drive: 8.5 if "creeps" in name else 9.0}, 6e-3  # a rise of 2 V begins to move one of its plays
     ahead = sim.fork()
     state, slopes = ahead.step(command, dt, gradients=[path])
     n = len(state.x)
     assert slopes.names == (path, f"drive.{drive}", *(f"state.{i}" for i in range(2 * n)))
-    assert len(state.all_events) and np.isfinite(slopes.state).all() and not slopes.flags
+    assert len(state.all_events) or "frequencies" in path
+    assert np.isfinite(slopes.state).all() and not slopes.flags
 
     moved = {
         f"drive.{drive}": (1e-5, {"volts": 1.0}),
@@ -404,5 +424,6 @@ def test_a_step_has_derivatives_by_state_command_and_ground(name, path):
         there = np.concatenate([state.x, state.v])
         for part in (slice(n), slice(n, None)):
             noise = 1e-9 * np.abs(there[part]).max() / size  # what a step errs by
-            near = pytest.approx(expected[part], rel=1e-3, abs=1e-3 * np.abs(found[part]).max() + noise)
-            assert found[part] == near, number
+            off = slopes.error[part, slopes.names.index(number)].max()
+            near = 1e-3 * np.abs(found[part]).max() + noise + 10.0 * off
+            assert found[part] == pytest.approx(expected[part], rel=1e-3, abs=near), number

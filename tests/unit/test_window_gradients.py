@@ -107,11 +107,13 @@ def test_windows_move_as_their_derivatives_say(
                 return simulate_windows(plan, moved(starts, name, step), accuracy=FINE)
 
             scale = span if name == "t0" else speeds[int(name.removeprefix("state."))]
-        off = {}
+        off, beyond = {}, {}
         for part in (1e-4, 1e-5, 1e-6):  # the best of several steps: far ones cross events, near ones round
             for field, value_ in difference(of, part * scale).items():
-                got = getattr(found.slopes.states, field)[..., p]
+                got, told = (getattr(of, field)[..., p] for of in (found.slopes.states, found.slopes.state_errors))
                 error = np.abs(value_ - got) * scale / size[field] if size[field] else np.abs(value_ - got)
+                more = np.abs(value_ - got) > 10.0 * told + 1e-5 * size[field] / scale
+                beyond[field] = beyond.get(field, True) & more
                 most = np.array(
                     [
                         error[:, a:b].max(initial=0.0)
@@ -120,8 +122,9 @@ def test_windows_move_as_their_derivatives_say(
                 )
                 off[field] = np.minimum(off.get(field, np.inf), most)
         for field, most in off.items():
-            assert np.nanmedian(most) < 1e-7, (name, field, most)
-            assert np.mean(most > 1e-5) <= 0.1, (name, field, most)
+            assert np.nanmedian(most) < 1e-5, (name, field, most)
+            assert np.mean(most > 1e-4) <= 0.1, (name, field, most)
+            assert np.mean(beyond[field]) <= 1e-3, (name, field)
 
 
 def test_one_window_is_that_of_many() -> None:
@@ -134,7 +137,8 @@ def test_one_window_is_that_of_many() -> None:
         alone = simulate_window(plan, start.state, start.t0, start.times, start.contacts, gradients=by)
         assert one.slopes is not None and alone.slopes is not None
         np.testing.assert_allclose(one.states.x, alone.states.x, rtol=0, atol=1e-9 * plan.length)
-        np.testing.assert_allclose(one.slopes.states.x, alone.slopes.states.x, rtol=1e-5, atol=1e-9)
+        off = 10.0 * (one.slopes.state_errors.x + alone.slopes.state_errors.x)
+        assert np.all(np.abs(one.slopes.states.x - alone.slopes.states.x) <= off)
         assert len(one.events) == len(alone.events)
 
 
@@ -150,18 +154,20 @@ def test_a_ball_lands_later_by_its_start_as_in_closed_form() -> None:
     speed = float(event["speed_before"])
     acceleration = (speed + float(plan.initial[1])) / fall
     assert slopes == pytest.approx(
-        [1.0 / speed, (1.0 + plan.initial[1] / speed) / acceleration, 1.0], rel=1e-9
+        [1.0 / speed, (1.0 + plan.initial[1] / speed) / acceleration, 1.0], rel=1e-8
     )
 
 
 def test_a_window_has_its_own_flags_whatever_windows_lie_beside_it() -> None:
-    scene = ts.load_scene("cantilever", wave="square")
+    """An edge of the drive lies at the very start of some: with a larger phase it is there, with a smaller one not."""
+    scene = scene_of("p1_n2", {"signals.pull.phase": 0.0})
     plan = lower_scene(scene)
-    paths = ("ground.film.coefficient", "signals.pzt.phase")
+    paths = ("ground.film.coefficient", "signals.pull.phase")
     gradients = WindowGradients.of(scene, plan, paths, state=False, t0=False)
     state = np.zeros(2 * len(plan.system.mass))
     starts = [WindowStart(state, t0, t0 + np.linspace(1e-4, 4e-4, 4), Contacts()) for t0 in (0.0, 0.0013, 0.0)]
     every = simulate_windows(plan, starts, gradients=gradients)
     alone = [simulate_windows(plan, [one], gradients=gradients)[0] for one in starts]
     assert [dict(one.flags) for one in every] == [dict(one.flags) for one in alone]
-    assert [list(one.flags) for one in every] == [["signals.pzt.phase"], [], ["signals.pzt.phase"]]
+    assert [list(one.flags) for one in every] == [["signals.pull.phase"], [], ["signals.pull.phase"]]
+    assert [np.isnan(one.slopes.states.x[..., 1]).all() for one in every] == [True, False, True]

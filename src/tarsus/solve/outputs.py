@@ -107,7 +107,9 @@ class OutputRows:
             gain[..., None] * np.tensordot(row, part, 1)
             for gain, row, part in ((self.x_gain, self.x, states.x), (self.v_gain, self.v, states.v))
         )
-        return sum(moved, np.tensordot(self.normal, ground, 1))
+        out, pressed = sum(moved, np.zeros(1)), self.normal.any(axis=1)
+        out[pressed] += np.tensordot(self.normal[pressed], ground, 1)  # forces may have none where motions do
+        return out
 
     def _along(self, friction: Floats | None) -> Floats | float:
         """What friction adds, where there is any."""

@@ -3,24 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from copy import copy
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.base.dual import Dual
 from tarsus.base.errors import InputError
-from tarsus.base.spec import with_values
-from tarsus.model.drive.lower import lower_track
+from tarsus.base.spec import get_value, with_values
 from tarsus.model.drive.signal import Signal
-from tarsus.plan.channels import SlopedDrive, channel_slopes
 from tarsus.plan.lowering import Kind, lower_scene, slot
-from tarsus.solve.commands import Command, course
-from tarsus.solve.tangents import DataTangents, Entering, add_drive, entering
-from tarsus.solve.window import Window, WindowGradients, simulate_window
+from tarsus.plan.slots import Rows
+from tarsus.solve.commands import Command
+from tarsus.solve.differences import directions_of
+from tarsus.solve.window import Window, simulate_window
+from tarsus.solve.window_copies import Entered, Pair, WindowGradients
 
 if TYPE_CHECKING:
+    from tarsus.model.scene import Scene
+    from tarsus.plan.lowering import Plan
     from tarsus.solve.stepping import SteppedRobots
 
 Floats = NDArray[np.float64]
@@ -31,13 +33,14 @@ class StepSlopes:
     """First derivatives of a step by P numbers: the paths asked for, ``drive.NAME`` of every drive that was told a
     voltage, ``state.0`` to ``state.{2n - 1}`` of the state that it began with.
 
-    names (P,); state (2n, P): of the displacements and velocities at its end, NaN behind an event that has none;
-    window: the step as a window, whose events have derivatives too (`tarsus.solve.window.Window.event_slopes`) and
-    whose ``flags`` say by name why there are none.
+    names (P,); state (2n, P): of the displacements and velocities at its end, NaN behind an event that has none; error
+    (2n, P): what these may be off by; window: the step as a window, whose events have derivatives too
+    (`tarsus.solve.window.Window.event_slopes`) and whose ``flags`` say by name why there are none.
     """
 
     names: tuple[str, ...]
     state: Floats
+    error: Floats
     window: Window
 
     def by(self, name: str) -> Floats:
@@ -57,71 +60,106 @@ class StepSlopes:
         return self.window.flags
 
 
-def step_slopes(
-    robots: SteppedRobots,
-    told: Mapping[str, Command],
-    drive: Mapping[str, Any],
-    seconds: float,
-    paths: Sequence[str],
-) -> StepSlopes:
-    """Those of a step of one robot under commands, of which ``drive`` are told now. Raises InputError for several
-    robots, paths by which there is no derivative, and voltages behind an amplifier that is not ideal, or of a drive
-    that creeps."""
+@dataclass(frozen=True)
+class Step:
+    """A step of one robot: commands of its drives, of which ``drive`` are told now, how long [s] it takes, and whether
+    voltages are reached by ramps."""
+
+    robots: SteppedRobots
+    told: Mapping[str, Command]
+    drive: Mapping[str, Any]
+    seconds: float
+    ramp: bool
+
+    def row(self, values: Mapping[str, float], drive: Mapping[str, float]) -> Rows:
+        """The robot's row of data where numbers of its drives, by path, and voltages that it is told are others."""
+        robots = copy(self.robots)
+        robots._rows = None
+        robots.values = robots.values | {path: np.array([value]) for path, value in values.items()}
+        again = self.drive if values else drive
+        told = {
+            name: robots.command(name, drive.get(name, self.drive[name]), self.seconds, ramp=self.ramp)
+            for name in again
+        }
+        return robots.driven_row({**self.told, **told})
+
+
+def step_slopes(step: Step, paths: Sequence[str]) -> StepSlopes:
+    """Those of a step of one robot.
+
+    Raises InputError for several robots, and for numbers of signals, which a command has taken the place of.
+    """
+    robots, runs = step.robots, step.robots.runs
     if len(robots) != 1:
         raise InputError("gradients: a step of one robot has derivatives; fork a session for each")
     scene = with_values(robots.scene, {path: float(of[0]) for path, of in robots.values.items()})
-    if wrong := [path for path in paths if _moves_drives(scene, path)]:
+    told = [path for one in directions_of(scene, paths).values() for path in one if _is_told(scene, path)]
+    if told:
         raise InputError(
-            [f"{path}: a step has derivatives by its command, not by numbers of its drives" for path in wrong]
+            [f"{path}: a step has derivatives by its command, not by numbers of its signals" for path in told]
         )
-    plan = lower_scene(scene, robots.shared.drive)
-    row, runs = robots.driven_row(told), robots.runs
-    own = entering(scene, plan, paths, runs.longest)
-    by_command = {name: of for name, of in drive.items() if not isinstance(of, (Signal, Sequence))}
-    data = DataTangents.none(row, len(paths) + len(by_command))
-    for name in ("parameters", "sources", "profile"):
-        getattr(data, name)[..., : len(paths)] = getattr(own.data, name)
-    for k, name in enumerate(by_command):
-        moved = _told(robots, told[name], name, len(paths) + k, len(paths) + len(by_command))
-        add_drive(data, row, plan, list(scene.robot.drives).index(name), moved)
-    names = (*paths, *(f"drive.{name}" for name in by_command))
-    entered = Entering(names, row, data, own.structure, own.perturbed)
-    end = float(runs.time[0] + seconds)
+    plan, end = lower_scene(scene, robots.shared.drive), float(runs.time[0] + step.seconds)
     window = simulate_window(
         plan, runs.state[0], float(runs.time[0]), [end], runs.feet[0],
-        gradients=WindowGradients((entered,), state=True, t0=False), shared=runs.tables, accuracy=runs.accuracy,
+        gradients=WindowGradients((_entered(step, scene, plan, paths),), t0=False), shared=runs.tables,
+        accuracy=runs.accuracy,
     )  # fmt: skip
     slopes = window.slopes
     assert slopes is not None
-    state = np.concatenate([slopes.states.x[:, -1], slopes.states.v[:, -1]])
-    return StepSlopes(slopes.names, state, window)
-
-
-def _moves_drives(scene: Any, path: str) -> bool:
-    place = slot(scene, path)
-    return place is not None and place.kind in (Kind.DRIVE, Kind.GAIT)
-
-
-def _told(robots: SteppedRobots, command: Command, name: str, number: int, count: int) -> SlopedDrive:
-    """A drive that is told a voltage, with its derivative by that as one number of so many."""
-    drive = robots.drive(name)
-    if not drive.amplifier.ideal:
-        raise InputError(
-            f"drive.{name}: behind an amplifier a command has no derivative; step by ramps without one"
-        )
-    if drive.law.by_rate:
-        raise InputError(
-            f"drive.{name}: a command of a drive that creeps has no derivative; hold it in this step"
-        )
-    charged = list(robots.scene.robot.drives).index(name) in robots.runs.plan.charged
-    level = Dual(command.asked.last[-1:], np.eye(count)[number][None])
-    ramp = command.asked.first[0] != command.asked.last[0]
-    track = course(level, command.asked.first[:1], float(command.asked.end[0]), bool(ramp))
-    force, volts = lower_track(track, drive.law, tuple(command.past.T), volts=charged)
-    none = np.zeros(count)
-    return SlopedDrive(
-        channel_slopes(force, count),
-        channel_slopes(volts, count) if charged and volts is not None else None,
-        None,
-        none,
+    state, error = (
+        np.concatenate([of.x[:, -1], of.v[:, -1]]) for of in (slopes.states, slopes.state_errors)
     )
+    return StepSlopes(slopes.names, state, error, window)
+
+
+def _is_told(scene: Scene, path: str) -> bool:
+    place = slot(scene, path)
+    return place is not None and place.kind in (Kind.DRIVE, Kind.GAIT) and not _of_drive(path)
+
+
+def _of_drive(path: str) -> bool:
+    return path.startswith("robot.drives.")
+
+
+def _entered(step: Step, scene: Scene, plan: Plan, paths: Sequence[str]) -> Entered:
+    """What enters the step: by paths of the scene, then by the voltages that drives are told."""
+    own, row = Entered.of(scene, plan, paths), step.row({}, {})
+    ways = {
+        name: {path: w for path, w in one.items() if _of_drive(path) and slot(scene, path) is not None}
+        for name, one in directions_of(scene, paths).items()
+    }
+    levels = {
+        f"drive.{name}": (name, float(np.asarray(of).reshape(-1)[0]))
+        for name, of in step.drive.items()
+        if not isinstance(of, (Signal, Sequence))
+    }
+
+    def moved(name: str, place: float) -> Rows:
+        values = {path: float(get_value(scene, path)) + place * w for path, w in ways[name].items()}
+        return step.row(values, {}) if values else row
+
+    def told(name: str, part: float) -> Pair:
+        drive, level = levels[name]
+        places = np.array([-1.0, 1.0]) * part * (abs(level) or 1.0)
+        return Pair(places, tuple((None, step.row({}, {drive: level + by})) for by in places.tolist()))
+
+    def beside(names: Sequence[str], part: float) -> dict[str, Pair]:
+        found = own.beside([name for name in names if name not in levels], part)
+        out = {
+            name: Pair(
+                of.places,
+                tuple(
+                    (other, _on(moved(name, at), copied))
+                    for at, (other, copied) in zip(of.places.tolist(), of.copies, strict=True)
+                ),
+            )
+            for name, of in found.items()
+        }
+        return out | {name: told(name, part) for name in names if name in levels}
+
+    return Entered(row, (*own.names, *levels), beside)
+
+
+def _on(row: Rows, ground: Rows) -> Rows:
+    """A row on the ground, and in the laws, of another."""
+    return replace(row, **{name: getattr(ground, name) for name in ("parameters", "sources", "profile")})

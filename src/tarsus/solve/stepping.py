@@ -131,11 +131,13 @@ class SteppedRobots:
             track = wave.track()
             asked = track if len(track.loops) == count else track.picked(np.zeros(count, dtype=np.intp))
             out[name] = self.commands[name].told(self.drive(name), asked, time)
-        for name, wave in drive.items():
-            before = self.commands[name]
-            since = before.volts(time, asked=True) if ramp else time
-            out[name] = before.told(self.drive(name), asked_of(name, wave, count, since, seconds, ramp), time)
-        return out
+        return out | {name: self.command(name, wave, seconds, ramp=ramp) for name, wave in drive.items()}
+
+    def command(self, name: str, wave: Any, seconds: float, *, ramp: bool) -> Command:
+        """That of a drive that is told a voltage or a waveform now."""
+        before, time = self.commands[name], self.runs.time
+        since = before.volts(time, asked=True) if ramp else time
+        return before.told(self.drive(name), asked_of(name, wave, len(self), since, seconds, ramp), time)
 
     def _gait_told(self, gait: Mapping[str, Any]) -> dict[str, Any]:
         """Square waves of the gait's drives from now on, by name, with the numbers that it is told."""

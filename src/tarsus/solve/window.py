@@ -19,7 +19,7 @@ from tarsus.solve.contacts import Contacts
 from tarsus.solve.engine import RECORDED, Accuracy, book_of, settings_of, tables_of
 from tarsus.solve.window_copies import Copies, WindowGradients
 from tarsus.solve.window_run import Starts, Tables, WindowStart, run_windows
-from tarsus.solve.window_slopes import LONGER, Differenced, WindowSlopes
+from tarsus.solve.window_slopes import SEEN, Differenced, WindowSlopes
 
 if TYPE_CHECKING:
     from tarsus.plan.lowering import Plan
@@ -200,15 +200,17 @@ def simulate_windows(
     end = float(given.times.max(initial=0.0))
     tables = shared or (book_of(plan, end) if plan.legs is None else tables_of(plan, end))
     settings = settings_of(plan, end, accuracy, record=plan.legs is None)
-    ran = run_windows(plan, tables, data, given, settings)
-    slopes = None
-    if gradients is not None:
+    if gradients is None:
+        ran, states, slopes = run_windows(plan, tables, data, given, settings), None, None
+    else:
         along = gradients.along(len(starts), len(plan.system.mass))
-        longer = given.longer(LONGER)
-        copies = Copies(plan, tables, data, longer, gradients, along, settings)
-        finer = run_windows(plan, tables, data, longer, settings_of(plan, end, accuracy.finer, record=plan.legs is None))
-        slopes = Differenced.of(copies, given, ran, finer).slopes(gradients.names(along))
+        seen, at = given.denser(SEEN)
+        finer = settings_of(plan, end, accuracy.finer, record=plan.legs is None)
+        ran = run_windows(plan, tables, data, seen, settings)
+        copies = Copies(plan, tables, data, seen, gradients, along, settings)
+        found = Differenced.of(copies, ran, run_windows(plan, tables, data, seen, finer))
+        slopes, states = found.slopes(gradients.names(along)).at(at), ran.states.part(at)
     return WindowBatch(
-        plan, starts, data, given.sources, given.times, ran.first, ran.states, ran.events, ran.begin,
+        plan, starts, data, given.sources, given.times, given.first, states or ran.states, ran.events, ran.begin,
         tuple(ResultCode.of(int(code)) for code in ran.codes), ran.ends, ran.feet, slopes,
     )  # fmt: skip

@@ -141,15 +141,24 @@ class WindowGradients:
 @dataclass(frozen=True)
 class Lane:
     """Windows beside some, two of each, along one number: its place among all, the windows (nl,), places (2,) in steps,
-    of which the nearest is one off, steps (nl,), and what both came to, longer than the windows and without marks."""
+    of which the nearest is one off, steps (nl,), the part (nl,) of them that is rounded off, and what both came to, without
+    marks."""
 
     number: int
     windows: Integers
     places: Floats
     steps: Floats
+    rounded: Floats
     ran: tuple[Ran, Ran]
 
 
+OF_STATE = 10.0 * STEP
+"""First step of a start state, as a part of the plan's length and of that at its rate: an impact that comes soon bends
+what follows by as much, and the tolerance of steps is a millionth of it."""
+OF_TIME = 100.0 * STEP
+"""First step of the moment of a start, as a part of an oscillation of the plan's rate: that of time is rounded more."""
+ROUNDED = 4e-16
+"""Part of a number that is rounded off."""
 BOTH, AHEAD = np.array([-1.0, 1.0]), np.array([1.0, 2.0])
 """Places to both sides, and of what can only be larger."""
 
@@ -186,11 +195,13 @@ class _Call:
 
 
 class _Way(NamedTuple):
-    """How windows are moved along a number: places (2,) in steps, steps (nw,), zero of those that it does not move; pairs
-    by data where it is one of a scene; directions (nw, 2n) of a start state; with neither their starts are later."""
+    """How windows are moved along a number: places (2,) in steps, steps (nw,), zero of those that it does not move, the
+    part (nw,) that is rounded off; pairs by data where it is one of a scene; directions (nw, 2n) of a start state; with
+    neither their starts are later."""
 
     places: Floats
     steps: Floats
+    rounded: Floats
     pairs: Sequence[Pair] = ()
     state: Floats | None = None
 
@@ -199,7 +210,7 @@ class _Way(NamedTuple):
 class Copies:
     """Makes windows beside those of a plan, its ``starts``, which run on ``data``.
 
-    tables: of the plan's structure; starts: longer than the windows; along (nw, 2n, q): directions of the start states.
+    tables: of the plan's structure; along (nw, 2n, q): directions of the start states.
     """
 
     plan: Plan
@@ -233,7 +244,8 @@ class Copies:
             for parts in filed:
                 order = np.argsort(np.concatenate([one.places for one in parts]))
                 sides.append(Ran.joined([ran[id(one.call)][one.part] for one in parts]).taken(order).without_marks)
-            out.append(Lane(number, windows, way.places, way.steps[windows], (sides[0], sides[1])))
+            both = sides[0], sides[1]
+            out.append(Lane(number, windows, way.places, way.steps[windows], way.rounded[windows], both))
         return out
 
     def _pairs(self, wanted: Sequence[tuple[int, float, Integers]], factor: float) -> list[Mapping[str, Pair]]:
@@ -248,20 +260,24 @@ class Copies:
             return []
 
     def _way(self, number: int, factor: float, pairs: Sequence[Mapping[str, Pair]]) -> _Way | None:
-        paths, states = self.by.paths, self.along.shape[2]
+        paths, states, starts = self.by.paths, self.along.shape[2], self.starts
         if number < len(paths):
             own = [one[paths[number]] for one in pairs]
+            if not own:
+                return None
             size = np.array([np.abs(one.places).min() for one in own])
-            return _Way(own[0].places / size[0], size[self.starts.sources[:, 0]], own) if own else None
+            part = np.full(len(starts), ROUNDED / (STEP * factor))
+            return _Way(own[0].places / size[0], size[starts.sources[:, 0]], part, own)
         if number < len(paths) + states:
             state = self.along[:, :, number - len(paths)]
             size = self._moves(state)
-            return _Way(
-                BOTH, np.divide(STEP * factor, size, out=np.zeros_like(size), where=size > 0.0), (), state
-            )
-        step = STEP * factor / self.plan.rate
-        early = bool(np.any(self.starts.t0 < step))
-        return _Way(AHEAD if early else BOTH, np.full(len(self.starts), step))
+            steps = np.divide(OF_STATE * factor, size, out=np.zeros_like(size), where=size > 0.0)
+            moved = np.abs(steps[:, None] * state)
+            part = np.divide(ROUNDED * np.abs(starts.state), moved, out=np.zeros_like(moved), where=moved > 0.0)
+            return _Way(BOTH, steps, part.max(axis=1), (), state)
+        step = OF_TIME * factor / self.plan.rate
+        early = bool(np.any(starts.t0 < step))
+        return _Way(AHEAD if early else BOTH, np.full(len(starts), step), ROUNDED * starts.ends / step)
 
     def _moves(self, along: Floats) -> Floats:
         """By how many lengths of the plan directions (nw, 2n) of a start move feet; by speeds at the plan's rate."""

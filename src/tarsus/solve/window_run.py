@@ -115,11 +115,18 @@ class Starts:
         whole = {one.name: np.concatenate([getattr(p, one.name) for p in parts]) for one in fields(cls)}
         return cls(**{**whole, "first": _one_after_another([p.first for p in parts])})
 
-    def longer(self, by: float) -> Starts:
-        """The same with one time more, after the last by so much of the window."""
-        end = self.ends + by * (self.ends - self.t0)
-        first = self.first + np.arange(len(self.first))
-        return replace(self, first=first, times=np.insert(self.times, self.first[1:], end))
+    def denser(self, count: int) -> tuple[Starts, Integers]:
+        """The same with so many more times in each window; and where its own are among all."""
+        window = np.repeat(np.arange(len(self)), count)
+        between = np.tile((np.arange(count) + 0.5) / count, len(self))
+        more = self.t0[window] + between * (self.ends - self.t0)[window]
+        times = np.concatenate([self.times, more])
+        of = np.concatenate([np.repeat(np.arange(len(self)), np.diff(self.first)), window])
+        order = np.lexsort((times, of))
+        place = np.empty_like(order)
+        place[order] = np.arange(len(order))
+        first = self.first + count * np.arange(len(self.first))
+        return replace(self, times=times[order], first=first), place[: len(self.times)]
 
     def later(self, by: Floats) -> Starts:
         """The same with starts later by so long (nw,) [s], at states and with times as they are, none before it. What

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property
 from itertools import pairwise
@@ -22,9 +22,14 @@ Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 Flags = npt.NDArray[np.bool_]
 
-LONGER = 1e-3
-"""Part of a window by which those beside it are longer: an event just beyond its end is then seen in all of them, for
-over one step events move by far less."""
+AT_END = 1e-3
+"""Last part of a window in which an event that another lacks is taken to come to that just beyond the end: over one step
+events move by far less."""
+SEEN = 8
+"""Moments of each window that are looked at beside those that are asked for: at one alone a slope may be small by
+chance, and neither what it changes by nor the noise then says anything."""
+SURE = 10.0
+"""Times the noise of runs, as two of them show it, from which a kink is none of its."""
 NARROW = 1e-2
 """Part of the first step of a second pair, where events of the first differ from the window's own."""
 UNSEEN = 10.0 * STEP
@@ -73,6 +78,10 @@ class WindowSlopes:
     row_errors: Floats
     flags: tuple[WindowFlag, ...]
 
+    def at(self, samples: Integers) -> WindowSlopes:
+        """At some of the times."""
+        return replace(self, states=self.states.part(samples), state_errors=self.state_errors.part(samples))
+
     def part(self, window: int, samples: slice, events: slice) -> WindowSlopes:
         """Those of one window."""
         own = tuple(one._replace(window=0) for one in self.flags if one.window == window)
@@ -103,35 +112,44 @@ def _events_of(ran: Ran) -> Integers:
     return np.repeat(np.arange(len(ran.codes)), np.diff(ran.begin))
 
 
-def _alike(own: Ran, other: Ran, ends: Floats, doubt: Doubt) -> tuple[Integers, _Lost]:
-    """Of every event of windows the one of others, -1 of none, and from when on they part: foot by foot they have the
-    same kinds of events one after the other, and feet far from each other may change places.
+class _Alike(NamedTuple):
+    """Events of other windows as those of windows: of every event the other's, -1 of none; since (nw,): from when on [s]
+    they are not the same; lost: where that is no matter of the end."""
 
-    Events beyond the ends (nw,) [s] may be missing.
-    """
+    place: Integers
+    since: Floats
+    lost: _Lost
+
+
+def _alike(own: Ran, other: Ran, late: Floats, doubt: Doubt) -> _Alike:
+    """Foot by foot the same kinds of events one after the other: feet far from each other may change places. late (nw,)
+    [s]: from when on events may be missing."""
     columns = [a.E_FOOT, a.E_KIND]
-    place, lost = np.full(len(own.events), -1, dtype=np.int64), _Lost.none(len(own.codes))
+    nw = len(own.codes)
+    out = _Alike(np.full(len(own.events), -1, dtype=np.int64), np.full(nw, np.inf), _Lost.none(nw))
     same = np.diff(own.begin) == np.diff(other.begin)
     alike = np.flatnonzero(same)
     here, first = gathered(own.begin, alike)
     there, _ = gathered(other.begin, alike)
     differs = (own.events[here][:, columns] != other.events[there][:, columns]).any(axis=1)
-    place[here] = there
+    out.place[here] = there
     apart = np.unique(np.searchsorted(first, np.flatnonzero(differs), side="right") - 1)
     for w in [*alike[apart].tolist(), *np.flatnonzero(~same).tolist()]:
-        _matched(own, other, w, (place, lost), (float(ends[w]), doubt))
+        time, foot = _matched(own, other, w, out.place)
+        out.since[w] = time
+        if time < late[w]:
+            out.lost.or_from(time, w, foot, doubt)
     for w in np.flatnonzero(own.codes != other.codes).tolist():
-        lost.or_from(-np.inf, w, -1, Doubt.STOPPED)
-    return place, lost
+        out.since[w] = -np.inf
+        out.lost.or_from(-np.inf, w, -1, Doubt.STOPPED)
+    return out
 
 
-def _matched(
-    own: Ran, other: Ran, window: int, into: tuple[Integers, _Lost], told: tuple[float, Doubt]
-) -> None:
-    """The events of one window foot by foot."""
-    (place, lost), (end, doubt) = into, told
+def _matched(own: Ran, other: Ran, window: int, place: Integers) -> tuple[float, int]:
+    """Put the events of one window into places, foot by foot; from when on there are others, and of which foot."""
     mine, theirs = (np.arange(*one.begin[window : window + 2]) for one in (own, other))
     place[mine] = -1
+    out = np.inf, -1
     for foot in np.unique(np.concatenate([own.events[mine, a.E_FOOT], other.events[theirs, a.E_FOOT]])):
         here, there = (
             at[ran.events[at, a.E_FOOT] == foot] for ran, at in ((own, mine), (other, theirs))
@@ -143,8 +161,8 @@ def _matched(
         after = [
             float(ran.events[at[alike], a.E_TIME]) for ran, at in ((own, here), (other, there)) if len(at) > alike
         ]
-        if after and min(after) <= end:
-            lost.or_from(min(after), window, int(foot), doubt)
+        out = min(out, (min(after, default=np.inf), int(foot)))
+    return out
 
 
 @dataclass(frozen=True)
@@ -182,11 +200,10 @@ class _Values:
         """Values (nw,) of windows for all that is in them."""
         return np.repeat(values, np.diff(self.first), axis=-1)
 
-    def rows(self, values: Floats) -> Floats:
-        """Values (blocks, nw) for all that is in them, (c, k), without weights."""
-        each = self.each(values)
-        out = np.concatenate([np.repeat(row[None], b.stop - b.start, axis=0) for row, b in zip(each, self.blocks, strict=True)])
-        return out / self.weights[:, None]
+    def rows(self, values: Floats, *, weighted: bool = True) -> Floats:
+        """Values (blocks, nw) for all that is in them, (c, k), which are weighted themselves or not."""
+        out = np.repeat(self.each(values), [block.stop - block.start for block in self.blocks], axis=0)
+        return out / self.weights[:, None] if weighted else out
 
 
 @dataclass(frozen=True)
@@ -244,30 +261,31 @@ class _Differences:
         """Where slopes to both sides differ by a part of the window's largest that no curve leaves over a step."""
         if self.places[0] * self.places[1] > 0.0:
             return np.zeros(self.change.shape, dtype=bool)
-        return (self.change > self.values.rows(np.maximum(BENT * self.scale, 3.0 * self.noise))) & ~self.same
+        return (self.change > self.values.rows(np.maximum(BENT * self.scale, SURE * self.noise))) & ~self.same
 
-    def parts(self, blocks: slice) -> tuple[Floats, Floats]:
-        """By which part (nw,) slopes of some blocks change over a step, and which their noise is; NaN where there are
-        none."""
-        seen = np.maximum(self.values.most(self.change) - 3.0 * self.noise, 0.0)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            bent, noise = (
-                np.fmax.reduce(np.where(self.scale > 0.0, one / self.scale, np.nan)[blocks])
-                for one in (seen, self.noise)
-            )
-        return bent, noise
+    @cached_property
+    def bents(self) -> Floats:
+        """By which part (blocks, nw) slopes change over a step, beyond noise; NaN where there are none."""
+        return self._part(np.maximum(self.values.most(self.change) - 3.0 * self.noise, 0.0))
+
+    @cached_property
+    def noises(self) -> Floats:
+        """Which part (blocks, nw) of slopes their noise is; NaN where there are none."""
+        return self._part(self.noise)
+
+    def _part(self, of: Floats) -> Floats:
+        return np.divide(of, self.scale, out=np.full_like(of, np.nan), where=self.scale > 0.0)
 
     def error(self, bent: Floats) -> Floats:
         """What slopes may be off by; bent (nw,): by which part those of motions change over a step. What a number of
         third order leaves is the square of that, and of a difference to one side the part itself."""
-        size, by = np.abs(self.slope), self.values.each(bent)
+        size, by = np.abs(self.slope), self.values.rows(np.fmax(self.bents, bent), weighted=False)
         with np.errstate(divide="ignore", invalid="ignore"):
             part = np.where(size > 0.0, np.minimum(self.change / size, 1.0), 1.0)
         sided = 1.0 if self.places[0] * self.places[1] < 0.0 else 2.0
         both = sided * (part * self.change + by**2 * size)
         cut = np.where(self.values.valid.all(axis=0), both, by * size)
-        noise = self.values.most_rows(self.off)
-        return np.where(self.same & np.isfinite(size), 0.0, cut + noise)
+        return np.where(self.same & np.isfinite(size), 0.0, cut + self.values.most_rows(self.off))
 
 
 class _Side(NamedTuple):
@@ -283,7 +301,7 @@ class _Side(NamedTuple):
 
 @dataclass(frozen=True)
 class _Base:
-    """Windows and the same in other steps, longer."""
+    """Windows and the same in other steps."""
 
     own: Ran
     finer: Ran
@@ -313,39 +331,25 @@ class _Base:
         return _shown(self.own.states)
 
     @cached_property
-    def _sure(self) -> tuple[Integers, _Lost]:
-        """Own events as those in other steps, of which some may be beyond the end."""
-        return _alike(self.finer, self.own, self.starts.ends, Doubt.UNSURE)
-
-    @cached_property
-    def _within(self) -> Integers:
-        """Samples of longer windows that are those of the windows."""
-        return np.arange(len(self.times)) + self.each_sample(np.arange(len(self.own.codes)))
-
-    @cached_property
     def _keys(self) -> npt.NDArray[np.complex128]:
         """Samples in order, window by window: of complex numbers the real part, here the window, goes before."""
         return self.each_sample(np.arange(len(self.own.codes))) + 1j * self.times
 
-    def side(self, other: Ran) -> _Side:
-        """What other windows, longer, show of these."""
-        place, lost = _alike(self.finer, other, self.starts.ends, Doubt.OTHERWISE)
-        mine = self._sure[0]
-        here = np.where(mine >= 0, _taken(self.own.events[:, a.E_TIME], mine), self.finer.events[:, a.E_TIME])
-        crossed = self._crossed(here, np.where(place >= 0, _taken(other.events[:, a.E_TIME], place), here))
-        states = other.states.part(self._within)
-        valid = ~crossed & (self.times < self.each_sample(lost.time)) & (states.held == self.own.states.held).all(axis=0)
+    def side(self, other: Ran, doubt: Doubt = Doubt.OTHERWISE) -> _Side:
+        """What other windows show of these."""
+        late = self.starts.ends - AT_END * (self.starts.ends - self.starts.t0)
+        place, since, lost = _alike(self.own, other, late, doubt)
+        has, states = place >= 0, other.states
+        rows = np.where(has[:, None], _taken(other.events, place), self.own.events)
+        crossed = self._crossed(self.moments, rows[:, a.E_TIME])
+        valid = ~crossed & (self.times < self.each_sample(since)) & (states.held == self.own.states.held).all(axis=0)
         if states.contact is not None:
             valid &= (states.contact == self.own.states.contact).all(axis=0)
-        there = np.full(len(self.own.events), -1, dtype=np.int64)
-        there[mine[mine >= 0]] = place[mine >= 0]
-        has = (there >= 0) & (self.moments < self.each_event(lost.time))
-        rows = np.where(has[:, None], _taken(other.events, there), self.own.events)
-        return _Side(_shown(states), valid, rows, has, lost)
+        return _Side(_shown(states), valid, rows, has & (self.moments < self.each_event(since)), lost)
 
     def _crossed(self, here: Floats, there: Floats) -> Flags:
         """Samples between two moments of some event."""
-        of = _events_of(self.finer)
+        of = _events_of(self.own)
         low = np.searchsorted(self._keys, of + 1j * np.minimum(here, there), side="left")
         high = np.searchsorted(self._keys, of + 1j * np.maximum(here, there), side="right")
         out = np.zeros(len(self.times), dtype=bool)
@@ -355,7 +359,7 @@ class _Base:
 
     @cached_property
     def _other(self) -> _Side:
-        return self.side(self.finer)
+        return self.side(self.finer, Doubt.UNSURE)
 
     def values(self, sides: Sequence[_Side], weights: Floats) -> tuple[_Values, _Values]:
         """Of samples, and of events (12, ne); weights (n,): of coordinates."""
@@ -378,7 +382,7 @@ class _Base:
     def lost(self, sides: Sequence[_Side]) -> _Lost:
         """From when on there are no derivatives, where events of any part."""
         out = _Lost.none(len(self.own.codes))
-        for one in (self._sure[1], *(side.lost for side in sides)):
+        for one in (side.lost for side in (self._other, *sides)):
             for w in np.flatnonzero(one.time < out.time).tolist():
                 out.or_from(float(one.time[w]), w, int(one.foot[w]), one.doubt[w])
         return out
@@ -429,14 +433,13 @@ class Differenced:
     finer are without marks, of which ``marks`` says where they are among all rows."""
 
     copies: Copies
-    starts: Starts
     own: Ran
     finer: Ran
     marks: Flags
 
     @classmethod
-    def of(cls, copies: Copies, starts: Starts, own: Ran, finer: Ran) -> Differenced:
-        return cls(copies, starts, own.without_marks, finer.without_marks, own.marks)
+    def of(cls, copies: Copies, own: Ran, finer: Ran) -> Differenced:
+        return cls(copies, own.without_marks, finer.without_marks, own.marks)
 
     def slopes(self, names: tuple[str, ...]) -> WindowSlopes:
         """All of them, in the order of names; of each number one pair of windows, or two."""
@@ -456,12 +459,12 @@ class Differenced:
 
     def _base(self, windows: Integers) -> _Base:
         if len(windows) < len(self.own.codes):
-            return _Base(self.own.taken(windows), self.finer.taken(windows), self.starts.taken(windows))
+            return _Base(self.own.taken(windows), self.finer.taken(windows), self.copies.starts.taken(windows))
         return self._whole
 
     @cached_property
     def _whole(self) -> _Base:
-        return _Base(self.own, self.finer, self.starts)
+        return _Base(self.own, self.finer, self.copies.starts)
 
     def _found(self, lane: Lane) -> _Found:
         """Derivatives by what a lane came to."""
@@ -472,15 +475,16 @@ class Differenced:
             for side, place in zip(sides, lane.places, strict=True):
                 side.valid[base.times < base.each_sample(base.starts.t0 + place * steps)] = False
         samples, rows = (_Differences(values, lane.places) for values in base.values(sides, self._weights))
-        bent, noise = (_filled(one) for one in samples.parts(slice(0, 2)))
+        bent, noise = (_filled(np.fmax.reduce(one[:2])) for one in (samples.bents, samples.noises))
         lost = base.lost(sides)
         base.add_kinks(lost, samples.kinked[: 2 * n].any(axis=0), rows.kinked[a.E_TIME])
         parts = []
         for one, gone in ((samples, base.times >= base.each_sample(lost.time)), (rows, base.moments >= base.each_event(lost.time))):
-            found = np.array([one.slope, one.error(bent)]) / one.values.each(steps)
+            error = one.error(bent) + one.values.each(lane.rounded) * np.abs(one.slope)
+            found = np.array([one.slope, error]) / one.values.each(steps)
             found[:, one.kinked | gone] = np.nan
             parts.append(found)
-        return _Found(*parts, lost, bent, noise)
+        return _Found(*parts, lost, bent, noise + lane.rounded)
 
     def _again(self, number: int, windows: Integers, found: _Found) -> list[tuple[int, float, Integers]]:
         """Second pairs: narrow ones of windows where events differ, and where the first pair leaves too much another
