@@ -10,6 +10,7 @@ import pytest
 
 import tarsus as ts
 from scene_files import scene as scene_of
+from sliding_scenes import cantilever as sliding
 from tarsus.base.spec import get_value, with_values
 from tarsus.model.scene import Scene
 from tarsus.plan.lowering import lower_scene
@@ -110,7 +111,9 @@ def test_windows_move_as_their_derivatives_say(
         off, beyond = {}, {}
         for part in (1e-4, 1e-5, 1e-6):  # the best of several steps: far ones cross events, near ones round
             for field, value_ in difference(of, part * scale).items():
-                got, told = (getattr(of, field)[..., p] for of in (found.slopes.states, found.slopes.state_errors))
+                got, told = (
+                    getattr(of, field)[..., p] for of in (found.slopes.states, found.slopes.state_errors)
+                )
                 error = np.abs(value_ - got) * scale / size[field] if size[field] else np.abs(value_ - got)
                 more = np.abs(value_ - got) > 10.0 * told + 1e-5 * size[field] / scale
                 beyond[field] = beyond.get(field, True) & more
@@ -124,7 +127,61 @@ def test_windows_move_as_their_derivatives_say(
         for field, most in off.items():
             assert np.nanmedian(most) < 1e-5, (name, field, most)
             assert np.mean(most > 1e-4) <= 0.1, (name, field, most)
-            assert np.mean(beyond[field]) <= 1e-3, (name, field)
+            assert np.mean(beyond[field]) <= 5e-3, (name, field)  # where differences cross an event
+
+
+def creeping() -> Scene:
+    law = {
+        "kind": "creeping", "instant": {"linear": 8e-7, "thresholds": [1.0, 2.0], "weights": [2e-7, 1e-7]},
+        "thresholds": [0.0, 1.5], "weights": [1e-7, 1e-7], "times": [2e-3, 1.0],
+    }  # fmt: skip
+    scene = ts.load_scene("cantilever", wave="square")
+    return with_values(scene, {"robot.drives.pzt.law": law, "robot.drives.pzt.history": (), "provenance": {}})
+
+
+EVERY = {
+    "legs that move across": (
+        lambda: ts.load_scene("turning-hexapod"), ("ground.friction.coefficient", "robot.structure.body.mass")
+    ),
+    "feet that slide": (sliding, ("ground.friction.coefficient", "robot.structure.modal_masses.0")),
+    "a drive that creeps": (creeping, ("signals.pzt.amplitude", "robot.structure.frequencies.0")),
+    "a slow amplifier": (
+        lambda: with_values(
+            ts.load_scene("cantilever", wave="square"),
+            {"robot.drives.pzt.amplifier": {"bandwidth": 3000.0, "slew_rate": 2e5}},
+        ),
+        ("signals.pzt.amplitude", "robot.drives.pzt.amplifier.bandwidth"),
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_every_scene_that_runs_has_derivatives(name: str) -> None:
+    """By differences of windows of scenes that are lowered anew, over another step."""
+    make, paths = EVERY[name]
+    scene = make()
+    run, plan = ts.simulate(scene, 0.03), lower_scene(scene)
+    starts = starts_in(run, 4, 0.004, 2)
+    by = WindowGradients.of(scene, plan, paths, state=False, t0=False)
+    found = simulate_windows(plan, starts, gradients=by, accuracy=FINE)
+    assert found.slopes is not None and len(found.rows) > 4
+    for p, path in enumerate(paths):
+        value = float(get_value(scene, path))
+
+        def of(step: float, path: str = path, value: float = value) -> WindowBatch:
+            other = lower_scene(with_values(scene, {path: value + step}))
+            return simulate_windows(
+                replace(other, length=plan.length, force=plan.force), starts, accuracy=FINE
+            )
+
+        expected = difference(of, 3e-6 * value)
+        for field in ("x", "v", "gap", "rate"):
+            got, error = (
+                getattr(each, field)[..., p] for each in (found.slopes.states, found.slopes.state_errors)
+            )
+            size = np.abs(got).max(axis=1, keepdims=True)
+            assert np.isfinite(got).all() and size.max() > 0.0, (path, field)
+            assert np.mean(np.abs(expected[field] - got) > 10.0 * error + 1e-4 * size) <= 0.03, (path, field)
 
 
 def test_one_window_is_that_of_many() -> None:
@@ -165,7 +222,9 @@ def test_a_window_has_its_own_flags_whatever_windows_lie_beside_it() -> None:
     paths = ("ground.film.coefficient", "signals.pull.phase")
     gradients = WindowGradients.of(scene, plan, paths, state=False, t0=False)
     state = np.zeros(2 * len(plan.system.mass))
-    starts = [WindowStart(state, t0, t0 + np.linspace(1e-4, 4e-4, 4), Contacts()) for t0 in (0.0, 0.0013, 0.0)]
+    starts = [
+        WindowStart(state, t0, t0 + np.linspace(1e-4, 4e-4, 4), Contacts()) for t0 in (0.0, 0.0013, 0.0)
+    ]
     every = simulate_windows(plan, starts, gradients=gradients)
     alone = [simulate_windows(plan, [one], gradients=gradients)[0] for one in starts]
     assert [dict(one.flags) for one in every] == [dict(one.flags) for one in alone]

@@ -1,7 +1,7 @@
 """Least squares of records by windows of the engine: numbers of the scene and of the instruments, many records at once.
 
 A record is cut into segments. Each is a window of the engine with a start of its own, which has nothing to do with
-where the one before ended: what a motion forgets, and what no model says of it, ends there. Starts are eliminated
+where the one before ended: what a motion forgets, and what no model says of it, ends there. WindowStarts are eliminated
 (`tarsus.fit.normal_equations`); what is left are the numbers that segments share. A channel shows
 
     y(t) = gain * output(t - delay) + zero,
@@ -29,10 +29,10 @@ from tarsus.model.scene import Scene
 from tarsus.plan.lowering import Plan, lower_scene, slot
 from tarsus.plan.slots import Rows
 from tarsus.solve.contacts import Contacts
-from tarsus.solve.outputs import Output, output_rows, output_slopes
 from tarsus.solve.differences import Direction
+from tarsus.solve.outputs import Output, output_rows, output_slopes
 from tarsus.solve.window import WindowBatch, WindowStart, simulate_windows
-from tarsus.solve.window_copies import Entered, Pair, WindowGradients
+from tarsus.solve.window_gradients import Entered, ScenePair, WindowGradients
 
 RATES = {
     Quantity.DISPLACEMENT: Quantity.VELOCITY, Quantity.VELOCITY: Quantity.ACCELERATION,
@@ -43,7 +43,7 @@ FAR = 0.5
 """Longest step of the logarithm of a number: beyond, windows between impacts are not linear in any."""
 
 ENOUGH = 1e-3
-"""Part of slopes that differences may be off by: a step of Gauss and Newton is off by as much, and the next one less."""
+"""Part of slopes that differences may be off by: a step of Gauss and Newton is off by as much, the next one by less."""
 UNDER = "under "
 """How numbers of the ground under one foot begin, ``under L1: ground.friction.coefficient``: a factor of the ground's
 own number there, one where the ground is the same under all feet."""
@@ -333,7 +333,6 @@ class RecordProblem:
             places.append([first + np.searchsorted(when, one) for one in shown])
             measured.append(seen)
             first += len(when)
-        end = max(float(np.max(one.times)) for one in starts)
         entered = tuple(self._entered(scenes[r], plans[r], values, names) for r in data.values())
         ways = [free_of(plans[one.record], one) for one in segments] if names is not None else False
         by = WindowGradients(entered, ways, t0=False, enough=ENOUGH)
@@ -363,17 +362,19 @@ class RecordProblem:
         own = Entered.of(scene, plan, {name: self._along(name) for name in every if name not in self.feet})
         if not self.feet:
             return own
-        ground = _Feet(scene, {place: values[name] for name, place in self.feet.items()})
+        ground = _UnderFeet(scene, {place: values[name] for name, place in self.feet.items()})
 
-        def beside(wanted: Sequence[str], part: float) -> Mapping[str, Pair]:
+        def beside(wanted: Sequence[str], part: float) -> Mapping[str, ScenePair]:
             found = own.beside([name for name in wanted if name not in self.feet], part)
             out = {
-                name: Pair(one.places, tuple((plan, ground.under(row)) for plan, row in one.copies))
+                name: ScenePair(one.places, tuple((plan, ground.under(row)) for plan, row in one.copies))
                 for name, one in found.items()
             }
             steps = {name: values[name] * np.array([-part, part]) for name in wanted if name in self.feet}
             return out | {
-                name: Pair(by, tuple((None, ground.moved(self.feet[name], step).under(own.row)) for step in by))
+                name: ScenePair(
+                    by, tuple((None, ground.moved(self.feet[name], step).under(own.row)) for step in by)
+                )
                 for name, by in steps.items()
             }
 
@@ -445,13 +446,13 @@ class RecordProblem:
 
 
 @dataclass(frozen=True)
-class _Feet:
+class _UnderFeet:
     """Factors of a scene's ground under single feet, by foot and path."""
 
     scene: Scene
     factors: Mapping[tuple[int, str], float]
 
-    def moved(self, at: tuple[int, str], by: float) -> _Feet:
+    def moved(self, at: tuple[int, str], by: float) -> _UnderFeet:
         """With one of them otherwise."""
         return replace(self, factors={**self.factors, at: self.factors[at] + by})
 

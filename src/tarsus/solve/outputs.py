@@ -99,8 +99,8 @@ class OutputRows:
         )
 
     def slopes(self, states: SampledStates) -> Floats:
-        """Their derivatives (nc, nt, P) by what the states have derivatives by (`tarsus.solve.window_slopes.WindowSlopes`),
-        with the rows as they are. Raises InputError as `values`."""
+        """Their derivatives (nc, nt, P) by what the states have derivatives by, with the rows as they are. Raises
+        InputError as `values`."""
         ground = np.where(states.held[..., None], -states.pull, states.resistive + states.smooth)
         self._along(None)
         moved = (

@@ -243,9 +243,9 @@ class Session(Hinted):
                 )
                 slopes = None
                 if gradients is not None:
-                    from tarsus.solve.step_slopes import Step, step_slopes
+                    from tarsus.solve.step_slopes import StepAsked, step_slopes
 
-                    slopes = step_slopes(Step(now, told, drive or {}, seconds, ramp), gradients)
+                    slopes = step_slopes(StepAsked(now, told, drive or {}, seconds, ramp), gradients)
                 began = now.runs.state[:, : now.runs.state.shape[1] // 2].copy()
                 parts = now.advance(told, seconds, self.threads)
             except InputError:

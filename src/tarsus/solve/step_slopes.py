@@ -18,7 +18,7 @@ from tarsus.plan.slots import Rows
 from tarsus.solve.commands import Command
 from tarsus.solve.differences import directions_of
 from tarsus.solve.window import Window, simulate_window
-from tarsus.solve.window_copies import Entered, Pair, WindowGradients
+from tarsus.solve.window_gradients import Entered, ScenePair, WindowGradients
 
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
@@ -61,7 +61,7 @@ class StepSlopes:
 
 
 @dataclass(frozen=True)
-class Step:
+class StepAsked:
     """A step of one robot: commands of its drives, of which ``drive`` are told now, how long [s] it takes, and whether
     voltages are reached by ramps."""
 
@@ -84,7 +84,7 @@ class Step:
         return robots.driven_row({**self.told, **told})
 
 
-def step_slopes(step: Step, paths: Sequence[str]) -> StepSlopes:
+def step_slopes(step: StepAsked, paths: Sequence[str]) -> StepSlopes:
     """Those of a step of one robot.
 
     Raises InputError for several robots, and for numbers of signals, which a command has taken the place of.
@@ -106,9 +106,7 @@ def step_slopes(step: Step, paths: Sequence[str]) -> StepSlopes:
     )  # fmt: skip
     slopes = window.slopes
     assert slopes is not None
-    state, error = (
-        np.concatenate([of.x[:, -1], of.v[:, -1]]) for of in (slopes.states, slopes.state_errors)
-    )
+    state, error = (np.concatenate([of.x[:, -1], of.v[:, -1]]) for of in (slopes.states, slopes.state_errors))
     return StepSlopes(slopes.names, state, error, window)
 
 
@@ -121,7 +119,7 @@ def _of_drive(path: str) -> bool:
     return path.startswith("robot.drives.")
 
 
-def _entered(step: Step, scene: Scene, plan: Plan, paths: Sequence[str]) -> Entered:
+def _entered(step: StepAsked, scene: Scene, plan: Plan, paths: Sequence[str]) -> Entered:
     """What enters the step: by paths of the scene, then by the voltages that drives are told."""
     own, row = Entered.of(scene, plan, paths), step.row({}, {})
     ways = {
@@ -138,15 +136,15 @@ def _entered(step: Step, scene: Scene, plan: Plan, paths: Sequence[str]) -> Ente
         values = {path: float(get_value(scene, path)) + place * w for path, w in ways[name].items()}
         return step.row(values, {}) if values else row
 
-    def told(name: str, part: float) -> Pair:
+    def told(name: str, part: float) -> ScenePair:
         drive, level = levels[name]
         places = np.array([-1.0, 1.0]) * part * (abs(level) or 1.0)
-        return Pair(places, tuple((None, step.row({}, {drive: level + by})) for by in places.tolist()))
+        return ScenePair(places, tuple((None, step.row({}, {drive: level + by})) for by in places.tolist()))
 
-    def beside(names: Sequence[str], part: float) -> dict[str, Pair]:
+    def beside(names: Sequence[str], part: float) -> dict[str, ScenePair]:
         found = own.beside([name for name in names if name not in levels], part)
         out = {
-            name: Pair(
+            name: ScenePair(
                 of.places,
                 tuple(
                     (other, _on(moved(name, at), copied))

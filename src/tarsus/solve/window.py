@@ -17,19 +17,18 @@ from tarsus.solve.acting import Acting
 from tarsus.solve.codes import EVENT_TYPE, ResultCode, event_places, structured_events, without_marks
 from tarsus.solve.contacts import Contacts
 from tarsus.solve.engine import RECORDED, Accuracy, book_of, settings_of, tables_of
-from tarsus.solve.window_copies import Copies, WindowGradients
-from tarsus.solve.window_run import Starts, Tables, WindowStart, run_windows
-from tarsus.solve.window_slopes import SEEN, Differenced, WindowSlopes
+from tarsus.solve.window_gradients import WindowGradients
+from tarsus.solve.window_run import Tables, WindowStart, WindowStarts, run_windows
 
 if TYPE_CHECKING:
     from tarsus.plan.lowering import Plan
+    from tarsus.solve.window_slopes import WindowSlopes
 
 __all__ = [
     "Contacts",
     "Window",
     "WindowBatch",
     "WindowGradients",
-    "WindowSlopes",
     "WindowStart",
     "simulate_window",
     "simulate_windows",
@@ -100,9 +99,9 @@ class WindowBatch(Sequence[Window]):
     """Windows of one plan, one after the other; each of them is there by its number.
 
     starts: where each started; data: the rows of data there were, sources (nw, 2): which of these each ran on, and its
-    row there; times (nt,) [s]: of all, end to end, those of window w from first[w] to first[w + 1]; states and slopes: at these; rows: event rows of all, those of
-    window w from begin[w] to begin[w + 1]; codes: how each ended; ends (nw, 2n) and feet (nw, m, k): as `Window.end`
-    and `Window.feet`.
+    row there; times (nt,) [s]: of all, end to end, those of window w from first[w] to first[w + 1]; states and slopes:
+    at these; rows: event rows of all, those of window w from begin[w] to begin[w + 1]; codes: how each ended; ends
+    (nw, 2n) and feet (nw, m, k): as `Window.end` and `Window.feet`.
     """
 
     plan: Plan
@@ -158,7 +157,9 @@ def simulate_window(
         For states, times or contacts that do not fit the plan.
     """
     start = WindowStart(state, t0, times, Contacts() if contacts is None else contacts)
-    return simulate_windows(plan, [start], rows=rows, gradients=gradients, shared=shared, accuracy=accuracy)[0]
+    return simulate_windows(plan, [start], rows=rows, gradients=gradients, shared=shared, accuracy=accuracy)[
+        0
+    ]
 
 
 def simulate_windows(
@@ -196,13 +197,16 @@ def simulate_windows(
     """
     entered = () if gradients is None else gradients.entered
     data = [one.row for one in entered] or [rows_of(plan) if rows is None else rows]
-    given = Starts.of(plan, starts, data)
+    given = WindowStarts.of(plan, starts, data)
     end = float(given.times.max(initial=0.0))
     tables = shared or (book_of(plan, end) if plan.legs is None else tables_of(plan, end))
     settings = settings_of(plan, end, accuracy, record=plan.legs is None)
     if gradients is None:
         ran, states, slopes = run_windows(plan, tables, data, given, settings), None, None
     else:
+        from tarsus.solve.window_copies import Copies
+        from tarsus.solve.window_slopes import SEEN, Differenced
+
         along = gradients.along(len(starts), len(plan.system.mass))
         seen, at = given.denser(SEEN)
         finer = settings_of(plan, end, accuracy.finer, record=plan.legs is None)

@@ -1,10 +1,9 @@
-"""Windows beside those that are asked for: what each is differentiated by becomes windows with that number otherwise."""
+"""Windows beside those that are asked for: by each number that they are differentiated by two, with it otherwise."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -12,137 +11,26 @@ import numpy as np
 import numpy.typing as npt
 
 from tarsus.base.errors import InputError
-from tarsus.base.spec import with_values
 from tarsus.core import _native
-from tarsus.plan.lowering import Plan, lower_scene
-from tarsus.plan.slots import Rows, rows_for, rows_of, slot
-from tarsus.solve.differences import STEP, Direction, Stencil, directions_of
+from tarsus.plan.lowering import Plan
+from tarsus.plan.slots import Rows
+from tarsus.solve.differences import STEP
 from tarsus.solve.engine import book_of, structure_key, tables_of
-from tarsus.solve.window_run import Ran, Starts, Tables, run_windows
+from tarsus.solve.window_gradients import ScenePair, WindowGradients
+from tarsus.solve.window_run import Ran, Tables, WindowStarts, run_windows
 
 if TYPE_CHECKING:
-    from tarsus.model.scene import Scene
+    pass
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
 
-class Pair(NamedTuple):
-    """Two scenes beside one along a direction: how far each is (2,), its plan, None for that of the scene itself, and its
-    row of data."""
-
-    places: Floats
-    copies: tuple[tuple[Plan | None, Rows], ...]
-
-
-@dataclass(frozen=True)
-class Entered:
-    """What windows run on, and by which numbers of it they have derivatives.
-
-    row: one row of data; names: of the numbers; beside: pairs by name at a part of their numbers' size, for some names.
-    """
-
-    row: Rows
-    names: tuple[str, ...]
-    beside: Callable[[Sequence[str], float], Mapping[str, Pair]]
-
-    @classmethod
-    def of(cls, scene: Scene, plan: Plan, paths: Sequence[str] | Mapping[str, Direction]) -> Entered:
-        """By numbers of the scene of a plan at paths, or along directions by name; where it begins is a window's own.
-
-        Raises InputError for what is no number of the scene, or one that cannot vary.
-        """
-        directions = directions_of(scene, paths)
-        moving = with_values(scene, {"initial.standing": None})
-        free = replace(plan, stance=None)
-        return cls(rows_of(plan), tuple(directions), partial(_pairs, moving, free, directions))
-
-
-def _pairs(
-    scene: Scene, plan: Plan, directions: Mapping[str, Direction], names: Sequence[str], part: float
-) -> dict[str, Pair]:
-    """Scenes beside one: rows of its plan where all that moves are data, else plans of their own."""
-    steps = {name: Stencil.of(scene, directions[name], part, plan, order=2) for name in names}
-    rows = {name: one for name, one in steps.items() if all(slot(scene, path) for path in one.direction)}
-    base = {path: value for one in rows.values() for path, value in one.base.items()}
-    each = [base | one.values(place) for one in rows.values() for place in one.places]
-    columns = {path: np.array([row[path] for row in each]) for path in base}
-    made = rows_for(scene, plan, columns, 0.0, scaled=False, count=len(each)) if each else None
-    out, first = dict[str, Pair](), 0
-    for name, one in steps.items():
-        copies: list[tuple[Plan | None, Rows]]
-        if name in rows:
-            assert made is not None
-            copies = [(None, made.taken(slice(k, k + 1))) for k in (first, first + 1)]
-            first += 2
-        else:
-            copies = [_lowered(one.scene(scene, place), plan, name) for place in one.places.tolist()]
-        out[name] = Pair(one.places, tuple(copies))
-    return out
-
-
-def _lowered(scene: Scene, plan: Plan, name: str) -> tuple[Plan, Rows]:
-    """A scene beside that of a plan, whose scales it has; its row. Raises InputError where its structure is larger."""
-    own = replace(lower_scene(scene), length=plan.length, force=plan.force, rate=plan.rate)
-    if own.initial.shape != plan.initial.shape:
-        raise InputError(f"{name}: there is no derivative by it, for the structure changes its size")
-    return own, rows_of(own)
-
-
-@dataclass(frozen=True)
-class WindowGradients:
-    """By what windows are differentiated.
-
-    entered: what enters them, with derivatives by numbers of a scene, all by the same numbers; of windows that differ
-    in their data several, of which each window names its own. state: by the start state, whose displacements and
-    velocities are then ``state.0`` to ``state.{2n - 1}``, or by window along directions (2n, q) of it, ``state.0`` to
-    ``state.{q - 1}``; t0: by the moment of the start, with the start state and the times of outputs as they are.
-    Contacts and flights that begin with the window begin later with it. enough: part of slopes that they may be off by
-    before a second pair of windows is made, in better steps.
-    """
-
-    entered: Sequence[Entered] = ()
-    state: bool | Sequence[Floats] = True
-    t0: bool = True
-    enough: float = 1e-6
-
-    @classmethod
-    def of(
-        cls,
-        scene: Scene,
-        plan: Plan,
-        paths: Sequence[str] | Mapping[str, Direction],
-        *,
-        state: bool = True,
-        t0: bool = True,
-    ) -> WindowGradients:
-        """By numbers of the scene of a plan at paths, or along directions by name. Raises InputError as `Entered.of`
-        does."""
-        return cls((Entered.of(scene, plan, paths),), state, t0)
-
-    @property
-    def paths(self) -> tuple[str, ...]:
-        """Names of the numbers of a scene."""
-        return self.entered[0].names if self.entered else ()
-
-    def along(self, windows: int, coordinates: int) -> Floats:
-        """Directions (nw, 2n, q) of the start states, of a structure of so many coordinates."""
-        if isinstance(self.state, bool):
-            own = np.eye(2 * coordinates)[:, : 2 * coordinates if self.state else 0]
-            return np.broadcast_to(own, (windows, *own.shape))
-        return np.array(self.state, dtype=float).reshape(windows, 2 * coordinates, -1)
-
-    def names(self, along: Floats) -> tuple[str, ...]:
-        """Names of all numbers, in the order of derivatives."""
-        states = tuple(f"state.{i}" for i in range(along.shape[2]))
-        return (*self.paths, *states, *(("t0",) if self.t0 else ()))
-
-
 @dataclass(frozen=True)
 class Lane:
     """Windows beside some, two of each, along one number: its place among all, the windows (nl,), places (2,) in steps,
-    of which the nearest is one off, steps (nl,), the part (nl,) of them that is rounded off, and what both came to, without
-    marks."""
+    of which the nearest is one off, steps (nl,), the part (nl,) of them that is rounded off, and what both came to,
+    without marks."""
 
     number: int
     windows: Integers
@@ -178,9 +66,9 @@ class _Call:
     plan: Plan
     tables: Tables
     data: list[Rows]
-    parts: list[Starts] = field(default_factory=list)
+    parts: list[WindowStarts] = field(default_factory=list)
 
-    def added(self, starts: Starts, places: Integers) -> _Filed:
+    def added(self, starts: WindowStarts, places: Integers) -> _Filed:
         """With one part more, of windows at such places in their lane."""
         self.parts.append(starts)
         return _Filed(self, len(self.parts) - 1, places)
@@ -189,7 +77,7 @@ class _Call:
         """What each part came to."""
         if not self.parts:
             return []
-        every = run_windows(self.plan, self.tables, self.data, Starts.joined(self.parts), settings)
+        every = run_windows(self.plan, self.tables, self.data, WindowStarts.joined(self.parts), settings)
         edges = np.cumsum([0, *map(len, self.parts)])
         return [every.taken(np.arange(a, b)) for a, b in pairwise(edges.tolist())]
 
@@ -202,7 +90,7 @@ class _Way(NamedTuple):
     places: Floats
     steps: Floats
     rounded: Floats
-    pairs: Sequence[Pair] = ()
+    pairs: Sequence[ScenePair] = ()
     state: Floats | None = None
 
 
@@ -216,7 +104,7 @@ class Copies:
     plan: Plan
     tables: Tables
     data: Sequence[Rows]
-    starts: Starts
+    starts: WindowStarts
     by: WindowGradients
     along: Floats
     settings: _native.Settings
@@ -243,12 +131,16 @@ class Copies:
             sides = []
             for parts in filed:
                 order = np.argsort(np.concatenate([one.places for one in parts]))
-                sides.append(Ran.joined([ran[id(one.call)][one.part] for one in parts]).taken(order).without_marks)
+                sides.append(
+                    Ran.joined([ran[id(one.call)][one.part] for one in parts]).taken(order).without_marks
+                )
             both = sides[0], sides[1]
             out.append(Lane(number, windows, way.places, way.steps[windows], way.rounded[windows], both))
         return out
 
-    def _pairs(self, wanted: Sequence[tuple[int, float, Integers]], factor: float) -> list[Mapping[str, Pair]]:
+    def _pairs(
+        self, wanted: Sequence[tuple[int, float, Integers]], factor: float
+    ) -> list[Mapping[str, ScenePair]]:
         """Of the numbers of a scene that are wanted at a part of the first step, by data."""
         paths = self.by.paths
         names = [paths[k] for k, of, _ in wanted if of == factor and k < len(paths)]
@@ -259,7 +151,7 @@ class Copies:
                 raise
             return []
 
-    def _way(self, number: int, factor: float, pairs: Sequence[Mapping[str, Pair]]) -> _Way | None:
+    def _way(self, number: int, factor: float, pairs: Sequence[Mapping[str, ScenePair]]) -> _Way | None:
         paths, states, starts = self.by.paths, self.along.shape[2], self.starts
         if number < len(paths):
             own = [one[paths[number]] for one in pairs]
@@ -273,7 +165,9 @@ class Copies:
             size = self._moves(state)
             steps = np.divide(OF_STATE * factor, size, out=np.zeros_like(size), where=size > 0.0)
             moved = np.abs(steps[:, None] * state)
-            part = np.divide(ROUNDED * np.abs(starts.state), moved, out=np.zeros_like(moved), where=moved > 0.0)
+            part = np.divide(
+                ROUNDED * np.abs(starts.state), moved, out=np.zeros_like(moved), where=moved > 0.0
+            )
             return _Way(BOTH, steps, part.max(axis=1), (), state)
         step = OF_TIME * factor / self.plan.rate
         early = bool(np.any(starts.t0 < step))

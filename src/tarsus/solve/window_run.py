@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +20,6 @@ from tarsus.core.replay import SampledStates, shown_states
 from tarsus.plan.slots import Rows
 from tarsus.solve.acting import Acting
 from tarsus.solve.contacts import CARRIED, Contacts
-from tarsus.solve.motion import unpacked
 
 if TYPE_CHECKING:
     from tarsus.plan.lowering import Plan
@@ -53,7 +52,7 @@ class WindowStart:
 
 
 @dataclass(frozen=True)
-class Starts:
+class WindowStarts:
     """Starts of nw windows as arrays: state (nw, 2n), t0 (nw,), held, leaving, since (nw, m), sources (nw, 2): which of
     some data each runs on, and its row there, first (nw + 1,) of each one's times, carried (nw, m, k) by the feet of
     those that go on."""
@@ -69,7 +68,7 @@ class Starts:
     carried: Floats
 
     @classmethod
-    def of(cls, plan: Plan, starts: Sequence[WindowStart], data: Sequence[Rows]) -> Starts:
+    def of(cls, plan: Plan, starts: Sequence[WindowStart], data: Sequence[Rows]) -> WindowStarts:
         """Raises InputError where a start does not fit the plan, or names data that are not there."""
         m, size, end = plan.feet, 2 * len(plan.system.mass), np.cumsum([0, *map(len, data)])
         states = [np.asarray(one.state, dtype=float) for one in starts]
@@ -103,19 +102,19 @@ class Starts:
         """Last time (nw,) [s] of each."""
         return self.times[self.first[1:] - 1]
 
-    def taken(self, windows: Integers) -> Starts:
+    def taken(self, windows: Integers) -> WindowStarts:
         """Some of the windows."""
         at, first = gathered(self.first, windows)
         parts = {one.name: getattr(self, one.name)[windows] for one in fields(self) if one.name not in _TIMES}
-        return Starts(**parts, first=first, times=self.times[at])
+        return WindowStarts(**parts, first=first, times=self.times[at])
 
     @classmethod
-    def joined(cls, parts: Sequence[Starts]) -> Starts:
+    def joined(cls, parts: Sequence[WindowStarts]) -> WindowStarts:
         """Several, one after the other."""
         whole = {one.name: np.concatenate([getattr(p, one.name) for p in parts]) for one in fields(cls)}
         return cls(**{**whole, "first": _one_after_another([p.first for p in parts])})
 
-    def denser(self, count: int) -> tuple[Starts, Integers]:
+    def denser(self, count: int) -> tuple[WindowStarts, Integers]:
         """The same with so many more times in each window; and where its own are among all."""
         window = np.repeat(np.arange(len(self)), count)
         between = np.tile((np.arange(count) + 0.5) / count, len(self))
@@ -128,7 +127,7 @@ class Starts:
         first = self.first + count * np.arange(len(self.first))
         return replace(self, times=times[order], first=first), place[: len(self.times)]
 
-    def later(self, by: Floats) -> Starts:
+    def later(self, by: Floats) -> WindowStarts:
         """The same with starts later by so long (nw,) [s], at states and with times as they are, none before it. What
         begins with the window does so later; what began before has begun by then."""
         t0 = self.t0 + by
@@ -237,18 +236,18 @@ def gathered(first: Integers, windows: Integers) -> tuple[Integers, Integers]:
     return np.arange(begin[-1]) + np.repeat(first[:-1][windows] - begin[:-1], counts), begin
 
 
-def end_to_end(parts: Iterable[SampledStates]) -> SampledStates:
+def end_to_end(parts: Sequence[SampledStates]) -> SampledStates:
     """Samples of several windows."""
-    each = list(parts)
-    names = [one.name for one in fields(SampledStates)]
-    own = {name: [getattr(one, name) for one in each] for name in names}
-    return SampledStates(**{
-        name: None if values[0] is None else np.concatenate(values, axis=1) for name, values in own.items()
-    })  # fmt: skip
+
+    def whole(name: str) -> Any:
+        values = [getattr(one, name) for one in parts]
+        return None if values[0] is None else np.concatenate(values, axis=1)
+
+    return SampledStates(*(whole(one.name) for one in fields(SampledStates)))
 
 
 def run_windows(
-    plan: Plan, tables: Tables, data: Sequence[Rows], starts: Starts, settings: _native.Settings
+    plan: Plan, tables: Tables, data: Sequence[Rows], starts: WindowStarts, settings: _native.Settings
 ) -> Ran:
     """Run windows of a plan, on all threads where there are many."""
     count = len(starts)
@@ -260,7 +259,7 @@ def run_windows(
 
 
 def _run(
-    plan: Plan, tables: Tables, data: Sequence[Rows], starts: Starts, settings: _native.Settings
+    plan: Plan, tables: Tables, data: Sequence[Rows], starts: WindowStarts, settings: _native.Settings
 ) -> Ran:
     laws, given = plan.laws, [(rows.signals, _unmarked(rows), []) for rows in data]
     if plan.legs is None:
@@ -273,12 +272,11 @@ def _run(
         assert not isinstance(tables, ModeBook)
         codes, events, ends, samples, _, _, _, finals, feet = _native.windows_legged(
             plan.legs.native, tables, NODES, laws.native, laws.by_programs, settings, given, [], 0, starts.native()
-        )
+        )  # fmt: skip
         states = _walked(plan, starts, data, samples)
     begin = np.concatenate([[0], ends]).astype(np.int64)
-    return Ran(
-        np.asarray(codes), events, begin, states, starts.first, finals, feet.reshape(len(starts), plan.feet, -1)
-    )
+    carried = feet.reshape(len(starts), plan.feet, -1)
+    return Ran(np.asarray(codes), events, begin, states, starts.first, finals, carried)
 
 
 def _unmarked(rows: Rows) -> Rows:
@@ -288,8 +286,10 @@ def _unmarked(rows: Rows) -> Rows:
     return replace(rows, scales=scales)
 
 
-def _walked(plan: Plan, starts: Starts, data: Sequence[Rows], samples: Floats) -> SampledStates:
+def _walked(plan: Plan, starts: WindowStarts, data: Sequence[Rows], samples: Floats) -> SampledStates:
     """States of a walker by its samples, window by window on data of its own."""
+    from tarsus.solve.motion import unpacked
+
     sources, of = np.unique(starts.sources, axis=0, return_inverse=True)
     of = np.repeat(of.ravel(), np.diff(starts.first))
     parts, order = [], []

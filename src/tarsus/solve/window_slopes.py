@@ -4,47 +4,39 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from enum import Enum
 from functools import cached_property
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from tarsus.core import arrays as a
 from tarsus.core.replay import SampledStates
-from tarsus.solve.differences import BENT, ROUNDING, STEP, better_step
+from tarsus.solve.differences import LEAST, STEP, better_step
+from tarsus.solve.window_alike import Lost, NoSlope, alike, events_of
 from tarsus.solve.window_copies import Copies, Lane
-from tarsus.solve.window_run import Ran, Starts, gathered
+from tarsus.solve.window_differences import Differences, WindowValues
+from tarsus.solve.window_run import Ran, WindowStarts, gathered
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 Flags = npt.NDArray[np.bool_]
 
 AT_END = 1e-3
-"""Last part of a window in which an event that another lacks is taken to come to that just beyond the end: over one step
+"""Last part of a window in which an event that another lacks is taken to come to that just beyond the end: over a step
 events move by far less."""
 SEEN = 8
 """Moments of each window that are looked at beside those that are asked for: at one alone a slope may be small by
 chance, and neither what it changes by nor the noise then says anything."""
-SURE = 10.0
-"""Times the noise of runs, as two of them show it, from which a kink is none of its."""
 NARROW = 1e-2
 """Part of the first step of a second pair, where events of the first differ from the window's own."""
+FARTHEST = 1e3
+"""Times the first step to which another may be lengthened, for a number that is hardly felt: by a hundredth of it."""
 UNSEEN = 10.0 * STEP
 """Part by which slopes that show no bend for noise may change over a first step all the same."""
 SHOWN = ("x", "v", "gap", "rate", "resistive", "smooth", "pull")
 """What of sampled states has derivatives."""
-
-
-class Doubt(Enum):
-    """Why there is no derivative of what comes after some moment; the value is a sentence."""
-
-    OTHERWISE = "{foot} touches or leaves the ground otherwise from {time} on where the number is a little another"
-    KINKED = "to both sides of the number {foot} moves otherwise at {time}: an edge or a threshold lies there"
-    UNSURE = "what {foot} does at {time} is within the error of a step"
-    STOPPED = "a window with the number a little another stops before its end"
 
 
 class WindowFlag(NamedTuple):
@@ -53,7 +45,7 @@ class WindowFlag(NamedTuple):
 
     window: int
     number: int
-    doubt: Doubt
+    doubt: NoSlope
     time: float
     foot: int
 
@@ -67,8 +59,8 @@ class WindowSlopes:
     """Derivatives of a window, or of several, by P numbers, last axis; NaN from a moment on at which there is none.
 
     names (P,): paths, then ``state.i`` and ``t0``; states: of displacements and velocities (n, nt, P), and of gaps,
-    gap rates, forces and pulls of the feet (m, nt, P), at fixed times; rows (ne, 12, P): of the event rows; state_errors
-    and row_errors: what these may be off by; flags: why some are not there.
+    gap rates, forces and pulls of the feet (m, nt, P), at fixed times; rows (ne, 12, P): of the event rows;
+    state_errors and row_errors: what these may be off by; flags: why some are not there.
     """
 
     names: tuple[str, ...]
@@ -91,203 +83,6 @@ class WindowSlopes:
         )  # fmt: skip
 
 
-class _Lost(NamedTuple):
-    """From when on [s] windows have no derivative: times (nw,), infinite where there is one to the end, feet, reasons."""
-
-    time: Floats
-    foot: Integers
-    doubt: list[Doubt]
-
-    @classmethod
-    def none(cls, count: int) -> _Lost:
-        return cls(np.full(count, np.inf), np.full(count, -1, dtype=np.int64), [Doubt.OTHERWISE] * count)
-
-    def or_from(self, time: float, window: int, foot: int, doubt: Doubt) -> None:
-        if time < self.time[window]:
-            self.time[window], self.foot[window], self.doubt[window] = time, foot, doubt
-
-
-def _events_of(ran: Ran) -> Integers:
-    """Number of the window of every event."""
-    return np.repeat(np.arange(len(ran.codes)), np.diff(ran.begin))
-
-
-class _Alike(NamedTuple):
-    """Events of other windows as those of windows: of every event the other's, -1 of none; since (nw,): from when on [s]
-    they are not the same; lost: where that is no matter of the end."""
-
-    place: Integers
-    since: Floats
-    lost: _Lost
-
-
-def _alike(own: Ran, other: Ran, late: Floats, doubt: Doubt) -> _Alike:
-    """Foot by foot the same kinds of events one after the other: feet far from each other may change places. late (nw,)
-    [s]: from when on events may be missing."""
-    columns = [a.E_FOOT, a.E_KIND]
-    nw = len(own.codes)
-    out = _Alike(np.full(len(own.events), -1, dtype=np.int64), np.full(nw, np.inf), _Lost.none(nw))
-    same = np.diff(own.begin) == np.diff(other.begin)
-    alike = np.flatnonzero(same)
-    here, first = gathered(own.begin, alike)
-    there, _ = gathered(other.begin, alike)
-    differs = (own.events[here][:, columns] != other.events[there][:, columns]).any(axis=1)
-    out.place[here] = there
-    apart = np.unique(np.searchsorted(first, np.flatnonzero(differs), side="right") - 1)
-    for w in [*alike[apart].tolist(), *np.flatnonzero(~same).tolist()]:
-        time, foot = _matched(own, other, w, out.place)
-        out.since[w] = time
-        if time < late[w]:
-            out.lost.or_from(time, w, foot, doubt)
-    for w in np.flatnonzero(own.codes != other.codes).tolist():
-        out.since[w] = -np.inf
-        out.lost.or_from(-np.inf, w, -1, Doubt.STOPPED)
-    return out
-
-
-def _matched(own: Ran, other: Ran, window: int, place: Integers) -> tuple[float, int]:
-    """Put the events of one window into places, foot by foot; from when on there are others, and of which foot."""
-    mine, theirs = (np.arange(*one.begin[window : window + 2]) for one in (own, other))
-    place[mine] = -1
-    out = np.inf, -1
-    for foot in np.unique(np.concatenate([own.events[mine, a.E_FOOT], other.events[theirs, a.E_FOOT]])):
-        here, there = (
-            at[ran.events[at, a.E_FOOT] == foot] for ran, at in ((own, mine), (other, theirs))
-        )
-        count = min(len(here), len(there))
-        same = own.events[here[:count], a.E_KIND] == other.events[there[:count], a.E_KIND]
-        alike = count if same.all() else int(np.argmin(same))
-        place[here[:alike]] = there[:alike]
-        after = [
-            float(ran.events[at[alike], a.E_TIME]) for ran, at in ((own, here), (other, there)) if len(at) > alike
-        ]
-        out = min(out, (min(after, default=np.inf), int(foot)))
-    return out
-
-
-@dataclass(frozen=True)
-class _Values:
-    """Values of something of windows: of themselves, of one in other steps, of the two beside (c, k); which of these two
-    count (2, k); first (nw + 1,): where those of each window begin; blocks: rows of one kind, weights (c,) with which
-    they have one unit."""
-
-    own: Floats
-    finer: Floats
-    beside: tuple[Floats, Floats]
-    valid: Flags
-    first: Integers
-    blocks: Sequence[slice]
-    weights: Floats
-
-    def most(self, values: Floats) -> Floats:
-        """Largest (blocks, nw) of weighted values (c, k) in every window; zero of none."""
-        out = np.zeros((len(self.blocks), len(self.first) - 1))
-        there = np.flatnonzero(np.diff(self.first))
-        if len(there):
-            rows = np.fmax.reduceat(np.nan_to_num(values), self.first[there], axis=1) * self.weights[:, None]
-            out[:, there] = [rows[block].max(axis=0, initial=0.0) for block in self.blocks]
-        return out
-
-    def most_rows(self, values: Floats) -> Floats:
-        """Largest of values (c, k) in every window row by row, for all that is in it."""
-        out = np.zeros((len(values), len(self.first) - 1))
-        there = np.flatnonzero(np.diff(self.first))
-        if len(there):
-            out[:, there] = np.fmax.reduceat(np.nan_to_num(values), self.first[there], axis=1)
-        return self.each(out)
-
-    def each(self, values: Floats) -> Floats:
-        """Values (nw,) of windows for all that is in them."""
-        return np.repeat(values, np.diff(self.first), axis=-1)
-
-    def rows(self, values: Floats, *, weighted: bool = True) -> Floats:
-        """Values (blocks, nw) for all that is in them, (c, k), which are weighted themselves or not."""
-        out = np.repeat(self.each(values), [block.stop - block.start for block in self.blocks], axis=0)
-        return out / self.weights[:, None] if weighted else out
-
-
-@dataclass(frozen=True)
-class _Differences:
-    """Differences of values by steps: slopes (c, k), what they change by over one step, and the noise of runs."""
-
-    values: _Values
-    places: Floats
-
-    @cached_property
-    def _off(self) -> tuple[Floats, Floats]:
-        one, two = (each - self.values.own for each in self.values.beside)
-        return one, two
-
-    @cached_property
-    def slope(self) -> Floats:
-        """To both sides, or to the one that counts, NaN where none does."""
-        (one, two), (x, y), valid = self._off, self.places, self.values.valid
-        out = (one * (y / x) - two * (x / y)) / (y - x)
-        out[:, ~valid[1]] = (one / x)[:, ~valid[1]]
-        out[:, ~valid[0]] = (two / y)[:, ~valid[0]]
-        out[:, ~valid.any(axis=0)] = np.nan
-        return out
-
-    @cached_property
-    def change(self) -> Floats:
-        """Zero where one side alone counts."""
-        (one, two), (x, y) = self._off, self.places
-        return np.where(self.values.valid.all(axis=0), np.abs((one / x - two / y) / (x - y)), 0.0)
-
-    @cached_property
-    def off(self) -> Floats:
-        """How far values are from those in other steps."""
-        own = self.values.own
-        return np.abs(self.values.finer - own) + ROUNDING * np.abs(own)
-
-    @cached_property
-    def noise(self) -> Floats:
-        """The most (blocks, nw) of it in a window: at one moment two runs may agree by chance."""
-        return self.values.most(self.off)
-
-    @cached_property
-    def scale(self) -> Floats:
-        """Largest slopes (blocks, nw) in a window."""
-        return self.values.most(np.abs(self.slope))
-
-    @cached_property
-    def same(self) -> Flags:
-        """Where no copy differs."""
-        pairs = zip(self._off, self.values.valid, strict=True)
-        return np.all([(off == 0.0) | ~ok for off, ok in pairs], axis=0)
-
-    @cached_property
-    def kinked(self) -> Flags:
-        """Where slopes to both sides differ by a part of the window's largest that no curve leaves over a step."""
-        if self.places[0] * self.places[1] > 0.0:
-            return np.zeros(self.change.shape, dtype=bool)
-        return (self.change > self.values.rows(np.maximum(BENT * self.scale, SURE * self.noise))) & ~self.same
-
-    @cached_property
-    def bents(self) -> Floats:
-        """By which part (blocks, nw) slopes change over a step, beyond noise; NaN where there are none."""
-        return self._part(np.maximum(self.values.most(self.change) - 3.0 * self.noise, 0.0))
-
-    @cached_property
-    def noises(self) -> Floats:
-        """Which part (blocks, nw) of slopes their noise is; NaN where there are none."""
-        return self._part(self.noise)
-
-    def _part(self, of: Floats) -> Floats:
-        return np.divide(of, self.scale, out=np.full_like(of, np.nan), where=self.scale > 0.0)
-
-    def error(self, bent: Floats) -> Floats:
-        """What slopes may be off by; bent (nw,): by which part those of motions change over a step. What a number of
-        third order leaves is the square of that, and of a difference to one side the part itself."""
-        size, by = np.abs(self.slope), self.values.rows(np.fmax(self.bents, bent), weighted=False)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            part = np.where(size > 0.0, np.minimum(self.change / size, 1.0), 1.0)
-        sided = 1.0 if self.places[0] * self.places[1] < 0.0 else 2.0
-        both = sided * (part * self.change + by**2 * size)
-        cut = np.where(self.values.valid.all(axis=0), both, by * size)
-        return np.where(self.same & np.isfinite(size), 0.0, cut + self.values.most_rows(self.off))
-
-
 class _Side(NamedTuple):
     """One side of a lane: values (c, ns) of its samples and which (ns,) are on the same side of all events as the
     windows' own; its events (ne, 12) as theirs and which (ne,) it has; from when on they part."""
@@ -296,7 +91,7 @@ class _Side(NamedTuple):
     valid: Flags
     rows: Floats
     has: Flags
-    lost: _Lost
+    lost: Lost
 
 
 @dataclass(frozen=True)
@@ -305,7 +100,7 @@ class _Base:
 
     own: Ran
     finer: Ran
-    starts: Starts
+    starts: WindowStarts
 
     @cached_property
     def times(self) -> Floats:
@@ -317,39 +112,44 @@ class _Base:
         """Of events (ne,) [s]."""
         return self.own.events[:, a.E_TIME]
 
-    def each_sample(self, values: Floats) -> Floats:
-        """Values (nw,) for all samples."""
+    def each_sample(self, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """WindowValues (nw,) for all samples."""
         return np.repeat(values, np.diff(self.own.first))
 
     def each_event(self, values: Floats) -> Floats:
-        """Values (nw,) for all events."""
+        """WindowValues (nw,) for all events."""
         return np.repeat(values, np.diff(self.own.begin))
 
     @cached_property
     def shown(self) -> Floats:
-        """Values (c, ns) of samples."""
+        """WindowValues (c, ns) of samples."""
         return _shown(self.own.states)
 
     @cached_property
     def _keys(self) -> npt.NDArray[np.complex128]:
         """Samples in order, window by window: of complex numbers the real part, here the window, goes before."""
-        return self.each_sample(np.arange(len(self.own.codes))) + 1j * self.times
+        window = self.each_sample(np.arange(len(self.own.codes)))
+        return np.asarray(window + 1j * self.times, dtype=np.complex128)
 
-    def side(self, other: Ran, doubt: Doubt = Doubt.OTHERWISE) -> _Side:
+    def side(self, other: Ran, doubt: NoSlope = NoSlope.OTHERWISE) -> _Side:
         """What other windows show of these."""
         late = self.starts.ends - AT_END * (self.starts.ends - self.starts.t0)
-        place, since, lost = _alike(self.own, other, late, doubt)
+        place, since, lost = alike(self.own, other, late, doubt)
         has, states = place >= 0, other.states
         rows = np.where(has[:, None], _taken(other.events, place), self.own.events)
         crossed = self._crossed(self.moments, rows[:, a.E_TIME])
-        valid = ~crossed & (self.times < self.each_sample(since)) & (states.held == self.own.states.held).all(axis=0)
+        valid = (
+            ~crossed
+            & (self.times < self.each_sample(since))
+            & (states.held == self.own.states.held).all(axis=0)
+        )
         if states.contact is not None:
             valid &= (states.contact == self.own.states.contact).all(axis=0)
         return _Side(_shown(states), valid, rows, has & (self.moments < self.each_event(since)), lost)
 
     def _crossed(self, here: Floats, there: Floats) -> Flags:
         """Samples between two moments of some event."""
-        of = _events_of(self.own)
+        of = events_of(self.own)
         low = np.searchsorted(self._keys, of + 1j * np.minimum(here, there), side="left")
         high = np.searchsorted(self._keys, of + 1j * np.maximum(here, there), side="right")
         out = np.zeros(len(self.times), dtype=bool)
@@ -359,9 +159,9 @@ class _Base:
 
     @cached_property
     def _other(self) -> _Side:
-        return self.side(self.finer, Doubt.UNSURE)
+        return self.side(self.finer, NoSlope.UNSURE)
 
-    def values(self, sides: Sequence[_Side], weights: Floats) -> tuple[_Values, _Values]:
+    def values(self, sides: Sequence[_Side], weights: Floats) -> tuple[WindowValues, WindowValues]:
         """Of samples, and of events (12, ne); weights (n,): of coordinates."""
         one, two, finer = *sides, self._other
         sizes = np.cumsum([0, *(len(getattr(self.own.states, name)) for name in SHOWN)]).tolist()
@@ -369,25 +169,25 @@ class _Base:
         every[: 2 * len(weights)] = np.tile(weights, 2)
         each = [slice(k, k + 1) for k in range(a.EVENT_WIDTH)]
         return (
-            _Values(
+            WindowValues(
                 self.shown, np.where(finer.valid, finer.shown, self.shown), (one.shown, two.shown),
                 np.array([one.valid, two.valid]), self.own.first, [slice(*ends) for ends in pairwise(sizes)], every,
             ),
-            _Values(
+            WindowValues(
                 self.own.events.T, finer.rows.T, (one.rows.T, two.rows.T), np.array([one.has, two.has]),
                 self.own.begin, each, np.ones(a.EVENT_WIDTH),
             ),
         )  # fmt: skip
 
-    def lost(self, sides: Sequence[_Side]) -> _Lost:
+    def lost(self, sides: Sequence[_Side]) -> Lost:
         """From when on there are no derivatives, where events of any part."""
-        out = _Lost.none(len(self.own.codes))
+        out = Lost.none(len(self.own.codes))
         for one in (side.lost for side in (self._other, *sides)):
             for w in np.flatnonzero(one.time < out.time).tolist():
                 out.or_from(float(one.time[w]), w, int(one.foot[w]), one.doubt[w])
         return out
 
-    def add_kinks(self, lost: _Lost, samples: Flags, events: Flags) -> None:
+    def add_kinks(self, lost: Lost, samples: Flags, events: Flags) -> None:
         """Nor are there any where all samples to the end have a kink, or from the first event on that has: of a single
         sample, an edge of a drive lies there."""
         for w in np.flatnonzero(samples[self.own.first[1:] - 1]).tolist():
@@ -399,11 +199,11 @@ class _Base:
             kinked = own[events[own]]
             if len(kinked) and self.moments[kinked[0]] <= time:
                 time, foot = float(self.moments[kinked[0]]), int(self.own.events[kinked[0], a.E_FOOT])
-            lost.or_from(time, w, foot, Doubt.KINKED)
+            lost.or_from(time, w, foot, NoSlope.KINKED)
 
 
 def _taken(values: Floats, at: Integers) -> Floats:
-    """Values at places, of none anything."""
+    """WindowValues at places, of none anything."""
     return values[np.maximum(at, 0)] if len(values) else np.zeros((len(at), *values.shape[1:]))
 
 
@@ -412,13 +212,13 @@ def _shown(states: SampledStates) -> Floats:
 
 
 @dataclass(frozen=True)
-class _Found:
+class _LaneSlopes:
     """Derivatives of the windows of a lane: samples (2, c, ns) and rows (2, 12, ne), each with errors, and from when on
     there are none; bent and noise (nl,): parts of slopes."""
 
     samples: Floats
     rows: Floats
-    lost: _Lost
+    lost: Lost
     bent: Floats
     noise: Floats
 
@@ -459,14 +259,16 @@ class Differenced:
 
     def _base(self, windows: Integers) -> _Base:
         if len(windows) < len(self.own.codes):
-            return _Base(self.own.taken(windows), self.finer.taken(windows), self.copies.starts.taken(windows))
+            return _Base(
+                self.own.taken(windows), self.finer.taken(windows), self.copies.starts.taken(windows)
+            )
         return self._whole
 
     @cached_property
     def _whole(self) -> _Base:
         return _Base(self.own, self.finer, self.copies.starts)
 
-    def _found(self, lane: Lane) -> _Found:
+    def _found(self, lane: Lane) -> _LaneSlopes:
         """Derivatives by what a lane came to."""
         base = self._base(lane.windows)
         n, steps = len(self.copies.plan.system.mass), lane.steps
@@ -474,19 +276,22 @@ class Differenced:
         if self.copies.by.t0 and lane.number == self.copies.moment:
             for side, place in zip(sides, lane.places, strict=True):
                 side.valid[base.times < base.each_sample(base.starts.t0 + place * steps)] = False
-        samples, rows = (_Differences(values, lane.places) for values in base.values(sides, self._weights))
+        samples, rows = (Differences(values, lane.places) for values in base.values(sides, self._weights))
         bent, noise = (_filled(np.fmax.reduce(one[:2])) for one in (samples.bents, samples.noises))
         lost = base.lost(sides)
-        base.add_kinks(lost, samples.kinked[: 2 * n].any(axis=0), rows.kinked[a.E_TIME])
+        base.add_kinks(lost, np.asarray(samples.kinked[: 2 * n].any(axis=0)), rows.kinked[a.E_TIME])
         parts = []
-        for one, gone in ((samples, base.times >= base.each_sample(lost.time)), (rows, base.moments >= base.each_event(lost.time))):
+        for one, gone in (
+            (samples, base.times >= base.each_sample(lost.time)),
+            (rows, base.moments >= base.each_event(lost.time)),
+        ):
             error = one.error(bent) + one.values.each(lane.rounded) * np.abs(one.slope)
             found = np.array([one.slope, error]) / one.values.each(steps)
             found[:, one.kinked | gone] = np.nan
             parts.append(found)
-        return _Found(*parts, lost, bent, noise + lane.rounded)
+        return _LaneSlopes(parts[0], parts[1], lost, bent, noise + lane.rounded)
 
-    def _again(self, number: int, windows: Integers, found: _Found) -> list[tuple[int, float, Integers]]:
+    def _again(self, number: int, windows: Integers, found: _LaneSlopes) -> list[tuple[int, float, Integers]]:
         """Second pairs: narrow ones of windows where events differ, and where the first pair leaves too much another
         step for all others."""
         lost = np.isfinite(found.lost.time)
@@ -494,18 +299,23 @@ class Differenced:
         if not lost.all() and float(np.median(found.error[~lost])) > self.copies.by.enough:
             noise = float(np.median(found.noise[~lost]))
             bent = max(float(np.median(found.bent[~lost])), min(noise, UNSEEN))
-            factor = better_step(bent, noise)
+            factor = float(np.clip(better_step(bent, noise), LEAST, FARTHEST))
             if factor != 1.0:
                 out.append((number, factor, windows[~lost]))
         return out
 
-    def _better(self, windows: Integers, first: _Found, lane: Lane) -> _Found:
+    def _better(self, windows: Integers, first: _LaneSlopes, lane: Lane) -> _LaneSlopes:
         """The first pair's, with those of a second one where that is followed longer, or as long and better."""
         second, at = self._found(lane), np.searchsorted(windows, lane.windows)
         longer = second.lost.time > first.lost.time[at]
-        chosen = np.flatnonzero(longer | ((second.lost.time == first.lost.time[at]) & (second.error < first.error[at])))
+        chosen = np.flatnonzero(
+            longer | ((second.lost.time == first.lost.time[at]) & (second.error < first.error[at]))
+        )
         base = self._base(windows)
-        for part, own, begin in ((first.samples, second.samples, base.own.first), (first.rows, second.rows, base.own.begin)):
+        for part, own, begin in (
+            (first.samples, second.samples, base.own.first),
+            (first.rows, second.rows, base.own.begin),
+        ):
             to, _ = gathered(begin, at[chosen])
             of, _ = gathered(np.concatenate([[0], np.cumsum(np.diff(begin)[at])]), chosen)
             part[:, :, to] = own[:, :, of]
@@ -516,7 +326,9 @@ class Differenced:
             first.bent[w], first.noise[w] = second.bent[k], second.noise[k]
         return first
 
-    def _gathered(self, names: tuple[str, ...], best: Mapping[int, tuple[Integers, _Found]]) -> WindowSlopes:
+    def _gathered(
+        self, names: tuple[str, ...], best: Mapping[int, tuple[Integers, _LaneSlopes]]
+    ) -> WindowSlopes:
         own, flags = self.own, list[WindowFlag]()
         samples = np.zeros((2, len(self._whole.shown), len(self._whole.times), len(names)))
         rows = np.zeros((2, a.EVENT_WIDTH, len(own.events), len(names)))
@@ -524,14 +336,27 @@ class Differenced:
             samples[:, :, gathered(own.first, windows)[0], number] = found.samples
             rows[:, :, gathered(own.begin, windows)[0], number] = found.rows
             flags += [
-                WindowFlag(int(windows[w]), number, found.lost.doubt[w], float(found.lost.time[w]), int(found.lost.foot[w]))
+                WindowFlag(
+                    int(windows[w]),
+                    number,
+                    found.lost.doubt[w],
+                    float(found.lost.time[w]),
+                    int(found.lost.foot[w]),
+                )
                 for w in np.flatnonzero(found.lost.time < np.inf).tolist()
             ]
         sizes = np.cumsum([len(getattr(own.states, name)) for name in SHOWN])
-        states = [SampledStates(*np.split(part, sizes[:-1]), own.states.held) for part in samples]
+        states = [_sampled(np.split(part, sizes[:-1]), own.states.held) for part in samples]
         every = np.full((2, len(self.marks), a.EVENT_WIDTH, len(names)), np.nan)
         every[:, ~self.marks] = rows.swapaxes(1, 2)
-        return WindowSlopes(names, states[0], every[0], states[1], every[1], tuple(sorted(flags, key=lambda one: one[:2])))
+        return WindowSlopes(
+            names, states[0], every[0], states[1], every[1], tuple(sorted(flags, key=lambda one: one[:2]))
+        )
+
+
+def _sampled(parts: Sequence[Floats], held: Flags) -> SampledStates:
+    x, v, gap, rate, resistive, smooth, pull = parts
+    return SampledStates(x, v, gap, rate, resistive, smooth, pull, held)
 
 
 def _filled(parts: Floats) -> Floats:

@@ -26,8 +26,8 @@ from tarsus.model.scene import Scene
 from tarsus.solve import Run, simulate
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.contacts import Contacts
+from tarsus.solve.differences import Direction
 from tarsus.solve.outputs import Output
-from tarsus.solve.tangents import Direction
 from tarsus.synthesis.recordings import Recording, outputs_of, placed
 
 IMPACTS = 3
