@@ -113,16 +113,16 @@ class _Base:
         return self.own.events[:, a.E_TIME]
 
     def each_sample(self, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        """WindowValues (nw,) for all samples."""
+        """Values (nw,) for all samples."""
         return np.repeat(values, np.diff(self.own.first))
 
     def each_event(self, values: Floats) -> Floats:
-        """WindowValues (nw,) for all events."""
+        """Values (nw,) for all events."""
         return np.repeat(values, np.diff(self.own.begin))
 
     @cached_property
     def shown(self) -> Floats:
-        """WindowValues (c, ns) of samples."""
+        """Values (c, ns) of samples."""
         return _shown(self.own.states)
 
     @cached_property
@@ -203,7 +203,7 @@ class _Base:
 
 
 def _taken(values: Floats, at: Integers) -> Floats:
-    """WindowValues at places, of none anything."""
+    """Values at places, of none anything."""
     return values[np.maximum(at, 0)] if len(values) else np.zeros((len(at), *values.shape[1:]))
 
 
