@@ -286,8 +286,13 @@ def _group(path: str) -> str:
     return groups.get(head, "Feet" if path.startswith("robot.feet.") else "Drive")
 
 
+LEVEL = 5
+"""How hard gzip tries. A report takes 44 ms for it in place of 148 at level 9, and is 1 % longer; a packet of thirty
+legs takes 47 ms in place of 842, and a page of them is 6 % longer."""
+
+
 def _compressed(data: bytes) -> Markup:
-    return Markup(base64.b64encode(gzip.compress(data, 9, mtime=0)).decode())
+    return Markup(base64.b64encode(gzip.compress(data, LEVEL, mtime=0)).decode())
 
 
 class Shown:
