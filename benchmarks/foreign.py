@@ -9,7 +9,7 @@ model; the first, "sound", differs in nothing.
 For every campaign: each number's value, its truth, how many standard deviations apart they are, its verdict; what was
 not done; the sentences that name the difference. At the end, by world: how many numbers are determined, how many of
 those more than three standard deviations off, whether the cause is named. Exit code 1 where no number is determined, or
-where more are that far off than chance has it once in forty.
+where more are that far off, or one farther off, than chance has it once in forty.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.stats import binomtest
+from scipy.stats import binomtest, norm
 
 from tarsus.base.errors import InputError
 from tarsus.identify.assessment import assessed
@@ -39,6 +39,8 @@ FAR = 3.0
 """Standard deviations by which a number that is called determined may be off."""
 BY_CHANCE = 0.0027
 """Share of a normal distribution beyond `FAR`."""
+CHANCE = 0.025
+"""Probability below which chance is no explanation."""
 CAUSES = {
     "displacement 6 us late": r"\blate\b|delay",
     "displacement 20 us late": r"\blate\b|delay",
@@ -211,11 +213,12 @@ def summary(outcomes: dict[str, list[Outcome]], sound: Outcome | None) -> str:
 
 
 def together(outcomes: Sequence[Outcome]) -> tuple[str, bool]:
-    """All campaigns in a line, and whether no more determined numbers are wrong than chance has it."""
+    """All campaigns in a line, and whether determined numbers are off as often and as far as chance has it."""
     sure = [one for outcome in outcomes for one in outcome.numbers if one.verdict == "determined"]
-    wrong = sum(one.wrong for one in sure)
-    said = f"{wrong} of {len(sure)} determined numbers of {len(outcomes)} campaigns are wrong"
-    return said, bool(sure) and binomtest(wrong, len(sure), BY_CHANCE, "greater").pvalue >= 0.025
+    wrong, worst = sum(one.wrong for one in sure), max((one.off for one in sure), default=np.inf)
+    said = f"{wrong} of {len(sure)} determined numbers of {len(outcomes)} campaigns are wrong, {worst:.1f} sd at most"
+    few = bool(sure) and binomtest(wrong, len(sure), BY_CHANCE, "greater").pvalue >= CHANCE
+    return said, few and 2.0 * norm.sf(worst) * len(sure) >= CHANCE
 
 
 def main(arguments: list[str]) -> int:

@@ -189,10 +189,10 @@ def _alike(
 ) -> NDArray[np.bool_]:
     """Impacts of single ones whose ratio is as far from the middle one as its error allows, or as most others are by
     theirs; and those far off that lie with these on a line over the logarithm of speed, as many events as are needed:
-    what happens again is no accident, and whether restitution depends on speed is asked of all of them. Repeats of one
-    event (ni, its number) are not that it happens again.
+    what happens again is no accident, and whether restitution depends on speed is asked of all of them.
 
-    A foot that was caught and let go again within a sample looks like a weak rebound."""
+    A foot that was caught and let go again within a sample looks like a weak rebound, and is caught in every repeat: of
+    impacts that depart with less than others, repeats of one event (ni, its number) are one. None departs with more."""
     if not single.any():
         return single
     ratio, error, middle = _ratios(fitted, single)
@@ -204,7 +204,8 @@ def _alike(
     )
     seen = single & (support > 0.0)
     far = np.flatnonzero(seen & ~near)
-    if len(np.unique(events[far])) < FEWEST:
+    alone = np.where(ratio > middle, events.max() + 1 + np.arange(len(events)), events)
+    if len(np.unique(alone[far])) < FEWEST:
         return near
     speed = np.log(np.where(seen, support, 1.0))
     lever = np.sqrt(weight[far]) * support[far] * (speed[far] - speed[near & seen].mean())
@@ -215,7 +216,7 @@ def _alike(
     share = np.cumsum(lever[order] ** 2)
     slope = (left / lever)[order[np.searchsorted(share, 0.5 * share[-1])]]
     more = far[np.abs(left - slope * lever) < most]
-    again = len(np.unique(events[more])) >= FEWEST
+    again = len(np.unique(alone[more])) >= FEWEST
     return near | np.isin(np.arange(len(near)), more) if again else near
 
 

@@ -110,6 +110,15 @@ def test_repeats_of_one_capture_are_one_event_and_no_rule():
     assert _alike(fitted, every, np.arange(33)).all()  # three of them would be a rule
 
 
+def test_a_slow_impact_that_repeats_show_to_rebound_more_is_no_capture():
+    """Restitution that falls with speed, of which three repeats show one and the same slow impact: nothing that catches
+    a foot lets it depart with more."""
+    approaches = np.concatenate([np.linspace(0.114, 0.119, 30), [0.0640, 0.0645, 0.0650]])
+    departures = approaches * (0.36 - 0.09 * np.log(approaches / 0.116))
+    fitted, every = fits(departures.tolist(), 5e-4, approaches.tolist()), np.ones(33, dtype=bool)
+    assert _alike(fitted, every, np.concatenate([np.arange(30), [30, 30, 30]])).all()
+
+
 def test_impacts_of_repeats_at_one_moment_are_one_event():
     """Two records of one set and one of another, impacts at samples 10 and 30; one repeat sees its second a sample
     later."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from independent.foreign.campaign import write_campaign
@@ -87,8 +86,9 @@ def test_nothing_is_determined_and_wrong(world: str, cause: str, tmp_path: Path)
     found, words = identified(DEVICE, world, tmp_path)
     failed = [one for step in found.steps.values() for one in step.checks if not one.passed]
     said = said_of(found)
-    if world == "sound":
-        assert not failed and np.count_nonzero([word == "determined" for word in words]) >= len(words) - 1
+    if world == "sound":  # but for the constant of the drive's law: it counts from the gap, which states no interval
+        assert [one.name.partition(" (")[0] for one in failed] == ["gap uncertainty not stated"]
+        assert words.count("determined") >= len(words) - 1
     else:
         assert any(cause.lower() in one.lower() for one in said), said
     if world.startswith("clock"):
